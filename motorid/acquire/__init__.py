@@ -1,0 +1,1 @@
+"""From a port to a capture file: port, board client, journal, record."""

@@ -1,0 +1,161 @@
+"""What was measured: raw readings with their scales, SI on read, gaps and provenance.
+
+A capture is one run. It is never changed; a correction makes a new one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.errors import DataError
+from motorid.program import Program
+
+Floats = NDArray[np.float64]
+Kind = Literal["instant", "mean"]
+Sense = Literal["terminals", "bridge", "supply", "command"]
+
+CURRENT = "current"  # A, into the motor
+VOLTAGE = "terminal_voltage"  # V, across the motor's terminals (see Channel.sense)
+SUPPLY = "supply_voltage"  # V, at the bridge's supply
+POSITION = "position"  # rad, at the motor's shaft unless Capture.wiring says otherwise
+SPEED = "speed"  # rad/s
+TORQUE = "torque"  # N·m, applied by the drive (captures whose drive commands torque)
+QUANTITIES = {
+    CURRENT: "A",
+    VOLTAGE: "V",
+    SUPPLY: "V",
+    POSITION: "rad",
+    SPEED: "rad/s",
+    TORQUE: "N·m",
+}
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One measured quantity.
+
+    ``values = scale * (raw - offset)``, in ``unit``. A ``mean`` channel's reading is the average
+    over ``aperture_s`` ending ``delay_s`` before the sample's tick; an ``instant`` reading is the
+    value ``delay_s`` before it. ``resolution`` is the SI size of one count (0 for continuous
+    data). ``noise`` is the declared standard deviation of a reading (SI; 0: unknown).
+    Uncertainties are standard ones: ``gain_uncertainty`` relative, ``offset_uncertainty`` SI.
+    """
+
+    name: str
+    unit: str
+    raw: NDArray[Any]
+    scale: float = 1.0
+    offset: float = 0.0
+    kind: Kind = "instant"
+    aperture_s: float = 0.0
+    delay_s: float = 0.0
+    pwm_phase: float | None = None  # fraction of the PWM period at which an instant is taken
+    resolution: float = 0.0
+    noise: float = 0.0
+    gain_uncertainty: float = 0.0
+    offset_uncertainty: float = 0.0
+    raw_min: float = -np.inf  # a reading at or beyond these is saturated
+    raw_max: float = np.inf
+    sense: Sense | None = None  # voltages only: where it is measured
+    unsigned: bool = False  # the instrument reports a magnitude
+
+    @cached_property
+    def values(self) -> Floats:
+        """Readings in ``unit``, shape (n,); NaN where a reading is missing."""
+        return self.scale * (np.asarray(self.raw, dtype=np.float64) - self.offset)
+
+    @cached_property
+    def saturated(self) -> NDArray[np.bool_]:
+        """Where the converter was at an end of its range, shape (n,)."""
+        raw = np.asarray(self.raw, dtype=np.float64)
+        return (raw <= self.raw_min) | (raw >= self.raw_max)
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A program step as the board began it: its index and its exact first tick."""
+
+    index: int
+    tick: int
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Samples that the board took and the host does not have: they lie before sample ``index``."""
+
+    index: int
+    samples: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """Facts of the rig that a fit needs. Resistances in ohm; ``pwm_hz`` 0: no PWM."""
+
+    bridge_resistance_ohm: float = 0.0
+    bridge_resistance_uncertainty_ohm: float = 0.0
+    lead_resistance_ohm: float = 0.0
+    lead_resistance_uncertainty_ohm: float = 0.0
+    gear_ratio: float = 1.0  # motor turns for one turn of the shaft that carries the encoder
+    counts_per_turn: float = 0.0  # 0: no encoder
+    pwm_hz: float = 0.0
+    dead_time_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Capture:
+    """One run: ``ticks`` (n,) int64 of the board's clock, and channels of n readings each."""
+
+    ticks: NDArray[np.int64]
+    clock_hz: float
+    channels: Mapping[str, Channel]
+    clock_uncertainty: float = 0.0  # relative, standard
+    wiring: Wiring = Wiring()
+    program: Program | None = None
+    phases: tuple[Phase, ...] = ()
+    gaps: tuple[Gap, ...] = ()
+    end_reason: str = "completed"  # completed, stopped, fault: NAME, link lost, interrupted
+    ambient_c: float | None = None
+    ambient_uncertainty_c: float = 0.0
+    provenance: Mapping[str, Any] = field(
+        default_factory=dict
+    )  # identity, rig text, serial, notes, versions
+    sha256: str = ""  # of the file it came from; empty when not stored
+    path: str = ""
+
+    def __post_init__(self) -> None:
+        for channel in self.channels.values():
+            if len(channel.raw) != len(self.ticks):
+                raise DataError(
+                    f"channel {channel.name} has {len(channel.raw)} readings "
+                    f"for {len(self.ticks)} ticks"
+                )
+
+    def __len__(self) -> int:
+        return len(self.ticks)
+
+    @cached_property
+    def time_s(self) -> Floats:
+        """Sample times in seconds from the first sample, shape (n,)."""
+        if not len(self.ticks):
+            return np.zeros(0)
+        return np.asarray((self.ticks - self.ticks[0]) / self.clock_hz, dtype=np.float64)
+
+    @cached_property
+    def period_s(self) -> float:
+        """The usual time between samples, in seconds. Raises DataError below two samples."""
+        if len(self.ticks) < 2:
+            raise DataError(
+                "a capture of fewer than two samples has no sample period: capture again"
+            )
+        return float(np.median(np.diff(self.ticks))) / self.clock_hz
+
+    def get(self, name: str) -> Channel | None:
+        """The channel of that quantity, or None."""
+        return self.channels.get(name)

@@ -1,0 +1,1 @@
+"""The motor's parameters and the response models that a fit evaluates."""

@@ -1,0 +1,98 @@
+"""Excitation: a frozen list of steps, in SI units. Pure; knows no board."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+from motorid.errors import UsageError
+
+VERSION = 1
+
+
+class StepKind(IntEnum):
+    """What the bridge does during a step; numbers are the wire protocol's."""
+
+    COAST = 0
+    DRIVE_DUTY = 1
+    DRIVE_VOLTS = 2
+    BRAKE = 3
+
+
+class Decay(IntEnum):
+    """What the bridge does in the off part of a PWM period; numbers are the wire protocol's."""
+
+    NONE = 0
+    SYNCHRONOUS_SLOW = 1
+    DIODE = 2
+    FAST = 3
+
+
+@dataclass(frozen=True)
+class Step:
+    """One stretch of a program.
+
+    ``level`` is a signed duty (-1 to 1) for DRIVE_DUTY, signed volts for DRIVE_VOLTS, else 0.
+    """
+
+    kind: StepKind
+    duration_s: float
+    level: float = 0.0
+    decay: Decay = Decay.NONE
+
+    def __post_init__(self) -> None:
+        drives = self.kind in (StepKind.DRIVE_DUTY, StepKind.DRIVE_VOLTS)
+        if not self.duration_s > 0:
+            raise UsageError(f"a step's duration must be above 0 s, not {self.duration_s}")
+        if not drives and self.level:
+            raise UsageError(f"a {self.kind.name.lower()} step takes no level")
+        if self.kind == StepKind.DRIVE_DUTY and not abs(self.level) <= 1:
+            raise UsageError(f"a duty must lie between -1 and 1, not {self.level}")
+        if drives == (self.decay == Decay.NONE):
+            raise UsageError("a drive step names a decay mode, and no other step does")
+
+
+@dataclass(frozen=True)
+class Program:
+    """What a run does from its first sample to its last."""
+
+    steps: tuple[Step, ...]
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the whole run in seconds."""
+        return sum(step.duration_s for step in self.steps)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for files and reports; ``from_dict`` reads it back."""
+        return {
+            "version": VERSION,
+            "steps": [
+                {
+                    "kind": step.kind.name.lower(),
+                    "duration_s": step.duration_s,
+                    "level": step.level,
+                    "decay": step.decay.name.lower(),
+                }
+                for step in self.steps
+            ],
+        }
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Program:
+        """The program that ``to_dict`` wrote. Raises UsageError on another version."""
+        if data.get("version") != VERSION:
+            raise UsageError(f"program version {data.get('version')} is not {VERSION}")
+        return cls(
+            tuple(
+                Step(
+                    StepKind[s["kind"].upper()],
+                    float(s["duration_s"]),
+                    float(s["level"]),
+                    Decay[s["decay"].upper()],
+                )
+                for s in data["steps"]
+            )
+        )

@@ -1,0 +1,1 @@
+"""The simulated rig behind sim://: plant, sensors, board, faults."""

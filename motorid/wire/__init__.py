@@ -1,0 +1,1 @@
+"""The wire protocol: one spec, framing and codec. Pure: no port, no clock."""
