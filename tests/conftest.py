@@ -1,0 +1,82 @@
+"""What every test shares: the folder of real measurements, fixed seeds, and an account of skips."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import hypothesis
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+SHARED_DATA = ROOT.parent / "shared" / "data"
+ALLOWED_SKIPS = ROOT / "tests" / "allowed_skips.toml"
+
+# The same examples on every run, and no deadline: a busy machine is not a failing property.
+hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
+hypothesis.settings.load_profile("repeatable")
+
+
+@pytest.fixture(scope="session")
+def repo_root() -> Path:
+    """The folder that holds pyproject.toml."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """Real measurements kept beside the repository; they are not part of it."""
+    if not SHARED_DATA.is_dir():
+        pytest.skip("no ../shared/data: the real measurements are kept outside this repository")
+    return SHARED_DATA
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--strict-skips",
+        action="store_true",
+        help="fail when a test skips for a reason that tests/allowed_skips.toml does not list",
+    )
+
+
+def _skip_reasons(config: pytest.Config) -> dict[str, int]:
+    """How often each reason was given, in this run."""
+    reporter = config.pluginmanager.get_plugin("terminalreporter")
+    counts: dict[str, int] = {}
+    for report in reporter.stats.get("skipped", []) if reporter else []:
+        reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else str(report.longrepr)
+        reason = reason.removeprefix("Skipped: ")
+        counts[reason] = counts.get(reason, 0) + 1
+    return counts
+
+
+def _allowed() -> tuple[str, ...]:
+    entries = tomllib.loads(ALLOWED_SKIPS.read_text(encoding="utf-8")).get("skip", [])
+    return tuple(entry["reason_begins"] for entry in entries)
+
+
+def _refused_skips(config: pytest.Config) -> list[str]:
+    if not config.getoption("--strict-skips"):
+        return []
+    allowed = _allowed()
+    return [reason for reason in _skip_reasons(config) if not reason.startswith(allowed)]
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    on_worker = hasattr(session.config, "workerinput")  # xdist: only the controller judges
+    passed = session.exitstatus == pytest.ExitCode.OK
+    if passed and not on_worker and _refused_skips(session.config):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(
+    terminalreporter: pytest.TerminalReporter, config: pytest.Config
+) -> None:
+    counts = _skip_reasons(config)
+    refused = _refused_skips(config)
+    if counts:
+        terminalreporter.section("skipped, and why")
+    for reason, count in sorted(counts.items()):
+        mark = "NOT ALLOWED: " if reason in refused else ""
+        terminalreporter.line(f"{count:4d} x {mark}{reason}", red=reason in refused)
