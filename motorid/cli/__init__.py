@@ -1,1 +1,1 @@
-"""The command line: parse, call one library function, render."""
+"""The command line: each command parses, calls one library function and renders its answer."""

@@ -1,0 +1,69 @@
+# make run    set up, drive the rig, fit, report into out/    (RIG=name or rigs/file.toml)
+# make test   set up and run every test
+# make help   the rest
+
+RIG ?= sim
+OUT ?= out
+JOBS ?= 2
+PYTHON ?=
+export PYTHON
+
+VENV := .venv
+PY := $(VENV)/bin/python
+PYTEST := $(PY) -m pytest -q -n $(JOBS)
+# what cffi writes itself begins with an underscore
+C_SOURCES := $(filter-out motorid/%/_plant.c motorid/%/_response.c, \
+    $(wildcard motorid/*/*_build.py motorid/*/*.c motorid/*/*.h))
+READY := $(VENV)/ready
+READY_TO_TEST := $(VENV)/ready-to-test
+
+.PHONY: run test quick check bench docs format help clean
+
+run: $(READY)
+	$(VENV)/bin/motorid run --rig $(RIG) -o $(OUT) --force
+
+test: $(READY_TO_TEST)
+	$(PYTEST) --strict-skips
+
+quick: $(READY_TO_TEST)
+	$(PYTEST) -m "not slow"
+
+check: $(READY_TO_TEST)
+	$(PY) -m ruff format --check .
+	$(PY) -m ruff check .
+	$(PY) -m mypy
+	$(PY) -m motorid.wire.generate --check
+	$(PY) tools/commands_page.py --check
+
+bench: $(READY_TO_TEST)
+	@set -e; for script in bench/bench_*.py; do echo "== $$script"; $(PY) $$script; done
+
+docs: $(READY_TO_TEST)
+	$(PY) -m motorid.wire.generate
+	$(PY) tools/commands_page.py
+
+format: $(READY_TO_TEST)
+	$(PY) -m ruff format .
+	$(PY) -m ruff check --fix .
+
+$(READY): pyproject.toml setup.py constraints.txt tools/setup.sh $(C_SOURCES)
+	sh tools/setup.sh run
+	@touch $@
+
+$(READY_TO_TEST): $(READY)
+	sh tools/setup.sh test
+	@touch $@
+
+clean:
+	rm -rf $(VENV) build out .mypy_cache .ruff_cache .pytest_cache
+	find motorid -name '*.so' -delete
+
+help:
+	@echo "make run [RIG=sim] [OUT=out]  capture, fit and report; RIG is a packaged name or a file"
+	@echo "make test                     every test"
+	@echo "make quick                    the tests that take less than about two seconds each"
+	@echo "make check                    format, lint, types, generated files"
+	@echo "make bench                    speed and accuracy against their targets"
+	@echo "make docs                     write the generated documents"
+	@echo "make format                   format and mend lint"
+	@echo "make clean                    remove the environment and everything built"

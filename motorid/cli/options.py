@@ -1,0 +1,98 @@
+"""Values parsed at the door, and the options that several commands share."""
+
+from __future__ import annotations
+
+import glob
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+class Assignment(click.ParamType[tuple[str, float]]):
+    """``K=0.0514`` -> ("K", 0.0514)."""
+
+    name = "NAME=VALUE"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, float]:
+        if isinstance(value, tuple):
+            return value
+        name, equals, number = str(value).partition("=")
+        try:
+            if not (name and equals):
+                raise ValueError
+            return name.strip(), float(number)
+        except ValueError:
+            self.fail(f"{value!r} is not NAME=NUMBER, such as K=0.0514", param, ctx)
+
+
+def expand(files: tuple[str, ...]) -> list[Path]:
+    """Paths of capture files; a pattern that the shell left alone (Windows) is expanded here."""
+    paths: list[Path] = []
+    for file in files:
+        found = [file] if Path(file).exists() else sorted(glob.glob(file))
+        if not found:
+            raise click.UsageError(f"there is no file {file!r}.", click.get_current_context())
+        paths.extend(Path(name) for name in found)
+    return paths
+
+
+def example(*lines: str) -> str:
+    """The epilog of a command's help: commands to copy."""
+    return "\b\nExample:\n" + "\n".join(f"  {line}" for line in lines)
+
+
+def fit_options(command: Command) -> Command:
+    """--fix, --without and --method: how to fit."""
+    for option in (
+        click.option("--method", default="ml", show_default=True, help="How to estimate."),
+        click.option(
+            "--without",
+            "without",
+            multiple=True,
+            metavar="NAME",
+            help="Leave a parameter out of the model (L: no inductance). Repeatable.",
+        ),
+        click.option(
+            "--fix",
+            multiple=True,
+            type=Assignment(),
+            help="Hold a parameter at a known value, in SI units. Repeatable.",
+        ),
+    ):
+        command = option(command)
+    return command
+
+
+def capture_options(command: Command) -> Command:
+    """--rig, --port, --serial, --note, --repeat and --speed: what to drive and how to label it."""
+    for option in (
+        click.option(
+            "--speed",
+            type=click.Choice(["realtime", "max"]),
+            help="Pace of a simulated rig; a real one has its own.",
+        ),
+        click.option("--note", default="", help="Free text kept in the capture."),
+        click.option("--serial", default="", help="Serial number of the motor."),
+        click.option(
+            "--repeat",
+            type=click.IntRange(min=1),
+            default=1,
+            show_default=True,
+            help="Number of runs; each is a file of its own.",
+        ),
+        click.option("--port", help="Port to use instead of the rig file's."),
+        click.option(
+            "--rig", "rig_name", required=True, help="Rig file, or the name of a packaged rig."
+        ),
+    ):
+        command = option(command)
+    return command
+
+
+force_option = click.option("--force", is_flag=True, help="Replace files that exist.")
