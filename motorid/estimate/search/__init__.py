@@ -1,0 +1,9 @@
+"""Population searches on the unit cube, one module for each family; ``registry`` knows them all.
+
+Every search minimises ``f(U[n, d]) -> cost[n]`` and sees a whole population at a time.
+"""
+
+from motorid.estimate.search.population import Cost, Population, Search, SearchResult
+from motorid.estimate.search.registry import METHODS, minimise
+
+__all__ = ["METHODS", "Cost", "Population", "Search", "SearchResult", "minimise"]
