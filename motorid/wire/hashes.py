@@ -1,0 +1,67 @@
+"""Hashes by which host and board agree that they mean the same: CRC-32/ISO-HDLC (zlib's)."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from typing import Any
+
+from motorid.wire.layout import Layout
+from motorid.wire.spec import Field, Message, Spec, load
+
+
+def config_hash(fields: Mapping[str, Any]) -> int:
+    """Hash of a configuration: of the configure fields as they stand on the wire.
+
+    Other keys are ignored, so that the reply to read_config can be passed as it is.
+    """
+    return zlib.crc32(_packed("configure", fields))
+
+
+def program_hash(steps: Iterable[Mapping[str, Any]]) -> int:
+    """Hash of a program: of the add_step fields of all its steps, one after the other; empty: 0."""
+    return zlib.crc32(b"".join(_packed("add_step", step) for step in steps))
+
+
+def layout_hash() -> int:
+    """Hash of this package's layout text."""
+    return _layout_hash()
+
+
+@lru_cache(maxsize=1)
+def _layout_hash() -> int:
+    return zlib.crc32(layout_text(load()).encode("ascii"))
+
+
+@lru_cache(maxsize=4)
+def _layout(command: str) -> Layout:
+    return Layout(command, load().commands[command].fields)
+
+
+def _packed(command: str, fields: Mapping[str, Any]) -> bytes:
+    layout = _layout(command)
+    return layout.pack({name: fields[name] for name in layout.names if name in fields})
+
+
+def layout_text(spec: Spec) -> str:
+    """Everything that decides what a byte means, one line a message and an enumeration."""
+    lines = [f"{spec.name} {spec.major}.{spec.minor}"]
+    for name, values in spec.enums.items():
+        lines.append(f"enum {name} " + " ".join(f"{k}={v}" for k, v in values.items()))
+    lines += [_line("command", message) for message in spec.commands.values()]
+    lines += [_line("event", message) for message in spec.events.values()]
+    return "\n".join(lines) + "\n"
+
+
+def _line(kind: str, message: Message) -> str:
+    parts = [kind, message.name, f"{message.code:02x}", _fields(message.fields)]
+    if kind == "command":
+        parts += ["->", _fields(message.reply)]
+    if message.tail:
+        parts += ["tail", message.tail]
+    return " ".join(parts)
+
+
+def _fields(fields: tuple[Field, ...]) -> str:
+    return "(" + ",".join(f"{f.name}:{f.type}:{f.unit}" for f in fields) + ")"
