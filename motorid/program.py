@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -96,3 +96,24 @@ class Program:
                 for s in data["steps"]
             )
         )
+
+
+def climbs(
+    levels: Sequence[Sequence[float]],
+    *,
+    kind: StepKind,
+    drive_s: float,
+    coast_s: Sequence[float],
+    rest_s: float = 0.05,
+    decay: Decay = Decay.SYNCHRONOUS_SLOW,
+) -> Program:
+    """Rest, then for each climb: its levels in turn, ``drive_s`` each, and a coast to rest.
+
+    ``levels[i]`` are volts or duties (by ``kind``); ``coast_s[i]`` seconds end climb i. The rest at
+    the start, with the bridge open, is where the offsets of the sensors show.
+    """
+    steps = [Step(StepKind.COAST, rest_s)]
+    for climb, coast in zip(levels, coast_s, strict=True):
+        steps += [Step(kind, drive_s, float(level), decay) for level in climb]
+        steps.append(Step(StepKind.COAST, coast))
+    return Program(tuple(steps))

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from motorid.capture.model import Wiring
-from motorid.program import Program
+from motorid.errors import RigError
+from motorid.program import Program, StepKind, climbs
+
+DEFAULT_CLIMBS = ((0.3, 0.5, 0.75), (1.0,))  # fractions of the nameplate's voltage
 
 
 @dataclass(frozen=True)
@@ -34,10 +38,24 @@ class Nameplate:
 
 @dataclass(frozen=True)
 class Sampling:
-    """Rate and channels of a capture."""
+    """Rate and channels of a capture.
+
+    ``mode`` stream sends samples as they are taken; burst keeps them and sends them after the run,
+    for boards whose link is slower than their converter.
+    """
 
     rate_hz: float
     channels: tuple[str, ...] = ("current", "terminal_voltage", "position")
+    mode: str = "stream"  # stream, burst
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What the rig knows better than the board about one channel. None: believe the board."""
+
+    gain: float = 1.0  # multiplies the board's scale
+    gain_uncertainty: float | None = None  # standard, relative
+    offset_uncertainty: float | None = None  # standard, in the channel's SI unit
 
 
 @dataclass(frozen=True)
@@ -56,4 +74,47 @@ class Rig:
     supply_voltage_v: float | None = None  # nominal
     ambient_c: float | None = None
     ambient_uncertainty_c: float = 0.0
+    calibration: Mapping[str, Calibration] = field(default_factory=dict)  # by channel
     text: str = ""
+
+
+def load_rig(name_or_path: str) -> Rig:
+    """The rig of a preset's name ("sim") or of a TOML file.
+
+    Raises RigError, naming the file and the key, when it is absent, unreadable or absurd.
+    """
+    from motorid.rig_file import load
+
+    return load(name_or_path)
+
+
+def default_program(nameplate: Nameplate) -> Program:
+    """Levels up to the nameplate's voltage, each long enough to settle; climbs that coast to rest.
+
+    Raises RigError when the nameplate names no voltage.
+    """
+    if nameplate.voltage_v is None:
+        raise RigError("a rig without [program] needs nameplate.voltage_v to derive one from")
+    coast_s = coasting_s(nameplate)
+    return climbs(
+        [[share * nameplate.voltage_v for share in climb] for climb in DEFAULT_CLIMBS],
+        kind=StepKind.DRIVE_VOLTS,
+        drive_s=settling_s(nameplate),
+        coast_s=[round(coast_s * climb[-1], 4) for climb in DEFAULT_CLIMBS],
+    )
+
+
+def settling_s(plate: Nameplate) -> float:
+    """Eight mechanical time constants RJ/K² in seconds, or a long guess where they are unknown."""
+    R, J, K = plate.resistance_ohm, plate.inertia_kg_m2, plate.torque_constant_nm_a
+    if R is None or J is None or K is None:
+        return 0.5
+    return round(min(max(8 * R * J / K**2, 0.06), 2.0), 4)
+
+
+def coasting_s(plate: Nameplate) -> float:
+    """Twice the seconds in which the no-load torque, were it constant, would stop the motor."""
+    J, K, V = plate.inertia_kg_m2, plate.torque_constant_nm_a, plate.voltage_v
+    if J is None or K is None or V is None or plate.no_load_current_a is None:
+        return 1.5
+    return round(min(max(2 * J * (V / K) / (K * plate.no_load_current_a), 0.1), 4.0), 4)

@@ -1,0 +1,234 @@
+"""Reads a rig's TOML file: every key known, typed and within reason, or one clear sentence."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from motorid.capture.model import Wiring
+from motorid.errors import MotoridError, RigError
+from motorid.program import Decay, Program, Step, StepKind, climbs
+from motorid.rig import (
+    Calibration,
+    Limits,
+    Nameplate,
+    Rig,
+    Sampling,
+    coasting_s,
+    default_program,
+    settling_s,
+)
+from motorid.rig_keys import CALIBRATION, CHANNELS, REQUIRED, SECTIONS, STEP, Key, Text, show
+
+MAX_FILE_BYTES = 1 << 20
+
+
+def load(name_or_path: str) -> Rig:
+    """The rig of a preset's name or of a file. Raises RigError."""
+    path = _find(name_or_path)
+    try:
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise RigError(f"{path}: larger than a rig file may be (1 MiB): is it one?")
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise RigError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError:
+        raise RigError(f"{path}: not UTF-8 text: is it a rig file?") from None
+    return parse(text, str(path))
+
+
+def parse(text: str, where: str = "rig") -> Rig:
+    """The rig that ``text`` (TOML) describes; ``where`` names it in errors. Raises RigError."""
+    try:
+        document = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
+        raise RigError(f"{where}: not valid TOML: {error}") from None
+    return _Reader(where).rig(document, text)
+
+
+def presets() -> tuple[str, ...]:
+    """Names that ``--rig`` takes without a path."""
+    return tuple(sorted(path.stem for path in _preset_folder().glob("*.toml")))
+
+
+class _Reader:
+    """Checks one document; every error names the file."""
+
+    def __init__(self, where: str) -> None:
+        self.where = where
+
+    def fail(self, message: str) -> RigError:
+        return RigError(f"{self.where}: {message}")
+
+    def rig(self, document: dict[str, Any], text: str) -> Rig:
+        self._known(document, ("name", "port", *SECTIONS, "calibration"), "")
+        steps, program = self._split_program(document)
+        sections = {
+            name: self.table({**document, "program": program}.get(name, {}), keys, name)
+            for name, keys in SECTIONS.items()
+        }
+        top = self.table(
+            {key: document[key] for key in ("name", "port") if key in document},
+            {"name": Text(), "port": Text()},
+            "",
+        )
+        for name, required in REQUIRED.items():
+            for key in required:
+                if key not in sections[name]:
+                    raise self.fail(f"{name}.{key} is missing: it has no safe default")
+        return self._build(top, sections, steps, self._calibration(document), text)
+
+    def _build(
+        self,
+        top: dict[str, Any],
+        sections: dict[str, dict[str, Any]],
+        steps: list[Any] | None,
+        calibration: dict[str, Calibration],
+        text: str,
+    ) -> Rig:
+        wiring = sections["wiring"]
+        apart = ("encoder_reversed", "voltage_sense", "supply_voltage_v")
+        nameplate = Nameplate(**sections["nameplate"])
+        rig = Rig(
+            name=top.get("name", Path(self.where).stem),
+            port=top.get("port", ""),
+            wiring=Wiring(**{k: v for k, v in wiring.items() if k not in apart}),
+            limits=Limits(**sections["limits"]),
+            nameplate=nameplate,
+            sampling=Sampling(**sections["sampling"]),
+            program=self._program(sections["program"], steps, nameplate),
+            **{k: v for k, v in wiring.items() if k in apart},
+            **sections["conditions"],
+            calibration=calibration,
+            text=text,
+        )
+        self._consistent(rig)
+        return rig
+
+    def _consistent(self, rig: Rig) -> None:
+        limits = rig.limits
+        if limits.supply_min_v >= limits.supply_max_v:
+            raise self.fail("limits.supply_min_v must be below limits.supply_max_v")
+        if len(set(rig.sampling.channels)) < len(rig.sampling.channels):
+            raise self.fail("sampling.channels names a channel twice")
+        if not rig.wiring.counts_per_turn:
+            raise self.fail(
+                "wiring.counts_per_turn is missing: the speed limit and the position need it "
+                "(counts, four a line, of one turn of the encoder's shaft)"
+            )
+
+    def table(self, table: Any, keys: Mapping[str, Key], name: str) -> dict[str, Any]:
+        """The values of one table, checked. Raises RigError naming the key."""
+        if not isinstance(table, dict):
+            raise self.fail(f"[{name}] must be a table, not {show(table)}")
+        self._known(table, tuple(keys), name)
+        values = {}
+        for key, value in table.items():
+            try:
+                values[key] = keys[key].read(value)
+            except ValueError as error:
+                raise self.fail(f"{_dotted(name, key)} {error}") from None
+        return values
+
+    def _known(self, table: Mapping[str, Any], keys: tuple[str, ...], name: str) -> None:
+        for key in table:
+            if key not in keys:
+                near = difflib.get_close_matches(key[:60], keys, n=1, cutoff=0.0)[0]
+                wrong, right = _dotted(name, key[:60]), _dotted(name, near)
+                raise self.fail(f"unknown key {wrong}; the nearest is {right}")
+
+    def _calibration(self, document: dict[str, Any]) -> dict[str, Calibration]:
+        tables = document.get("calibration", {})
+        if not isinstance(tables, dict):
+            raise self.fail(f"[calibration] must be a table, not {show(tables)}")
+        self._known(tables, CHANNELS, "calibration")
+        return {
+            name: Calibration(**self.table(table, CALIBRATION, f"calibration.{name}"))
+            for name, table in tables.items()
+        }
+
+    def _split_program(self, document: dict[str, Any]) -> tuple[list[Any] | None, Any]:
+        """[[program.steps]] apart from the compact keys of [program]."""
+        table = document.get("program", {})
+        if not isinstance(table, dict) or "steps" not in table:
+            return None, table
+        if len(table) > 1:
+            other = next(key for key in table if key != "steps")
+            raise self.fail(f"program.{other} does not go with [[program.steps]]: keep one")
+        steps = table["steps"]
+        if not isinstance(steps, list) or not 0 < len(steps) <= 200:
+            raise self.fail("program.steps must be a list of 1 to 200 steps")
+        return steps, {}
+
+    def _program(
+        self, compact: dict[str, Any], steps: list[Any] | None, nameplate: Nameplate
+    ) -> Program:
+        try:
+            if steps is not None:
+                return Program(tuple(self._step(i, step) for i, step in enumerate(steps)))
+            return self._climbs(compact, nameplate) if compact else default_program(nameplate)
+        except RigError as error:
+            text = str(error)
+            raise error if text.startswith(self.where) else self.fail(text) from None
+        except MotoridError as error:
+            raise self.fail(f"[program]: {error}") from None
+
+    def _climbs(self, compact: dict[str, Any], nameplate: Nameplate) -> Program:
+        given = [key for key in ("levels_v", "levels_duty") if key in compact]
+        if len(given) != 1:
+            raise self.fail("[program] takes exactly one of levels_v and levels_duty")
+        levels = compact[given[0]]
+        return climbs(
+            levels,
+            kind=StepKind.DRIVE_VOLTS if given == ["levels_v"] else StepKind.DRIVE_DUTY,
+            drive_s=compact.get("drive_s", settling_s(nameplate)),
+            coast_s=[compact.get("coast_s", coasting_s(nameplate))] * len(levels),
+            rest_s=compact.get("rest_s", 0.05),
+            decay=Decay[compact.get("decay", "synchronous_slow").upper()],
+        )
+
+    def _step(self, index: int, table: Any) -> Step:
+        name = f"program.steps[{index}]"
+        step = self.table(table, STEP, name)
+        for key in ("kind", "duration_s"):
+            if key not in step:
+                raise self.fail(f"{name}.{key} is missing")
+        kind = StepKind[step["kind"].upper()]
+        level_key = {StepKind.DRIVE_VOLTS: "volts", StepKind.DRIVE_DUTY: "duty"}.get(kind)
+        for key in ("volts", "duty"):
+            if (key in step) != (key == level_key):
+                verb = "needs" if key == level_key else "takes no"
+                raise self.fail(f"{name}: a {step['kind']} step {verb} {key}")
+        if level_key is None:
+            if "decay" in step:
+                raise self.fail(f"{name}: a {step['kind']} step takes no decay")
+            return Step(kind, step["duration_s"])
+        decay = Decay[step.get("decay", "synchronous_slow").upper()]
+        return Step(kind, step["duration_s"], step[level_key], decay)
+
+
+def _find(name_or_path: str) -> Path:
+    """The file meant: a path as it stands, or a preset."""
+    path = Path(name_or_path)
+    bare = path.name == name_or_path and path.suffix == ""
+    preset = _preset_folder() / f"{name_or_path}.toml"
+    if bare and preset.is_file():
+        return preset
+    if "\0" not in name_or_path and path.is_file():
+        return path
+    near = difflib.get_close_matches(path.stem, presets(), n=1)
+    hint = f"; did you mean {near[0]}?" if near else f"; presets are {', '.join(presets())}"
+    raise RigError(f"no rig file {show(name_or_path)}{hint}")
+
+
+def _preset_folder() -> Path:
+    """rigs/ inside an installed package, else beside the package in a working copy."""
+    inside = Path(__file__).parent / "rigs"
+    return inside if inside.is_dir() else Path(__file__).parent.parent / "rigs"
+
+
+def _dotted(section: str, key: str) -> str:
+    return f"{section}.{key}" if section else key
