@@ -1,0 +1,222 @@
+"""Reads a capture file that may be damaged, foreign or hostile: checks sizes before it reads."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+from typing import Any, cast, get_args
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import Capture, Channel, Gap, Kind, Phase, Sense, Wiring
+from motorid.capture.store import CHANNEL_FIELDS, FORMAT, MAJOR, WIRING_FIELDS
+from motorid.errors import DataError, MotoridError
+from motorid.program import Program
+
+TEXTS = frozenset({"unit", "kind", "sense"})  # attributes; all others are numbers
+MAX_MEMBERS = 64  # columns, or provenance entries
+MAX_TEXT = 1 << 24  # bytes
+MAX_DATA = 1 << 33  # bytes
+MAX_INFLATION = 1100  # what deflate can do at best: a column that claims more is a lie
+FILTERS = frozenset({1, 2, 3})  # HDF5 numbers of deflate, shuffle and checksum
+_HDF5_ERRORS = (OSError, RuntimeError, KeyError, ValueError, TypeError, OverflowError, MemoryError)
+
+
+def read(data: bytes, path: str, sha256: str) -> Capture:
+    """The capture in the HDF5 file ``data``. Raises DataError, naming ``path``."""
+    try:
+        with h5py.File(io.BytesIO(data), "r") as file:
+            return _Reader(file, len(data)).capture(path, sha256)
+    except MotoridError as error:
+        raise DataError(f"{path}: {error}") from None
+    except _HDF5_ERRORS as error:
+        what = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
+        raise DataError(f"{path}: not a readable capture file ({what})") from None
+
+
+class _Reader:
+    def __init__(self, file: h5py.File, size: int) -> None:
+        self.file = file
+        self.budget = min(MAX_DATA, MAX_INFLATION * size)
+
+    def capture(self, path: str, sha256: str) -> Capture:
+        self.check_format()
+        samples = self.group(self.file, "samples")
+        ticks = self.integers(self.column(samples, "tick"), "samples/tick")
+        if np.any(np.diff(ticks) <= 0):
+            raise DataError("samples/tick does not increase: the file is damaged")
+        names = [name for name in self.members(samples) if name != "tick"]
+        root = self.file
+        return Capture(
+            ticks=ticks,
+            clock_hz=self.positive(root, "clock_hz"),
+            channels={name: self.channel(samples, name) for name in names},
+            clock_uncertainty=self.number(root, "clock_uncertainty", 0.0),
+            wiring=Wiring(**self.present(self.group(root, "wiring"), WIRING_FIELDS)),
+            program=self.program(),
+            phases=self.phases(),
+            gaps=self.gaps(len(ticks)),
+            end_reason=self.text_attribute(root, "end_reason", "completed"),
+            ambient_c=self.number(root, "ambient_c", None),
+            ambient_uncertainty_c=self.number(root, "ambient_uncertainty_c", 0.0),
+            provenance=self.provenance(),
+            sha256=sha256,
+            path=path,
+        )
+
+    def check_format(self) -> None:
+        if self.text_attribute(self.file, "format", "") != FORMAT:
+            raise DataError("an HDF5 file, but not a motorid capture: see `motorid import --help`")
+        major = self.number(self.file, "format_major", 0)
+        if major != MAJOR:
+            raise DataError(
+                f"capture format {major:g} is not {MAJOR}, which this version reads: "
+                "read it with the motorid that wrote it"
+            )
+
+    # -- objects: hard links only, so that no file reaches into another
+    def members(self, group: h5py.Group) -> list[str]:
+        if len(group) > MAX_MEMBERS:
+            raise DataError(f"{group.name} has {len(group)} entries: not a motorid capture")
+        return list(group)
+
+    def object(self, group: h5py.Group, name: str) -> Any:
+        link = group.get(name, getlink=True)
+        if link is None:
+            raise DataError(f"{name} is missing: the file is damaged")
+        if not isinstance(link, h5py.HardLink):
+            raise DataError(f"{name} points outside the file: refused")
+        return group[name]
+
+    def group(self, parent: h5py.Group, name: str) -> h5py.Group:
+        found = self.object(parent, name)
+        if not isinstance(found, h5py.Group):
+            raise DataError(f"{name} is not a group: the file is damaged")
+        return found
+
+    def dataset(self, parent: h5py.Group, name: str, rank: int) -> h5py.Dataset:
+        found = self.object(parent, name)
+        if not isinstance(found, h5py.Dataset) or found.shape is None or found.ndim != rank:
+            raise DataError(f"{name} is not a {rank}-dimensional dataset: the file is damaged")
+        if found.external or found.is_virtual:
+            raise DataError(f"{name} keeps its data outside the file: refused")
+        filters = found.id.get_create_plist()
+        if any(filters.get_filter(i)[0] not in FILTERS for i in range(filters.get_nfilters())):
+            raise DataError(f"{name} is compressed in a way that motorid does not read")
+        self.budget -= found.size * found.dtype.itemsize
+        if self.budget < 0:
+            raise DataError(f"{name} claims more data than the file can hold: it is damaged")
+        return found
+
+    # -- data
+    def column(self, parent: h5py.Group, name: str) -> NDArray[Any]:
+        dataset = self.dataset(parent, name, 1)
+        if dataset.dtype.kind not in "iuf" or dataset.dtype.itemsize > 8:
+            raise DataError(f"{name} holds {dataset.dtype}, not numbers: the file is damaged")
+        raw = dataset[...]
+        return cast(NDArray[Any], raw.astype(raw.dtype.newbyteorder("="), copy=False))
+
+    def integers(self, column: NDArray[Any], name: str) -> NDArray[np.int64]:
+        if column.dtype.kind not in "iu":
+            raise DataError(f"{name} holds {column.dtype}, not integers: the file is damaged")
+        return column.astype(np.int64)
+
+    def text(self, parent: h5py.Group, name: str) -> str:
+        dataset = self.dataset(parent, name, 0)
+        if h5py.check_string_dtype(dataset.dtype) is None:
+            raise DataError(f"{name} is not text: the file is damaged")
+        if dataset.dtype.itemsize > MAX_TEXT:
+            raise DataError(f"{name} claims {dataset.dtype.itemsize} bytes of text: refused")
+        value = dataset[()]
+        return value.decode("utf-8") if isinstance(value, bytes) else str(value)
+
+    def table(self, name: str, columns: tuple[str, ...]) -> NDArray[Any]:
+        dataset = self.dataset(self.file, name, 1)
+        if not set(columns) <= set(dataset.dtype.names or ()):
+            raise DataError(f"{name} lacks one of {', '.join(columns)}: the file is damaged")
+        return cast(NDArray[Any], dataset[...])
+
+    # -- parts
+    def channel(self, samples: h5py.Group, name: str) -> Channel:
+        raw = self.column(samples, name)
+        facts = self.present(samples[name], CHANNEL_FIELDS)
+        for key, allowed in (("kind", get_args(Kind)), ("sense", get_args(Sense))):
+            if key in facts and facts[key] not in allowed:
+                raise DataError(f"samples/{name}: {key} is {facts[key]!r}: the file is damaged")
+        if not facts.get("scale"):
+            raise DataError(f"samples/{name} has no scale: the file is damaged")
+        facts.setdefault("unit", "")
+        facts["unsigned"] = bool(facts.get("unsigned", False))
+        return Channel(name=name, raw=raw, **facts)
+
+    def phases(self) -> tuple[Phase, ...]:
+        table = self.table("phases", ("index", "tick"))
+        return tuple(Phase(int(row["index"]), int(row["tick"])) for row in table)
+
+    def gaps(self, samples: int) -> tuple[Gap, ...]:
+        gaps = tuple(
+            Gap(int(row["index"]), int(row["samples"]), bytes(row["reason"]).decode("utf-8"))
+            for row in self.table("gaps", ("index", "samples", "reason"))
+        )
+        if any(not 0 <= gap.index <= samples for gap in gaps):
+            raise DataError("a gap lies outside the samples: the file is damaged")
+        return gaps
+
+    def program(self) -> Program | None:
+        if "program" not in self.file:
+            return None
+        return Program.from_dict(json.loads(self.text(self.file, "program")))
+
+    def provenance(self) -> dict[str, Any]:
+        group = self.group(self.file, "provenance")
+        found: dict[str, Any] = {}
+        for key in self.members(group):
+            text = self.text(group, key)
+            encoded = self.text_attribute(group[key], "encoding", "text") == "json"
+            found[key] = json.loads(text) if encoded else text
+        return found
+
+    # -- attributes: one number or one short text each
+    def attribute(self, target: Any, name: str) -> Any:
+        if name not in target.attrs:
+            return None
+        handle = target.attrs.get_id(name)
+        text = h5py.check_string_dtype(handle.dtype) is not None
+        if handle.shape != () or not (text or handle.dtype.kind in "iufb"):
+            raise DataError(f"attribute {name} has the wrong type: the file is damaged")
+        value = target.attrs[name]
+        if isinstance(value, bytes):
+            return value.decode("utf-8")
+        return value if isinstance(value, str) else value.item()
+
+    def text_attribute(self, target: Any, name: str, default: str) -> str:
+        value = self.attribute(target, name)
+        return value if isinstance(value, str) else default
+
+    def number(self, target: Any, name: str, default: float | None) -> Any:
+        value = self.attribute(target, name)
+        if value is None:
+            return default
+        if isinstance(value, str) or not math.isfinite(value):
+            raise DataError(f"attribute {name} is not a number: the file is damaged")
+        return float(value)
+
+    def positive(self, target: Any, name: str) -> float:
+        value = self.number(target, name, None)
+        if value is None or not value > 0:
+            raise DataError(f"attribute {name} must be above 0: the file is damaged")
+        return float(value)
+
+    def present(self, target: Any, names: tuple[str, ...]) -> dict[str, Any]:
+        found = {}
+        for name in names:
+            value = self.attribute(target, name)
+            wrong = isinstance(value, str) != (name in TEXTS) or value != value
+            if value is not None and wrong:
+                raise DataError(f"attribute {name} is {value!r}: the file is damaged")
+            if value is not None:
+                found[name] = value
+        return found

@@ -1,0 +1,75 @@
+"""Files that appear whole or not at all, and never over another one unasked."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from pathlib import Path
+
+from motorid.errors import DataError, UsageError
+
+
+def write_whole(path: Path, data: bytes, *, force: bool = False) -> None:
+    """Writes ``data`` to ``path`` through a synced sibling: whole, or not at all.
+
+    Raises UsageError when ``path`` exists (unless ``force``), DataError when the disk refuses.
+    """
+    refuse_existing(path, force)
+    sibling = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        with open(sibling, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        _place(sibling, path, force)
+        sync_folder(path.parent)
+    except FileExistsError:
+        raise _exists(path) from None
+    except OSError as error:
+        raise DataError(
+            f"{path} cannot be written ({error.strerror or error}): nothing was put there"
+        ) from None
+    finally:
+        with contextlib.suppress(OSError):  # it is gone already after a rename
+            sibling.unlink()
+
+
+def refuse_existing(path: Path, force: bool) -> None:
+    """Raises UsageError when ``path`` exists and may not be replaced, or has no folder."""
+    if path.is_dir():
+        raise UsageError(f"{path} is a folder: name a file in it")
+    if not force and path.exists():
+        raise _exists(path)
+    if not path.parent.is_dir():
+        raise UsageError(f"the folder {path.parent} does not exist: make it, or write elsewhere")
+
+
+def sync_folder(folder: Path) -> None:
+    """Makes a new name in ``folder`` last through a power failure, where the system can."""
+    if sys.platform == "win32":
+        return  # it syncs names itself, and opens no folders
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _place(sibling: Path, path: Path, force: bool) -> None:
+    """Gives the sibling its name in one step; FileExistsError where another got there first."""
+    if force:
+        os.replace(sibling, path)
+        return
+    try:
+        os.link(sibling, path)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without links
+        if path.exists():
+            raise FileExistsError(str(path)) from None
+        os.rename(sibling, path)
+
+
+def _exists(path: Path) -> UsageError:
+    return UsageError(f"{path} exists already: name another file, or --force to replace it")
