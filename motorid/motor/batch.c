@@ -1,0 +1,267 @@
+/* Responses of many candidate motors to one record, LANES candidates at a time.
+ *
+ * Candidates lie across the vector lanes, so a lane never waits for another and the sums of
+ * squares are formed while the states are still at hand: no response is stored unless asked for.
+ * Inputs are held from a sample to the next. A measured NaN is a missing reading.
+ *
+ * Compiled without contraction to fused multiply-add, and without -ffast-math: a seed gives the
+ * same search on every machine of IEEE doubles.
+ */
+#include <math.h>
+#include <string.h>
+
+#define LANES 8
+#define MAX_STATES 4
+#define MAX_CHANNELS 4
+#define MAX_MATRIX 6
+
+/* One source, two instruction sets, chosen when the module is loaded (glibc's ifunc). */
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__GLIBC__)
+#define VECTOR __attribute__((target_clones("avx2", "default")))
+#else
+#define VECTOR
+#endif
+
+#define EACH_LANE for (int l = 0; l < LANES; l++)
+
+typedef struct {
+    int samples, channels;
+    const double *input;       /* (samples) held input: V, or N·m */
+    const unsigned char *open; /* (samples) 1: bridge open from this sample to the next; or NULL */
+    const double *measured;    /* (channels, samples) */
+    const int *pick;           /* (channels) which state a channel shows */
+    const double *lag;         /* (channels) readings lie this part of a sample back, 0 to 1 */
+    double *squares;           /* (n, channels) out: sums of squared differences */
+    double *outputs;           /* (n, channels, samples) out, or NULL */
+} batch_record;
+
+typedef struct {
+    double sum[MAX_CHANNELS][LANES];
+} residuals;
+
+static inline int block_size(int n, int first) { return n - first < LANES ? n - first : LANES; }
+
+/* The candidate of a lane; spare lanes of the last block repeat the last one. */
+static inline int candidate(int first, int used, int lane)
+{
+    return first + (lane < used ? lane : used - 1);
+}
+
+/* Compare the states of sample k with its readings. */
+static inline void observe(const batch_record *r, int k, int first, int used,
+                           const double (*x)[LANES], const double (*previous)[LANES],
+                           residuals *e)
+{
+    for (int c = 0; c < r->channels; c++) {
+        const double *now = x[r->pick[c]], *before = previous[r->pick[c]];
+        const double lag = r->lag[c], m = r->measured[(size_t)c * r->samples + k];
+        double y[LANES];
+        if (lag != 0.0)
+            EACH_LANE y[l] = now[l] + lag * (before[l] - now[l]);
+        else
+            EACH_LANE y[l] = now[l];
+        if (m == m)
+            EACH_LANE e->sum[c][l] += (y[l] - m) * (y[l] - m);
+        if (r->outputs)
+            for (int l = 0; l < used; l++)
+                r->outputs[((size_t)(first + l) * r->channels + c) * r->samples + k] = y[l];
+    }
+}
+
+static inline void finish(const batch_record *r, int first, int used, const residuals *e)
+{
+    for (int l = 0; l < used; l++)
+        for (int c = 0; c < r->channels; c++)
+            r->squares[(size_t)(first + l) * r->channels + c] = e->sum[c][l];
+}
+
+/* x[k+1] = Ad x[k] + Bd u[k]; ``discrete`` (n, states, states + 1) holds Ad and Bd side by side. */
+static inline void lti_blocks(const batch_record *r, int n, const double *discrete, int states)
+{
+    for (int first = 0; first < n; first += LANES) {
+        const int used = block_size(n, first);
+        double a[MAX_STATES][MAX_STATES + 1][LANES];
+        double x[MAX_STATES][LANES] = {{0}}, last[MAX_STATES][LANES] = {{0}};
+        residuals e = {{{0}}};
+        for (int i = 0; i < states; i++)
+            for (int j = 0; j <= states; j++)
+                EACH_LANE a[i][j][l] =
+                    discrete[((size_t)candidate(first, used, l) * states + i) * (states + 1) + j];
+        for (int k = 0; k < r->samples; k++) {
+            const double u = r->input[k];
+            observe(r, k, first, used, x, last, &e);
+            memcpy(last, x, sizeof last[0] * states);
+            for (int i = 0; i < states; i++)
+                EACH_LANE {
+                    double next = a[i][states][l] * u;
+                    for (int j = 0; j < states; j++) next += a[i][j][l] * last[j][l];
+                    x[i][l] = next;
+                }
+        }
+        finish(r, first, used, &e);
+    }
+}
+
+VECTOR void batch_lti(const batch_record *r, int n, int states, const double *discrete)
+{
+    switch (states) { /* constants, so that the loops over states unroll */
+    case 2: lti_blocks(r, n, discrete, 2); break;
+    case 3: lti_blocks(r, n, discrete, 3); break;
+    case 4: lti_blocks(r, n, discrete, 4); break;
+    }
+}
+
+/* One motor with Coulomb friction, discretised: columns of ``motor`` (n, MOTOR_COLUMNS). */
+enum {
+    II, IW, IV, IS, /* next current from current, speed, voltage, direction */
+    WI, WW, WV, WS, /* next speed */
+    PI, PW, PV, PS, /* turn of the shaft */
+    OW, OS,         /* bridge open: next speed from speed, direction */
+    OPW, OPS,       /* bridge open: turn of the shaft */
+    HI, HV,         /* held by friction: next current from current, voltage */
+    KT, T0,         /* torque constant, Coulomb torque */
+    MOTOR_COLUMNS
+};
+
+/* States current, speed, position. Friction keeps its direction through a sample; a speed that
+ * would pass zero stops there, and stays while the torque at mid-sample is within the Coulomb
+ * torque. */
+VECTOR void batch_friction(const batch_record *r, int n, const double *motor)
+{
+    for (int first = 0; first < n; first += LANES) {
+        const int used = block_size(n, first);
+        double m[MOTOR_COLUMNS][LANES], x[3][LANES] = {{0}}, last[3][LANES] = {{0}};
+        residuals e = {{{0}}};
+        for (int j = 0; j < MOTOR_COLUMNS; j++)
+            EACH_LANE m[j][l] = motor[(size_t)candidate(first, used, l) * MOTOR_COLUMNS + j];
+        for (int k = 0; k < r->samples; k++) {
+            const double v = r->input[k];
+            const int open = r->open && r->open[k];
+            observe(r, k, first, used, x, last, &e);
+            memcpy(last, x, sizeof last);
+            EACH_LANE {
+                const double i = open ? 0.0 : last[0][l], w = last[1][l], p = last[2][l];
+                const double held = m[HI][l] * i + m[HV][l] * v; /* the current if it stays */
+                const double torque = open ? 0.0 : m[KT][l] * 0.5 * (i + held);
+                const double push = torque > m[T0][l] ? 1.0 : torque < -m[T0][l] ? -1.0 : 0.0;
+                const double s = w > 0.0 ? 1.0 : w < 0.0 ? -1.0 : push;
+                double ni = m[II][l] * i + m[IW][l] * w + m[IV][l] * v + m[IS][l] * s;
+                double nw = m[WI][l] * i + m[WW][l] * w + m[WV][l] * v + m[WS][l] * s;
+                double np = m[PI][l] * i + m[PW][l] * w + m[PV][l] * v + m[PS][l] * s;
+                if (open) {
+                    ni = 0.0;
+                    nw = m[OW][l] * w + m[OS][l] * s;
+                    np = m[OPW][l] * w + m[OPS][l] * s;
+                }
+                const int stuck = s == 0.0;
+                x[0][l] = stuck & !open ? held : ni;
+                x[1][l] = stuck | (nw * s <= 0.0) ? 0.0 : nw;
+                x[2][l] = stuck ? p : p + np;
+            }
+        }
+        finish(r, first, used, &e);
+    }
+}
+
+/* Rates of the motor with load torque Ta sign(w) + Tb w + Tc w |w|. */
+typedef struct {
+    double resistance[LANES], per_l[LANES], constant[LANES], per_j[LANES];
+    double ta[LANES], tb[LANES], tc[LANES];
+} loads;
+
+static inline void load_rates(const loads *p, double v, const double (*x)[LANES],
+                              double (*dx)[LANES])
+{
+    EACH_LANE {
+        const double i = x[0][l], w = x[1][l], ta = p->ta[l];
+        const double drive = p->constant[l] * i - p->tb[l] * w - p->tc[l] * w * fabs(w);
+        const double start = drive > ta ? drive - ta : drive < -ta ? drive + ta : 0.0;
+        const double net = w > 0.0 ? drive - ta : w < 0.0 ? drive + ta : start;
+        dx[0][l] = (v - p->resistance[l] * i - p->constant[l] * w) * p->per_l[l];
+        dx[1][l] = net * p->per_j[l];
+    }
+}
+
+/* One classical Runge-Kutta step of h seconds; a speed that passes zero stops there. */
+static inline void load_step(const loads *p, double v, double h, double (*x)[LANES])
+{
+    static const double ahead[3] = {0.5, 0.5, 1.0};
+    double rate[4][2][LANES], at[2][LANES];
+    load_rates(p, v, x, rate[0]);
+    for (int stage = 0; stage < 3; stage++) {
+        for (int j = 0; j < 2; j++)
+            EACH_LANE at[j][l] = x[j][l] + ahead[stage] * h * rate[stage][j][l];
+        load_rates(p, v, at, rate[stage + 1]);
+    }
+    EACH_LANE {
+        const double w = x[1][l];
+        const double next = w + h / 6.0 * (rate[0][1][l] + 2.0 * rate[1][1][l] +
+                                           2.0 * rate[2][1][l] + rate[3][1][l]);
+        x[0][l] += h / 6.0 * (rate[0][0][l] + 2.0 * rate[1][0][l] + 2.0 * rate[2][0][l] +
+                              rate[3][0][l]);
+        x[1][l] = w * next < 0.0 ? 0.0 : next;
+    }
+}
+
+/* ``motor`` (n, 7): R, L, c, J, Ta, Tb, Tc; ``substeps`` Runge-Kutta steps a sample of dt s. */
+VECTOR void batch_quadratic(const batch_record *r, int n, const double *motor, double dt,
+                            int substeps)
+{
+    for (int first = 0; first < n; first += LANES) {
+        const int used = block_size(n, first);
+        loads p;
+        double x[2][LANES] = {{0}}, last[2][LANES] = {{0}};
+        residuals e = {{{0}}};
+        EACH_LANE {
+            const double *q = motor + 7 * (size_t)candidate(first, used, l);
+            p.resistance[l] = q[0], p.per_l[l] = 1.0 / q[1], p.constant[l] = q[2];
+            p.per_j[l] = 1.0 / q[3], p.ta[l] = q[4], p.tb[l] = q[5], p.tc[l] = q[6];
+        }
+        for (int k = 0; k < r->samples; k++) {
+            observe(r, k, first, used, x, last, &e);
+            memcpy(last, x, sizeof last);
+            for (int s = 0; s < substeps; s++) load_step(&p, r->input[k], dt / substeps, x);
+        }
+        finish(r, first, used, &e);
+    }
+}
+
+static void multiply(int m, const double *a, const double *b, double *out)
+{
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j < m; j++) {
+            double sum = 0.0;
+            for (int k = 0; k < m; k++) sum += a[i * m + k] * b[k * m + j];
+            out[i * m + j] = sum;
+        }
+}
+
+/* exp of n matrices (n, m, m): Taylor's series of the matrix scaled below 1/2, then squarings.
+ * The 16th term is below 1e-19 there. */
+void batch_expm(int n, int m, const double *matrices, double *out)
+{
+    const int size = m * m;
+    for (int c = 0; c < n; c++) {
+        const double *a = matrices + (size_t)c * size;
+        double *e = out + (size_t)c * size, norm = 0.0;
+        double small[MAX_MATRIX * MAX_MATRIX], work[MAX_MATRIX * MAX_MATRIX];
+        int squarings = 0;
+        for (int i = 0; i < m; i++) {
+            double row = 0.0;
+            for (int j = 0; j < m; j++) row += fabs(a[i * m + j]);
+            norm = row > norm ? row : norm;
+        }
+        if (isfinite(norm) && norm > 0.5) squarings = (int)ceil(log2(norm)) + 1;
+        for (int i = 0; i < size; i++) small[i] = ldexp(a[i], -squarings);
+        memset(e, 0, sizeof(double) * size);
+        for (int i = 0; i < m; i++) e[i * m + i] = 1.0;
+        for (int term = 16; term > 0; term--) { /* Horner: e = I + small e / term */
+            multiply(m, small, e, work);
+            for (int i = 0; i < size; i++) e[i] = work[i] / term + (i % (m + 1) == 0);
+        }
+        for (; squarings > 0; squarings--) {
+            multiply(m, e, e, work);
+            memcpy(e, work, sizeof(double) * size);
+        }
+    }
+}
