@@ -12,7 +12,7 @@ VENV := .venv
 PY := $(VENV)/bin/python
 PYTEST := $(PY) -m pytest -q -n $(JOBS)
 # what cffi writes itself begins with an underscore
-C_SOURCES := $(filter-out motorid/%/_plant.c motorid/%/_response.c, \
+C_SOURCES := $(filter-out $(wildcard motorid/*/_*), \
     $(wildcard motorid/*/*_build.py motorid/*/*.c motorid/*/*.h))
 READY := $(VENV)/ready
 READY_TO_TEST := $(VENV)/ready-to-test

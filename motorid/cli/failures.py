@@ -8,6 +8,7 @@ import sys
 import click
 
 from motorid.errors import (
+    EXIT_DATA,
     EXIT_INTERNAL,
     EXIT_INTERRUPTED,
     EXIT_USAGE,
@@ -34,7 +35,7 @@ def report(error: BaseException) -> int:
             _forget_stdout()
             return EXIT_INTERRUPTED
         case OSError() if error.filename is not None:
-            return _say(f"{error.filename}: {error.strerror}", EXIT_USAGE)
+            return _say(f"{error.filename}: {error.strerror}", EXIT_DATA)
         case _:
             return _say(_internal_sentence(error), EXIT_INTERNAL)
 

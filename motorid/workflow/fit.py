@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-from motorid.errors import UsageError
 
 if TYPE_CHECKING:
     from motorid.estimate.types import Estimate
@@ -51,29 +48,24 @@ def as_json(estimate: Estimate) -> str:
 
 def check_writable(folder: Path, *, force: bool) -> None:
     """Raises UsageError where ``write_report`` would replace a file without leave."""
-    for name in (ESTIMATE_FILE, REPORT_FILE):
-        if (folder / name).exists() and not force:
-            raise UsageError(
-                f"{folder / name} exists; give --force to replace it, or another folder"
-            )
+    from motorid.capture.whole import refuse_existing
+
+    if folder.is_dir():
+        for name in (ESTIMATE_FILE, REPORT_FILE):
+            refuse_existing(folder / name, force)
 
 
 def write_report(estimate: Estimate, folder: Path, *, force: bool = False) -> tuple[Path, ...]:
-    """Writes estimate.json and report.html into ``folder``, each whole or not at all."""
+    """Writes estimate.json and report.html into ``folder``, each whole or not at all.
+
+    Raises UsageError where one exists (unless ``force``), DataError where the disk refuses.
+    """
+    from motorid.capture.whole import write_whole
     from motorid.report import html
 
     check_writable(folder, force=force)
     folder.mkdir(parents=True, exist_ok=True)
     pages = {ESTIMATE_FILE: as_json(estimate) + "\n", REPORT_FILE: html.render(estimate)}
-    return tuple(_write_whole(folder / name, text) for name, text in pages.items())
-
-
-def _write_whole(path: Path, text: str) -> Path:
-    """A reader finds the old file or the new one, never half of one."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        temporary.write_text(text, encoding="utf-8", newline="\n")
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    return path
+    for name, text in pages.items():
+        write_whole(folder / name, text.encode(), force=force)
+    return tuple(folder / name for name in pages)

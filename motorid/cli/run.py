@@ -1,0 +1,64 @@
+"""motorid run"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from motorid.cli.options import capture_options, example, fit_options, force_option
+
+
+@click.command(
+    "run",
+    epilog=example(
+        "motorid run --rig sim -o out",
+        "motorid run --rig bench.toml --serial M17 --repeat 3 -o M17",
+    ),
+)
+@capture_options
+@fit_options
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder for capture.h5, estimate.json and report.html.",
+)
+@force_option
+def command(
+    rig_name: str,
+    port: str | None,
+    repeat: int,
+    serial: str,
+    note: str,
+    speed: str | None,
+    fix: tuple[tuple[str, float], ...],
+    without: tuple[str, ...],
+    method: str,
+    output: Path,
+    force: bool,
+) -> None:
+    """Capture a run, fit it and write a report.
+
+    The same as motorid capture, then motorid fit on the file that it wrote.
+    """
+    from motorid.cli.progress import ProgressLine
+    from motorid.workflow import fit, record
+
+    fit.check_writable(output, force=force)
+    bench = record.bench(rig_name, port=port, speed=speed)
+    with ProgressLine() as progress:
+        paths = record.capture_runs(
+            bench,
+            record.capture_file(output),
+            repeat=repeat,
+            force=force,
+            serial=serial,
+            note=note,
+            progress=progress,
+        )
+    estimate = fit.fit_files(paths, fix=dict(fix), without=without, method=method)
+    click.echo(fit.as_text(estimate))
+    for path in (*paths, *fit.write_report(estimate, output, force=force)):
+        click.echo(f"wrote {path}", err=True)

@@ -1,0 +1,100 @@
+"""Imports point down only, and heavy modules stay unloaded until they are needed."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parent.parent / "motorid"
+BASE = {"errors"}
+DATA = BASE | {"program", "capture"}
+FIT = DATA | {"motor", "segment", "estimate", "plan"}
+DRIVE = DATA | {"rig", "wire", "sim", "acquire"}
+MAY_IMPORT = {
+    "errors": set[str](),
+    "wire": BASE,
+    "program": BASE,
+    "capture": DATA,
+    "rig": DATA | {"wire"},
+    "segment": DATA,
+    "motor": DATA,
+    "plan": DATA | {"motor", "rig"},
+    "estimate": FIT,
+    "quality": FIT | {"quality"},
+    "report": FIT | {"quality", "report"},
+    "sim": DATA | {"rig", "wire"},
+    "acquire": DRIVE,
+    "workflow": DRIVE | FIT | {"quality", "report", "workflow"},
+    "api": DRIVE | FIT | {"quality", "report", "workflow"},
+    "cli": DRIVE | FIT | {"quality", "report", "workflow"},
+}
+
+
+def room(module: str) -> str | None:
+    """The room of a dotted module of motorid: ``motorid.rig_file`` is in ``rig``."""
+    parts = module.split(".")
+    if parts[0] != "motorid" or len(parts) == 1:
+        return None
+    return parts[1].split("_")[0]
+
+
+def imported(path: Path) -> Iterator[str]:
+    """Every module that a file imports, also those inside functions."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module == "motorid":
+            yield from (f"motorid.{name.name}" for name in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+
+
+def files() -> list[Path]:
+    """Every module but motorid/__init__.py, the public face, which reaches all rooms lazily."""
+    return [path for path in sorted(PACKAGE.rglob("*.py")) if path != PACKAGE / "__init__.py"]
+
+
+@pytest.mark.parametrize("path", files(), ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_imports_point_down(path: Path) -> None:
+    own = room(".".join(("motorid", *path.relative_to(PACKAGE).with_suffix("").parts)))
+    assert own in MAY_IMPORT, "a new room: say in MAY_IMPORT what it may know"
+    reached = {found for module in imported(path) if (found := room(module))}
+    assert reached - MAY_IMPORT[own] - {own} == set()
+
+
+def loaded_after(statement: str) -> set[str]:
+    """Top-level modules that a fresh interpreter holds after ``statement``."""
+    code = f"{statement}\nimport sys\nprint(*{{name.split('.')[0] for name in sys.modules}})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stdout.split())
+
+
+def test_estimate_leaves_serial_unloaded() -> None:
+    assert "serial" not in loaded_after("import motorid.estimate")
+
+
+def test_help_loads_nothing_heavy() -> None:
+    statement = (
+        "import io, contextlib, motorid.cli.main as m\n"
+        "with contextlib.redirect_stdout(io.StringIO()): assert m.run(['--help']) == 0"
+    )
+    heavy = {"numpy", "scipy", "pandas", "h5py", "serial", "cffi"}
+    assert loaded_after(statement) & heavy == set()
+
+
+def test_the_package_itself_is_light() -> None:
+    assert loaded_after("import motorid") & {"numpy", "click"} == set()
+
+
+@pytest.mark.parametrize("name", ["fcntl", "termios", "pty", "tty", "resource"])
+def test_posix_only_modules_stay_in_the_pseudo_terminal(name: str) -> None:
+    """Windows has none of them; only the pseudo terminal may need one."""
+    users = {
+        path.relative_to(PACKAGE).as_posix() for path in files() if name in set(imported(path))
+    }
+    assert users <= {"sim/pty.py"}
