@@ -1,0 +1,501 @@
+/* plant.c: see plant.h. Fourth-order Runge-Kutta between events; events are located, not stepped
+ * over. It shares nothing with the fit's model. */
+#include "plant.h"
+
+#include <math.h>
+
+/* Switch positions. ON and SLOW are signed by the drive's direction. */
+enum { GATE_OFF = 0, GATE_SHORT = 1, GATE_FORWARD = 2, GATE_REVERSE = 3, GATE_SLOW_FORWARD = 4,
+       GATE_SLOW_REVERSE = 5 };
+
+static const double REFERENCE_C = 25.0;
+static const double LONGEST_STEP = 12.5e-6;
+static const double SHORTEST_STEP = 1e-9; /* keeps chatter at an event from stopping time */
+static const double ROOT_TOLERANCE = 1e-12;
+static const double STRIBECK_REACH = 6.0; /* exp(-36): nothing left */
+
+/* What the equations say at one point of a step. */
+typedef struct rates {
+    double d[4]; /* of current, speed, angle, bus */
+    double terminal;
+    double bus;
+    double heat;
+    double friction;
+    double torque; /* electromagnetic and cogging, without friction */
+    double emf;
+} rates;
+
+/* ------------------------------------------------------------------ equations */
+
+static double supply_current(const plant *p, double bus)
+{
+    const plant_params *m = &p->par;
+    double amps = (m->supply_voltage - bus) / m->supply_resistance;
+    if (!m->supply_sinks && amps < 0.0)
+        amps = 0.0;
+    if (m->supply_limit > 0.0 && amps > m->supply_limit)
+        amps = m->supply_limit;
+    return amps;
+}
+
+static double bus_voltage(const plant *p, const double x[4])
+{
+    if (p->par.supply_capacitance > 0.0)
+        return x[3];
+    return p->par.supply_voltage - p->par.supply_resistance * p->via * x[0];
+}
+
+static double sliding_friction(const plant *p, double speed)
+{
+    const plant_params *m = &p->par;
+    double torque = m->coulomb;
+    if (m->stiction > m->coulomb && m->stribeck_speed > 0.0) {
+        double ratio = speed / m->stribeck_speed;
+        if (fabs(ratio) < STRIBECK_REACH)
+            torque += (m->stiction - m->coulomb) * exp(-ratio * ratio);
+    }
+    return p->direction * torque + m->viscous * speed;
+}
+
+static void evaluate(const plant *p, const double x[4], rates *out)
+{
+    const plant_params *m = &p->par;
+    double i = p->open ? 0.0 : x[0], speed = x[1];
+    double k = p->k_now, r = p->r_now, brush = 0.0, torque;
+    if (m->k_ripple != 0.0 || m->r_ripple != 0.0) {
+        double wave = cos(m->ripple_per_turn * x[2]);
+        k *= 1.0 + m->k_ripple * wave;
+        r *= 1.0 + m->r_ripple * wave;
+    }
+    if (m->brush_drop != 0.0)
+        brush = m->brush_drop * i / sqrt(i * i + m->brush_current * m->brush_current);
+    out->emf = k * speed;
+    out->bus = bus_voltage(p, x);
+    if (p->open) {
+        out->terminal = out->emf;
+        out->d[0] = 0.0;
+    } else {
+        double bridge = p->via * out->bus + p->drop - p->path_resistance * i;
+        out->terminal = bridge - m->lead_resistance * i;
+        out->d[0] = (out->terminal - r * i - brush - out->emf) / m->inductance;
+    }
+    torque = k * i;
+    if (m->cogging != 0.0)
+        torque -= m->cogging * sin(m->cogging_per_turn * x[2]);
+    out->torque = torque;
+    out->heat = (r * i + brush) * i;
+    if (p->direction) {
+        double friction = sliding_friction(p, speed);
+        out->friction = friction * speed;
+        out->d[1] = (torque - friction) / m->inertia;
+        out->d[2] = speed;
+    } else {
+        out->friction = out->d[1] = out->d[2] = 0.0;
+    }
+    out->d[3] = 0.0;
+    if (m->supply_capacitance > 0.0)
+        out->d[3] = (supply_current(p, x[3]) - p->via * i) / m->supply_capacitance;
+}
+
+/* ------------------------------------------------------------------ the conducting path */
+
+static void take_path(plant *p, double via, double drop, double resistance, int diode)
+{
+    p->open = 0;
+    p->via = via;
+    p->drop = drop;
+    p->path_resistance = resistance;
+    p->diode = diode;
+}
+
+/* The diode path that carries current of that sign in this switch position. */
+static void take_diode_path(plant *p, int sign)
+{
+    const plant_params *m = &p->par;
+    double one = m->switch_resistance + m->diode_resistance;
+    if (p->gate == GATE_OFF) {
+        take_path(p, -sign, -2.0 * sign * m->diode_drop, 2.0 * m->diode_resistance, sign);
+    } else {
+        int drive = p->gate == GATE_SLOW_FORWARD ? 1 : -1;
+        if (sign == drive)
+            take_path(p, 0.0, -sign * m->diode_drop, one, sign);
+        else
+            take_path(p, drive, -sign * m->diode_drop, one, sign);
+    }
+}
+
+/* What the present path would apply at zero current, less the back-EMF: the drive of di/dt. */
+static double push(const plant *p, const double x[4])
+{
+    rates r;
+    evaluate(p, x, &r);
+    return p->via * r.bus + p->drop - r.emf;
+}
+
+static void load_state(const plant *p, double x[4])
+{
+    x[0] = p->current;
+    x[1] = p->speed;
+    x[2] = p->angle;
+    x[3] = p->bus;
+}
+
+/* Choose the path for the present switch position and current. */
+static void settle_path(plant *p)
+{
+    double both = 2.0 * p->par.switch_resistance, x[4];
+    switch (p->gate) {
+    case GATE_SHORT:
+        take_path(p, 0.0, 0.0, both, 0);
+        return;
+    case GATE_FORWARD:
+        take_path(p, 1.0, 0.0, both, 0);
+        return;
+    case GATE_REVERSE:
+        take_path(p, -1.0, 0.0, both, 0);
+        return;
+    default:
+        break;
+    }
+    if (p->current != 0.0) {
+        take_diode_path(p, p->current > 0.0 ? 1 : -1);
+        return;
+    }
+    load_state(p, x);
+    take_diode_path(p, 1);
+    if (push(p, x) > 0.0)
+        return;
+    take_diode_path(p, -1);
+    if (push(p, x) < 0.0)
+        return;
+    take_path(p, 0.0, 0.0, 0.0, 0);
+    p->open = 1;
+}
+
+static double breakaway(const plant *p)
+{
+    return p->par.stiction > p->par.coulomb ? p->par.stiction : p->par.coulomb;
+}
+
+/* At zero speed: hold, or slide the way the torque pushes. */
+static void settle_friction(plant *p)
+{
+    double x[4];
+    rates r;
+    if (p->locked) {
+        p->speed = 0.0;
+        p->direction = 0;
+    } else if (p->speed != 0.0) {
+        p->direction = p->speed > 0.0 ? 1 : -1;
+    } else {
+        load_state(p, x);
+        evaluate(p, x, &r);
+        p->direction = fabs(r.torque) > breakaway(p) ? (r.torque > 0.0 ? 1 : -1) : 0;
+    }
+}
+
+/* ------------------------------------------------------------------ one step */
+
+typedef struct step {
+    double x[4];
+    rates end; /* at x */
+    double i_dt, v_dt, supply_dt, electric, heat, friction, supply;
+} step;
+
+static void tally(step *s, const plant *p, const rates *r, double i, double weight)
+{
+    if (p->open)
+        i = 0.0;
+    s->i_dt += weight * i;
+    s->v_dt += weight * r->terminal;
+    s->supply_dt += weight * r->bus;
+    s->electric += weight * r->terminal * i;
+    s->heat += weight * r->heat;
+    s->friction += weight * r->friction;
+    s->supply += weight * r->bus * p->via * i;
+}
+
+static void try_step(const plant *p, const double x[4], const rates *first, double h, step *s)
+{
+    static const double place[3] = {0.5, 0.5, 1.0};
+    static const double share[4] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
+    double y[4], sum[4];
+    rates r = *first;
+    int stage, n;
+    *s = (step){.i_dt = 0.0};
+    tally(s, p, first, x[0], h * share[0]);
+    for (n = 0; n < 4; n++)
+        sum[n] = share[0] * first->d[n];
+    for (stage = 1; stage < 4; stage++) {
+        for (n = 0; n < 4; n++)
+            y[n] = x[n] + h * place[stage - 1] * r.d[n];
+        evaluate(p, y, &r);
+        tally(s, p, &r, y[0], h * share[stage]);
+        for (n = 0; n < 4; n++)
+            sum[n] += share[stage] * r.d[n];
+    }
+    for (n = 0; n < 4; n++)
+        s->x[n] = x[n] + h * sum[n];
+    evaluate(p, s->x, &s->end);
+}
+
+/* Above zero: an event lies behind the end of this step. */
+static double overshoot(const plant *p, const step *s)
+{
+    double worst = -1.0;
+    if (p->diode)
+        worst = fmax(worst, -p->diode * s->x[0]);
+    if (p->open) {
+        double bus = s->end.bus, emf = s->end.emf, drop = p->par.diode_drop, high, low;
+        if (p->gate == GATE_OFF) {
+            high = bus + 2.0 * drop;
+            low = -high;
+        } else if (p->gate == GATE_SLOW_FORWARD) {
+            high = bus + drop;
+            low = -drop;
+        } else {
+            high = drop;
+            low = -bus - drop;
+        }
+        worst = fmax(worst, fmax(emf - high, low - emf));
+    }
+    if (p->direction)
+        worst = fmax(worst, -p->direction * s->x[1]);
+    else if (!p->locked)
+        worst = fmax(worst, fabs(s->end.torque) - breakaway(p));
+    return worst;
+}
+
+/* Shorten a step that ran past an event to end just behind it (Illinois false position). */
+static double locate_event(const plant *p, const double x[4], const rates *first, double h, step *s)
+{
+    double low = 0.0, high = h, f_high = overshoot(p, s), f_low;
+    int side = 0, n;
+    step start = {.x = {x[0], x[1], x[2], x[3]}, .end = *first};
+    f_low = fmin(overshoot(p, &start), -1e-300);
+    for (n = 0; n < 60 && high - low > ROOT_TOLERANCE; n++) {
+        double middle = (low * f_high - high * f_low) / (f_high - f_low), f;
+        if (!(middle > low && middle < high) || n % 8 == 7)
+            middle = 0.5 * (low + high);
+        try_step(p, x, first, middle, s);
+        f = overshoot(p, s);
+        if (f > 0.0) {
+            high = middle;
+            f_high = f;
+            if (side == 1)
+                f_low *= 0.5;
+            side = 1;
+        } else {
+            low = middle;
+            f_low = fmin(f, -1e-300);
+            if (side == -1)
+                f_high *= 0.5;
+            side = -1;
+        }
+    }
+    h = fmin(fmax(high, SHORTEST_STEP), h);
+    try_step(p, x, first, h, s);
+    return h;
+}
+
+static void warm(plant *p, double heat, double dt)
+{
+    const plant_params *m = &p->par;
+    double flow, away;
+    if (m->winding_resistance <= 0.0)
+        return;
+    flow = dt * (p->winding - p->housing) / m->winding_resistance;
+    away = dt * (p->housing - m->ambient) / m->housing_resistance;
+    p->winding += (heat - flow) / m->winding_capacity;
+    p->housing += (flow - away) / m->housing_capacity;
+}
+
+static void follow_temperature(plant *p)
+{
+    const plant_params *m = &p->par;
+    p->r_now = m->resistance * (1.0 + m->copper_coefficient * (p->winding - REFERENCE_C));
+    p->k_now = m->torque_constant * (1.0 + m->magnet_coefficient * (p->housing - REFERENCE_C));
+}
+
+static void accept(plant *p, const step *s, double h)
+{
+    p->current = p->open || (p->diode && p->diode * s->x[0] <= 0.0) ? 0.0 : s->x[0];
+    p->speed = !p->direction || p->direction * s->x[1] <= 0.0 ? 0.0 : s->x[1];
+    p->angle = s->x[2];
+    p->bus = s->end.bus;
+    p->terminal = s->end.terminal;
+    p->i_dt += s->i_dt;
+    p->v_dt += s->v_dt;
+    p->supply_dt += s->supply_dt;
+    p->electric_energy += s->electric;
+    p->heat_energy += s->heat;
+    p->friction_energy += s->friction;
+    p->supply_energy += s->supply;
+    warm(p, s->heat, h);
+    follow_temperature(p);
+}
+
+static void settle(plant *p)
+{
+    double x[4];
+    rates r;
+    settle_path(p);
+    settle_friction(p);
+    load_state(p, x);
+    evaluate(p, x, &r);
+    p->terminal = r.terminal;
+    p->bus = r.bus;
+}
+
+/* Run for dt with the switches as they are. */
+static void run(plant *p, double dt)
+{
+    double x[4];
+    rates first;
+    load_state(p, x);
+    evaluate(p, x, &first);
+    while (dt > 0.0) {
+        double whole = ceil(dt / p->step), h = dt / whole;
+        step s;
+        try_step(p, x, &first, h, &s);
+        if (overshoot(p, &s) > 0.0) {
+            h = locate_event(p, x, &first, h, &s);
+            accept(p, &s, h);
+            settle(p);
+            load_state(p, x);
+            evaluate(p, x, &first);
+            dt -= h;
+        } else {
+            accept(p, &s, h);
+            load_state(p, x);
+            first = s.end;
+            dt = whole == 1.0 ? 0.0 : dt - h;
+        }
+    }
+}
+
+/* ------------------------------------------------------------------ PWM */
+
+static void add_edge(plant *p, double time, int gate)
+{
+    p->edge_time[p->edges] = time;
+    p->edge_gate[p->edges] = gate;
+    p->edges++;
+}
+
+static void schedule_drive(plant *p)
+{
+    const plant_params *m = &p->par;
+    int on = p->duty < 0.0 ? GATE_REVERSE : GATE_FORWARD;
+    int slow = p->duty < 0.0 ? GATE_SLOW_REVERSE : GATE_SLOW_FORWARD;
+    int off = p->decay == PLANT_FAST ? GATE_OFF : p->decay == PLANT_DIODE ? slow : GATE_SHORT;
+    double on_time = fabs(p->duty) * m->pwm_period;
+    if (p->duty == 0.0) {
+        add_edge(p, 0.0, off);
+    } else if (fabs(p->duty) >= 1.0) {
+        add_edge(p, 0.0, on);
+    } else if (off == GATE_SHORT) {
+        /* each switch of the leg turns on a dead time after the other has turned off */
+        add_edge(p, 0.0, slow);
+        if (on_time > m->dead_time)
+            add_edge(p, m->dead_time, on);
+        add_edge(p, on_time, slow);
+        if (on_time + m->dead_time < m->pwm_period)
+            add_edge(p, on_time + m->dead_time, GATE_SHORT);
+    } else {
+        add_edge(p, 0.0, on);
+        add_edge(p, on_time, off);
+    }
+}
+
+static void take_due_edges(plant *p)
+{
+    while (p->edge < p->edges && p->edge_time[p->edge] <= p->phase)
+        p->gate = p->edge_gate[p->edge++];
+    settle(p);
+}
+
+void plant_new_period(plant *p)
+{
+    p->phase = 0.0;
+    p->edges = p->edge = 0;
+    if (p->mode == PLANT_COAST)
+        add_edge(p, 0.0, GATE_OFF);
+    else if (p->mode == PLANT_BRAKE)
+        add_edge(p, 0.0, GATE_SHORT);
+    else
+        schedule_drive(p);
+    take_due_edges(p);
+}
+
+void plant_command(plant *p, int mode, double duty, int decay)
+{
+    p->mode = mode;
+    p->duty = fmin(fmax(duty, -1.0), 1.0);
+    p->decay = decay;
+    plant_new_period(p);
+}
+
+void plant_advance(plant *p, double dt)
+{
+    while (dt > 0.0) {
+        double next = p->edge < p->edges ? p->edge_time[p->edge] : p->par.pwm_period;
+        double wait = next - p->phase;
+        if (wait > dt) {
+            run(p, dt);
+            p->phase += dt;
+            return;
+        }
+        run(p, wait);
+        dt -= wait;
+        p->phase = next;
+        if (next >= p->par.pwm_period)
+            plant_new_period(p);
+        else
+            take_due_edges(p);
+    }
+}
+
+/* ------------------------------------------------------------------ set-up */
+
+static double choose_step(const plant_params *m)
+{
+    double r = m->resistance + m->lead_resistance + 2.0 * m->switch_resistance;
+    double step = LONGEST_STEP;
+    if (m->supply_capacitance <= 0.0)
+        r += m->supply_resistance;
+    if (m->brush_drop != 0.0)
+        r += m->brush_drop / m->brush_current;
+    step = fmin(step, 0.2 * m->inductance / r);
+    if (m->supply_capacitance > 0.0)
+        step = fmin(step, 0.25 * m->supply_resistance * m->supply_capacitance);
+    return step;
+}
+
+void plant_init(plant *p, const plant_params *par)
+{
+    *p = (plant){.par = *par};
+    p->bus = par->supply_voltage;
+    p->winding = p->housing = par->ambient;
+    p->step = par->max_step > 0.0 ? par->max_step : choose_step(par);
+    follow_temperature(p);
+    plant_command(p, PLANT_COAST, 0.0, 0);
+}
+
+void plant_set_supply(plant *p, double volts)
+{
+    p->par.supply_voltage = volts;
+    settle(p);
+}
+
+void plant_lock(plant *p, int locked)
+{
+    p->locked = locked;
+    settle(p);
+}
+
+double plant_stored_energy(const plant *p)
+{
+    return 0.5 * (p->par.inductance * p->current * p->current
+                  + p->par.inertia * p->speed * p->speed);
+}

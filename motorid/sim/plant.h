@@ -1,0 +1,135 @@
+/* plant.h: the simulated motor, its bridge and its supply.
+ *
+ * One brushed permanent-magnet DC motor behind an H-bridge whose switches open and close at the
+ * edges of a PWM. Portable C99: no heap, no globals, no I/O; the caller owns `struct plant`, so a
+ * snapshot is an assignment. SI units throughout (V, A, ohm, H, N·m, kg·m², rad, s, °C).
+ *
+ * Use: fill a plant_params, plant_init(), then plant_command() and plant_advance() in turn. The
+ * integrals i_dt, v_dt, supply_dt grow for ever; a mean over a window is a difference of two
+ * readings of them divided by the window. The caller may set them to zero at any time.
+ */
+#ifndef MOTORID_PLANT_H
+#define MOTORID_PLANT_H
+
+/* What the bridge does for a whole command. */
+enum plant_mode { PLANT_COAST = 0, PLANT_DRIVE = 1, PLANT_BRAKE = 2 };
+
+/* What it does in the off part of a PWM period (numbers are the wire protocol's). */
+enum plant_decay {
+    PLANT_SYNCHRONOUS_SLOW = 1, /* both low switches on: the motor is shorted */
+    PLANT_DIODE = 2,            /* one low switch on, the current returns through a diode */
+    PLANT_FAST = 3              /* all switches off, the current returns into the supply */
+};
+
+enum { PLANT_MAX_EDGES = 4 };
+
+typedef struct plant_params {
+    /* motor, at 25 °C */
+    double resistance;      /* winding with brushes' ohmic part */
+    double inductance;
+    double torque_constant; /* also the back-EMF constant */
+    double inertia;         /* rotor and load */
+    double viscous;
+    double coulomb;
+    double stiction;        /* breakaway torque; below coulomb means equal to it */
+    double stribeck_speed;  /* decay of stiction into coulomb with speed; 0: at once */
+    double cogging;         /* amplitude of the torque */
+    double cogging_per_turn;
+    double brush_drop;      /* V at large current, both brushes */
+    double brush_current;   /* current at which it has risen to 0.71 of that */
+    double k_ripple;        /* relative amplitude with commutation */
+    double r_ripple;
+    double ripple_per_turn;
+    /* heat */
+    double ambient;
+    double copper_coefficient; /* 1/K */
+    double magnet_coefficient; /* 1/K, negative */
+    double winding_resistance; /* K/W, winding to housing; 0: no heating at all */
+    double winding_capacity;   /* J/K */
+    double housing_resistance; /* K/W, housing to ambient */
+    double housing_capacity;   /* J/K */
+    /* bridge */
+    double pwm_period;
+    double dead_time;
+    double switch_resistance; /* each of the four */
+    double diode_drop;
+    double diode_resistance;
+    double lead_resistance;   /* both leads, between bridge and motor terminals */
+    /* supply */
+    double supply_voltage;    /* unloaded */
+    double supply_resistance;
+    double supply_capacitance; /* at the bridge; 0: none */
+    double supply_limit;       /* current limit; 0: none; needs the capacitance */
+    int supply_sinks;          /* 0: a supply that cannot take current back */
+    /* integration */
+    double max_step; /* 0: chosen from the time constants */
+} plant_params;
+
+typedef struct plant {
+    plant_params par;
+    /* state */
+    double current;
+    double speed;
+    double angle;
+    double bus;     /* supply voltage at the bridge */
+    double winding; /* °C */
+    double housing; /* °C */
+    int direction;  /* of sliding: -1, 1; 0 while stuck */
+    int locked;     /* a jammed rotor */
+    /* outputs at this instant */
+    double terminal; /* at the motor's terminals */
+    /* integrals */
+    double i_dt;
+    double v_dt;
+    double supply_dt;
+    double electric_energy;  /* into the terminals */
+    double heat_energy;      /* in winding and brushes */
+    double friction_energy;
+    double supply_energy;    /* out of the bus, into the bridge */
+    /* command */
+    int mode;
+    int decay;
+    double duty; /* signed */
+    /* the present PWM period */
+    double phase;
+    int edges;
+    int edge;
+    double edge_time[PLANT_MAX_EDGES];
+    int edge_gate[PLANT_MAX_EDGES];
+    /* the conducting path: v_bridge = via * bus + drop - path_resistance * i */
+    int gate;
+    int open;     /* no path: the current is zero and stays so */
+    int diode;    /* sign of the current a diode path allows; 0: switches, both signs */
+    double via;   /* share of the current drawn from the bus: -1, 0, 1 */
+    double drop;
+    double path_resistance;
+    /* constants of the moment */
+    double step;
+    double r_now;
+    double k_now;
+} plant;
+
+/* Set p to rest, bridge open, supply up, winding and housing at ambient. */
+void plant_init(plant *p, const plant_params *par);
+
+/* Begin a new command, and a new PWM period, now. duty: -1 to 1, with PLANT_DRIVE only. */
+void plant_command(plant *p, int mode, double duty, int decay);
+
+/* Begin a new PWM period of the same command now: for a sampler whose period is a whole number
+ * of PWM periods, so that rounding cannot make the two drift apart. */
+void plant_new_period(plant *p);
+
+/* Change the supply's unloaded voltage now (brown-out, missing supply). */
+void plant_set_supply(plant *p, double volts);
+
+/* Jam (1) or free (0) the rotor now. */
+void plant_lock(plant *p, int locked);
+
+/* Run for dt seconds. Every switching edge, zero of a diode current, stop and breakaway within
+ * is a step boundary. */
+void plant_advance(plant *p, double dt);
+
+/* ½Li² + ½Jw² */
+double plant_stored_energy(const plant *p);
+
+#endif

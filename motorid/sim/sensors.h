@@ -1,0 +1,96 @@
+/* sensors.h: what the board sees of the plant: three analogue channels, an encoder, trips.
+ *
+ * A bench samples its plant once per sample period, a whole number of PWM periods. The reading of
+ * sample k describes the window that ends `delay` before its tick; commands begin at ticks.
+ * Portable C99, no heap; the caller owns `struct bench` and brings the random numbers.
+ */
+#ifndef MOTORID_SENSORS_H
+#define MOTORID_SENSORS_H
+
+#include "plant.h"
+
+enum bench_channel { BENCH_CURRENT = 0, BENCH_VOLTAGE = 1, BENCH_SUPPLY = 2, BENCH_CHANNELS = 3 };
+
+/* Numbers are the wire protocol's faults. */
+enum bench_trip { TRIP_NONE = 0, TRIP_CURRENT = 1, TRIP_SPEED = 2, TRIP_SUPPLY_LOW = 3,
+                  TRIP_SUPPLY_HIGH = 4, TRIP_ENCODER_EDGES = 7 };
+
+enum { BENCH_HISTORY = 64 };
+
+/* raw = round(gain * value / scale + offset + noise * normal), clipped to raw_min .. raw_max. */
+typedef struct adc {
+    double scale;  /* unit per count, as the board declares it */
+    double gain;   /* true gain over declared gain */
+    double offset; /* true reading at zero, counts */
+    double noise;  /* counts rms */
+    double aperture; /* s; 0: an instant */
+    double delay;    /* s, below one sample period; aperture + delay at most two */
+    int raw_min;
+    int raw_max;
+    int frozen;      /* the converter repeats its last reading */
+    int raw;         /* the last reading */
+    double at_start; /* integral at the window's start, and at the last window's */
+    double at_last_start;
+    double at_end;   /* integral at the window's end, or the instant's value */
+} adc;
+
+typedef struct encoder {
+    double counts_per_turn; /* after quadrature */
+    double angle;           /* rad, of the first line */
+    int sign;               /* -1: wired the other way, 0: dead */
+    double loss;            /* share of edges that are missed */
+    double missed;
+    long long edges; /* true count, to see how many edges went by */
+    long long count;
+} encoder;
+
+/* Trips open the bridge in the very sample that shows them. Readings as the board scales them. */
+typedef struct bench_limits {
+    int armed;
+    double current;       /* A, either sign */
+    double speed;         /* counts/s, either sign */
+    double supply_min;    /* V */
+    double supply_max;    /* V */
+    double edge_ceiling;  /* counts/s the counter can follow; 0: any */
+    int speed_samples;    /* speed is counts over so many samples */
+    double current_zero;  /* counts: nominal or measured offset */
+    double supply_zero;
+} bench_limits;
+
+typedef struct bench_probe {
+    double time; /* from the start of the sample period */
+    int channel;
+    int is_end;
+} bench_probe;
+
+typedef struct bench {
+    plant plant;
+    adc channel[BENCH_CHANNELS];
+    encoder encoder;
+    bench_limits limits;
+    double sample_period;
+    double volts;      /* what a volts command holds by adjusting the duty each sample */
+    int follow_volts;
+    int trip;
+    int trip_value;    /* offending raw reading or counts/s */
+    long long history[BENCH_HISTORY]; /* counts of the last samples */
+    long long samples; /* taken since bench_init */
+    int probes;
+    bench_probe probe[2 * BENCH_CHANNELS];
+} bench;
+
+/* Set up channels' windows after filling plant (by plant_init), channel, encoder, limits and
+ * sample_period. Returns 0, or -1 when a window does not fit. */
+int bench_init(bench *b);
+
+/* Hold a signed voltage by duty = volts / supply reading, renewed every sample. */
+void bench_hold_volts(bench *b, double volts, int decay);
+
+/* Any other command; ends a volts command. */
+void bench_command(bench *b, int mode, double duty, int decay);
+
+/* Take up to n samples; stop at a trip, with the bridge open. noise: n rows of three standard
+ * normal numbers; raw: n rows of three readings; count: n encoder counts. Returns samples taken. */
+int bench_run(bench *b, int n, const double *noise, short *raw, long long *count);
+
+#endif
