@@ -69,9 +69,8 @@ class SampleBlock:
 
 @dataclass(frozen=True)
 class _Tables:
-    """Messages by name and by code, with their layouts."""
+    """Messages by code, and layouts by name."""
 
-    codes: Mapping[str, int]
     commands: Mapping[int, Message]
     events: Mapping[int, Message]
     command_layouts: Mapping[str, Layout]
@@ -84,7 +83,6 @@ def _tables() -> _Tables:
     spec = load()
     commands, events = spec.commands.values(), spec.events.values()
     return _Tables(
-        codes={message.name: message.code for message in (*commands, *events)},
         commands={message.code: message for message in commands},
         events={message.code: message for message in events},
         command_layouts={m.name: Layout(m.name, m.fields) for m in commands},
@@ -98,16 +96,14 @@ def _tables() -> _Tables:
 
 def encode_command(name: str, request: int, /, **fields: Any) -> bytes:
     """Payload of a command. Raises ValueError when a field is absent, foreign or too big."""
-    tables = _tables()
-    head = struct.pack("<BH", tables.commands[tables.codes[name]].code, request)
-    return head + tables.command_layouts[name].pack(fields)
+    head = struct.pack("<BH", load().commands[name].code, request)
+    return head + _tables().command_layouts[name].pack(fields)
 
 
 def encode_reply(name: str, request: int, status: Status, /, **fields: Any) -> bytes:
     """Payload of the reply to a command; a status other than OK carries no fields."""
-    tables = _tables()
-    head = struct.pack("<BHB", tables.codes[name] | REPLY_BIT, request, status)
-    return head if status else head + tables.reply_layouts[name].pack(fields)
+    head = encode_refusal(load().commands[name].code, request, status)
+    return head if status else head + _tables().reply_layouts[name].pack(fields)
 
 
 def encode_refusal(code: int, request: int, status: Status) -> bytes:
@@ -121,12 +117,11 @@ def encode_event(name: str, /, **fields: Any) -> bytes:
     A sample_block takes ``samples``, int16 of shape (count, channels), in place of ``count``;
     its ``channels`` is the bit mask (see ``channel_mask``).
     """
-    tables = _tables()
+    code, layout = bytes([load().events[name].code]), _tables().event_layouts[name]
     if name != SAMPLE_BLOCK:
-        return bytes([tables.codes[name]]) + tables.event_layouts[name].pack(fields)
+        return code + layout.pack(fields)
     samples = _raw(fields.pop("samples"), int(fields["channels"]))
-    head = tables.event_layouts[name].pack(fields | {"count": len(samples)})
-    return bytes([tables.codes[name]]) + head + samples.tobytes()
+    return code + layout.pack(fields | {"count": len(samples)}) + samples.tobytes()
 
 
 def _raw(samples: ArrayLike, mask: int) -> NDArray[np.int16]:

@@ -24,14 +24,15 @@ def program_hash(steps: Iterable[Mapping[str, Any]]) -> int:
     return zlib.crc32(b"".join(_packed("add_step", step) for step in steps))
 
 
+@lru_cache(maxsize=1)
 def layout_hash() -> int:
     """Hash of this package's layout text."""
-    return _layout_hash()
+    return layout_hash_of(load())
 
 
-@lru_cache(maxsize=1)
-def _layout_hash() -> int:
-    return zlib.crc32(layout_text(load()).encode("ascii"))
+def layout_hash_of(spec: Spec) -> int:
+    """Hash of a protocol's layout text."""
+    return zlib.crc32(layout_text(spec).encode("ascii"))
 
 
 @lru_cache(maxsize=4)

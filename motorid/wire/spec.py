@@ -88,6 +88,7 @@ class Crc:
 class Limits:
     """What both sides may rely on: sizes of blocks, deadlines, repetitions."""
 
+    max_command: int
     block_samples: int
     block_age_ms: int
     reply_deadline_ms: int
@@ -119,6 +120,7 @@ class Spec:
     limits: Limits
     hash: Hash
     enums: Mapping[str, Mapping[str, int]]
+    meanings: Mapping[str, Mapping[str, str]]
     commands: Mapping[str, Message]
     events: Mapping[str, Message]
 
@@ -144,6 +146,7 @@ def parse(text: str) -> Spec:
             limits=Limits(**data["limits"]),
             hash=Hash(**data["hash"]),
             enums=data["enum"],
+            meanings=data["meaning"],
             commands={name: _message(name, m) for name, m in data["command"].items()},
             events={name: _message(name, m) for name, m in data["event"].items()},
         )
@@ -180,18 +183,22 @@ def check(spec: Spec) -> None:
     if spec.max_frame - 2 >= 0xFF:
         raise SpecError("max_payload must leave a frame within one COBS group (251 bytes)")
     for name, values in spec.enums.items():
+        if values.keys() != spec.meanings.get(name, {}).keys():
+            raise SpecError(f"[meaning.{name}] must explain each value of [enum.{name}]")
         if len(set(values.values())) != len(values) or not all(
             0 <= value <= 0xFF for value in values.values()
         ):
             raise SpecError(f"enum {name} repeats a value or leaves 0 to 255")
     _check_codes(spec)
     for command in spec.commands.values():
-        _check_fields(spec, command.name, command.fields, COMMAND_HEADER)
-        _check_fields(spec, f"{command.name} reply", command.reply, REPLY_HEADER)
+        most = spec.limits.max_command
+        _check_fields(spec, command.name, command.fields, most - COMMAND_HEADER)
+        room = spec.max_payload - REPLY_HEADER
+        _check_fields(spec, f"{command.name} reply", command.reply, room)
         if unknown := set(command.states) - set(spec.enums["state"]):
             raise SpecError(f"command {command.name} names unknown states {sorted(unknown)}")
     for event in spec.events.values():
-        _check_fields(spec, event.name, event.fields, EVENT_HEADER)
+        _check_fields(spec, event.name, event.fields, spec.max_payload - EVENT_HEADER)
         if event.tail and any(field.since for field in event.fields):
             raise SpecError(f"event {event.name} has a tail, so no field can be appended")
 
@@ -210,7 +217,7 @@ def _check_codes(spec: Spec) -> None:
             seen[message.code] = name
 
 
-def _check_fields(spec: Spec, where: str, fields: tuple[Field, ...], header: int) -> None:
+def _check_fields(spec: Spec, where: str, fields: tuple[Field, ...], room: int) -> None:
     names = [field.name for field in fields]
     if len(set(names)) != len(names):
         raise SpecError(f"{where} names a field twice")
@@ -223,5 +230,5 @@ def _check_fields(spec: Spec, where: str, fields: tuple[Field, ...], header: int
             raise SpecError(f"{where}.{field.name} is newer than minor {spec.minor}")
     if [field.since for field in fields] != sorted(field.since for field in fields):
         raise SpecError(f"{where} has an appended field before an older one")
-    if header + fields_size(fields) > spec.max_payload:
-        raise SpecError(f"{where} is longer than max_payload ({spec.max_payload} bytes)")
+    if fields_size(fields) > room:
+        raise SpecError(f"{where} has {fields_size(fields)} bytes of fields, room is for {room}")
