@@ -51,7 +51,7 @@ def command(
     with ProgressLine() as progress:
         paths = record.capture_runs(
             bench,
-            record.capture_file(output),
+            record.capture_into(output),
             repeat=repeat,
             force=force,
             serial=serial,

@@ -1,0 +1,78 @@
+"""A rig, as the command line adjusts it, driven through its program once or several times."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from motorid.errors import UsageError
+
+if TYPE_CHECKING:
+    from motorid.acquire.record import Progress
+    from motorid.rig import Rig
+
+CAPTURE_FILE = "capture.h5"
+SIM = "sim://"
+
+
+def bench(name_or_path: str, *, port: str | None = None, speed: str | None = None) -> Rig:
+    """The rig of a name or a file, on another port or at another simulated pace if asked.
+
+    Raises RigError where there is no such rig, UsageError where a real rig is given a pace.
+    """
+    from motorid.rig import load_rig
+
+    rig = load_rig(name_or_path)
+    url = port or rig.port
+    return replace(rig, port=_at_speed(url, speed) if speed else url)
+
+
+def _at_speed(url: str, speed: str) -> str:
+    from urllib.parse import parse_qsl, urlencode, urlsplit
+
+    if not url.startswith(SIM):
+        raise UsageError(f"--speed is for simulated rigs; {url} goes at its own pace")
+    options = dict(parse_qsl(urlsplit(url).query, keep_blank_values=True))
+    return f"{SIM}?{urlencode({**options, 'speed': speed}, safe=',:')}"
+
+
+def numbered(path: Path, runs: int) -> list[Path]:
+    """The files of so many runs: ``run.h5``, or ``run-1.h5``, ``run-2.h5``, ..."""
+    if runs == 1:
+        return [path]
+    return [path.with_stem(f"{path.stem}-{run}") for run in range(1, runs + 1)]
+
+
+def capture_runs(
+    rig: Rig,
+    path: Path,
+    *,
+    repeat: int = 1,
+    force: bool = False,
+    serial: str = "",
+    note: str = "",
+    progress: Progress | None = None,
+) -> list[Path]:
+    """Drives the rig's program ``repeat`` times; each run is a file of its own.
+
+    Raises UsageError before anything moves where a file exists and ``force`` is not given.
+    """
+    from motorid.acquire import record
+    from motorid.capture.whole import refuse_existing
+
+    paths = numbered(path, repeat)
+    for one in paths:
+        refuse_existing(one, force)
+    return [
+        record.capture(
+            rig, rig.program, one, force=force, progress=progress, serial=serial, note=note
+        )
+        for one in paths
+    ]
+
+
+def capture_into(folder: Path) -> Path:
+    """The capture file of a ``motorid run`` into ``folder``, which is made if need be."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder / CAPTURE_FILE
