@@ -1,1 +1,1 @@
-"""The motor's parameters and the response models that a fit evaluates."""
+"""Parameters of the motor, and the response model that a fit evaluates."""

@@ -1,0 +1,135 @@
+"""The motor's response to a sampled voltage, at the readings that the channels really take.
+
+Exact between samples (matrix exponentials, friction events located inside the sample), compiled
+from response.c. The voltage is the mean over each sample period; a reading is an instant or a
+mean over an aperture that ends a delay before its tick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.motor._response import ffi, lib
+
+Floats = NDArray[np.float64]
+AT_REST = (0.0, 0.0, 0.0)
+
+
+class Quantity(IntEnum):
+    """What a reading shows; numbers are response.h's."""
+
+    CURRENT = 0  # A
+    SPEED = 1  # rad/s
+    POSITION = 2  # rad
+
+
+@dataclass(frozen=True)
+class Output:
+    """How one channel reads: ``aperture_s`` 0 is an instant (a position always is).
+
+    ``pwm_phase``: of an instant current, fraction of the PWM period at which it is taken; None
+    takes it from the time of the reading when the PWM keeps step with the samples, else no ripple.
+    """
+
+    quantity: Quantity
+    aperture_s: float = 0.0
+    delay_s: float = 0.0
+    pwm_phase: float | None = None
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """From interval ``start`` (the one that ends at tick ``start``) to the next stretch.
+
+    ``series_ohm`` lies between the source of the voltage and the motor's terminals. ``open``: the
+    bridge is open; ``clamp_v`` drives the current that flows then to zero (0: it is cut at once).
+    ``duty`` (0 to 1) and ``swing_v`` (on level less off level) describe the PWM for its ripple.
+    """
+
+    start: int
+    open: bool = False
+    series_ohm: float = 0.0
+    clamp_v: float = 0.0
+    duty: float = 0.0
+    swing_v: float = 0.0
+
+
+class Response:
+    """The readings of one record as a function of the motor. Holds its buffers: one per thread.
+
+    ``voltage_v[n]`` (V) is the mean over the interval that ends at tick n; element 0 is not used.
+    """
+
+    def __init__(
+        self,
+        period_s: float,
+        voltage_v: Floats,
+        outputs: Sequence[Output],
+        stretches: Sequence[Stretch] = (Stretch(0),),
+        pwm_period_s: float = 0.0,
+    ) -> None:
+        self.count = len(voltage_v)
+        self.period_s = period_s
+        self.pwm_period_s = pwm_period_s
+        self._motor = ffi.new("mr_motor *")
+        self._initial = ffi.new("double[3]")
+        self._outputs = ffi.new(
+            "mr_output[]",
+            [
+                (o.quantity, o.aperture_s, o.delay_s, -1.0 if o.pwm_phase is None else o.pwm_phase)
+                for o in outputs
+            ],
+        )
+        self._n_outputs = len(outputs)
+        self._work = np.empty(lib.mr_work_size(self.count, len(outputs)))
+        self._work_c = ffi.cast("double *", ffi.from_buffer(self._work))
+        self.excite(voltage_v, stretches)
+
+    def excite(self, voltage_v: Floats, stretches: Sequence[Stretch]) -> None:
+        """Take another voltage of the same length, and other stretches."""
+        if len(voltage_v) != self.count:
+            raise ValueError(f"{len(voltage_v)} voltages for {self.count} samples")
+        self._voltage = np.ascontiguousarray(voltage_v, dtype=np.float64)
+        self._voltage_c = ffi.cast("double *", ffi.from_buffer(self._voltage))
+        self._stretches = ffi.new(
+            "mr_stretch[]",
+            [(s.start, s.open, s.series_ohm, s.clamp_v, s.duty, s.swing_v) for s in stretches],
+        )
+
+    def __call__(
+        self,
+        motor: Sequence[float],
+        initial: Sequence[float] = AT_REST,
+        period_s: float | None = None,
+    ) -> Floats:
+        """Readings, shape (outputs, n), for ``motor`` = (R, L, K, B, J, T0) in SI units.
+
+        ``initial`` is (current A, speed rad/s, position rad) at tick 0. Raises ValueError when
+        R or J is not positive, or L negative.
+        """
+        m = self._motor
+        m.R, m.L, m.K, m.B, m.J, m.T0 = motor
+        self._initial[0], self._initial[1], self._initial[2] = initial
+        readings = np.empty((self._n_outputs, self.count))
+        events = lib.mr_response(
+            m,
+            period_s or self.period_s,
+            self.pwm_period_s,
+            self.count,
+            self._voltage_c,
+            self._stretches,
+            len(self._stretches),
+            self._initial,
+            self._outputs,
+            self._n_outputs,
+            ffi.cast("double *", ffi.from_buffer(readings)),
+            self._work_c,
+        )
+        if events < 0:
+            raise ValueError(f"no response exists for R, L, K, B, J, T0 = {tuple(motor)}")
+        return readings

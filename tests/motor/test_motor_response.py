@@ -1,0 +1,253 @@
+"""The compiled response against an adaptive integrator that shares nothing with it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from motorid.motor.response import Output, Quantity, Response, Stretch
+
+FAULHABER = (2.6, 180e-6, 7.68e-3, 3e-7, 3.9e-7, 3e-4)
+ALL_READINGS = (
+    Output(Quantity.CURRENT),
+    Output(Quantity.CURRENT, 0.5, 0.2),
+    Output(Quantity.CURRENT, 7.3, 1.4),
+    Output(Quantity.SPEED),
+    Output(Quantity.SPEED, 1.0, 0.0),
+    Output(Quantity.POSITION),
+    Output(Quantity.POSITION, 0.0, 2.25),
+)  # apertures and delays in sample periods; scaled in `readings`
+
+
+def readings(period: float) -> list[Output]:
+    return [Output(o.quantity, o.aperture_s * period, o.delay_s * period) for o in ALL_READINGS]
+
+
+@dataclass
+class Reference:
+    """Piecewise solve_ivp with terminal events; keeps every piece's dense output."""
+
+    motor: tuple[float, ...]
+    pieces: list = field(default_factory=list)
+
+    def run(self, period: float, v: np.ndarray, stretches: list[Stretch]) -> None:
+        x, s = np.zeros(4), 0  # i, w, q, theta
+        for k, stretch in enumerate(stretches):
+            end = stretches[k + 1].start if k + 1 < len(stretches) else len(v)
+            freewheels = bool(stretch.open and x[0] != 0 and stretch.clamp_v > 0)
+            if stretch.open and not freewheels:
+                x[0] = 0.0
+            sign = math.copysign(1, x[0])
+            for n in range(max(stretch.start, 1), end):
+                t, stop = (n - 1) * period, n * period
+                while t < stop:
+                    drive = -sign * stretch.clamp_v if freewheels else v[n]
+                    t, x, s, freewheels = self.piece(
+                        t, stop, x, s, drive, stretch, freewheels, sign
+                    )
+
+    def piece(self, t, stop, x, s, drive, stretch, freewheels, sign):
+        R, L, K, B, J, T0 = self.motor
+        electrical = not stretch.open or freewheels
+        if s == 0 and abs(K * x[0]) > T0:
+            s = int(math.copysign(1, x[0]))
+
+        def rate(_, y):
+            i, w = y[0], y[1]
+            di = (drive - (R + stretch.series_ohm) * i - K * w) / L if electrical else 0.0
+            return [di, (K * i - B * w - s * T0) / J if s else 0.0, i, w]
+
+        def friction(_, y):
+            return s * y[1] if s else T0 - abs(K * y[0])
+
+        def current(_, y):
+            return sign * y[0] if freewheels else 1.0
+
+        for event in (friction, current):
+            event.terminal, event.direction = True, -1
+        solved = solve_ivp(
+            rate, (t, stop), x, method="DOP853", rtol=1e-11, atol=1e-13,
+            events=(friction, current), dense_output=True, max_step=(stop - t) / 3,
+        )  # fmt: skip
+        self.pieces.append((t, solved.t[-1], solved.sol))
+        t, x = solved.t[-1], solved.y[:, -1].copy()
+        if len(solved.t_events[0]):
+            x[1], s = 0.0, 0 if s else int(math.copysign(1, x[0]))
+        if len(solved.t_events[1]):
+            x[0], freewheels = 0.0, False
+        return t, x, s, freewheels
+
+    def at(self, t: float) -> np.ndarray:
+        if t <= 0:
+            return np.zeros(4)
+        for begin, end, solution in self.pieces:
+            if begin < t <= end + 1e-15:
+                return solution(t)
+        return self.pieces[-1][2](t)
+
+    def read(self, output: Output, t: float) -> float:
+        end = t - output.delay_s
+        row = {Quantity.CURRENT: 0, Quantity.SPEED: 1, Quantity.POSITION: 3}[output.quantity]
+        if output.aperture_s:
+            integral = {0: 2, 1: 3}[row]
+            both = self.at(end)[integral] - self.at(end - output.aperture_s)[integral]
+            return both / output.aperture_s
+        return self.at(end)[row]
+
+
+def largest_error(motor, period, v, stretches) -> float:
+    """Over all readings, relative to each reading's own range."""
+    outputs = readings(period)
+    ours = Response(period, v, outputs, stretches)(motor)
+    reference = Reference(motor)
+    reference.run(period, v, stretches)
+    errors = []
+    for output, y in zip(outputs, ours, strict=True):
+        z = np.array([reference.read(output, n * period) for n in range(len(v))])
+        errors.append(np.abs(y - z).max() / max(np.abs(z).max(), 1e-9))
+    return max(errors)
+
+
+decades = st.floats(-1, 1).map(lambda e: 10.0**e)
+
+
+@st.composite
+def cases(draw):
+    """A random motor, scaled to its sample period, and a program that starts, stops and coasts."""
+    R, K = 2.6 * draw(decades), 7.68e-3 * draw(decades)
+    J, T0 = 3.9e-7 * draw(decades), 3e-4 * draw(decades)
+    tau_m = J * R / K**2
+    L = R * tau_m * draw(st.sampled_from([0.01, 0.1, 0.25, 0.3, 2.0]))
+    B = J / tau_m * draw(st.sampled_from([0.0, 0.01, 0.5, 2.0]))
+    period = tau_m * draw(st.sampled_from([0.02, 0.1, 0.5]))
+    stall = R * T0 / K
+    levels = [stall * draw(st.floats(-6, 6)) for _ in range(3)]
+    v = np.concatenate([np.zeros(4), *[np.full(12, level) for level in levels], np.zeros(12)])
+    clamp = draw(st.sampled_from([0.0, 8 * stall]))
+    series = R * draw(st.sampled_from([0.0, 0.2]))
+    opens = [True, False, False, draw(st.booleans()), True]
+    starts = [0, 4, 16, 28, 40]
+    stretches = [
+        Stretch(start, opened, series, clamp) for start, opened in zip(starts, opens, strict=True)
+    ]
+    return (R, L, K, B, J, T0), period, v, stretches
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(cases())
+def test_response_agrees_with_an_adaptive_integrator(case) -> None:
+    assert largest_error(*case) < 2e-8
+
+
+def test_start_run_coast_and_stop_of_a_real_motor() -> None:
+    v = np.zeros(420)
+    v[20:200] = 6.0
+    v[200:300] = -1.0
+    plan = [
+        Stretch(0, True),
+        Stretch(20, False, 0.1),
+        Stretch(200, False, 0.1),
+        Stretch(300, True, 0.1, 7.0),
+    ]
+    assert largest_error(FAULHABER, 1e-4, v, plan) < 2e-8
+
+
+def test_friction_holds_the_motor_below_its_torque() -> None:
+    R, _, K, _, _, T0 = FAULHABER
+    v = np.full(50, 0.9 * R * T0 / K)
+    current, position = Response(
+        1e-4, v, [Output(Quantity.CURRENT), Output(Quantity.POSITION)]
+    )(FAULHABER)  # fmt: skip
+    assert current[-1] == pytest.approx(0.9 * T0 / K)
+    assert not position.any()
+
+
+def test_without_inductance_is_the_limit_of_a_small_one() -> None:
+    v = np.zeros(300)
+    v[10:150] = 6.0
+    plan = [Stretch(0, True), Stretch(10), Stretch(200, True, clamp_v=7.0)]
+    R, _, K, B, J, T0 = FAULHABER
+    response = Response(1e-4, v, readings(1e-4), plan)
+    none, small = response((R, 0.0, K, B, J, T0)), response((R, 1e-9, K, B, J, T0))
+    for a, b in zip(none, small, strict=True):
+        assert np.abs(a - b).max() < 2e-5 * np.abs(a).max()
+
+
+@pytest.mark.parametrize("name", range(6))
+def test_response_is_smooth_in_every_parameter(name: int) -> None:
+    """Halving a finite difference halves its error: no kink, no noise of the event search."""
+    v = np.zeros(600)
+    v[13:200] = 6.0
+    v[200:300] = -3.0
+    plan = [Stretch(0, True), Stretch(13), Stretch(300, True, clamp_v=7.0)]
+    response = Response(1e-4, v, readings(1e-4), plan)
+
+    def slope(step: float) -> np.ndarray:
+        up, down = list(FAULHABER), list(FAULHABER)
+        up[name] *= 1 + step
+        down[name] *= 1 - step
+        return (response(up) - response(down)) / (2 * step)
+
+    coarse, fine = slope(1e-4), slope(1e-6)
+    for a, b in zip(coarse, fine, strict=True):
+        kinks = np.abs(a - b) > 1e-3 * np.abs(b).max() + 1e-9
+        assert kinks.sum() <= 3  # the few intervals in which an event crosses a tick
+
+
+@pytest.mark.parametrize("aperture", [0.0, 20e-6, 50e-6])
+@pytest.mark.parametrize("phase", [0.0, 0.2, 0.4, 0.7])
+def test_ripple_agrees_with_switching(phase: float, aperture: float) -> None:
+    """Against the switched voltage itself, fed to the same equations at a fine step."""
+    R, L, K, B, J, T0 = (2.6, 180e-6, 7.68e-3, 3e-7, 3.9e-6, 0.0)
+    period, pwm, fine, supply = 1e-4, 5e-5, 200, 6.0
+    duties = {1: 0.4, 21: 0.75, 41: 0.0}
+    level = np.repeat([0.4, 0.75, 0.0], [20, 20, 20])
+    delay = (1 - phase) * pwm
+    reading = Output(Quantity.CURRENT, aperture, delay)
+    on = np.tile(np.arange(fine), 2)[None, :] < level[:, None] * fine
+    exact = Response(pwm / fine, np.append(0.0, on.ravel() * supply), [reading])(
+        (R, L, K, B, J, T0)
+    )[0]
+    averaged = Response(
+        period,
+        np.append(0.0, level * supply),
+        [reading],
+        [Stretch(n, duty=d, swing_v=supply) for n, d in duties.items()],
+        pwm,
+    )((R, L, K, B, J, T0))[0]
+    ripple = 0.4 * 0.6 * supply * pwm / L
+    assert np.abs(averaged - exact[:: 2 * fine]).max() < 2e-3 * ripple
+
+
+def test_initial_state_is_held_before_the_record() -> None:
+    y = Response(1e-3, np.zeros(5), [Output(Quantity.POSITION, 0.0, 2e-3)], [Stretch(0, True)])(
+        (1.0, 0.0, 0.01, 0.0, 1e-5, 0.0), (0.0, 3.0, 1.0)
+    )
+    np.testing.assert_allclose(y[0], 1.0 + 3.0 * (np.arange(5) - 2) * 1e-3, rtol=1e-12)
+
+
+def test_refuses_a_motor_that_cannot_be() -> None:
+    response = Response(1e-3, np.zeros(5), [Output(Quantity.CURRENT)])
+    with pytest.raises(ValueError, match="no response"):
+        response((-1.0, 0.0, 0.01, 0.0, 1e-5, 0.0))
+
+
+# A fixed case that once mattered: exactly repeated eigenvalues.
+REPEATED = (1.0, 1e-3, 0.05, 0.0, 1e-5, 1e-3)
+
+
+@example(4 * 0.05**2 * 1e-3 / 1.0)
+@given(st.floats(1e-6, 1e-3))
+@settings(max_examples=3, deadline=None)
+def test_repeated_and_complex_eigenvalues(inertia: float) -> None:
+    R, L, K, B, _, T0 = REPEATED
+    v = np.zeros(60)
+    v[4:40] = 5.0
+    plan = [Stretch(0, True), Stretch(4), Stretch(45, True, clamp_v=6.0)]
+    assert largest_error((R, L, K, B, inertia, T0), 5e-4, v, plan) < 2e-8
