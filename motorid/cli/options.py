@@ -13,9 +13,12 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 class Assignment(click.ParamType[tuple[str, float]]):
-    """``K=0.0514`` -> ("K", 0.0514)."""
+    """``K=0.0514`` -> ("K", 0.0514). ``such_as`` is what an error shows."""
 
     name = "NAME=VALUE"
+
+    def __init__(self, such_as: str) -> None:
+        self.such_as = such_as
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -28,7 +31,7 @@ class Assignment(click.ParamType[tuple[str, float]]):
                 raise ValueError
             return name.strip(), float(number)
         except ValueError:
-            self.fail(f"{value!r} is not NAME=NUMBER, such as K=0.0514", param, ctx)
+            self.fail(f"{value!r} is not NAME=NUMBER, such as {self.such_as}", param, ctx)
 
 
 def expand(files: tuple[str, ...]) -> list[Path]:
@@ -61,7 +64,7 @@ def fit_options(command: Command) -> Command:
         click.option(
             "--fix",
             multiple=True,
-            type=Assignment(),
+            type=Assignment("K=0.0514"),
             help="Hold a parameter at a known value, in SI units. Repeatable.",
         ),
     ):

@@ -13,7 +13,7 @@ from motorid.cli.options import example
 )
 def command(probe: bool) -> None:
     """List the serial ports, without opening them: opening one resets many boards."""
-    from motorid.acquire import ports
+    from motorid.acquire.port import list_ports
 
-    for line in ports.listing(probe=probe):
-        click.echo(line)
+    for port in list_ports():
+        click.echo("  ".join(filter(None, (port.device, port.description, port.hardware))))

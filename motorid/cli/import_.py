@@ -1,0 +1,120 @@
+"""motorid import"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from motorid.cli.options import Assignment, example, force_option
+
+PairsT = tuple[tuple[str, float], ...]
+
+
+@click.command(
+    "import",
+    epilog=example(
+        "motorid import log.csv --map time=t:ms --map current=i:mA --map speed=n:rpm -o log.h5",
+        "motorid import drive.mat --map time=t:s --map torque=vir*gtau:N --map position=qm:m "
+        "-o drive.h5",
+    ),
+)
+@click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option(
+    "--map",
+    "maps",
+    multiple=True,
+    required=True,
+    metavar="QUANTITY=COLUMN:UNIT",
+    help="Which column is time, current, voltage, speed, position, torque, ... A column may be "
+    "arithmetic over columns. Without time, rows are steady points. Repeatable.",
+)
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Capture file to write.",
+)
+@click.option(
+    "--aperture",
+    multiple=True,
+    type=Assignment("current=0.128"),
+    help="Seconds that each reading of a quantity averages over. Repeatable.",
+)
+@click.option(
+    "--delay",
+    multiple=True,
+    type=Assignment("current=0.001"),
+    help="Seconds by which a quantity's readings are late. Repeatable.",
+)
+@click.option(
+    "--constant",
+    multiple=True,
+    type=Assignment("gtau=35.15"),
+    help="A number that a column's arithmetic may name. Repeatable.",
+)
+@click.option("--unsigned", multiple=True, help="A quantity that is a magnitude. Repeatable.")
+@click.option("--sense", help="Where the voltage was measured: terminals, bridge, supply, command.")
+@click.option("--counts-per-turn", type=float, default=0.0, help="Of the encoder, after times 4.")
+@click.option("--gear-ratio", type=float, default=1.0, help="Motor turns for one of the encoder's.")
+@click.option("--start", "start_s", type=float, help="First second to keep, in the file's time.")
+@click.option("--stop", "stop_s", type=float, help="Last second to keep, in the file's time.")
+@click.option("--drop-bad", is_flag=True, help="Leave out rows with text, gaps or sentinels.")
+@click.option("--separator", help="Between columns, where it is not found by itself.")
+@click.option("--decimal", help="Decimal mark, where it is not found by itself.")
+@click.option("--ambient", "ambient_c", type=float, help="Ambient temperature in °C.")
+@click.option("--serial", default="", help="Serial number of the motor.")
+@click.option("--note", default="", help="Free text kept in the capture.")
+@force_option
+def command(
+    file: Path,
+    maps: tuple[str, ...],
+    output: Path,
+    aperture: PairsT,
+    delay: PairsT,
+    constant: PairsT,
+    unsigned: tuple[str, ...],
+    sense: str | None,
+    counts_per_turn: float,
+    gear_ratio: float,
+    start_s: float | None,
+    stop_s: float | None,
+    drop_bad: bool,
+    separator: str | None,
+    decimal: str | None,
+    ambient_c: float | None,
+    serial: str,
+    note: str,
+    force: bool,
+) -> None:
+    """Turn somebody else's CSV or MAT file into a capture, by naming its columns.
+
+    Separators, header rows and decimal marks are found; units are converted to SI.
+    """
+    from motorid.capture import store, table
+    from motorid.capture.whole import refuse_existing
+
+    refuse_existing(output, force)
+    capture = table.read_table(
+        file,
+        maps,
+        aperture=dict(aperture),
+        delay=dict(delay),
+        constants=dict(constant),
+        unsigned=unsigned,
+        separator=separator,
+        decimal=decimal,
+        drop_bad=drop_bad,
+        counts_per_turn=counts_per_turn,
+        gear_ratio=gear_ratio,
+        sense=sense or "terminals",
+        start_s=start_s,
+        stop_s=stop_s,
+        ambient_c=ambient_c,
+        serial=serial,
+        note=note,
+    )
+    for remark in capture.provenance.get(table.NOTES, ()):
+        click.echo(f"note: {remark}", err=True)
+    click.echo(f"wrote {store.save(capture, output, force)}: {len(capture)} samples", err=True)
