@@ -183,6 +183,7 @@ static inline float wire_get_f32(const uint8_t *p) {
 
 _Static_assert(CHAR_BIT == 8, "the wire's bytes have eight bits");
 _Static_assert(sizeof(float) == 4, "f32 is the target's float");
+_Static_assert(WIRE_MAX_COMMAND <= WIRE_MAX_PAYLOAD, "a command is a payload");
 
 /* ---- headers; each returns its length, where the fields begin */
 
@@ -211,7 +212,6 @@ static inline size_t wire_put_event_header(uint8_t *p, uint8_t code) {
 #define WIRE_IDENTIFY_CODE 0x01u
 #define WIRE_IDENTIFY_STATES 0x7Fu /* bit n: accepted in state n */
 #define WIRE_IDENTIFY_SIZE 2u /* fields, without the header */
-_Static_assert(3u + WIRE_IDENTIFY_SIZE <= WIRE_MAX_PAYLOAD, "identify fits a payload");
 
 typedef struct {
     /* protocol major the host speaks */
@@ -220,7 +220,8 @@ typedef struct {
     uint8_t host_minor;
 } wire_identify_t;
 
-static inline size_t wire_put_identify(uint8_t *p, const wire_identify_t *m) {
+static inline size_t wire_put_identify(uint8_t *p,
+        const wire_identify_t *m) {
     wire_put_u8(p + 0, m->host_major);
     wire_put_u8(p + 1, m->host_minor);
     return WIRE_IDENTIFY_SIZE;
@@ -237,7 +238,6 @@ static inline bool wire_get_identify(const uint8_t *p, size_t length,
 }
 
 #define WIRE_IDENTIFY_REPLY_SIZE 66u /* fields, without the header */
-_Static_assert(4u + WIRE_IDENTIFY_REPLY_SIZE <= WIRE_MAX_PAYLOAD, "identify_reply fits a payload");
 
 typedef struct {
     /* protocol major the board speaks */
@@ -288,7 +288,8 @@ typedef struct {
     uint16_t buffer_samples;
 } wire_identify_reply_t;
 
-static inline size_t wire_put_identify_reply(uint8_t *p, const wire_identify_reply_t *m) {
+static inline size_t wire_put_identify_reply(uint8_t *p,
+        const wire_identify_reply_t *m) {
     wire_put_u8(p + 0, m->protocol_major);
     wire_put_u8(p + 1, m->protocol_minor);
     wire_put_u32(p + 2, m->layout_hash);
@@ -350,14 +351,14 @@ static inline bool wire_get_identify_reply(const uint8_t *p, size_t length,
 #define WIRE_DESCRIBE_CHANNEL_CODE 0x02u
 #define WIRE_DESCRIBE_CHANNEL_STATES 0x7Fu /* bit n: accepted in state n */
 #define WIRE_DESCRIBE_CHANNEL_SIZE 1u /* fields, without the header */
-_Static_assert(3u + WIRE_DESCRIBE_CHANNEL_SIZE <= WIRE_MAX_PAYLOAD, "describe_channel fits a payload");
 
 typedef struct {
     /* 0 to channel_count - 1 */
     uint8_t index;
 } wire_describe_channel_t;
 
-static inline size_t wire_put_describe_channel(uint8_t *p, const wire_describe_channel_t *m) {
+static inline size_t wire_put_describe_channel(uint8_t *p,
+        const wire_describe_channel_t *m) {
     wire_put_u8(p + 0, m->index);
     return WIRE_DESCRIBE_CHANNEL_SIZE;
 }
@@ -372,7 +373,6 @@ static inline bool wire_get_describe_channel(const uint8_t *p, size_t length,
 }
 
 #define WIRE_DESCRIBE_CHANNEL_REPLY_SIZE 38u /* fields, without the header */
-_Static_assert(4u + WIRE_DESCRIBE_CHANNEL_REPLY_SIZE <= WIRE_MAX_PAYLOAD, "describe_channel_reply fits a payload");
 
 typedef struct {
     /* which quantity [enum channel] */
@@ -405,7 +405,8 @@ typedef struct {
     int16_t raw_max;
 } wire_describe_channel_reply_t;
 
-static inline size_t wire_put_describe_channel_reply(uint8_t *p, const wire_describe_channel_reply_t *m) {
+static inline size_t wire_put_describe_channel_reply(uint8_t *p,
+        const wire_describe_channel_reply_t *m) {
     wire_put_u8(p + 0, m->channel);
     wire_put_u8(p + 1, m->unit);
     wire_put_u8(p + 2, m->kind);
@@ -449,7 +450,6 @@ static inline bool wire_get_describe_channel_reply(const uint8_t *p, size_t leng
 #define WIRE_CONFIGURE_CODE 0x03u
 #define WIRE_CONFIGURE_STATES 0x0Eu /* bit n: accepted in state n */
 #define WIRE_CONFIGURE_SIZE 29u /* fields, without the header */
-_Static_assert(3u + WIRE_CONFIGURE_SIZE <= WIRE_MAX_PAYLOAD, "configure fits a payload");
 
 typedef struct {
     /* ticks between samples [tick] */
@@ -474,7 +474,8 @@ typedef struct {
     uint16_t host_silence_ms;
 } wire_configure_t;
 
-static inline size_t wire_put_configure(uint8_t *p, const wire_configure_t *m) {
+static inline size_t wire_put_configure(uint8_t *p,
+        const wire_configure_t *m) {
     wire_put_u32(p + 0, m->sample_period_ticks);
     wire_put_u8(p + 4, m->channels);
     wire_put_u8(p + 5, m->mode);
@@ -507,14 +508,14 @@ static inline bool wire_get_configure(const uint8_t *p, size_t length,
 }
 
 #define WIRE_CONFIGURE_REPLY_SIZE 4u /* fields, without the header */
-_Static_assert(4u + WIRE_CONFIGURE_REPLY_SIZE <= WIRE_MAX_PAYLOAD, "configure_reply fits a payload");
 
 typedef struct {
     /* hash of the configuration now in force */
     uint32_t config_hash;
 } wire_configure_reply_t;
 
-static inline size_t wire_put_configure_reply(uint8_t *p, const wire_configure_reply_t *m) {
+static inline size_t wire_put_configure_reply(uint8_t *p,
+        const wire_configure_reply_t *m) {
     wire_put_u32(p + 0, m->config_hash);
     return WIRE_CONFIGURE_REPLY_SIZE;
 }
@@ -534,7 +535,6 @@ static inline bool wire_get_configure_reply(const uint8_t *p, size_t length,
 #define WIRE_READ_CONFIG_SIZE 0u /* fields, without the header */
 
 #define WIRE_READ_CONFIG_REPLY_SIZE 33u /* fields, without the header */
-_Static_assert(4u + WIRE_READ_CONFIG_REPLY_SIZE <= WIRE_MAX_PAYLOAD, "read_config_reply fits a payload");
 
 typedef struct {
     /* as configure [tick] */
@@ -561,7 +561,8 @@ typedef struct {
     uint32_t config_hash;
 } wire_read_config_reply_t;
 
-static inline size_t wire_put_read_config_reply(uint8_t *p, const wire_read_config_reply_t *m) {
+static inline size_t wire_put_read_config_reply(uint8_t *p,
+        const wire_read_config_reply_t *m) {
     wire_put_u32(p + 0, m->sample_period_ticks);
     wire_put_u8(p + 4, m->channels);
     wire_put_u8(p + 5, m->mode);
@@ -606,7 +607,6 @@ static inline bool wire_get_read_config_reply(const uint8_t *p, size_t length,
 #define WIRE_ADD_STEP_CODE 0x06u
 #define WIRE_ADD_STEP_STATES 0x0Cu /* bit n: accepted in state n */
 #define WIRE_ADD_STEP_SIZE 11u /* fields, without the header */
-_Static_assert(3u + WIRE_ADD_STEP_SIZE <= WIRE_MAX_PAYLOAD, "add_step fits a payload");
 
 typedef struct {
     /* must equal the number of steps already loaded */
@@ -622,7 +622,8 @@ typedef struct {
     uint32_t ticks;
 } wire_add_step_t;
 
-static inline size_t wire_put_add_step(uint8_t *p, const wire_add_step_t *m) {
+static inline size_t wire_put_add_step(uint8_t *p,
+        const wire_add_step_t *m) {
     wire_put_u8(p + 0, m->index);
     wire_put_u8(p + 1, m->kind);
     wire_put_u8(p + 2, m->decay);
@@ -645,7 +646,6 @@ static inline bool wire_get_add_step(const uint8_t *p, size_t length,
 }
 
 #define WIRE_ADD_STEP_REPLY_SIZE 5u /* fields, without the header */
-_Static_assert(4u + WIRE_ADD_STEP_REPLY_SIZE <= WIRE_MAX_PAYLOAD, "add_step_reply fits a payload");
 
 typedef struct {
     /* steps now loaded */
@@ -654,7 +654,8 @@ typedef struct {
     uint32_t program_hash;
 } wire_add_step_reply_t;
 
-static inline size_t wire_put_add_step_reply(uint8_t *p, const wire_add_step_reply_t *m) {
+static inline size_t wire_put_add_step_reply(uint8_t *p,
+        const wire_add_step_reply_t *m) {
     wire_put_u8(p + 0, m->steps);
     wire_put_u32(p + 1, m->program_hash);
     return WIRE_ADD_STEP_REPLY_SIZE;
@@ -674,7 +675,6 @@ static inline bool wire_get_add_step_reply(const uint8_t *p, size_t length,
 #define WIRE_START_CODE 0x07u
 #define WIRE_START_STATES 0x08u /* bit n: accepted in state n */
 #define WIRE_START_SIZE 8u /* fields, without the header */
-_Static_assert(3u + WIRE_START_SIZE <= WIRE_MAX_PAYLOAD, "start fits a payload");
 
 typedef struct {
     /* what the host believes is configured */
@@ -683,7 +683,8 @@ typedef struct {
     uint32_t program_hash;
 } wire_start_t;
 
-static inline size_t wire_put_start(uint8_t *p, const wire_start_t *m) {
+static inline size_t wire_put_start(uint8_t *p,
+        const wire_start_t *m) {
     wire_put_u32(p + 0, m->config_hash);
     wire_put_u32(p + 4, m->program_hash);
     return WIRE_START_SIZE;
@@ -700,14 +701,14 @@ static inline bool wire_get_start(const uint8_t *p, size_t length,
 }
 
 #define WIRE_START_REPLY_SIZE 4u /* fields, without the header */
-_Static_assert(4u + WIRE_START_REPLY_SIZE <= WIRE_MAX_PAYLOAD, "start_reply fits a payload");
 
 typedef struct {
     /* tick of the run's first sample [tick] */
     uint32_t start_tick;
 } wire_start_reply_t;
 
-static inline size_t wire_put_start_reply(uint8_t *p, const wire_start_reply_t *m) {
+static inline size_t wire_put_start_reply(uint8_t *p,
+        const wire_start_reply_t *m) {
     wire_put_u32(p + 0, m->start_tick);
     return WIRE_START_REPLY_SIZE;
 }
@@ -727,14 +728,14 @@ static inline bool wire_get_start_reply(const uint8_t *p, size_t length,
 #define WIRE_STOP_SIZE 0u /* fields, without the header */
 
 #define WIRE_STOP_REPLY_SIZE 1u /* fields, without the header */
-_Static_assert(4u + WIRE_STOP_REPLY_SIZE <= WIRE_MAX_PAYLOAD, "stop_reply fits a payload");
 
 typedef struct {
     /* state after [enum state] */
     uint8_t state;
 } wire_stop_reply_t;
 
-static inline size_t wire_put_stop_reply(uint8_t *p, const wire_stop_reply_t *m) {
+static inline size_t wire_put_stop_reply(uint8_t *p,
+        const wire_stop_reply_t *m) {
     wire_put_u8(p + 0, m->state);
     return WIRE_STOP_REPLY_SIZE;
 }
@@ -752,14 +753,14 @@ static inline bool wire_get_stop_reply(const uint8_t *p, size_t length,
 #define WIRE_HEARTBEAT_CODE 0x09u
 #define WIRE_HEARTBEAT_STATES 0x7Fu /* bit n: accepted in state n */
 #define WIRE_HEARTBEAT_SIZE 2u /* fields, without the header */
-_Static_assert(3u + WIRE_HEARTBEAT_SIZE <= WIRE_MAX_PAYLOAD, "heartbeat fits a payload");
 
 typedef struct {
     /* last block consumed */
     uint16_t sequence;
 } wire_heartbeat_t;
 
-static inline size_t wire_put_heartbeat(uint8_t *p, const wire_heartbeat_t *m) {
+static inline size_t wire_put_heartbeat(uint8_t *p,
+        const wire_heartbeat_t *m) {
     wire_put_u16(p + 0, m->sequence);
     return WIRE_HEARTBEAT_SIZE;
 }
@@ -780,14 +781,14 @@ static inline bool wire_get_heartbeat(const uint8_t *p, size_t length,
 #define WIRE_ZERO_CODE 0x0Au
 #define WIRE_ZERO_STATES 0x0Cu /* bit n: accepted in state n */
 #define WIRE_ZERO_SIZE 2u /* fields, without the header */
-_Static_assert(3u + WIRE_ZERO_SIZE <= WIRE_MAX_PAYLOAD, "zero fits a payload");
 
 typedef struct {
     /* readings to average (1 to 4096) */
     uint16_t samples;
 } wire_zero_t;
 
-static inline size_t wire_put_zero(uint8_t *p, const wire_zero_t *m) {
+static inline size_t wire_put_zero(uint8_t *p,
+        const wire_zero_t *m) {
     wire_put_u16(p + 0, m->samples);
     return WIRE_ZERO_SIZE;
 }
@@ -802,7 +803,6 @@ static inline bool wire_get_zero(const uint8_t *p, size_t length,
 }
 
 #define WIRE_ZERO_REPLY_SIZE 16u /* fields, without the header */
-_Static_assert(4u + WIRE_ZERO_REPLY_SIZE <= WIRE_MAX_PAYLOAD, "zero_reply fits a payload");
 
 typedef struct {
     /* mean raw current reading [count] */
@@ -815,7 +815,8 @@ typedef struct {
     float voltage_noise;
 } wire_zero_reply_t;
 
-static inline size_t wire_put_zero_reply(uint8_t *p, const wire_zero_reply_t *m) {
+static inline size_t wire_put_zero_reply(uint8_t *p,
+        const wire_zero_reply_t *m) {
     wire_put_f32(p + 0, m->current_offset);
     wire_put_f32(p + 4, m->current_noise);
     wire_put_f32(p + 8, m->voltage_offset);
@@ -841,7 +842,6 @@ static inline bool wire_get_zero_reply(const uint8_t *p, size_t length,
 #define WIRE_READ_STATUS_SIZE 0u /* fields, without the header */
 
 #define WIRE_READ_STATUS_REPLY_SIZE 20u /* fields, without the header */
-_Static_assert(4u + WIRE_READ_STATUS_REPLY_SIZE <= WIRE_MAX_PAYLOAD, "read_status_reply fits a payload");
 
 typedef struct {
     /* state now [enum state] */
@@ -862,7 +862,8 @@ typedef struct {
     uint32_t dropped;
 } wire_read_status_reply_t;
 
-static inline size_t wire_put_read_status_reply(uint8_t *p, const wire_read_status_reply_t *m) {
+static inline size_t wire_put_read_status_reply(uint8_t *p,
+        const wire_read_status_reply_t *m) {
     wire_put_u8(p + 0, m->state);
     wire_put_u8(p + 1, m->fault);
     wire_put_u32(p + 2, m->tick);
@@ -897,14 +898,14 @@ static inline bool wire_get_read_status_reply(const uint8_t *p, size_t length,
 #define WIRE_CLEAR_FAULT_SIZE 0u /* fields, without the header */
 
 #define WIRE_CLEAR_FAULT_REPLY_SIZE 1u /* fields, without the header */
-_Static_assert(4u + WIRE_CLEAR_FAULT_REPLY_SIZE <= WIRE_MAX_PAYLOAD, "clear_fault_reply fits a payload");
 
 typedef struct {
     /* state after [enum state] */
     uint8_t state;
 } wire_clear_fault_reply_t;
 
-static inline size_t wire_put_clear_fault_reply(uint8_t *p, const wire_clear_fault_reply_t *m) {
+static inline size_t wire_put_clear_fault_reply(uint8_t *p,
+        const wire_clear_fault_reply_t *m) {
     wire_put_u8(p + 0, m->state);
     return WIRE_CLEAR_FAULT_REPLY_SIZE;
 }
@@ -925,7 +926,6 @@ static inline bool wire_get_clear_fault_reply(const uint8_t *p, size_t length,
  * sample's tick. */
 #define WIRE_EVENT_SAMPLE_BLOCK_CODE 0x40u
 #define WIRE_EVENT_SAMPLE_BLOCK_SIZE 14u /* fields, without the header */
-_Static_assert(1u + WIRE_EVENT_SAMPLE_BLOCK_SIZE <= WIRE_MAX_PAYLOAD, "event_sample_block fits a payload");
 
 typedef struct {
     /* counts blocks modulo 2^16, from 0 at start */
@@ -942,7 +942,8 @@ typedef struct {
     uint8_t count;
 } wire_event_sample_block_t;
 
-static inline size_t wire_put_event_sample_block(uint8_t *p, const wire_event_sample_block_t *m) {
+static inline size_t wire_put_event_sample_block(uint8_t *p,
+        const wire_event_sample_block_t *m) {
     wire_put_u16(p + 0, m->sequence);
     wire_put_u32(p + 2, m->first_tick);
     wire_put_u16(p + 6, m->dropped);
@@ -972,7 +973,6 @@ static inline bool wire_get_event_sample_block(const uint8_t *p, size_t length,
 /* A step began (sent when it begins; the tick is exact). */
 #define WIRE_EVENT_PHASE_CODE 0x41u
 #define WIRE_EVENT_PHASE_SIZE 5u /* fields, without the header */
-_Static_assert(1u + WIRE_EVENT_PHASE_SIZE <= WIRE_MAX_PAYLOAD, "event_phase fits a payload");
 
 typedef struct {
     /* step */
@@ -981,7 +981,8 @@ typedef struct {
     uint32_t tick;
 } wire_event_phase_t;
 
-static inline size_t wire_put_event_phase(uint8_t *p, const wire_event_phase_t *m) {
+static inline size_t wire_put_event_phase(uint8_t *p,
+        const wire_event_phase_t *m) {
     wire_put_u8(p + 0, m->index);
     wire_put_u32(p + 1, m->tick);
     return WIRE_EVENT_PHASE_SIZE;
@@ -1000,7 +1001,6 @@ static inline bool wire_get_event_phase(const uint8_t *p, size_t length,
 /* A trip: the bridge is open and stays open until clear_fault. */
 #define WIRE_EVENT_FAULT_CODE 0x42u
 #define WIRE_EVENT_FAULT_SIZE 9u /* fields, without the header */
-_Static_assert(1u + WIRE_EVENT_FAULT_SIZE <= WIRE_MAX_PAYLOAD, "event_fault fits a payload");
 
 typedef struct {
     /* which [enum fault] */
@@ -1011,7 +1011,8 @@ typedef struct {
     int32_t value;
 } wire_event_fault_t;
 
-static inline size_t wire_put_event_fault(uint8_t *p, const wire_event_fault_t *m) {
+static inline size_t wire_put_event_fault(uint8_t *p,
+        const wire_event_fault_t *m) {
     wire_put_u8(p + 0, m->fault);
     wire_put_u32(p + 1, m->tick);
     wire_put_i32(p + 5, m->value);
@@ -1032,7 +1033,6 @@ static inline bool wire_get_event_fault(const uint8_t *p, size_t length,
 /* The run is over and the bridge is open. Follows the last sample block. */
 #define WIRE_EVENT_DONE_CODE 0x43u
 #define WIRE_EVENT_DONE_SIZE 17u /* fields, without the header */
-_Static_assert(1u + WIRE_EVENT_DONE_SIZE <= WIRE_MAX_PAYLOAD, "event_done fits a payload");
 
 typedef struct {
     /* why [enum end_reason] */
@@ -1047,7 +1047,8 @@ typedef struct {
     uint32_t dropped;
 } wire_event_done_t;
 
-static inline size_t wire_put_event_done(uint8_t *p, const wire_event_done_t *m) {
+static inline size_t wire_put_event_done(uint8_t *p,
+        const wire_event_done_t *m) {
     wire_put_u8(p + 0, m->reason);
     wire_put_u32(p + 1, m->tick);
     wire_put_u32(p + 5, m->blocks);
@@ -1072,7 +1073,6 @@ static inline bool wire_get_event_done(const uint8_t *p, size_t length,
 /* Sent once after a reset, so that a reset in mid-run is seen. */
 #define WIRE_EVENT_HELLO_CODE 0x44u
 #define WIRE_EVENT_HELLO_SIZE 5u /* fields, without the header */
-_Static_assert(1u + WIRE_EVENT_HELLO_SIZE <= WIRE_MAX_PAYLOAD, "event_hello fits a payload");
 
 typedef struct {
     /* as identify */
@@ -1081,7 +1081,8 @@ typedef struct {
     uint8_t reset_cause;
 } wire_event_hello_t;
 
-static inline size_t wire_put_event_hello(uint8_t *p, const wire_event_hello_t *m) {
+static inline size_t wire_put_event_hello(uint8_t *p,
+        const wire_event_hello_t *m) {
     wire_put_u32(p + 0, m->boot_id);
     wire_put_u8(p + 4, m->reset_cause);
     return WIRE_EVENT_HELLO_SIZE;

@@ -101,6 +101,7 @@ static inline float wire_get_f32(const uint8_t *p) {
 
 _Static_assert(CHAR_BIT == 8, "the wire's bytes have eight bits");
 _Static_assert(sizeof(float) == 4, "f32 is the target's float");
+_Static_assert(WIRE_MAX_COMMAND <= WIRE_MAX_PAYLOAD, "a command is a payload");
 
 /* ---- headers; each returns its length, where the fields begin */
 
@@ -175,8 +176,8 @@ def _command(spec: Spec, command: Message) -> str:
         [
             f"#define {macro}_CODE 0x{command.code:02X}u",
             f"#define {macro}_STATES 0x{mask:02X}u /* bit n: accepted in state n */",
-            _group(command.name, command.fields, wire.COMMAND_HEADER),
-            _group(f"{command.name}_reply", command.reply, wire.REPLY_HEADER),
+            _group(command.name, command.fields),
+            _group(f"{command.name}_reply", command.reply),
         ]
     )
 
@@ -186,7 +187,7 @@ def _event(spec: Spec, event: Message) -> str:
     text = _comment(event.doc) + "\n".join(
         [
             f"#define WIRE_{name.upper()}_CODE 0x{event.code:02X}u",
-            _group(name, event.fields, wire.EVENT_HEADER),
+            _group(name, event.fields),
         ]
     )
     if not event.tail:
@@ -200,7 +201,7 @@ def _event(spec: Spec, event: Message) -> str:
     )
 
 
-def _group(name: str, fields: tuple[Field, ...], header: int) -> str:
+def _group(name: str, fields: tuple[Field, ...]) -> str:
     """A run of fields: its size, struct, put and get. Without fields, the size alone."""
     size = f"WIRE_{name.upper()}_SIZE"
     text = f"#define {size} {wire.fields_size(fields)}u /* fields, without the header */\n"
@@ -208,9 +209,9 @@ def _group(name: str, fields: tuple[Field, ...], header: int) -> str:
         return text
     return (
         text
-        + f'_Static_assert({header}u + {size} <= WIRE_MAX_PAYLOAD, "{name} fits a payload");\n\n'
-        + f"typedef struct {{\n{''.join(_member(field) for field in fields)}}} wire_{name}_t;\n\n"
-        + f"static inline size_t wire_put_{name}(uint8_t *p, const wire_{name}_t *m) {{\n"
+        + f"\ntypedef struct {{\n{''.join(_member(field) for field in fields)}}} wire_{name}_t;\n\n"
+        + f"static inline size_t wire_put_{name}(uint8_t *p,\n"
+        + f"        const wire_{name}_t *m) {{\n"
         + "".join(_put(at, field) for at, field in _offsets(fields))
         + f"    return {size};\n}}\n\n"
         + f"static inline bool wire_get_{name}(const uint8_t *p, size_t length,\n"

@@ -19,7 +19,8 @@ EVENT_BIT = 0x40  # events have it, commands do not
 COMMAND_HEADER = 3  # bytes: code, u16 request
 REPLY_HEADER = 4  # bytes: code, u16 request, u8 status
 EVENT_HEADER = 1  # bytes: code
-FRAME_OVERHEAD = 4  # bytes: CRC, one COBS code, delimiter (payloads stay below one COBS group)
+FRAME_OVERHEAD = 4  # bytes: CRC, one COBS code, delimiter
+MAX_PAYLOAD = 251  # with its CRC it stays below the 254 bytes at which COBS adds a second code
 
 FORMATS = {
     "u8": "B",
@@ -180,8 +181,8 @@ def required_size(fields: Iterable[Field]) -> int:
 
 def check(spec: Spec) -> None:
     """Raise SpecError at the first contradiction."""
-    if spec.max_frame - 2 >= 0xFF:
-        raise SpecError("max_payload must leave a frame within one COBS group (251 bytes)")
+    if spec.max_payload > MAX_PAYLOAD:
+        raise SpecError(f"max_payload is above {MAX_PAYLOAD}: a frame must be one COBS group")
     for name, values in spec.enums.items():
         if values.keys() != spec.meanings.get(name, {}).keys():
             raise SpecError(f"[meaning.{name}] must explain each value of [enum.{name}]")
