@@ -1,0 +1,385 @@
+"""Output-error maximum likelihood for any model: the engine below every fit.
+
+A ``Record`` (one capture, as a model sees it) turns shared parameters and its own nuisances into
+residuals, one block per channel. The engine finds the parameters that make them most likely when
+each block is Gaussian with an unknown standard deviation, never below the block's floor
+(quantisation, declared noise). Levenberg-Marquardt on the concentrated likelihood
+
+    F = sum over blocks of  n log s² + |r|² / s²,   s² = max(|r|² / n, floor²),
+
+plus Gaussian priors. Nuisances are eliminated per record (Schur complement), so that the work
+grows with the number of captures and not with its square. See docs/method.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+STEP = 1e-6  # of a finite difference, relative to the parameter's scale
+ENOUGH = 1e-3  # predicted decrease of F (in chi-square units) at which the search ends
+MAX_ITERATIONS = 100
+LOG_REACH = 14.0  # a logarithmic parameter stays within e^±14 of its start
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One parameter of the search.
+
+    ``log``: searched in its logarithm, so positive. ``scale``: its typical size (linear ones only),
+    which sets the finite-difference step. A finite ``prior_sd`` adds a Gaussian prior (linear
+    ones only).
+    """
+
+    name: str
+    start: float
+    lower: float = -np.inf
+    upper: float = np.inf
+    log: bool = False
+    scale: float = 1.0
+    prior_mean: float = 0.0
+    prior_sd: float = np.inf
+
+
+@dataclass(frozen=True)
+class Block:
+    """A channel's residuals: ``floor`` is the least standard deviation they can have (SI, > 0).
+
+    ``count`` is the number of readings they are worth: below their length when a record has
+    weighted some down (its residuals are already multiplied by the roots of the weights).
+    """
+
+    name: str
+    floor: float
+    count: float
+
+
+class Record(Protocol):
+    """One capture as the engine sees it."""
+
+    @property
+    def unknowns(self) -> Sequence[Unknown]:
+        """The record's own nuisances: offsets, origins."""
+
+    @property
+    def blocks(self) -> Sequence[Block]:
+        """What the residuals are, in their order."""
+
+    def residuals(self, shared: Floats, own: Floats) -> list[Floats]:
+        """Measured less model in SI units, one array per block, free of NaN."""
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """A record at the solution, every row divided by its block's sigma.
+
+    Shapes: ``residual`` (n,), ``shared`` (n, p) and ``own`` (n, m) derivatives of the *model* in
+    search coordinates, ``orthogonal`` (n, p): ``shared`` less what the record's nuisances explain.
+    """
+
+    residual: Floats
+    shared: Floats
+    own: Floats
+    orthogonal: Floats
+    own_precision: Floats  # (m,) of the priors
+    blocks: tuple[Block, ...]
+    slices: tuple[slice, ...]
+    sigmas: Floats
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The most likely parameters. Search coordinates: the logarithm of ``log`` unknowns."""
+
+    unknowns: tuple[Unknown, ...]
+    values: Floats  # (p,) SI
+    own: tuple[Floats, ...]  # nuisances of each record, SI
+    own_covariance: tuple[Floats, ...]  # of each record's nuisances, white residuals
+    information: Floats  # (p, p) in search coordinates, nuisances eliminated
+    at_bound: NDArray[np.bool_]  # (p,)
+    records: tuple[Linearised, ...]
+    objective: float  # F
+    evaluations: int  # of all records together
+    converged: bool
+
+    @property
+    def chi_square(self) -> float:
+        """Sum of squared residuals over the block variances."""
+        return float(sum(r.residual @ r.residual for r in self.records))
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Readings less free parameters and nuisances."""
+        readings = sum(block.count for record in self.records for block in record.blocks)
+        return int(readings - (~self.at_bound).sum() - sum(len(own) for own in self.own))
+
+    @property
+    def covariance(self) -> Floats:
+        """(p, p) in search coordinates for white residuals; 0 for parameters at a bound."""
+        return bounded_inverse(self.information, self.at_bound)
+
+    @property
+    def slopes(self) -> Floats:
+        """d value / d search coordinate, (p,)."""
+        return np.array(
+            [v if u.log else 1.0 for u, v in zip(self.unknowns, self.values, strict=True)]
+        )
+
+
+def bounded_inverse(information: Floats, at_bound: NDArray[np.bool_]) -> Floats:
+    """Inverse over the parameters that are free; scaled first, pseudo where singular."""
+    free = np.flatnonzero(~at_bound)
+    inverse = np.zeros_like(information)
+    if not len(free):
+        return inverse
+    part = information[np.ix_(free, free)]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-300))
+    inverse[np.ix_(free, free)] = np.linalg.pinv(
+        part * np.outer(scale, scale), rcond=1e-14, hermitian=True
+    ) * np.outer(scale, scale)
+    return inverse
+
+
+class _Coordinates:
+    """Unknowns as a vector that the search moves in."""
+
+    def __init__(self, unknowns: Sequence[Unknown]) -> None:
+        self.unknowns = tuple(unknowns)
+        self.log = np.array([u.log for u in unknowns], dtype=bool)
+        start = np.array([u.start for u in unknowns], dtype=np.float64)
+        lower = np.array([u.lower for u in unknowns], dtype=np.float64)
+        upper = np.array([u.upper for u in unknowns], dtype=np.float64)
+        self.start = self.inward(start)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            low, high = np.log(np.maximum(lower, 0.0)), np.log(upper)
+        reach = np.where(self.log, LOG_REACH, np.inf)
+        self.lower = np.where(self.log, np.maximum(low, self.start - reach), lower)
+        self.upper = np.where(self.log, np.minimum(high, self.start + reach), upper)
+        self.start = np.clip(self.start, self.lower, self.upper)
+        self.step = np.array([STEP if u.log else STEP * u.scale for u in unknowns])
+        self.mean = np.array([u.prior_mean for u in unknowns], dtype=np.float64)
+        self.precision = np.array([u.prior_sd for u in unknowns], dtype=np.float64) ** -2.0
+
+    def inward(self, values: Floats) -> Floats:
+        x = values.astype(np.float64, copy=True)
+        x[self.log] = np.log(x[self.log])
+        return x
+
+    def outward(self, x: Floats) -> Floats:
+        values = x.copy()
+        values[self.log] = np.exp(x[self.log])
+        return values
+
+    def prior(self, x: Floats) -> float:
+        return float(self.precision @ (x - self.mean) ** 2)
+
+    def blocked(self, x: Floats, descent: Floats) -> NDArray[np.bool_]:
+        """At a bound, and pulled further out."""
+        return ((x <= self.lower) & (descent < 0)) | ((x >= self.upper) & (descent > 0))
+
+
+@dataclass
+class _Point:
+    """Parameters, their residuals and the objective there."""
+
+    shared: Floats
+    own: list[Floats]
+    residuals: list[list[Floats]]
+    sigmas: list[Floats]
+    objective: float
+
+
+@dataclass
+class _Normal:
+    """Normal equations of one record, its nuisances apart."""
+
+    shared: Floats
+    own: Floats
+    ss: Floats
+    so: Floats
+    oo: Floats
+    gs: Floats
+    go: Floats
+    residual: Floats
+
+
+class _Search:
+    def __init__(self, shared: Sequence[Unknown], records: Sequence[Record]) -> None:
+        self.records = records
+        self.frame = _Coordinates(shared)
+        self.own = [_Coordinates(record.unknowns) for record in records]
+        self.evaluations = 0
+
+    def point(self, shared: Floats, own: list[Floats]) -> _Point:
+        values = self.frame.outward(shared)
+        residuals, sigmas = [], []
+        objective = self.frame.prior(shared)
+        for record, frame, x in zip(self.records, self.own, own, strict=True):
+            blocks = record.residuals(values, frame.outward(x))
+            objective += frame.prior(x)
+            s = np.empty(len(blocks))
+            for k, (block, r) in enumerate(zip(record.blocks, blocks, strict=True)):
+                total = float(r @ r)
+                s[k] = np.sqrt(max(total / max(block.count, 1.0), block.floor**2))
+                objective += block.count * 2.0 * float(np.log(s[k])) + total / s[k] ** 2
+            residuals.append(blocks)
+            sigmas.append(s)
+        self.evaluations += 1
+        if not np.isfinite(objective):
+            objective = np.inf
+        return _Point(shared, own, residuals, sigmas, objective)
+
+    def column(self, k: int, base: _Point, weights: Floats, moved: list[Floats]) -> Floats:
+        """Weighted change of the model of record k."""
+        parts = [(a - b) * w for a, b, w in zip(base.residuals[k], moved, weights, strict=True)]
+        return np.concatenate(parts) if parts else np.zeros(0)
+
+    def linearise(self, at: _Point) -> list[_Normal]:
+        values = self.frame.outward(at.shared)
+        normals = []
+        for k, record in enumerate(self.records):
+            frame, own = self.own[k], self.own[k].outward(at.own[k])
+            inverse = 1.0 / at.sigmas[k]
+            residual = np.concatenate(
+                [r * w for r, w in zip(at.residuals[k], inverse, strict=True)] or [np.zeros(0)]
+            )
+            n = len(residual)
+            A = np.empty((len(self.frame.start), n))
+            C = np.empty((len(frame.start), n))
+            for j in range(len(A)):
+                x, step = at.shared.copy(), self._step(self.frame, at.shared, j)
+                x[j] += step
+                moved = record.residuals(self.frame.outward(x), own)
+                A[j] = self.column(k, at, inverse / step, moved)
+            for j in range(len(C)):
+                x, step = at.own[k].copy(), self._step(frame, at.own[k], j)
+                x[j] += step
+                C[j] = self.column(
+                    k, at, inverse / step, record.residuals(values, frame.outward(x))
+                )
+            prior = frame.precision
+            normals.append(
+                _Normal(
+                    A, C, A @ A.T, A @ C.T, C @ C.T + np.diag(prior), A @ residual,
+                    C @ residual - prior * (at.own[k] - frame.mean), residual,
+                )
+            )  # fmt: skip
+        if self.records:
+            most = max(len(self.frame.start) + len(f.start) for f in self.own)
+            self.evaluations += most
+        return normals
+
+    @staticmethod
+    def _step(frame: _Coordinates, x: Floats, j: int) -> float:
+        """Forward, or backward where forward leaves the bounds."""
+        step = float(frame.step[j])
+        return -step if x[j] + step > frame.upper[j] else step
+
+    def step(self, at: _Point, normals: list[_Normal], damping: float) -> tuple[_Point, float]:
+        """The damped step, and the decrease of F that the linear model promises."""
+        frame = self.frame
+        H = np.diag(frame.precision.astype(np.float64))
+        g = -frame.precision * (at.shared - frame.mean)
+        solved = []
+        for normal, own_frame, own in zip(normals, self.own, at.own, strict=True):
+            oo = normal.oo + damping * np.diag(np.diag(normal.oo))
+            held = own_frame.blocked(own, normal.go)
+            inverse = bounded_inverse(oo, held)
+            H = H + normal.ss - normal.so @ inverse @ normal.so.T
+            g = g + normal.gs - normal.so @ (inverse @ normal.go)
+            solved.append(inverse)
+        diagonal = sum((n.ss for n in normals), np.diag(frame.precision)).diagonal()
+        held = frame.blocked(at.shared, g)
+        ds = bounded_inverse(H + damping * np.diag(diagonal), held) @ g
+        shared = np.clip(at.shared + ds, frame.lower, frame.upper)
+        ds = shared - at.shared
+        own: list[Floats] = []
+        promise = 0.0
+        for normal, inverse, x, own_frame in zip(normals, solved, at.own, self.own, strict=True):
+            moved = np.clip(
+                x + inverse @ (normal.go - normal.so.T @ ds), own_frame.lower, own_frame.upper
+            )
+            d = moved - x
+            promise += 2 * float(normal.gs @ ds + normal.go @ d)
+            promise -= float(ds @ normal.ss @ ds + 2 * ds @ normal.so @ d + d @ normal.oo @ d)
+            own.append(moved)
+        p, m = frame.precision, frame.mean
+        promise -= float(p @ (2 * (at.shared - m) * ds + ds**2))
+        return self.point(shared, own), promise
+
+
+def maximise(
+    shared: Sequence[Unknown], records: Sequence[Record], max_iterations: int = MAX_ITERATIONS
+) -> Solution:
+    """The most likely parameters of ``records``. Finds no start point of its own.
+
+    ``converged`` is false when the iterations ran out or no step helped while one was promised.
+    """
+    search = _Search(shared, records)
+    at = search.point(search.frame.start, [frame.start for frame in search.own])
+    damping, converged = 1e-3, False
+    normals = search.linearise(at)
+    for _ in range(max_iterations):
+        trial, promise = search.step(at, normals, damping)
+        if trial.objective <= at.objective and np.isfinite(trial.objective):
+            gain = at.objective - trial.objective
+            at = trial
+            damping = max(damping / 10.0, 1e-12)
+            if promise < ENOUGH and gain < ENOUGH:
+                converged = True
+                break
+            normals = search.linearise(at)
+        else:
+            if promise < ENOUGH and damping < 1.0:
+                converged = True  # at the minimum as far as rounding can tell
+                break
+            damping *= 8.0
+            if damping > 1e12:
+                break
+    return _solution(search, at, converged)
+
+
+def _solution(search: _Search, at: _Point, converged: bool) -> Solution:
+    normals = search.linearise(at)
+    frame = search.frame
+    information = np.diag(frame.precision.astype(np.float64))
+    linearised, own_covariance = [], []
+    gradient = -frame.precision * (at.shared - frame.mean)
+    for k, (normal, record) in enumerate(zip(normals, search.records, strict=True)):
+        held = search.own[k].blocked(at.own[k], normal.go)
+        inverse = bounded_inverse(normal.oo, held)
+        information = information + normal.ss - normal.so @ inverse @ normal.so.T
+        gradient = gradient + normal.gs - normal.so @ (inverse @ normal.go)
+        own_covariance.append(inverse)
+        edges = np.cumsum([0, *(len(r) for r in at.residuals[k])])
+        linearised.append(
+            Linearised(
+                residual=normal.residual,
+                shared=normal.shared.T,
+                own=normal.own.T,
+                orthogonal=(normal.shared - normal.so @ inverse @ normal.own).T,
+                own_precision=search.own[k].precision,
+                blocks=tuple(record.blocks),
+                slices=tuple(slice(int(a), int(b)) for a, b in pairwise(edges)),
+                sigmas=at.sigmas[k],
+            )
+        )
+    return Solution(
+        unknowns=frame.unknowns,
+        values=frame.outward(at.shared),
+        own=tuple(f.outward(x) for f, x in zip(search.own, at.own, strict=True)),
+        own_covariance=tuple(own_covariance),
+        information=information,
+        at_bound=(at.shared <= frame.lower) | (at.shared >= frame.upper),
+        records=tuple(linearised),
+        objective=at.objective,
+        evaluations=search.evaluations,
+        converged=converged,
+    )
