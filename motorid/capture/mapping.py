@@ -1,0 +1,146 @@
+"""``QUANTITY=EXPRESSION:UNIT``: which column, or arithmetic of columns, is which quantity."""
+
+from __future__ import annotations
+
+import ast
+import operator
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.columns import unknown_column
+from motorid.capture.units import QUANTITIES, TIME, Unit, unit_of
+from motorid.errors import UsageError, nearest
+
+Floats = NDArray[np.float64]
+ROW = "row"  # a column that every file has: 0, 1, 2, ...
+SHORTHAND = {"voltage": "terminal_voltage"}
+_BINARY: dict[type[ast.AST], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+}
+_SIGNS: dict[type[ast.AST], Callable[[Any], Any]] = {ast.USub: operator.neg, ast.UAdd: operator.pos}
+_LONGEST = 500  # characters of an expression
+
+
+@dataclass(frozen=True)
+class ChannelMap:
+    """One --map: the quantity, the expression as written, its unit."""
+
+    quantity: str
+    expression: str
+    unit: Unit
+
+
+def parse_maps(maps: Sequence[str], counts_per_turn: float = 0.0) -> dict[str, ChannelMap]:
+    """The maps of a command line by quantity. Raises UsageError on a bad or a repeated one."""
+    parsed: dict[str, ChannelMap] = {}
+    for text in maps:
+        one = _parse(text, counts_per_turn)
+        if one.quantity in parsed:
+            raise UsageError(f"{one.quantity} is mapped twice: give each quantity one --map")
+        parsed[one.quantity] = one
+    if not parsed.keys() - {TIME}:
+        raise UsageError("nothing is mapped: give --map QUANTITY=COLUMN:UNIT, such as current=i:mA")
+    return parsed
+
+
+def _parse(text: str, counts_per_turn: float) -> ChannelMap:
+    left, equals, right = text.partition("=")
+    expression, colon, unit = right.rpartition(":")
+    quantity = SHORTHAND.get(left.strip(), left.strip())
+    if not (equals and colon and expression.strip()):
+        raise UsageError(f"--map {text!r} is not QUANTITY=COLUMN:UNIT, such as current=i:mA")
+    if quantity not in QUANTITIES:
+        known = (*QUANTITIES, *SHORTHAND)
+        raise UsageError(
+            f"{quantity!r} is not a quantity{nearest(quantity, known)}; known: {', '.join(known)}"
+        )
+    return ChannelMap(
+        quantity, expression.strip(), unit_of(quantity, unit.strip(), counts_per_turn)
+    )
+
+
+class Formula:
+    """Arithmetic over columns and constants: ``vir*gtau``, ``Input Power/Current``, ``-i``.
+
+    A column's own name wins over arithmetic: in a file with a column ``a-b``, that is what ``a-b``
+    means. Raises UsageError on what is neither.
+    """
+
+    def __init__(self, text: str, columns: Sequence[str], constants: Mapping[str, float]) -> None:
+        self.text = text
+        self._constants = constants
+        self._known = list(columns)
+        self.columns: list[str] = []  # those that the formula needs
+        self._tree = self._parse(text)
+        self._check(self._tree)
+
+    def _parse(self, text: str) -> ast.expr:
+        names = sorted((*self._known, ROW), key=len, reverse=True)
+        if text in names:
+            return ast.parse(self._code(text), mode="eval").body
+        pattern = "|".join(rf"(?<![\w.]){re.escape(name)}(?![\w.\[(])" for name in names if name)
+        coded = re.sub(pattern, lambda hit: self._code(hit.group()), text)
+        try:
+            if len(text) > _LONGEST:
+                raise SyntaxError
+            return ast.parse(coded, mode="eval").body
+        except (SyntaxError, ValueError, RecursionError, MemoryError):
+            raise unknown_column(text, self._known) from None
+
+    def _code(self, name: str) -> str:
+        if name not in self.columns:
+            self.columns.append(name)
+        return f"_c{self.columns.index(name)}"
+
+    def _check(self, node: ast.AST) -> None:
+        match node:
+            case ast.BinOp(left=left, op=op, right=right) if type(op) in _BINARY:
+                self._check(left)
+                self._check(right)
+            case ast.UnaryOp(op=op, operand=operand) if type(op) in _SIGNS:
+                self._check(operand)
+            case ast.Constant(value=int() | float()):
+                pass
+            case ast.Name(id=name) if name in self._constants or name in self._codes():
+                pass
+            case _:
+                raise unknown_column(self._as_written(node), self._known)
+
+    def _as_written(self, node: ast.AST) -> str:
+        text = ast.unparse(node)
+        for code, name in reversed(list(zip(self._codes(), self.columns, strict=True))):
+            text = text.replace(code, name)
+        return text
+
+    def _codes(self) -> list[str]:
+        return [f"_c{index}" for index in range(len(self.columns))]
+
+    def evaluate(self, columns: Mapping[str, Floats], rows: int) -> Floats:
+        """The values of the expression, shape (rows,); not finite where it divides by zero."""
+        found = {**columns, ROW: np.arange(rows, dtype=np.float64)}
+        values: dict[str, Any] = dict(self._constants)
+        values.update(zip(self._codes(), (found[name] for name in self.columns), strict=True))
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            result = _value(self._tree, values)
+        return np.array(np.broadcast_to(result, (rows,)), dtype=np.float64)
+
+
+def _value(node: ast.AST, values: Mapping[str, Any]) -> Any:
+    match node:
+        case ast.BinOp(left=left, op=op, right=right):
+            return _BINARY[type(op)](_value(left, values), _value(right, values))
+        case ast.UnaryOp(op=op, operand=operand):
+            return _SIGNS[type(op)](_value(operand, values))
+        case ast.Name(id=name):
+            return np.asarray(values[name], dtype=np.float64)
+        case ast.Constant(value=int() | float() as number):
+            return np.float64(number)
+    raise AssertionError(ast.dump(node))

@@ -1,0 +1,133 @@
+"""Run as a program in a process of its own: MAT file -> flat arrays in an NPZ file.
+
+Foreign binary files can crash or hang the libraries that read them, so nothing here runs in the
+caller's process. Usage: python mat_child.py IN.mat OUT.npz MEMORY_BYTES. Prints one sentence and
+exits with 1 on a file that it cannot read. Imports nothing of motorid, to start fast.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import numpy as np
+
+_MAX_ARRAYS = 4096
+_MAX_DEPTH = 12
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+
+
+def main(source: str, target: str, memory: int) -> None:
+    _limit(memory)
+    with open(source, "rb") as file:
+        head = file.read(1024)
+    arrays: dict[str, Any] = {}
+    if _HDF5 in (head[:8], head[512:520]):
+        _read_hdf5(source, arrays)
+    else:
+        _read_v5(source, arrays)
+    # np.savez takes names as keywords, which a foreign name could break: number them instead.
+    named = {f"a{index}": array for index, array in enumerate(arrays.values())}
+    np.savez(target, names=np.array(list(arrays), dtype=str), **named)
+
+
+def _limit(memory: int) -> None:
+    if sys.platform == "win32":
+        return
+    import resource
+
+    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
+    limit = memory if hard == resource.RLIM_INFINITY else min(memory, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+
+
+def _keep(name: str, value: Any, arrays: dict[str, Any]) -> None:
+    """A vector or scalar of real numbers is a column; a matrix gives each of its columns."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "iufb" or not array.size or array.ndim > 2:
+        return
+    array = array.astype(np.float64)
+    if array.ndim < 2 or 1 in array.shape:
+        arrays[name] = array.ravel()
+    elif array.shape[1] <= 64:
+        for column in range(array.shape[1]):
+            arrays[f"{name}[{column + 1}]"] = array[:, column]
+    if len(arrays) > _MAX_ARRAYS:
+        raise ValueError(f"it holds more than {_MAX_ARRAYS} arrays")
+
+
+def _read_v5(source: str, arrays: dict[str, Any]) -> None:
+    from scipy.io import loadmat
+
+    content = loadmat(
+        source, squeeze_me=False, struct_as_record=True, verify_compressed_data_integrity=True
+    )
+    for name, value in content.items():
+        if not name.startswith("__"):
+            _walk_v5(name, value, arrays, 0)
+
+
+def _walk_v5(name: str, value: Any, arrays: dict[str, Any], depth: int) -> None:
+    if depth > _MAX_DEPTH or not isinstance(value, np.ndarray):
+        return
+    if value.dtype.names:  # a struct, or an array of them
+        for index, item in enumerate(value.ravel()):
+            path = name if value.size == 1 else f"{name}[{index + 1}]"
+            for field in value.dtype.names:
+                _walk_v5(f"{path}.{field}", item[field], arrays, depth + 1)
+    elif value.dtype.kind == "O":  # a cell array
+        for index, item in enumerate(value.ravel()):
+            path = name if value.size == 1 else f"{name}[{index + 1}]"
+            _walk_v5(path, item, arrays, depth + 1)
+    else:
+        _keep(name, value, arrays)
+
+
+def _read_hdf5(source: str, arrays: dict[str, Any]) -> None:
+    import h5py
+
+    with h5py.File(source, "r") as file:
+        for name in file:
+            if name != "#refs#":
+                _walk_hdf5(name, file, file.get(name, getlink=True), arrays, 0)
+
+
+def _walk_hdf5(name: str, parent: Any, link: Any, arrays: dict[str, Any], depth: int) -> None:
+    import h5py
+
+    if depth > _MAX_DEPTH or not isinstance(link, h5py.HardLink):
+        return  # links into other files are not followed
+    node = parent[name.rpartition(".")[2]]
+    _walk_node(name, node, arrays, depth)
+
+
+def _walk_node(name: str, node: Any, arrays: dict[str, Any], depth: int) -> None:
+    import h5py
+
+    if isinstance(node, h5py.Group):
+        for key in node:
+            _walk_hdf5(f"{name}.{key}", node, node.get(key, getlink=True), arrays, depth + 1)
+    elif h5py.check_ref_dtype(node.dtype) is h5py.Reference:
+        _walk_references(name, node, arrays, depth)
+    elif node.external or node.is_virtual:
+        return
+    elif "MATLAB_empty" not in node.attrs and node.attrs.get("MATLAB_class") != b"char":
+        _keep(name, np.asarray(node).T, arrays)  # MATLAB stores by columns
+
+
+def _walk_references(name: str, node: Any, arrays: dict[str, Any], depth: int) -> None:
+    """The elements of a cell or struct array: ``Y.Data`` of the third element is ``Y[3].Data``."""
+    references = np.asarray(node).T.ravel(order="F")
+    parent, _, field = name.rpartition(".")
+    for index, reference in enumerate(references):
+        if reference and depth < _MAX_DEPTH:
+            path = f"{parent}[{index + 1}].{field}" if parent else f"{field}[{index + 1}]"
+            _walk_node(path, node.file[reference], arrays, depth + 1)
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1], sys.argv[2], int(sys.argv[3]))
+    except Exception as error:
+        print(f"{type(error).__name__}: {error}".splitlines()[0][:200])
+        sys.exit(1)

@@ -1,0 +1,100 @@
+"""Reads MATLAB files (v4 to v7.3) in a process of its own, with limits on time and memory."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture import mat_child
+from motorid.capture.columns import BadCell, Columns, unknown_column
+from motorid.errors import DataError
+
+Floats = NDArray[np.float64]
+TIME_LIMIT_S = 60.0
+MEMORY_LIMIT = 4 << 30  # bytes of address space
+
+
+class MatSource:
+    """The numeric arrays of a MAT file by their path in it: ``qm``, ``X.Data``, ``Y[3].Data``.
+
+    A leading part may be left out where what remains is unambiguous. Raises DataError where the
+    file cannot be read, or where reading it crashes, hangs or eats memory.
+    """
+
+    layout = "MAT file"
+    header_units: Mapping[str, str] = {}
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._arrays = _read(path)
+        self._paths = _names(self._arrays)
+        self.names: Sequence[str] = list(self._paths)
+
+    def place(self, row: int) -> str:
+        return f"element {row + 1}"
+
+    def read(self, names: Sequence[str]) -> Columns:
+        values = {name: self._array(name) for name in names}
+        lengths = {name: len(array) for name, array in values.items() if len(array) > 1}
+        if len(set(lengths.values())) > 1:
+            told = ", ".join(f"{name} has {length}" for name, length in lengths.items())
+            raise DataError(f"{self._path}: columns differ in length: {told}; map columns of one")
+        bad = tuple(
+            BadCell(int(row), name, str(array[row]))
+            for name, array in values.items()
+            for row in np.flatnonzero(~np.isfinite(array))
+        )
+        cleaned = {n: np.where(np.isfinite(a), a, np.nan) for n, a in values.items()}
+        return Columns(max(lengths.values(), default=1), cleaned, bad)
+
+    def _array(self, name: str) -> Floats:
+        if name not in self._paths:
+            raise unknown_column(name, self.names)
+        return self._arrays[self._paths[name]]
+
+
+def _read(path: Path) -> dict[str, Floats]:
+    if not path.is_file():
+        raise DataError(f"{path} cannot be read: there is no such file")
+    with tempfile.TemporaryDirectory(prefix="motorid-") as folder:
+        target = Path(folder) / "arrays.npz"
+        _run_child(path, target)
+        with np.load(target, allow_pickle=False) as stored:
+            names = [str(name) for name in stored["names"]]
+            return {name: stored[f"a{index}"] for index, name in enumerate(names)}
+
+
+def _run_child(path: Path, target: Path) -> None:
+    command = [sys.executable, "-P", mat_child.__file__, str(path), str(target), str(MEMORY_LIMIT)]
+    try:
+        done = subprocess.run(  # noqa: S603  # our own file, by our own interpreter
+            command, capture_output=True, timeout=TIME_LIMIT_S, text=True, check=False
+        )
+    except subprocess.TimeoutExpired:
+        raise DataError(
+            f"{path}: reading it took more than {TIME_LIMIT_S:g} s and was stopped: "
+            "the file is damaged, or too large"
+        ) from None
+    if done.returncode or not target.exists():
+        said = done.stdout.strip() or f"the reader ended with code {done.returncode}"
+        raise DataError(f"{path} cannot be read as a MAT file ({said}): is it damaged?")
+
+
+def _names(arrays: Mapping[str, Floats]) -> dict[str, str]:
+    """Every tail of a dotted path that only one array has -> its path; long, short names first."""
+    counts = Counter(tail for path in arrays for tail in _tails(path))
+    tails = [(tail, path) for path in arrays for tail in _tails(path) if counts[tail] == 1]
+    tails.sort(key=lambda pair: (len(arrays[pair[1]]) < 2, pair[0].count(".")))
+    return dict(tails)
+
+
+def _tails(path: str) -> list[str]:
+    parts = path.split(".")
+    return [".".join(parts[start:]) for start in range(len(parts))]

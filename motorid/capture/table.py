@@ -1,0 +1,204 @@
+"""Makes a capture of somebody else's file: a CSV or MAT table and a map of its columns."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, cast, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid import __version__
+from motorid.capture import table_checks as checks
+from motorid.capture.columns import Source
+from motorid.capture.mapping import ROW, SHORTHAND, ChannelMap, Formula, parse_maps
+from motorid.capture.model import VOLTAGE, Capture, Channel, Sense, Wiring
+from motorid.capture.units import TIME
+from motorid.errors import DataError, UsageError, nearest
+
+Floats = NDArray[np.float64]
+CLOCK_HZ = 1e9  # ticks are integers, and nanoseconds lose nothing that a file's stamps hold
+STATIC = "static"  # provenance: True where the rows are steady points without an order in time
+NOTES = "notes"  # provenance: what the import noticed, as sentences
+HELD = "held"  # provenance: channel -> for how many samples each of its readings is repeated
+
+
+@dataclass(frozen=True)
+class TableOptions:
+    """What a person knows of a file beyond its columns. Seconds and SI units."""
+
+    aperture: Mapping[str, float] = field(default_factory=dict)  # by quantity
+    delay: Mapping[str, float] = field(default_factory=dict)  # by quantity
+    constants: Mapping[str, float] = field(default_factory=dict)  # names that maps may use
+    unsigned: Sequence[str] = ()  # quantities that the file holds as magnitudes
+    separator: str | None = None
+    decimal: str | None = None
+    drop_bad: bool = False
+    counts_per_turn: float = 0.0
+    gear_ratio: float = 1.0
+    sense: str = "terminals"  # of the voltage
+    start_s: float = -np.inf  # of the file's own time
+    stop_s: float = np.inf
+    ambient_c: float | None = None
+    serial: str = ""
+    note: str = ""
+
+
+def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture:
+    """The capture that ``maps`` makes of the CSV or MAT file at ``path``.
+
+    ``maps`` are ``QUANTITY=EXPRESSION:UNIT``; an expression is a column's name or arithmetic over
+    columns and constants (``torque=vir*gtau:N``). Quantities are ``units.QUANTITIES`` and
+    ``voltage``. Without ``time`` the rows are steady points. ``options`` are the fields of
+    ``TableOptions`` (None: its default); ``drop_bad`` leaves out rows with text, empty cells,
+    sentinels or stamps that step back, which otherwise raise DataError with their place. A current
+    that is never negative while the speed reverses is taken as a magnitude. What is odd but stops
+    nothing is in ``provenance["notes"]``.
+
+    Raises UsageError on a bad map, unit or option, DataError on a bad file.
+    """
+    given = {name: value for name, value in options.items() if value is not None}
+    path, chosen = Path(path), TableOptions(**given)
+    mapped = parse_maps(maps, chosen.counts_per_turn)
+    _check_options(chosen, mapped)
+    source = _open(path, chosen)
+    formulas = {
+        name: Formula(one.expression, source.names, chosen.constants)
+        for name, one in mapped.items()
+    }
+    notes = checks.header_notes(mapped, formulas, source.header_units)
+    values = _read(path, source, formulas, chosen, notes)
+    ticks, values, static = _in_order(path, source, mapped, values, chosen, notes)
+    channels = {
+        name: _channel(one, values[name], chosen) for name, one in mapped.items() if name != TIME
+    }
+    held = {} if static else checks.held_samples(channels)
+    capture = Capture(
+        ticks=ticks,
+        clock_hz=CLOCK_HZ,
+        channels=checks.with_unsigned_current(channels, notes),
+        wiring=Wiring(gear_ratio=chosen.gear_ratio, counts_per_turn=chosen.counts_per_turn),
+        gaps=() if static else checks.gaps(ticks, notes),
+        ambient_c=chosen.ambient_c,
+    )
+    notes += checks.capture_notes(capture, held, static)
+    provenance = _provenance(path, maps, source, chosen)
+    return replace(capture, provenance=provenance | {NOTES: notes, HELD: held, STATIC: static})
+
+
+def _check_options(chosen: TableOptions, mapped: Mapping[str, ChannelMap]) -> None:
+    named = [("--aperture", chosen.aperture), ("--delay", chosen.delay)]
+    for option, quantities in [*named, ("--unsigned", dict.fromkeys(chosen.unsigned, 0.0))]:
+        for name, seconds in quantities.items():
+            if SHORTHAND.get(name, name) not in mapped:
+                raise UsageError(f"{option} {name}: no such map{nearest(name, mapped)}")
+            if not 0 <= seconds < np.inf:
+                raise UsageError(f"{option} {name}={seconds:g}: give seconds, 0 or more")
+    if chosen.sense not in get_args(Sense):
+        raise UsageError(f"--sense {chosen.sense!r} is none of {', '.join(get_args(Sense))}")
+
+
+def _open(path: Path, chosen: TableOptions) -> Source:
+    from motorid.capture.csv_reader import CsvSource
+    from motorid.capture.mat_reader import MatSource
+
+    try:
+        with path.open("rb") as file:
+            head = file.read(1024)
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
+    if path.suffix.lower() == ".mat" or head.startswith((b"MATLAB", b"\x89HDF")):
+        return MatSource(path)
+    return CsvSource(path, chosen.separator, chosen.decimal)
+
+
+def _read(
+    path: Path,
+    source: Source,
+    formulas: Mapping[str, Formula],
+    chosen: TableOptions,
+    notes: list[str],
+) -> dict[str, Floats]:
+    """Each quantity in its own unit, good rows only, and ``row``: their places in the file."""
+    wanted = dict.fromkeys(column for formula in formulas.values() for column in formula.columns)
+    columns = source.read([name for name in wanted if name != ROW])
+    keep = checks.good_rows(path, source, columns, chosen.drop_bad, notes)
+    values = {
+        name: formula.evaluate(columns.values, columns.rows)[keep]
+        for name, formula in formulas.items()
+    }
+    rows = np.flatnonzero(keep)
+    finite = np.all([np.isfinite(column) for column in values.values()], axis=0)
+    if not finite.all() and not chosen.drop_bad:
+        bad = next(name for name, column in values.items() if not np.isfinite(column).all())
+        row = rows[np.flatnonzero(~np.isfinite(values[bad]))[0]]
+        raise DataError(
+            f"{path}: {source.place(int(row))}: {bad} = {formulas[bad].text} is not finite there "
+            "(a division by zero?): repair it, or leave such rows out with --drop-bad"
+        )
+    return {ROW: rows[finite].astype(np.float64)} | {n: v[finite] for n, v in values.items()}
+
+
+def _in_order(
+    path: Path,
+    source: Source,
+    mapped: Mapping[str, ChannelMap],
+    values: dict[str, Floats],
+    chosen: TableOptions,
+    notes: list[str],
+) -> tuple[NDArray[np.int64], dict[str, Floats], bool]:
+    """Ticks, the values that belong to them, and whether the rows have no time."""
+    if TIME not in mapped:
+        rows = len(values[ROW])
+        if not rows:
+            raise DataError(f"{path} holds no usable row")
+        return np.arange(rows, dtype=np.int64) * int(CLOCK_HZ), values, True
+    time_s = values[TIME] * mapped[TIME].unit.scale
+    inside = (time_s >= chosen.start_s) & (time_s <= chosen.stop_s)
+    if inside.sum() < 2:
+        raise DataError(f"{path} holds {inside.sum()} usable rows there: a capture needs two")
+    if np.ptp(time_s) * CLOCK_HZ >= 2**62:
+        raise DataError(f"{path}: the time column spans {np.ptp(time_s):g} s: is its unit right?")
+    time_s, values = time_s[inside], {name: column[inside] for name, column in values.items()}
+    ticks = np.rint((time_s - time_s[0]) * CLOCK_HZ).astype(np.int64)
+    ahead = checks.stamps_that_advance(path, source, ticks, values[ROW], chosen.drop_bad, notes)
+    if ahead.sum() < 2:
+        raise DataError(f"{path}: the time column does not advance: is it the right column?")
+    return ticks[ahead], {name: column[ahead] for name, column in values.items()}, False
+
+
+def _channel(one: ChannelMap, raw: Floats, chosen: TableOptions) -> Channel:
+    by_name = {SHORTHAND.get(name, name): seconds for name, seconds in chosen.aperture.items()}
+    delays = {SHORTHAND.get(name, name): seconds for name, seconds in chosen.delay.items()}
+    aperture_s = by_name.get(one.quantity, 0.0)
+    voltage = one.quantity == VOLTAGE
+    return Channel(
+        name=one.quantity,
+        unit=one.unit.si,
+        raw=raw,
+        scale=one.unit.scale,
+        kind="mean" if aperture_s else "instant",
+        aperture_s=aperture_s,
+        delay_s=delays.get(one.quantity, 0.0),
+        resolution=checks.quantum(raw) * one.unit.scale,
+        sense=cast(Sense, chosen.sense) if voltage else None,
+        unsigned=one.quantity in chosen.unsigned,
+    )
+
+
+def _provenance(
+    path: Path, maps: Sequence[str], source: Source, chosen: TableOptions
+) -> dict[str, Any]:
+    return {
+        "imported_from": path.name,
+        "imported_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        "imported_by": f"motorid {__version__}",
+        "maps": list(maps),
+        "layout": source.layout,
+        "constants": dict(chosen.constants),
+        "serial": chosen.serial,
+        "note": chosen.note,
+    }

@@ -1,0 +1,210 @@
+"""What can be wrong with a foreign table: rows that cannot be used, and oddities worth a note."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.columns import BadCell, Columns, Source
+from motorid.capture.mapping import ChannelMap, Formula
+from motorid.capture.model import CURRENT, POSITION, SPEED, Capture, Channel, Gap
+from motorid.capture.units import unit_of
+from motorid.errors import DataError, UsageError
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+SENTINELS = (-999.0, -9999.0, -99999.0, 9999.0, 99999.0, 999999.0, -32768.0, 65535.0)
+FAR = 20  # a sentinel lies this many times farther out than the rest of its column
+GAP = 2.5  # a pause of so many usual periods is a gap in the record
+IRREGULAR = 0.02  # relative spread of the periods that is worth saying
+LEVELS = 4096  # a column of no more distinct values than this may be quantised
+SLOW_S = 1.0  # a period beyond this hardly shows a motor's dynamics
+
+
+def header_notes(
+    mapped: Mapping[str, ChannelMap],
+    formulas: Mapping[str, Formula],
+    header_units: Mapping[str, str],
+) -> list[str]:
+    """Where the file's own header contradicts the unit that a map gives to a bare column."""
+    notes = []
+    for quantity, one in mapped.items():
+        said = header_units.get(one.expression)
+        if said is None or one.expression not in formulas[quantity].columns:
+            continue
+        try:
+            same = unit_of(quantity, said, 1.0).scale == one.unit.scale
+        except UsageError:
+            same = False
+        if not same and one.unit.written != said and "count" not in one.unit.written:
+            notes.append(
+                f"the file's header gives {one.expression} in {said}, the map in "
+                f"{one.unit.written}: the map was followed"
+            )
+    return notes
+
+
+def good_rows(
+    path: Path, source: Source, columns: Columns, drop_bad: bool, notes: list[str]
+) -> Bools:
+    """Which rows hold a number in every mapped column, shape (rows,).
+
+    Raises DataError, naming the first bad cell's place, unless ``drop_bad``.
+    """
+    bad = (*columns.bad, *_sentinels(columns))
+    keep = np.ones(columns.rows, dtype=np.bool_)
+    if not bad:
+        return keep
+    first = min(bad, key=lambda cell: cell.row)
+    what = f"holds {first.text!r}, not a number" if first.text else "is empty"
+    if first.text.startswith("sentinel"):
+        what = f"holds {first.text.removeprefix('sentinel ')}, which looks like a mark for missing"
+    for cell in bad:
+        keep[cell.row] = False
+    lost = int((~keep).sum())
+    rows = "1 row is" if lost == 1 else f"{lost} rows are"
+    if not drop_bad:
+        raise DataError(
+            f"{path}: {source.place(first.row)}, column {first.column!r} {what}; {rows} bad in "
+            "all: repair the file, or leave such rows out with --drop-bad"
+        )
+    notes.append(f"{rows} left out; the first: {source.place(first.row)}, {first.column} {what}")
+    return keep
+
+
+def _sentinels(columns: Columns) -> list[BadCell]:
+    """Readings of a usual mark for "missing" that lie far outside the rest of their column."""
+    found = []
+    for name, values in columns.values.items():
+        marks = np.isin(values, SENTINELS)
+        if len(values) < 2 or not marks.any() or marks.all():
+            continue
+        rest = np.nanmax(np.abs(values[~marks]), initial=0.0)
+        for row in np.flatnonzero(marks & (np.abs(values) > FAR * rest)):
+            found.append(BadCell(int(row), name, f"sentinel {values[row]:g}"))
+    return found
+
+
+def stamps_that_advance(
+    path: Path,
+    source: Source,
+    ticks: NDArray[np.int64],
+    rows: Floats,
+    drop_bad: bool,
+    notes: list[str],
+) -> Bools:
+    """Which stamps lie after all before them. Raises DataError unless ``drop_bad`` or all do."""
+    highest = np.maximum.accumulate(ticks)
+    ahead: Bools = np.r_[True, ticks[1:] > highest[:-1]]
+    if ahead.all():
+        return ahead
+    first = int(np.flatnonzero(~ahead)[0])
+    repeats = ticks[first] == highest[first - 1]
+    what = "repeats the stamp before it" if repeats else "steps back in time"
+    place, lost = source.place(int(rows[first])), int((~ahead).sum())
+    if not drop_bad:
+        raise DataError(
+            f"{path}: {place} {what} ({lost} such in all): is time in the right unit and "
+            "column? To leave such rows out: --drop-bad"
+        )
+    notes.append(f"{lost} rows left out whose stamps do not advance; the first: {place}")
+    return ahead
+
+
+def gaps(ticks: NDArray[np.int64], notes: list[str]) -> tuple[Gap, ...]:
+    """Pauses much longer than the usual period, as gaps; notes on how regular the stamps are."""
+    steps = np.diff(ticks)
+    usual = float(np.median(steps))
+    found = tuple(
+        Gap(int(index) + 1, round(steps[index] / usual) - 1, "the time column pauses")
+        for index in np.flatnonzero(steps > GAP * usual)
+    )
+    steady = steps[steps <= GAP * usual]
+    spread = float(np.percentile(np.abs(steady - usual), 95)) / usual
+    if spread > IRREGULAR:
+        notes.append(f"irregular stamps: 5 % of periods are off by {spread:.0%} or more; kept")
+    if found:
+        notes.append(f"{len(found)} pauses of more than {GAP:g} periods, recorded as gaps")
+    if usual > SLOW_S * 1e9:
+        notes.append(
+            f"the usual period is {usual / 1e9:g} s, too slow to show a motor start: "
+            "is the time column's unit right?"
+        )
+    return found
+
+
+def quantum(values: Floats) -> float:
+    """The step of which all values are multiples, or 0 where they look continuous."""
+    levels = np.unique(values)
+    if not 2 <= len(levels) <= min(LEVELS, len(values) // 4):
+        return 0.0
+    steps = np.diff(levels)
+    step = float(steps.min())
+    if step <= 1e-9 * float(np.abs(levels).max()):
+        return 0.0
+    counts = np.r_[0.0, np.cumsum(np.rint(steps / step))]
+    step = float(np.ptp(levels) / counts[-1])  # finer than one difference can tell
+    off = np.abs((levels - levels[0]) / step - counts)
+    return step if off.max() < 0.1 else 0.0
+
+
+def held_samples(channels: Mapping[str, Channel]) -> dict[str, int]:
+    """Channels whose readings only ever change every n samples (n > 1): channel -> n."""
+    found = {}
+    for name, channel in channels.items():
+        changes = np.flatnonzero(np.diff(channel.raw))
+        if len(changes) < 20:
+            continue
+        steps = np.diff(changes)
+        period = int(steps.min())
+        if period > 1 and np.mean(steps % period == 0) > 0.9:
+            found[name] = period
+    return found
+
+
+def with_unsigned_current(channels: Mapping[str, Channel], notes: list[str]) -> dict[str, Channel]:
+    """Marks a current as a magnitude that is never negative though the motor ran both ways."""
+    current, speed = channels.get(CURRENT), channels.get(SPEED)
+    if current is None or speed is None or current.unsigned or current.values.min() < 0:
+        return dict(channels)
+    fast = 0.2 * np.abs(speed.values).max()
+    forward, backward = current.values[speed.values > fast], current.values[speed.values < -fast]
+    few = min(len(forward), len(backward)) < 5
+    if few or min(np.median(forward), np.median(backward)) <= 0:
+        return dict(channels)
+    notes.append("the current is never negative though the motor runs both ways: a magnitude")
+    return {**channels, CURRENT: replace(current, unsigned=True)}
+
+
+def capture_notes(capture: Capture, held: Mapping[str, int], static: bool) -> list[str]:
+    """Notes on channels: constant, held, at odds with each other."""
+    notes = []
+    for name, channel in capture.channels.items():
+        if np.ptp(channel.values) == 0:
+            notes.append(f"{name} never changes: is it the right column?")
+    for name, period in held.items():
+        notes.append(f"{name} is held: it changes only every {period} samples")
+    position, speed = capture.get(POSITION), capture.get(SPEED)
+    if position is not None and speed is not None and not static:
+        ratio = _speed_over_derivative(capture.time_s, position.values, speed.values)
+        if ratio is not None and abs(ratio - 1) > 0.1:
+            notes.append(
+                f"speed is {ratio:.4g} times the derivative of position: one of the two units, "
+                "the counts per turn, or a gear between them is wrong"
+            )
+    return notes
+
+
+def _speed_over_derivative(time_s: Floats, position: Floats, speed: Floats) -> float | None:
+    """The factor between ∫speed dt and position, or None where either stands still."""
+    travelled = np.r_[0.0, np.cumsum(np.diff(time_s) * (speed[1:] + speed[:-1]) / 2)]
+    a, b = position - position.mean(), travelled - travelled.mean()
+    power, shared = float(a @ a), float(a @ b)
+    if power == 0 or shared == 0 or shared**2 < 0.9 * power * float(b @ b):
+        return None
+    return shared / power
