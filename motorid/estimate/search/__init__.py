@@ -4,6 +4,17 @@ Every search minimises ``f(U[n, d]) -> cost[n]`` and sees a whole population at 
 """
 
 from motorid.estimate.search.population import Cost, Population, Search, SearchResult
+from motorid.estimate.search.problem import Problem, Solution, solve
 from motorid.estimate.search.registry import METHODS, minimise
 
-__all__ = ["METHODS", "Cost", "Population", "Search", "SearchResult", "minimise"]
+__all__ = [
+    "METHODS",
+    "Cost",
+    "Population",
+    "Problem",
+    "Search",
+    "SearchResult",
+    "Solution",
+    "minimise",
+    "solve",
+]

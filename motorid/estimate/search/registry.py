@@ -34,7 +34,7 @@ from motorid.estimate.search.population import (
     Start,
 )
 
-Relations = Literal["none", "steady", "steady+peak"]
+Relations = Literal["none", "steady", "steady+peak", "steady+near-peak"]
 Size = Callable[[int], int]  # number of parameters -> population
 
 
@@ -43,7 +43,8 @@ class Method:
     """A search as the review names it.
 
     ``relations``: what the data's steady state fixes before the search begins (``relations.py``):
-    nothing; R and B from K; or J as well, at maximum current.
+    nothing; R and B from K; J as well, at maximum current; or J within a tenth of that.
+    ``begins_at_a_point``: a guess of the answer is its first candidate.
     """
 
     name: str
@@ -53,9 +54,12 @@ class Method:
     population: Size = lambda d: 30
     start: Start = bounds.uniform
     relations: Relations = "none"
+    begins_at_a_point: bool = False
 
 
 def _all() -> tuple[Method, ...]:
+    peak: Relations = "steady+peak"
+    near: Relations = "steady+near-peak"
     rand, constricted = de.rand_1_exp, pso.constricted
 
     def de_size(d: int) -> int:
@@ -65,7 +69,14 @@ def _all() -> tuple[Method, ...]:
         return 25
 
     return (
-        Method("pattern-search", "Pattern search", patterns.pattern_search, "[11]", lambda d: 1),
+        Method(
+            "pattern-search",
+            "Pattern search",
+            patterns.pattern_search,
+            "[11]",
+            lambda d: 1,
+            begins_at_a_point=True,
+        ),
         Method("ga", "Genetic algorithm", ga.ga, "[18]"),
         Method("de-rand-1-exp", "DE/rand/1/exp", rand, "[18]", de_size),
         Method("de-best-1-bin", "DE/best/1/bin", de.best_1_bin, "[18]", de_size),
@@ -82,10 +93,14 @@ def _all() -> tuple[Method, ...]:
         Method("cuckoo", "Cuckoo search, 75 % moved", cuckoo.cuckoo, "[39]", nests),
         Method("cuckoo-25", "Cuckoo search, 25 % moved", cuckoo.cuckoo_25, "[39]", nests),
         Method("cuckoo-m", "Modified cuckoo", cuckoo.cuckoo, "[39]", nests, relations="steady"),
+        Method("cuckoo-m-peak", "Cuckoo, J by (30)", cuckoo.cuckoo, "[40]", nests, relations=peak),
+        Method(
+            "cuckoo-m-near", "Cuckoo, J near (30)", cuckoo.cuckoo, "[40]", nests, relations=near
+        ),
         Method("gwo", "Grey wolf", gwo.gwo, "[40]"),
-        Method("gwo-m", "Modified grey wolf", gwo.gwo, "[40]", relations="steady+peak"),
+        Method("gwo-m", "Modified grey wolf", gwo.gwo, "[40]", relations=peak),
         Method("jaya", "Jaya", jaya.jaya, "[40]"),
-        Method("jaya-m", "Modified Jaya", jaya.jaya, "[40]", relations="steady+peak"),
+        Method("jaya-m", "Modified Jaya", jaya.jaya, "[40]", relations=peak),
         Method("aco", "Ant colony, continuous", aco.aco, "Socha and Dorigo 2008"),
         Method(
             "pso-ci-ciw",

@@ -1,0 +1,145 @@
+"""A record to explain and the bounds to search: the same problem, whatever the method."""
+
+from __future__ import annotations
+
+import functools
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from motorid.errors import UsageError
+from motorid.estimate.search import registry, relations
+from motorid.estimate.search.bounds import Box
+from motorid.estimate.search.cache import Cache
+from motorid.estimate.search.nls import nls
+from motorid.estimate.search.objective import Objective
+from motorid.estimate.search.population import SearchResult
+from motorid.estimate.steiglitz_mcbride import steiglitz_mcbride
+from motorid.estimate.types import Floats
+from motorid.motor.batch import LINEAR, Model, Record
+
+DIRECT = ("nls", "steiglitz-mcbride")  # methods that are no search of the cube
+
+
+@dataclass(frozen=True)
+class Problem:
+    """``scale``: see Objective. ``acceleration``: dω/dt where it is known better than by
+    differences of the speed. ``start``: SI values to begin from, for methods that begin at one.
+    """
+
+    model: Model
+    record: Record
+    box: Box
+    scale: Mapping[str, float]
+    rms: bool = True
+    acceleration: Floats | None = None
+    start: Floats | None = None
+
+    def objective(self, kind: registry.Relations, rule: relations.Rule = "exact") -> Objective:
+        """What a method with those relations searches. Raises UsageError for another model."""
+        if kind == "none":
+            return Objective(self.model, self.record, self.box, self.scale, None, self.rms)
+        if self.model is not LINEAR:
+            raise UsageError(
+                f"the -m methods know the steady state of the linear model only, not of the "
+                f"{self.model.name} model: use the method without -m"
+            )
+        facts = relations.step_facts(self.record, self.acceleration)
+        names, expand = relations.EXPANSIONS[kind]
+        box = relations.reduced_box(self.box, facts, names)
+        expansion = functools.partial(expand, facts, rule)
+        return Objective(self.model, self.record, box, self.scale, expansion, self.rms)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A method's answer: SI ``values`` by name, and how it came about. ``hit_rate`` of memory."""
+
+    method: str
+    values: Mapping[str, float]
+    cost: float
+    evaluations: int
+    seconds: float
+    reason: str
+    seed: int
+    history: Floats
+    hit_rate: float = 0.0
+
+
+def names() -> tuple[str, ...]:
+    """Every method that ``solve`` takes."""
+    return (*DIRECT, *registry.METHODS)
+
+
+def solve(
+    problem: Problem,
+    method: str,
+    *,
+    budget: int,
+    seed: int,
+    n: int | None = None,
+    rule: relations.Rule = "exact",
+    memory: bool = False,
+    target: float = -np.inf,
+) -> Solution:
+    """Solve by name. ``memory``: with memory assistance. Raises UsageError for an unknown name."""
+    begin = time.perf_counter()
+    if method == "steiglitz-mcbride":
+        return _steiglitz_mcbride(problem, seed, begin)
+    chosen = None if method == "nls" else registry.get(method)
+    objective = problem.objective(chosen.relations if chosen else "none", rule)
+    start = None if problem.start is None else objective.box.unit(problem.start)
+    hit_rate = 0.0
+    if chosen is None:
+        found = nls(objective, budget=budget, seed=seed, start=start)
+    else:
+        cost = Cache(objective) if memory else objective
+        first = None
+        if chosen.begins_at_a_point and start is not None:
+            first = functools.partial(_at, start)
+        found = registry.minimise(
+            chosen, cost, objective.box.d, budget=budget, seed=seed, n=n, target=target, first=first
+        )
+        hit_rate = cost.hit_rate if isinstance(cost, Cache) else 0.0
+    return _solution(problem, objective, found, begin, hit_rate)
+
+
+def _at(start: Floats, rng: np.random.Generator, n: int, d: int) -> Floats:
+    return np.vstack([start, rng.random((n - 1, d))])
+
+
+def _solution(
+    problem: Problem, objective: Objective, found: SearchResult, begin: float, hit_rate: float
+) -> Solution:
+    values = objective.values(found.best)[0]
+    return Solution(
+        found.method,
+        dict(zip(problem.model.parameters, values.tolist(), strict=True)),
+        found.cost,
+        found.evaluations,
+        time.perf_counter() - begin,
+        found.reason,
+        found.seed,
+        found.history,
+        hit_rate,
+    )
+
+
+def _steiglitz_mcbride(problem: Problem, seed: int, begin: float) -> Solution:
+    if problem.model is not LINEAR:
+        raise UsageError("Steiglitz-McBride fits the linear model only")
+    found = steiglitz_mcbride(problem.record)
+    u = problem.box.unit(np.array([list(found.values.values())]))
+    cost = float(problem.objective("none")(u)[0])
+    return Solution(
+        "steiglitz-mcbride",
+        found.values,
+        cost,
+        found.passes,
+        time.perf_counter() - begin,
+        "converged" if found.settled else "budget",
+        seed,
+        np.array([[found.passes, cost]], dtype=np.float64),
+    )
