@@ -13,7 +13,7 @@ from motorid.cli.options import example
 )
 def command(probe: bool) -> None:
     """List the serial ports, without opening them: opening one resets many boards."""
-    from motorid.acquire.port import list_ports
+    from motorid.acquire.ports import listing
 
-    for port in list_ports():
-        click.echo("  ".join(filter(None, (port.device, port.description, port.hardware))))
+    for line in listing(probe=probe):
+        click.echo(line)
