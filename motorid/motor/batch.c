@@ -182,23 +182,42 @@ static inline void load_rates(const loads *p, double v, const double (*x)[LANES]
     }
 }
 
+/* A rotor at rest stays until its torque exceeds Ta: its current follows the exponential of L and
+ * R up to that instant. Returns how much of h is left to move in, so that Runge-Kutta steps never
+ * straddle the start. */
+static double hold(const loads *p, int l, double v, double h, double *i)
+{
+    const double r = p->resistance[l], tau = 1.0 / (r * p->per_l[l]), final = v / r;
+    const double limit = p->ta[l] / p->constant[l];
+    double free_at = h, breakaway = v > 0.0 ? limit : -limit;
+    if (fabs(*i) > limit)
+        return h;
+    if (fabs(final) > limit) {
+        const double needed = -tau * log((breakaway - final) / (*i - final));
+        free_at = needed < h ? needed : h;
+    }
+    *i = free_at < h ? breakaway : final + (*i - final) * exp(-h / tau);
+    return h - free_at;
+}
+
 /* One classical Runge-Kutta step of h seconds; a speed that passes zero stops there. */
 static inline void load_step(const loads *p, double v, double h, double (*x)[LANES])
 {
     static const double ahead[3] = {0.5, 0.5, 1.0};
-    double rate[4][2][LANES], at[2][LANES];
+    double rate[4][2][LANES], at[2][LANES], dt[LANES];
+    EACH_LANE dt[l] = x[1][l] == 0.0 ? hold(p, l, v, h, &x[0][l]) : h;
     load_rates(p, v, x, rate[0]);
     for (int stage = 0; stage < 3; stage++) {
         for (int j = 0; j < 2; j++)
-            EACH_LANE at[j][l] = x[j][l] + ahead[stage] * h * rate[stage][j][l];
+            EACH_LANE at[j][l] = x[j][l] + ahead[stage] * dt[l] * rate[stage][j][l];
         load_rates(p, v, at, rate[stage + 1]);
     }
     EACH_LANE {
         const double w = x[1][l];
-        const double next = w + h / 6.0 * (rate[0][1][l] + 2.0 * rate[1][1][l] +
-                                           2.0 * rate[2][1][l] + rate[3][1][l]);
-        x[0][l] += h / 6.0 * (rate[0][0][l] + 2.0 * rate[1][0][l] + 2.0 * rate[2][0][l] +
-                              rate[3][0][l]);
+        const double next = w + dt[l] / 6.0 * (rate[0][1][l] + 2.0 * rate[1][1][l] +
+                                               2.0 * rate[2][1][l] + rate[3][1][l]);
+        x[0][l] += dt[l] / 6.0 * (rate[0][0][l] + 2.0 * rate[1][0][l] + 2.0 * rate[2][0][l] +
+                                  rate[3][0][l]);
         x[1][l] = w * next < 0.0 ? 0.0 : next;
     }
 }
