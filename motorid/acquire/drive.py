@@ -1,0 +1,190 @@
+"""One run of a loaded program: start, heartbeats as samples are consumed, and the end."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from types import FrameType
+
+from motorid.acquire.assemble import name_of
+from motorid.acquire.board import Board, Fields
+from motorid.acquire.plan import WireProgram
+from motorid.errors import DataError, LinkError
+from motorid.wire.codec import Event, SampleBlock
+from motorid.wire.enums import EndReason, Fault, ResetCause, State
+
+POLL_S = 0.02
+SILENCE_S = 1.0
+END_S = 1.0  # without news after the last sample was due: ask
+
+
+@dataclass
+class Stop:
+    """Whether the user asked to stop."""
+
+    requested: bool = False
+
+
+@contextlib.contextmanager
+def interruptible() -> Iterator[Stop]:
+    """Ctrl-C (or a request to terminate) asks for a gentle stop; a second one quits at once."""
+    stop = Stop()
+    if threading.current_thread() is not threading.main_thread():
+        yield stop  # signals belong to the main thread
+        return
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        if stop.requested:
+            raise KeyboardInterrupt
+        stop.requested = True
+
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def load(board: Board, program: WireProgram) -> None:
+    """Puts a program on the board. Raises LinkError when it did not arrive as sent."""
+    board.ask("clear_program")
+    replies = [board.ask("add_step", **step) for step in program.steps]
+    if replies[-1]["program_hash"] != program.hash:
+        raise LinkError(f"{board.port.name}: the program did not arrive as sent: try again")
+
+
+def drive(
+    board: Board,
+    program: WireProgram,
+    config: Fields,
+    stop: Stop,
+    consume: Callable[[SampleBlock], None],
+) -> str:
+    """Runs the loaded program; returns why it ended: completed, stopped, or fault: NAME.
+
+    Raises LinkError when the board resets or goes silent. Every way out asks for an open bridge.
+    """
+    run = _Run(board, program, config, stop, consume)
+    reason = ""
+    try:
+        board.news.clear()
+        board.ask("start", config_hash=config["config_hash"], program_hash=program.hash)
+        reason = run.follow()
+    finally:
+        if not reason:
+            with contextlib.suppress(LinkError, DataError):  # courtesy: the board stops by itself
+                board.tell("stop")
+    return reason
+
+
+class _Run:
+    def __init__(
+        self,
+        board: Board,
+        program: WireProgram,
+        config: Fields,
+        stop: Stop,
+        consume: Callable[[SampleBlock], None],
+    ) -> None:
+        self.board, self.stop, self.consume = board, stop, consume
+        self.beat_s = config["host_silence_ms"] / 4e3
+        self.patience_s = max(SILENCE_S, config["host_silence_ms"] / 1e3)
+        self.duration_s = program.ticks / board.identity["clock_hz"]
+        self.sequence = 0
+        self.fault = ""
+
+    def follow(self) -> str:
+        """Consumes until the board is done."""
+        board, now = self.board, self.board.port.now
+        beat_at = began = now()
+        board.heard_at = progressed = began
+        stopping = False
+        while True:
+            board.hear(POLL_S)
+            while board.news:
+                progressed = now()
+                reason = self.take(board.news.popleft())
+                if reason is not None:
+                    return reason
+            if self.stop.requested and not stopping:
+                stopping = True
+                board.tell("stop")
+            if now() >= beat_at:
+                beat_at = now() + self.beat_s
+                board.tell("heartbeat", sequence=self.sequence)
+            if now() - board.heard_at > self.patience_s:
+                raise LinkError(
+                    f"{board.port.name}: the board went silent in mid-run; it stops the motor by "
+                    "itself: check the cable and the board's power"
+                )
+            quiet_s = now() - max(progressed, began + (0 if stopping else self.duration_s))
+            if quiet_s > END_S and (reason := self.ended_unheard()):
+                return reason
+
+    def ended_unheard(self) -> str:
+        """Why the run ended when the word of it was lost on the link.
+
+        Raises LinkError when the board says that it still runs.
+        """
+        status = self.board.ask("read_status")
+        if self.board.news:
+            return ""  # it was only late
+        if status["state"] == State.RUNNING:
+            raise LinkError(f"{self.board.port.name}: the run does not end: reset the board")
+        if status["fault"]:
+            return f"fault: {name_of(Fault, status['fault'])}"
+        return "stopped" if self.stop.requested else "completed"
+
+    def take(self, news: Event | SampleBlock) -> str | None:
+        """Acts on one piece of news; the reason when the run is over."""
+        if isinstance(news, SampleBlock):
+            self.sequence = news.sequence
+            self.consume(news)
+            return None
+        match news.name:
+            case "fault":
+                self.fault = name_of(Fault, news.fields["fault"])
+            case "hello":
+                cause = name_of(ResetCause, news.fields["reset_cause"])
+                raise LinkError(
+                    f"{self.board.port.name}: the board was reset in mid-run ({cause}): check its "
+                    "supply and its cable"
+                )
+            case "done":
+                return self.done(news.fields["reason"])
+        return None
+
+    def done(self, reason: int) -> str:
+        """The board's word on the end."""
+        if reason != EndReason.FAULT:
+            return name_of(EndReason, reason)
+        if not self.fault:  # its own event was lost
+            self.fault = name_of(Fault, self.board.ask("read_status")["fault"])
+        return f"fault: {self.fault}"
+
+
+ADVICE = {
+    Fault.OVER_CURRENT: "lower the level, or raise limits.current_a if the motor can bear it",
+    Fault.OVER_SPEED: "lower the level, or raise limits.speed_rad_s if the motor can bear it",
+    Fault.SUPPLY_LOW: "the supply sagged or is off: use a stronger one, or lower supply_min_v",
+    Fault.SUPPLY_HIGH: "braking pumped the supply up, or it is set too high: check it",
+    Fault.RUN_TIME: "shorten the program, or raise limits.run_time_s",
+    Fault.HOST_SILENCE: "this computer was too busy to send heartbeats: close other programs",
+    Fault.ENCODER_EDGES: "edges came faster than the board can count: lower the level",
+    Fault.DRIVER: "the bridge reports a fault: check its wiring, heat and supply",
+    Fault.WATCHDOG: "the firmware hung and was restarted: please report it",
+}
+
+
+def tripped(reason: str) -> str:
+    """A trip ("fault: NAME") in a sentence."""
+    name = reason.removeprefix("fault: ")
+    advice = {name_of(Fault, key): text for key, text in ADVICE.items()}
+    return (
+        f"the board tripped ({name}) and opened the bridge: "
+        f"{advice.get(name, 'see the documentation of its firmware')}"
+    )

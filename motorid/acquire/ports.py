@@ -1,0 +1,62 @@
+"""The serial ports of this computer, and who answers on them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from motorid.acquire.board import Board
+from motorid.acquire.port import open_port
+from motorid.errors import MotoridError
+
+
+@dataclass(frozen=True)
+class PortInfo:
+    """A serial port as the system describes it; not opened."""
+
+    device: str
+    description: str
+    hardware: str  # USB identity, or empty
+
+
+def list_ports() -> tuple[PortInfo, ...]:
+    """Serial ports by name. Opens none: opening resets many boards."""
+    from serial.tools import list_ports as system
+
+    found = []
+    for port in sorted(system.comports(), key=lambda port: str(port.device)):
+        usb = f"{port.vid:04x}:{port.pid:04x}" if port.vid is not None else ""
+        hardware = " ".join(part for part in (usb, port.serial_number or "") if part)
+        found.append(PortInfo(str(port.device), str(port.description or ""), hardware))
+    return tuple(found)
+
+
+def probe(url: str) -> str:
+    """Who answers on a port, in a line; or why nobody does. Opens it, which resets many boards."""
+    try:
+        port = open_port(url)
+    except MotoridError as error:
+        return str(error)
+    try:
+        who = Board(port).identify()
+    except MotoridError as error:
+        return str(error)
+    finally:
+        port.close()
+    firmware = ".".join(str(who[f"firmware_{part}"]) for part in ("major", "minor", "patch"))
+    protocol = f"{who['protocol_major']}.{who['protocol_minor']}"
+    return f"{who['board']}, firmware {firmware}, protocol {protocol}"
+
+
+def listing(*, probe: bool = False) -> Iterator[str]:
+    """One line a port; with ``probe``, a second one that says who answers."""
+    found = list_ports()
+    if not found:
+        yield "no serial ports; sim:// is always there"
+    for port in found:
+        yield "  ".join(part for part in (port.device, port.description, port.hardware) if part)
+        if probe:
+            yield f"  {_probe(port.device)}"
+
+
+_probe = probe

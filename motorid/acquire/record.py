@@ -1,0 +1,265 @@
+"""From a rig to a capture file: the only writer of captures from a board."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import platform
+import random
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from motorid import __version__
+from motorid.acquire.assemble import NoSamples, assemble
+from motorid.acquire.board import Board, Fields
+from motorid.acquire.check import check_signs, check_supply, check_zero
+from motorid.acquire.drive import Stop, drive, interruptible, load, tripped
+from motorid.acquire.journal import (
+    SUFFIX,
+    JournaledPort,
+    JournalWriter,
+    journal_path,
+    read_journal,
+)
+from motorid.acquire.live import Live, LiveView
+from motorid.acquire.plan import check_burst, configuration, differing, wire_program
+from motorid.acquire.port import Port, open_port
+from motorid.acquire.safety import check_program
+from motorid.capture import store
+from motorid.capture.model import Capture
+from motorid.capture.whole import refuse_existing
+from motorid.errors import DataError, LinkError, MotoridError, RigError, UsageError
+from motorid.program import Program
+from motorid.rig import Rig
+
+Progress = Callable[[Live], None]
+ZERO_S = 0.2
+STILL_GROWING_S = 1.5  # a live journal is synced more often than this
+
+
+def capture(
+    rig: Rig,
+    program: Program,
+    path: Path,
+    *,
+    force: bool = False,
+    progress: Progress | None = None,
+    serial: str = "",
+    note: str = "",
+) -> Path:
+    """Drives ``rig`` through ``program`` and writes the capture to ``path``; returns it.
+
+    Raises UsageError when ``path`` exists and ``force`` is not given, RigError when the rig is
+    unsafe, wired wrong or trips, LinkError when the board is lost, KeyboardInterrupt after Ctrl-C.
+    What was measured before a trip, a lost link or Ctrl-C is in ``path`` all the same.
+    """
+    return capture_all(
+        rig, program, [path], force=force, progress=progress, serial=serial, note=note
+    )[0]
+
+
+def capture_all(
+    rig: Rig,
+    program: Program,
+    paths: Sequence[Path],
+    *,
+    force: bool = False,
+    progress: Progress | None = None,
+    serial: str = "",
+    note: str = "",
+) -> list[Path]:
+    """As ``capture``, one run for each path, over one opening of the port."""
+    check_program(rig, program)
+    for path in paths:
+        refuse_existing(path, force)
+    port = open_port(rig.port)
+    try:
+        with interruptible() as stop:
+            for number, path in enumerate(paths):
+                recorder = _Recorder(port, rig, program, stop, progress)
+                recorder.record(path, force, serial, note, checked=number > 0)
+    finally:
+        port.close()
+    return list(paths)
+
+
+def recover(path: Path) -> Path:
+    """Builds the capture that a journal holds, beside it; returns the capture's path.
+
+    ``path`` is the journal, or the capture that it was meant for. Raises DataError when it holds no
+    sample, UsageError when the capture exists or the journal is still being written.
+    """
+    journal = path if path.name.endswith(SUFFIX) else journal_path(path)
+    target = journal.with_name(journal.name.removesuffix(SUFFIX))
+    refuse_existing(target, force=False)
+    _refuse_growing(journal)
+    contents = read_journal(journal)
+    store.save(assemble(contents), target)
+    if contents.torn:  # keep what a person may still read out of it
+        os.replace(journal, journal.with_name(journal.name + ".torn"))
+    else:
+        journal.unlink()
+    return target
+
+
+def missing(capture: Capture) -> str:
+    """What a capture lacks of its run, in a sentence; empty when nothing."""
+    parts = []
+    if capture.end_reason != "completed":
+        parts.append(f"the run ended early ({capture.end_reason})")
+        if capture.program is not None and len(capture) > 1:
+            parts.append(f"{capture.time_s[-1]:.3f} of {capture.program.duration_s:.3f} s are here")
+    lost = sum(gap.samples for gap in capture.gaps)
+    if lost:
+        parts.append(f"{lost} samples are missing in {len(capture.gaps)} gaps")
+    return "; ".join(parts)
+
+
+class _Recorder:
+    """One run into one file."""
+
+    def __init__(
+        self, port: Port, rig: Rig, program: Program, stop: Stop, progress: Progress | None
+    ) -> None:
+        self.port, self.rig, self.program = port, rig, program
+        self.stop, self.progress = stop, progress
+        self.recorded: Any = getattr(port, "header", None)  # of a replay: what was, is again
+
+    def record(self, path: Path, force: bool, serial: str, note: str, *, checked: bool) -> None:
+        """Measures and saves; raises afterwards what ended the run early."""
+        header = self.recorded or _header(self.rig, self.program, serial, note)
+        journal = JournalWriter(journal_path(path), header)
+        failure: MotoridError | None = None
+        reason = ""
+        try:
+            board = Board(JournaledPort(self.port, journal), int(header["first_request"]))
+            reason = self._measure(board, journal, checked)
+        except MotoridError as error:
+            failure = error
+            reason = "link lost" if isinstance(error, LinkError) else ""
+        except KeyboardInterrupt:  # the second one: quit at once
+            with contextlib.suppress(DataError):
+                journal.close()
+            raise KeyboardInterrupt(
+                f"interrupted twice; `motorid recover {journal.path}` keeps what arrived"
+            ) from None
+        kept = self._keep(journal, reason, path, force)
+        if failure is not None:
+            raise type(failure)(f"{failure}{_where(kept, path)}")
+        if reason.startswith("fault"):
+            raise RigError(f"{tripped(reason)}{_where(kept, path)}")
+        if self.stop.requested:
+            raise KeyboardInterrupt(f"interrupted{_where(kept, path) or '; nothing was measured'}")
+
+    def _measure(self, board: Board, journal: JournalWriter, checked: bool) -> str:
+        """The whole conversation with the board; returns why the run ended."""
+        rig = self.rig
+        board.identify()
+        board.make_ready()
+        config = self._configure(board)
+        zero = self._zero(board, journal, config)
+        supply_v = check_supply(board, rig)
+        pulse = {} if checked else check_signs(board, rig, config, zero, supply_v, self.stop)
+        if self.stop.requested:
+            return "interrupted"
+        check_program(
+            rig,
+            self.program,
+            resistance_ohm=pulse.get("resistance_bound_ohm"),
+            supply_v=supply_v,
+        )
+        period = config["sample_period_ticks"]
+        wire = wire_program(self.program, board.identity, period)
+        check_burst(rig, wire, board.identity, period)
+        load(board, wire)
+        journal.mark(
+            board.port.now(),
+            measure=True,
+            wire_steps=wire.origin,
+            samples=wire.ticks // period,
+            check=pulse,
+        )
+        view = LiveView(rig, board, zero, wire, self.progress)
+        reason = drive(board, wire, config, self.stop, view.consume)
+        return "interrupted" if self.stop.requested and reason == "stopped" else reason
+
+    def _configure(self, board: Board) -> Fields:
+        """Limits on the board, read back and compared. Raises RigError or LinkError."""
+        wanted = configuration(self.rig, board.identity, board.descriptors)
+        board.ask("configure", **wanted)
+        config = board.ask("read_config")
+        if wrong := differing(wanted, config):
+            raise LinkError(f"{board.port.name}: the board holds other limits than sent: {wrong}")
+        return config
+
+    def _zero(self, board: Board, journal: JournalWriter, config: Fields) -> Fields:
+        rate_hz = board.identity["clock_hz"] / config["sample_period_ticks"]
+        samples = int(min(max(ZERO_S * rate_hz, 16), 4096))
+        journal.mark(board.port.now(), zero_samples=samples)
+        zero = board.zero(samples)
+        check_zero(zero, board.descriptors)
+        return zero
+
+    def _keep(self, journal: JournalWriter, reason: str, path: Path, force: bool) -> int:
+        """Samples saved in ``path``; the journal goes once they are safe there, or were none."""
+        if self.recorded is not None:
+            reason = getattr(self.port, "end", None) or ""
+        if reason:
+            with contextlib.suppress(DataError):  # the disk: close says it
+                journal.mark(self.port.now(), end=reason)
+        journal.close()
+        try:
+            run = assemble(read_journal(journal.path))
+        except NoSamples:
+            journal.discard()
+            return 0
+        try:
+            store.save(run, path, force)
+        except MotoridError as error:
+            raise type(error)(
+                f"{error}; the run is in {journal.path}: `motorid recover` builds the capture"
+            ) from None
+        journal.discard()
+        return len(run)
+
+
+def _where(samples: int, path: Path) -> str:
+    return f"; {samples} samples are kept in {path}" if samples else ""
+
+
+def _header(rig: Rig, program: Program, serial: str, note: str) -> dict[str, Any]:
+    """What a journal says of the run that follows: all that its bytes do not."""
+    return {
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "motorid": __version__,
+        "first_request": random.randrange(1, 0xFFFF),  # noqa: S311 - unlike the last session's
+        "port": rig.port,
+        "rig_name": rig.name,
+        "rig": rig.text,
+        "wiring": asdict(rig.wiring),
+        "voltage_sense": rig.voltage_sense,
+        "calibration": {name: asdict(one) for name, one in rig.calibration.items()},
+        "program": program.to_dict(),
+        "ambient_c": rig.ambient_c,
+        "ambient_uncertainty_c": rig.ambient_uncertainty_c,
+        "serial": serial,
+        "note": note,
+        "host": {"python": platform.python_version(), "system": platform.platform(terse=True)},
+    }
+
+
+def _refuse_growing(journal: Path) -> None:
+    """Raises UsageError when another process still writes the journal."""
+    try:
+        before = journal.stat()
+        if time.time() - before.st_mtime > STILL_GROWING_S:
+            return
+        time.sleep(STILL_GROWING_S)
+        if journal.stat().st_size != before.st_size:
+            raise UsageError(f"{journal} is still being written: let that capture finish")
+    except OSError as error:
+        raise DataError(f"{journal} cannot be read: {error.strerror or error}") from None

@@ -1,0 +1,120 @@
+"""Sample blocks on one line of time: ticks and positions past 32 bits, and the gaps between."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import POSITION, Gap, Phase
+from motorid.wire.codec import SampleBlock
+
+WRAP = 1 << 32
+HALF = 1 << 31
+DROPPED = "dropped by the board: the link was too slow"
+LOST = "lost on the link"
+MISSING_END = "lost on the link at the end of the run"
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A block with the tick of its first sample, extended to 64 bits."""
+
+    first: int
+    block: SampleBlock
+
+
+@dataclass(frozen=True)
+class Arrays:
+    """A run's samples: ticks (n,) int64, raw columns of n readings by channel, gaps."""
+
+    ticks: NDArray[np.int64]
+    columns: Mapping[str, NDArray[Any]]
+    gaps: tuple[Gap, ...]
+
+
+class Timeline:
+    """Places blocks as they arrive. ``period`` is in ticks."""
+
+    def __init__(self, period: int) -> None:
+        self.period = period
+        self.blocks: list[Placed] = []
+        self.phases: list[Phase] = []
+        self.repeated = 0
+        self._gaps: list[Gap] = []
+        self._samples = 0
+        self._next: int | None = None  # tick that the next sample should have
+
+    def start(self, tick: int) -> None:
+        """The tick of the run's first sample, from the reply to start."""
+        if self._next is None:
+            self._next = tick
+
+    def add(self, block: SampleBlock) -> None:
+        """Places a block after the others; one that was there already is counted and left out."""
+        first = block.first_tick if self._next is None else self._extend(block.first_tick)
+        if self._next is not None and first < self._next:
+            self.repeated += 1
+            return
+        if self.blocks and block.channels != self.blocks[0].block.channels:
+            self.repeated += 1  # of another run: it has no place in this one
+            return
+        if self._next is not None:
+            self._note_gap((first - self._next) // self.period, block.dropped)
+        self.blocks.append(Placed(first, block))
+        self._samples += len(block.samples)
+        self._next = first + len(block.samples) * self.period
+
+    def phase(self, index: int, tick: int) -> None:
+        """A program step began."""
+        if self._next is None:
+            self._next = tick
+        extended = self._extend(tick)
+        if not any(phase.index == index for phase in self.phases[-8:]):
+            self.phases.append(Phase(index, extended))
+
+    def arrays(self, taken: int | None = None) -> Arrays:
+        """Everything placed; ``taken`` is how many samples the board took, when known."""
+        gaps = list(self._gaps)
+        missing = (taken or 0) - self._samples - sum(gap.samples for gap in gaps)
+        if missing > 0:
+            gaps.append(Gap(self._samples, missing, MISSING_END))
+        ticks = np.concatenate(
+            [p.first + self.period * np.arange(len(p.block.samples)) for p in self.blocks]
+        ).astype(np.int64)
+        raw = np.concatenate([placed.block.samples for placed in self.blocks])
+        columns: dict[str, NDArray[Any]] = {}
+        for index, channel in enumerate(self.blocks[0].block.channels):
+            name = channel.name.lower()
+            column = np.ascontiguousarray(raw[:, index])
+            columns[name] = self._positions(column) if name == POSITION else column
+        return Arrays(ticks, columns, tuple(gaps))
+
+    def _extend(self, tick: int) -> int:
+        """A 32-bit tick as the 64-bit one nearest to where the run is."""
+        near = self._next or 0
+        return near + (tick - near + HALF) % WRAP - HALF
+
+    def _note_gap(self, missing: int, dropped: int) -> None:
+        dropped = min(dropped, missing)
+        for samples, reason in ((dropped, DROPPED), (missing - dropped, LOST)):
+            if samples > 0:
+                self._gaps.append(Gap(self._samples, samples, reason))
+
+    def _positions(self, low: NDArray[Any]) -> NDArray[np.int64]:
+        """Full positions (n,): each block's u32, extended, and the 16-bit steps within it."""
+        counts = np.array([len(placed.block.samples) for placed in self.blocks])
+        heads = np.array([placed.block.position for placed in self.blocks], dtype=np.int64)
+        jumps = (np.diff(heads) + HALF) % WRAP - HALF
+        first = int((heads[0] + HALF) % WRAP - HALF)  # small where the board began near zero
+        bases = first + np.concatenate([[0], np.cumsum(jumps)])
+        steps = np.zeros(len(low), dtype=np.int64)
+        steps[1:] = np.diff(low.astype(np.int64))
+        starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
+        steps = (steps + (1 << 15)) % (1 << 16) - (1 << 15)
+        steps[starts] = 0
+        walked = np.cumsum(steps)
+        return np.asarray(walked + np.repeat(bases - walked[starts], counts), dtype=np.int64)
