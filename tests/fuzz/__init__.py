@@ -1,0 +1,1 @@
+"""Fuzzing; each harness runs by itself and is replayed on its corpus by the suite."""
