@@ -100,7 +100,7 @@ POSIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty"}
 
 
 def test_windows_can_import_every_module() -> None:
-    """At a module's top level; inside a function a guard may come first. Only sim/pty is excused."""
+    """At the top level; inside a function a guard may come first. Only sim/pty is excused."""
     for path in files():
         tree = ast.parse(path.read_text(encoding="utf-8"))
         top = [node for node in tree.body if isinstance(node, ast.Import | ast.ImportFrom)]

@@ -4,24 +4,14 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import replace
 from types import TracebackType
-from typing import Protocol
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from motorid.acquire.live import Live
 
 BAR = 24
-REDRAW_S = 0.1
-
-
-class Live(Protocol):
-    """What a recorder tells of a run while it goes on."""
-
-    @property
-    def done_s(self) -> float: ...
-    @property
-    def total_s(self) -> float: ...
-    @property
-    def current_a(self) -> float | None: ...
-    @property
-    def speed_rad_s(self) -> float | None: ...
 
 
 class ProgressLine:
@@ -30,8 +20,8 @@ class ProgressLine:
     def __init__(self) -> None:
         self.shown = sys.stderr.isatty()
         self.began = time.monotonic()
-        self.drawn = float("-inf")
         self.width = 0
+        self.last: Live | None = None
 
     def __enter__(self) -> ProgressLine:
         return self
@@ -42,18 +32,22 @@ class ProgressLine:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if self.width:
-            sys.stderr.write("\n")
+        if self.last is None:
+            return
+        if error is None:
+            self._draw(replace(self.last, done_s=self.last.total_s))
+        sys.stderr.write("\n")
 
     def __call__(self, live: Live) -> None:
-        now = time.monotonic()
-        if live.done_s <= 0:
-            self.began = now  # the next run
-        finished = live.done_s >= live.total_s
-        if not self.shown or (now - self.drawn < REDRAW_S and not finished):
+        if not self.shown:
             return
-        self.drawn = now
-        line = render(live, now - self.began)
+        if live.done_s <= 0:
+            self.began = time.monotonic()  # the next run
+        self.last = live
+        self._draw(live)
+
+    def _draw(self, live: Live) -> None:
+        line = render(live, time.monotonic() - self.began)
         sys.stderr.write("\r" + line.ljust(self.width))
         sys.stderr.flush()
         self.width = len(line)

@@ -9,14 +9,19 @@ import click
 from motorid.cli.options import example
 
 
-@click.command("recover", epilog=example("motorid recover capture.h5.journal"))
-@click.argument("journal", type=click.Path(exists=True, dir_okay=False, path_type=Path))
-def command(journal: Path) -> None:
-    """Build the capture that an interrupted run left in its JOURNAL.
+@click.command("recover", epilog=example("motorid recover run.h5"))
+@click.argument("path", type=click.Path(dir_okay=False, path_type=Path))
+def command(path: Path) -> None:
+    """Build the capture that an interrupted run left in its journal, and say what it lacks.
 
-    Run bytes go to the journal as they arrive, so that a crash, a pulled cable or a full disk
-    loses nothing that was read.
+    PATH is the journal, or the capture that it was meant for. What the board sends goes to the
+    journal as it arrives, so that a crash, a pulled cable or a full disk loses nothing that was
+    read.
     """
-    from motorid.acquire.record import recover
+    from motorid.acquire.record import missing, recover
+    from motorid.capture.store import load
 
-    click.echo(f"wrote {recover(journal)}", err=True)
+    capture = load(recover(path))
+    click.echo(f"wrote {capture.path}: {len(capture)} samples", err=True)
+    if lacks := missing(capture):
+        click.echo(f"note: {lacks}", err=True)

@@ -56,20 +56,19 @@ def capture_runs(
 ) -> list[Path]:
     """Drives the rig's program ``repeat`` times; each run is a file of its own.
 
-    Raises UsageError before anything moves where a file exists and ``force`` is not given.
+    Raises what ``acquire.record.capture`` raises; before anything moves where a file exists.
     """
-    from motorid.acquire import record
-    from motorid.capture.whole import refuse_existing
+    from motorid.acquire.record import capture_all
 
-    paths = numbered(path, repeat)
-    for one in paths:
-        refuse_existing(one, force)
-    return [
-        record.capture(
-            rig, rig.program, one, force=force, progress=progress, serial=serial, note=note
-        )
-        for one in paths
-    ]
+    return capture_all(
+        rig,
+        rig.program,
+        numbered(path, repeat),
+        force=force,
+        progress=progress,
+        serial=serial,
+        note=note,
+    )
 
 
 def capture_into(folder: Path) -> Path:

@@ -100,7 +100,6 @@ def test_traceback_on_request(
         (["fit", "--fix", "K=fast", "x.h5"], "K=fast"),
         (["capture", "--rig", "sim"], "--output"),
         (["capture", "--rig", "sim", "-o", "x.h5", "--repeat", "0"], "--repeat"),
-        (["recover", "absent.journal"], "absent.journal"),
         (["--nonsense"], "--nonsense"),
     ],
     ids=" ".join,

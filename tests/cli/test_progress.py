@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import pytest
 
+from motorid.acquire.live import Live
 from motorid.cli.progress import ProgressLine, render
 
 
-@dataclass
-class At:
-    """Some way into a run."""
-
-    done_s: float
-    total_s: float = 10.0
-    current_a: float | None = None
-    speed_rad_s: float | None = None
+def at(done_s: float, current_a: float | None = None, speed_rad_s: float | None = None) -> Live:
+    """Some way into a run of ten seconds."""
+    return Live(done_s, 10.0, current_a, speed_rad_s)
 
 
 def test_shows_share_time_left_and_readings() -> None:
-    line = render(At(2.5, current_a=-0.25, speed_rad_s=310.0), elapsed_s=5.0)
+    line = render(at(2.5, current_a=-0.25, speed_rad_s=310.0), elapsed_s=5.0)
     assert "25%" in line
     assert "15 s left" in line  # at the pace so far, not the rig's own
     assert "-0.250 A" in line
@@ -29,14 +23,14 @@ def test_shows_share_time_left_and_readings() -> None:
 
 @pytest.mark.parametrize("done_s", [0.0, 10.0, 11.0])
 def test_ends_of_a_run(done_s: float) -> None:
-    line = render(At(done_s), elapsed_s=0.0)
+    line = render(at(done_s), elapsed_s=0.0)
     assert line.startswith("[")
     assert len(line.split("]")[0]) == 25
 
 
 def test_says_nothing_where_stderr_is_no_terminal(capsys: pytest.CaptureFixture[str]) -> None:
     with ProgressLine() as progress:
-        progress(At(1.0))
+        progress(at(1.0))
     assert capsys.readouterr().err == ""
 
 
@@ -45,9 +39,7 @@ def test_draws_over_itself_on_a_terminal(
 ) -> None:
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     with ProgressLine() as progress:
-        progress(At(0.1, current_a=1.0))
-        progress(At(0.2, current_a=1.0))  # too soon to draw again
-        progress(At(10.0))
+        progress(at(0.1, current_a=1.0))
     text = capsys.readouterr().err
     assert text.count("\r") == 2
     assert "100%" in text
