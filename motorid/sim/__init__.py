@@ -1,1 +1,45 @@
-"""The simulated rig behind sim://: plant, sensors, board, faults."""
+"""The simulated rig behind sim://."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def truth(url: str) -> dict[str, Any]:
+    """What is true of the rig of a sim:// URL, for tests and benches; SI units.
+
+    ``R`` to ``T0`` are the motor's as a run begins (winding and magnets at ambient, load inertia
+    included); ``R_25`` and ``K_25`` at 25 °C. ``chain`` holds each channel's drawn gain error
+    (relative) and offset error (counts), and the clock's error. Raises UsageError.
+    """
+    from motorid.sim.bench import COPPER_PER_K, MAGNET_PER_K
+    from motorid.sim.chain import draw_chain
+    from motorid.sim.options import parse_url
+
+    options = parse_url(url)
+    motor, chain = options.preset, draw_chain(options)
+    warmth = options.ambient - 25.0
+    result: dict[str, Any] = {
+        "R": motor.resistance_ohm * (1 + COPPER_PER_K * warmth),
+        "L": motor.inductance_h,
+        "K": motor.torque_constant_nm_a * (1 + MAGNET_PER_K * warmth),
+        "B": motor.viscous_nm_s,
+        "J": motor.inertia_kg_m2 + options.load_inertia,
+        "T0": motor.coulomb_nm,
+        "R_25": motor.resistance_ohm,
+        "K_25": motor.torque_constant_nm_a,
+        "breakaway": options.stiction * motor.coulomb_nm,
+        "supply_v": options.supply_v,
+        "nominal_v": motor.voltage_v,
+        "stall_current_a": motor.stall_current_a,
+        "counts_per_turn": options.counts_per_turn,
+    }
+    result["chain"] = {
+        converter.channel.name.lower(): {
+            "gain_error": converter.gain - 1,
+            "offset_error": converter.true_offset - converter.offset,
+            "scale": converter.scale,
+        }
+        for converter in chain.converters
+    } | {"clock_ppm": chain.clock_ppm}
+    return result

@@ -76,8 +76,9 @@ static void evaluate(const plant *p, const double x[4], rates *out)
         out->d[0] = 0.0;
     } else {
         double bridge = p->via * out->bus + p->drop - p->path_resistance * i;
-        out->terminal = bridge - m->lead_resistance * i;
-        out->d[0] = (out->terminal - r * i - brush - out->emf) / m->inductance;
+        double motor = bridge - m->lead_resistance * i;
+        out->terminal = m->sense_at_bridge ? bridge : motor;
+        out->d[0] = (motor - r * i - brush - out->emf) / m->inductance;
     }
     torque = k * i;
     if (m->cogging != 0.0)
@@ -383,29 +384,44 @@ static void add_edge(plant *p, double time, int gate)
     p->edges++;
 }
 
+/* Diode decay: the one signed switch pair opens, and nothing else ever closes. */
+static void schedule_diode(plant *p)
+{
+    double on_time = fabs(p->duty) * p->par.pwm_period;
+    if (on_time > 0.0)
+        add_edge(p, 0.0, p->duty > 0.0 ? GATE_FORWARD : GATE_REVERSE);
+    if (on_time < p->par.pwm_period)
+        add_edge(p, on_time, GATE_OFF);
+}
+
+/* Two positions that take turns, with a dead time at each change: whatever would short the supply
+ * turns on a dead time after its opposite has turned off. */
+static void schedule_turns(plant *p, double on_time, int on, int off, int between)
+{
+    double dead = p->par.dead_time, period = p->par.pwm_period;
+    if (on_time <= 0.0 || on_time >= period) {
+        add_edge(p, 0.0, on_time > 0.0 ? on : off);
+        return;
+    }
+    add_edge(p, 0.0, between);
+    if (on_time > dead)
+        add_edge(p, dead, on);
+    add_edge(p, on_time, between);
+    if (on_time + dead < period)
+        add_edge(p, on_time + dead, off);
+}
+
 static void schedule_drive(plant *p)
 {
-    const plant_params *m = &p->par;
-    int on = p->duty < 0.0 ? GATE_REVERSE : GATE_FORWARD;
-    int slow = p->duty < 0.0 ? GATE_SLOW_REVERSE : GATE_SLOW_FORWARD;
-    int off = p->decay == PLANT_FAST ? GATE_OFF : p->decay == PLANT_DIODE ? slow : GATE_SHORT;
-    double on_time = fabs(p->duty) * m->pwm_period;
-    if (p->duty == 0.0) {
-        add_edge(p, 0.0, off);
-    } else if (fabs(p->duty) >= 1.0) {
-        add_edge(p, 0.0, on);
-    } else if (off == GATE_SHORT) {
-        /* each switch of the leg turns on a dead time after the other has turned off */
-        add_edge(p, 0.0, slow);
-        if (on_time > m->dead_time)
-            add_edge(p, m->dead_time, on);
-        add_edge(p, on_time, slow);
-        if (on_time + m->dead_time < m->pwm_period)
-            add_edge(p, on_time + m->dead_time, GATE_SHORT);
-    } else {
-        add_edge(p, 0.0, on);
-        add_edge(p, on_time, off);
-    }
+    double period = p->par.pwm_period;
+    int forward = p->duty >= 0.0;
+    if (p->decay == PLANT_DIODE)
+        schedule_diode(p);
+    else if (p->decay == PLANT_FAST)
+        schedule_turns(p, 0.5 * (1.0 + p->duty) * period, GATE_FORWARD, GATE_REVERSE, GATE_OFF);
+    else
+        schedule_turns(p, fabs(p->duty) * period, forward ? GATE_FORWARD : GATE_REVERSE, GATE_SHORT,
+                       forward ? GATE_SLOW_FORWARD : GATE_SLOW_REVERSE);
 }
 
 static void take_due_edges(plant *p)

@@ -17,8 +17,9 @@ enum plant_mode { PLANT_COAST = 0, PLANT_DRIVE = 1, PLANT_BRAKE = 2 };
 /* What it does in the off part of a PWM period (numbers are the wire protocol's). */
 enum plant_decay {
     PLANT_SYNCHRONOUS_SLOW = 1, /* both low switches on: the motor is shorted */
-    PLANT_DIODE = 2,            /* one low switch on, the current returns through a diode */
-    PLANT_FAST = 3              /* all switches off, the current returns into the supply */
+    PLANT_DIODE = 2, /* all switches open: the current returns into the supply through diodes */
+    PLANT_FAST = 3   /* bridge reversed; duty u is forward for (1 + u)/2 of the period, so that
+                      * the mean bridge voltage is u times the supply, as in slow decay */
 };
 
 enum { PLANT_MAX_EDGES = 4 };
@@ -55,6 +56,7 @@ typedef struct plant_params {
     double diode_drop;
     double diode_resistance;
     double lead_resistance;   /* both leads, between bridge and motor terminals */
+    int sense_at_bridge;      /* the terminal voltage is taken before the leads */
     /* supply */
     double supply_voltage;    /* unloaded */
     double supply_resistance;
@@ -77,12 +79,12 @@ typedef struct plant {
     int direction;  /* of sliding: -1, 1; 0 while stuck */
     int locked;     /* a jammed rotor */
     /* outputs at this instant */
-    double terminal; /* at the motor's terminals */
+    double terminal; /* voltage at the motor's terminals, or at the bridge's: see sense_at_bridge */
     /* integrals */
     double i_dt;
     double v_dt;
     double supply_dt;
-    double electric_energy;  /* into the terminals */
+    double electric_energy;  /* into whatever lies behind the voltage sense */
     double heat_energy;      /* in winding and brushes */
     double friction_energy;
     double supply_energy;    /* out of the bus, into the bridge */

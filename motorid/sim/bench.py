@@ -1,0 +1,206 @@
+"""The simulated bench: plant and sensors in C, driven a stretch of samples at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.errors import UsageError
+from motorid.sim._plant import ffi, lib
+from motorid.sim.chain import Chain
+from motorid.sim.options import CLOCK_HZ, Options
+from motorid.wire.enums import Decay, Fault, StepKind
+
+COPPER_PER_K = 0.0039
+MAGNET_PER_K = -0.0011  # neodymium
+DIODE_OHM_SHARE = 0.5  # of a switch's resistance
+BRUSH_CURRENT_SHARE = 0.02  # of the stall current
+SPEED_WINDOW_S = 2e-3
+Raw = NDArray[np.int16]
+Counts = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Guard:
+    """Limits that open the bridge, in SI units and counts."""
+
+    current_a: float
+    speed_counts_s: float
+    supply_min_v: float
+    supply_max_v: float
+
+
+class Bench:
+    """Motor, bridge, supply and converters of one set of options. Owns the C structure."""
+
+    def __init__(self, options: Options, chain: Chain) -> None:
+        self.options = options
+        self.chain = chain
+        self._c: Any = ffi.new("bench *")
+        self._rng = np.random.default_rng([options.seed, 2])
+        self.raw: Raw = np.zeros(3, np.int16)
+        lib.plant_init(ffi.addressof(self._c, "plant"), plant_params(options, chain))
+        self._set_converters()
+        encoder = self._c.encoder
+        encoder.counts_per_turn = options.counts_per_turn
+        encoder.angle = chain.encoder_angle
+        encoder.sign = 1
+        self.set_period(CLOCK_HZ // 10_000)
+
+    # ------------------------------------------------------------------ set-up
+
+    def _set_converters(self) -> None:
+        stretch = CLOCK_HZ / self.chain.clock_hz  # the board's microsecond in true ones
+        for index, converter in enumerate(self.chain.converters):
+            adc = self._c.channel[index]
+            adc.scale, adc.gain = converter.scale, converter.gain
+            adc.offset, adc.noise = converter.true_offset, converter.noise
+            adc.aperture = converter.aperture_s * stretch
+            adc.delay = converter.delay_s * stretch
+            adc.raw_min, adc.raw_max = 0, converter.raw_max
+            adc.raw = int(converter.offset)
+        self._c.limits.current_zero = self.chain.current.offset
+        self._c.limits.supply_zero = self.chain.supply.offset
+
+    def set_period(self, ticks: int) -> None:
+        """Sample every so many ticks from now on. Raises UsageError when a window does not fit."""
+        self.period_s = ticks / self.chain.clock_hz
+        self._c.sample_period = self.period_s
+        window = round(SPEED_WINDOW_S / self.period_s)
+        self._c.limits.speed_samples = min(max(window, 1), lib.BENCH_HISTORY - 1)
+        if lib.bench_init(self._c):
+            raise UsageError(f"sim://: a window does not fit a sample period of {ticks} ticks")
+
+    def arm(self, guard: Guard | None) -> None:
+        """Watch these limits from the next sample on; None: watch nothing."""
+        limits = self._c.limits
+        self._c.trip = 0
+        limits.armed = guard is not None
+        if guard is None:
+            return
+        limits.current, limits.speed = guard.current_a, guard.speed_counts_s
+        limits.supply_min, limits.supply_max = guard.supply_min_v, guard.supply_max_v
+        limits.edge_ceiling = self.options.edge_ceiling
+
+    def seed_run(self, run: int) -> None:
+        """Restart the noise, so that a run does not depend on the time before it."""
+        self._rng = np.random.default_rng([self.options.seed, 3, run])
+
+    # ------------------------------------------------------------------ running
+
+    def command(self, kind: StepKind, level: float = 0.0, decay: Decay = Decay.NONE) -> None:
+        """Begin a step now. ``level``: signed duty or signed volts."""
+        if kind == StepKind.DRIVE_VOLTS:
+            lib.bench_hold_volts(self._c, level, decay)
+        else:
+            modes = {StepKind.COAST: lib.PLANT_COAST, StepKind.BRAKE: lib.PLANT_BRAKE}
+            lib.bench_command(self._c, modes.get(kind, lib.PLANT_DRIVE), level, decay)
+
+    def run(self, samples: int) -> tuple[Raw, Counts]:
+        """Take up to ``samples`` samples: raw readings (n, 3) and counts (n,); short at a trip."""
+        noise = self._rng.standard_normal((samples, 3))
+        raw = np.zeros((samples, 3), np.int16)
+        counts = np.zeros(samples, np.int64)
+        taken = lib.bench_run(
+            self._c,
+            samples,
+            ffi.cast("double *", noise.ctypes.data),
+            ffi.cast("short *", raw.ctypes.data),
+            ffi.cast("long long *", counts.ctypes.data),
+        )
+        if taken:
+            self.raw = raw[taken - 1].copy()
+        return raw[:taken], counts[:taken]
+
+    @property
+    def trip(self) -> tuple[Fault, int]:
+        """What opened the bridge, and the offending reading."""
+        return Fault(self._c.trip), int(self._c.trip_value)
+
+    @property
+    def count(self) -> int:
+        """The encoder's count."""
+        return int(self._c.encoder.count)
+
+    @property
+    def is_open(self) -> bool:
+        """True while the bridge is commanded open."""
+        return bool(self._c.plant.mode == lib.PLANT_COAST)
+
+    @property
+    def plant(self) -> Any:
+        """The C plant, for its state and its energies."""
+        return self._c.plant
+
+    # ------------------------------------------------------------------ faults
+
+    def set_supply(self, volts: float) -> None:
+        """The supply's unloaded voltage, from now on."""
+        lib.plant_set_supply(ffi.addressof(self._c, "plant"), volts)
+
+    def stall(self) -> None:
+        """Jam the rotor."""
+        lib.plant_lock(ffi.addressof(self._c, "plant"), 1)
+
+    def break_encoder(self, sign: int, loss: float = 0.0) -> None:
+        """-1: wired the other way, 0: dead; ``loss``: share of counts missed."""
+        self._c.encoder.sign = sign
+        self._c.encoder.loss = loss
+
+    def break_converter(self, index: int, gain: float = 1.0, offset: float = 0.0) -> None:
+        """Multiply a channel's gain and shift its offset (counts)."""
+        self._c.channel[index].gain *= gain
+        self._c.channel[index].offset += offset
+
+    def freeze_converters(self) -> None:
+        """Every reading repeats the last one."""
+        for index in range(lib.BENCH_CHANNELS):
+            self._c.channel[index].frozen = 1
+
+
+def plant_params(options: Options, chain: Chain) -> Any:
+    """The C parameters of these options; a ``plant_params *`` that the caller keeps."""
+    motor = options.preset
+    p: Any = ffi.new("plant_params *")
+    p.resistance, p.inductance = motor.resistance_ohm, motor.inductance_h
+    p.torque_constant = motor.torque_constant_nm_a
+    p.inertia = motor.inertia_kg_m2 + options.load_inertia
+    p.viscous, p.coulomb = motor.viscous_nm_s, motor.coulomb_nm
+    p.stiction = options.stiction * motor.coulomb_nm
+    p.stribeck_speed = options.stribeck
+    p.cogging = options.cogging
+    p.cogging_per_turn = options.cogging_per_turn or motor.ripple_per_turn
+    p.brush_drop = options.brush_drop
+    p.brush_current = BRUSH_CURRENT_SHARE * motor.stall_current_a
+    p.k_ripple = p.r_ripple = options.ripple
+    p.ripple_per_turn = motor.ripple_per_turn
+    p.ambient = options.ambient
+    p.copper_coefficient, p.magnet_coefficient = COPPER_PER_K, MAGNET_PER_K
+    if options.heating:
+        p.winding_resistance, p.housing_resistance = motor.winding_k_w, motor.housing_k_w
+        p.winding_capacity = motor.winding_s / motor.winding_k_w
+        p.housing_capacity = motor.housing_s / motor.housing_k_w
+    _set_bridge(p, options, chain)
+    return p
+
+
+def _set_bridge(p: Any, options: Options, chain: Chain) -> None:
+    motor = options.preset
+    path = options.bridge_resistance
+    p.pwm_period = CLOCK_HZ // options.pwm / chain.clock_hz
+    p.dead_time = options.dead_time
+    p.switch_resistance = motor.switch_resistance_ohm if path is None else path / 2
+    p.diode_drop = options.diode_drop
+    p.diode_resistance = DIODE_OHM_SHARE * p.switch_resistance
+    p.lead_resistance = options.lead_resistance
+    p.sense_at_bridge = options.sense == "bridge"
+    p.supply_voltage = options.supply_v
+    resistance, capacitance = options.supply_resistance, options.supply_capacitance
+    p.supply_resistance = motor.supply_resistance_ohm if resistance is None else resistance
+    p.supply_capacitance = motor.supply_capacitance_f if capacitance is None else capacitance
+    p.supply_limit = options.supply_limit
+    p.supply_sinks = options.supply_sinks
+    p.max_step = options.max_step

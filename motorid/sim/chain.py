@@ -1,0 +1,113 @@
+"""The measuring chain: what the board declares of its channels, and what is true of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from motorid.sim.options import CLOCK_HZ, Options
+from motorid.wire.enums import Channel, ChannelKind, Unit
+
+CLOCK_UNCERTAINTY_PPM = 50
+UNSYNCHRONISED = 65_535
+
+
+@dataclass(frozen=True)
+class Converter:
+    """One analogue channel. ``gain`` and ``true_offset`` are what the board does not know."""
+
+    channel: Channel
+    unit: Unit
+    scale: float  # unit per count, declared
+    offset: float  # counts, declared
+    gain: float  # true over declared
+    true_offset: float  # counts
+    noise: float  # counts rms
+    aperture_s: float  # by the board's clock; 0: an instant
+    delay_s: float
+    phase: float | None
+    gain_uncertainty: float
+    offset_uncertainty: float
+    bits: int
+
+    @property
+    def kind(self) -> ChannelKind:
+        """Mean or instant."""
+        return ChannelKind.MEAN if self.aperture_s else ChannelKind.INSTANT
+
+    @property
+    def raw_max(self) -> int:
+        """The highest reading; the lowest is 0."""
+        return int(2**self.bits) - 1
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Current, terminal voltage and supply; the clock; the encoder's first line."""
+
+    current: Converter
+    voltage: Converter
+    supply: Converter
+    clock_ppm: float
+    encoder_angle: float
+
+    @property
+    def converters(self) -> tuple[Converter, Converter, Converter]:
+        """In the order of the wire's channel numbers."""
+        return self.current, self.voltage, self.supply
+
+    @property
+    def clock_hz(self) -> float:
+        """Ticks in a true second."""
+        return CLOCK_HZ * (1 + self.clock_ppm * 1e-6)
+
+
+def draw_chain(options: Options) -> Chain:
+    """The chain of that seed: errors drawn from the declared uncertainties unless given."""
+    rng = np.random.default_rng([options.seed, 1])
+    gains, offsets = rng.standard_normal(3), rng.standard_normal(3)
+    ppm = rng.uniform(-CLOCK_UNCERTAINTY_PPM, CLOCK_UNCERTAINTY_PPM)
+    angle = rng.uniform(0.0, 2 * np.pi)
+    middle, codes = 2.0 ** (options.bits - 1), 2.0**options.bits
+    amps = options.current_range or 1.5 * options.preset.stall_current_a
+    volts = options.voltage_range or 1.25 * options.supply_v or 1.0
+    aperture, delay = _current_window(options)
+
+    def converter(index: int, channel: Channel, full_scale: float, low: float) -> Converter:
+        is_current = channel == Channel.CURRENT
+        given = options.gain_error if is_current else options.voltage_gain_error
+        spread = options.gain_uncertainty if is_current else options.voltage_gain_uncertainty
+        shift = options.offset_error
+        error = spread * float(gains[index]) if given is None else given
+        drawn = options.offset_uncertainty * float(offsets[index]) if shift is None else shift
+        return Converter(
+            channel=channel,
+            unit=Unit.AMPERE if is_current else Unit.VOLT,
+            scale=full_scale / (codes - low),
+            offset=low,
+            gain=1 + error,
+            true_offset=low + drawn,
+            noise=options.noise,
+            aperture_s=aperture if is_current else options.voltage_aperture,
+            delay_s=delay if is_current else 0.0,
+            phase=options.phase if is_current else None,
+            gain_uncertainty=spread if given is None else abs(given),
+            offset_uncertainty=options.offset_uncertainty,
+            bits=options.bits,
+        )
+
+    return Chain(
+        current=converter(0, Channel.CURRENT, amps, middle),
+        voltage=converter(1, Channel.TERMINAL_VOLTAGE, volts, middle),
+        supply=converter(2, Channel.SUPPLY_VOLTAGE, volts, 0.0),
+        clock_ppm=float(ppm) if options.clock_ppm is None else options.clock_ppm,
+        encoder_angle=float(angle),
+    )
+
+
+def _current_window(options: Options) -> tuple[float, float]:
+    """Aperture and delay of the current channel; a phase makes it an instant."""
+    if options.phase is None:
+        return options.aperture, options.delay
+    return 0.0, (1 - options.phase) % 1 / options.pwm

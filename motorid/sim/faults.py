@@ -1,0 +1,90 @@
+"""Faults of the simulated rig, as the ``fault`` option names them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from motorid.errors import UsageError
+from motorid.sim.nearest import unknown
+
+
+class Kind(NamedTuple):
+    """One sort of fault: the value it takes when none is given (None: it takes none)."""
+
+    default: float | None
+    doc: str
+
+
+KINDS = {
+    # bytes on the link, both ways; the value is a rate per byte
+    "flip": Kind(1e-3, "bytes with one bit flipped"),
+    "drop": Kind(1e-3, "bytes lost"),
+    "insert": Kind(1e-3, "foreign bytes put in"),
+    "double": Kind(1e-3, "bytes sent twice"),
+    # the link as a whole
+    "silence": Kind(None, "the board says nothing more and hears nothing more"),
+    "deaf": Kind(None, "the board hears nothing more"),
+    "unplug": Kind(None, "the port is gone"),
+    "burst": Kind(0.05, "what the board says arrives in lumps, every so many seconds"),
+    "split": Kind(None, "reads return a few bytes at a time"),
+    "text": Kind(None, "another device, which prints lines of text"),
+    "garbage": Kind(None, "another device, which sends random bytes"),
+    # the board
+    "major": Kind(2, "the board speaks another protocol major"),
+    "reset": Kind(None, "the board's processor resets"),
+    "brownout": Kind(0.05, "supply away for so many seconds, and the processor resets"),
+    # the bench
+    "supply": Kind(0.0, "the motor supply goes to so many volts"),
+    "stall": Kind(None, "the rotor jams"),
+    "encoder_reversed": Kind(None, "the encoder counts the other way"),
+    "encoder_dead": Kind(None, "the encoder stops counting"),
+    "encoder_drop": Kind(0.05, "share of encoder counts lost"),
+    "current_dead": Kind(None, "the current sensor reads nothing but its offset"),
+    "current_reversed": Kind(None, "the current sensor reads the other sign"),
+    "current_saturated": Kind(None, "the current sensor reads full scale"),
+    "voltage_dead": Kind(None, "the terminal voltage reads nothing but its offset"),
+    "adc_stuck": Kind(None, "the converter repeats its last readings"),
+}
+RATES = ("flip", "drop", "insert", "double", "encoder_drop")
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault; ``at_s`` counts from the start of the first run, None: from the beginning."""
+
+    name: str
+    value: float
+    at_s: float | None
+
+
+def parse_faults(text: str) -> tuple[Fault, ...]:
+    """Faults of a comma-separated list of NAME[:VALUE][@SECONDS]. Raises UsageError."""
+    return tuple(_parse(item.strip()) for item in text.split(",") if item.strip())
+
+
+def _parse(item: str) -> Fault:
+    head, at, when = item.partition("@")
+    name, colon, value = head.partition(":")
+    if name not in KINDS:
+        raise unknown(name, KINDS, "fault")
+    kind = KINDS[name]
+    if colon and kind.default is None:
+        raise UsageError(f"sim://: fault {name} takes no value")
+    amount = _number(item, value) if colon else (kind.default or 0.0)
+    if name in RATES and not 0 <= amount <= 1:
+        raise UsageError(f"sim://: fault {name} is a share between 0 and 1, not {value}")
+    at_s = _number(item, when) if at else None
+    if amount < 0 or (at_s is not None and at_s < 0):
+        raise UsageError(f"sim://: fault {item!r} has a negative number")
+    return Fault(name, amount, at_s)
+
+
+def _number(item: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if value != value or value in (float("inf"), float("-inf")):
+        raise UsageError(f"sim://: fault {item!r}: {text!r} is not a number")
+    return value

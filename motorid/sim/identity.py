@@ -1,0 +1,185 @@
+"""What the simulated board says of itself, and which configurations and steps it accepts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from motorid.sim.chain import CLOCK_UNCERTAINTY_PPM, UNSYNCHRONISED, Converter
+from motorid.sim.options import CLOCK_HZ, decay_mask
+from motorid.sim.stream import U32
+from motorid.wire.enums import Channel, ChannelKind, Decay, Mode, Status, StepKind, Unit
+from motorid.wire.hashes import layout_hash
+from motorid.wire.spec import load
+
+if TYPE_CHECKING:
+    from motorid.sim.board import Board
+
+NAME = "motorid-sim"
+FIRMWARE = (1, 0, 0)
+CHANNELS = len(Channel)
+MAX_HOST_SILENCE_MS = 5000
+MAX_VOLTS_MV = 1_000_000
+FULL_DUTY = 1_000_000
+I16_MIN, I16_MAX = -32_768, 32_767
+DRIVES = (StepKind.DRIVE_DUTY, StepKind.DRIVE_VOLTS)
+Fields = dict[str, Any]
+
+
+def identify(board: Board) -> Fields:
+    """Fields of the reply to identify."""
+    options = board.options
+    pwm_ticks = CLOCK_HZ // options.pwm
+    return {
+        "protocol_major": board.major,
+        "protocol_minor": load().minor,
+        "layout_hash": layout_hash(),
+        "board": NAME,
+        "firmware_major": FIRMWARE[0],
+        "firmware_minor": FIRMWARE[1],
+        "firmware_patch": FIRMWARE[2],
+        "boot_id": board.boot_id,
+        "reset_cause": board.reset_cause,
+        "state": board.state,
+        "clock_hz": CLOCK_HZ,
+        "clock_uncertainty_ppm": CLOCK_UNCERTAINTY_PPM,
+        "pwm_hz": options.pwm,
+        "dead_time_ns": round(options.dead_time * 1e9),
+        "decay_modes": decay_mask(options.decay_modes),
+        "channel_count": CHANNELS,
+        "min_sample_period_ticks": min_period(board),
+        "sample_period_step_ticks": pwm_ticks,
+        "encoder_edge_ceiling_hz": options.edge_ceiling,
+        "max_steps": options.max_steps,
+        "max_current_ma": max_current_ma(board),
+        "max_host_silence_ms": MAX_HOST_SILENCE_MS,
+        "buffer_samples": options.buffer,
+    }
+
+
+def max_current_ma(board: Board) -> int:
+    """The largest current the converter can still tell from a larger one."""
+    converter = board.chain.current
+    return int(converter.scale * (converter.raw_max - converter.offset) * 1000)
+
+
+def min_period(board: Board) -> int:
+    """Shortest sample period in ticks: every window fits two of them, every delay one."""
+    pwm_ticks = CLOCK_HZ // board.options.pwm
+    longest = max(
+        max(c.delay_s, (c.aperture_s + c.delay_s) / 2) * CLOCK_HZ for c in board.chain.converters
+    )
+    periods = -(-longest // pwm_ticks)
+    return pwm_ticks * max(1, int(periods))
+
+
+def describe(board: Board, index: int) -> Fields:
+    """Fields of the reply to describe_channel."""
+    if index == Channel.POSITION:
+        return _describe_position()
+    converter = board.chain.converters[index]
+    return {
+        "channel": converter.channel,
+        "unit": converter.unit,
+        "kind": converter.kind,
+        "bits": converter.bits,
+        "scale": converter.scale,
+        "offset": converter.offset,
+        "aperture_ns": round(converter.aperture_s * 1e9),
+        "delay_ns": round(converter.delay_s * 1e9),
+        "pwm_phase_permille": _permille(converter),
+        "gain_uncertainty": converter.gain_uncertainty,
+        "offset_uncertainty": converter.offset_uncertainty,
+        "noise": converter.noise,
+        "raw_min": 0,
+        "raw_max": converter.raw_max,
+    }
+
+
+def _permille(converter: Converter) -> int:
+    return UNSYNCHRONISED if converter.phase is None else round(converter.phase * 1000)
+
+
+def _describe_position() -> Fields:
+    return {
+        "channel": Channel.POSITION,
+        "unit": Unit.COUNT,
+        "kind": ChannelKind.INSTANT,
+        "bits": 16,
+        "scale": 1.0,
+        "offset": 0.0,
+        "aperture_ns": 0,
+        "delay_ns": 0,
+        "pwm_phase_permille": UNSYNCHRONISED,
+        "gain_uncertainty": 0.0,
+        "offset_uncertainty": 0.0,
+        "noise": 0.0,
+        "raw_min": I16_MIN,
+        "raw_max": I16_MAX,
+    }
+
+
+def status(board: Board) -> Fields:
+    """Fields of the reply to read_status."""
+    raw = board.bench.raw
+    sign = -1 if board.config and board.config["encoder_reversed"] else 1
+    stream = board.run.stream if board.run else None
+    return {
+        "state": board.state,
+        "fault": board.fault,
+        "tick": board.tick & U32,
+        "position": sign * board.bench.count & U32,
+        "current_raw": int(raw[0]),
+        "terminal_voltage_raw": int(raw[1]),
+        "supply_voltage_raw": int(raw[2]),
+        "dropped": stream.dropped if stream else board.dropped,
+    }
+
+
+def check_config(board: Board, config: Fields) -> Status:
+    """OK, or why this configuration is refused."""
+    step = CLOCK_HZ // board.options.pwm
+    period = config["sample_period_ticks"]
+    if period < min_period(board) or period % step or config["encoder_reversed"] > 1:
+        return Status.BAD_VALUE
+    if not config["channels"]:
+        return Status.BAD_VALUE
+    if config["channels"] >> CHANNELS or config["mode"] not in tuple(Mode):
+        return Status.NOT_SUPPORTED
+    if config["speed_limit_counts_s"] > board.options.edge_ceiling:
+        return Status.EDGE_CEILING
+    limits_hold = (
+        0 < config["current_limit_ma"] <= max_current_ma(board)
+        and config["speed_limit_counts_s"] > 0
+        and config["supply_min_mv"] < config["supply_max_mv"]
+        and config["run_time_limit_ms"] > 0
+        and 0 < config["host_silence_ms"] <= MAX_HOST_SILENCE_MS
+    )
+    return Status.OK if limits_hold else Status.BAD_VALUE
+
+
+def check_step(board: Board, step: Fields) -> Status:
+    """OK, or why this step is refused."""
+    if step["index"] != len(board.steps):
+        return Status.BAD_VALUE
+    if len(board.steps) >= board.options.max_steps:
+        return Status.PROGRAM_FULL
+    if step["kind"] not in tuple(StepKind):
+        return Status.NOT_SUPPORTED
+    return _check_drive(board, step) or _check_duration(board, step)
+
+
+def _check_drive(board: Board, step: Fields) -> Status:
+    decay, level = step["decay"], step["level"]
+    if step["kind"] not in DRIVES:
+        return Status.BAD_VALUE if decay or level else Status.OK
+    if decay not in tuple(Decay)[1:] or not decay_mask(board.options.decay_modes) >> decay & 1:
+        return Status.NOT_SUPPORTED
+    top = FULL_DUTY if step["kind"] == StepKind.DRIVE_DUTY else MAX_VOLTS_MV
+    return Status.OK if abs(level) <= top else Status.BAD_VALUE
+
+
+def _check_duration(board: Board, step: Fields) -> Status:
+    assert board.config is not None  # steps are accepted only in configured and loaded
+    ticks = step["ticks"]
+    whole = ticks > 0 and ticks % board.config["sample_period_ticks"] == 0
+    return Status.OK if whole else Status.BAD_VALUE

@@ -1,0 +1,174 @@
+"""What a sim:// URL may say: every effect of the simulated rig, with its range."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from typing import Any
+from urllib.parse import parse_qsl, urlsplit
+
+from motorid.errors import UsageError
+from motorid.sim.faults import Fault, parse_faults
+from motorid.sim.motor import Motor, find_motor
+from motorid.sim.nearest import unknown
+
+CLOCK_HZ = 16_000_000
+TRUE, FALSE = ("1", "true", "yes", "on"), ("0", "false", "no", "off")
+
+
+def _number(default: float | None, low: float, high: float, doc: str) -> Any:
+    return field(default=default, metadata={"low": low, "high": high, "doc": doc, "type": float})
+
+
+def _integer(default: int, low: int, high: int, doc: str) -> Any:
+    return field(default=default, metadata={"low": low, "high": high, "doc": doc, "type": int})
+
+
+def _choice(default: str, choices: tuple[str, ...], doc: str) -> Any:
+    return field(default=default, metadata={"choices": choices, "doc": doc, "type": str})
+
+
+def _switch(default: bool, doc: str) -> Any:
+    return field(default=default, metadata={"doc": doc, "type": bool})
+
+
+def _text(default: str, doc: str) -> Any:
+    return field(default=default, metadata={"doc": doc, "type": str})
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of a simulated rig. None: the motor preset's, or drawn by the seed."""
+
+    motor: str = _text("faulhaber-2338s006s", "motor preset, or the beginning of its name")
+    seed: int = _integer(1, 0, 2**63 - 1, "of noise, errors of the measuring chain and faults")
+    speed: str = _choice("realtime", ("realtime", "max"), "pace; max runs on simulated time")
+    fault: str = _text("", "faults, comma-separated: NAME[:VALUE][@SECONDS of the first run]")
+    # motor
+    ambient: float = _number(23.0, -40, 100, "°C; winding and housing start there")
+    heating: bool = _switch(True, "winding and magnets warm up")
+    stiction: float = _number(1.15, 1, 10, "breakaway torque over Coulomb torque")
+    stribeck: float = _number(1.0, 0, 1e3, "rad/s over which the excess of stiction decays")
+    load_inertia: float = _number(0.0, 0, 1e3, "kg·m² added to the rotor's")
+    cogging: float = _number(0.0, 0, 1e3, "N·m, amplitude of the cogging torque")
+    cogging_per_turn: float = _number(None, 1, 1000, "periods a turn (as the commutation)")
+    brush_drop: float = _number(0.0, 0, 10, "V over both brushes at large current")
+    ripple: float = _number(0.0, 0, 0.5, "relative commutation ripple of K and R")
+    # bridge and supply
+    supply: float = _number(None, 0, 1000, "V, unloaded")
+    supply_resistance: float = _number(None, 0, 100, "ohm")
+    supply_capacitance: float = _number(None, 0, 10, "F at the bridge")
+    supply_limit: float = _number(0.0, 0, 1e4, "A, current limit of the supply; 0: none")
+    supply_sinks: bool = _switch(True, "the supply takes current back, as a battery does")
+    bridge_resistance: float = _number(None, 0, 100, "ohm, the two switches in the path")
+    diode_drop: float = _number(0.7, 0, 5, "V of a body diode")
+    dead_time: float = _number(200e-9, 0, 5e-6, "s at each switching edge")
+    lead_resistance: float = _number(0.0, 0, 100, "ohm, both leads from bridge to motor")
+    sense: str = _choice("terminals", ("terminals", "bridge"), "where terminal_voltage is taken")
+    pwm: int = _integer(20_000, 1_000, 200_000, "Hz; must divide 16 MHz")
+    decay_modes: str = _text("synchronous_slow+diode+fast", "decay modes the board offers")
+    # measuring chain
+    bits: int = _integer(12, 8, 15, "of the converter")
+    noise: float = _number(1.0, 0, 1000, "counts rms of each reading")
+    current_range: float = _number(None, 1e-6, 1e5, "A at full scale (1.5 x stall current)")
+    voltage_range: float = _number(None, 1e-3, 1e5, "V at full scale (1.25 x supply)")
+    aperture: float = _number(50e-6, 0, 1e-3, "s, window of the current; 0: an instant")
+    delay: float = _number(5e-6, 0, 45e-6, "s from the window's end to the tick")
+    phase: float = _number(None, 0, 1, "take the current at this fraction of a PWM period")
+    voltage_aperture: float = _number(100e-6, 0, 1e-3, "s, window of both voltages")
+    gain_uncertainty: float = _number(0.002, 0, 0.5, "of the current, relative")
+    voltage_gain_uncertainty: float = _number(0.001, 0, 0.5, "of both voltages, relative")
+    offset_uncertainty: float = _number(2.0, 0, 500, "counts, every channel")
+    gain_error: float = _number(None, -0.9, 0.9, "of the current; instead of a drawn one")
+    voltage_gain_error: float = _number(None, -0.9, 0.9, "of both voltages")
+    offset_error: float = _number(None, -500, 500, "counts, current and voltages")
+    counts_per_turn: int = _integer(2048, 4, 1_000_000, "of the encoder, after quadrature")
+    edge_ceiling: int = _integer(2_000_000, 1000, 2**32 - 1, "counts/s the board follows")
+    clock_ppm: float = _number(None, -1e5, 1e5, "clock error, 1e-6 (drawn within 50)")
+    first_tick: int = _integer(0, 0, 2**32 - 1, "tick counter at power-on")
+    # board and link
+    baud: int = _integer(1_000_000, 0, 100_000_000, "of the link to the host; 0: no limit")
+    buffer: int = _integer(2048, 32, 65_535, "samples the board keeps for the link or a burst")
+    max_steps: int = _integer(64, 1, 255, "steps a program may have")
+    max_step: float = _number(0.0, 0, 1e-3, "s, longest integration step; 0: chosen")
+
+    @property
+    def preset(self) -> Motor:
+        """The motor's figures."""
+        return find_motor(self.motor)[1]
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """The faults asked for."""
+        return parse_faults(self.fault)
+
+    @property
+    def supply_v(self) -> float:
+        """The supply's unloaded voltage."""
+        return self.preset.supply_v if self.supply is None else self.supply
+
+
+def parse_url(url: str) -> Options:
+    """The options of a sim:// URL. Raises UsageError naming the nearest option or the range."""
+    parts = urlsplit(url)
+    if parts.scheme != "sim":
+        raise UsageError(f"{url!r} is not a sim:// URL")
+    if parts.netloc or parts.path.strip("/"):
+        raise UsageError(f"{url!r}: options follow a question mark, as in sim://?motor=maxon-re35")
+    known = {f.name: f for f in fields(Options)}
+    values: dict[str, Any] = {}
+    for name, text in parse_qsl(parts.query, keep_blank_values=True):
+        if name not in known:
+            raise unknown(name, known, "option")
+        if name in values:
+            raise UsageError(f"sim://: option {name} is given twice")
+        values[name] = _value(name, text, dict(known[name].metadata))
+    return _checked(Options(**values))
+
+
+def _value(name: str, text: str, rule: dict[str, Any]) -> Any:
+    kind = rule["type"]
+    if kind is str:
+        if "choices" in rule and text not in rule["choices"]:
+            raise unknown(text, rule["choices"], f"value of {name}")
+        return text
+    if kind is bool:
+        if text.lower() not in TRUE + FALSE:
+            raise UsageError(f"sim://: {name} is 0 or 1, not {text!r}")
+        return text.lower() in TRUE
+    try:
+        value = kind(text)
+    except ValueError:
+        what = "a whole number" if kind is int else "a number"
+        raise UsageError(f"sim://: {name} must be {what}, not {text!r}") from None
+    if not rule["low"] <= value <= rule["high"]:
+        raise UsageError(
+            f"sim://: {name} must lie between {rule['low']:g} and {rule['high']:g}, not {text}"
+        )
+    return value
+
+
+def _checked(options: Options) -> Options:
+    find_motor(options.motor)
+    parse_faults(options.fault)
+    if CLOCK_HZ % options.pwm:
+        raise UsageError(f"sim://: pwm must divide {CLOCK_HZ} Hz, {options.pwm} does not")
+    capacitance, resistance = options.supply_capacitance, options.supply_resistance
+    if options.supply_limit and capacitance == 0:
+        raise UsageError("sim://: supply_limit needs a supply_capacitance above 0")
+    if resistance == 0 and capacitance != 0:
+        raise UsageError("sim://: supply_resistance=0 needs supply_capacitance=0")
+    decay_mask(options.decay_modes)
+    return options
+
+
+def decay_mask(text: str) -> int:
+    """Bit n set for each decay mode n named, joined by "+". Raises UsageError."""
+    from motorid.wire.enums import Decay
+
+    names = [mode.name.lower() for mode in Decay if mode]
+    mask = 0
+    for name in text.replace(" ", "+").split("+"):  # an unescaped + in a URL is a space
+        if name not in names:
+            raise unknown(name, names, "decay mode")
+        mask |= 1 << Decay[name.upper()]
+    return mask

@@ -1,0 +1,100 @@
+"""sim:// as a port: the simulated board below the bytes, on wall time or on its own."""
+
+from __future__ import annotations
+
+import time
+
+from motorid.errors import LinkError
+from motorid.sim.device import Device
+from motorid.sim.options import Options, parse_url
+
+POLL_S = 1e-3
+STRETCH = 32  # samples by which simulated time moves while nothing has arrived
+
+
+class SimPort:
+    """A port whose time is simulated: it moves only while the client waits in ``read``.
+
+    So a client that keeps reading gets a run as fast as the plant computes, one that counts its
+    deadlines on ``now`` sees them scaled, and one that stops reading stops the rig.
+    """
+
+    def __init__(self, name: str, options: Options) -> None:
+        self.name = name
+        self._device = Device(options)
+        self._closed = False
+
+    def read(self, size: int, timeout_s: float) -> bytes:
+        """At most ``size`` bytes as soon as any are there; empty after ``timeout_s``.
+
+        Raises LinkError when the simulated cable is out.
+        """
+        device = self._check()
+        deadline = device.now + timeout_s
+        while not (data := device.take(size)):
+            device.check()
+            if device.now + device.step_s > deadline:
+                return b""
+            stretch = device.now + STRETCH * device.step_s
+            arrival = max(device.link.next_arrival, device.now) + device.step_s
+            device.advance_to(min(deadline, stretch, arrival))
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Bytes to the board, which acts on them at once. Raises LinkError."""
+        self._check().hear(data)
+
+    def now(self) -> float:
+        """Simulated seconds."""
+        return self._device.now
+
+    def close(self) -> None:
+        """The end of the rig; may be called twice."""
+        self._closed = True
+
+    def _check(self) -> Device:
+        if self._closed:
+            raise LinkError(f"{self.name}: the port is closed")
+        self._device.check()
+        return self._device
+
+
+class RealTimePort(SimPort):
+    """The same at the pace of the wall clock."""
+
+    def __init__(self, name: str, options: Options) -> None:
+        super().__init__(name, options)
+        self._began = time.monotonic()
+
+    def _sync(self) -> None:
+        self._device.advance_to(time.monotonic() - self._began)
+
+    def read(self, size: int, timeout_s: float) -> bytes:
+        """See SimPort.read."""
+        device = self._check()
+        deadline = time.monotonic() + timeout_s
+        while True:
+            self._sync()
+            if data := device.take(size):
+                return data
+            device.check()
+            left = deadline - time.monotonic()
+            if left <= 0:
+                return b""
+            time.sleep(min(left, POLL_S))
+
+    def write(self, data: bytes) -> None:
+        """See SimPort.write."""
+        self._sync()
+        super().write(data)
+
+    def now(self) -> float:
+        """Seconds of the wall clock since the port was opened."""
+        return time.monotonic() - self._began
+
+
+def open_sim(url: str) -> SimPort:
+    """The simulated board of a sim:// URL (see docs/simulator.md). Raises UsageError."""
+    options = parse_url(url)
+    kind = SimPort if options.speed == "max" else RealTimePort
+    return kind(url, options)
