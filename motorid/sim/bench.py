@@ -17,7 +17,7 @@ from motorid.wire.enums import Decay, Fault, StepKind
 COPPER_PER_K = 0.0039
 MAGNET_PER_K = -0.0011  # neodymium
 DIODE_OHM_SHARE = 0.5  # of a switch's resistance
-BRUSH_CURRENT_SHARE = 0.02  # of the stall current
+BRUSH_CURRENT_SHARE = 0.05  # of the stall current
 SPEED_WINDOW_S = 2e-3
 Raw = NDArray[np.int16]
 Counts = NDArray[np.int64]

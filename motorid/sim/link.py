@@ -66,11 +66,6 @@ class Link:
         """Bytes that still wait for the line."""
         return max(self._free - now, 0.0) * self.baud / BITS_PER_BYTE
 
-    @property
-    def next_arrival(self) -> float:
-        """When the next frame is there; infinite when none is on its way."""
-        return self._frames[0][0] if self._frames else float("inf")
-
     def take(self, size: int, now: float) -> bytes:
         """At most ``size`` of the bytes that have arrived."""
         while len(self._rest) < size and self._frames and self._frames[0][0] <= now:

@@ -12,6 +12,7 @@ static const double REFERENCE_C = 25.0;
 static const double LONGEST_STEP = 12.5e-6;
 static const double SHORTEST_STEP = 1e-9; /* keeps chatter at an event from stopping time */
 static const double ROOT_TOLERANCE = 1e-12;
+static const double BRUSH_BEND = 4.0; /* currents within which the brushes' drop bends */
 static const double STRIBECK_REACH = 6.0; /* exp(-36): nothing left */
 
 /* What the equations say at one point of a step. */
@@ -348,6 +349,16 @@ static void settle(plant *p)
     p->bus = r.bus;
 }
 
+/* The brushes' drop bends sharply where the current passes zero: go slowly there. */
+static double step_here(const plant *p, const rates *first)
+{
+    const plant_params *m = &p->par;
+    double reach = fabs(first->d[0]) * p->step;
+    if (m->brush_drop == 0.0 || p->open || fabs(p->current) > BRUSH_BEND * m->brush_current + reach)
+        return p->step;
+    return fmin(p->step, fmax(m->brush_current / fabs(first->d[0]), p->fine_step));
+}
+
 /* Run for dt with the switches as they are. */
 static void run(plant *p, double dt)
 {
@@ -356,7 +367,7 @@ static void run(plant *p, double dt)
     load_state(p, x);
     evaluate(p, x, &first);
     while (dt > 0.0) {
-        double whole = ceil(dt / p->step), h = dt / whole;
+        double whole = ceil(dt / step_here(p, &first)), h = dt / whole;
         step s;
         try_step(p, x, &first, h, &s);
         if (overshoot(p, &s) > 0.0) {
@@ -480,8 +491,6 @@ static double choose_step(const plant_params *m)
     double step = LONGEST_STEP;
     if (m->supply_capacitance <= 0.0)
         r += m->supply_resistance;
-    if (m->brush_drop != 0.0)
-        r += m->brush_drop / m->brush_current;
     step = fmin(step, 0.2 * m->inductance / r);
     if (m->supply_capacitance > 0.0)
         step = fmin(step, 0.25 * m->supply_resistance * m->supply_capacitance);
@@ -494,6 +503,7 @@ void plant_init(plant *p, const plant_params *par)
     p->bus = par->supply_voltage;
     p->winding = p->housing = par->ambient;
     p->step = par->max_step > 0.0 ? par->max_step : choose_step(par);
+    p->fine_step = 0.1 * p->step;
     follow_temperature(p);
     plant_command(p, PLANT_COAST, 0.0, 0);
 }

@@ -107,6 +107,7 @@ typedef struct plant {
     double path_resistance;
     /* constants of the moment */
     double step;
+    double fine_step;
     double r_now;
     double k_now;
 } plant;

@@ -10,6 +10,7 @@ from motorid.sim.options import Options, parse_url
 
 POLL_S = 1e-3
 STRETCH = 32  # samples by which simulated time moves while nothing has arrived
+STRETCH_S = 5e-3  # and the longest such stretch: a reply comes no later
 
 
 class SimPort:
@@ -35,9 +36,8 @@ class SimPort:
             device.check()
             if device.now + device.step_s > deadline:
                 return b""
-            stretch = device.now + STRETCH * device.step_s
-            arrival = max(device.link.next_arrival, device.now) + device.step_s
-            device.advance_to(min(deadline, stretch, arrival))
+            stretch = max(min(STRETCH * device.step_s, STRETCH_S), device.step_s)
+            device.advance_to(min(deadline, device.now + stretch))
         return data
 
     def write(self, data: bytes) -> None:
