@@ -1,0 +1,115 @@
+"""The estimate as JSON, by the published schema ``estimate.schema.json`` beside this file."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from motorid.estimate.types import Curve, Estimate, Parameter, SteadyRow
+
+SCHEMA = "motorid-estimate-1"
+
+
+def schema() -> dict[str, Any]:
+    """The JSON Schema (2020-12) of what ``to_dict`` returns."""
+    text = resources.files("motorid.report").joinpath("estimate.schema.json").read_text("utf-8")
+    loaded: dict[str, Any] = json.loads(text)
+    return loaded
+
+
+def dumps(estimate: Estimate) -> str:
+    """Strict JSON text of the estimate, ending in a newline."""
+    return json.dumps(to_dict(estimate), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def to_dict(estimate: Estimate) -> dict[str, Any]:
+    """Plain data of the estimate. What is unknown or not finite is null."""
+    return {
+        "schema": SCHEMA,
+        "model": estimate.model,
+        "method": estimate.method,
+        "parameters": _parameters(estimate.parameters),
+        "combinations": _parameters(estimate.combinations),
+        "derived": _parameters(estimate.derived),
+        "nuisance": _parameters(estimate.nuisance),
+        "correlation": {
+            "names": list(estimate.free),
+            "matrix": plain(np.asarray(estimate.correlation)),
+        },
+        "models": [_model(estimate)],
+        "residuals": [_residual(curve) for curve in estimate.curves],
+        "steady_state": [_steady(row) for row in estimate.steady],
+        "diagnostics": [
+            {"code": d.code, "severity": d.severity, "message": d.message}
+            for d in estimate.diagnostics
+        ],
+        "inputs": [plain(dict(i)) for i in estimate.inputs],
+        "options": plain(dict(estimate.options)),
+        "versions": plain(dict(estimate.versions)),
+    }
+
+
+def plain(value: Any) -> Any:
+    """``value`` as strict JSON knows it: numpy unwrapped, NaN and infinity null, keys text."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(v) for v in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    return str(value)
+
+
+def _parameters(parameters: Mapping[str, Parameter]) -> dict[str, Any]:
+    return {name: _parameter(p) for name, p in parameters.items()}
+
+
+def _parameter(p: Parameter) -> dict[str, Any]:
+    out = {
+        "value": plain(p.value),
+        "uncertainty": {
+            "statistical": plain(p.statistical),
+            "instrument": plain(p.instrument),
+            "total": plain(p.total),
+        },
+        "interval_95": plain(p.interval_95),
+        "unit": p.unit,
+        "status": p.status,
+    }
+    return out | ({"note": p.note} if p.note else {})
+
+
+def _model(estimate: Estimate) -> dict[str, Any]:
+    return {
+        "name": estimate.model,
+        "chi_square": plain(estimate.chi_square),
+        "degrees_of_freedom": estimate.degrees_of_freedom,
+        "evaluations": estimate.evaluations,
+        "chosen": True,
+    }
+
+
+def _residual(curve: Curve) -> dict[str, Any]:
+    residual = np.asarray(curve.measured, dtype=np.float64) - curve.fitted
+    finite = residual[np.isfinite(residual)]
+    return {
+        "capture": curve.capture,
+        "channel": curve.channel,
+        "unit": curve.unit,
+        "samples": len(residual),
+        "rms": plain(float(np.sqrt(np.mean(finite**2))) if len(finite) else None),
+        "sigma": plain(curve.sigma),
+    }
+
+
+def _steady(row: SteadyRow) -> dict[str, Any]:
+    return {name: plain(getattr(row, name)) for name in row.__dataclass_fields__}

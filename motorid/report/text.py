@@ -1,0 +1,120 @@
+"""The estimate as a table for a terminal of 80 to 100 columns."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable
+
+from motorid.estimate.types import Estimate, Parameter
+from motorid.report.numbers import aligned, in_rpm, percent, relative, shown
+from motorid.report.words import (
+    COVERAGE,
+    STATUS_WORDS,
+    fit_quality,
+    name_of,
+    one_run,
+    others,
+    remarks,
+    six,
+)
+
+WIDTH = 96
+MARKS = {"info": "·", "warning": "!", "error": "✗"}
+HEADER = ("", "", "value ± 95 %", "statistical", "instrument", "status")
+
+
+def render(estimate: Estimate) -> str:
+    """The whole report as text, ending in a newline."""
+    parts = [_table(six(estimate) + others(estimate))]
+    parts += _section("combinations", estimate.combinations.values())
+    parts += _section("derived", estimate.derived.values())
+    parts += _section("estimated on the way", estimate.nuisance.values())
+    notes = remarks(estimate)
+    if notes:
+        parts.append("\n".join(_wrap(note, "  ") for note in notes))
+    parts.append(_findings(estimate))
+    parts.append("\n".join(_wrap(line, "  ") for line in _closing(estimate)))
+    return "\n\n".join(parts) + "\n"
+
+
+def _section(title: str, parameters: Iterable[Parameter]) -> list[str]:
+    """A short table: name, value, and rpm where that is customary."""
+    known = [p for p in parameters if p.value is not None]
+    if not known:
+        return []
+    name = _widest(p.name for p in known)
+    lines = [
+        f"  {p.name:<{name}}  {value}  {_aside(p)}".rstrip()
+        for p, value in zip(known, _values(known), strict=True)
+    ]
+    return ["\n".join((title, *lines))]
+
+
+def _aside(p: Parameter) -> str:
+    status = "" if p.status == "estimated" else STATUS_WORDS[p.status]
+    return "  ".join(part for part in (in_rpm(p) and f"= {in_rpm(p)}", status) if part)
+
+
+def _table(parameters: list[Parameter]) -> str:
+    """The main table: name, meaning, value, both parts of the uncertainty, status."""
+    rows = [HEADER] + [
+        (p.name, name_of(p), value, *_parts(p), STATUS_WORDS[p.status])
+        for p, value in zip(parameters, _values(parameters), strict=True)
+    ]
+    widths = [_widest(column) for column in zip(*rows, strict=True)]
+    lines = []
+    for name, meaning, value, statistical, instrument, status in rows:
+        left = f"  {name:<{widths[0]}}  {meaning:<{widths[1]}}  {value:<{widths[2]}}"
+        lines.append(
+            f"{left}  {statistical:>{widths[3]}}  {instrument:>{widths[4]}}  {status}".rstrip()
+        )
+    lines.insert(1, "  " + "─" * (_widest(lines) - 2))
+    return "\n".join(lines)
+
+
+def _parts(p: Parameter) -> tuple[str, str]:
+    """The statistical and the instrument uncertainty, relative to the value."""
+    shares = relative(p, p.statistical), relative(p, p.instrument)
+    first, second = (percent(s) if s is not None else "" for s in shares)
+    return first, second
+
+
+def _values(parameters: list[Parameter]) -> list[str]:
+    """``value ± half unit`` of each, decimal points and signs in columns."""
+    seen = [shown(p) for p in parameters]
+    values, halves = aligned([s.value for s in seen]), _widest(s.half for s in seen)
+    lines = []
+    for p, s, value in zip(parameters, seen, values, strict=True):
+        half = f"± {s.half}" if s.half else ""
+        lines.append(f"{value} {half:<{halves + 2}} {s.unit if p.value is not None else ''}")
+    return lines
+
+
+def _widest(texts: Iterable[str]) -> int:
+    return max((len(t) for t in texts), default=0)
+
+
+def _findings(estimate: Estimate) -> str:
+    order = {"error": 0, "warning": 1, "info": 2}
+    found = sorted(estimate.diagnostics, key=lambda d: order[d.severity])
+    if not found:
+        return "  · No finding about the data or the fit."
+    return "\n".join(_wrap(d.message, f"  {MARKS[d.severity]} ") for d in found)
+
+
+def _closing(estimate: Estimate) -> list[str]:
+    sources = [
+        f"{i.get('path') or 'capture'} ({i.get('samples', '?')} samples, "
+        f"sha256 {str(i.get('sha256') or 'none')[:12]})"
+        for i in estimate.inputs
+    ]
+    lines = [one_run(estimate), COVERAGE, fit_quality(estimate)]
+    lines.append(f"Model {estimate.model}, method {estimate.method}.")
+    return [line for line in lines if line] + [f"From {s}" for s in sources]
+
+
+def _wrap(sentence: str, mark: str) -> str:
+    return textwrap.fill(
+        sentence, WIDTH, initial_indent=mark, subsequent_indent=" " * len(mark),
+        break_long_words=False, break_on_hyphens=False,
+    )  # fmt: skip

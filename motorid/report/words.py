@@ -1,0 +1,94 @@
+"""Sentences that every form of the report shares."""
+
+from __future__ import annotations
+
+from motorid.estimate.types import PARAMETERS, Estimate, Parameter
+from motorid.report.numbers import shown
+
+NAMES = {
+    "R": "resistance",
+    "L": "inductance",
+    "K": "torque constant",
+    "B": "viscous friction",
+    "J": "inertia",
+    "T0": "Coulomb torque",
+}
+STATUS_WORDS = {
+    "estimated": "estimated",
+    "fixed": "fixed",
+    "at_bound": "at its bound",
+    "not_identifiable": "not identifiable",
+}
+ONE_RUN = (
+    "This run only: one capture shows its own noise and the instruments' limits, "
+    "not how results differ from run to run. Three runs or more would show that."
+)
+COVERAGE = (
+    "± and intervals are 95 %, from statistical and instrument uncertainty together; "
+    "the two parts are standard uncertainties."
+)
+
+
+def name_of(parameter: Parameter) -> str:
+    """What the parameter is, in words; its name where there are none."""
+    return NAMES.get(parameter.name, parameter.name)
+
+
+def six(estimate: Estimate) -> list[Parameter]:
+    """R, L, K, B, J, T0 in that order."""
+    return [estimate.parameters[name] for name in PARAMETERS if name in estimate.parameters]
+
+
+def others(estimate: Estimate) -> list[Parameter]:
+    """What the model has beside the six."""
+    return [p for name, p in estimate.parameters.items() if name not in PARAMETERS]
+
+
+def summary(estimate: Estimate) -> str:
+    """One sentence: what was found, and what was not."""
+    found = [p for p in six(estimate) if p.status == "estimated"]
+    missing = [p.name for p in six(estimate) if p.status == "not_identifiable"]
+    fixed = [p.name for p in six(estimate) if p.status == "fixed"]
+    bound = [p.name for p in six(estimate) if p.status == "at_bound"]
+    runs = len(estimate.inputs)
+    source = f"From {runs} runs" if runs != 1 else "From one run"
+    head = ", ".join(f"{p.name} = {shown(p).text}" for p in found)
+    parts = [head or "none of the six parameters can be told"]
+    if missing:
+        parts.append(f"these data do not tell {_list(missing)}")
+    if bound:
+        parts.append(f"{_list(bound)} went to the edge of what is possible")
+    if fixed:
+        parts.append(f"{_list(fixed)} {'was' if len(fixed) == 1 else 'were'} given")
+    return f"{source}: {'; '.join(parts)}."
+
+
+def remarks(estimate: Estimate) -> list[str]:
+    """Notes of parameters that were not simply estimated: why, and which run would help."""
+    notes: dict[str, list[str]] = {}
+    for p in estimate.parameters.values():
+        if p.note:
+            notes.setdefault(p.note, []).append(p.name)
+    return [f"{', '.join(names)}: {note}" for note, names in notes.items()]
+
+
+def one_run(estimate: Estimate) -> str:
+    """ "This run only", unless there are more runs or a diagnostic says it already."""
+    said = any("this run only" in d.message.lower() for d in estimate.diagnostics)
+    return "" if said or len(estimate.inputs) != 1 else ONE_RUN
+
+
+def fit_quality(estimate: Estimate) -> str:
+    """How the residuals compare with the noise, in a sentence."""
+    freedom = estimate.degrees_of_freedom
+    if freedom <= 0:
+        return "There are no more readings than unknowns, so the fit cannot be judged."
+    ratio = estimate.chi_square / freedom
+    return (
+        f"Chi-square is {estimate.chi_square:.6g} for {freedom} degrees of freedom "
+        f"({ratio:.3g} for each), after {estimate.evaluations} evaluations of the model."
+    )
+
+
+def _list(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
