@@ -28,6 +28,7 @@ from motorid.wire.spec import load
 
 IDLE_STRETCH = 512  # samples taken at once while nothing runs
 MAX_ZERO = 4096
+AGE_TICKS = load().limits.block_age_ms * CLOCK_HZ // 1000
 Fields = dict[str, Any]
 Answer = tuple[Status, Fields]
 OK = Status.OK
@@ -241,7 +242,7 @@ class Board:
         self.bench.seed_run(self.runs)
         start = self.tick + self._period
         options = self.options
-        stream = Stream(config, self.bench.period_s, self._send, self._has_room, options.buffer)
+        stream = Stream(config, AGE_TICKS, self._send, self._has_room, options.buffer)
         self.run = Run(self.bench, config, list(self.steps), stream, self._send, start, CLOCK_HZ)
         self.state = State.RUNNING
         self.on_run()

@@ -21,12 +21,13 @@ class Stream:
 
     ``has_room`` says whether the link can take another block; without room a streamed block is
     dropped and counted. In burst mode blocks wait for ``finish``, at most ``keep`` samples.
+    ``age_ticks`` is the age of its first sample at which a part-filled block goes.
     """
 
     def __init__(
         self,
         config: Mapping[str, int],
-        period_s: float,
+        age_ticks: int,
         send: Callable[[bytes], None],
         has_room: Callable[[], bool],
         keep: int,
@@ -37,7 +38,7 @@ class Stream:
         self._burst = config["mode"] == Mode.BURST
         self._send, self._has_room, self._keep = send, has_room, keep
         room = (load().max_payload - BLOCK_HEADER) // (2 * len(self._channels))
-        aged = int(limits.block_age_ms * 1e-3 / period_s) + 1
+        aged = age_ticks // config["sample_period_ticks"] + 1
         self.size = min(limits.block_samples, room, aged)
         self._kept: list[dict[str, Any]] = []
         self._waiting = 0  # samples in _kept
@@ -76,19 +77,26 @@ class Stream:
         counts = np.concatenate([part[1] for part in self._part])
         self._part.clear()
         self._filled = 0
+        room = self._keep - self._waiting if self._burst else self.size * self._has_room()
+        kept = min(len(counts), room)
+        self._drop(len(counts) - kept)
+        if not kept:
+            return
         block = {
             "first_tick": self._part_tick & U32,
             "position": int(counts[0]) & U32,
-            "samples": self._columns(raw, counts),
+            "samples": self._columns(raw[:kept], counts[:kept]),
         }
-        if not self._burst and self._has_room():
-            self._emit(block)
-        elif self._burst and self._waiting + len(counts) <= self._keep:
-            self._waiting += len(counts)
+        if self._burst:
+            self._waiting += kept
             self._kept.append(block)
         else:
-            self._just_dropped += len(counts)
-            self.dropped += len(counts)
+            self._emit(block)
+
+    def _drop(self, samples: int) -> None:
+        self.dropped += samples
+        if not self._burst:  # what a burst drops lies behind its last block
+            self._just_dropped += samples
 
     def _columns(self, raw: Raw, counts: Counts) -> Raw:
         low = (counts & 0xFFFF).astype(np.uint16).view(np.int16)

@@ -1,0 +1,91 @@
+"""The port on both clocks, and the pseudo terminal."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+
+import pytest
+from sim_client import Client, duty
+
+from motorid.errors import LinkError
+from motorid.sim.port import open_sim
+from motorid.wire.codec import Reply, decode, encode_command
+from motorid.wire.framing import Decoder, Frame, encode
+
+IDENTIFY = encode(encode_command("identify", 1, host_major=1, host_minor=0))
+
+
+def test_simulated_time_moves_only_in_read() -> None:
+    port = open_sim("sim://?speed=max")
+    port.read(1000, 0.0)
+    before = port.now()
+    time.sleep(0.02)
+    assert port.now() == before
+    assert port.read(1000, 2.0), "the board greets"
+    before = port.now()
+    began = time.monotonic()
+    assert port.read(1000, 2.0) == b""
+    assert port.now() == pytest.approx(before + 2.0, abs=0.02)
+    assert time.monotonic() - began < 2.0
+
+
+def test_real_time_is_the_walls() -> None:
+    port = open_sim("sim://")
+    began = time.monotonic()
+    port.read(1000, 0.05)
+    assert port.read(1000, 0.1) == b""
+    assert 0.1 <= time.monotonic() - began < 1.0
+
+
+def test_a_closed_port_says_so() -> None:
+    port = open_sim("sim://?speed=max")
+    port.close()
+    port.close()
+    with pytest.raises(LinkError, match="closed"):
+        port.read(1, 0.0)
+
+
+def test_garbage_from_the_host_is_ignored() -> None:
+    client = Client()
+    client.port.write(bytes(range(256)) * 20 + b"\0")
+    assert client.identify().status == 0
+
+
+@pytest.mark.slow
+def test_ten_kilohertz_runs_well_above_real_time() -> None:
+    client = Client()
+    began = time.process_time()
+    client.run(duty(0.7, 20_000))
+    assert 2.0 / (time.process_time() - began) > 5.0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo terminals on Windows")
+def test_another_program_talks_to_it_through_a_pseudo_terminal() -> None:
+    import serial
+
+    from motorid.sim.pty import serve
+
+    paths: list[str] = []
+    over = threading.Event()
+    server = threading.Thread(target=serve, args=("sim://", paths.append, over.is_set))
+    server.start()
+    try:
+        while not paths:
+            time.sleep(0.005)
+        for _ in range(2):  # a client may come, go and come again
+            replies: list[Reply] = []
+            with serial.Serial(paths[0], 1_000_000, timeout=0.2) as line:
+                line.write(b"\0" + IDENTIFY)
+                decoder = Decoder()
+                deadline = time.monotonic() + 5
+                while not replies and time.monotonic() < deadline:
+                    for frame in decoder.feed(line.read(line.in_waiting or 1)):
+                        message = decode(frame.payload) if isinstance(frame, Frame) else None
+                        replies += [message] if isinstance(message, Reply) else []
+            assert replies[0].fields["board"] == "motorid-sim"
+    finally:
+        over.set()
+        server.join(5)
+    assert not server.is_alive()
