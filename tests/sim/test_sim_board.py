@@ -6,10 +6,10 @@ import itertools
 
 import numpy as np
 import pytest
-from sim_client import CONFIG, TICKS, Client, brake, coast, duty, volts
 
 from motorid.sim import truth
 from motorid.wire.enums import Decay, EndReason, Fault, State, Status
+from tests.sim.client import CONFIG, TICKS, Client, brake, coast, duty, volts
 
 
 @pytest.fixture

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from sim_client import CONFIG, Client, Record, coast, duty
 
 from motorid.errors import LinkError
 from motorid.sim.faults import KINDS, parse_faults
 from motorid.wire.enums import Channel, Fault, ResetCause, State, Status
+from tests.sim.client import CONFIG, Client, Record, coast, duty
 
 
 def run_with(fault: str, *steps: dict[str, int], options: str = "seed=3") -> Record:

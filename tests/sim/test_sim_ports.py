@@ -7,12 +7,12 @@ import threading
 import time
 
 import pytest
-from sim_client import Client, duty
 
 from motorid.errors import LinkError
 from motorid.sim.port import open_sim
 from motorid.wire.codec import Reply, decode, encode_command
 from motorid.wire.framing import Decoder, Frame, encode
+from tests.sim.client import Client, duty
 
 IDENTIFY = encode(encode_command("identify", 1, host_major=1, host_minor=0))
 
