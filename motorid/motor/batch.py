@@ -27,9 +27,9 @@ class Record:
     """What the candidates are held against.
 
     ``input`` (samples,): V (two masses: N·m), held from a sample to the next. ``measured``:
-    readings (samples,) by channel name; NaN where there is none. ``open`` (samples,): where the bridge is
-    open until the next sample. ``lag_s``: how long before its sample a channel's reading was
-    true, at most a sample period.
+    readings (samples,) by channel name; NaN where there is none. ``open`` (samples,): where the
+    bridge is open until the next sample. ``lag_s``: how long before its sample a channel's
+    reading was true, at most a sample period.
     """
 
     period_s: float

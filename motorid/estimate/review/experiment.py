@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -40,6 +40,7 @@ class Experiment:
     ``noise``: white, relative to a channel's peak, times ``noise_share`` of the channel.
     ``truth_model`` makes the data where it is finer than the searched model.
     ``guess_spread``: a start is the truth times a random factor up to this (0: no start).
+    ``quantities``: further figures that follow from parameters, judged like them.
     ``derivative``: dω/dt comes from the equations, as the review's own figures need.
     """
 
@@ -62,6 +63,11 @@ class Experiment:
     guess_spread: float = 0.0
     derivative: bool = False
     note: str = ""
+    quantities: Callable[[Mapping[str, float]], Mapping[str, float]] | None = None
+
+    def figures(self, values: Mapping[str, float]) -> dict[str, float]:
+        """The parameters, and the quantities where the experiment has some."""
+        return {**values, **(self.quantities(values) if self.quantities else {})}
 
     def clean(self) -> Record:
         """The record without noise."""
@@ -76,7 +82,7 @@ class Experiment:
         """The record of one seed with the bounds and weights of this experiment."""
         rng = np.random.default_rng([self.table, round(1e6 * noise), seed])
         clean = self.clean()
-        peak = peaks(clean)
+        peak = peaks([clean])
         measured = {
             name: y
             + noise * self.noise_share.get(name, 1.0) * peak[name] * rng.standard_normal(len(y))
@@ -85,7 +91,7 @@ class Experiment:
         record = Record(self.period_s, self.input, measured, self.open)
         return Problem(
             self.model,
-            record,
+            (record,),
             self.box,
             self.scale or peak,
             self.cost == "rms",

@@ -34,7 +34,7 @@ def run(experiment: Experiment, row: Row, noise: float, seed: int) -> Solution:
 
 def _closed_form(problem: Problem, method: str, seed: int) -> Solution:
     begin = time.perf_counter()
-    values = CLOSED_FORMS[method](problem.record)
+    values = CLOSED_FORMS[method](problem.step)
     seconds = time.perf_counter() - begin
     return Solution(method, values, np.nan, 1, seconds, "closed form", seed, np.empty((0, 2)))
 
@@ -87,9 +87,11 @@ def summarise(
 ) -> Summary:
     """Medians, quartiles and rms over the seeds that gave an answer."""
     good = [solution for solution in solutions if solution.values]
-    names = [name for name in experiment.truth if good and name in good[0].values]
-    nominal = np.array([experiment.truth[name] for name in names])
-    values = np.array([[solution.values[name] for name in names] for solution in good])
+    truth = experiment.figures(experiment.truth)
+    found = [experiment.figures(solution.values) for solution in good]
+    names = [name for name in truth if found and name in found[0]]
+    nominal = np.array([truth[name] for name in names])
+    values = np.array([[figures[name] for name in names] for figures in found])
     values = values.reshape(len(good), len(names))
     first, second = relative_to_nominal(values, nominal), relative_to_estimate(values, nominal)
     costs = np.array([s.cost for s in good if np.isfinite(s.cost)])

@@ -15,6 +15,7 @@ import numpy as np
 
 from motorid.errors import UsageError
 from motorid.estimate.review.experiment import Experiment, Row
+from motorid.estimate.review.speed_only import speed_numbers
 from motorid.estimate.search.bounds import Box
 from motorid.estimate.types import Floats
 from motorid.motor.batch import FRICTION, LINEAR, TWO_MASS, quadratic
@@ -191,7 +192,13 @@ def _table_6() -> tuple[Experiment, ...]:
         Row("SPSO", "pso-ldw", 30 * 101, 30, printed=figures["pso-ldw"]),
     )
 
-    def experiment(key: str, title: str, channels: tuple[str, ...], note: str) -> Experiment:
+    def experiment(
+        key: str,
+        title: str,
+        channels: tuple[str, ...],
+        note: str,
+        quantities: Callable[[Mapping[str, float]], Mapping[str, float]] | None = None,
+    ) -> Experiment:
         return Experiment(
             key,
             6,
@@ -205,6 +212,7 @@ def _table_6() -> tuple[Experiment, ...]:
             (_ours(), *rows),
             noise=(0.0,),
             note=note,
+            quantities=quantities,
         )
 
     return (
@@ -214,6 +222,7 @@ def _table_6() -> tuple[Experiment, ...]:
             ("speed",),
             "Speed alone fixes three numbers (n0, a1, a0), not five: a fit of 1e-16 proves nothing "
             "about R, L, K, B, J.",
+            speed_numbers,
         ),
         experiment(
             "6-both",

@@ -13,7 +13,8 @@ from motorid.estimate.search.population import WORST, BudgetSpent, SearchResult
 from motorid.estimate.types import Floats
 
 STEP = 1e-6  # of the cube's side, for central differences
-AGREE = 1e-6  # relative difference of two costs that count as one minimum
+AGREE = 1e-6  # relative difference of two costs that count as one minimum,
+ZERO = 1e-9  # and a cost that counts as none, in scaled units
 TOLERANCE = 1e-12
 
 
@@ -73,7 +74,7 @@ def nls(
             )
             minima.append(float(np.sqrt(np.mean(fit.fun**2))))
             lowest = min(minima)
-            if sum(m <= lowest * (1.0 + AGREE) + 1e-15 for m in minima) > 1:
+            if sum(m <= lowest * (1.0 + AGREE) + ZERO for m in minima) > 1:
                 break
             u = rng.random(objective.box.d)
     except BudgetSpent:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,9 +15,13 @@ from motorid.motor.batch import Model, Record
 Expand = Callable[[Floats], Floats]  # searched values (n, d) -> the model's parameters (n, p)
 
 
-def peaks(record: Record) -> dict[str, float]:
+def peaks(records: Sequence[Record]) -> dict[str, float]:
     """Largest magnitude of each channel: dividing by it makes amperes and rad/s comparable."""
-    return {name: float(np.nanmax(np.abs(y))) for name, y in record.measured.items()}
+    largest: dict[str, float] = {}
+    for record in records:
+        for name, y in record.measured.items():
+            largest[name] = max(largest.get(name, 0.0), float(np.nanmax(np.abs(y))))
+    return largest
 
 
 @dataclass(frozen=True)
@@ -25,12 +29,12 @@ class Objective:
     """Cost of points of the unit cube; ``box`` gives them units, ``expand`` the other parameters.
 
     ``scale``: residuals of each channel are divided by it. ``rms``: the cost is the root mean
-    square over all readings, else the root of the plain sum (equation 31 of the review, whose
-    weights are 1/scale).
+    square over all readings of all records, else the root of the plain sum (equation 31 of the
+    review, whose weights are 1/scale).
     """
 
     model: Model
-    record: Record
+    records: tuple[Record, ...]
     box: Box
     scale: Mapping[str, float]
     expand: Expand | None = None
@@ -42,24 +46,28 @@ class Objective:
         return self.expand(physical) if self.expand else physical
 
     @cached_property
-    def scales(self) -> Floats:
-        """``scale`` in the record's order, (channels,)."""
-        return np.array([self.scale[name] for name in self.record.channels])
-
-    @cached_property
     def readings(self) -> int:
         """Number of readings compared."""
-        return int(sum(np.count_nonzero(~np.isnan(y)) for y in self.record.measured.values()))
+        measured = [y for record in self.records for y in record.measured.values()]
+        return int(sum(np.count_nonzero(~np.isnan(y)) for y in measured))
 
     def __call__(self, u: Floats) -> Floats:
-        squares = self.model.squares(self.values(u), self.record)
+        values, total = self.values(u), np.zeros(len(u))
         with np.errstate(over="ignore"):  # an unstable candidate may leave the doubles
-            total = (squares / self.scales**2).sum(axis=1)
+            for record in self.records:
+                squares = self.model.squares(values, record) / self._scales(record) ** 2
+                total = total + squares.sum(axis=1)
         return np.asarray(np.sqrt(total / self.readings if self.rms else total))
 
     def residuals(self, u: Floats) -> Floats:
         """Scaled differences of every reading, (n, readings): the cost is their rms."""
-        outputs = self.model.outputs(self.values(u), self.record)
-        measured = np.array(list(self.record.measured.values()))
-        scaled = (outputs - measured) / self.scales[:, None]
-        return np.asarray(scaled[:, ~np.isnan(measured)])
+        values, parts = self.values(u), []
+        for record in self.records:
+            measured = np.array(list(record.measured.values()))
+            difference = self.model.outputs(values, record) - measured
+            scaled = difference / self._scales(record)[:, None]
+            parts.append(scaled[:, ~np.isnan(measured)])
+        return np.hstack(parts)
+
+    def _scales(self, record: Record) -> Floats:
+        return np.array([self.scale[name] for name in record.channels])

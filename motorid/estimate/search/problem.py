@@ -25,32 +25,44 @@ DIRECT = ("nls", "steiglitz-mcbride")  # methods that are no search of the cube
 
 @dataclass(frozen=True)
 class Problem:
-    """``scale``: see Objective. ``acceleration``: dω/dt where it is known better than by
-    differences of the speed. ``start``: SI values to begin from, for methods that begin at one.
+    """Records of one motor. ``scale``: see Objective.
+
+    ``acceleration``: dω/dt where it is known better than by differences of the speed.
+    ``start``: SI values to begin from, for methods that begin at a point.
     """
 
     model: Model
-    record: Record
+    records: tuple[Record, ...]
     box: Box
     scale: Mapping[str, float]
     rms: bool = True
     acceleration: Floats | None = None
     start: Floats | None = None
 
+    @property
+    def step(self) -> Record:
+        """The only record. Raises UsageError where there are several."""
+        if len(self.records) != 1:
+            raise UsageError(
+                "the -m methods and Steiglitz-McBride take one step response, not "
+                f"{len(self.records)} records: give one capture"
+            )
+        return self.records[0]
+
     def objective(self, kind: registry.Relations, rule: relations.Rule = "exact") -> Objective:
         """What a method with those relations searches. Raises UsageError for another model."""
         if kind == "none":
-            return Objective(self.model, self.record, self.box, self.scale, None, self.rms)
+            return Objective(self.model, self.records, self.box, self.scale, None, self.rms)
         if self.model is not LINEAR:
             raise UsageError(
                 f"the -m methods know the steady state of the linear model only, not of the "
                 f"{self.model.name} model: use the method without -m"
             )
-        facts = relations.step_facts(self.record, self.acceleration)
+        facts = relations.step_facts(self.step, self.acceleration)
         names, expand = relations.EXPANSIONS[kind]
         box = relations.reduced_box(self.box, facts, names)
         expansion = functools.partial(expand, facts, rule)
-        return Objective(self.model, self.record, box, self.scale, expansion, self.rms)
+        return Objective(self.model, self.records, box, self.scale, expansion, self.rms)
 
 
 @dataclass(frozen=True)
@@ -130,7 +142,7 @@ def _solution(
 def _steiglitz_mcbride(problem: Problem, seed: int, begin: float) -> Solution:
     if problem.model is not LINEAR:
         raise UsageError("Steiglitz-McBride fits the linear model only")
-    found = steiglitz_mcbride(problem.record)
+    found = steiglitz_mcbride(problem.step)
     u = problem.box.unit(np.array([list(found.values.values())]))
     cost = float(problem.objective("none")(u)[0])
     return Solution(
