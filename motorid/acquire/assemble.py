@@ -25,7 +25,7 @@ UNITS = {"current": "A", "terminal_voltage": "V", "supply_voltage": "V"}
 UNSYNCHRONISED = 65535  # pwm_phase_permille of a channel that ignores the PWM
 
 
-class NoSamples(DataError):
+class NoSamplesError(DataError):
     """A journal of a run that sent nothing yet: there is nothing to keep."""
 
 
@@ -119,7 +119,7 @@ class Assembler:
     def capture(self) -> Capture:
         """The run. Raises DataError when not one sample of it arrived."""
         if self.timeline is None or not self.timeline.blocks:
-            raise NoSamples("not one sample of the run arrived: there is nothing to keep")
+            raise NoSamplesError("not one sample of the run arrived: there is nothing to keep")
         arrays = self.timeline.arrays(self._taken())
         identity = self.replies["identify"]
         wiring = Wiring(**self.header.get("wiring", {}))

@@ -87,20 +87,19 @@ class Board:
         """Sends a command and does not wait: its reply is counted when it comes."""
         self.port.write(encode(encode_command(name, self._next_request(), **fields)))
 
-    def hear(self, timeout_s: float) -> None:
-        """Takes what has arrived, waiting at most ``timeout_s`` for the first of it."""
+    def hear(self, timeout_s: float) -> bool:
+        """Takes what has arrived, waiting at most ``timeout_s``; False when nothing came."""
         data = self.port.read(READ_BYTES, timeout_s)
-        if not data:
-            return
         self._received += len(data)
         for frame in self._decoder.feed(data):
             self._take(frame.payload if not isinstance(frame, BadFrame) else None)
+        return bool(data)
 
     def wait(self, duration_s: float) -> None:
         """Lets time pass on the port's clock, hearing what comes."""
         until = self.port.now() + duration_s
-        while (left := until - self.port.now()) > 0:
-            self.hear(min(left, 0.05))
+        while (left := until - self.port.now()) > 0 and self.hear(left):
+            pass
 
     def _take(self, payload: bytes | None) -> None:
         try:
@@ -139,9 +138,11 @@ class Board:
     def _await_reply(self, name: str, timeout_s: float) -> Reply | None:
         until = self.port.now() + timeout_s
         while (left := until - self.port.now()) > 0:
-            self.hear(left)
+            heard = self.hear(left)
             if self._reply is not None and self._reply.name == name:
                 return self._reply
+            if not heard:
+                break
         return None
 
     def _next_request(self) -> int:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from motorid import __version__
-from motorid.acquire.assemble import NoSamples, assemble
+from motorid.acquire.assemble import NoSamplesError, assemble
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.check import check_signs, check_supply, check_zero
 from motorid.acquire.drive import Stop, drive, interruptible, load, tripped
@@ -214,7 +214,7 @@ class _Recorder:
         journal.close()
         try:
             run = assemble(read_journal(journal.path))
-        except NoSamples:
+        except NoSamplesError:
             journal.discard()
             return 0
         try:
