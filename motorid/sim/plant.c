@@ -2,11 +2,9 @@
  * over. It shares nothing with the fit's model. */
 #include "plant.h"
 
-#include <math.h>
+#include "bridge.h"
 
-/* Switch positions. ON and SLOW are signed by the drive's direction. */
-enum { GATE_OFF = 0, GATE_SHORT = 1, GATE_FORWARD = 2, GATE_REVERSE = 3, GATE_SLOW_FORWARD = 4,
-       GATE_SLOW_REVERSE = 5 };
+#include <math.h>
 
 static const double REFERENCE_C = 25.0;
 static const double LONGEST_STEP = 12.5e-6;
@@ -99,79 +97,12 @@ static void evaluate(const plant *p, const double x[4], rates *out)
         out->d[3] = (supply_current(p, x[3]) - p->via * i) / m->supply_capacitance;
 }
 
-/* ------------------------------------------------------------------ the conducting path */
-
-static void take_path(plant *p, double via, double drop, double resistance, int diode)
-{
-    p->open = 0;
-    p->via = via;
-    p->drop = drop;
-    p->path_resistance = resistance;
-    p->diode = diode;
-}
-
-/* The diode path that carries current of that sign in this switch position. */
-static void take_diode_path(plant *p, int sign)
-{
-    const plant_params *m = &p->par;
-    double one = m->switch_resistance + m->diode_resistance;
-    if (p->gate == GATE_OFF) {
-        take_path(p, -sign, -2.0 * sign * m->diode_drop, 2.0 * m->diode_resistance, sign);
-    } else {
-        int drive = p->gate == GATE_SLOW_FORWARD ? 1 : -1;
-        if (sign == drive)
-            take_path(p, 0.0, -sign * m->diode_drop, one, sign);
-        else
-            take_path(p, drive, -sign * m->diode_drop, one, sign);
-    }
-}
-
-/* What the present path would apply at zero current, less the back-EMF: the drive of di/dt. */
-static double push(const plant *p, const double x[4])
-{
-    rates r;
-    evaluate(p, x, &r);
-    return p->via * r.bus + p->drop - r.emf;
-}
-
 static void load_state(const plant *p, double x[4])
 {
     x[0] = p->current;
     x[1] = p->speed;
     x[2] = p->angle;
     x[3] = p->bus;
-}
-
-/* Choose the path for the present switch position and current. */
-static void settle_path(plant *p)
-{
-    double both = 2.0 * p->par.switch_resistance, x[4];
-    switch (p->gate) {
-    case GATE_SHORT:
-        take_path(p, 0.0, 0.0, both, 0);
-        return;
-    case GATE_FORWARD:
-        take_path(p, 1.0, 0.0, both, 0);
-        return;
-    case GATE_REVERSE:
-        take_path(p, -1.0, 0.0, both, 0);
-        return;
-    default:
-        break;
-    }
-    if (p->current != 0.0) {
-        take_diode_path(p, p->current > 0.0 ? 1 : -1);
-        return;
-    }
-    load_state(p, x);
-    take_diode_path(p, 1);
-    if (push(p, x) > 0.0)
-        return;
-    take_diode_path(p, -1);
-    if (push(p, x) < 0.0)
-        return;
-    take_path(p, 0.0, 0.0, 0.0, 0);
-    p->open = 1;
 }
 
 static double breakaway(const plant *p)
@@ -247,20 +178,8 @@ static double overshoot(const plant *p, const step *s)
     double worst = -1.0;
     if (p->diode)
         worst = fmax(worst, -p->diode * s->x[0]);
-    if (p->open) {
-        double bus = s->end.bus, emf = s->end.emf, drop = p->par.diode_drop, high, low;
-        if (p->gate == GATE_OFF) {
-            high = bus + 2.0 * drop;
-            low = -high;
-        } else if (p->gate == GATE_SLOW_FORWARD) {
-            high = bus + drop;
-            low = -drop;
-        } else {
-            high = drop;
-            low = -bus - drop;
-        }
-        worst = fmax(worst, fmax(emf - high, low - emf));
-    }
+    if (p->open)
+        worst = fmax(worst, bridge_overshoot(p, s->end.bus, s->end.emf));
     if (p->direction)
         worst = fmax(worst, -p->direction * s->x[1]);
     else if (!p->locked)
@@ -341,9 +260,13 @@ static void settle(plant *p)
 {
     double x[4];
     rates r;
-    settle_path(p);
-    settle_friction(p);
     load_state(p, x);
+    evaluate(p, x, &r);
+    if (p->par.supply_capacitance > 0.0)
+        bridge_settle(p, p->bus, r.emf);
+    else
+        bridge_settle(p, p->par.supply_voltage, r.emf);
+    settle_friction(p);
     evaluate(p, x, &r);
     p->terminal = r.terminal;
     p->bus = r.bus;
@@ -386,54 +309,7 @@ static void run(plant *p, double dt)
     }
 }
 
-/* ------------------------------------------------------------------ PWM */
-
-static void add_edge(plant *p, double time, int gate)
-{
-    p->edge_time[p->edges] = time;
-    p->edge_gate[p->edges] = gate;
-    p->edges++;
-}
-
-/* Diode decay: the one signed switch pair opens, and nothing else ever closes. */
-static void schedule_diode(plant *p)
-{
-    double on_time = fabs(p->duty) * p->par.pwm_period;
-    if (on_time > 0.0)
-        add_edge(p, 0.0, p->duty > 0.0 ? GATE_FORWARD : GATE_REVERSE);
-    if (on_time < p->par.pwm_period)
-        add_edge(p, on_time, GATE_OFF);
-}
-
-/* Two positions that take turns, with a dead time at each change: whatever would short the supply
- * turns on a dead time after its opposite has turned off. */
-static void schedule_turns(plant *p, double on_time, int on, int off, int between)
-{
-    double dead = p->par.dead_time, period = p->par.pwm_period;
-    if (on_time <= 0.0 || on_time >= period) {
-        add_edge(p, 0.0, on_time > 0.0 ? on : off);
-        return;
-    }
-    add_edge(p, 0.0, between);
-    if (on_time > dead)
-        add_edge(p, dead, on);
-    add_edge(p, on_time, between);
-    if (on_time + dead < period)
-        add_edge(p, on_time + dead, off);
-}
-
-static void schedule_drive(plant *p)
-{
-    double period = p->par.pwm_period;
-    int forward = p->duty >= 0.0;
-    if (p->decay == PLANT_DIODE)
-        schedule_diode(p);
-    else if (p->decay == PLANT_FAST)
-        schedule_turns(p, 0.5 * (1.0 + p->duty) * period, GATE_FORWARD, GATE_REVERSE, GATE_OFF);
-    else
-        schedule_turns(p, fabs(p->duty) * period, forward ? GATE_FORWARD : GATE_REVERSE, GATE_SHORT,
-                       forward ? GATE_SLOW_FORWARD : GATE_SLOW_REVERSE);
-}
+/* ------------------------------------------------------------------ commands and time */
 
 static void take_due_edges(plant *p)
 {
@@ -445,13 +321,8 @@ static void take_due_edges(plant *p)
 void plant_new_period(plant *p)
 {
     p->phase = 0.0;
-    p->edges = p->edge = 0;
-    if (p->mode == PLANT_COAST)
-        add_edge(p, 0.0, GATE_OFF);
-    else if (p->mode == PLANT_BRAKE)
-        add_edge(p, 0.0, GATE_SHORT);
-    else
-        schedule_drive(p);
+    p->edge = 0;
+    bridge_schedule(p);
     take_due_edges(p);
 }
 

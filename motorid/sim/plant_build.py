@@ -1,4 +1,4 @@
-"""Compiles plant.c and sensors.c into ``motorid.sim._plant``; their headers are the interface."""
+"""Compiles plant.c, bridge.c and sensors.c into ``motorid.sim._plant``; their headers are the interface."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from cffi import FFI
 
 ROOM = Path(__file__).parent
 HEADERS = ("plant.h", "sensors.h")
-SOURCES = ("plant.c", "sensors.c")
+PRIVATE = ("bridge.h",)
+SOURCES = ("plant.c", "bridge.c", "sensors.c")
 
 
 def _declarations(header: str) -> str:
@@ -28,7 +29,7 @@ ffi.set_source(
     # relative to the project's root, where setup.py runs: absolute paths do not survive an sdist
     sources=[f"motorid/sim/{name}" for name in SOURCES],
     include_dirs=["motorid/sim"],
-    depends=[f"motorid/sim/{name}" for name in (*SOURCES, *HEADERS)],
+    depends=[f"motorid/sim/{name}" for name in (*SOURCES, *HEADERS, *PRIVATE)],
     libraries=[] if sys.platform == "win32" else ["m"],
     extra_compile_args=["/O2"] if sys.platform == "win32" else ["-O3", "-std=c99"],
 )
