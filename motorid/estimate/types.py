@@ -81,6 +81,17 @@ class SteadyRow:
 
 
 @dataclass(frozen=True)
+class SegmentRow:
+    """One stretch of a capture as the segmenter named it; ``reason`` says why it is rejected."""
+
+    capture: int
+    kind: str
+    start_s: float
+    end_s: float
+    reason: str = ""
+
+
+@dataclass(frozen=True)
 class Estimate:
     """The answer of a fit.
 
@@ -104,6 +115,7 @@ class Estimate:
     diagnostics: tuple[Diagnostic, ...]
     curves: tuple[Curve, ...] = ()
     steady: tuple[SteadyRow, ...] = ()
+    segments: tuple[SegmentRow, ...] = ()
     inputs: tuple[Mapping[str, Any], ...] = ()  # path, sha256, samples, serial of each capture
     options: Mapping[str, Any] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)

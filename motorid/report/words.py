@@ -5,6 +5,7 @@ from __future__ import annotations
 from motorid.estimate.types import PARAMETERS, Estimate, Parameter
 from motorid.report.numbers import shown
 
+NBSP = "\N{NO-BREAK SPACE}"
 NAMES = {
     "R": "resistance",
     "L": "inductance",
@@ -52,7 +53,7 @@ def summary(estimate: Estimate) -> str:
     bound = [p.name for p in six(estimate) if p.status == "at_bound"]
     runs = len(estimate.inputs)
     source = f"From {runs} runs" if runs != 1 else "From one run"
-    head = ", ".join(f"{p.name} = {shown(p).text}" for p in found)
+    head = ", ".join(f"{p.name} = {shown(p).text}".replace(" ", NBSP) for p in found)
     parts = [head or "none of the six parameters can be told"]
     if missing:
         parts.append(f"these data do not tell {_list(missing)}")
