@@ -23,6 +23,7 @@ class SimPort:
     def __init__(self, name: str, options: Options) -> None:
         self.name = name
         self._device = Device(options)
+        self._waited_until = 0.0  # waits may be shorter than the board's sample period
         self._closed = False
 
     def read(self, size: int, timeout_s: float) -> bytes:
@@ -31,10 +32,11 @@ class SimPort:
         Raises LinkError when the simulated cable is out.
         """
         device = self._check()
-        deadline = device.now + timeout_s
+        deadline = self.now() + timeout_s
         while not (data := device.take(size)):
             device.check()
             if device.now + device.step_s > deadline:
+                self._waited_until = deadline
                 return b""
             stretch = max(min(STRETCH * device.step_s, STRETCH_S), device.step_s)
             device.advance_to(min(deadline, device.now + stretch))
@@ -45,8 +47,8 @@ class SimPort:
         self._check().hear(data)
 
     def now(self) -> float:
-        """Simulated seconds."""
-        return self._device.now
+        """Simulated seconds, and what was waited since the last sample."""
+        return max(self._device.now, self._waited_until)
 
     def close(self) -> None:
         """The end of the rig; may be called twice."""
