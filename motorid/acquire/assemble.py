@@ -107,10 +107,10 @@ class Assembler:
 
     def end_reason(self) -> str:
         """Why the run ended, as Capture.end_reason says it."""
-        if "end" in self.marks:
-            return str(self.marks["end"])
         if self.reset is not None:
             return f"reset: {self.reset}"
+        if "end" in self.marks:
+            return str(self.marks["end"])
         if self.done is None:
             return f"fault: {self.fault}" if self.fault else "interrupted"
         reason = EndReason(self.done["reason"])

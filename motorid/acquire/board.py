@@ -189,6 +189,11 @@ class Board:
                 f"{self.port.name}: nothing answers: is the board powered, its firmware loaded, "
                 "and this its port? `motorid ports --probe` asks them all"
             )
+        if self.good_frames:
+            return (
+                f"{self.port.name}: a motorid board speaks there but does not answer: check the "
+                "line from this computer to it, or reset it"
+            )
         return (
             f"{self.port.name}: something sends there ({self._received} bytes), but not "
             "motorid's protocol: it is another device, or set to another baud rate"

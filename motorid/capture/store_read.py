@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import Capture, Channel, Gap, Kind, Phase, Sense, Wiring
+from motorid.capture.model import QUANTITIES, Capture, Channel, Gap, Kind, Phase, Sense, Wiring
 from motorid.capture.store import CHANNEL_FIELDS, FORMAT, MAJOR, WIRING_FIELDS
 from motorid.errors import DataError, MotoridError
 from motorid.program import Program
@@ -48,7 +48,8 @@ class _Reader:
         ticks = self.integers(self.column(samples, "tick"), "samples/tick")
         if np.any(np.diff(ticks) <= 0):
             raise DataError("samples/tick does not increase: the file is damaged")
-        names = [name for name in self.members(samples) if name != "tick"]
+        known = [name for name in QUANTITIES if name in samples]
+        names = known + [n for n in self.members(samples) if n != "tick" and n not in known]
         root = self.file
         return Capture(
             ticks=ticks,
