@@ -300,19 +300,19 @@ class _Search:
         ds = bounded_inverse(H + damping * np.diag(diagonal), held) @ g
         shared = np.clip(at.shared + ds, frame.lower, frame.upper)
         ds = shared - at.shared
-        own: list[Floats] = []
+        moves: list[Floats] = []
         promise = 0.0
-        for normal, inverse, x, own_frame in zip(normals, solved, at.own, self.own, strict=True):
+        for normal, inverse, x, limits in zip(normals, solved, at.own, self.own, strict=True):
             moved = np.clip(
-                x + inverse @ (normal.go - normal.so.T @ ds), own_frame.lower, own_frame.upper
+                x + inverse @ (normal.go - normal.so.T @ ds), limits.lower, limits.upper
             )
             d = moved - x
             promise += 2 * float(normal.gs @ ds + normal.go @ d)
             promise -= float(ds @ normal.ss @ ds + 2 * ds @ normal.so @ d + d @ normal.oo @ d)
-            own.append(moved)
+            moves.append(moved)
         p, m = frame.precision, frame.mean
         promise -= float(p @ (2 * (at.shared - m) * ds + ds**2))
-        return self.point(shared, own), promise
+        return self.point(shared, moves), promise
 
 
 def maximise(

@@ -94,16 +94,23 @@ class Response:
         """Take another voltage of the same length, and other stretches."""
         if len(voltage_v) != self.count:
             raise ValueError(f"{len(voltage_v)} voltages for {self.count} samples")
-        self._voltage = np.ascontiguousarray(voltage_v, dtype=np.float64)
+        self._voltage = np.array(voltage_v, dtype=np.float64)
         self._voltage_c = ffi.cast("double *", ffi.from_buffer(self._voltage))
+        self._shift = 0.0
         self._stretches = ffi.new(
             "mr_stretch[]",
             [(s.start, s.open, s.series_ohm, s.clamp_v, s.duty, s.swing_v) for s in stretches],
         )
 
+    def shift(self, volts: float) -> None:
+        """Add ``volts`` to the voltage as it was given (0 takes an earlier shift back)."""
+        if volts != self._shift:
+            self._voltage += volts - self._shift
+            self._shift = volts
+
     def __call__(
         self,
-        motor: Sequence[float],
+        motor: Sequence[float] | Floats,
         initial: Sequence[float] = AT_REST,
         period_s: float | None = None,
     ) -> Floats:

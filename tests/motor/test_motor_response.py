@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
-
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 
 from motorid.motor.response import Output, Quantity, Response, Stretch
+from tests.motor_reference import Reference
 
 FAULHABER = (2.6, 180e-6, 7.68e-3, 3e-7, 3.9e-7, 3e-4)
 ALL_READINGS = (
@@ -29,87 +26,15 @@ def readings(period: float) -> list[Output]:
     return [Output(o.quantity, o.aperture_s * period, o.delay_s * period) for o in ALL_READINGS]
 
 
-@dataclass
-class Reference:
-    """Piecewise solve_ivp with terminal events; keeps every piece's dense output."""
-
-    motor: tuple[float, ...]
-    pieces: list = field(default_factory=list)
-
-    def run(self, period: float, v: np.ndarray, stretches: list[Stretch]) -> None:
-        x, s = np.zeros(4), 0  # i, w, q, theta
-        for k, stretch in enumerate(stretches):
-            end = stretches[k + 1].start if k + 1 < len(stretches) else len(v)
-            freewheels = bool(stretch.open and x[0] != 0 and stretch.clamp_v > 0)
-            if stretch.open and not freewheels:
-                x[0] = 0.0
-            sign = math.copysign(1, x[0])
-            for n in range(max(stretch.start, 1), end):
-                t, stop = (n - 1) * period, n * period
-                while t < stop:
-                    drive = -sign * stretch.clamp_v if freewheels else v[n]
-                    t, x, s, freewheels = self.piece(
-                        t, stop, x, s, drive, stretch, freewheels, sign
-                    )
-
-    def piece(self, t, stop, x, s, drive, stretch, freewheels, sign):
-        R, L, K, B, J, T0 = self.motor
-        electrical = not stretch.open or freewheels
-        if s == 0 and abs(K * x[0]) > T0:
-            s = int(math.copysign(1, x[0]))
-
-        def rate(_, y):
-            i, w = y[0], y[1]
-            di = (drive - (R + stretch.series_ohm) * i - K * w) / L if electrical else 0.0
-            return [di, (K * i - B * w - s * T0) / J if s else 0.0, i, w]
-
-        def friction(_, y):
-            return s * y[1] if s else T0 - abs(K * y[0])
-
-        def current(_, y):
-            return sign * y[0] if freewheels else 1.0
-
-        for event in (friction, current):
-            event.terminal, event.direction = True, -1
-        solved = solve_ivp(
-            rate, (t, stop), x, method="DOP853", rtol=1e-11, atol=1e-13,
-            events=(friction, current), dense_output=True, max_step=(stop - t) / 3,
-        )  # fmt: skip
-        self.pieces.append((t, solved.t[-1], solved.sol))
-        t, x = solved.t[-1], solved.y[:, -1].copy()
-        if len(solved.t_events[0]):
-            x[1], s = 0.0, 0 if s else int(math.copysign(1, x[0]))
-        if len(solved.t_events[1]):
-            x[0], freewheels = 0.0, False
-        return t, x, s, freewheels
-
-    def at(self, t: float) -> np.ndarray:
-        if t <= 0:
-            return np.zeros(4)
-        for begin, end, solution in self.pieces:
-            if begin < t <= end + 1e-15:
-                return solution(t)
-        return self.pieces[-1][2](t)
-
-    def read(self, output: Output, t: float) -> float:
-        end = t - output.delay_s
-        row = {Quantity.CURRENT: 0, Quantity.SPEED: 1, Quantity.POSITION: 3}[output.quantity]
-        if output.aperture_s:
-            integral = {0: 2, 1: 3}[row]
-            both = self.at(end)[integral] - self.at(end - output.aperture_s)[integral]
-            return both / output.aperture_s
-        return self.at(end)[row]
-
-
 def largest_error(motor, period, v, stretches) -> float:
     """Over all readings, relative to each reading's own range."""
     outputs = readings(period)
     ours = Response(period, v, outputs, stretches)(motor)
-    reference = Reference(motor)
+    reference = Reference(motor, max_step=period)
     reference.run(period, v, stretches)
     errors = []
     for output, y in zip(outputs, ours, strict=True):
-        z = np.array([reference.read(output, n * period) for n in range(len(v))])
+        z = reference.read(output, np.arange(len(v)) * period)
         errors.append(np.abs(y - z).max() / max(np.abs(z).max(), 1e-9))
     return max(errors)
 

@@ -1,0 +1,121 @@
+"""A capture laid on the uniform grid of samples that the response model walks along.
+
+Interval n ends at grid tick n. A step that begins at tick t governs the intervals after it. Lost
+samples keep their place on the grid and carry no reading.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import Capture
+from motorid.errors import DataError
+from motorid.program import Decay, StepKind
+
+Floats = NDArray[np.float64]
+
+JITTER = 0.25  # of a period, by which a time stamp may miss the grid
+LARGEST_LOSS = 4.0  # grid ticks for one sample
+
+
+@dataclass(frozen=True)
+class Part:
+    """Intervals ``start`` to ``stop`` (exclusive) under one command of the program.
+
+    ``kind`` None: no program is known, and the motor is taken to be connected throughout.
+    """
+
+    start: int
+    stop: int
+    kind: StepKind | None = None
+    level: float = 0.0
+    decay: Decay = Decay.NONE
+
+    @property
+    def open(self) -> bool:
+        """The bridge is open."""
+        return self.kind == StepKind.COAST
+
+    @property
+    def slice(self) -> slice:
+        """The part's intervals, which are also the readings that end in it."""
+        return slice(self.start, self.stop)
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """``count`` grid ticks, one each ``period_s``; sample k of the capture sits on ``index[k]``."""
+
+    period_s: float
+    count: int
+    index: NDArray[np.intp]
+    parts: tuple[Part, ...]
+    jitter: float  # largest miss of a time stamp, in periods
+
+    @property
+    def complete(self) -> bool:
+        """No sample is missing."""
+        return self.count == len(self.index)
+
+    def spread(self, values: Floats) -> Floats:
+        """Readings (samples,) on the grid (count,), NaN where none was taken."""
+        if self.complete:
+            return values
+        grid = np.full(self.count, np.nan)
+        grid[self.index] = values
+        return grid
+
+    def gather(self, grid: Floats) -> Floats:
+        """The grid's values at the samples."""
+        return grid if self.complete else grid[self.index]
+
+
+def lay(capture: Capture) -> Timeline:
+    """The capture's timeline. Raises DataError for fewer than 16 samples or irregular stamps."""
+    if len(capture) < 16:
+        raise DataError(
+            f"the capture {capture.path or ''} holds {len(capture)} samples, too few to fit: "
+            "capture a longer run"
+        )
+    period = capture.period_s
+    if not period > 0:
+        raise DataError("the capture's time stamps do not advance: check its time column")
+    place = (capture.ticks - capture.ticks[0]) / (capture.clock_hz * period)
+    index = np.rint(place).astype(np.intp)
+    jitter = float(np.abs(place - index).max())
+    if jitter > JITTER or np.diff(index).min() < 1:
+        raise DataError(
+            f"time stamps miss a uniform grid of {period:.6g} s by up to {jitter:.2f} periods: "
+            "resample the data at its native rate, or cut it to its regular part"
+        )
+    count = int(index[-1]) + 1
+    if count > LARGEST_LOSS * len(capture):
+        raise DataError(
+            f"{count - len(capture)} of {count} samples are missing: too many to fit across; "
+            "cut the capture to an unbroken part"
+        )
+    return Timeline(period, count, index, _parts(capture, period, count), jitter)
+
+
+def _parts(capture: Capture, period: float, count: int) -> tuple[Part, ...]:
+    if capture.program is None or not capture.phases:
+        return (Part(0, count),)
+    steps = capture.program.steps
+    starts, kept = [], []
+    for phase in capture.phases:
+        first = round((phase.tick - int(capture.ticks[0])) / (capture.clock_hz * period)) + 1
+        if phase.index < len(steps) and first < count:
+            starts.append(max(first, 1))
+            kept.append(steps[phase.index])
+    if not kept:
+        return (Part(0, count),)
+    starts[0] = 0
+    return tuple(
+        Part(a, b, step.kind, step.level, step.decay)
+        for (a, b), step in zip(pairwise([*starts, count]), kept, strict=True)
+        if b > a
+    )
