@@ -90,7 +90,7 @@ def test_the_encoder_counts_whole_lines_at_the_tick() -> None:
 
 
 def test_gain_offset_and_noise_are_those_asked_for() -> None:
-    url = "sim://?noise=2&gain_error=0.05&offset_error=30&clock_ppm=0&bits=12"
+    url = "sim://?noise=2&gain_error=0.05&offset_error=30&clock_ppm=0&heating=0"
     bench = Bench(parse_url(url), draw_chain(parse_url(url)))
     still = bench.run(4000)[0][:, 0]
     assert still.mean() == pytest.approx(2048 + 30, abs=0.2)
