@@ -36,6 +36,8 @@ class Device:
         faults = options.faults
         major = next((int(f.value) for f in faults if f.name == "major"), None)
         self._hush = any(f.name in ("text", "garbage") for f in faults)
+        # from the beginning means before the board greets
+        self.link.dead = any(f.name == "silence" and f.at_s is None for f in faults)
         self.board: Board | None = None  # the first words come while it is made
         self.board = Board(options, self._say, self._has_room, major)
         self.board.on_run = self._plan

@@ -42,6 +42,10 @@ def test_silence_is_silence_both_ways() -> None:
     assert device.board.fault == Fault.HOST_SILENCE
 
 
+def test_silence_from_the_beginning_has_no_greeting() -> None:
+    assert Client(fault="silence").port.read(100, 1.0) == b""
+
+
 def test_a_deaf_board_talks_on_until_the_host_seems_silent() -> None:
     record = run_with("deaf@0.01", duty(0.5, 9000))
     assert record.event("fault").fields["fault"] == Fault.HOST_SILENCE
