@@ -297,6 +297,15 @@ class MotorRecord:
             models.append(y)
         return models
 
+    def driven_by(self, volts: Floats, shared: Floats, own: Floats) -> list[Floats]:
+        """The model of every block's readings if the source were ``volts`` (count,)."""
+        self.response.excite(volts, self.stretches)
+        self._key = ()
+        moved = self.fitted(shared, own)
+        self.response.excite(self.volts, self.stretches)
+        self._key = ()
+        return moved
+
     def residuals(self, shared: Floats, own: Floats) -> list[Floats]:
         """Measured less fitted, times the roots of the weights; one array per block."""
         out = []

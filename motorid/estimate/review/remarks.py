@@ -5,7 +5,7 @@ Every number in these sentences is computed here from the printed figures and th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -181,7 +181,7 @@ def _tests(number: int) -> tuple[str, ...]:
     )
 
 
-_SENTENCES = {
+_SENTENCES: dict[int, Callable[[], tuple[str, ...]]] = {
     2: _table_2,
     3: _table_3,
     4: _table_4,

@@ -1,0 +1,107 @@
+"""What the instruments' own limits do to the parameters, cause by cause.
+
+A gain, the clock or a lead's resistance that is wrong leaves no residual, so the fit cannot see it.
+Each declared standard uncertainty is carried to the parameters linearly: the readings move as that
+cause would move them, and the fit follows. Causes are independent of each other; one that several
+captures share (their gains, their clock) moves them together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import CURRENT, POSITION, SPEED
+from motorid.estimate.likelihood import Solution
+from motorid.estimate.record import EMF, MotorRecord
+from motorid.estimate.uncertainty import covariance_of
+
+Floats = NDArray[np.float64]
+Shift = Callable[[MotorRecord, Floats, Floats], list[Floats]]
+
+SMALL = 1e-5  # relative change by which a cause is tried
+UNITS_V = 1e-3  # V by which the source is tried
+
+
+def budget(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, Floats]:
+    """Shift (p,) of every parameter in search coordinates for one standard uncertainty of a cause.
+
+    Causes that are declared to be exact are left out.
+    """
+    inverse = covariance_of(solution.information)
+    causes: dict[str, Floats] = {}
+    for name, shift in _CAUSES.items():
+        pull = np.zeros(len(solution.values))
+        for record, line, own in zip(records, solution.records, solution.own, strict=True):
+            moved = shift(record, solution.values, own)
+            parts = [
+                (d if m.root_weights is None else d * m.root_weights) / s
+                for d, m, s in zip(moved, record.measured, line.sigmas, strict=True)
+            ]
+            pull += line.orthogonal.T @ np.concatenate(parts)
+        if pull.any():
+            causes[name] = inverse @ pull
+    series = np.array([r.sensed.series_uncertainty_ohm for r in records])
+    names = [u.name for u in solution.unknowns]
+    if series.any() and "R" in names:
+        k = names.index("R")
+        causes["wiring resistance"] = np.zeros(len(names))
+        causes["wiring resistance"][k] = float(series.mean()) / solution.values[k]
+    return causes
+
+
+def _gain(names: tuple[str, ...]) -> Shift:
+    def shift(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
+        """Measured readings scaled by one standard uncertainty of their gain."""
+        fitted = record.fitted(values, own)
+        return [
+            m.channel.gain_uncertainty * y if m.block.name in names else np.zeros(len(y))
+            for m, y in zip(record.measured, fitted, strict=True)
+        ]
+
+    return shift
+
+
+def _voltage_gain(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
+    """The source is larger by the gain, and so is the measured back-EMF."""
+    gain = record.sensed.channel.gain_uncertainty if record.sensed.channel else 0.0
+    base = record.fitted(values, own)
+    if not gain:
+        return [np.zeros(len(y)) for y in base]
+    moved = record.driven_by(record.volts * (1.0 + SMALL), values, own)
+    return [
+        (gain * y if m.block.name == EMF else 0.0) - gain / SMALL * (new - y)
+        for m, y, new in zip(record.measured, base, moved, strict=True)
+    ]
+
+
+def _clock(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
+    uncertainty = record.capture.clock_uncertainty
+    base = record.fitted(values, own)
+    if not uncertainty:
+        return [np.zeros(len(y)) for y in base]
+    moved = record.fitted(values, own, record.timeline.period_s * (1.0 + SMALL))
+    return [uncertainty / SMALL * (new - y) for y, new in zip(base, moved, strict=True)]
+
+
+def _source_level(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
+    """The mean of a step's readings is not known better than the converter's step, if at all."""
+    base = record.fitted(values, own)
+    resolution = record.sensed.resolution
+    noise = max((s.noise for s in record.sources if s is not None), default=np.inf)
+    if not resolution or noise > 0.3 * resolution:  # noise of a third of a step dithers it away
+        return [np.zeros(len(y)) for y in base]
+    size = resolution / np.sqrt(12.0)
+    moved = record.driven_by(record.volts + np.sign(record.volts) * UNITS_V, values, own)
+    return [-size / UNITS_V * (new - y) for y, new in zip(base, moved, strict=True)]
+
+
+_CAUSES: dict[str, Shift] = {
+    "current gain": _gain((CURRENT,)),
+    "voltage gain": _voltage_gain,
+    "encoder or speed gain": _gain((POSITION, SPEED)),
+    "clock": _clock,
+    "voltage resolution": _source_level,
+}

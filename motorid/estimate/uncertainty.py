@@ -1,0 +1,155 @@
+"""Statistical covariance of a fit: correlated residuals, and the spread between runs.
+
+Search coordinates throughout (the logarithm of positive parameters): a standard deviation there is
+a relative one. With white residuals the covariance is H⁻¹. Correlated ones make it H⁻¹ S H⁻¹,
+where S sums the derivatives against the residuals' spectrum; that spectrum is autoregressive, of
+the order that Schwarz's criterion chooses, so that white residuals change
+nothing. Three runs or more also show their own spread: their scores are compared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.likelihood import Linearised, Solution
+
+Floats = NDArray[np.float64]
+
+LARGEST_ORDER = 24  # of the autoregressive spectrum
+FEWEST_RUNS = 3  # that show a spread
+FLOOR = 1e-13  # of a scaled information's eigenvalues: beyond it nothing is known
+
+
+@dataclass(frozen=True)
+class Statistical:
+    """``covariance`` (p, p) in search coordinates; ``freedom`` (p,) of each standard deviation.
+
+    ``coloured`` is the largest factor by which correlated residuals widened a parameter.
+    """
+
+    covariance: Floats
+    freedom: Floats
+    coloured: float
+    between_runs: bool
+
+    @property
+    def deviations(self) -> Floats:
+        """Standard deviations, (p,)."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+
+def covariance_of(information: Floats) -> Floats:
+    """Inverse that grows without end, and never vanishes, along directions nobody can see."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
+    values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
+    inverse = (vectors / np.maximum(values, FLOOR * max(float(values[-1]), 1e-300))) @ vectors.T
+    return np.asarray(inverse * np.outer(scale, scale))
+
+
+def statistical(solution: Solution) -> Statistical:
+    """Covariance of the shared parameters, those at a bound taken as free."""
+    inverse = covariance_of(solution.information)
+    rows = sum(len(r.residual) for r in solution.records)
+    few = rows / max(rows - len(solution.values) - sum(len(o) for o in solution.own), 1)
+    white = inverse * few
+    scores = sum(
+        (_score_covariance(r) for r in solution.records), np.zeros_like(solution.information)
+    )
+    coloured = inverse @ scores @ inverse * few
+    before, after = np.diag(white), np.diag(coloured)
+    # The residuals' colour may widen an interval; it is not trusted to narrow one.
+    within = _with_variances(coloured, np.maximum(before, after))
+    widening = float(np.sqrt(np.max(after / np.maximum(before, 1e-300), initial=1.0)))
+    freedom = np.full(len(before), np.inf)
+    if len(solution.records) < FEWEST_RUNS:
+        return Statistical(within, freedom, widening, False)
+    return _between(solution, inverse, within, widening)
+
+
+def _with_variances(covariance: Floats, variances: Floats) -> Floats:
+    """The same correlations with other variances."""
+    ratio = np.sqrt(variances / np.maximum(np.diag(covariance), 1e-300))
+    return np.asarray(covariance * np.outer(ratio, ratio))
+
+
+def _between(solution: Solution, inverse: Floats, within: Floats, widening: float) -> Statistical:
+    """Adds what the runs' scores scatter beyond their noise; Welch-Satterthwaite freedom."""
+    runs = len(solution.records)
+    pulls = np.array([r.orthogonal.T @ r.residual for r in solution.records])
+    pulls = pulls - pulls.mean(axis=0)
+    spread = inverse @ (pulls.T @ pulls) @ inverse * runs / (runs - 1)
+    inside = np.diag(within)
+    extra = np.maximum(np.diag(spread) - inside, 0.0)
+    total = inside + extra
+    freedom = np.where(extra > 0, (runs - 1) * total**2 / np.maximum(extra**2, 1e-300), np.inf)
+    return Statistical(_with_variances(within, total), freedom, widening, True)
+
+
+def _score_covariance(record: Linearised) -> Floats:
+    """Sum over blocks of derivatives against the residuals' spectrum, (p, p)."""
+    p = record.orthogonal.shape[1]
+    total = np.zeros((p, p))
+    for part in record.slices:
+        columns, residual = record.orthogonal[part], record.residual[part]
+        variance = float(residual @ residual) / max(len(residual), 1)
+        coefficients, innovation = autoregression(residual)
+        if not len(coefficients):
+            total += max(variance, 1.0) * columns.T @ columns
+            continue
+        size = _fast_length(2 * len(residual))
+        spectrum = power(coefficients, innovation, size)
+        waves = np.fft.rfft(columns, size, axis=0)
+        weights = np.full(len(spectrum), 2.0)
+        weights[0] = 1.0
+        if size % 2 == 0:
+            weights[-1] = 1.0
+        total += ((waves.conj().T * (spectrum * weights)) @ waves).real / size
+    return total
+
+
+def _fast_length(least: int) -> int:
+    """A length that the FFT likes."""
+    return 1 << (least - 1).bit_length()
+
+
+def power(coefficients: Floats, innovation: float, size: int) -> Floats:
+    """Spectrum of an autoregressive process at rfft frequencies; its mean is the variance."""
+    polynomial = np.concatenate([[1.0], -coefficients])
+    return np.asarray(innovation / np.abs(np.fft.rfft(polynomial, size)) ** 2)
+
+
+def autoregression(residual: Floats, largest: int = LARGEST_ORDER) -> tuple[Floats, float]:
+    """Coefficients and innovation variance of r[t] = sum c[k] r[t-k] + e[t], order by BIC."""
+    n = len(residual)
+    largest = min(largest, n // 8)
+    if largest < 1:
+        return np.zeros(0), float(residual @ residual) / max(n, 1)
+    lags = autocovariance(residual, largest)
+    best, chosen, variance = np.inf, np.zeros(0), float(lags[0])
+    current, innovation = np.zeros(0), float(lags[0])
+    for order in range(largest + 1):
+        if order:
+            current, innovation = _levinson(current, innovation, lags)
+        if innovation <= 0:
+            break
+        criterion = n * float(np.log(innovation)) + order * float(np.log(n))
+        if criterion < best:
+            best, chosen, variance = criterion, current, innovation
+    return chosen, variance
+
+
+def autocovariance(residual: Floats, largest: int) -> Floats:
+    """Biased sample autocovariance about zero, lags 0 to ``largest``."""
+    n = len(residual)
+    return np.array([float(residual[: n - k] @ residual[k:]) / n for k in range(largest + 1)])
+
+
+def _levinson(coefficients: Floats, innovation: float, lags: Floats) -> tuple[Floats, float]:
+    """One order more of the Yule-Walker solution."""
+    order = len(coefficients)
+    reflection = (lags[order + 1] - coefficients @ lags[order:0:-1]) / innovation
+    longer = np.append(coefficients - reflection * coefficients[::-1], reflection)
+    return longer, float(innovation * (1.0 - reflection**2))

@@ -1,0 +1,141 @@
+"""A rebuilt table as CSV and as Markdown (docs/review.md)."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Mapping, Sequence
+
+from motorid.estimate.review.experiment import Experiment
+from motorid.estimate.review.run import Quartiles
+from motorid.workflow.compare_tables import Block, Line, TableResult
+
+HEADER = (
+    "table", "experiment", "noise", "row", "method", "quantity", "review_value",
+    "review_error_of_nominal_pct", "review_error_of_estimate_pct",
+    "of_nominal_median_pct", "of_nominal_q1_pct", "of_nominal_q3_pct",
+    "of_estimate_median_pct", "of_estimate_q1_pct", "of_estimate_q3_pct",
+    "rms_of_nominal_pct", "cost_median", "evaluations", "seconds", "seeds", "failed",
+)  # fmt: skip
+
+Figures = tuple[float | None, float | None, float | None]  # value, % of nominal, % of estimate
+
+
+def review_figures(experiment: Experiment, line: Line, name: str) -> Figures:
+    """What the review prints for one quantity of a row, in both conventions where it can be."""
+    figure, nominal = line.row.printed.get(name), experiment.truth.get(name)
+    if figure is None or nominal is None:
+        return None, None, None
+    if line.row.percent:
+        return None, None, figure  # a magnitude: its sign, and so the value, is not printed
+    miss = 100.0 * abs(figure - nominal)
+    return figure, miss / abs(nominal), miss / abs(figure)
+
+
+def as_csv(result: TableResult) -> str:
+    """Every figure of the table, one quantity of one row a line."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(HEADER)
+    for block in result.blocks:
+        for line in block.lines:
+            s = line.summary
+            for name, nominal in s.to_nominal.items():
+                review = review_figures(block.experiment, line, name)
+                estimate = s.to_estimate[name]
+                cost = s.cost.median if s.cost else None
+                fields = [
+                    result.number, block.experiment.key, block.noise, s.label, s.method, name,
+                    *review, nominal.median, nominal.low, nominal.high,
+                    estimate.median, estimate.low, estimate.high,
+                    s.rms[name], cost, s.evaluations, s.seconds, s.seeds, s.failed,
+                ]  # fmt: skip
+                writer.writerow(
+                    ["" if f is None else f"{f:.6g}" if isinstance(f, float) else f for f in fields]
+                )
+    return out.getvalue()
+
+
+def percent(value: float) -> str:
+    """Two significant digits: enough for a percent error, and small ones by their power."""
+    if value == 0:
+        return "0"
+    if value < 1e-3:
+        return f"{value:.0e}".replace("e-0", "e-")
+    return f"{value:.2g}" if value < 100 else f"{value:.0f}"
+
+
+def quartiles(q: Quartiles) -> str:
+    """median (first to third quartile)"""
+    return f"{percent(q.median)} ({percent(q.low)} to {percent(q.high)})"
+
+
+def rows_of(block: Block) -> Iterator[tuple[str, str, list[str]]]:
+    """(label, kind of figure, cells): ours in both conventions, then the review's."""
+    names = columns_of(block)
+    for line in block.lines:
+        s = line.summary
+        head = f"{s.label} ({s.evaluations:.0f} evaluations, {s.seconds * 1e3:.0f} ms)"
+        if s.failed:
+            head += f", {s.failed} of {s.seeds} runs without an answer"
+        yield head, "of nominal", [_cell(s.to_nominal, n) for n in names]
+        yield "", "of estimate", [_cell(s.to_estimate, n) for n in names]
+        figures = {n: review_figures(block.experiment, line, n) for n in names}
+        if any(any(f is not None for f in figure) for figure in figures.values()):
+            yield "", "review", [_review_cell(figures[n]) for n in names]
+
+
+def columns_of(block: Block) -> list[str]:
+    """Quantities of the block, in the model's order."""
+    return list(block.experiment.figures(block.experiment.truth))
+
+
+def _cell(errors: Mapping[str, Quartiles], name: str) -> str:
+    return quartiles(errors[name]) if name in errors else "–"
+
+
+def _review_cell(figures: Figures) -> str:
+    _, nominal, estimate = figures
+    if nominal is not None and estimate is not None:
+        return f"{percent(nominal)} / {percent(estimate)}"
+    return "–" if estimate is None else f"– / {percent(estimate)}"
+
+
+def as_markdown(result: TableResult) -> str:
+    """The table's section of docs/review.md."""
+    parts = [f"## Table {result.number}\n"]
+    parts += [f"- {remark}\n" for remark in result.remarks]
+    for block in result.blocks:
+        noise = f"{100 * block.noise:g} % noise" if block.noise else "no noise"
+        parts.append(f"\n### {block.experiment.key}, {noise}\n\n{block.experiment.title}.")
+        if block.experiment.note:
+            parts.append(f" {block.experiment.note}")
+        names = columns_of(block)
+        parts.append("\n\n| method | error, % | " + " | ".join(names) + " |\n")
+        parts.append("|---|---|" + "---|" * len(names) + "\n")
+        for label, kind, cells in rows_of(block):
+            parts.append(f"| {label} | {kind} | " + " | ".join(cells) + " |\n")
+    return "".join(parts)
+
+
+INTRODUCTION = """# The review's tables, rebuilt
+
+Source: "Parameters Identification of a Permanent Magnet DC Motor: A Review", Electronics 2023,
+12(12), 2559. This page is generated by `motorid compare --table N` (Tables 2 to 9); do not edit it.
+
+Each cell is the median percent error over {seeds} seeds with its quartiles, first relative to the
+nominal value, then to the estimate; the review's figure stands below as "of nominal / of estimate".
+Tables 8 and 9 print magnitudes relative to the estimate only. Every search works on the same
+objective, one batch of candidates at a time, and counts its budget in evaluations. [P] marks a
+set-up that the review does not print and we propose; [D] one that follows from its numbers.
+
+"NLS (ours)" is a trust-region least squares on the same residuals from the middle of the bounds,
+started again until two starts agree. The review has no such row.
+"""
+
+
+def page(results: Sequence[TableResult]) -> str:
+    """docs/review.md."""
+    seeds = max((result.seeds for result in results), default=0)
+    sections = "\n".join(as_markdown(result) for result in results)
+    return INTRODUCTION.format(seeds=seeds) + "\n" + sections
