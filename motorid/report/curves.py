@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from motorid.estimate.types import Curve, Estimate, SegmentRow
 from motorid.report.numbers import scaled_unit, significant
-from motorid.report.page import figure, paragraph
+from motorid.report.page import figure, paragraph, table
 from motorid.report.plot import Axis, Plot, axis, legend, thin
 
 Floats = NDArray[np.float64]
@@ -21,6 +21,7 @@ OPEN_CAPTURES = 2  # further ones are folded away
 DETAILS = 3  # close-ups of the steepest places of a capture
 DETAIL_SAMPLES = 48
 LAGS = 60
+WEAK = 0.1  # correlation: the plot shows at least this much either way
 KINDS = ("rest", "acceleration", "steady", "coast", "brake", "rejected")
 
 
@@ -77,7 +78,7 @@ def _response(curve: Curve, segments: Sequence[SegmentRow], columns: int) -> str
     r_unit, r_factor = _unit(curve.unit, residual)
     below = Plot(
         time,
-        axis((residual,), f"residual, {r_unit}", r_factor),
+        axis((residual,), f"residual, {r_unit}", r_factor, count=4),
         f"residual of the {word} against time",
         height=5.5,
     )
@@ -135,7 +136,7 @@ def _close_up(curve: Curve, window: slice) -> str:
     plot = Plot(x, axis((measured, fitted), f"{word}, {unit}", factor), f"{word}, close-up", 9.0)
     plot.dots(time - begin, measured, "measured small")
     plot.line(time - begin, fitted, "fitted")
-    return figure(f"{word} from {begin:.4g} s", plot.render())
+    return figure(f"{word}, close up", plot.render())
 
 
 def spread(estimate: Estimate) -> str:
@@ -162,6 +163,31 @@ def spread(estimate: Estimate) -> str:
     return f'<div class="pair">{cells}</div>{paragraph(words, "soft")}'
 
 
+def by_segment(estimate: Estimate) -> str:
+    """The rms residual on each kind of segment, in units of the channel's sigma."""
+    kinds = [k for k in KINDS if any(s.kind == k for s in estimate.segments)]
+    channels = sorted({c.channel for c in estimate.curves if c.sigma > 0})
+    if not kinds or not channels:
+        return ""
+    rows = [(k, *(_rms(estimate, k, c) for c in channels)) for k in kinds]
+    head = ("residual rms / sigma", *(c.replace("_", " ") for c in channels))
+    return table(head, rows)
+
+
+def _rms(estimate: Estimate, kind: str, channel: str) -> str:
+    parts = []
+    for curve in estimate.curves:
+        if curve.channel != channel or curve.sigma <= 0:
+            continue
+        scaled = (curve.measured - curve.fitted) / curve.sigma
+        for s in estimate.segments:
+            if s.kind == kind and s.capture == curve.capture:
+                inside = (curve.time_s >= s.start_s) & (curve.time_s <= s.end_s)
+                parts.append(scaled[inside & np.isfinite(scaled)])
+    pooled = np.concatenate(parts) if parts else np.zeros(0)
+    return f"{np.sqrt(np.mean(pooled**2)):.2f}" if len(pooled) else "—"
+
+
 def _histogram(scaled: Floats, word: str) -> str:
     edges = np.linspace(-4.5, 4.5, 46)
     counts, _ = np.histogram(np.clip(scaled, edges[0], edges[-1]), edges)
@@ -182,13 +208,13 @@ def _memory(scaled: Sequence[Floats], curve: Curve, word: str) -> str:
     step = float(np.median(np.diff(curve.time_s))) if len(curve.time_s) > 1 else 1.0
     time = step * np.arange(lags + 1, dtype=np.float64)
     limit = 1.96 / np.sqrt(sum(map(len, scaled)))
-    low = min(float(np.min(values)), -limit)
-    y = Axis(1.3 * low - 0.02, 1.04, 0.25, "correlation")
+    y = axis((values[1:], np.array([-WEAK, WEAK])), "correlation")
     plot = Plot(_time_axis(time, 6), y, f"autocorrelation of the {word} residuals", 8.0)
     plot.rule(0.0, "zero")
     plot.rule(limit)
     plot.rule(-limit)
-    plot.line(time, values, "residual")
+    plot.line(time[1:], values[1:], "residual")
+    plot.dots(time[1:], values[1:], "measured small")
     return plot.render()
 
 

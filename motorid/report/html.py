@@ -48,7 +48,12 @@ def render(estimate: Estimate) -> str:
         section("Findings", _findings(estimate)),
         section("Derived figures", _figures(estimate.derived.values())),
         section("Measured against fitted", *curves.captures(estimate)),
-        section("Residuals", paragraph(fit_quality(estimate)), curves.spread(estimate)),
+        section(
+            "Residuals",
+            paragraph(fit_quality(estimate)),
+            curves.by_segment(estimate),
+            curves.spread(estimate),
+        ),
         section("Steady state", steady_state(estimate)),
         section("Known together", _combinations(estimate)),
         section("Correlation", _correlation(estimate)),

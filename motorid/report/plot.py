@@ -42,12 +42,18 @@ class Axis:
             math.ceil(self.low / self.step - 1e-9),
             math.floor(self.high / self.step + 1e-9),
         )
-        decimals = max(0, -math.floor(math.log10(self.step) + 1e-9))
+        decimals = _decimals(self.step)
         span = self.high - self.low
         return [
             ((k * self.step - self.low) / span, _label(k * self.step, decimals))
             for k in range(first, last + 1)
         ]
+
+
+def _decimals(step: float) -> int:
+    """Decimals that write every multiple of ``step`` exactly."""
+    coarse = max(0, -math.floor(math.log10(step) + 1e-9))
+    return coarse + (not math.isclose(step * 10.0**coarse, round(step * 10.0**coarse)))
 
 
 def _label(value: float, decimals: int) -> str:
@@ -75,8 +81,9 @@ def axis(
 
 
 def _round_step(step: float) -> float:
+    """The nearest of 1, 2, 5 times a power of ten."""
     power = 10.0 ** math.floor(math.log10(step))
-    return next(m * power for m in (1.0, 2.0, 5.0, 10.0) if m * power >= step * (1 - 1e-9))
+    return min((m * power for m in (1.0, 2.0, 5.0, 10.0)), key=lambda s: abs(math.log(s / step)))
 
 
 @dataclass
@@ -141,8 +148,9 @@ class Plot:
             f'<div class="xs" aria-hidden="true">{x_labels}</div>'
             f'<div class="xt">{escape(self.x.title)}</div>'
         )
+        kind = "plot headed" if self.texts else "plot"
         return (
-            f'<div class="plot" role="img" aria-label="{escape(self.label)}">'
+            f'<div class="{kind}" role="img" aria-label="{escape(self.label)}">'
             f'<div class="yt">{escape(self.y.title)}</div>'
             f'<div class="ys" aria-hidden="true">{y_labels}</div>'
             f'<div class="frame" style="height:{self.height}rem">'
@@ -157,7 +165,8 @@ def legend(entries: Sequence[tuple[str, str]]) -> str:
     """A line of (class, word)."""
     items = "".join(
         f'<span><svg class="key" viewBox="0 0 24 10" aria-hidden="true">'
-        f'<path class="{kind}" d="M3 5H21"/></svg>{escape(word)}</span>'
+        f'<path class="{kind}" d="{"M12 5h0" if kind.startswith("dots") else "M3 5H21"}"/></svg>'
+        f"{escape(word)}</span>"
         for kind, word in entries
     )
     return f'<div class="legend">{items}</div>'
