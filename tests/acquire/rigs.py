@@ -1,0 +1,19 @@
+"""Simulated rigs for tests of the capture path."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from motorid.program import Program, StepKind, climbs
+from motorid.rig import Rig, load_rig
+
+SHORT = climbs(
+    [[3.0], [6.0]], kind=StepKind.DRIVE_VOLTS, drive_s=0.08, coast_s=[0.1, 0.1], rest_s=0.02
+)
+
+
+def sim_rig(options: str = "", *, program: Program = SHORT, speed: str = "max") -> Rig:
+    """The packaged simulated rig with URL options added, and a program of 0.38 s."""
+    rig = load_rig("sim")
+    extra = f"&{options}" if options else ""
+    return replace(rig, port=f"{rig.port}&speed={speed}{extra}", program=program)
