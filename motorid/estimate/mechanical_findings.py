@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import Capture
+from motorid.estimate import identifiability
 from motorid.estimate.balance import SHAPES
 from motorid.estimate.motion import Motion, noise
 from motorid.estimate.regression import Regression
@@ -25,6 +27,7 @@ def find(
 ) -> tuple[Diagnostic, ...]:
     """Findings about the data and the fit, the gravest first."""
     found = [*_lack_of_fit(motions, best), *_slow_sampling(motions), *_unsigned(motions)]
+    found.append(_knowable(captures[0]))
     notes = dict.fromkeys(note for c in captures for note in c.provenance.get("notes", ()))
     found += [Diagnostic("import", "info", f"On import: {note}.") for note in notes]
     if not any(c.gain_uncertainty for capture in captures for c in capture.channels.values()):
@@ -37,6 +40,19 @@ def find(
             )
         )
     return tuple(found)
+
+
+def _knowable(capture: Capture) -> Diagnostic:
+    """What these channels can tell at best, and the run that would tell the rest."""
+    run = identifiability.of_capture(capture)
+    known = identifiability.assess(replace(run, levels=max(run.levels, 3), transient=True))
+    told = ", ".join((*known.parameters, *known.combinations)) or "no parameter"
+    return Diagnostic(
+        "identifiability",
+        "info",
+        f"These channels ({', '.join(sorted(capture.channels))}) can tell {told} at best. "
+        f"{identifiability.advice(run)}",
+    )
 
 
 def expected_rms(motions: Sequence[Motion], best: Regression) -> float:
