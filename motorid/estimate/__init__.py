@@ -1,1 +1,59 @@
-"""Closed forms, output-error fit, uncertainty, identifiability."""
+"""Estimation: captures of one motor in, values with honest uncertainty out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from motorid.capture.model import Capture
+    from motorid.estimate.types import Estimate
+
+OPTIONAL = ("L", "B", "T0")  # what ``without`` may take out of the model
+
+
+def fit(
+    captures: Sequence[Capture],
+    *,
+    fix: Mapping[str, float] | None = None,
+    without: Sequence[str] = (),
+    method: str = "ml",
+) -> Estimate:
+    """The estimate that captures of one motor give together.
+
+    ``fix`` holds parameters at SI values; ``without`` leaves L, B or T0 out of the model. Captures
+    without a voltage or without a current are fitted by their mechanics alone. Raises UsageError
+    on an unknown name or method, DataError where the captures hold too little.
+    """
+    from motorid.errors import DataError, UsageError
+    from motorid.estimate import mechanical
+
+    if method != "ml":
+        raise UsageError(f'there is no method "{method}" to fit captures by: use "ml"')
+    if not captures:
+        raise DataError("there is no capture to fit: name at least one file")
+    known = {name: float(value) for name, value in (fix or {}).items()}
+    if mechanical.suits(captures):
+        return mechanical.fit(captures, fix=known, without=without)
+    _check(known, without)
+    from motorid.estimate import motor_fit
+
+    return motor_fit.fit(captures, known, without)
+
+
+def _check(fix: Mapping[str, float], without: Sequence[str]) -> None:
+    import math
+
+    from motorid.errors import UsageError
+    from motorid.estimate.types import PARAMETERS
+
+    for name, value in fix.items():
+        if name not in PARAMETERS:
+            raise UsageError(f'cannot fix "{name}": the parameters are {", ".join(PARAMETERS)}')
+        if not math.isfinite(value) or value < 0 or (value == 0 and name not in OPTIONAL):
+            raise UsageError(f"cannot fix {name} at {value:g}: give a positive value in SI units")
+    for name in without:
+        if name not in OPTIONAL:
+            raise UsageError(f'cannot leave "{name}" out: only {", ".join(OPTIONAL)} can be')
+        if name in fix:
+            raise UsageError(f"{name} is both fixed and left out: choose one")

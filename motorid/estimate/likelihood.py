@@ -101,7 +101,7 @@ class Solution:
     unknowns: tuple[Unknown, ...]
     values: Floats  # (p,) SI
     own: tuple[Floats, ...]  # nuisances of each record, SI
-    own_covariance: tuple[Floats, ...]  # of each record's nuisances, white residuals
+    own_covariance: tuple[Floats, ...]  # of each record's nuisances, for white residuals
     information: Floats  # (p, p) in search coordinates, nuisances eliminated
     at_bound: NDArray[np.bool_]  # (p,)
     records: tuple[Linearised, ...]
@@ -350,7 +350,7 @@ def _solution(search: _Search, at: _Point, converged: bool) -> Solution:
     normals = search.linearise(at)
     frame = search.frame
     information = np.diag(frame.precision.astype(np.float64))
-    linearised, own_covariance = [], []
+    linearised, own_covariance, followed = [], [], []
     gradient = -frame.precision * (at.shared - frame.mean)
     for k, (normal, record) in enumerate(zip(normals, search.records, strict=True)):
         held = search.own[k].blocked(at.own[k], normal.go)
@@ -358,6 +358,7 @@ def _solution(search: _Search, at: _Point, converged: bool) -> Solution:
         information = information + normal.ss - normal.so @ inverse @ normal.so.T
         gradient = gradient + normal.gs - normal.so @ (inverse @ normal.go)
         own_covariance.append(inverse)
+        followed.append(inverse @ normal.so.T)
         edges = np.cumsum([0, *(len(r) for r in at.residuals[k])])
         linearised.append(
             Linearised(
@@ -371,13 +372,19 @@ def _solution(search: _Search, at: _Point, converged: bool) -> Solution:
                 sigmas=at.sigmas[k],
             )
         )
+    at_bound = (at.shared <= frame.lower) | (at.shared >= frame.upper)
+    covariance = bounded_inverse(information, at_bound)
+    own_covariance = [
+        inverse + follows @ covariance @ follows.T
+        for inverse, follows in zip(own_covariance, followed, strict=True)
+    ]
     return Solution(
         unknowns=frame.unknowns,
         values=frame.outward(at.shared),
         own=tuple(f.outward(x) for f, x in zip(search.own, at.own, strict=True)),
         own_covariance=tuple(own_covariance),
         information=information,
-        at_bound=(at.shared <= frame.lower) | (at.shared >= frame.upper),
+        at_bound=at_bound,
         records=tuple(linearised),
         objective=at.objective,
         evaluations=search.evaluations,

@@ -98,7 +98,8 @@ class Estimate:
     ``parameters`` holds R, L, K, B, J, T0 always, in that order, then what the model adds.
     ``combinations`` are ratios such as "J/K" which the data know when the parameters alone are
     not known. ``derived`` are figures such as the no-load speed. ``nuisance`` are the offsets and
-    delays estimated on the way. ``correlation`` is over ``free`` (names, in order).
+    delays estimated on the way. ``correlation`` is over ``free`` (names, in order). ``budget``
+    holds, for each free parameter, the standard uncertainty in its unit that each cause gives.
     """
 
     model: str
@@ -119,3 +120,4 @@ class Estimate:
     inputs: tuple[Mapping[str, Any], ...] = ()  # path, sha256, samples, serial of each capture
     options: Mapping[str, Any] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
+    budget: Mapping[str, Mapping[str, float]] = field(default_factory=dict)

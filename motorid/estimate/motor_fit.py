@@ -1,0 +1,213 @@
+"""The joint output-error maximum-likelihood fit of captures of one driven motor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid import __version__
+from motorid.capture.model import CURRENT, Capture
+from motorid.capture.store import describe
+from motorid.errors import DataError
+from motorid.estimate import instrument, intervals, remarks, tables
+from motorid.estimate.closed_form import start_values
+from motorid.estimate.likelihood import Solution, Unknown, maximise
+from motorid.estimate.record import MotorRecord
+from motorid.estimate.types import PARAMETERS, Estimate, Parameter
+from motorid.estimate.uncertainty import statistical
+from motorid.estimate.voltage import Source, refuse_discontinuous
+from motorid.segment import segment
+
+Floats = NDArray[np.float64]
+
+MODEL = "v = R i + L di/dt + K w; J dw/dt = K i - B w - T0 sign(w)"
+METHOD = "output-error maximum likelihood"
+SOURCE_PASSES = 3  # at most, of fit and source lines in turn
+SAME_SOURCE = 1e-5  # relative change of a line that a fit need not follow
+SHORTEST_ELECTRICAL = 1e-3  # L/R in sample periods: below it the data know no inductance
+MISFIT = 4.0  # residuals in units of the scatter between neighbours: worth another start
+OTHER_STARTS: tuple[dict[str, float], ...] = (
+    {"L": 0.2},
+    {"L": 5.0},
+    {"J": 0.4, "L": 2.0},
+    {"J": 2.5, "R": 1.5},
+)
+NUISANCE_UNITS = {
+    "current_offset": "A",
+    "position_origin": "rad",
+    "voltage_offset": "V",
+    "initial_speed": "rad/s",
+    "initial_current": "A",
+}
+
+
+def fit(
+    captures: Sequence[Capture],
+    fix: Mapping[str, float] | None = None,
+    without: Sequence[str] = (),
+) -> Estimate:
+    """The six parameters from captures with a voltage and a current or a motion.
+
+    ``fix`` holds parameters at SI values; ``without`` takes L, B or T0 out of the model. Raises
+    DataError where the captures cannot be fitted at all.
+    """
+    fixed = {**dict.fromkeys(without, 0.0), **(fix or {})}
+    free = [name for name in PARAMETERS if name not in fixed]
+    records = [MotorRecord(capture, free, fixed) for capture in captures]
+    start = start_values(records, fixed)
+    for record in records:
+        refuse_discontinuous(record.capture, record.timeline, max(start["L"], 1e-9))
+    solution = solve(records, free, start)
+    found = intervals.Findings(
+        solution, statistical(solution), instrument.budget(solution, records), fixed, without
+    )
+    parameters = intervals.parameters(found)
+    voltage = nominal_voltage(records)
+    named = [(capture, segment(capture)) for capture in captures]
+    return Estimate(
+        model=MODEL,
+        method=METHOD,
+        parameters=parameters,
+        combinations=intervals.combinations(found, parameters),
+        derived=intervals.derived(found, voltage),
+        nuisance=_nuisance(solution, records),
+        free=found.names,
+        correlation=correlation(found.statistical.covariance),
+        chi_square=remarks.chi_square(solution, records),
+        degrees_of_freedom=solution.degrees_of_freedom,
+        evaluations=solution.evaluations,
+        diagnostics=remarks.diagnostics(found, records, parameters),
+        curves=tables.curves(solution, records),
+        steady=tables.steady(found.motor(), [r.gear for r in records], named),
+        segments=tables.segments(named),
+        inputs=tuple(describe(capture) for capture in captures),
+        options={"fix": dict(fix or {}), "without": list(without), "method": "ml"},
+        versions={"motorid": __version__, "numpy": np.__version__},
+        budget=intervals.budget_shares(found),
+    )
+
+
+def solve(
+    records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
+) -> Solution:
+    """The most likely parameters, source lines and fit in turn; other starts where it misfits."""
+    solution = _with_sources(records, free, start)
+    if not _misfits(solution):
+        return solution
+    for factors in OTHER_STARTS:
+        other = {n: start[n] * factors.get(n, 1.0) for n in PARAMETERS}
+        trial = _with_sources(records, free, other)
+        if trial.objective < solution.objective - 1.0:
+            solution = trial
+    return _with_sources(records, free, _merged(start, solution))
+
+
+def _with_sources(
+    records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
+) -> Solution:
+    solution = maximise(unknowns(records, free, start), records)
+    evaluations = solution.evaluations
+    for _ in range(SOURCE_PASSES - 1):
+        before = [record.sources for record in records]
+        for record, own in zip(records, solution.own, strict=True):
+            record.retake_sources(solution.values, own)
+        after = [record.sources for record in records]
+        if all(_same(a, b) for old, new in zip(before, after, strict=True)
+               for a, b in zip(old, new, strict=True)):  # fmt: skip
+            break
+        solution = maximise(unknowns(records, free, _merged(start, solution)), records)
+        evaluations += solution.evaluations
+    return solution
+
+
+def _same(a: Source | None, b: Source | None) -> bool:
+    if a is None or b is None:
+        return a is b
+    scale = max(abs(a.volts), abs(b.volts), 1e-12)
+    return abs(a.volts - b.volts) < SAME_SOURCE * scale and abs(a.ohms - b.ohms) < 1e-3 * max(
+        a.ohms, b.ohms, 1e-12
+    )
+
+
+def _merged(start: Mapping[str, float], solution: Solution) -> dict[str, float]:
+    found = zip(solution.unknowns, solution.values, strict=True)
+    return {**start, **{u.name: float(v) for u, v in found}}
+
+
+def unknowns(
+    records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
+) -> list[Unknown]:
+    """The free parameters with their bounds, scales and start values."""
+    torque, speed = _typical(records, start)
+    period = min(record.timeline.period_s for record in records)
+    scales = {"B": torque / speed, "T0": torque}
+    out = []
+    for name in free:
+        if name in scales:
+            out.append(Unknown(name, start[name], lower=0.0, scale=scales[name]))
+        elif name == "L":
+            least = SHORTEST_ELECTRICAL * start["R"] * period
+            out.append(Unknown(name, max(start[name], 2 * least), lower=least, log=True))
+        else:
+            out.append(Unknown(name, start[name], lower=0.0, log=True))
+    return out
+
+
+def _typical(records: Sequence[MotorRecord], start: Mapping[str, float]) -> tuple[float, float]:
+    """A torque (N·m) and a speed (rad/s) of these captures."""
+    currents, speeds = [], []
+    for record in records:
+        speeds.append(float(np.abs(record.volts).max()) / start["K"])
+        for m in record.measured:
+            if m.block.name == CURRENT:
+                currents.append(float(np.median(np.abs(m.values[record.driven[m.keep]]))))
+    torque = start["K"] * max(currents, default=0.0) or start["T0"] or 1.0
+    return torque, max(speeds) or 1.0
+
+
+def _misfits(solution: Solution) -> bool:
+    for record in solution.records:
+        for part in record.slices:
+            residual = record.residual[part]
+            if len(residual) > 8:
+                between = float(np.mean(np.diff(residual) ** 2)) / 2
+                if float(np.mean(residual**2)) > MISFIT**2 * between:
+                    return True
+    return not solution.converged
+
+
+def nominal_voltage(records: Sequence[MotorRecord]) -> float:
+    """V, the highest steady level among the captures. Raises DataError when none was driven."""
+    levels = [
+        abs(float(np.median(record.volts[part.slice])))
+        for record in records
+        for part in record.timeline.parts
+        if not part.open
+    ]
+    if not levels or max(levels) == 0:
+        raise DataError("the motor was never driven in these captures: capture a run with a step")
+    return max(levels)
+
+
+def correlation(covariance: Floats) -> Floats:
+    """(p, p) from a covariance; 0 where a variance is."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    return np.asarray(np.clip(covariance / np.outer(scale, scale), -1.0, 1.0))
+
+
+def _nuisance(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, Parameter]:
+    out = {}
+    for k, record in enumerate(records):
+        label = f" of run {k + 1}" if len(records) > 1 else ""
+        deviations = np.sqrt(np.diag(solution.own_covariance[k]))
+        for unknown, value, sd in zip(record.unknowns, solution.own[k], deviations, strict=True):
+            v, u = float(value), float(sd)
+            reach = intervals.NORMAL_95 * u
+            name = unknown.name.replace("_", " ") + label
+            out[name] = Parameter(
+                name, NUISANCE_UNITS[unknown.name], v, u, 0.0, u, (v - reach, v + reach),
+                "estimated",
+            )  # fmt: skip
+    return out

@@ -1,0 +1,173 @@
+"""What the residuals and the options say about a fit, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import CURRENT, VOLTAGE
+from motorid.estimate.intervals import Findings
+from motorid.estimate.likelihood import Linearised, Solution
+from motorid.estimate.record import EMF, Measured, MotorRecord
+from motorid.estimate.types import Diagnostic, Parameter
+from motorid.estimate.uncertainty import autocovariance
+
+Floats = NDArray[np.float64]
+
+LACK_OF_FIT = 1.5  # residuals in units of the declared noise
+COLOURED = 1.3  # widening of an interval that is worth saying
+INSEPARABLE = 0.98  # correlation
+WORDS = {EMF: "back-EMF while coasting"}
+
+
+def declared_noise(m: Measured) -> float:
+    """Standard deviation that the channel declares for a reading, quantisation included; 0: none.
+
+    A declared noise is that of a reading as it comes, with the quantisation in it.
+    """
+    step = m.channel.resolution / np.sqrt(12.0)
+    return float(max(m.channel.noise, step)) if m.channel.noise > 0 else 0.0
+
+
+def chi_square(solution: Solution, records: Sequence[MotorRecord]) -> float:
+    """Squared residuals over the declared noise, or over the noise found where none is declared."""
+    total = 0.0
+    for record, line in zip(records, solution.records, strict=True):
+        for m, part, sigma in zip(record.measured, line.slices, line.sigmas, strict=True):
+            squares = float(line.residual[part] @ line.residual[part])
+            noise = declared_noise(m)
+            total += squares * (float(sigma) / noise) ** 2 if noise else squares
+    return total
+
+
+def diagnostics(
+    found: Findings, records: Sequence[MotorRecord], parameters: Mapping[str, Parameter]
+) -> tuple[Diagnostic, ...]:
+    """Findings about data and fit, the gravest first."""
+    out: list[Diagnostic] = []
+    if not found.solution.converged:
+        out.append(
+            Diagnostic(
+                "not_converged", "error",
+                "the search did not settle: the values are not the most likely ones",
+            )
+        )  # fmt: skip
+    for k, (record, line) in enumerate(zip(records, found.solution.records, strict=True)):
+        where = f" in run {k + 1}" if len(records) > 1 else ""
+        for m, part, sigma in zip(record.measured, line.slices, line.sigmas, strict=True):
+            out += _block(m, line, part, float(sigma), where)
+        out += _data(record, where)
+    out += _statistics(found, parameters)
+    order = {"error": 0, "warning": 1, "info": 2}
+    return tuple(sorted(out, key=lambda d: order[d.severity]))
+
+
+def _block(
+    m: Measured, line: Linearised, part: slice, sigma: float, where: str
+) -> list[Diagnostic]:
+    out = []
+    name, residual = WORDS.get(m.block.name, m.block.name), line.residual[part]
+    noise, unit = declared_noise(m), m.channel.unit
+    if noise and sigma > LACK_OF_FIT * noise:
+        out.append(
+            Diagnostic(
+                "lack_of_fit", "warning",
+                f"the {name} departs from the model by {sigma:.3g} {unit} rms{where}, "
+                f"{sigma / noise:.1f} times its declared noise: the model lacks something",
+            )
+        )  # fmt: skip
+    lags = autocovariance(residual, 1)
+    rho = float(lags[1] / lags[0]) if lags[0] > 0 else 0.0
+    if abs(rho) > max(0.1, 4.0 / np.sqrt(len(residual))):
+        out.append(
+            Diagnostic(
+                "coloured_residuals", "info",
+                f"neighbouring residuals of the {name} are correlated ({rho:+.2f}){where}; "
+                "the intervals allow for it",
+            )
+        )  # fmt: skip
+    return out
+
+
+def _data(record: MotorRecord, where: str) -> list[Diagnostic]:
+    out = []
+    lost = record.timeline.count - len(record.capture)
+    if lost:
+        out.append(
+            Diagnostic(
+                "lost_samples", "warning",
+                f"{lost} of {record.timeline.count} samples are missing{where}; the fit passes "
+                "over them, with the voltage taken from their neighbours",
+            )
+        )  # fmt: skip
+    if record.timeline.jitter > 0.02:
+        out.append(
+            Diagnostic(
+                "jitter", "warning",
+                f"time stamps miss a uniform grid by up to {record.timeline.jitter:.2f} "
+                f"periods{where}",
+            )
+        )  # fmt: skip
+    for name in (CURRENT, VOLTAGE):
+        channel = record.capture.get(name)
+        clipped = int(channel.saturated.sum()) if channel is not None else 0
+        if clipped:
+            out.append(
+                Diagnostic(
+                    "saturated", "warning",
+                    f"{clipped} readings of the {name.replace('_', ' ')} are at the end of its "
+                    f"converter's range{where} and are left out",
+                )
+            )  # fmt: skip
+    raw = [
+        p for p, s in zip(record.timeline.parts, record.sources, strict=True)
+        if s is None and not p.open
+    ]  # fmt: skip
+    if raw and record.sensed.resolution:
+        out.append(
+            Diagnostic(
+                "voltage_readings", "info",
+                f"the measured voltage is used reading by reading in {len(raw)} of the driven "
+                f"parts{where}: there it does not follow a source behind a resistance",
+            )
+        )  # fmt: skip
+    return out
+
+
+def _statistics(found: Findings, parameters: Mapping[str, Parameter]) -> list[Diagnostic]:
+    out = []
+    if found.statistical.coloured > COLOURED:
+        out.append(
+            Diagnostic(
+                "widened", "info",
+                "correlated residuals widened the intervals by up to "
+                f"{found.statistical.coloured:.1f} times",
+            )
+        )  # fmt: skip
+    if not found.statistical.between_runs:
+        runs = len(found.solution.records)
+        said = "this run only: one run shows" if runs == 1 else "these two runs only: they show"
+        out.append(
+            Diagnostic(
+                "few_runs", "info",
+                f"{said} no spread between runs; three or more would enter it in the intervals",
+            )
+        )  # fmt: skip
+    names = found.names
+    covariance = found.statistical.covariance
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    table = covariance / np.outer(scale, scale)
+    for a in range(len(names)):
+        for b in range(a + 1, len(names)):
+            known = all(parameters[n].value is not None for n in (names[a], names[b]))
+            if known and abs(table[a, b]) > INSEPARABLE:
+                out.append(
+                    Diagnostic(
+                        "inseparable", "info",
+                        f"{names[a]} and {names[b]} are hardly told apart by these data "
+                        f"(correlation {table[a, b]:+.3f})",
+                    )
+                )  # fmt: skip
+    return out
