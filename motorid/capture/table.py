@@ -183,7 +183,7 @@ def _channel(one: ChannelMap, raw: Floats, chosen: TableOptions) -> Channel:
         kind="mean" if aperture_s else "instant",
         aperture_s=aperture_s,
         delay_s=delays.get(one.quantity, 0.0),
-        resolution=checks.quantum(raw) * one.unit.scale,
+        resolution=(1.0 if one.unit.counts else checks.quantum(raw)) * one.unit.scale,
         sense=cast(Sense, chosen.sense) if voltage else None,
         unsigned=one.quantity in chosen.unsigned,
     )

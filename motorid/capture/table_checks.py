@@ -194,7 +194,7 @@ def capture_notes(capture: Capture, held: Mapping[str, int], static: bool) -> li
         ratio = _speed_over_derivative(capture.time_s, position.values, speed.values)
         if ratio is not None and abs(ratio - 1) > 0.1:
             notes.append(
-                f"speed is {ratio:.4g} times the derivative of position: one of the two units, "
+                f"speed is {ratio:.3g} times the derivative of position: one of the two units, "
                 "the counts per turn, or a gear between them is wrong"
             )
     return notes

@@ -97,6 +97,7 @@ class Unit:
     written: str
     si: str
     scale: float
+    counts: bool = False  # readings are whole numbers of an encoder's edges
 
 
 def unit_of(quantity: str, written: str, counts_per_turn: float = 0.0) -> Unit:
@@ -123,7 +124,7 @@ def _counts(quantity: str, written: str, spelling: str, counts_per_turn: float) 
         raise UsageError(f"{written!r} is not a unit of {quantity}")
     if not counts_per_turn > 0:
         raise UsageError(f"{quantity} in {written} needs --counts-per-turn, edges a turn")
-    return Unit(written, angle[quantity], _TURN / counts_per_turn)
+    return Unit(written, angle[quantity], _TURN / counts_per_turn, spelling == "counts")
 
 
 def spelled(text: str) -> str | None:

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import Capture
+from motorid.capture.model import VOLTAGE, Capture
 from motorid.estimate import identifiability
 from motorid.estimate.balance import SHAPES
-from motorid.estimate.motion import Motion, noise
+from motorid.estimate.motion import COMMAND, Motion, drive_of, noise
 from motorid.estimate.regression import Regression
 from motorid.estimate.types import Diagnostic
 
@@ -45,13 +45,18 @@ def find(
 def _knowable(capture: Capture) -> Diagnostic:
     """What these channels can tell at best, and the run that would tell the rest."""
     run = identifiability.of_capture(capture)
-    known = identifiability.assess(replace(run, levels=max(run.levels, 3), transient=True))
+    best = replace(run, levels=max(run.levels, 3), transient=True)
+    note = ""
+    if drive_of(capture.channels) == COMMAND:  # volts of an unknown scale
+        best = replace(best, channels=best.channels | {VOLTAGE})
+        note = ", volts being in units of the command"
+    known = identifiability.assess(best)
     told = ", ".join((*known.parameters, *known.combinations)) or "no parameter"
     return Diagnostic(
         "identifiability",
         "info",
-        f"These channels ({', '.join(sorted(capture.channels))}) can tell {told} at best. "
-        f"{identifiability.advice(run)}",
+        f"These channels ({', '.join(sorted(capture.channels))}) can tell {told} at best{note}. "
+        f"{identifiability.advice(run)}".rstrip(),
     )
 
 
