@@ -1,0 +1,337 @@
+/* commands.c: what each command does. docs/protocol.md gives the order of the checks. */
+#include "crc.h"
+#include "port.h"
+#include "state.h"
+
+/* Of this firmware. */
+#define FIRMWARE_MAJOR 1
+#define FIRMWARE_MINOR 0
+#define FIRMWARE_PATCH 0
+
+#define NO_FIELDS(status) ((struct answer){(status), 0})
+
+/* ------------------------------------------------------------------ acceptance */
+
+/* Length of a command's fields and the states that accept it; false: no such command. */
+static bool rule_of(uint8_t code, uint8_t *size, uint8_t *states) {
+#define RULE(name) \
+    case WIRE_##name##_CODE: \
+        *size = WIRE_##name##_SIZE; \
+        *states = WIRE_##name##_STATES; \
+        return true
+    switch (code) {
+        RULE(IDENTIFY);
+        RULE(DESCRIBE_CHANNEL);
+        RULE(CONFIGURE);
+        RULE(READ_CONFIG);
+        RULE(CLEAR_PROGRAM);
+        RULE(ADD_STEP);
+        RULE(START);
+        RULE(STOP);
+        RULE(HEARTBEAT);
+        RULE(ZERO);
+        RULE(READ_STATUS);
+        RULE(CLEAR_FAULT);
+    default:
+        return false;
+    }
+#undef RULE
+}
+
+static uint8_t wrong_state(uint8_t code) {
+    const uint8_t state = core.state;
+    if (state == WIRE_STATE_FAULTED) {
+        return WIRE_STATUS_FAULT_LATCHED;
+    }
+    if (state == WIRE_STATE_IDLE && code != WIRE_CLEAR_FAULT_CODE) {
+        return WIRE_STATUS_NOT_CONFIGURED;
+    }
+    if (state == WIRE_STATE_CONFIGURED && code == WIRE_START_CODE) {
+        return WIRE_STATUS_PROGRAM_EMPTY;
+    }
+    return WIRE_STATUS_BAD_STATE;
+}
+
+uint8_t refusal(uint8_t code, uint8_t length) {
+    uint8_t size, states;
+    const bool always = code == WIRE_IDENTIFY_CODE || code == WIRE_STOP_CODE;
+    if (core.host_major != WIRE_MAJOR && !always) {
+        return WIRE_STATUS_MAJOR_MISMATCH;
+    }
+    if (!rule_of(code, &size, &states)) {
+        return WIRE_STATUS_UNKNOWN_COMMAND;
+    }
+    if (length < size) {
+        return WIRE_STATUS_BAD_LENGTH;
+    }
+    return states & (1u << core.state) ? WIRE_STATUS_OK : wrong_state(code);
+}
+
+bool needs_quiet(uint8_t code) {
+    switch (code) {
+    case WIRE_CONFIGURE_CODE:
+    case WIRE_CLEAR_PROGRAM_CODE:
+    case WIRE_ADD_STEP_CODE:
+    case WIRE_START_CODE:
+    case WIRE_ZERO_CODE:
+    case WIRE_CLEAR_FAULT_CODE:
+        return core.run.ending;
+    default:
+        return false;
+    }
+}
+
+/* ------------------------------------------------------------------ who is there */
+
+static struct answer do_identify(const uint8_t *fields, uint8_t *out) {
+    wire_identify_t host;
+    (void)wire_get_identify(fields, WIRE_IDENTIFY_SIZE, &host);
+    core.host_major = host.host_major;
+    wire_identify_reply_t reply = {
+        .protocol_major = WIRE_MAJOR,
+        .protocol_minor = WIRE_MINOR,
+        .layout_hash = WIRE_LAYOUT_HASH,
+        .firmware_major = FIRMWARE_MAJOR,
+        .firmware_minor = FIRMWARE_MINOR,
+        .firmware_patch = FIRMWARE_PATCH,
+        .boot_id = core.boot_id,
+        .reset_cause = core.reset_cause,
+        .state = core.state,
+        .clock_hz = port.clock_hz,
+        .clock_uncertainty_ppm = port.clock_uncertainty_ppm,
+        .pwm_hz = port.pwm_hz,
+        .dead_time_ns = port.dead_time_ns,
+        .decay_modes = port.decay_modes,
+        .min_sample_period_ticks = port.min_sample_period_ticks,
+        .sample_period_step_ticks = port.sample_period_step_ticks,
+        .encoder_edge_ceiling_hz = port.encoder_edge_ceiling_hz,
+        .max_steps = CORE_MAX_STEPS,
+        .max_current_ma = port.max_current_ma,
+        .max_host_silence_ms = port.max_host_silence_ms,
+        .buffer_samples = BLOCKS_SAMPLES,
+    };
+    memcpy(reply.board, port.board, sizeof reply.board);
+    for (uint8_t mask = port.channels; mask != 0; mask >>= 1) {
+        reply.channel_count = (uint8_t)(reply.channel_count + (mask & 1u));
+    }
+    return (struct answer){WIRE_STATUS_OK, (uint8_t)wire_put_identify_reply(out, &reply)};
+}
+
+static void describe_position(wire_describe_channel_reply_t *d) {
+    d->unit = WIRE_UNIT_COUNT;
+    d->kind = WIRE_CHANNEL_KIND_INSTANT;
+    d->bits = 16;
+    d->scale = 1.0f;
+    d->pwm_phase_permille = UINT16_MAX;
+    d->raw_min = INT16_MIN;
+    d->raw_max = INT16_MAX;
+}
+
+static struct answer do_describe_channel(const uint8_t *fields, uint8_t *out) {
+    uint8_t skip = wire_get_u8(fields);
+    for (uint8_t channel = 0; channel < CORE_CHANNELS; channel++) {
+        if (!(port.channels & (1u << channel)) || skip-- > 0) {
+            continue;
+        }
+        wire_describe_channel_reply_t reply = {.channel = channel};
+        if (channel == WIRE_CHANNEL_POSITION) {
+            describe_position(&reply);
+        } else {
+            port.describe(channel, &reply);
+        }
+        const size_t length = wire_put_describe_channel_reply(out, &reply);
+        return (struct answer){WIRE_STATUS_OK, (uint8_t)length};
+    }
+    return NO_FIELDS(WIRE_STATUS_BAD_VALUE);
+}
+
+/* ------------------------------------------------------------------ configuration */
+
+static uint8_t check_config(const wire_configure_t *c) {
+    if (c->sample_period_ticks < port.min_sample_period_ticks
+        || c->sample_period_ticks % port.sample_period_step_ticks != 0 || c->encoder_reversed > 1
+        || c->channels == 0) {
+        return WIRE_STATUS_BAD_VALUE;
+    }
+    if ((c->channels & (uint8_t)~port.channels) != 0 || c->mode > WIRE_MODE_BURST) {
+        return WIRE_STATUS_NOT_SUPPORTED;
+    }
+    if (c->speed_limit_counts_s > port.encoder_edge_ceiling_hz) {
+        return WIRE_STATUS_EDGE_CEILING;
+    }
+    const bool limits_hold = c->current_limit_ma > 0 && c->current_limit_ma <= port.max_current_ma
+                             && c->speed_limit_counts_s > 0 && c->supply_min_mv < c->supply_max_mv
+                             && c->run_time_limit_ms > 0 && c->host_silence_ms > 0
+                             && c->host_silence_ms <= port.max_host_silence_ms;
+    return limits_hold ? WIRE_STATUS_OK : WIRE_STATUS_BAD_VALUE;
+}
+
+static void take_config(const wire_configure_t *config) {
+    core.config = *config;
+    core.configured = true;
+    program_clear(&core.program);
+    guard_set(&core.guard, config);
+    const port_lock before = port.lock();
+    core.period = config->sample_period_ticks;
+    port.set_sample_period(core.period);
+    if (core.reversed != (config->encoder_reversed != 0)) {
+        core.reversed = !core.reversed;
+        core.latest.position = 0u - core.latest.position;
+    }
+    guard_rest(&core.guard, core.latest.position);
+    core.state = WIRE_STATE_CONFIGURED;
+    port.unlock(before);
+}
+
+static struct answer do_configure(const uint8_t *fields, uint8_t *out) {
+    wire_configure_t config;
+    (void)wire_get_configure(fields, WIRE_CONFIGURE_SIZE, &config);
+    const uint8_t status = check_config(&config);
+    if (status != WIRE_STATUS_OK) {
+        return NO_FIELDS(status);
+    }
+    take_config(&config);
+    core.config_hash = crc32(0, fields, WIRE_CONFIGURE_SIZE);
+    wire_put_u32(out, core.config_hash);
+    return (struct answer){WIRE_STATUS_OK, WIRE_CONFIGURE_REPLY_SIZE};
+}
+
+static struct answer do_read_config(uint8_t *out) {
+    if (!core.configured) {
+        return NO_FIELDS(WIRE_STATUS_NOT_CONFIGURED);
+    }
+    const size_t length = wire_put_configure(out, &core.config); /* the same fields, then the hash */
+    wire_put_u32(out + length, core.config_hash);
+    return (struct answer){WIRE_STATUS_OK, WIRE_READ_CONFIG_REPLY_SIZE};
+}
+
+_Static_assert(WIRE_READ_CONFIG_REPLY_SIZE == WIRE_CONFIGURE_SIZE + 4u,
+               "read_config answers configure's fields and their hash");
+
+/* ------------------------------------------------------------------ program and run */
+
+static struct answer do_clear_program(void) {
+    program_clear(&core.program);
+    core.state = WIRE_STATE_CONFIGURED;
+    return NO_FIELDS(WIRE_STATUS_OK);
+}
+
+static struct answer do_add_step(const uint8_t *fields, uint8_t *out) {
+    wire_add_step_t step;
+    (void)wire_get_add_step(fields, WIRE_ADD_STEP_SIZE, &step);
+    const uint8_t status = program_add(&core.program, &step, fields, core.period);
+    if (status != WIRE_STATUS_OK) {
+        return NO_FIELDS(status);
+    }
+    core.state = WIRE_STATE_LOADED;
+    const wire_add_step_reply_t reply = {core.program.count, core.program.hash};
+    return (struct answer){WIRE_STATUS_OK, (uint8_t)wire_put_add_step_reply(out, &reply)};
+}
+
+static struct answer do_start(const uint8_t *fields, uint8_t *out) {
+    wire_start_t start;
+    (void)wire_get_start(fields, WIRE_START_SIZE, &start);
+    if (start.config_hash != core.config_hash || start.program_hash != core.program.hash) {
+        return NO_FIELDS(WIRE_STATUS_HASH_MISMATCH);
+    }
+    run_begin();
+    core.told = (struct told){.phase_tick = core.run.start_tick};
+    wire_put_u32(out, core.run.start_tick);
+    return (struct answer){WIRE_STATUS_OK, WIRE_START_REPLY_SIZE};
+}
+
+void stop_now(void) {
+    const port_lock before = port.lock();
+    run_end(WIRE_END_REASON_STOPPED, (struct trip){WIRE_FAULT_NONE, 0});
+    if (core.zero.outcome == ZERO_MEASURING) {
+        core.zero.outcome = ZERO_ABORTED;
+        core.state = core.zero.before;
+    }
+    port.unlock(before);
+}
+
+static struct answer state_after(uint8_t *out) {
+    wire_put_u8(out, core.state);
+    return (struct answer){WIRE_STATUS_OK, WIRE_STOP_REPLY_SIZE};
+}
+
+static struct answer do_clear_fault(uint8_t *out) {
+    core.fault = WIRE_FAULT_NONE;
+    program_clear(&core.program);
+    core.state = core.configured ? WIRE_STATE_CONFIGURED : WIRE_STATE_IDLE;
+    return state_after(out);
+}
+
+/* ------------------------------------------------------------------ readings */
+
+static struct answer do_zero(uint16_t request, const uint8_t *fields) {
+    const uint16_t samples = wire_get_u16(fields);
+    if (samples < 1 || samples > ZERO_MAX_SAMPLES) {
+        return NO_FIELDS(WIRE_STATUS_BAD_VALUE);
+    }
+    const port_lock before = port.lock();
+    core.zero.request = request;
+    core.zero.before = core.state;
+    zero_begin(&core.zero, samples, core.latest.position);
+    core.state = WIRE_STATE_ZEROING;
+    port.unlock(before);
+    return NO_FIELDS(WIRE_STATUS_OK);
+}
+
+struct answer zero_answer(uint8_t *out) {
+    const uint8_t outcome = core.zero.outcome;
+    core.zero.outcome = ZERO_NONE;
+    if (outcome != ZERO_DONE) {
+        return NO_FIELDS(outcome == ZERO_MOVED ? WIRE_STATUS_NOT_AT_REST : WIRE_STATUS_BAD_STATE);
+    }
+    wire_zero_reply_t reply;
+    zero_result(&core.zero, &reply);
+    return (struct answer){WIRE_STATUS_OK, (uint8_t)wire_put_zero_reply(out, &reply)};
+}
+
+static struct answer do_read_status(uint8_t *out) {
+    const port_lock before = port.lock();
+    const wire_read_status_reply_t reply = {
+        .state = core.state,
+        .fault = core.fault,
+        .tick = core.tick,
+        .position = core.latest.position,
+        .current_raw = core.latest.raw[WIRE_CHANNEL_CURRENT],
+        .terminal_voltage_raw = core.latest.raw[WIRE_CHANNEL_TERMINAL_VOLTAGE],
+        .supply_voltage_raw = core.latest.raw[WIRE_CHANNEL_SUPPLY_VOLTAGE],
+        .dropped = core.blocks.dropped,
+    };
+    port.unlock(before);
+    return (struct answer){WIRE_STATUS_OK, (uint8_t)wire_put_read_status_reply(out, &reply)};
+}
+
+struct answer execute(uint8_t code, uint16_t request, const uint8_t *fields, uint8_t *out) {
+    switch (code) {
+    case WIRE_IDENTIFY_CODE:
+        return do_identify(fields, out);
+    case WIRE_DESCRIBE_CHANNEL_CODE:
+        return do_describe_channel(fields, out);
+    case WIRE_CONFIGURE_CODE:
+        return do_configure(fields, out);
+    case WIRE_READ_CONFIG_CODE:
+        return do_read_config(out);
+    case WIRE_CLEAR_PROGRAM_CODE:
+        return do_clear_program();
+    case WIRE_ADD_STEP_CODE:
+        return do_add_step(fields, out);
+    case WIRE_START_CODE:
+        return do_start(fields, out);
+    case WIRE_STOP_CODE:
+        stop_now();
+        return state_after(out);
+    case WIRE_HEARTBEAT_CODE:
+        run_heard();
+        return NO_FIELDS(WIRE_STATUS_OK);
+    case WIRE_ZERO_CODE:
+        return do_zero(request, fields);
+    case WIRE_READ_STATUS_CODE:
+        return do_read_status(out);
+    default: /* refusal() lets nothing else through */
+        return do_clear_fault(out);
+    }
+}

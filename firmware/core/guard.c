@@ -1,0 +1,108 @@
+/* guard.c: see guard.h. */
+#include "guard.h"
+
+#include <math.h>
+
+#include "port.h"
+
+#define MILLI 1e-3f
+
+static int16_t to_raw(float counts) {
+    return counts >= 32767.0f ? INT16_MAX : counts <= -32768.0f ? INT16_MIN : (int16_t)counts;
+}
+
+static uint32_t to_u32(uint64_t wide) { return wide > UINT32_MAX ? UINT32_MAX : (uint32_t)wide; }
+
+static wire_describe_channel_reply_t descriptor(uint8_t channel) {
+    wire_describe_channel_reply_t d = {.channel = channel};
+    port.describe(channel, &d);
+    return d;
+}
+
+/* A saturated reading is no reading: it trips too. */
+static void set_current(struct guard *g, uint32_t limit_ma) {
+    const wire_describe_channel_reply_t d = descriptor(WIRE_CHANNEL_CURRENT);
+    const float reach = fabsf((float)limit_ma * MILLI / d.scale);
+    g->current_low = to_raw(ceilf(d.offset - reach));
+    g->current_high = to_raw(floorf(d.offset + reach));
+    if (g->current_low <= d.raw_min) {
+        g->current_low = (int16_t)(d.raw_min + 1);
+    }
+    if (g->current_high >= d.raw_max) {
+        g->current_high = (int16_t)(d.raw_max - 1);
+    }
+}
+
+static void set_supply(struct guard *g, uint32_t min_mv, uint32_t max_mv) {
+    g->supply_low = INT16_MIN;
+    g->supply_high = INT16_MAX;
+    if (!(port.channels & (1u << WIRE_CHANNEL_SUPPLY_VOLTAGE))) {
+        return;
+    }
+    const wire_describe_channel_reply_t d = descriptor(WIRE_CHANNEL_SUPPLY_VOLTAGE);
+    g->supply_low = to_raw(ceilf(d.offset + (float)min_mv * MILLI / d.scale));
+    g->supply_high = to_raw(floorf(d.offset + (float)max_mv * MILLI / d.scale));
+}
+
+static uint32_t counts_in_window(const struct guard *g, uint32_t counts_s) {
+    return to_u32((uint64_t)counts_s * g->ticks_in_window / port.clock_hz);
+}
+
+static void set_window(struct guard *g, uint32_t period) {
+    const uint32_t wished = port.clock_hz / CORE_SPEED_WINDOWS_PER_S;
+    const uint32_t samples = (wished + period / 2u) / period;
+    g->window = samples < 1u                        ? 1u
+                : samples > CORE_SPEED_SAMPLES - 1u ? (uint8_t)(CORE_SPEED_SAMPLES - 1u)
+                                                    : (uint8_t)samples;
+    g->ticks_in_window = g->window * period;
+}
+
+void guard_set(struct guard *g, const wire_configure_t *limits) {
+    set_current(g, limits->current_limit_ma);
+    set_supply(g, limits->supply_min_mv, limits->supply_max_mv);
+    set_window(g, limits->sample_period_ticks);
+    g->speed_counts = counts_in_window(g, limits->speed_limit_counts_s);
+}
+
+void guard_rest(struct guard *g, uint32_t position) {
+    for (uint8_t n = 0; n < CORE_SPEED_SAMPLES; n++) {
+        g->positions[n] = position;
+    }
+}
+
+void guard_note(struct guard *g, uint32_t position) {
+    g->now = (uint8_t)((g->now + 1u) & (CORE_SPEED_SAMPLES - 1u));
+    g->positions[g->now] = position;
+}
+
+/* Two's complement difference of two counts that wrap. */
+static int32_t moved(const struct guard *g) {
+    const uint8_t then = (uint8_t)((uint8_t)(g->now - g->window) & (CORE_SPEED_SAMPLES - 1u));
+    const uint32_t change = g->positions[g->now] - g->positions[then];
+    return change <= INT32_MAX ? (int32_t)change : -(int32_t)(UINT32_MAX - change) - 1;
+}
+
+struct trip guard_check(const struct guard *g, const struct reading *now) {
+    const int16_t current = now->raw[WIRE_CHANNEL_CURRENT];
+    const int16_t supply = now->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE];
+    const int32_t counts = moved(g);
+    const uint32_t distance = counts < 0 ? 0u - (uint32_t)counts : (uint32_t)counts;
+    if (current < g->current_low || current > g->current_high) {
+        return (struct trip){WIRE_FAULT_OVER_CURRENT, current};
+    }
+    if (distance > g->speed_counts) {
+        return (struct trip){WIRE_FAULT_OVER_SPEED, counts};
+    }
+    if (supply < g->supply_low) {
+        return (struct trip){WIRE_FAULT_SUPPLY_LOW, supply};
+    }
+    if (supply > g->supply_high) {
+        return (struct trip){WIRE_FAULT_SUPPLY_HIGH, supply};
+    }
+    return (struct trip){WIRE_FAULT_NONE, 0};
+}
+
+int32_t guard_speed(const struct guard *g, int32_t counts) {
+    const int64_t speed = (int64_t)counts * port.clock_hz / g->ticks_in_window;
+    return speed > INT32_MAX ? INT32_MAX : speed < INT32_MIN ? INT32_MIN : (int32_t)speed;
+}

@@ -1,0 +1,37 @@
+/* guard.h: the limits that open the bridge, compared with every sample in raw counts. */
+#ifndef GUARD_H
+#define GUARD_H
+
+#include "core.h"
+#include "sizes.h"
+
+struct guard {
+    int16_t current_low, current_high; /* the readings that are still allowed */
+    int16_t supply_low, supply_high;
+    uint32_t speed_counts; /* largest allowed change of position over the window */
+    uint32_t ticks_in_window;
+    uint8_t window; /* samples over which speed is taken */
+    uint8_t now;    /* place of the latest position */
+    uint32_t positions[CORE_SPEED_SAMPLES];
+};
+
+/* What tripped, WIRE_FAULT_; `value` is the raw reading, or counts per window for the speeds. */
+struct trip {
+    uint8_t fault;
+    int32_t value;
+};
+
+/* Take the limits of a configuration, while nothing runs. */
+void guard_set(struct guard *g, const wire_configure_t *limits);
+
+/* Forget the speed: the encoder has stood at `position`. With the interrupt locked out. */
+void guard_rest(struct guard *g, uint32_t position);
+
+/* Remember the position of this sample, then compare: WIRE_FAULT_NONE when all is well. */
+void guard_note(struct guard *g, uint32_t position);
+struct trip guard_check(const struct guard *g, const struct reading *now);
+
+/* Counts per window as counts a second. */
+int32_t guard_speed(const struct guard *g, int32_t counts);
+
+#endif

@@ -1,0 +1,63 @@
+/* port.h: what a board supplies, and nothing else about it is known to the core.
+ *
+ * A port defines the one object `port`, calls core_init() once, core_sample() from its sample
+ * interrupt and core_poll() from its main loop (core.h). docs/porting.md leads through it.
+ * With link-time optimisation the calls through this constant object cost nothing.
+ */
+#ifndef PORT_H
+#define PORT_H
+
+#include "wire_gen.h"
+
+/* The interrupt state that `lock` found, for `unlock`. */
+typedef uint8_t port_lock;
+
+struct port {
+    /* ---- facts, told to the host by identify; they must be true of this board */
+    char board[16];                    /* name, zero-padded */
+    uint32_t clock_hz;                 /* ticks in a second */
+    uint16_t clock_uncertainty_ppm;    /* half width of the clock's tolerance */
+    uint32_t pwm_hz;
+    uint16_t dead_time_ns;
+    uint8_t decay_modes;               /* bit n: WIRE_DECAY_ n is available */
+    uint8_t channels;                  /* bit n: WIRE_CHANNEL_ n is measured; current and position
+                                        * always are */
+    uint32_t min_sample_period_ticks;
+    uint32_t sample_period_step_ticks; /* ticks of one PWM period, as a rule */
+    uint32_t idle_sample_period_ticks; /* until the first configure */
+    uint32_t encoder_edge_ceiling_hz;
+    uint32_t max_current_ma;           /* below what saturates the converter */
+    uint16_t max_host_silence_ms;
+    uint16_t full_duty;                /* the bridge's levels reach from -full_duty to full_duty;
+                                        * at most 32767 */
+
+    /* Descriptor of a measured channel other than position; the fields are describe_channel's and
+     * come zeroed, `channel` set. No scale is 0, and the supply's is positive. */
+    void (*describe)(uint8_t channel, wire_describe_channel_reply_t *out);
+
+    /* ---- bridge. Called from the sample interrupt; bridge_open also from the main loop, locked.
+     * A command acts at the tick of the sample that is being taken: see docs/porting.md. */
+    void (*bridge_open)(void); /* all switches off, at once */
+    void (*bridge_brake)(void);
+    void (*bridge_drive)(int16_t level, uint8_t decay); /* level: -full_duty to full_duty */
+
+    /* ---- sampling. Called locked, with the bridge open: from the next sample on, core_sample()
+     * comes every so many ticks. */
+    void (*set_sample_period)(uint32_t ticks);
+
+    /* ---- link, from the main loop; neither ever waits. */
+    bool (*read)(uint8_t *byte);                               /* false: nothing there */
+    uint16_t (*write)(const uint8_t *bytes, uint16_t length);  /* bytes taken, perhaps 0 */
+
+    /* ---- keep the sample interrupt out, for a few dozen instructions */
+    port_lock (*lock)(void);
+    void (*unlock)(port_lock before);
+
+    /* ---- the last reset */
+    uint8_t (*reset_cause)(void); /* WIRE_RESET_CAUSE_ */
+    uint32_t (*boot_id)(void);    /* another number after every reset */
+};
+
+extern const struct port port;
+
+#endif

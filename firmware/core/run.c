@@ -1,0 +1,118 @@
+/* run.c: the sample interrupt. Everything that drives or protects the motor is here. */
+#include "port.h"
+#include "state.h"
+
+#define NEVER UINT32_MAX
+
+/* Samples that cover so many milliseconds. What does not fit is cut: five days at 10 kHz. */
+static uint32_t samples_in(uint32_t ms) {
+    const uint64_t ticks = (uint64_t)ms * (port.clock_hz / 1000u);
+    const uint64_t samples = (ticks + core.period - 1u) / core.period;
+    return samples < NEVER ? (uint32_t)samples : NEVER - 1u;
+}
+
+/* A block goes out when its first sample is so old, however few it holds. */
+static uint32_t samples_until_old(void) {
+    return port.clock_hz / 1000u * WIRE_BLOCK_AGE_MS / core.period + 1u;
+}
+
+void run_begin(void) {
+    struct run *const r = &core.run;
+    const bool burst = core.config.mode == WIRE_MODE_BURST;
+    const uint64_t limit = (uint64_t)core.config.run_time_limit_ms * (port.clock_hz / 1000u);
+    r->left = 0;
+    r->begun = 0;
+    /* The first sample is at start_tick and counts these down to what they shall be there. */
+    r->silence = samples_in(core.config.host_silence_ms);
+    r->silence_left = r->silence + 1u;
+    r->time_left = limit < program_ticks(&core.program)
+                       ? samples_in(core.config.run_time_limit_ms) + 1u
+                       : NEVER;
+    blocks_begin(&core.blocks, core.config.channels, burst, burst ? 0 : samples_until_old());
+    const port_lock before = port.lock();
+    r->start_tick = core.tick + core.period;
+    core.state = WIRE_STATE_RUNNING;
+    port.unlock(before);
+}
+
+void run_end(uint8_t reason, struct trip trip) {
+    struct run *const r = &core.run;
+    port.bridge_open();
+    if (core.state != WIRE_STATE_RUNNING) {
+        return;
+    }
+    blocks_finish(&core.blocks);
+    r->reason = reason;
+    r->trip = trip;
+    r->end_tick = r->begun > 0 ? core.tick : r->start_tick;
+    r->ending = true;
+    core.fault = trip.fault;
+    core.state = trip.fault == WIRE_FAULT_NONE ? WIRE_STATE_LOADED : WIRE_STATE_FAULTED;
+}
+
+void run_heard(void) {
+    const port_lock before = port.lock();
+    core.run.silence_left = core.run.silence;
+    port.unlock(before);
+}
+
+/* Count down the two deadlines. A host may fall silent at the end. */
+static struct trip late(struct run *r, bool end) {
+    if (r->time_left != NEVER && --r->time_left == 0) {
+        return (struct trip){WIRE_FAULT_RUN_TIME, (int32_t)core.config.run_time_limit_ms};
+    }
+    if (--r->silence_left == 0 && !end) {
+        return (struct trip){WIRE_FAULT_HOST_SILENCE, core.config.host_silence_ms};
+    }
+    return (struct trip){WIRE_FAULT_NONE, 0};
+}
+
+static void next_step(struct run *r) {
+    r->left = core.program.steps[r->begun].ticks;
+    program_drive(&core.program, r->begun, core.latest.raw[WIRE_CHANNEL_SUPPLY_VOLTAGE]);
+    r->begun++;
+}
+
+static void run_sample(void) {
+    struct run *const r = &core.run;
+    if (r->begun > 0) {
+        r->left -= core.period;
+    }
+    const bool boundary = r->left == 0;
+    const bool end = boundary && r->begun == core.program.count;
+    if (!end) {
+        blocks_add(&core.blocks, &core.latest, core.tick);
+    }
+    struct trip trip = guard_check(&core.guard, &core.latest);
+    if (trip.fault == WIRE_FAULT_NONE) {
+        trip = late(r, end);
+    }
+    if (trip.fault != WIRE_FAULT_NONE) {
+        run_end(WIRE_END_REASON_FAULT, trip);
+    } else if (end) {
+        run_end(WIRE_END_REASON_COMPLETED, trip);
+    } else if (boundary) {
+        next_step(r);
+    } else {
+        program_renew(&core.program, (uint8_t)(r->begun - 1u),
+                      core.latest.raw[WIRE_CHANNEL_SUPPLY_VOLTAGE]);
+    }
+}
+
+void core_sample(const struct reading *now) {
+    core.tick += core.period;
+    core.latest = *now;
+    if (core.reversed) {
+        core.latest.position = 0u - now->position;
+    }
+    guard_note(&core.guard, core.latest.position);
+    if (core.state == WIRE_STATE_RUNNING) {
+        run_sample();
+    } else if (core.state == WIRE_STATE_ZEROING && zero_add(&core.zero, &core.latest)) {
+        core.state = core.zero.before;
+    }
+}
+
+void core_trip(uint8_t fault, int32_t value) {
+    run_end(WIRE_END_REASON_FAULT, (struct trip){fault, value});
+}
