@@ -237,7 +237,7 @@ def assemble(journal: Journal) -> Capture:
     try:
         feed_all(assembler, journal.records)
         return assembler.capture()
-    except (KeyError, TypeError, ValueError, UsageError) as error:
+    except (KeyError, TypeError, ValueError, ArithmeticError, UsageError) as error:
         raise DataError(
             f"the journal does not hold a whole beginning of a run ({error!r})"
         ) from None

@@ -31,10 +31,13 @@ NOBODY = -1  # a request number that no reply carries
 Fields = dict[str, Any]
 News = Event | SampleBlock
 
+RESET = "the board was reset meanwhile: check its supply and its cable"
 REFUSALS: Mapping[Status, tuple[type[MotoridError], str]] = {
     Status.BAD_VALUE: (RigError, "the board cannot do a value asked for: compare rig and board"),
     Status.BAD_STATE: (LinkError, "the board is in a state that does not allow it: reset it"),
     Status.HASH_MISMATCH: (LinkError, "limits or program did not arrive as sent: try again"),
+    Status.NOT_CONFIGURED: (LinkError, RESET),
+    Status.PROGRAM_EMPTY: (LinkError, RESET),
     Status.FAULT_LATCHED: (RigError, "a fault is latched: see what the board trips on"),
     Status.PROGRAM_FULL: (RigError, "the program has more steps than the board holds"),
     Status.NOT_SUPPORTED: (RigError, "the board does not support it: see its identity"),

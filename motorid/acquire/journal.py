@@ -93,13 +93,14 @@ def read_journal(path: Path) -> Journal:
 def parse_journal(data: bytes) -> Journal:
     """The journal in ``data``. Raises DataError when it does not begin as one."""
     if not data.startswith(MAGIC):
-        raise DataError("not a motorid journal")
+        hint = "; it is empty, so delete it" if MAGIC.startswith(data) else ""
+        raise DataError(f"not a motorid journal{hint}")
     at, records = len(MAGIC), []
     while (record := _record(data, at)) is not None:
         records.append(record)
         at += _SMALLEST + len(record.data)
     if not records or records[0].kind is not Kind.HEADER:
-        raise DataError("the journal ends before its header: nothing can be recovered from it")
+        raise DataError("the journal ends before its header: it holds nothing, so delete it")
     return Journal(records[0].json, tuple(records[1:]), len(data) - at)
 
 
@@ -156,7 +157,8 @@ class JournalWriter:
             self._sync()
             sync_folder(path.parent)
         except OSError as error:
-            self._file.close()
+            with contextlib.suppress(OSError):  # closing tries to write again
+                self._file.close()
             self.discard()
             raise DataError(f"{path} cannot be written: {error.strerror or error}") from None
         self._thread = threading.Thread(target=self._write, name="journal", daemon=True)
