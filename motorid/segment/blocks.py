@@ -24,14 +24,20 @@ NOISE_GOAL = 0.02  # of the largest speed: a block's noise that needs no longer 
 REST_SPEED = 0.005  # of the largest speed: as good as rest
 NOISE_FLOOR = 1e-3  # of the largest value: differences below this do not matter here
 MAD_TO_SIGMA = 1.4826
+CHUNKS = 32  # of a capture, each with its own noise
+CHUNK_BLOCKS = 64  # at least, in such a chunk
 
 
 @dataclass(frozen=True)
 class Signal:
-    """One quantity over the blocks: means (k,), their standard deviation, their largest size."""
+    """One quantity over the blocks: means (k,), their standard deviation, their largest size.
+
+    ``noisiest`` is the standard deviation where it is largest: ripple comes only while driving.
+    """
 
     mean: Floats
     sigma: float
+    noisiest: float
     scale: float
 
 
@@ -125,10 +131,10 @@ def _means(values: Floats, start: Ints, stop: Ints) -> Floats:
 def _signal(values: Floats, edges: tuple[Ints, Ints, NDArray[np.bool_]], floor: float) -> Signal:
     mean = _means(values, edges[0], edges[1])
     scale = float(np.percentile(np.abs(mean), 99.5))
-    sigma = max(_noise(mean), floor, NOISE_FLOOR * scale)
+    sigma = max(_noise(mean, 1), floor, NOISE_FLOOR * scale)
     if len(mean) > 2:
         mean = _without_spikes(mean, edges[2], sigma)
-    return Signal(mean, sigma, scale)
+    return Signal(mean, sigma, max(_noise(mean, CHUNKS), sigma), scale)
 
 
 def _without_spikes(mean: Floats, joined: NDArray[np.bool_], sigma: float) -> Floats:
@@ -142,14 +148,19 @@ def _without_spikes(mean: Floats, joined: NDArray[np.bool_], sigma: float) -> Fl
     return cleaned
 
 
-def _noise(mean: Floats) -> float:
-    """Standard deviation of a block, from second differences: blind to any straight course."""
-    sizes = []
+def _noise(mean: Floats, chunks: int) -> float:
+    """Standard deviation of a block; that of the noisiest chunk where there are several.
+
+    From second differences, which are blind to any straight course, by their median, which is
+    blind to a few jumps.
+    """
+    largest = 0.0
     for lag in (1, 4):
-        if len(mean) > 4 * lag:
-            second = mean[2 * lag :] - 2 * mean[lag:-lag] + mean[: -2 * lag]
-            sizes.append(float(np.median(np.abs(second))))
-    return MAD_TO_SIGMA * max(sizes, default=0.0) / float(np.sqrt(6))
+        second = np.abs(mean[2 * lag :] - 2 * mean[lag:-lag] + mean[: -2 * lag])
+        if len(second) > 2 * lag:
+            parts = np.array_split(second, max(min(chunks, len(second) // CHUNK_BLOCKS), 1))
+            largest = max(largest, *(float(np.median(part)) for part in parts))
+    return MAD_TO_SIGMA * largest / float(np.sqrt(6))
 
 
 def _assemble(

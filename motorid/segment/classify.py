@@ -28,6 +28,8 @@ ALIKE = 6  # times as long as a piece: longer neighbours say nothing of its slop
 LARGE_CHANGE = 0.3  # of the largest speed: a transient however gentle
 SETTLED = 0.01  # of the change of a transient: what may remain when steady state begins
 TAIL = 0.25  # of a brake's change: less speed lost without current after it is its tail
+GENTLE = 0.05  # of a transient's steepest slope: gentler for LINGER time constants is steady
+LINGER = 2.0  # time constants, each the change of the transient over its steepest slope
 SHORT = 3  # blocks: a shorter run of one kind belongs to its neighbours
 SHORT_IF_VAGUE = 12  # blocks, for a run whose slope says too little
 
@@ -36,7 +38,8 @@ def fit_pieces(blocks: Blocks) -> Pieces:
     """Straight pieces of the speed, and of the drive where there is one."""
     signals = [blocks.speed] + ([blocks.drive] if blocks.drive else [])
     values = np.column_stack([s.mean for s in signals])
-    sigma = np.array([max(s.sigma, 1e-300) for s in signals])
+    levels = [blocks.speed.sigma] + ([blocks.drive.noisiest] if blocks.drive else [])
+    sigma = np.maximum(levels, 1e-300)
     return straight_pieces(blocks.time_s, values, sigma, blocks.joined, PENALTY * len(signals))
 
 
@@ -117,8 +120,10 @@ def _transient(blocks: Blocks, going: Course, rest: NDArray[np.bool_]) -> NDArra
     run_change = np.abs(np.bincount(run, change))[run]
     run_peak = np.zeros(run[-1] + 1)
     np.maximum.at(run_peak, run, np.abs(slope))
-    steep = (run_peak[run] > PEAK * steepest) | (run_change > LARGE_CHANGE * scale)
-    alive = np.abs(slope) > SETTLED * run_peak[run]
+    peak = run_peak[run]
+    steep = (peak > PEAK * steepest) | (run_change > LARGE_CHANGE * scale)
+    lingers = going.length_s * peak > LINGER * run_change  # for that many time constants
+    alive = np.abs(slope) > np.where(lingers, GENTLE, SETTLED) * peak
     return np.asarray(clear & steep & alive & (run_change > CHANGE * scale))
 
 
@@ -183,7 +188,10 @@ def _commonest(levels: Floats, weights: Ints, width: float) -> float:
 
 
 def _settle(blocks: Blocks, names: Ints, speed: Floats, jump: NDArray[np.bool_]) -> Ints:
-    """Moves the end of each transient to where a hundredth of its change remains."""
+    """Moves the end of each transient to where a hundredth of its change remains.
+
+    What settles at no speed is rest, though the piece before it began with some.
+    """
     edge = np.flatnonzero(names[1:] != names[:-1]) + 1
     for j in edge[(names[edge] == STEADY) & np.isin(names[edge - 1], (ACCELERATION, BRAKE))]:
         begin = int(edge[edge < j][-1]) if (edge < j).any() else 0
@@ -196,7 +204,9 @@ def _settle(blocks: Blocks, names: Ints, speed: Floats, jump: NDArray[np.bool_])
         near &= ~np.logical_or.accumulate(jump[begin:end][::-1])[::-1]
         begin_steady = begin + int(np.argmax(near)) if near.any() else j
         names[begin:begin_steady] = names[j - 1]
-        names[begin_steady:end] = STEADY
+        calm = blocks.speed.mean[j + (end - j) // 2 : end]
+        still = max(blocks.still, 4 * blocks.speed.sigma / np.sqrt(len(calm)))
+        names[begin_steady:end] = REST if abs(np.mean(calm)) <= still else STEADY
     return names
 
 
