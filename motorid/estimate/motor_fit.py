@@ -59,7 +59,18 @@ def fit(
     start = start_values(records, fixed)
     for record in records:
         refuse_discontinuous(record.capture, record.timeline, max(start["L"], 1e-9))
-    solution = solve(records, free, start)
+    return report(captures, records, solve(records, free, start), fix or {}, without)
+
+
+def report(
+    captures: Sequence[Capture],
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    fix: Mapping[str, float],
+    without: Sequence[str],
+) -> Estimate:
+    """What a solution says, whichever method found it: uncertainty from its curvature."""
+    fixed = {**dict.fromkeys(without, 0.0), **fix}
     found = intervals.Findings(
         solution, statistical(solution), instrument.budget(solution, records), fixed, without
     )
@@ -83,7 +94,7 @@ def fit(
         steady=tables.steady(found.motor(), [r.gear for r in records], named),
         segments=tables.segments(named),
         inputs=tuple(describe(capture) for capture in captures),
-        options={"fix": dict(fix or {}), "without": list(without), "method": "ml"},
+        options={"fix": dict(fix), "without": list(without), "method": "ml"},
         versions={"motorid": __version__, "numpy": np.__version__},
         budget=intervals.budget_shares(found),
     )
