@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from motorid.cli.options import example
+from motorid.cli.options import example, force_option
 
 
 @click.command("segment", epilog=example("motorid segment run.h5 --plot segments.html"))
@@ -16,18 +16,22 @@ from motorid.cli.options import example
     type=click.Path(dir_okay=False, path_type=Path),
     help="Draw them into an HTML page.",
 )
-def command(file: Path, plot: Path | None) -> None:
+@force_option
+def command(file: Path, plot: Path | None, force: bool) -> None:
     """Show where a capture accelerates, runs steadily, decelerates and rests.
 
     Read from the signals alone, with the reason for every stretch that is rejected.
     """
     from motorid.capture import store
+    from motorid.capture.whole import refuse_existing, write_whole
     from motorid.report import segments as render
     from motorid.segment import segment
 
+    if plot:
+        refuse_existing(plot, force)
     capture = store.load(file)
     segments = segment(capture)
     click.echo(render.table(capture, segments))
     if plot:
-        plot.write_text(render.page(capture, segments), encoding="utf-8", newline="\n")
+        write_whole(plot, render.page(capture, segments).encode(), force=force)
         click.echo(f"wrote {plot}", err=True)
