@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import tomllib
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -95,7 +96,7 @@ class _Reader:
         rig = Rig(
             name=top.get("name", Path(self.where).stem),
             port=top.get("port", ""),
-            wiring=Wiring(**{k: v for k, v in wiring.items() if k not in apart}),
+            wiring=Wiring(**{f.name: wiring[f.name] for f in fields(Wiring) if f.name in wiring}),
             limits=Limits(**sections["limits"]),
             nameplate=nameplate,
             sampling=Sampling(**sections["sampling"]),

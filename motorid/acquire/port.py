@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
+import os
 import socket
 import time
+from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 from urllib.parse import parse_qs, urlsplit
 
@@ -182,8 +185,19 @@ def _why_not(name: str, error: Exception) -> str:
             "the group that owns the device (often dialout) and log in again"
         )
     if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text:
-        return f"{name}: another program holds this port; close it there first"
+        return f"{name}: another program holds this port{_holder(name)}; close it there first"
     return f"{name}: cannot be opened as a serial port ({text.splitlines()[0][:120]})"
+
+
+def _holder(name: str) -> str:
+    """Which process has a device open, in brackets, where the system tells (Linux)."""
+    device = os.path.realpath(name)
+    for handle in Path("/proc").glob("[0-9]*/fd/*"):
+        with contextlib.suppress(OSError):  # not ours to see, or gone meanwhile
+            if os.readlink(handle) == device and handle.parts[2] != str(os.getpid()):
+                command = Path("/proc", handle.parts[2], "comm").read_text().strip()
+                return f" (process {handle.parts[2]}, {command})"
+    return ""
 
 
 def _gone(name: str, error: Exception) -> LinkError:

@@ -127,6 +127,7 @@ class _Recorder:
     ) -> None:
         self.port, self.rig, self.program = port, rig, program
         self.stop, self.progress = stop, progress
+        self.measuring = False  # whether the journal holds any of the run proper
         self.recorded: Any = getattr(port, "header", None)  # of a replay: what was, is again
 
     def record(self, path: Path, force: bool, serial: str, note: str, *, checked: bool) -> None:
@@ -144,6 +145,9 @@ class _Recorder:
         except KeyboardInterrupt:  # the second one: quit at once
             with contextlib.suppress(DataError):
                 journal.close()
+            if not self.measuring:
+                journal.discard()
+                raise KeyboardInterrupt("interrupted twice; nothing was measured") from None
             raise KeyboardInterrupt(
                 f"interrupted twice; `motorid recover {journal.path}` keeps what arrived"
             ) from None
@@ -183,6 +187,7 @@ class _Recorder:
             samples=wire.ticks // period,
             check=pulse,
         )
+        self.measuring = True
         view = LiveView(rig, board, zero, wire, self.progress)
         reason = drive(board, wire, config, self.stop, view.consume)
         return "interrupted" if self.stop.requested and reason == "stopped" else reason
@@ -240,7 +245,7 @@ def _header(rig: Rig, program: Program, serial: str, note: str) -> dict[str, Any
         "port": rig.port,
         "rig_name": rig.name,
         "rig": rig.text,
-        "wiring": asdict(rig.wiring),
+        "wiring": asdict(rig.wiring) | {"supply_voltage_v": rig.supply_voltage_v or 0.0},
         "voltage_sense": rig.voltage_sense,
         "calibration": {name: asdict(one) for name, one in rig.calibration.items()},
         "program": program.to_dict(),
