@@ -8,8 +8,8 @@ and integrated by parts,
 which is linear in a, b, c, d and differentiates no measurement (modulating functions; M. Shinbrot,
 Trans. ASME 79, 1957). The drive (current, torque, volts) is noisy and stands alone on the left, so
 that its noise does not bias the coefficients; the noise of the speed is averaged over the bump.
-Bumps are raised cosines a half-width apart; those at the ends of a stretch are halves, whose end
-terms are the speed there.
+Bumps are raised cosines a half-width apart, whole ones only: [φ ω] is then what little of a bump
+lies between its end and the nearest sample.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def _of_stretch(
     bumps = max(round(length / half_width_s), 1)
     half = length / bumps
     lines = []
-    for k in range(bumps + 1):
+    for k in range(1, bumps):
         centre = time[0] + k * half
         line = _line(motion, stretch, speed, centre, half)
         if line is not None:

@@ -18,7 +18,14 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, TORQUE, Capture
 from motorid.errors import DataError, UsageError
 from motorid.estimate import balance, mechanical_findings, mechanical_results
-from motorid.estimate.motion import FEWEST_SAMPLES, Motion, drive_of, noise, of_capture
+from motorid.estimate.motion import (
+    FEWEST_SAMPLES,
+    Motion,
+    drive_of,
+    noise,
+    of_capture,
+    stands_still,
+)
 from motorid.estimate.regression import OFFSET, Regression, choose_width, solve
 from motorid.estimate.types import PARAMETERS, Estimate
 
@@ -62,7 +69,8 @@ def fit(
     if not captures:
         raise DataError("no capture was given: nothing to fit")
     drive = _common_drive(captures)
-    motions = [of_capture(capture, drive) for capture in captures]
+    moving = [capture for capture in captures if not stands_still(capture)] or captures[:1]
+    motions = [of_capture(capture, drive) for capture in moving]
     wanted, values = _wanted(motions, drive, known, without)
     best = _regress(motions, wanted, values)
     if best is None:
@@ -70,8 +78,10 @@ def fit(
             "the motor does not turn steadily one way for long enough in these captures: "
             f"at least {FEWEST_ROWS} bumps of {NARROWEST} samples are needed; capture a longer run"
         )
-    findings = mechanical_findings.find(captures, motions, best)
-    return mechanical_results.estimate(captures, motions, best, drive, known, without, findings)
+    findings = mechanical_findings.find(moving, motions, best)
+    if len(moving) < len(captures):
+        findings = (mechanical_findings.standing_still(len(captures) - len(moving)), *findings)
+    return mechanical_results.estimate(moving, motions, best, drive, known, without, findings)
 
 
 def _check(fix: Mapping[str, float], without: Sequence[str]) -> None:

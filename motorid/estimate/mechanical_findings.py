@@ -42,6 +42,14 @@ def find(
     return tuple(found)
 
 
+def standing_still(count: int) -> Diagnostic:
+    """That some captures say nothing but that the motor does not move."""
+    runs = "One capture was" if count == 1 else f"{count} captures were"
+    return Diagnostic(
+        "standing_still", "info", f"{runs} left out: the motor never moves, held by friction."
+    )
+
+
 def _knowable(capture: Capture) -> Diagnostic:
     """What these channels can tell at best, and the run that would tell the rest."""
     run = identifiability.of_capture(capture)
@@ -61,12 +69,13 @@ def _knowable(capture: Capture) -> Diagnostic:
 
 
 def expected_rms(motions: Sequence[Motion], best: Regression) -> float:
-    """RMS that the rows would have, were the drive's sample-to-sample noise all there is."""
+    """RMS that the rows would have, were the noise between neighbouring readings all there is."""
     variances = []
     for index, motion in enumerate(motions):
         sigma = max(noise(motion.drive), motion.drive_quantum / np.sqrt(12.0))
+        through_inertia = best.coefficients[0] * motion.inertia_noise(best.half_width_s)
         share = float(np.mean(best.rows.capture == index))
-        variances.append(share * sigma**2 * motion.period_s)
+        variances.append(share * (sigma**2 * motion.period_s + through_inertia**2))
     return float(np.sqrt(sum(variances)))
 
 
@@ -84,7 +93,7 @@ def _lack_of_fit(motions: Sequence[Motion], best: Regression) -> list[Diagnostic
             "warning",
             f"Lack of fit: the {drive} that the model leaves unexplained "
             f"({mean:.3g} {unit} rms over {best.half_width_s:.3g} s) is {times} what the noise of "
-            f"its readings gives. {_suspect(best)} The intervals are from the scatter between "
+            f"the readings gives. {_suspect(best)} The intervals are from the scatter between "
             "stretches of motion and from the choice of bandwidth, and so include it.",
         )
     ]

@@ -84,6 +84,18 @@ class Motion:
         low, high = np.maximum(index - reach, 0), np.minimum(index + reach, len(angle) - 1)
         return np.asarray((angle[high] - angle[low]) / (self.time_s[high] - self.time_s[low]))
 
+    def inertia_noise(self, half_width_s: float) -> float:
+        """Standard deviation that the motion's noise gives the inertia's regressor in one row.
+
+        From ∫φ'² = π²/(4h) and ∫φ''² = π⁴/(4h³) over ∫φ² = 3h/4, for white noise of the readings.
+        """
+        times = np.pi / half_width_s
+        if self.measured_speed is not None:
+            sigma = max(noise(self.measured_speed), self.speed_quantum / np.sqrt(12.0))
+        else:
+            sigma, times = noise(np.r_[0.0, np.cumsum(self.turned)]), times**2
+        return float(sigma * times * np.sqrt(self.period_s / 3.0))
+
     def stretches(self, half_width_s: float) -> list[Stretch]:
         """Where the motor surely turns, split at standstill, reversal and gaps."""
         speed = self.speed(half_width_s)
@@ -111,6 +123,12 @@ def drive_of(channels: Mapping[str, Channel]) -> str | None:
     return next((name for name in DRIVES if name in channels), None)
 
 
+def stands_still(capture: Capture) -> bool:
+    """Whether speed or position is measured and never changes."""
+    output = capture.get(SPEED) or capture.get(POSITION)
+    return output is not None and not np.nanmax(np.abs(np.diff(output.values)), initial=0.0)
+
+
 def of_capture(capture: Capture, drive: str) -> Motion:
     """The motion in ``capture``, driven by its channel ``drive``.
 
@@ -129,7 +147,7 @@ def of_capture(capture: Capture, drive: str) -> Motion:
     linear = output.unit in ("m", "m/s")
     if drive == TORQUE and linear != (source.unit == "N"):
         raise DataError(f"{name}: {source.unit} drives {output.unit}: map both linear or both not")
-    if np.ptp(output.values[good]) == 0:
+    if stands_still(capture):
         raise DataError(f"{name}: {output.name} never changes, so nothing can be fitted")
     kept = _fresh(np.flatnonzero(good), output, capture.provenance.get("held", {}))
     breaks = (~good).astype(np.int64)
