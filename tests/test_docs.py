@@ -1,0 +1,82 @@
+"""Documents that hold together: links resolve, and every command in them is one that exists."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import pytest
+
+from motorid.cli.main import COMMANDS, cli
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
+LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
+BLOCK = re.compile(r"^```[\s\S]*?^```|^(?: {4}.*\n)+", re.MULTILINE)
+IN_A_BLOCK = re.compile(r"^\s*(?:\$ )?(motorid [a-z].*)$", re.MULTILINE)
+IN_A_SENTENCE = re.compile(rf"`(motorid (?:{'|'.join(COMMANDS)})\b[^`]*)`")
+
+
+def by_name(page: Path) -> str:
+    return page.name
+
+
+def commands(text: str) -> Iterator[str]:
+    """The command lines of a page, in blocks and in running text, comments cut off."""
+    text = re.sub(r"\\\n\s*", "", text)
+    found = [line for block in BLOCK.findall(text) for line in IN_A_BLOCK.findall(block)]
+    for line in found + IN_A_SENTENCE.findall(BLOCK.sub("", text)):
+        yield line.partition("  #")[0].replace("\n", " ").strip()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=by_name)
+def test_links_resolve(page: Path) -> None:
+    links = LINK.findall(page.read_text(encoding="utf-8"))
+    assert [link for link in links if not (page.parent / link).exists()] == []
+
+
+def test_index_lists_every_document() -> None:
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    pages = {page.name for page in (ROOT / "docs").glob("*.md")} - {"index.md"}
+    assert {name for name in pages if f"]({name})" not in index} == set()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=by_name)
+def test_commands_in_documents_parse(page: Path) -> None:
+    for line in commands(page.read_text(encoding="utf-8")):
+        name, *words = shlex.split(line)[1:]
+        command = cli.get_command(click.Context(cli), name)
+        assert command is not None, line
+        if words and not {"--help", "…", "..."} & set(words):
+            parse(command, words, line)
+
+
+def parse(command: click.Command, words: list[str], line: str) -> None:
+    """Parses options and arguments as the command would, without running or asking for files."""
+    try:
+        command.make_parser(click.Context(command)).parse_args(words)
+    except click.UsageError as error:
+        raise AssertionError(f"{line}: {error.format_message()}") from error
+
+
+def test_the_command_finder_finds_them() -> None:
+    text = """motorid is a tool. Run
+
+    motorid run --rig sim \\
+        -o out   # comment
+
+or `motorid fit
+a.h5`, as in
+
+```
+$ motorid segment a.h5
+```
+"""
+    assert list(commands(text)) == [
+        "motorid run --rig sim -o out",
+        "motorid segment a.h5",
+        "motorid fit a.h5",
+    ]
