@@ -137,7 +137,7 @@ class _Recorder:
         failure: MotoridError | None = None
         reason = ""
         try:
-            board = Board(JournaledPort(self.port, journal), int(header["first_request"]))
+            board = Board(JournaledPort(self.port, journal), int(header.get("first_request", 1)))
             reason = self._measure(board, journal, checked)
         except MotoridError as error:
             failure = error

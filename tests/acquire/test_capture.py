@@ -480,3 +480,16 @@ def test_ctrl_c_twice_quits_at_once_and_keeps_the_journal(tmp_path: Path) -> Non
     kept = path if path.exists() else record.recover(path)  # the first stop may win the race
     assert len(store.load(kept)) > 0
     assert "kept in" in said or "motorid recover" in said
+
+
+@pytest.mark.usefixtures("keep_journal")
+def test_a_torn_journal_replays_as_it_recovers(tmp_path: Path) -> None:
+    path = run("", tmp_path / "run.h5")
+    data = journal_path(path).read_bytes()
+    torn = tmp_path / "torn.h5"
+    journal_path(torn).write_bytes(data[: 3 * len(data) // 4])
+    rig = replace(sim_rig(), port=f"replay://{journal_path(torn)}")
+    with pytest.raises(LinkError, match="the journal ends here"):
+        record.capture(rig, rig.program, tmp_path / "again.h5")
+    record.recover(torn)
+    assert (tmp_path / "again.h5").read_bytes() == torn.read_bytes()
