@@ -21,6 +21,7 @@ OPEN_CAPTURES = 2  # further ones are folded away
 DETAILS = 3  # close-ups of the steepest places of a capture
 DETAIL_SAMPLES = 48
 LAGS = 60
+LIFTED = 8.0  # usual steps of time without a reading: no line is drawn over that
 WEAK = 0.1  # correlation: the plot shows at least this much either way
 KINDS = ("rest", "acceleration", "steady", "coast", "brake", "rejected")
 
@@ -72,8 +73,8 @@ def _response(curve: Curve, segments: Sequence[SegmentRow], columns: int) -> str
     )
     for s in segments:
         above.band(s.start_s, s.end_s, s.kind, s.kind)
-    above.line(*thin(curve.time_s, curve.measured, columns), "measured")
-    above.line(*thin(curve.time_s, curve.fitted, columns), "fitted")
+    above.line(*_pens(curve.time_s, curve.measured, columns), "measured")
+    above.line(*_pens(curve.time_s, curve.fitted, columns), "fitted")
     residual = curve.measured - curve.fitted
     r_unit, r_factor = _unit(curve.unit, residual)
     below = Plot(
@@ -85,10 +86,26 @@ def _response(curve: Curve, segments: Sequence[SegmentRow], columns: int) -> str
     for s in segments:
         below.band(s.start_s, s.end_s, s.kind)
     below.rule(0.0, "zero")
-    below.line(*thin(curve.time_s, residual, columns), "residual")
+    below.line(*_pens(curve.time_s, residual, columns), "residual")
     rms = float(np.sqrt(np.nanmean(residual**2))) if len(residual) else float("nan")
     aside = f"{len(residual)} samples; residual {significant(rms * r_factor, 3)} {r_unit} rms"
     return figure(word, above.render(x_ticks=False), below.render(), aside=aside)
+
+
+def _pens(time_s: Floats, values: Floats, columns: int) -> tuple[Floats, Floats]:
+    """Points of a line, thinned, and with the pen lifted where time jumps."""
+    steps = np.diff(time_s)
+    jumps = np.flatnonzero(steps > LIFTED * np.median(steps)) + 1 if len(steps) else steps[:0]
+    runs = np.split(np.arange(len(time_s)), jumps.astype(np.int64))
+    if len(runs) > columns // 4:
+        return thin(time_s, values, columns)
+    parts = [
+        thin(time_s[r], values[r], max(columns * len(r) // len(time_s), 2)) for r in runs if len(r)
+    ]
+    lift = np.array([np.nan])
+    x = [piece for a, _ in parts for piece in (a, lift)]
+    y = [piece for _, b in parts for piece in (b, lift)]
+    return (np.concatenate(x), np.concatenate(y)) if parts else (time_s, values)
 
 
 def _unit(unit: str, values: Floats) -> tuple[str, float]:

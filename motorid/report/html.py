@@ -30,6 +30,7 @@ from motorid.report.words import (
     one_run,
     others,
     remarks,
+    sentence,
     six,
     summary,
 )
@@ -69,7 +70,7 @@ def _title(estimate: Estimate) -> str:
 
 
 def _head(estimate: Estimate, title: str) -> str:
-    worst = [d.message for d in estimate.diagnostics if d.severity == "error"]
+    worst = [sentence(d.message) for d in estimate.diagnostics if d.severity == "error"]
     samples = [i.get("samples") for i in estimate.inputs]
     total = sum(s for s in samples if isinstance(s, int))
     runs = f"{len(estimate.inputs)} run{'s' if len(estimate.inputs) != 1 else ''}"
@@ -142,7 +143,7 @@ def _notes(estimate: Estimate) -> str:
 def _findings(estimate: Estimate) -> str:
     order = list(SEVERITY)
     found = sorted(estimate.diagnostics, key=lambda d: order.index(d.severity))
-    entries = [(d.severity, SEVERITY[d.severity], d.message) for d in found]
+    entries = [(d.severity, SEVERITY[d.severity], sentence(d.message)) for d in found]
     if one_run(estimate):
         entries.append(("info", "", one_run(estimate)))
     return _list(entries) or paragraph("No finding about the data or the fit.")
@@ -159,7 +160,7 @@ def _list(entries: Iterable[tuple[str, str, str]]) -> str:
 def _figures(parameters: Iterable[Parameter]) -> str:
     """Two columns of name and value."""
     known = [p for p in parameters if p.value is not None]
-    rows = [(p.name, shown(p).text, in_rpm(p)) for p in known]
+    rows = [(name_of(p), shown(p).text, in_rpm(p)) for p in known]
     half = (len(rows) + 1) // 2
     tables = "".join(_plain(part) for part in (rows[:half], rows[half:]) if part)
     return f'<div class="figures">{tables}</div>' if rows else ""

@@ -49,7 +49,10 @@ def scaled_unit(unit: str, size: float) -> tuple[str, float]:
     if unit == "kg·m²" and abs(size) < 1e-2:
         return "g·cm²", GRAM_SQUARE_CENTIMETRES
     power = 3 * math.floor(math.log10(abs(size)) / 3)
-    if not any(unit == p or unit.startswith((f"{p}/", f"{p}·")) for p in PREFIXABLE):
+    takes = unit == "rad" or any(
+        unit == p or unit.startswith((f"{p}/", f"{p}·")) for p in PREFIXABLE
+    )
+    if not takes or (unit == "rad" and power > 0):
         if -3 <= power <= 3:
             return unit, 1.0
         return f"×10{str(power).translate(SUPERSCRIPTS)} {unit}".strip(), 10.0**-power

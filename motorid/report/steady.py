@@ -32,7 +32,10 @@ def steady_state(estimate: Estimate) -> str:
         )
         for row in rows
     ]
-    words = "Means over each steady stretch; the model's current balances friction at that speed."
+    words = (
+        "Means over each steady stretch. The model's current is what friction takes at that "
+        "speed; a motor that still gains a little draws more."
+    )
     return f'<div class="pair">{cells}</div>{table(head, body)}{paragraph(words, "soft")}'
 
 

@@ -15,6 +15,7 @@ from motorid.report.words import (
     one_run,
     others,
     remarks,
+    sentence,
     six,
 )
 
@@ -42,9 +43,9 @@ def _section(title: str, parameters: Iterable[Parameter]) -> list[str]:
     known = [p for p in parameters if p.value is not None]
     if not known:
         return []
-    name = _widest(p.name for p in known)
+    name = _widest(name_of(p) for p in known)
     lines = [
-        f"  {p.name:<{name}}  {value}  {_aside(p)}".rstrip()
+        f"  {name_of(p):<{name}}  {value}  {_aside(p)}".rstrip()
         for p, value in zip(known, _values(known), strict=True)
     ]
     return ["\n".join((title, *lines))]
@@ -99,7 +100,7 @@ def _findings(estimate: Estimate) -> str:
     found = sorted(estimate.diagnostics, key=lambda d: order[d.severity])
     if not found:
         return "  · No finding about the data or the fit."
-    return "\n".join(_wrap(d.message, f"  {MARKS[d.severity]} ") for d in found)
+    return "\n".join(_wrap(sentence(d.message), f"  {MARKS[d.severity]} ") for d in found)
 
 
 def _closing(estimate: Estimate) -> list[str]:

@@ -13,6 +13,9 @@ NAMES = {
     "B": "viscous friction",
     "J": "inertia",
     "T0": "Coulomb torque",
+    "no_load_speed": "no-load speed",
+    "no_load_current": "no-load current",
+    "Kv": "speed constant Kv",
 }
 STATUS_WORDS = {
     "estimated": "estimated",
@@ -32,7 +35,17 @@ COVERAGE = (
 
 def name_of(parameter: Parameter) -> str:
     """What the parameter is, in words; its name where there are none."""
-    return NAMES.get(parameter.name, parameter.name)
+    return NAMES.get(parameter.name, parameter.name).replace("_", " ")
+
+
+def sentence(text: str) -> str:
+    """``text`` with a capital and a full stop, where it has none."""
+    text = _stopped(text.strip())
+    return f"{text[:1].upper()}{text[1:]}"
+
+
+def _stopped(text: str) -> str:
+    return text if not text or text.endswith((".", "!", "?")) else f"{text}."
 
 
 def six(estimate: Estimate) -> list[Parameter]:
@@ -70,7 +83,7 @@ def remarks(estimate: Estimate) -> list[str]:
     for p in estimate.parameters.values():
         if p.note:
             notes.setdefault(p.note, []).append(p.name)
-    return [f"{', '.join(names)}: {note}" for note, names in notes.items()]
+    return [f"{', '.join(names)}: {_stopped(note)}" for note, names in notes.items()]
 
 
 def one_run(estimate: Estimate) -> str:

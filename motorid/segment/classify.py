@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.segment.blocks import Blocks, Floats, Ints
+from motorid.segment.blocks import Blocks, Floats, Ints, Signal
 from motorid.segment.pieces import Pieces, straight_pieces
 from motorid.segment.types import SegmentKind
 
@@ -30,6 +30,8 @@ SETTLED = 0.01  # of the change of a transient: what may remain when steady stat
 TAIL = 0.25  # of a brake's change: less speed lost without current after it is its tail
 GENTLE = 0.05  # of a transient's steepest slope: gentler for LINGER time constants is steady
 LINGER = 2.0  # time constants, each the change of the transient over its steepest slope
+DRIVE_SETTLED = 0.05  # of the final drive: what more or less of it may remain in steady state
+DRIVE_LEAVES = 0.25  # of a steady stretch at least, or the drive is not waited for
 SHORT = 3  # blocks: a shorter run of one kind belongs to its neighbours
 SHORT_IF_VAGUE = 12  # blocks, for a run whose slope says too little
 
@@ -81,7 +83,8 @@ def name_blocks(blocks: Blocks, pieces: Pieces) -> Ints:
     speed, going = pieces.at(piece, blocks.time_s), course(blocks, pieces)
     rest = _resting(blocks, pieces, going)
     moves = _transient(blocks, going, rest)
-    undriven = _undriven(blocks, pieces, going, rest)
+    zero = drive_zero(blocks, pieces, going, rest)
+    undriven = _undriven(blocks, pieces, going, zero)
     reverses = np.abs(pieces.level[:, 0]) < REVERSAL * np.abs(going.slope) * going.length_s
     side = np.where((reverses & ~undriven)[piece], speed, pieces.level[piece, 0])
     faster = going.slope[piece] * side >= 0
@@ -91,7 +94,8 @@ def name_blocks(blocks: Blocks, pieces: Pieces) -> Ints:
     names[undriven[piece] & ~(gains[piece] & (names == ACCELERATION))] = COAST
     names[rest[piece]] = REST
     jump = _jumps(blocks, pieces, speed, names)
-    names = _settle(blocks, names, speed, jump)
+    fitted = [speed, *(pieces.at(piece, blocks.time_s, 1) for _ in range(blocks.drive is not None))]
+    names = _settle(blocks, names, fitted, zero, jump)
     vague = going.error > VAGUE * np.max(np.abs(going.slope))
     names = _absorb_short(names, blocks.joined, jump, vague[piece])
     names = _stop_without_pause(names, blocks.joined)
@@ -146,14 +150,11 @@ def _jumps(blocks: Blocks, pieces: Pieces, speed: Floats, names: Ints) -> NDArra
     return jump
 
 
-def _undriven(
-    blocks: Blocks, pieces: Pieces, going: Course, rest: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
-    """Pieces on which no current flows. The zero is the drive's level where it must be zero."""
+def _undriven(blocks: Blocks, pieces: Pieces, going: Course, zero: float) -> NDArray[np.bool_]:
+    """Pieces on which no current flows: the drive stays at its ``zero``."""
     drive = blocks.drive
     if drive is None:
         return np.zeros(len(pieces.first), dtype=bool)
-    zero = drive_zero(blocks, pieces, going, rest)
     count = pieces.stop - pieces.first
     near = SIGNIFICANT * drive.sigma / np.sqrt(count) + 2e-3 * drive.scale
     change = np.abs(pieces.slope[:, 1]) * going.length_s
@@ -166,7 +167,8 @@ def drive_zero(blocks: Blocks, pieces: Pieces, going: Course, rest: NDArray[np.b
     An offset of the sensor is thereby taken out. Of several such levels (a stalled motor also
     rests) the one that lasts longest counts; NaN where there is none, so that nothing is near it.
     """
-    assert blocks.drive is not None
+    if blocks.drive is None:
+        return float("nan")
     if blocks.drive_zero is not None:
         return blocks.drive_zero
     count = pieces.stop - pieces.first
@@ -187,27 +189,41 @@ def _commonest(levels: Floats, weights: Ints, width: float) -> float:
     return float(np.average(levels[near[heaviest]], weights=weights[near[heaviest]]))
 
 
-def _settle(blocks: Blocks, names: Ints, speed: Floats, jump: NDArray[np.bool_]) -> Ints:
-    """Moves the end of each transient to where a hundredth of its change remains.
+def _settle(
+    blocks: Blocks, names: Ints, fitted: list[Floats], zero: float, jump: NDArray[np.bool_]
+) -> Ints:
+    """Moves the end of each transient to where little of its change remains.
 
-    What settles at no speed is rest, though the piece before it began with some.
+    A hundredth of the speed's change, and a twentieth of the final drive where that leaves enough
+    of the stretch. What settles at no speed is rest, though the piece before it began with some.
     """
     edge = np.flatnonzero(names[1:] != names[:-1]) + 1
     for j in edge[(names[edge] == STEADY) & np.isin(names[edge - 1], (ACCELERATION, BRAKE))]:
         begin = int(edge[edge < j][-1]) if (edge < j).any() else 0
         later = edge[edge > j]
         end = int(later[0]) if len(later) else len(names)
-        settled = float(np.mean(speed[j + (end - j) // 2 : end]))
-        remaining = np.abs(speed[begin:end] - settled)
-        allowed = max(SETTLED * remaining[0], 0.25 * blocks.speed.sigma)
-        near = remaining <= allowed
+        calm = slice(j + (end - j) // 2, end)
+        speed = fitted[0]
+        remaining = np.abs(speed[begin:end] - np.mean(speed[calm]))
+        near = remaining <= max(SETTLED * remaining[0], 0.25 * blocks.speed.sigma)
         near &= ~np.logical_or.accumulate(jump[begin:end][::-1])[::-1]
-        begin_steady = begin + int(np.argmax(near)) if near.any() else j
-        names[begin:begin_steady] = names[j - 1]
-        calm = blocks.speed.mean[j + (end - j) // 2 : end]
-        still = max(blocks.still, 4 * blocks.speed.sigma / np.sqrt(len(calm)))
-        names[begin_steady:end] = REST if abs(np.mean(calm)) <= still else STEADY
+        first = begin + int(np.argmax(near)) if near.any() else int(j)
+        names[begin:first] = names[j - 1]
+        last = blocks.speed.mean[calm]
+        still = max(blocks.still, 4 * blocks.speed.sigma / np.sqrt(len(last)))
+        names[first:end] = REST if abs(np.mean(last)) <= still else STEADY
+        if blocks.drive and names[first] == STEADY:
+            final = _drive_settled(blocks.drive, fitted[1] - zero, first, end)
+            names[first:final] = names[j - 1]
     return names
+
+
+def _drive_settled(drive: Signal, above_zero: Floats, first: int, end: int) -> int:
+    """The block from ``first`` at which the drive is near its final level, if that is early."""
+    final = float(np.mean(above_zero[end - max((end - first) // 4, 1) : end]))
+    near = np.abs(above_zero[first:end] - final) <= max(DRIVE_SETTLED * abs(final), drive.sigma / 2)
+    late = first + int(np.argmax(near))
+    return late if near.any() and late - first <= (1 - DRIVE_LEAVES) * (end - first) else first
 
 
 def _absorb_short(

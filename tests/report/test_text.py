@@ -49,7 +49,7 @@ def test_one_run_is_called_that_once() -> None:
 def test_findings_come_worst_first() -> None:
     findings = tuple(Diagnostic(s, s, f"the {s} one") for s in ("info", "error", "warning"))
     rendered = text.render(estimate(diagnostics=findings))
-    places = [rendered.index(f"the {s} one") for s in ("error", "warning", "info")]
+    places = [rendered.index(f"The {s} one.") for s in ("error", "warning", "info")]
     assert places == sorted(places)
 
 
