@@ -106,6 +106,7 @@ class Wiring:
     counts_per_turn: float = 0.0  # 0: no encoder
     pwm_hz: float = 0.0
     dead_time_s: float = 0.0
+    supply_voltage_v: float = 0.0  # nominal; 0: unknown
 
 
 @dataclass(frozen=True)
