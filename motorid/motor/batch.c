@@ -119,18 +119,20 @@ enum {
     OW, OS,         /* bridge open: next speed from speed, direction */
     OPW, OPS,       /* bridge open: turn of the shaft */
     HI, HV,         /* held by friction: next current from current, voltage */
+    RI, RW, RV, RS, /* reading of the current, within the sample, as it is driven */
+    RHI, RHV,       /* the same, held by friction */
     KT, T0,         /* torque constant, Coulomb torque */
     MOTOR_COLUMNS
 };
 
-/* States current, speed, position. Friction keeps its direction through a sample; a speed that
+/* States current, speed, position, reading of the current. Friction keeps its direction through a sample; a speed that
  * would pass zero stops there, and stays while the torque at mid-sample is within the Coulomb
  * torque. */
 VECTOR void batch_friction(const batch_record *r, int n, const double *motor)
 {
     for (int first = 0; first < n; first += LANES) {
         const int used = block_size(n, first);
-        double m[MOTOR_COLUMNS][LANES], x[3][LANES] = {{0}}, last[3][LANES] = {{0}};
+        double m[MOTOR_COLUMNS][LANES], x[4][LANES] = {{0}}, last[4][LANES] = {{0}};
         residuals e = {{{0}}};
         for (int j = 0; j < MOTOR_COLUMNS; j++)
             EACH_LANE m[j][l] = motor[(size_t)candidate(first, used, l) * MOTOR_COLUMNS + j];
@@ -147,9 +149,10 @@ VECTOR void batch_friction(const batch_record *r, int n, const double *motor)
                 const double s = w > 0.0 ? 1.0 : w < 0.0 ? -1.0 : push;
                 double ni = m[II][l] * i + m[IW][l] * w + m[IV][l] * v + m[IS][l] * s;
                 double nw = m[WI][l] * i + m[WW][l] * w + m[WV][l] * v + m[WS][l] * s;
+                double nr = m[RI][l] * i + m[RW][l] * w + m[RV][l] * v + m[RS][l] * s;
                 double np = m[PI][l] * i + m[PW][l] * w + m[PV][l] * v + m[PS][l] * s;
                 if (open) {
-                    ni = 0.0;
+                    ni = nr = 0.0;
                     nw = m[OW][l] * w + m[OS][l] * s;
                     np = m[OPW][l] * w + m[OPS][l] * s;
                 }
@@ -157,6 +160,7 @@ VECTOR void batch_friction(const batch_record *r, int n, const double *motor)
                 x[0][l] = stuck & !open ? held : ni;
                 x[1][l] = stuck | (nw * s <= 0.0) ? 0.0 : nw;
                 x[2][l] = stuck ? p : p + np;
+                x[3][l] = stuck & !open ? m[RHI][l] * i + m[RHV][l] * v : nr;
             }
         }
         finish(r, first, used, &e);

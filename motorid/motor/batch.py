@@ -11,7 +11,7 @@ Equations: the review's (5), (6) (``linear``); those with Coulomb torque and an 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,8 @@ class Record:
     ``input`` (samples,): V (two masses: N·m), held from a sample to the next. ``measured``:
     readings (samples,) by channel name; NaN where there is none. ``open`` (samples,): where the
     bridge is open until the next sample. ``lag_s``: how long before its sample a channel's
-    reading was true, at most a sample period.
+    reading was true, at most a sample period. A current that is a mean over an aperture, ending
+    a delay before its sample, is modelled as one where there is friction (``FRICTION``).
     """
 
     period_s: float
@@ -37,6 +38,8 @@ class Record:
     measured: Mapping[str, Floats]
     open: NDArray[np.bool_] | None = None
     lag_s: Mapping[str, float] | None = None
+    current_aperture_s: float = 0.0
+    current_delay_s: float = 0.0
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -55,6 +58,11 @@ class Model:
     parameters: tuple[str, ...]
     channels: tuple[str, ...]
     run: Run
+    states: Mapping[str, int] = field(default_factory=dict)  # where not the channel's own place
+
+    def state(self, channel: str) -> int:
+        """Which state of the compiled run a channel shows."""
+        return self.states.get(channel, self.channels.index(channel))
 
     def squares(self, values: Floats, record: Record) -> Floats:
         """Sums of squared differences, (n, channels of the record)."""
@@ -105,20 +113,36 @@ def _two_mass(values: Floats, record: Record, outputs: bool) -> Floats:
 def _friction(values: Floats, record: Record, outputs: bool) -> Floats:
     R, L, K, B, J, T0 = values.T
     h, n = record.period_s, len(values)
-    drive = np.zeros((n, 5, 5))  # current, speed, position; voltage, direction
-    drive[:, 0, 0], drive[:, 0, 1], drive[:, 0, 3] = -R / L, -K / L, 1 / L
-    drive[:, 1, 0], drive[:, 1, 1], drive[:, 1, 4] = K / J, -B / J, -T0 / J
-    drive[:, 2, 1] = 1.0
-    driven = expm(h * drive)
-    coast = expm(h * drive[:, [1, 2, 4]][:, :, [1, 2, 4]])  # speed, position; direction
-    held = np.zeros((n, 2, 2))
-    held[:, 0, 0], held[:, 0, 1] = -h * R / L, h / L
-    held = expm(held)
-    columns = [driven[:, row, column] for row in range(3) for column in (0, 1, 3, 4)]
-    columns += [coast[:, row, column] for row in range(2) for column in (0, 2)]
-    columns += [held[:, 0, 0], held[:, 0, 1], K, T0]
-    motor = np.column_stack(columns)
+    drive = np.zeros((n, 6, 6))  # current, speed, position, charge; voltage, direction
+    drive[:, 0, 0], drive[:, 0, 1], drive[:, 0, 4] = -R / L, -K / L, 1 / L
+    drive[:, 1, 0], drive[:, 1, 1], drive[:, 1, 5] = K / J, -B / J, -T0 / J
+    drive[:, 2, 1] = drive[:, 3, 0] = 1.0
+    held = np.zeros((n, 3, 3))  # current, charge; voltage
+    held[:, 0, 0], held[:, 0, 2], held[:, 1, 0] = -R / L, 1 / L, 1.0
+    coast = drive[:, [1, 2, 5]][:, :, [1, 2, 5]]  # speed, position; direction
+    driven, opened, stuck = expm(h * drive), expm(h * coast), expm(h * held)
+    columns = [driven[:, row, column] for row in range(3) for column in (0, 1, 4, 5)]
+    columns += [opened[:, row, column] for row in range(2) for column in (0, 2)]
+    columns += [stuck[:, 0, column] for column in (0, 2)]
+    reading = _window(drive, 3, record)
+    columns += [reading[:, column] for column in (0, 1, 4, 5)]
+    reading = _window(held, 1, record)
+    columns += [reading[:, column] for column in (0, 2)]
+    motor = np.column_stack([*columns, K, T0])
     return _call("batch_friction", FRICTION, record, outputs, motor)
+
+
+def _window(system: Floats, charge: int, record: Record) -> Floats:
+    """Row (n, m) that gives the current's reading from the state one sample before.
+
+    The mean over an aperture that lies within the sample is exact; else its end is cut there.
+    """
+    h = record.period_s
+    end = h - min(record.current_delay_s, h)
+    begin = max(end - record.current_aperture_s, 0.0)
+    if begin == end:  # an instant
+        return expm(end * system)[:, 0]
+    return np.asarray((expm(end * system) - expm(begin * system))[:, charge] / (end - begin))
 
 
 def _lti(system: Floats, model: Model, record: Record, outputs: bool) -> Floats:
@@ -169,7 +193,7 @@ def _call(
     request.input = doubles(record.input)
     request.open = ffi.NULL if is_open is None else ffi.from_buffer("unsigned char[]", is_open)
     request.measured = doubles(np.array([record.measured[name] for name in channels]))
-    pick = ffi.new("int[]", [model.channels.index(name) for name in channels])
+    pick = ffi.new("int[]", [model.state(name) for name in channels])
     lag = ffi.new("double[]", [lags.get(name, 0.0) / record.period_s for name in channels])
     request.pick, request.lag = pick, lag
     request.squares = ffi.from_buffer("double[]", squares)
@@ -180,7 +204,11 @@ def _call(
 
 LINEAR = Model("linear", ("R", "L", "K", "B", "J"), ("current", "speed", "position"), _linear)
 FRICTION = Model(
-    "friction", ("R", "L", "K", "B", "J", "T0"), ("current", "speed", "position"), _friction
+    "friction",
+    ("R", "L", "K", "B", "J", "T0"),
+    ("current", "speed", "position"),
+    _friction,
+    {"current": 3},  # as it is read; state 0 is its value at the sample
 )
 QUADRATIC = quadratic()
 TWO_MASS = Model("two masses", ("J1", "J2", "Ks", "b"), ("speed", "load_speed"), _two_mass)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -28,7 +28,8 @@ class Problem:
     """Records of one motor. ``scale``: see Objective.
 
     ``acceleration``: dω/dt where it is known better than by differences of the speed.
-    ``start``: SI values to begin from, for methods that begin at a point.
+    ``start``: SI values to begin from, for methods that begin at a point. ``given``: parameters
+    of the model that are not searched. ``series_ohm`` lies outside the motor, in its circuit.
     """
 
     model: Model
@@ -38,6 +39,8 @@ class Problem:
     rms: bool = True
     acceleration: Floats | None = None
     start: Floats | None = None
+    given: Mapping[str, float] = field(default_factory=dict)
+    series_ohm: float = 0.0
 
     @property
     def step(self) -> Record:
@@ -52,7 +55,8 @@ class Problem:
     def objective(self, kind: registry.Relations, rule: relations.Rule = "exact") -> Objective:
         """What a method with those relations searches. Raises UsageError for another model."""
         if kind == "none":
-            return Objective(self.model, self.records, self.box, self.scale, None, self.rms)
+            fill = self._fill if self.given or self.series_ohm else None
+            return Objective(self.model, self.records, self.box, self.scale, fill, self.rms)
         if self.model is not LINEAR:
             raise UsageError(
                 f"the -m methods know the steady state of the linear model only, not of the "
@@ -63,6 +67,23 @@ class Problem:
         box = relations.reduced_box(self.box, facts, names)
         expansion = functools.partial(expand, facts, rule)
         return Objective(self.model, self.records, box, self.scale, expansion, self.rms)
+
+    def _fill(self, searched: Floats) -> Floats:
+        """The model's parameters (n, p), the given ones and the series resistance put in."""
+        columns = dict(zip(self.box.names, searched.T, strict=True))
+        values = np.empty((len(searched), len(self.model.parameters)))
+        for j, name in enumerate(self.model.parameters):
+            values[:, j] = columns.get(name, self.given.get(name, np.nan))
+            if name == "R":
+                values[:, j] += self.series_ohm
+        return values
+
+    def named(self, values: Floats) -> dict[str, float]:
+        """The model's parameters (p,) by name, those of the motor alone."""
+        named = dict(zip(self.model.parameters, values.tolist(), strict=True))
+        if "R" in named:
+            named["R"] -= self.series_ohm
+        return named
 
 
 @dataclass(frozen=True)
@@ -102,20 +123,22 @@ def solve(
         return _steiglitz_mcbride(problem, seed, begin)
     chosen = None if method == "nls" else registry.get(method)
     objective = problem.objective(chosen.relations if chosen else "none", rule)
-    start = None if problem.start is None else objective.box.unit(problem.start)
     hit_rate = 0.0
     if chosen is None:
-        found = nls(objective, budget=budget, seed=seed, start=start)
+        found = nls(objective, budget=budget, seed=seed, start=_start(problem))
     else:
         cost = Cache(objective) if memory else objective
-        first = None
-        if chosen.begins_at_a_point and start is not None:
-            first = functools.partial(_at, start)
+        start = _start(problem) if chosen.begins_at_a_point else None
+        first = None if start is None else functools.partial(_at, start)
         found = registry.minimise(
             chosen, cost, objective.box.d, budget=budget, seed=seed, n=n, target=target, first=first
         )
         hit_rate = cost.hit_rate if isinstance(cost, Cache) else 0.0
     return _solution(problem, objective, found, begin, hit_rate)
+
+
+def _start(problem: Problem) -> Floats | None:
+    return None if problem.start is None else problem.box.unit(problem.start)
 
 
 def _at(start: Floats, rng: np.random.Generator, n: int, d: int) -> Floats:
@@ -128,7 +151,7 @@ def _solution(
     values = objective.values(found.best)[0]
     return Solution(
         found.method,
-        dict(zip(problem.model.parameters, values.tolist(), strict=True)),
+        problem.named(values),
         found.cost,
         found.evaluations,
         time.perf_counter() - begin,
@@ -143,11 +166,12 @@ def _steiglitz_mcbride(problem: Problem, seed: int, begin: float) -> Solution:
     if problem.model is not LINEAR:
         raise UsageError("Steiglitz-McBride fits the linear model only")
     found = steiglitz_mcbride(problem.step)
-    u = problem.box.unit(np.array([list(found.values.values())]))
+    values = problem.named(np.array(list(found.values.values())))
+    u = problem.box.unit(np.array([list(values.values())]))
     cost = float(problem.objective("none")(u)[0])
     return Solution(
         "steiglitz-mcbride",
-        found.values,
+        values,
         cost,
         found.passes,
         time.perf_counter() - begin,

@@ -5,7 +5,7 @@ K i = J dω/dt + B ω exactly, with dω/dt **at that instant** (the "exact" rule
 the largest dω/dt instead, which came earlier: J comes out too small by a fixed amount that no
 search can undo (the "printed" rule). Its equation (30) has the sign inverted as well.
 Integrated from rest, J ω = K ∫i dt - B ∫ω dt holds at any instant and needs no derivative of a
-noisy speed (the "integral" rule).
+noisy speed: the "integral" rule takes the instant at half the steady speed.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from motorid.motor.batch import Record
 TAIL = 0.1  # steady state: means over the last tenth of the record
 INSIDE = 1.0 - 1e-6  # K stays this far below V/ω, where R would be 0
 
+SMOOTH = 10  # the speed at half way is a mean over a fifth of the time it took to get there
 NEAR = 0.1  # "J near the rule's": within this part of it (our reading of CSO_m in Tables 8 and 9)
 
 Rule = Literal["printed", "exact", "integral"]
@@ -40,7 +41,8 @@ class StepFacts:
     peak_speed: float
     peak_acceleration: float  # dω/dt at the largest current
     largest_acceleration: float  # the largest dω/dt of the record
-    charge: float  # ∫i dt up to the largest current
+    half_speed: float  # about half the steady speed
+    charge: float  # ∫i dt from rest up to there
     angle: float  # ∫ω dt up to there
 
 
@@ -60,6 +62,7 @@ def step_facts(record: Record, acceleration: Floats | None = None) -> StepFacts:
     if not i_ss * w_ss > 0:
         raise DataError("at the end of the record the motor neither turns nor draws: no step")
     peak = int(np.nanargmax(current))
+    half, half_speed = _half_way(speed, w_ss)
     return StepFacts(
         voltage=voltage,
         current=i_ss,
@@ -68,9 +71,22 @@ def step_facts(record: Record, acceleration: Floats | None = None) -> StepFacts:
         peak_speed=float(speed[peak]),
         peak_acceleration=float(acceleration[peak]),
         largest_acceleration=float(np.nanmax(acceleration)),
-        charge=_integral(current[: peak + 1], record.period_s),
-        angle=_integral(speed[: peak + 1], record.period_s),
+        half_speed=half_speed,
+        charge=_integral(current[: half + 1], record.period_s),
+        angle=_integral(speed[: half + 1], record.period_s),
     )
+
+
+def _half_way(speed: Floats, steady_speed: float) -> tuple[int, float]:
+    """Sample at which half the steady speed is passed for good, and the speed there, smoothed."""
+    share = speed / steady_speed
+    below = np.flatnonzero(share < 0.5)
+    rough = int(below[-1]) if len(below) else 0  # noise passes early and often
+    width = max(int(np.count_nonzero(share[: rough + 1] < 0.5)) // SMOOTH, 1)
+    kernel = np.full(2 * width + 1, 1.0 / (2 * width + 1))
+    smooth = np.convolve(share, kernel, mode="same")
+    half = max(int(np.argmax(smooth[width:-width] >= 0.5)) + width, width)
+    return half, float(smooth[half] * steady_speed)
 
 
 def _integral(y: Floats, period_s: float) -> float:
@@ -101,7 +117,7 @@ def inertia(facts: StepFacts, rule: Rule, K: Floats) -> Floats:
     """J (n,) of K (n,) at the largest current, by one of the three rules."""
     B = K * facts.current / facts.speed
     if rule == "integral":
-        return np.asarray((K * facts.charge - B * facts.angle) / facts.peak_speed)
+        return np.asarray((K * facts.charge - B * facts.angle) / facts.half_speed)
     rate = facts.peak_acceleration if rule == "exact" else facts.largest_acceleration
     return np.asarray((K * facts.peak_current - B * facts.peak_speed) / rate)
 
