@@ -25,7 +25,6 @@ Floats = NDArray[np.float64]
 MODEL = "v = R i + L di/dt + K w; J dw/dt = K i - B w - T0 sign(w)"
 METHOD = "output-error maximum likelihood"
 SOURCE_PASSES = 3  # at most, of fit and source lines in turn
-SAME_SOURCE = 1e-5  # relative change of a line that a fit need not follow
 SHORTEST_ELECTRICAL = 1e-3  # L/R in sample periods: below it the data know no inductance
 MISFIT = 4.0  # residuals in units of the scatter between neighbours: worth another start
 OTHER_STARTS: tuple[dict[str, float], ...] = (
@@ -134,12 +133,7 @@ def _with_sources(
 
 
 def _same(a: Source | None, b: Source | None) -> bool:
-    if a is None or b is None:
-        return a is b
-    scale = max(abs(a.volts), abs(b.volts), 1e-12)
-    return abs(a.volts - b.volts) < SAME_SOURCE * scale and abs(a.ohms - b.ohms) < 1e-3 * max(
-        a.ohms, b.ohms, 1e-12
-    )
+    return a is b if a is None or b is None else a.near(b)
 
 
 def _merged(start: Mapping[str, float], solution: Solution) -> dict[str, float]:

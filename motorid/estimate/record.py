@@ -13,9 +13,18 @@ from motorid.errors import DataError
 from motorid.estimate.likelihood import Block, Unknown
 from motorid.estimate.timeline import Part, lay
 from motorid.estimate.types import PARAMETERS
-from motorid.estimate.voltage import Sense, Source, clamp_voltage, sense, source_lines
+from motorid.estimate.voltage import (
+    Sense,
+    Source,
+    bridge_prior,
+    clamp_voltage,
+    pwm_shape,
+    sense,
+    source_resistance,
+    sources,
+    supply_voltage,
+)
 from motorid.motor.response import Output, Quantity, Response, Stretch
-from motorid.program import Decay, StepKind
 
 Floats = NDArray[np.float64]
 
@@ -66,6 +75,7 @@ class MotorRecord:
         self.gear = capture.wiring.gear_ratio or 1.0
         self._template = np.array([fixed.get(name, np.nan) for name in PARAMETERS])
         self._places = [PARAMETERS.index(name) for name in free]
+        self.supply_v = supply_voltage(capture)
         self.clamp_v = clamp_voltage(capture, sensed)
         self._lost = np.isnan(self.timeline.spread(np.zeros(len(capture))))
         self.driven = self._driven()
@@ -81,7 +91,7 @@ class MotorRecord:
         )
         amperes = capture.get(CURRENT)
         if amperes is not None:
-            self.take_sources(self.timeline.spread(amperes.values))
+            self.take_sources(self.timeline.spread(amperes.values), bridge_prior(capture)[0])
         else:
             self._excite()
         self._key: tuple[float, ...] = ()
@@ -220,9 +230,10 @@ class MotorRecord:
 
     # ---- excitation -------------------------------------------------------------------------
 
-    def take_sources(self, current: Floats) -> None:
-        """Judge the source lines again with ``current`` (count,), the mean over their windows."""
-        self.sources = source_lines(self.sensed, current, self.timeline.parts, self._lost)
+    def take_sources(self, current: Floats, ohms: float) -> None:
+        """Judge the sources with ``current`` (count,), the mean over their windows."""
+        parts = self.timeline.parts
+        self.sources = sources(self.sensed, current, parts, self._lost, ohms)
         self._excite()
 
     def _excite(self) -> None:
@@ -239,10 +250,8 @@ class MotorRecord:
         self.stretches = tuple(stretches)
 
     def _stretch(self, part: Part, ohms: float, volts: Floats) -> Stretch:
-        duty, swing = 0.0, 0.0
-        if part.kind == StepKind.DRIVE_DUTY and part.decay == Decay.SYNCHRONOUS_SLOW:
-            duty = abs(part.level)
-            swing = float(np.mean(volts[part.slice])) / duty if duty else 0.0
+        level = float(np.mean(volts[part.slice]))
+        duty, swing = pwm_shape(part, level, self.supply_v)
         return Stretch(part.start, part.open, ohms, self.clamp_v, duty, swing)
 
     def retake_sources(self, shared: Floats, own: Floats) -> None:
@@ -251,7 +260,10 @@ class MotorRecord:
         aperture = (channel.aperture_s if channel else 0.0) or self.timeline.period_s
         window = Output(Quantity.CURRENT, aperture, channel.delay_s if channel else 0.0)
         over = Response(self.timeline.period_s, self.volts, [window], self.stretches)
-        self.take_sources(over(self.motor(shared), self._initial(own))[0])
+        current = over(self.motor(shared), self._initial(own))[0]
+        prior = bridge_prior(self.capture)
+        ohms = source_resistance(self.sensed, current, self.timeline.parts, self._lost, prior)
+        self.take_sources(current, ohms)
 
     # ---- the model ----------------------------------------------------------------------------
 

@@ -2,8 +2,10 @@
 
 While the command is constant a bridge is a source behind a resistance: the voltage at the sense
 point is ``v0 - r i``. Where the measured voltage departs from that line by no more than its own
-noise, the fit is given the line (v0 as the voltage, r in series), and so none of that noise; else
-the readings themselves.
+noise, the fit is given the line (v0 as the voltage, r in series), and so none of that noise. Where
+v0 wanders (a supply that sags, a duty that follows it), the departure is added, smoothed over the
+widest window that leaves nothing but noise behind; and reading by reading just after a step. Where
+no window does, the fit is given the readings themselves.
 """
 
 from __future__ import annotations
@@ -21,11 +23,13 @@ from motorid.program import Decay, StepKind
 
 Floats = NDArray[np.float64]
 
+SAME = 1e-5  # relative change of a source that a fit need not follow
 DIODE_DROPS_V = 1.4  # of the two diodes that carry a freewheeling current
-SETTLING = 3  # samples after a command that no line is judged on
+HEAD = 8  # samples after a command that are too few to smooth, and no line is drawn through
 FEWEST = 24  # samples that a line needs
 EXCESS = 1.3  # variance about the line, in units of that between neighbours, still called noise
-RIDGE = 1e-4  # pulls the slope of a part whose current hardly varies to the others'
+ODD_HEAD = 2.5  # the same of the few samples after a step
+WINDOWS = (64, 32, 16, 8, 4)  # half-widths in samples
 
 
 @dataclass(frozen=True)
@@ -42,11 +46,17 @@ class Sense:
 
 @dataclass(frozen=True)
 class Source:
-    """One part's source: its voltage (V) and resistance (ohm); None: the readings are used."""
+    """One part's source: its voltage (V, one for each interval) behind a resistance (ohm)."""
 
-    volts: float
+    volts: Floats
     ohms: float
-    noise: float  # standard deviation of a reading about the line
+    noise: float  # standard deviation of a reading about it
+
+    def near(self, other: Source) -> bool:
+        """The two would drive a motor alike."""
+        scale = float(np.abs(self.volts).max()) + 1e-12
+        apart = float(np.abs(self.volts - other.volts).max())
+        return apart < SAME * scale and abs(self.ohms - other.ohms) <= 1e-3 * self.ohms + 1e-9
 
 
 def sense(capture: Capture, timeline: Timeline) -> Sense | None:
@@ -122,62 +132,140 @@ def refuse_discontinuous(capture: Capture, timeline: Timeline, inductance_h: flo
             )
 
 
-def clamp_voltage(capture: Capture, sensed: Sense) -> float:
-    """V that turns a freewheeling current off when the bridge opens: the supply and two diodes."""
+def supply_voltage(capture: Capture) -> float | None:
+    """V at the bridge: measured, else of the rig, else as the board measured it; None: unknown."""
     supply = capture.get(SUPPLY)
     if supply is not None and np.isfinite(supply.values).any():
-        rail = float(np.nanmedian(supply.values))
-    else:
-        rail = float(np.nanmax(np.abs(sensed.volts)))
-        levels = [
-            abs(s.level)
-            for s in (capture.program.steps if capture.program else ())
-            if s.kind == StepKind.DRIVE_DUTY and s.level
-        ]
-        rail /= max(levels, default=1.0)
+        return float(np.nanmedian(supply.values))
+    if capture.wiring.supply_voltage_v > 0:
+        return capture.wiring.supply_voltage_v
+    check = capture.provenance.get("check") or {}
+    duty, volts = abs(check.get("duty") or 0.0), abs(check.get("volts") or 0.0)
+    return volts / duty if duty and volts else None
+
+
+def clamp_voltage(capture: Capture, sensed: Sense) -> float:
+    """V that turns a freewheeling current off when the bridge opens: the supply and two diodes."""
+    rail = supply_voltage(capture) or float(np.nanmax(np.abs(sensed.volts)))
     return rail + DIODE_DROPS_V
 
 
-def source_lines(
-    sensed: Sense, current: Floats, parts: Sequence[Part], gaps: NDArray[np.bool_]
+def pwm_shape(part: Part, level_v: float, rail: float | None) -> tuple[float, float]:
+    """(duty 0 to 1, signed swing in V) of a part whose mean voltage is ``level_v``; 0: no ripple.
+
+    Only synchronous decay has a shape that does not depend on the current.
+    """
+    if part.decay != Decay.SYNCHRONOUS_SLOW:
+        return 0.0, 0.0
+    if part.kind == StepKind.DRIVE_DUTY and part.level:
+        duty = abs(part.level)
+    elif part.kind == StepKind.DRIVE_VOLTS and rail:
+        duty = min(abs(part.level) / rail, 1.0)
+    else:
+        return 0.0, 0.0
+    return (duty, level_v / duty) if duty else (0.0, 0.0)
+
+
+def bridge_prior(capture: Capture) -> tuple[float, float]:
+    """The source's resistance (ohm) as declared, and its standard uncertainty; inf: unknown."""
+    wiring = capture.wiring
+    ohms = wiring.bridge_resistance_ohm
+    if ohms <= 0:
+        return 0.0, np.inf
+    return ohms, wiring.bridge_resistance_uncertainty_ohm or 0.1 * ohms
+
+
+def source_resistance(
+    sensed: Sense,
+    current: Floats,
+    parts: Sequence[Part],
+    lost: NDArray[np.bool_],
+    prior: tuple[float, float],
+) -> float:
+    """Ohm behind which the voltage at the sense point changes as fast as the current does.
+
+    From differences between neighbours, which what wanders slowly (a sagging supply) leaves alone.
+    ``current`` (count,) is the model's mean over the voltage's windows.
+    """
+    weight = cross = noise = 0.0
+    count = 0
+    for part in parts:
+        if not _drawn(part, current, lost):
+            continue
+        dv, di = np.diff(sensed.volts[part.slice]), np.diff(current[part.slice])
+        good = np.isfinite(dv) & np.isfinite(di)
+        weight += float(di[good] @ di[good])
+        cross -= float(di[good] @ dv[good])
+        noise += float(dv[good][HEAD:] @ dv[good][HEAD:])
+        count += int(good[HEAD:].sum())
+    if not count:
+        return prior[0]
+    precision = (noise / count + 1e-300) / prior[1] ** 2
+    total = weight + precision
+    return max((cross + precision * prior[0]) / total, 0.0) if total > 0 else prior[0]
+
+
+def sources(
+    sensed: Sense,
+    current: Floats,
+    parts: Sequence[Part],
+    lost: NDArray[np.bool_],
+    ohms: float,
 ) -> tuple[Source | None, ...]:
-    """The source of every part; ``current`` (count,) is the mean over the voltage's windows."""
-    fits = [_rows(sensed.volts, current, part, gaps) for part in parts]
-    usable = [f for f in fits if f is not None]
-    if not usable:
-        return tuple(None for _ in parts)
-    spread = sum(float(((i - i.mean()) ** 2).sum()) for _, i in usable)
-    cross = sum(float(((i - i.mean()) * (v - v.mean())).sum()) for v, i in usable)
-    common = -cross / spread if spread > 0 else 0.0
+    """The source of every part behind ``ohms``; ``current`` as in ``source_resistance``."""
+    good = np.isfinite(current) & ~lost
     return tuple(
-        None if f is None else _line(*f, common, spread / len(usable), sensed.resolution)
-        for f in fits
+        _source(sensed, current, good, part, ohms) if _drawn(part, current, lost) else None
+        for part in parts
     )
 
 
-def _rows(
-    volts: Floats, current: Floats, part: Part, gaps: NDArray[np.bool_]
-) -> tuple[Floats, Floats] | None:
+def _drawn(part: Part, current: Floats, lost: NDArray[np.bool_]) -> bool:
+    """Enough readings under a known command that connects the motor."""
     if part.open or part.kind is None:
-        return None
-    inside = slice(part.start + SETTLING, part.stop)
-    good = np.isfinite(current[inside]) & ~gaps[inside]
-    if good.sum() < FEWEST:
-        return None
-    if good.all():
-        return volts[inside], current[inside]
-    return volts[inside][good], current[inside][good]
+        return False
+    late = slice(part.start + HEAD, part.stop)
+    return bool((np.isfinite(current[late]) & ~lost[late]).sum() >= FEWEST)
 
 
-def _line(v: Floats, i: Floats, common: float, typical: float, resolution: float) -> Source | None:
-    di = i - i.mean()
-    own, ridge = float(di @ di), RIDGE * typical
-    slope = (-float(di @ (v - v.mean())) + ridge * common) / (own + ridge) if own + ridge else 0.0
-    slope = max(slope, 0.0)
-    level = float(v.mean() + slope * i.mean())
-    left = v - level + slope * i
-    between = np.diff(left)
+def _source(
+    sensed: Sense, current: Floats, good: NDArray[np.bool_], part: Part, ohms: float
+) -> Source | None:
+    known = np.flatnonzero(good[part.slice])
+    open_circuit = (sensed.volts + ohms * current)[part.slice]
+    open_circuit = np.interp(np.arange(len(open_circuit)), known, open_circuit[known])
+    level = float(open_circuit[HEAD:].mean())
+    left = open_circuit - level
+    between = np.diff(left[HEAD:])
     noise = float(between @ between) / (2 * len(between))
-    if float(left @ left) / len(left) > EXCESS * noise + resolution**2 / 12:
+    trend = _trend(left, noise, EXCESS * noise + sensed.resolution**2 / 12)
+    if trend is None:
         return None
-    return Source(level, slope, float(np.sqrt(noise)))
+    return Source(level + trend, ohms, float(np.sqrt(noise)))
+
+
+def _trend(left: Floats, noise: float, allowed: float) -> Floats | None:
+    """What the source does beyond its line; None when no window leaves only noise behind."""
+    head, late = left[:HEAD], left[HEAD:]
+    trend = np.zeros_like(left)
+    if float(head @ head) / len(head) > ODD_HEAD * noise:
+        trend[:HEAD] = head
+    if float(late @ late) / len(late) <= allowed:
+        return trend
+    trend[:HEAD] = head
+    for half in WINDOWS:
+        if 4 * half > len(late):
+            continue
+        trend[HEAD:] = _smoothed(late, half)
+        rest = late - trend[HEAD:]
+        if float(rest @ rest) / len(rest) <= allowed:
+            return trend
+    return None
+
+
+def _smoothed(values: Floats, half: int) -> Floats:
+    """Mean over ``half`` samples on either side, fewer at the ends."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    place = np.arange(len(values))
+    low, high = np.maximum(place - half, 0), np.minimum(place + half + 1, len(values))
+    return np.asarray((total[high] - total[low]) / (high - low))
