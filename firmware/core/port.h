@@ -58,6 +58,11 @@ struct port {
     uint32_t (*boot_id)(void);    /* another number after every reset */
 };
 
-extern const struct port port;
+/* Constant, but for the host's port, whose facts come from its command line, and tests. */
+#ifndef PORT_CONST
+#define PORT_CONST const
+#endif
+
+extern PORT_CONST struct port port;
 
 #endif

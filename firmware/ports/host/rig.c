@@ -1,0 +1,175 @@
+/* rig.c: see rig.h. The physics are the simulator's own. */
+#include "rig.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "core.h"
+#include "link.h"
+#include "port.h"
+#include "sensors.h"
+#include "state.h"
+
+enum { FULL_DUTY = 32000, BITS_PER_BYTE = 10 };
+
+static const double TURN = 6.283185307179586476925;
+static const double BAUD_WITHOUT_LIMIT = 1e12;
+
+static const struct options *options;
+static bench rig;
+static uint32_t boots;
+static uint8_t cause;
+static struct trip broken;
+static bool window_fits;
+
+/* ------------------------------------------------------------------ noise */
+
+static uint64_t dice;
+
+/* SplitMix64 (Steele, Lea, Flood 2014): a number in (0, 1]. */
+static double uniform(void) {
+    uint64_t z = dice += 0x9E3779B97F4A7C15ull;
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9ull;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
+    return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53 + 0x1p-54;
+}
+
+/* Box and Muller. */
+static double normal(void) {
+    const double radius = sqrt(-2.0 * log(uniform()));
+    return radius * cos(TURN * uniform());
+}
+
+/* ------------------------------------------------------------------ the port */
+
+static void describe(uint8_t channel, wire_describe_channel_reply_t *d) {
+    const struct converter *const c = &options->converter[channel];
+    d->unit = (uint8_t)c->unit;
+    d->kind = (uint8_t)c->kind;
+    d->bits = (uint8_t)c->bits;
+    d->scale = (float)c->scale;
+    d->offset = (float)c->offset;
+    d->aperture_ns = (uint32_t)c->aperture_ns;
+    d->delay_ns = (uint32_t)c->delay_ns;
+    d->pwm_phase_permille = (uint16_t)c->pwm_phase_permille;
+    d->gain_uncertainty = (float)c->gain_uncertainty;
+    d->offset_uncertainty = (float)c->offset_uncertainty;
+    d->noise = (float)c->noise;
+    d->raw_min = (int16_t)c->raw_min;
+    d->raw_max = (int16_t)c->raw_max;
+}
+
+static void bridge_open(void) { bench_command(&rig, PLANT_COAST, 0.0, 0); }
+
+static void bridge_brake(void) { bench_command(&rig, PLANT_BRAKE, 0.0, 0); }
+
+static void bridge_drive(int16_t level, uint8_t decay) {
+    bench_command(&rig, PLANT_DRIVE, (double)level / FULL_DUTY, decay);
+}
+
+static void set_sample_period(uint32_t ticks) {
+    rig.sample_period = ticks / options->true_clock_hz;
+    window_fits = bench_init(&rig) == 0;
+}
+
+/* One thread: the sample interrupt comes only when rig_sample() is called. */
+static port_lock lock(void) { return 0; }
+static void unlock(port_lock before) { (void)before; }
+
+static uint8_t reset_cause(void) { return cause; }
+
+static uint32_t boot_id(void) {
+    const uint32_t odd = 2654435761u; /* spreads small numbers (Knuth) */
+    return ((uint32_t)options->seed * 1000u + ++boots) * odd;
+}
+
+struct port port = {
+    .board = "motorid-host",
+    .full_duty = FULL_DUTY,
+    .channels = 0x0F,
+    .describe = describe,
+    .bridge_open = bridge_open,
+    .bridge_brake = bridge_brake,
+    .bridge_drive = bridge_drive,
+    .set_sample_period = set_sample_period,
+    .read = link_read,
+    .write = link_write,
+    .lock = lock,
+    .unlock = unlock,
+    .reset_cause = reset_cause,
+    .boot_id = boot_id,
+};
+
+static void set_facts(const struct options *o) {
+    port.clock_hz = (uint32_t)o->clock_hz;
+    port.clock_uncertainty_ppm = (uint16_t)o->clock_uncertainty_ppm;
+    port.pwm_hz = (uint32_t)o->pwm_hz;
+    port.dead_time_ns = (uint16_t)o->dead_time_ns;
+    port.decay_modes = (uint8_t)o->decay_modes;
+    port.min_sample_period_ticks = (uint32_t)o->min_sample_period_ticks;
+    port.sample_period_step_ticks = (uint32_t)o->sample_period_step_ticks;
+    port.idle_sample_period_ticks = port.clock_hz / 10000u;
+    port.encoder_edge_ceiling_hz = (uint32_t)o->encoder_edge_ceiling_hz;
+    port.max_current_ma = (uint32_t)o->max_current_ma;
+    port.max_host_silence_ms = (uint16_t)o->max_host_silence_ms;
+}
+
+/* ------------------------------------------------------------------ the bench */
+
+static void set_up(const struct options *o) {
+    plant_init(&rig.plant, &o->plant);
+    for (int n = 0; n < BENCH_CHANNELS; n++) {
+        const struct converter *const c = &o->converter[n];
+        rig.channel[n] = (adc){
+            .scale = c->scale,
+            .gain = c->gain,
+            .offset = c->true_offset,
+            .noise = c->noise,
+            .aperture = c->true_aperture,
+            .delay = c->true_delay,
+            .raw_min = (int)c->raw_min,
+            .raw_max = (int)c->raw_max,
+            .raw = (int)c->offset,
+        };
+    }
+    rig.encoder = (encoder){
+        .counts_per_turn = o->counts_per_turn, .angle = o->encoder_angle, .sign = 1};
+    dice = (uint64_t)o->seed;
+}
+
+bool rig_open(const struct options *o) {
+    options = o;
+    set_facts(o);
+    set_up(o);
+    cause = (uint8_t)o->reset_cause;
+    core_init();
+    core.tick = (uint32_t)o->first_tick;
+    return window_fits;
+}
+
+double rig_sample(void) {
+    double noise[BENCH_CHANNELS];
+    short raw[BENCH_CHANNELS];
+    long long count;
+    for (int n = 0; n < BENCH_CHANNELS; n++) {
+        noise[n] = normal();
+    }
+    (void)bench_run(&rig, 1, noise, raw, &count);
+    const double baud = options->baud > 0.0 ? options->baud : BAUD_WITHOUT_LIMIT;
+    link_grant(rig.sample_period * baud / BITS_PER_BYTE);
+    if (broken.fault != WIRE_FAULT_NONE) {
+        core_trip(broken.fault, broken.value);
+        broken.fault = WIRE_FAULT_NONE;
+    }
+    core_sample(&(struct reading){{raw[0], raw[1], raw[2]}, (uint32_t)count});
+    return rig.sample_period;
+}
+
+void rig_reset(uint8_t new_cause) {
+    cause = new_cause;
+    core_init();
+}
+
+void rig_break(uint8_t fault, int32_t value) { broken = (struct trip){fault, value}; }
+
+bool rig_is_open(void) { return rig.plant.mode == PLANT_COAST; }

@@ -1,0 +1,25 @@
+/* rig.h: motor, bridge and converters of the simulated bench, wired to the core. */
+#ifndef RIG_H
+#define RIG_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "options.h"
+
+/* Set up bench and board, and start the core. False when a converter's window does not fit. */
+bool rig_open(const struct options *options);
+
+/* Let one sample period pass, with the sample interrupt at its end. Returns its seconds. */
+double rig_sample(void);
+
+/* Restart the processor: bridge open, everything forgotten. `cause`: WIRE_RESET_CAUSE_ */
+void rig_reset(uint8_t cause);
+
+/* The board notices a fault of its own at the next sample. */
+void rig_break(uint8_t fault, int32_t value);
+
+/* True while the bridge is open. */
+bool rig_is_open(void);
+
+#endif
