@@ -36,10 +36,7 @@ def budget(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, Floa
         pull = np.zeros(len(solution.values))
         for record, line, own in zip(records, solution.records, solution.own, strict=True):
             moved = shift(record, solution.values, own)
-            parts = [
-                (d if m.root_weights is None else d * m.root_weights) / s
-                for d, m, s in zip(moved, record.measured, line.sigmas, strict=True)
-            ]
+            parts = [d / s for d, s in zip(record.weighed(moved), line.sigmas, strict=True)]
             pull += line.orthogonal.T @ np.concatenate(parts)
         if pull.any():
             causes[name] = inverse @ pull

@@ -16,7 +16,7 @@ from motorid.estimate.closed_form import start_values
 from motorid.estimate.likelihood import Solution, Unknown, maximise
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.types import PARAMETERS, Estimate, Parameter
-from motorid.estimate.uncertainty import statistical
+from motorid.estimate.uncertainty import statistical, whitener
 from motorid.estimate.voltage import Source, refuse_discontinuous
 from motorid.segment import segment
 
@@ -26,6 +26,7 @@ MODEL = "v = R i + L di/dt + K w; J dw/dt = K i - B w - T0 sign(w)"
 METHOD = "output-error maximum likelihood"
 SOURCE_PASSES = 3  # at most, of fit and source lines in turn
 SHORTEST_ELECTRICAL = 1e-3  # L/R in sample periods: below it the data know no inductance
+COLOUR_PASSES = 2  # of noise model and fit in turn
 MISFIT = 4.0  # residuals in units of the scatter between neighbours: worth another start
 OTHER_STARTS: tuple[dict[str, float], ...] = (
     {"L": 0.2},
@@ -102,23 +103,22 @@ def report(
 def solve(
     records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
 ) -> Solution:
-    """The most likely parameters, source lines and fit in turn; other starts where it misfits."""
+    """The most likely parameters: other starts where one misfits, then correlated noise allowed."""
     solution = _with_sources(records, free, start)
-    if not _misfits(solution):
-        return solution
-    for factors in OTHER_STARTS:
-        other = {n: start[n] * factors.get(n, 1.0) for n in PARAMETERS}
-        trial = _with_sources(records, free, other)
-        if trial.objective < solution.objective - 1.0:
-            solution = trial
-    return _with_sources(records, free, _merged(start, solution))
+    if _misfits(solution):
+        for factors in OTHER_STARTS:
+            other = {n: start[n] * factors.get(n, 1.0) for n in PARAMETERS}
+            trial = _with_sources(records, free, other)
+            if trial.objective < solution.objective - 1.0:
+                solution = trial
+        solution = _with_sources(records, free, _merged(start, solution))
+    return _whitened(records, free, _merged(start, solution), solution)
 
 
 def _with_sources(
     records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
 ) -> Solution:
     solution = maximise(unknowns(records, free, start), records)
-    evaluations = solution.evaluations
     for _ in range(SOURCE_PASSES - 1):
         before = [record.sources for record in records]
         for record, own in zip(records, solution.own, strict=True):
@@ -128,7 +128,26 @@ def _with_sources(
                for a, b in zip(old, new, strict=True)):  # fmt: skip
             break
         solution = maximise(unknowns(records, free, _merged(start, solution)), records)
-        evaluations += solution.evaluations
+    return solution
+
+
+def _whitened(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    solution: Solution,
+) -> Solution:
+    """The fit again with every block's noise as an autoregressive process, where it is one."""
+    for _ in range(COLOUR_PASSES):
+        coloured = False
+        for record, own in zip(records, solution.own, strict=True):
+            left = record.weighed(record.departures(solution.values, own), filtered=False)
+            filters = [whitener(r) for r in left]
+            coloured |= any(f is not None for f in filters)
+            record.whiten(filters)
+        if not coloured:
+            break
+        solution = maximise(unknowns(records, free, _merged(start, solution)), records)
     return solution
 
 

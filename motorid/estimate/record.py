@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,7 @@ EMF = "back_emf"  # the terminal voltage while the bridge is open
 HEAD = 8  # samples that show whether a record begins at rest
 QUIET_SAMPLES = 10  # that tell an offset
 FREEWHEEL_SAMPLES = 3  # of an opened bridge whose voltage is not yet the back-EMF
+INNOVATION = 0.3  # of a reading's least standard deviation, once its past is known
 TINY = 1e-7  # of a channel's range: the floor of a noise level where no resolution is declared
 
 
@@ -85,6 +86,7 @@ class MotorRecord:
             raise DataError("the capture holds neither a current nor a position or speed to fit")
         self.unknowns, self._own = self._nuisances()
         self.blocks = tuple(m.block for m in self.measured)
+        self._filters: tuple[Floats | None, ...] = tuple(None for _ in self.measured)
         pwm = capture.wiring.pwm_hz
         self.response = Response(
             self.timeline.period_s, sensed.volts, outputs, pwm_period_s=1.0 / pwm if pwm else 0.0
@@ -318,13 +320,36 @@ class MotorRecord:
         self._key = ()
         return moved
 
-    def residuals(self, shared: Floats, own: Floats) -> list[Floats]:
-        """Measured less fitted, times the roots of the weights; one array per block."""
+    def whiten(self, filters: Sequence[Floats | None]) -> None:
+        """Pass every block's residuals through a filter 1, -c1, -c2 .. from now on; None: as is."""
+        self._filters = tuple(filters)
+        self.blocks = tuple(
+            m.block
+            if f is None
+            else replace(
+                m.block,
+                floor=m.block.floor * INNOVATION,
+                count=max(m.block.count - len(f) + 1, 1.0),
+            )
+            for m, f in zip(self.measured, filters, strict=True)
+        )
+
+    def weighed(self, parts: Sequence[Floats], filtered: bool = True) -> list[Floats]:
+        """Changes of the readings, one array per block, as the likelihood counts them."""
         out = []
-        for m, y in zip(self.measured, self.fitted(shared, own), strict=True):
-            r = m.values - y
-            out.append(r if m.root_weights is None else r * m.root_weights)
+        for m, f, part in zip(self.measured, self._filters, parts, strict=True):
+            r = part if m.root_weights is None else part * m.root_weights
+            out.append(r if f is None or not filtered else np.convolve(r, f, "valid"))
         return out
+
+    def residuals(self, shared: Floats, own: Floats) -> list[Floats]:
+        """Measured less fitted, weighed; one array per block."""
+        return self.weighed(self.departures(shared, own))
+
+    def departures(self, shared: Floats, own: Floats) -> list[Floats]:
+        """Measured less fitted in SI units, one array per block."""
+        fitted = self.fitted(shared, own)
+        return [m.values - y for m, y in zip(self.measured, fitted, strict=True)]
 
 
 def _moves(position: Channel) -> bool:

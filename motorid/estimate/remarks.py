@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, VOLTAGE
 from motorid.estimate.intervals import Findings
-from motorid.estimate.likelihood import Linearised, Solution
+from motorid.estimate.likelihood import Solution
 from motorid.estimate.record import EMF, Measured, MotorRecord
 from motorid.estimate.types import Diagnostic, Parameter
 from motorid.estimate.uncertainty import autocovariance
@@ -34,11 +34,11 @@ def declared_noise(m: Measured) -> float:
 def chi_square(solution: Solution, records: Sequence[MotorRecord]) -> float:
     """Squared residuals over the declared noise, or over the noise found where none is declared."""
     total = 0.0
-    for record, line in zip(records, solution.records, strict=True):
-        for m, part, sigma in zip(record.measured, line.slices, line.sigmas, strict=True):
-            squares = float(line.residual[part] @ line.residual[part])
+    for record, own in zip(records, solution.own, strict=True):
+        left = record.weighed(record.departures(solution.values, own), filtered=False)
+        for m, r in zip(record.measured, left, strict=True):
             noise = declared_noise(m)
-            total += squares * (float(sigma) / noise) ** 2 if noise else squares
+            total += float(r @ r) / noise**2 if noise else m.block.count
     return total
 
 
@@ -54,21 +54,21 @@ def diagnostics(
                 "the search did not settle: the values are not the most likely ones",
             )
         )  # fmt: skip
-    for k, (record, line) in enumerate(zip(records, found.solution.records, strict=True)):
+    for k, (record, own) in enumerate(zip(records, found.solution.own, strict=True)):
         where = f" in run {k + 1}" if len(records) > 1 else ""
-        for m, part, sigma in zip(record.measured, line.slices, line.sigmas, strict=True):
-            out += _block(m, line, part, float(sigma), where)
+        left = record.weighed(record.departures(found.solution.values, own), filtered=False)
+        for m, residual in zip(record.measured, left, strict=True):
+            out += _block(m, residual, where)
         out += _data(record, where)
     out += _statistics(found, parameters)
     order = {"error": 0, "warning": 1, "info": 2}
     return tuple(sorted(out, key=lambda d: order[d.severity]))
 
 
-def _block(
-    m: Measured, line: Linearised, part: slice, sigma: float, where: str
-) -> list[Diagnostic]:
+def _block(m: Measured, residual: Floats, where: str) -> list[Diagnostic]:
     out = []
-    name, residual = WORDS.get(m.block.name, m.block.name), line.residual[part]
+    name = WORDS.get(m.block.name, m.block.name)
+    sigma = float(np.sqrt(residual @ residual / m.block.count))
     noise, unit = declared_noise(m), m.channel.unit
     if noise and sigma > LACK_OF_FIT * noise:
         out.append(

@@ -22,14 +22,15 @@ UNITS = {CURRENT: "A", POSITION: "rad", SPEED: "rad/s", EMF: "V"}
 def curves(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Curve, ...]:
     """Measured and fitted readings of every block, motion at the motor's shaft."""
     out = []
-    for k, (record, line, own) in enumerate(
-        zip(records, solution.records, solution.own, strict=True)
-    ):
+    for k, (record, own) in enumerate(zip(records, solution.own, strict=True)):
         fitted = record.fitted(solution.values, own)
-        for m, model, sigma in zip(record.measured, fitted, line.sigmas, strict=True):
+        left = record.weighed(record.departures(solution.values, own), filtered=False)
+        for m, model, r in zip(record.measured, fitted, left, strict=True):
             time = np.asarray(m.keep * record.timeline.period_s, dtype=np.float64)
-            name = m.block.name
-            out.append(Curve(k, name, UNITS[name], time, m.values, model, float(sigma)))
+            name, sigma = m.block.name, float(np.sqrt(r @ r / m.block.count))
+            out.append(
+                Curve(k, name, UNITS[name], time, m.values, model, max(sigma, m.block.floor))
+            )
     return tuple(out)
 
 

@@ -18,7 +18,8 @@ from motorid.estimate.likelihood import Linearised, Solution
 
 Floats = NDArray[np.float64]
 
-LARGEST_ORDER = 24  # of the autoregressive spectrum
+LARGEST_ORDER = 12  # of the autoregressive spectrum
+COLOURED = 2.0  # top of a spectrum over its mean that is worth whitening
 FEWEST_RUNS = 3  # that show a spread
 FLOOR = 1e-13  # of a scaled information's eigenvalues: beyond it nothing is known
 
@@ -108,6 +109,17 @@ def _score_covariance(record: Linearised) -> Floats:
             weights[-1] = 1.0
         total += ((waves.conj().T * (spectrum * weights)) @ waves).real / size
     return total
+
+
+def whitener(residual: Floats) -> Floats | None:
+    """The filter 1, -c1, -c2 .. that leaves ``residual`` white; None when it is near enough."""
+    coefficients, innovation = autoregression(residual)
+    if not len(coefficients):
+        return None
+    spectrum = power(coefficients, innovation, 512)
+    if float(spectrum.max()) < COLOURED * float(spectrum.mean()):
+        return None
+    return np.concatenate([[1.0], -coefficients])
 
 
 def _fast_length(least: int) -> int:
