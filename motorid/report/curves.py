@@ -122,8 +122,14 @@ def _time_axis(time_s: Floats, count: int = 8) -> Axis:
 def _details(curves: Sequence[Curve]) -> str:
     """Close-ups where the fitted current (or else the first channel) is steepest."""
     lead = next((c for c in curves if c.channel == "current"), curves[0])
-    plots = "".join(f"<div>{_close_up(lead, w)}</div>" for w in steepest(lead.fitted, DETAILS))
+    windows = [w for w in steepest(lead.fitted, DETAILS) if _unbroken(lead.time_s[w])]
+    plots = "".join(f"<div>{_close_up(lead, w)}</div>" for w in windows)
     return f'<div class="trio">{plots}</div>' if plots else ""
+
+
+def _unbroken(time_s: Floats) -> bool:
+    steps = np.diff(time_s)
+    return bool(np.max(steps, initial=0.0) <= LIFTED * np.median(steps))
 
 
 def steepest(values: Floats, count: int) -> list[slice]:
@@ -149,7 +155,9 @@ def _close_up(curve: Curve, window: slice) -> str:
     time, measured, fitted = (a[window] for a in (curve.time_s, curve.measured, curve.fitted))
     unit, factor = _unit(curve.unit, measured)
     begin = float(time[0])
-    x = axis((time - begin,), f"time after {begin:.4g} s, ms", 1e3, count=6, margin=0.0)
+    t_unit, t_factor = scaled_unit("s", float(time[-1] - begin))
+    title = f"time after {begin:.4g} s, {t_unit}"
+    x = axis((time - begin,), title, t_factor, margin=0.0)
     plot = Plot(x, axis((measured, fitted), f"{word}, {unit}", factor), f"{word}, close-up", 9.0)
     plot.dots(time - begin, measured, "measured small")
     plot.line(time - begin, fitted, "fitted")

@@ -46,6 +46,7 @@ def render(estimate: Estimate) -> str:
     body = [
         _head(estimate, title),
         section("Parameters", _parameters(estimate), _notes(estimate)),
+        section("Combinations", _figures(estimate.combinations.values()), _together(estimate)),
         section("Findings", _findings(estimate)),
         section("Derived figures", _figures(estimate.derived.values())),
         section("Measured against fitted", *curves.captures(estimate)),
@@ -56,7 +57,7 @@ def render(estimate: Estimate) -> str:
             curves.spread(estimate),
         ),
         section("Steady state", steady_state(estimate)),
-        section("Known together", _combinations(estimate)),
+        section("Found on the way", _figures(estimate.nuisance.values())),
         section("Correlation", _correlation(estimate)),
         section("Where it comes from", _inputs(estimate), _record(estimate)),
         "<footer>Made by motorid. Nothing on this page is loaded from elsewhere.</footer>",
@@ -84,7 +85,7 @@ def _head(estimate: Estimate, title: str) -> str:
 
 def _parameters(estimate: Estimate) -> str:
     rows = six(estimate) + others(estimate)
-    widest = max((_share(p) for p in rows), default=0.0) or 1.0
+    widest = max((_share(p) for p in rows), default=0.0)
     seen = [shown(p) for p in rows]
     values = aligned([s.value for s in seen], FIGURE_SPACE, DOT_SPACE)
     lines = []
@@ -99,7 +100,7 @@ def _parameters(estimate: Estimate) -> str:
             f'<td class="num">{percent(relative(p, p.statistical))}</td>'
             f'<td class="num">{percent(relative(p, p.instrument))}</td><td>{status}</td></tr>'
         )
-    scale = f"95 % interval (full width ± {percent(widest)})"
+    scale = f"95 % interval (full width ± {percent(widest)})" if widest else ""
     head = (
         f'<th></th><th></th><th class="num">value</th><th>± 95 %</th><th>{scale}</th>'
         '<th class="num">statistical</th><th class="num">instrument</th><th></th>'
@@ -175,10 +176,9 @@ def _plain(rows: Iterable[tuple[str, str, str]]) -> str:
     return f"<table><tbody>{lines}</tbody></table>"
 
 
-def _combinations(estimate: Estimate) -> str:
-    rows = _figures((*estimate.combinations.values(), *estimate.nuisance.values()))
-    words = "Ratios that these data settle by themselves, and offsets and delays found on the way."
-    return rows and paragraph(words, "soft") + rows
+def _together(estimate: Estimate) -> str:
+    words = "Ratios that these data settle even where a parameter by itself is not known."
+    return paragraph(words, "soft") if estimate.combinations else ""
 
 
 def _correlation(estimate: Estimate) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from motorid.estimate.types import Curve, Estimate, Parameter, SteadyRow
+from motorid.estimate.types import Curve, Estimate, Parameter, SegmentRow, SteadyRow
 
 SCHEMA = "motorid-estimate-1"
 
@@ -43,7 +43,8 @@ def to_dict(estimate: Estimate) -> dict[str, Any]:
         },
         "models": [_model(estimate)],
         "residuals": [_residual(curve) for curve in estimate.curves],
-        "steady_state": [_steady(row) for row in estimate.steady],
+        "steady_state": [_row(row) for row in estimate.steady],
+        "segments": [_row(row) for row in estimate.segments],
         "diagnostics": [
             {"code": d.code, "severity": d.severity, "message": d.message}
             for d in estimate.diagnostics
@@ -111,5 +112,5 @@ def _residual(curve: Curve) -> dict[str, Any]:
     }
 
 
-def _steady(row: SteadyRow) -> dict[str, Any]:
+def _row(row: SteadyRow | SegmentRow) -> dict[str, Any]:
     return {name: plain(getattr(row, name)) for name in row.__dataclass_fields__}

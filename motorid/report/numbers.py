@@ -56,7 +56,7 @@ def scaled_unit(unit: str, size: float) -> tuple[str, float]:
         if -3 <= power <= 3:
             return unit, 1.0
         return f"×10{str(power).translate(SUPERSCRIPTS)} {unit}".strip(), 10.0**-power
-    power = min(max(power, min(PREFIXES)), max(PREFIXES))
+    power = min(max(power, min(PREFIXES)), 0 if unit == "s" else max(PREFIXES))
     if power == -3 and abs(size) >= 0.1:  # 0.25 V, not 250 mV
         power = 0
     return PREFIXES[power] + unit, 10.0**-power
@@ -142,7 +142,8 @@ def percent(share: float | None) -> str:
     """A ratio as a percentage of two digits, or a dash."""
     if share is None or not math.isfinite(share):
         return NOTHING
-    return f"{100 * share:#.2g}".rstrip(".").replace("-", MINUS) + " %" if share else "0 %"
+    text = f"{100 * share:#.2g}".rstrip(".") if share < 0.995 else f"{100 * share:.0f}"
+    return f"{text if share else '0'} %"
 
 
 def relative(parameter: Parameter, part: float | None) -> float | None:

@@ -66,15 +66,16 @@ def summary(estimate: Estimate) -> str:
     bound = [p.name for p in six(estimate) if p.status == "at_bound"]
     runs = len(estimate.inputs)
     source = f"From {runs} runs" if runs != 1 else "From one run"
-    head = ", ".join(f"{p.name} = {shown(p).text}".replace(" ", NBSP) for p in found)
-    parts = [head or "none of the six parameters can be told"]
+    told = found or [p for p in estimate.combinations.values() if p.status == "estimated"]
+    parts = [", ".join(f"{p.name} = {shown(p).text}".replace(" ", NBSP) for p in told)]
     if missing:
-        parts.append(f"these data do not tell {_list(missing)}")
+        alone = "" if found or not told else " alone"
+        parts.append(f"these data do not tell {_list(missing)}{alone}")
     if bound:
         parts.append(f"{_list(bound)} went to the edge of what is possible")
     if fixed:
         parts.append(f"{_list(fixed)} {'was' if len(fixed) == 1 else 'were'} given")
-    return f"{source}: {'; '.join(parts)}."
+    return f"{source}: {'; '.join(part for part in parts if part)}."
 
 
 def remarks(estimate: Estimate) -> list[str]:

@@ -8,13 +8,18 @@ from functools import cache
 
 import numpy as np
 
-from motorid.estimate.types import Curve, Diagnostic, Estimate, Parameter, SteadyRow
+from motorid.estimate.types import Curve, Diagnostic, Estimate, Parameter, SegmentRow, SteadyRow
 from tests.segment.truth import OPEN, SMALL, Run, drive
 
 RATE_HZ = 10_000.0
 LEVELS = (2.0, 4.0, 6.0)
 TRUTH = {"R": 2.6, "L": 180e-6, "K": 7.68e-3, "B": 2e-7, "J": 3.9e-7, "T0": 2e-4}
 UNITS = {"R": "ohm", "L": "H", "K": "N·m/A", "B": "N·m·s/rad", "J": "kg·m²", "T0": "N·m"}
+SEGMENTS = (
+    ("rest", 0.0, 0.05), ("acceleration", 0.05, 0.13), ("steady", 0.13, 0.35),
+    ("acceleration", 0.35, 0.43), ("steady", 0.43, 0.65), ("acceleration", 0.65, 0.73),
+    ("steady", 0.73, 0.95), ("coast", 0.95, 1.45),
+)  # fmt: skip
 FREE = ("R", "L", "K", "B", "J", "T0", "current offset")
 
 
@@ -114,6 +119,7 @@ def estimate(**changes: object) -> Estimate:
         ),
         curves=curves(),
         steady=steady(),
+        segments=tuple(SegmentRow(c, *row) for c in (0, 1) for row in SEGMENTS),
         inputs=tuple(
             {
                 "path": f"run-{k}.h5",
