@@ -127,7 +127,8 @@ def gaps(ticks: NDArray[np.int64], notes: list[str]) -> tuple[Gap, ...]:
     steady = steps[steps <= GAP * usual]
     spread = float(np.percentile(np.abs(steady - usual), 95)) / usual
     if spread > IRREGULAR:
-        notes.append(f"irregular stamps: 5 % of periods are off by {spread:.0%} or more; kept")
+        share = f"{100 * spread:.0f} %"
+        notes.append(f"irregular stamps: 5 % of periods are off by {share} or more; kept")
     if found:
         notes.append(f"{len(found)} pauses of more than {GAP:g} periods, recorded as gaps")
     if usual > SLOW_S * 1e9:

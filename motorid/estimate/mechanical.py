@@ -4,7 +4,8 @@
 
 With a measured torque (or force) a, b, c are J, B, T0; with a measured current and no voltage they
 are J/K, B/K, T0/K; with volts, or a command, and no current they are (L neglected) JR/K,
-(K² + RB)/K and T0 R/K. d is a constant load or an offset of the sensor. See docs/import.md.
+(K² + RB)/K and T0 R/K. With no drive at all the motor must coast: then a is 1, and b and c are B/J
+and T0/J. d is a constant load or an offset of the sensor. See docs/import.md.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from motorid.capture.model import CURRENT, TORQUE, Capture
 from motorid.errors import DataError, UsageError
 from motorid.estimate import balance, mechanical_findings, mechanical_results
 from motorid.estimate.motion import (
+    COASTING,
     FEWEST_SAMPLES,
     Motion,
     drive_of,
@@ -37,14 +39,12 @@ NARROWEST = 4  # half-width of the narrowest bump, in sample periods
 FEWEST_ROWS = 10
 SURE_SIGN = 1.0  # a magnitude's sign is taken where the model exceeds so many sigma of a reading
 SIGN_PASSES = 4
+RISE = 0.1  # of the top speed: more is not a coast-down
 
 
 def suits(captures: Sequence[Capture]) -> bool:
     """Whether these captures lack the voltage or the current that the whole model needs."""
-    return any(
-        drive_of(capture.channels) is not None and not _is_electrical(capture)
-        for capture in captures
-    )
+    return any(not _is_electrical(capture) for capture in captures)
 
 
 def _is_electrical(capture: Capture) -> bool:
@@ -97,17 +97,11 @@ def _check(fix: Mapping[str, float], without: Sequence[str]) -> None:
 
 
 def _common_drive(captures: Sequence[Capture]) -> str:
-    drives = {drive_of(capture.channels) for capture in captures}
-    if None in drives:
-        raise DataError(
-            "a capture has neither torque, current, voltage nor command: without what drove the "
-            "motor, nothing but the ratios of a coast-down could be told"
-        )
+    drives = {drive_of(capture.channels) or COASTING for capture in captures}
     if len(drives) > 1:
-        raise DataError(
-            f"the captures are driven by different quantities: {sorted(map(str, drives))}"
-        )
-    return str(drives.pop())
+        kinds = ", ".join(sorted(drives))
+        raise DataError(f"the captures hold different drives ({kinds}): fit them apart")
+    return drives.pop()
 
 
 def _wanted(
@@ -115,6 +109,9 @@ def _wanted(
 ) -> tuple[Bools, Floats]:
     """Which coefficients are free, and what the others are."""
     wanted, values = np.ones(4, dtype=np.bool_), np.zeros(4)
+    if drive == COASTING:  # 0 = dω/dt + B/J ω + T0/J sign(ω)
+        _check_coasting(motions)
+        wanted[[0, OFFSET]], values[0] = False, 1.0
     for name in without:
         if name in ("B", "T0", "offset"):
             wanted[{**COLUMN_OF, "offset": OFFSET}[name]] = False
@@ -128,6 +125,18 @@ def _wanted(
     if len(signs) < 2 and wanted[2]:
         wanted[OFFSET] = False  # one direction: a constant load and Coulomb friction are one
     return wanted, values
+
+
+def _check_coasting(motions: Sequence[Motion]) -> None:
+    """Raises DataError where a motor that nothing drives gets faster."""
+    for motion in motions:
+        speed = np.abs(motion.speed(motion.period_s * 16))
+        lowest = np.minimum.accumulate(speed)
+        if np.percentile(speed - lowest, 95) > RISE * motion.top_speed:
+            raise DataError(
+                "neither torque, current, voltage nor command is measured, and the motor gets "
+                "faster: map what drives it, or cut the import to a coast-down by --start, --stop"
+            )
 
 
 def _widths(motions: Sequence[Motion]) -> list[float]:

@@ -114,7 +114,7 @@ def _suspect(best: Regression) -> str:
             "No simple friction term explains it: suspect a load or friction that depends on "
             "position, compliance, or a delay."
         )
-    return f"Suspect: {SHAPES[most]}, which would explain {gains[most]:.0%} of it."
+    return f"Suspect: {SHAPES[most]}, which would explain {100 * gains[most]:.0f} % of it."
 
 
 def _slow_sampling(motions: Sequence[Motion]) -> list[Diagnostic]:
@@ -126,7 +126,7 @@ def _slow_sampling(motions: Sequence[Motion]) -> list[Diagnostic]:
                 Diagnostic(
                     "slow_sampling",
                     "warning",
-                    f"The speed changes by {jump:.0%} of its top value between two samples "
+                    f"The speed changes by {100 * jump:.0f} % of its top value between two samples "
                     f"{motion.period_s * 1e3:.3g} ms apart: the accelerations lie between the "
                     "samples, and the inertia rests on what little remains. Sample at least ten "
                     "times as fast.",

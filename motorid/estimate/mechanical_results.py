@@ -9,17 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid import __version__
-from motorid.capture.model import CURRENT, TORQUE, Capture
+from motorid.capture.model import CURRENT, TORQUE, VOLTAGE, Capture
 from motorid.capture.store import describe
-from motorid.estimate.motion import COMMAND, Motion
+from motorid.estimate.motion import COASTING, COMMAND, Motion
 from motorid.estimate.regression import OFFSET, Regression
 from motorid.estimate.types import PARAMETERS, UNITS, Curve, Diagnostic, Estimate, Parameter
 
 Floats = NDArray[np.float64]
 
 LINEAR_UNITS = {"K": "N/A", "B": "N·s/m", "J": "kg", "T0": "N"}
-LINEAR_NAMES = {"K": "force constant", "B": "viscous friction", "J": "mass", "T0": "Coulomb force"}
+LINEAR_NAMES = {"J": "mass", "T0": "Coulomb force"}  # where the usual names mislead
 COLUMNS = {"J": 0, "B": 1, "T0": 2}
+MODELS = {
+    TORQUE: "torque = J dω/dt + B ω + T0 sign(ω) + offset",
+    CURRENT: "i = J/K dω/dt + B/K ω + T0/K sign(ω) + offset",
+    COASTING: "dω/dt = −B/J ω − T0/J sign(ω)",
+    VOLTAGE: "v = JR/K dω/dt + (K + RB/K) ω + T0 R/K sign(ω) + offset, L neglected",
+}
 WEAK = 0.3  # relative standard uncertainty beyond which a note says so
 NOTHING = 1.0  # and beyond which the value is not given
 RUN_FOR_ALL = (
@@ -64,7 +70,9 @@ class Judge:
         if not signed:
             low = max(low, 0.0)
             if total > WEAK * q.value:
-                note = _joined(note, f"weakly known: ± {total / q.value:.0%} (one standard)")
+                note = _joined(
+                    note, f"weakly known: ± {100 * total / q.value:.0f} % (one standard)"
+                )
         return Parameter(
             name, unit, q.value, statistical, q.instrument, total, (low, high), "estimated", note
         )
@@ -104,13 +112,15 @@ def estimate(
     combinations: dict[str, Parameter] = {}
     if drive == TORQUE:
         parameters = _from_torque(judge, raw, units, fix, linear)
+    elif drive == COASTING:
+        parameters, combinations = _from_coast(judge, raw, units, fix, linear)
     elif drive == CURRENT:
         parameters, combinations = _from_current(judge, raw, units, fix, best, linear)
     else:
         parameters, combinations = _from_volts(judge, best, gains, units, fix, drive)
     free = [name for name, column in {**COLUMNS, "offset": OFFSET}.items() if best.free[column]]
     return Estimate(
-        model=f"{drive} = a dω/dt + b ω + c sign(ω) + offset",
+        model=MODELS.get(drive, MODELS[VOLTAGE]),
         method="momentum balance over smooth bumps, jackknife over stretches of motion",
         parameters={name: parameters[name] for name in PARAMETERS},
         combinations=combinations,
@@ -132,7 +142,7 @@ def estimate(
 def _gain_uncertainties(captures: Sequence[Capture], drive: str) -> dict[str, float]:
     """Relative instrument uncertainty of each coefficient, by parameter name."""
     channels = [capture.channels for capture in captures]
-    force = max(c[drive].gain_uncertainty for c in channels)
+    force = max((c[drive].gain_uncertainty for c in channels if drive in c), default=0.0)
     motion = max(
         c[name].gain_uncertainty for c in channels for name in ("speed", "position") if name in c
     )
@@ -161,7 +171,7 @@ def _from_torque(
     why = f"the drive's torque was given, not its current and voltage; {RUN_FOR_ALL} would tell"
     found = {name: unknown(name, units[name], why) for name in ("R", "L", "K")}
     for name, quantity in raw.items():
-        note = LINEAR_NAMES[name] if linear else ""
+        note = LINEAR_NAMES.get(name, "") if linear else ""
         found[name] = judge.parameter(name, units[name], quantity, note)
     return found | {name: fixed(name, units[name], value) for name, value in fix.items()}
 
@@ -187,14 +197,36 @@ def _from_current(
         if known not in ("K", ""):
             found["K"] = judge.parameter("K", units["K"], constant)
         for name in COLUMNS:
-            found[name] = judge.parameter(name, units[name], _times(raw[name], constant, known))
+            found[name] = judge.parameter(name, units[name], _times(raw[name], constant))
+    return found | {n: fixed(n, units[n], value) for n, value in fix.items()}, combinations
+
+
+def _from_coast(
+    judge: Judge,
+    raw: Mapping[str, Quantity],
+    units: Mapping[str, str],
+    fix: Mapping[str, float],
+    linear: bool,
+) -> tuple[dict[str, Parameter], dict[str, Parameter]]:
+    """B/J and T0/J of a motor that nothing drives; B and T0 where J is given."""
+    ratio_units = {"B": "1/s", "T0": "m/s²" if linear else "rad/s²"}
+    combinations = {
+        f"{name}/J": judge.parameter(f"{name}/J", unit, raw[name])
+        for name, unit in ratio_units.items()
+    }
+    why = f"a coast-down alone tells only B/J and T0/J; {RUN_FOR_ALL} would tell"
+    found = {name: unknown(name, units[name], why) for name in PARAMETERS}
+    if "J" in fix:
+        inertia = Quantity(fix["J"], 0.0)
+        for name in ratio_units:
+            found[name] = judge.parameter(name, units[name], _times(raw[name], inertia))
     return found | {n: fixed(n, units[n], value) for n, value in fix.items()}, combinations
 
 
 def _without_voltage(name: str) -> str:
     if name in ("R", "L", "K"):
         return f"no voltage was measured; {RUN_FOR_ALL} would tell"
-    return f"only {name}/K is known without K: give --fix K=VALUE, or {RUN_FOR_ALL}"
+    return f"only its ratio to K is known: give --fix K=VALUE, or {RUN_FOR_ALL}"
 
 
 def _torque_constant(
@@ -212,8 +244,8 @@ def _torque_constant(
     return None
 
 
-def _times(ratio: Quantity, constant: Quantity, known: str) -> Quantity:
-    """ratio × K. K that came from another ratio is nearly independent of this one: added up."""
+def _times(ratio: Quantity, constant: Quantity) -> Quantity:
+    """ratio × constant. A constant that came from another ratio is nearly independent of it."""
     value = ratio.value * constant.value
     variance = ratio.variance * constant.value**2 + constant.variance * ratio.value**2
     return Quantity(value, variance, ratio.instrument * constant.value, ratio.at_bound)

@@ -16,6 +16,7 @@ from motorid.errors import DataError
 Floats = NDArray[np.float64]
 
 COMMAND = "command"
+COASTING = "nothing"  # no drive is measured: there must be none
 DRIVES = (TORQUE, CURRENT, VOLTAGE, COMMAND)  # what the balance is written in, best first
 STANDSTILL = 0.01  # of the top speed: below it, friction's sign is not trusted
 NOISES = 3.0  # speeds within so many standard deviations of zero may be standstill
@@ -136,7 +137,9 @@ def of_capture(capture: Capture, drive: str) -> Motion:
     the drive was, so that both sides of the balance went through the same filter. Raises DataError
     where a channel is missing, does not change, or is linear beside an angular one.
     """
-    source, output = capture.get(drive), capture.get(SPEED) or capture.get(POSITION)
+    output = capture.get(SPEED) or capture.get(POSITION)
+    none = Channel(drive, "", np.zeros(len(capture)))
+    source = none if drive == COASTING else capture.get(drive)
     name = capture.path or "the capture"
     if source is None or output is None:
         raise DataError(f"{name} lacks {drive if source is None else 'speed and position'}")

@@ -241,3 +241,17 @@ def test_intervals_hold_what_they_promise() -> None:
     assert all(abs(np.mean(shift)) < 0.6 for shift in shifts.values()), {
         name: float(np.mean(shift)) for name, shift in shifts.items()
     }
+
+
+def test_coast_down_alone_gives_two_ratios() -> None:
+    t = np.arange(0, 1.2, 1e-3)
+    b, c = MOTOR.B / MOTOR.J, MOTOR.T0 / MOTOR.J
+    w = np.maximum((200 + c / b) * np.exp(-b * t) - c / b, 0.0)
+    rng = np.random.default_rng(0)
+    estimate = mechanical.fit([capture(t, speed=("rad/s", w + 0.2 * rng.standard_normal(len(t))))])
+    assert inside(estimate, {"B/J": b, "T0/J": c})
+    assert estimate.combinations["T0/J"].value == pytest.approx(c, rel=0.02)
+    known = mechanical.fit([capture(t, speed=("rad/s", w))], fix={"J": MOTOR.J})
+    assert known.parameters["T0"].value == pytest.approx(MOTOR.T0, rel=0.02)
+    with pytest.raises(DataError, match="gets faster"):
+        mechanical.fit([capture(t, speed=("rad/s", w[::-1].copy()))])
