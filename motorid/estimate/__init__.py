@@ -25,14 +25,17 @@ def fit(
     without a voltage or without a current are fitted by their mechanics alone. Raises UsageError
     on an unknown name or method, DataError where the captures hold too little.
     """
-    from motorid.errors import DataError, UsageError
+    from motorid.errors import DataError
     from motorid.estimate import mechanical
 
-    if method != "ml":
-        raise UsageError(f'there is no method "{method}" to fit captures by: use "ml"')
     if not captures:
         raise DataError("there is no capture to fit: name at least one file")
     known = {name: float(value) for name, value in (fix or {}).items()}
+    if method != "ml":
+        from motorid.estimate.search.fit import fit as by_name
+
+        _check(known, without)
+        return by_name(captures, method, fix=known, without=without)
     if mechanical.suits(captures):
         return mechanical.fit(captures, fix=known, without=without)
     _check(known, without)

@@ -13,15 +13,16 @@ from dataclasses import replace
 import numpy as np
 
 from motorid.capture.model import Capture
-from motorid.errors import UsageError
+from motorid.errors import UsageError, nearest
 from motorid.estimate import motor_fit
 from motorid.estimate.closed_form import start_values
 from motorid.estimate.likelihood import Solution as Likely
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.search import captures as capture_problem
-from motorid.estimate.search import registry
+from motorid.estimate.search import closed, registry
 from motorid.estimate.search.problem import DIRECT, Problem, Solution, solve
+from motorid.estimate.search.problem import names as problem_names
 from motorid.estimate.types import PARAMETERS, Diagnostic, Estimate
 from motorid.estimate.uncertainty import covariance_of
 from motorid.motor.batch import LINEAR
@@ -40,7 +41,7 @@ def fit(
     budget: int = BUDGET,
     seed: int = 0,
 ) -> Estimate:
-    """The six parameters by a named search of at most ``budget`` evaluations.
+    """The six parameters by a named method; a search has at most ``budget`` evaluations.
 
     Delays and apertures are taken at their middle; PWM ripple and the decay of a freewheeling
     current are left out of the searched response (``captures.py``). The -m methods and
@@ -48,7 +49,14 @@ def fit(
     Coulomb friction goes into B. Raises UsageError for an unknown method, DataError where the
     captures hold too little.
     """
-    linear = _linear(method)
+    if method not in names():
+        raise UsageError(
+            f'there is no method "{method}" to fit captures by{nearest(method, names())}; the '
+            f"methods are ml, {', '.join(names())}"
+        )
+    linear = method not in closed.TITLES and _linear(method)
+    if method in closed.TITLES and (fix or without):
+        raise UsageError(f"{method} takes no fixed or left-out parameters: use another method")
     left_out = tuple(dict.fromkeys([*without, *(("T0",) if linear else ())]))
     fixed = {**dict.fromkeys(left_out, 0.0), **(fix or {})}
     free = [name for name in PARAMETERS if name not in fixed]
@@ -56,7 +64,10 @@ def fit(
         raise UsageError(f"{method} takes no fixed or left-out parameters: use another method")
     records = [MotorRecord(capture, free, fixed) for capture in captures]
     start = start_values(records, fixed)
-    found = search(records, start, free, method, budget=budget, seed=seed)
+    if method in closed.TITLES:
+        found = closed.solve(captures, records, start, method)
+    else:
+        found = search(records, start, free, method, budget=budget, seed=seed)
     likely = hold(records, free, start, found)
     estimate = motor_fit.report(captures, records, likely, fix or {}, left_out)
     return replace(
@@ -66,6 +77,11 @@ def fit(
         diagnostics=(*_remarks(found, likely, linear), *estimate.diagnostics),
         options={**estimate.options, "method": method, "budget": budget, "seed": seed},
     )
+
+
+def names() -> tuple[str, ...]:
+    """Every method that ``fit`` takes."""
+    return (*closed.TITLES, *problem_names())
 
 
 def _linear(method: str) -> bool:
@@ -131,19 +147,23 @@ def newton(likely: Likely) -> tuple[float, dict[str, float]]:
 
 
 def _title(method: str, found: Solution) -> str:
+    if method in closed.TITLES:
+        return closed.TITLES[method]
     title = method if method in DIRECT else registry.get(method).title
     return f"{title}, {found.evaluations} evaluations, seed {found.seed}"
 
 
 def _remarks(found: Solution, likely: Likely, linear: bool) -> list[Diagnostic]:
     said = {"budget": "spent its budget", "converged": "settled", "target": "met its target"}
-    out = [
-        Diagnostic(
-            "search", "info",
-            f"the search {said.get(found.reason, found.reason)} after {found.evaluations} "
-            f"evaluations at a cost of {found.cost:.4g} (rms, in units of the peaks)",
-        )
-    ]  # fmt: skip
+    out = []
+    if found.reason in said:
+        out.append(
+            Diagnostic(
+                "search", "info",
+                f"the search {said[found.reason]} after {found.evaluations} evaluations at a cost "
+                f"of {found.cost:.4g} (rms, in units of the peaks)",
+            )
+        )  # fmt: skip
     gain, moves = newton(likely)
     if gain > SETTLED:
         shares = ", ".join(
