@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED
+from motorid.estimate.algebra import project
 from motorid.estimate.likelihood import Solution
 from motorid.estimate.record import EMF, MotorRecord
 from motorid.estimate.uncertainty import covariance_of
@@ -37,7 +38,7 @@ def budget(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, Floa
         for record, line, own in zip(records, solution.records, solution.own, strict=True):
             moved = shift(record, solution.values, own)
             parts = [d / s for d, s in zip(record.weighed(moved), line.sigmas, strict=True)]
-            pull += line.orthogonal.T @ np.concatenate(parts)
+            pull += project(line.orthogonal.T, np.concatenate(parts))
         if pull.any():
             causes[name] = inverse @ pull
     series = np.array([r.sensed.series_uncertainty_ohm for r in records])

@@ -21,6 +21,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.algebra import gram, project, square
+
 Floats = NDArray[np.float64]
 
 STEP = 1e-6  # of a finite difference, relative to the parameter's scale
@@ -112,7 +114,7 @@ class Solution:
     @property
     def chi_square(self) -> float:
         """Sum of squared residuals over the block variances."""
-        return float(sum(r.residual @ r.residual for r in self.records))
+        return float(sum(square(r.residual) for r in self.records))
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -226,7 +228,7 @@ class _Search:
             objective += frame.prior(x)
             s = np.empty(len(blocks))
             for k, (block, r) in enumerate(zip(record.blocks, blocks, strict=True)):
-                total = float(r @ r)
+                total = square(r)
                 s[k] = np.sqrt(max(total / max(block.count, 1.0), block.floor**2))
                 objective += block.count * 2.0 * float(np.log(s[k])) + total / s[k] ** 2
             residuals.append(blocks)
@@ -267,8 +269,8 @@ class _Search:
             prior = frame.precision
             normals.append(
                 _Normal(
-                    A, C, A @ A.T, A @ C.T, C @ C.T + np.diag(prior), A @ residual,
-                    C @ residual - prior * (at.own[k] - frame.mean), residual,
+                    A, C, gram(A, A), gram(A, C), gram(C, C) + np.diag(prior), project(A, residual),
+                    project(C, residual) - prior * (at.own[k] - frame.mean), residual,
                 )
             )  # fmt: skip
         if self.records:
@@ -316,10 +318,14 @@ class _Search:
 
 
 def maximise(
-    shared: Sequence[Unknown], records: Sequence[Record], max_iterations: int = MAX_ITERATIONS
+    shared: Sequence[Unknown],
+    records: Sequence[Record],
+    max_iterations: int = MAX_ITERATIONS,
+    enough: float = ENOUGH,
 ) -> Solution:
     """The most likely parameters of ``records``. Finds no start point of its own.
 
+    The search ends when F would fall by less than ``enough`` (a change of chi-square).
     ``converged`` is false when the iterations ran out or no step helped while one was promised.
     """
     search = _Search(shared, records)
@@ -332,12 +338,12 @@ def maximise(
             gain = at.objective - trial.objective
             at = trial
             damping = max(damping / 10.0, 1e-12)
-            if promise < ENOUGH and gain < ENOUGH:
+            if promise < enough and gain < enough:
                 converged = True
                 break
             normals = search.linearise(at)
         else:
-            if promise < ENOUGH and damping < 1.0:
+            if promise < enough and damping < 1.0:
                 converged = True  # at the minimum as far as rounding can tell
                 break
             damping *= 8.0
@@ -359,13 +365,14 @@ def _solution(search: _Search, at: _Point, converged: bool) -> Solution:
         gradient = gradient + normal.gs - normal.so @ (inverse @ normal.go)
         own_covariance.append(inverse)
         followed.append(inverse @ normal.so.T)
+        explained = normal.so @ inverse
         edges = np.cumsum([0, *(len(r) for r in at.residuals[k])])
         linearised.append(
             Linearised(
                 residual=normal.residual,
                 shared=normal.shared.T,
                 own=normal.own.T,
-                orthogonal=(normal.shared - normal.so @ inverse @ normal.own).T,
+                orthogonal=(normal.shared - np.einsum("pm,mn->pn", explained, normal.own)).T,
                 own_precision=search.own[k].precision,
                 blocks=tuple(record.blocks),
                 slices=tuple(slice(int(a), int(b)) for a, b in pairwise(edges)),

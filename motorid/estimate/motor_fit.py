@@ -26,6 +26,7 @@ MODEL = "v = R i + L di/dt + K w; J dw/dt = K i - B w - T0 sign(w)"
 METHOD = "output-error maximum likelihood"
 SOURCE_PASSES = 3  # at most, of fit and source lines in turn
 SHORTEST_ELECTRICAL = 1e-3  # L/R in sample periods: below it the data know no inductance
+ROUGH = 1.0  # change of chi-square that is near enough while sources and noise are unsettled
 COLOUR_PASSES = 2  # of noise model and fit in turn
 MISFIT = 4.0  # residuals in units of the scatter between neighbours: worth another start
 OTHER_STARTS: tuple[dict[str, float], ...] = (
@@ -118,7 +119,7 @@ def solve(
 def _with_sources(
     records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
 ) -> Solution:
-    solution = maximise(unknowns(records, free, start), records)
+    solution = maximise(unknowns(records, free, start), records, enough=ROUGH)
     for _ in range(SOURCE_PASSES - 1):
         before = [record.sources for record in records]
         for record, own in zip(records, solution.own, strict=True):
@@ -127,7 +128,9 @@ def _with_sources(
         if all(_same(a, b) for old, new in zip(before, after, strict=True)
                for a, b in zip(old, new, strict=True)):  # fmt: skip
             break
-        solution = maximise(unknowns(records, free, _merged(start, solution)), records)
+        solution = maximise(
+            unknowns(records, free, _merged(start, solution)), records, enough=ROUGH
+        )
     return solution
 
 
@@ -145,9 +148,9 @@ def _whitened(
             filters = [whitener(r) for r in left]
             coloured |= any(f is not None for f in filters)
             record.whiten(filters)
+        solution = maximise(unknowns(records, free, _merged(start, solution)), records)
         if not coloured:
             break
-        solution = maximise(unknowns(records, free, _merged(start, solution)), records)
     return solution
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, VOLTAGE
+from motorid.estimate.algebra import square
 from motorid.estimate.intervals import Findings
 from motorid.estimate.likelihood import Solution
 from motorid.estimate.record import EMF, Measured, MotorRecord
@@ -38,7 +39,7 @@ def chi_square(solution: Solution, records: Sequence[MotorRecord]) -> float:
         left = record.weighed(record.departures(solution.values, own), filtered=False)
         for m, r in zip(record.measured, left, strict=True):
             noise = declared_noise(m)
-            total += float(r @ r) / noise**2 if noise else m.block.count
+            total += square(r) / noise**2 if noise else m.block.count
     return total
 
 
@@ -68,7 +69,7 @@ def diagnostics(
 def _block(m: Measured, residual: Floats, where: str) -> list[Diagnostic]:
     out = []
     name = WORDS.get(m.block.name, m.block.name)
-    sigma = float(np.sqrt(residual @ residual / m.block.count))
+    sigma = float(np.sqrt(square(residual) / m.block.count))
     noise, unit = declared_noise(m), m.channel.unit
     if noise and sigma > LACK_OF_FIT * noise:
         out.append(

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture
+from motorid.estimate.algebra import square
 from motorid.estimate.likelihood import Solution
 from motorid.estimate.record import EMF, MotorRecord
 from motorid.estimate.types import Curve, SegmentRow, SteadyRow
@@ -27,7 +28,7 @@ def curves(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Curve, .
         left = record.weighed(record.departures(solution.values, own), filtered=False)
         for m, model, r in zip(record.measured, fitted, left, strict=True):
             time = np.asarray(m.keep * record.timeline.period_s, dtype=np.float64)
-            name, sigma = m.block.name, float(np.sqrt(r @ r / m.block.count))
+            name, sigma = m.block.name, float(np.sqrt(square(r) / m.block.count))
             out.append(
                 Curve(k, name, UNITS[name], time, m.values, model, max(sigma, m.block.floor))
             )

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.algebra import dot, gram, project, square
 from motorid.estimate.likelihood import Linearised, Solution
 
 Floats = NDArray[np.float64]
@@ -79,7 +80,7 @@ def _with_variances(covariance: Floats, variances: Floats) -> Floats:
 def _between(solution: Solution, inverse: Floats, within: Floats, widening: float) -> Statistical:
     """Adds what the runs' scores scatter beyond their noise; Welch-Satterthwaite freedom."""
     runs = len(solution.records)
-    pulls = np.array([r.orthogonal.T @ r.residual for r in solution.records])
+    pulls = np.array([project(r.orthogonal.T, r.residual) for r in solution.records])
     pulls = pulls - pulls.mean(axis=0)
     spread = inverse @ (pulls.T @ pulls) @ inverse * runs / (runs - 1)
     inside = np.diag(within)
@@ -95,19 +96,20 @@ def _score_covariance(record: Linearised) -> Floats:
     total = np.zeros((p, p))
     for part in record.slices:
         columns, residual = record.orthogonal[part], record.residual[part]
-        variance = float(residual @ residual) / max(len(residual), 1)
+        variance = square(residual) / max(len(residual), 1)
         coefficients, innovation = autoregression(residual)
         if not len(coefficients):
-            total += max(variance, 1.0) * columns.T @ columns
+            total += max(variance, 1.0) * gram(columns.T, columns.T)
             continue
         size = _fast_length(2 * len(residual))
         spectrum = power(coefficients, innovation, size)
-        waves = np.fft.rfft(columns, size, axis=0)
+        waves = np.fft.rfft(columns.T, size, axis=1)
         weights = np.full(len(spectrum), 2.0)
         weights[0] = 1.0
         if size % 2 == 0:
             weights[-1] = 1.0
-        total += ((waves.conj().T * (spectrum * weights)) @ waves).real / size
+        for half in (waves.real, waves.imag):
+            total += gram(half * (spectrum * weights), half) / size
     return total
 
 
@@ -138,7 +140,7 @@ def autoregression(residual: Floats, largest: int = LARGEST_ORDER) -> tuple[Floa
     n = len(residual)
     largest = min(largest, n // 8)
     if largest < 1:
-        return np.zeros(0), float(residual @ residual) / max(n, 1)
+        return np.zeros(0), square(residual) / max(n, 1)
     lags = autocovariance(residual, largest)
     best, chosen, variance = np.inf, np.zeros(0), float(lags[0])
     current, innovation = np.zeros(0), float(lags[0])
@@ -156,7 +158,7 @@ def autoregression(residual: Floats, largest: int = LARGEST_ORDER) -> tuple[Floa
 def autocovariance(residual: Floats, largest: int) -> Floats:
     """Biased sample autocovariance about zero, lags 0 to ``largest``."""
     n = len(residual)
-    return np.array([float(residual[: n - k] @ residual[k:]) / n for k in range(largest + 1)])
+    return np.array([dot(residual[: n - k], residual[k:]) / n for k in range(largest + 1)])
 
 
 def _levinson(coefficients: Floats, innovation: float, lags: Floats) -> tuple[Floats, float]:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture, Channel
 from motorid.errors import DataError
+from motorid.estimate.algebra import dot, square
 from motorid.estimate.timeline import Part, Timeline
 from motorid.program import Decay, StepKind
 
@@ -194,9 +195,9 @@ def source_resistance(
             continue
         dv, di = np.diff(sensed.volts[part.slice]), np.diff(current[part.slice])
         good = np.isfinite(dv) & np.isfinite(di)
-        weight += float(di[good] @ di[good])
-        cross -= float(di[good] @ dv[good])
-        noise += float(dv[good][HEAD:] @ dv[good][HEAD:])
+        weight += square(di[good])
+        cross -= dot(di[good], dv[good])
+        noise += square(dv[good][HEAD:])
         count += int(good[HEAD:].sum())
     if not count:
         return prior[0]
@@ -237,7 +238,7 @@ def _source(
     level = float(open_circuit[HEAD:].mean())
     left = open_circuit - level
     between = np.diff(left[HEAD:])
-    noise = float(between @ between) / (2 * len(between))
+    noise = square(between) / (2 * len(between))
     trend = _trend(left, noise, EXCESS * noise + sensed.resolution**2 / 12)
     if trend is None:
         return None
@@ -248,9 +249,9 @@ def _trend(left: Floats, noise: float, allowed: float) -> Floats | None:
     """What the source does beyond its line; None when no window leaves only noise behind."""
     head, late = left[:HEAD], left[HEAD:]
     trend = np.zeros_like(left)
-    if float(head @ head) / len(head) > ODD_HEAD * noise:
+    if square(head) / len(head) > ODD_HEAD * noise:
         trend[:HEAD] = head
-    if float(late @ late) / len(late) <= allowed:
+    if square(late) / len(late) <= allowed:
         return trend
     trend[:HEAD] = head
     for half in WINDOWS:
@@ -258,7 +259,7 @@ def _trend(left: Floats, noise: float, allowed: float) -> Floats | None:
             continue
         trend[HEAD:] = _smoothed(late, half)
         rest = late - trend[HEAD:]
-        if float(rest @ rest) / len(rest) <= allowed:
+        if square(rest) / len(rest) <= allowed:
             return trend
     return None
 
