@@ -1,0 +1,39 @@
+"""The calls that README shows, from Python."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import motorid
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    rig = motorid.load_rig("sim")
+    fast = replace(rig, port=f"{rig.port}&speed=max")
+    return motorid.record(fast, tmp_path_factory.mktemp("api") / "run.h5", serial="M17")
+
+
+def test_record_then_fit_a_path_or_a_capture(path: Path) -> None:
+    capture = motorid.load(path)
+    assert capture.provenance["serial"] == "M17"
+    by_path, by_capture = motorid.fit(path), motorid.fit(capture)
+    assert by_path.parameters == by_capture.parameters
+    assert by_path.parameters["K"].status == "estimated"
+    assert motorid.fit(str(path), fix={"K": 0.0077}).parameters["K"].status == "fixed"
+
+
+def test_save_never_over_a_file_unasked(path: Path) -> None:
+    with pytest.raises(motorid.MotoridError, match="exists"):
+        motorid.save(motorid.load(path), path)
+
+
+def test_public_names() -> None:
+    assert set(motorid.__all__) <= set(dir(motorid))
+    for name in motorid.__all__:
+        assert getattr(motorid, name)
+    with pytest.raises(AttributeError, match="no attribute 'fitt'"):
+        motorid.fitt  # noqa: B018
