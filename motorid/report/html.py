@@ -135,7 +135,7 @@ def _bar(p: Parameter, widest: float) -> str:
 def _notes(estimate: Estimate) -> str:
     bars = (
         "Bars show the whole interval; the dark core is what the readings' noise alone "
-        "would leave, the rest is the instruments'."
+        "would leave; the rest comes from the instruments and from few runs."
     )
     texts = [*remarks(estimate), f"{COVERAGE} {bars}"]
     return "".join(paragraph(t, "note") for t in texts)
