@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, TORQUE, Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate import balance, mechanical_findings, mechanical_results
+from motorid.estimate import balance, mechanical_findings, mechanical_results, static_points
 from motorid.estimate.motion import (
     COASTING,
     FEWEST_SAMPLES,
@@ -43,8 +43,8 @@ RISE = 0.1  # of the top speed: more is not a coast-down
 
 
 def suits(captures: Sequence[Capture]) -> bool:
-    """Whether these captures lack the voltage or the current that the whole model needs."""
-    return any(not _is_electrical(capture) for capture in captures)
+    """Whether these captures lack what the whole model needs: a voltage, a current, or time."""
+    return static_points.suits(captures) or any(not _is_electrical(c) for c in captures)
 
 
 def _is_electrical(capture: Capture) -> bool:
@@ -68,6 +68,8 @@ def fit(
     _check(known, without)
     if not captures:
         raise DataError("no capture was given: nothing to fit")
+    if static_points.suits(captures):
+        return static_points.fit(captures, fix=known)
     drive = _common_drive(captures)
     moving = [capture for capture in captures if not stands_still(capture)] or captures[:1]
     motions = [of_capture(capture, drive) for capture in moving]

@@ -255,3 +255,27 @@ def test_coast_down_alone_gives_two_ratios() -> None:
     assert known.parameters["T0"].value == pytest.approx(MOTOR.T0, rel=0.02)
     with pytest.raises(DataError, match="gets faster"):
         mechanical.fit([capture(t, speed=("rad/s", w[::-1].copy()))])
+
+
+def test_steady_points_of_a_measured_table() -> None:
+    """Several volts and loads: R and K from the volts, K from the torque, too few rows refused."""
+    R, K, T0 = 1.2, 0.03, 5e-3
+    volts, load = (x.ravel() for x in np.meshgrid([6.0, 12.0, 18.0], np.linspace(0, 0.2, 9)))
+    current = (load + T0) / K
+    speed = (volts - R * current) / K
+    rng = np.random.default_rng(0)
+    measured = {
+        "terminal_voltage": ("V", volts + 0.02 * rng.standard_normal(27)),
+        "current": ("A", current),
+        "speed": ("rad/s", speed),
+        "torque": ("N·m", load + 1e-3 * rng.standard_normal(27)),
+    }
+    table = replace(capture(np.arange(27.0), **measured), provenance={"static": True})
+    estimate = mechanical.fit([table])
+    assert inside(estimate, {"R": R, "K": K, "T0": T0})
+    assert not estimate.diagnostics
+    few = replace(
+        capture(np.arange(3.0), current=("A", np.arange(3.0))), provenance={"static": True}
+    )
+    with pytest.raises(DataError, match="at least 8 rows"):
+        mechanical.fit([few])

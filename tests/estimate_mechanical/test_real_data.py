@@ -139,3 +139,27 @@ def test_speed_bench_with_its_moving_average(shared_data: Path) -> None:
     assert estimate.options["half_width_s"] >= 0.128
     assert estimate.combinations["T0/K"].status == "estimated"
     assert "lack_of_fit" in codes(estimate)
+
+
+@pytest.mark.parametrize(
+    ("motor", "R", "K"),
+    [("cim", 0.0916, 0.0188), ("775pro", 0.0898, 0.00533), ("bag", 0.228, 0.00848)],
+)
+def test_static_points_give_resistance_and_torque_constant(
+    shared_data: Path, motor: str, R: float, K: float
+) -> None:
+    capture = read_table(
+        shared_data / "frc-curves" / f"{motor}.csv",
+        [
+            "voltage=Input Power/Current:V",
+            "current=Current:A",
+            "speed=Speed:rpm",
+            "torque=Torque:N·m",
+        ],
+    )
+    estimate = mechanical.fit([capture])
+    assert estimate.parameters["R"].value == pytest.approx(R, rel=2e-3)
+    assert estimate.parameters["K"].value == pytest.approx(K, rel=2e-3)
+    assert estimate.parameters["J"].status == "not_identifiable"
+    assert "computed_table" in codes(estimate)
+    assert ("constants_differ" in codes(estimate)) == (motor != "bag")
