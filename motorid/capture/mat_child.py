@@ -32,7 +32,8 @@ def main(source: str, target: str, memory: int) -> None:
 
 
 def _limit(memory: int) -> None:
-    if sys.platform == "win32":
+    """Limits the process's address space, where the system can."""
+    if sys.platform != "linux":  # macOS refuses such limits, Windows has none
         return
     import resource
 

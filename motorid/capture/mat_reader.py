@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -19,6 +20,7 @@ from motorid.errors import DataError
 Floats = NDArray[np.float64]
 TIME_LIMIT_S = 60.0
 MEMORY_LIMIT = 4 << 30  # bytes of address space
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}  # a buffer for each core would eat the limit
 
 
 class MatSource:
@@ -75,7 +77,11 @@ def _run_child(path: Path, target: Path) -> None:
     command = [sys.executable, "-P", mat_child.__file__, str(path), str(target), str(MEMORY_LIMIT)]
     try:
         done = subprocess.run(  # noqa: S603  # our own file, by our own interpreter
-            command, capture_output=True, timeout=TIME_LIMIT_S, text=True, check=False
+            command,
+            env={**os.environ, **ONE_THREAD},
+            capture_output=True,
+            timeout=TIME_LIMIT_S,
+            text=True,
         )
     except subprocess.TimeoutExpired:
         raise DataError(
