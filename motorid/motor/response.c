@@ -3,29 +3,12 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "affine.h"
+#include "wave.h"
+
 #define MAX_TAPS 32
 #define MAX_EVENTS 16     /* in one interval; more is chatter of rounding */
-#define STIFFEST 1e9      /* R h / L beyond which the inductance is not resolvable */
 #define ROOT_STEPS 100
-
-typedef struct {
-    double i, w, q, th; /* current, speed, charge, position */
-} state;
-
-typedef enum { DRIVEN, FREEWHEEL, OPEN } circuit;
-
-typedef struct {
-    circuit circuit;
-    int s;             /* direction of motion; 0: stuck */
-    double fi;         /* sign of a freewheeling current */
-    double Rt;         /* R + series */
-    double clamp;
-} mode;
-
-/* x(t) = P x + gv v + gc and its integral S x + hv v + hc, for x = (i, w) */
-typedef struct {
-    double P[2][2], S[2][2], gv[2], gc[2], hv[2], hc[2];
-} map;
 
 /* A value needed at `at` into an interval: i, w, q or th */
 typedef struct {
@@ -37,15 +20,6 @@ typedef struct {
     double extra;  /* what the ripple adds in this stretch */
     map m;
 } tap;
-
-/* Current about its mean over the PWM period T, in periodic state: the electrical circuit alone
- * under a square wave that is on from 0 to duty * T, the back-EMF being constant over T. */
-typedef struct {
-    double high, low; /* currents that the on and the off part tend to */
-    double a, b;      /* at the start of the on part, of the off part */
-    double rate;      /* Rt / L */
-    double on, T;     /* s */
-} wave;
 
 typedef struct {
     const mr_motor *motor;
@@ -66,124 +40,15 @@ typedef struct {
     int events;
 } run;
 
-/* ---- matrix functions ---------------------------------------------------------------- */
-
-static void mul(double c[2][2], double a[2][2], double b[2][2])
+static void mode_map(const run *r, double t, map *m)
 {
-    double t[2][2];
-    for (int r = 0; r < 2; r++)
-        for (int k = 0; k < 2; k++) t[r][k] = a[r][0] * b[0][k] + a[r][1] * b[1][k];
-    for (int r = 0; r < 2; r++)
-        for (int k = 0; k < 2; k++) c[r][k] = t[r][k];
+    make_map(r->motor, &r->mode, t, m);
 }
 
-/* phi0 = e^z, phi1 = (e^z - 1)/z, phi2 = (phi1 - 1)/z: Taylor on z / 2^n, then doubling.
- * phi2(2z) = (phi1(z)^2 + 2 phi2(z)) / 4 and phi1(2z) = phi1(z) (phi0(z) + 1) / 2. */
-static void phi(double p0[2][2], double p1[2][2], double p2[2][2], double z[2][2])
-{
-    double top = fabs(z[0][0]) + fabs(z[0][1]), bottom = fabs(z[1][0]) + fabs(z[1][1]);
-    double y[2][2], t[2][2];
-    int doublings = 0;
-    frexp(2.0 * (top > bottom ? top : bottom), &doublings);
-    if (doublings < 0) doublings = 0;
-    for (int r = 0; r < 2; r++)
-        for (int k = 0; k < 2; k++) {
-            y[r][k] = ldexp(z[r][k], -doublings);
-            p2[r][k] = r == k;
-        }
-    for (int n = 14; n >= 3; n--) { /* Horner: 2 phi2 = 1 + z/3 (1 + z/4 (1 + ...)) */
-        mul(p2, y, p2);
-        for (int r = 0; r < 2; r++)
-            for (int k = 0; k < 2; k++) p2[r][k] = p2[r][k] / n + (r == k);
-    }
-    for (int r = 0; r < 2; r++)
-        for (int k = 0; k < 2; k++) p2[r][k] *= 0.5;
-    mul(p1, y, p2);
-    p1[0][0] += 1.0, p1[1][1] += 1.0;
-    mul(p0, y, p1);
-    p0[0][0] += 1.0, p0[1][1] += 1.0;
-    for (; doublings > 0; doublings--) {
-        mul(t, p1, p1);
-        for (int r = 0; r < 2; r++)
-            for (int k = 0; k < 2; k++) p2[r][k] = 0.25 * t[r][k] + 0.5 * p2[r][k];
-        mul(t, p1, p0);
-        for (int r = 0; r < 2; r++)
-            for (int k = 0; k < 2; k++) p1[r][k] = 0.5 * (t[r][k] + p1[r][k]);
-        mul(p0, p0, p0);
-    }
-}
-
-/* ---- the affine maps of each mode ----------------------------------------------------- */
-
-static int resolves_inductance(const run *r)
-{
-    return r->motor->L * STIFFEST > r->mode.Rt * r->h;
-}
-
-/* Current follows without delay: i = (v - K w) / R. */
-static void algebraic_current(map *m, double t, double K, double Rt)
-{
-    for (int k = 0; k < 2; k++) {
-        m->P[0][k] = -K / Rt * m->P[1][k];
-        m->S[0][k] = -K / Rt * m->S[1][k];
-    }
-    m->gv[0] = (1.0 - K * m->gv[1]) / Rt;
-    m->hv[0] = (t - K * m->hv[1]) / Rt;
-    m->gc[0] = -K / Rt * m->gc[1];
-    m->hc[0] = -K / Rt * m->hc[1];
-}
-
-static void make_map(const run *r, double t, map *m)
-{
-    const mr_motor *p = r->motor;
-    const mode *md = &r->mode;
-    int current = md->circuit != OPEN, moves = md->s != 0, inductive = resolves_inductance(r);
-    double z[2][2] = {{0, 0}, {0, 0}}, p0[2][2], p1[2][2], p2[2][2];
-    double bv[2] = {0, 0}, bc[2] = {0, 0};
-
-    if (current && inductive) {
-        z[0][0] = -md->Rt / p->L;
-        bv[0] = 1.0 / p->L;
-        if (moves) z[0][1] = -p->K / p->L;
-    }
-    if (moves) {
-        z[1][1] = -p->B / p->J;
-        bc[1] = -md->s * p->T0 / p->J;
-        if (current && inductive) z[1][0] = p->K / p->J;
-        if (current && !inductive) {
-            z[1][1] -= p->K * p->K / (md->Rt * p->J);
-            bv[1] = p->K / (md->Rt * p->J);
-        }
-    }
-    for (int a = 0; a < 2; a++)
-        for (int b = 0; b < 2; b++) z[a][b] *= t;
-    phi(p0, p1, p2, z);
-    for (int a = 0; a < 2; a++) {
-        for (int b = 0; b < 2; b++) {
-            m->P[a][b] = p0[a][b];
-            m->S[a][b] = t * p1[a][b];
-        }
-        m->gv[a] = t * (p1[a][0] * bv[0] + p1[a][1] * bv[1]);
-        m->gc[a] = t * (p1[a][0] * bc[0] + p1[a][1] * bc[1]);
-        m->hv[a] = t * t * (p2[a][0] * bv[0] + p2[a][1] * bv[1]);
-        m->hc[a] = t * t * (p2[a][0] * bc[0] + p2[a][1] * bc[1]);
-    }
-    if (current && !inductive) algebraic_current(m, t, moves ? p->K : 0.0, md->Rt);
-}
-
+/* The voltage of interval n. */
 static double source(const run *r, int n)
 {
     return r->mode.circuit == FREEWHEEL ? -r->mode.fi * r->mode.clamp : r->v[n];
-}
-
-static state apply(const map *m, const state *x, double v)
-{
-    state y;
-    y.i = m->P[0][0] * x->i + m->P[0][1] * x->w + m->gv[0] * v + m->gc[0];
-    y.w = m->P[1][0] * x->i + m->P[1][1] * x->w + m->gv[1] * v + m->gc[1];
-    y.q = x->q + m->S[0][0] * x->i + m->S[0][1] * x->w + m->hv[0] * v + m->hc[0];
-    y.th = x->th + m->S[1][0] * x->i + m->S[1][1] * x->w + m->hv[1] * v + m->hc[1];
-    return y;
 }
 
 static double component(const state *x, const tap *t)
@@ -220,24 +85,24 @@ static double locate(const run *r, const state *x, double v, double end, event e
     double a = 0.0, b = end, fa, fb;
     map m;
     state y;
-    make_map(r, 0.0, &m);
+    mode_map(r, 0.0, &m);
     y = apply(&m, x, v);
     fa = margin(r, &y, e);
     if (fa <= 0.0) {
         /* released or stopped at once, unless the margin first grows (a start from rest) */
-        make_map(r, 1e-3 * end, &m);
+        mode_map(r, 1e-3 * end, &m);
         y = apply(&m, x, v);
         fa = margin(r, &y, e);
         if (fa <= 0.0) return 0.0;
         a = 1e-3 * end;
     }
-    make_map(r, b, &m);
+    mode_map(r, b, &m);
     y = apply(&m, x, v);
     fb = margin(r, &y, e);
     for (int n = 0; n < ROOT_STEPS && b - a > 1e-15 * r->h; n++) { /* Illinois, then halving */
         double c = n < 40 ? (a * fb - b * fa) / (fb - fa) : 0.5 * (a + b), fc;
         if (!(c > a && c < b)) c = 0.5 * (a + b);
-        make_map(r, c, &m);
+        mode_map(r, c, &m);
         y = apply(&m, x, v);
         fc = margin(r, &y, e);
         if (fc == 0.0) return c;
@@ -273,7 +138,7 @@ static void set_taps_between(run *r, int n, const state *x, double from, double 
         map m;
         state y;
         if (t->at <= from || t->at > to) continue;
-        make_map(r, t->at - from, &m);
+        mode_map(r, t->at - from, &m);
         y = apply(&m, x, v);
         r->values[(size_t)j * r->count + n] = component(&y, t) + t->extra;
     }
@@ -288,7 +153,7 @@ static void eventful_interval(run *r, int n)
         event next = NO_EVENT;
         map m;
         state y;
-        make_map(r, rest, &m);
+        mode_map(r, rest, &m);
         y = apply(&m, &r->x, v);
         if (k < MAX_EVENTS) {
             for (event e = FRICTION; e <= CURRENT_OUT; e++) {
@@ -302,47 +167,12 @@ static void eventful_interval(run *r, int n)
             r->x = y;
             return;
         }
-        make_map(r, until, &m);
+        mode_map(r, until, &m);
         r->x = apply(&m, &r->x, v);
         done += until;
         change_mode(r, next);
         r->events++;
     }
-}
-
-/* ---- PWM ripple -------------------------------------------------------------------------- */
-
-static wave make_wave(const mr_motor *p, const mr_stretch *s, double T)
-{
-    wave w = {0};
-    double Rt = p->R + s->series, e_on, e_off;
-    w.T = T;
-    if (s->open || s->swing == 0.0 || s->duty <= 0.0 || s->duty >= 1.0) return w;
-    if (p->L * STIFFEST <= Rt * T) return w;
-    w.rate = Rt / p->L;
-    w.on = s->duty * T;
-    w.high = (1.0 - s->duty) * s->swing / Rt;
-    w.low = -s->duty * s->swing / Rt;
-    e_on = exp(-w.rate * w.on), e_off = exp(-w.rate * (T - w.on));
-    w.a = (w.high * (1.0 - e_on) * e_off + w.low * (1.0 - e_off)) / (1.0 - e_on * e_off);
-    w.b = w.high + (w.a - w.high) * e_on;
-    return w;
-}
-
-static double wave_current(const wave *w, double t)
-{
-    if (w->rate == 0.0) return 0.0;
-    if (t < w->on) return w->high + (w->a - w->high) * exp(-w->rate * t);
-    return w->low + (w->b - w->low) * exp(-w->rate * (t - w->on));
-}
-
-/* Integral of the ripple from the start of the period, which over a whole one is zero. */
-static double wave_charge(const wave *w, double t)
-{
-    double first = t < w->on ? t : w->on, rest = t - first, q;
-    if (w->rate == 0.0) return 0.0;
-    q = w->high * first - (w->a - w->high) * expm1(-w->rate * first) / w->rate;
-    return q + w->low * rest - (w->b - w->low) * expm1(-w->rate * rest) / w->rate;
 }
 
 /* ---- the walk through the intervals ----------------------------------------------------- */
@@ -426,8 +256,8 @@ static void enter_stretch(run *r, const mr_stretch *s)
 
 static void prepare_maps(run *r)
 {
-    make_map(r, r->h, &r->step);
-    for (int j = 0; j < r->n_taps; j++) make_map(r, r->taps[j].at, &r->taps[j].m);
+    mode_map(r, r->h, &r->step);
+    for (int j = 0; j < r->n_taps; j++) mode_map(r, r->taps[j].at, &r->taps[j].m);
 }
 
 static void walk(run *r, const mr_stretch *stretches, int n_stretches)
@@ -522,7 +352,7 @@ int mr_response(const mr_motor *motor, double period, double pwm_period, int cou
     r.x.i = initial[0], r.x.w = initial[1], r.x.q = 0.0, r.x.th = initial[2];
     r.x0 = r.x;
     r.mode.s = (r.x.w > 0) - (r.x.w < 0);
-    r.mode.fi = 0.0;
+    r.mode.fi = 0.0, r.mode.period = period;
     for (int j = 0; j < n_outputs; j++) {
         const mr_output *o = &outputs[j];
         int row = o->quantity != MR_CURRENT, mean = o->aperture > 0 && o->quantity != MR_POSITION;

@@ -1,4 +1,4 @@
-"""Builds the compiled motor response (``motorid.motor._response``) from response.c and response.h.
+"""Builds the compiled motor response (``motorid.motor._response``); response.h is its interface.
 
 Run it alone to rebuild in place: ``python motorid/motor/response_build.py``.
 """
@@ -11,7 +11,9 @@ from pathlib import Path
 
 from cffi import FFI
 
-HERE = Path(__file__).parent
+ROOM = Path(__file__).parent
+SOURCES = ("response.c", "affine.c", "wave.c")
+HEADERS = ("response.h", "affine.h", "wave.h")
 
 
 def declarations(header: str) -> str:
@@ -21,14 +23,17 @@ def declarations(header: str) -> str:
 
 
 ffi = FFI()
-ffi.cdef(declarations((HERE / "response.h").read_text(encoding="utf-8")))
+ffi.cdef(declarations((ROOM / "response.h").read_text(encoding="utf-8")))
 ffi.set_source(
     "motorid.motor._response",
-    (HERE / "response.c").read_text(encoding="utf-8"),
-    include_dirs=[str(HERE)],
-    depends=[str(HERE / "response.c"), str(HERE / "response.h")],
-    extra_compile_args=["/O2"] if sys.platform == "win32" else ["-O3"],
+    '#include "response.h"',
+    # relative to the project's root, where setup.py runs: absolute paths do not survive an sdist
+    sources=[f"motorid/motor/{name}" for name in SOURCES],
+    include_dirs=["motorid/motor"],
+    depends=[f"motorid/motor/{name}" for name in (*SOURCES, *HEADERS)],
+    libraries=[] if sys.platform == "win32" else ["m"],
+    extra_compile_args=["/O2"] if sys.platform == "win32" else ["-O3", "-std=c99"],
 )
 
 if __name__ == "__main__":
-    ffi.compile(tmpdir=str(HERE.parent.parent), verbose=False)
+    ffi.compile(tmpdir=str(ROOM.parent.parent), verbose=False)

@@ -1,0 +1,41 @@
+/* The motor between two events as an affine map of its state: exact for any time. Internal. */
+#ifndef MOTORID_AFFINE_H
+#define MOTORID_AFFINE_H
+
+#include "response.h"
+
+#define STIFFEST 1e9 /* R h / L beyond which the inductance is not resolvable */
+
+typedef struct {
+    double i, w, q, th; /* current, speed, charge, position */
+} state;
+
+typedef enum { DRIVEN, FREEWHEEL, OPEN } circuit;
+
+typedef struct {
+    circuit circuit;
+    int s;         /* direction of motion; 0: stuck */
+    double fi;     /* sign of a freewheeling current */
+    double Rt;     /* R + series */
+    double clamp;  /* V against a freewheeling current */
+    double period; /* between samples, s: decides whether the inductance is resolvable */
+} mode;
+
+/* x(t) = P x + gv v + gc and its integral S x + hv v + hc, for x = (i, w) */
+typedef struct {
+    double P[2][2], S[2][2], gv[2], gc[2], hv[2], hc[2];
+} map;
+
+void make_map(const mr_motor *motor, const mode *md, double t, map *m);
+
+static inline state apply(const map *m, const state *x, double v)
+{
+    state y;
+    y.i = m->P[0][0] * x->i + m->P[0][1] * x->w + m->gv[0] * v + m->gc[0];
+    y.w = m->P[1][0] * x->i + m->P[1][1] * x->w + m->gv[1] * v + m->gc[1];
+    y.q = x->q + m->S[0][0] * x->i + m->S[0][1] * x->w + m->hv[0] * v + m->hc[0];
+    y.th = x->th + m->S[1][0] * x->i + m->S[1][1] * x->w + m->hv[1] * v + m->hc[1];
+    return y;
+}
+
+#endif
