@@ -34,6 +34,8 @@
 /* The longest reply is the one to identify, the longest other event is done. */
 #define REPLY_BYTES FRAME_BYTES(WIRE_REPLY_HEADER + WIRE_IDENTIFY_REPLY_SIZE)
 #define EVENT_BYTES FRAME_BYTES(WIRE_EVENT_HEADER + WIRE_EVENT_DONE_SIZE)
+_Static_assert(1u + FRAME_BYTES(WIRE_EVENT_HEADER + WIRE_EVENT_HELLO_SIZE) <= EVENT_BYTES,
+               "hello goes out with a delimiter in front");
 #define BLOCK_HEADER (WIRE_EVENT_HEADER + WIRE_EVENT_SAMPLE_BLOCK_SIZE)
 
 _Static_assert(CORE_MAX_STEPS >= 1 && CORE_MAX_STEPS <= 255, "the wire counts steps in a byte");

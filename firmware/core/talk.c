@@ -122,10 +122,16 @@ static void send_event(size_t length) {
     link.event_length = (uint8_t)frame_seal(link.event, (uint16_t)(WIRE_EVENT_HEADER + length));
 }
 
+/* After a delimiter, which ends what a reset may have cut short. */
 static void tell_hello(void) {
     const wire_event_hello_t hello = {core.boot_id, core.reset_cause};
+    uint8_t *const frame = link.event + 1;
+    uint8_t *const payload = frame + FRAME_PAYLOAD;
+    size_t length = wire_put_event_header(payload, WIRE_EVENT_HELLO_CODE);
+    length += wire_put_event_hello(payload + length, &hello);
     link.hello = false;
-    send_event(wire_put_event_hello(event_fields(WIRE_EVENT_HELLO_CODE), &hello));
+    link.event[0] = WIRE_DELIMITER;
+    link.event_length = (uint8_t)(1u + frame_seal(frame, (uint16_t)length));
 }
 
 static void tell_phase(void) {

@@ -1,0 +1,1 @@
+"""One suite for every board: whatever speaks the protocol must pass it."""

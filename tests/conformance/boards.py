@@ -1,0 +1,261 @@
+"""The boards that the suite knows, each behind the same few functions."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import shutil
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import IO, Any, Protocol
+
+import pytest
+
+from motorid.acquire.port import Port, open_port
+from motorid.errors import LinkError
+from motorid.sim.port import SimPort, open_sim
+
+ROOT = Path(__file__).resolve().parents[2]
+FIRMWARE = ROOT / "firmware"
+HOST_PORT = FIRMWARE / "ports" / "host"
+STRETCH = 16  # samples by which a lock-stepped board moves while nothing has arrived
+
+
+class Board(Protocol):
+    """A board under test, freshly started, with its motor at rest.
+
+    ``traits`` says what can be done to it: "fresh" (every test has its own, so that hello is
+    seen), "exact" (time moves only in ``read``), "bridge" (``is_open`` knows), "reset" and
+    "break" (faults of its own).
+    """
+
+    name: str
+    port: Port
+    traits: frozenset[str]
+
+    def is_open(self) -> bool:
+        """True while no switch of the bridge conducts."""
+
+    def reset(self, cause: int) -> None:
+        """Restart its processor."""
+
+    def break_(self, fault: int, value: int) -> None:
+        """Let it notice a fault of its own at the next sample."""
+
+    def close(self) -> None:
+        """Done with it."""
+
+
+def query(options: dict[str, Any]) -> str:
+    """Options as a sim:// URL at full speed."""
+    return "sim://?" + "&".join(f"{k}={v}" for k, v in {"speed": "max", **options}.items())
+
+
+class SimulatedBoard:
+    """The simulated board of sim://."""
+
+    name = "sim"
+    traits = frozenset({"fresh", "exact", "bridge", "reset", "options"})
+
+    def __init__(self, **options: Any) -> None:
+        self.port: SimPort = open_sim(query(options))
+        device: Any = self.port._device
+        self._board = device.board
+
+    def is_open(self) -> bool:
+        return bool(self._board.bench.is_open)
+
+    def reset(self, cause: int) -> None:
+        from motorid.wire.enums import ResetCause
+
+        self._board.reset(ResetCause(cause))
+
+    def break_(self, fault: int, value: int) -> None:
+        raise NotImplementedError
+
+    def close(self) -> None:
+        self.port.close()
+
+
+class LockStepPort:
+    """A board in a process of its own, whose time moves only while the client waits in ``read``.
+
+    The process takes lines "advance SAMPLES BYTES" and answers each by "SECONDS BYTES OPEN", as
+    firmware/ports/host/main.c has it; the bytes themselves go by ``link``.
+    """
+
+    def __init__(self, name: str, link: socket.socket, process: subprocess.Popen[str]) -> None:
+        self.name = name
+        self._link, self._process = link, process
+        self._written = self._received = self._sent = 0
+        self._seconds = 0.0
+        self.step_s = 0.0  # of the latest sample period
+        self.is_open = True
+        self.order("advance 0 0")
+
+    def order(self, text: str) -> None:
+        """One line to the process, and its answer."""
+        orders, answers = self._process.stdin, self._process.stdout
+        assert orders is not None
+        assert answers is not None
+        orders.write(text + "\n")
+        orders.flush()
+        words = answers.readline().split()
+        if len(words) != 3:
+            raise LinkError(f"{self.name}: the board's process has ended")
+        self._seconds, self._sent, self.is_open = float(words[0]), int(words[1]), words[2] == "1"
+
+    def advance(self, samples: int) -> None:
+        """Let sample periods pass."""
+        before = self._seconds
+        self.order(f"advance {samples} {self._written}")
+        self.step_s = (self._seconds - before) / samples
+
+    def read(self, size: int, timeout_s: float) -> bytes:
+        deadline = self._seconds + timeout_s
+        while self._received == self._sent:
+            if self._seconds >= deadline:
+                return b""
+            left = (deadline - self._seconds) / self.step_s if self.step_s else 1.0
+            self.advance(max(1, min(STRETCH, round(left))))
+        data = self._link.recv(min(size, self._sent - self._received))
+        self._received += len(data)
+        return data
+
+    def write(self, data: bytes) -> None:
+        self._link.sendall(data)
+        self._written += len(data)
+
+    def now(self) -> float:
+        return self._seconds
+
+    def close(self) -> None:
+        self._link.close()
+        stop(self._process)
+
+
+def stop(process: subprocess.Popen[Any]) -> None:
+    """End a process, and its pipes."""
+    process.terminate()
+    process.wait(10)
+    streams: list[IO[Any] | None] = [process.stdin, process.stdout]
+    for stream in streams:
+        if stream is not None:
+            with contextlib.suppress(BrokenPipeError):
+                stream.close()
+
+
+def connect(process: subprocess.Popen[str]) -> tuple[str, socket.socket]:
+    """The URL that a board's process prints first, and a link to it."""
+    assert process.stdout is not None
+    url = process.stdout.readline().strip()
+    host, _, number = url.removeprefix("socket://").rpartition(":")
+    link = socket.create_connection((host, int(number)), timeout=30)
+    link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return url, link
+
+
+def host_module() -> ModuleType:
+    """firmware/ports/host/board.py."""
+    spec = importlib.util.spec_from_file_location("host_board", HOST_PORT / "board.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@lru_cache(maxsize=1)
+def build_firmware(target: str = "all") -> Path:
+    """The folder of what ``make`` built. Skips where it cannot build."""
+    if sys.platform == "win32" or not shutil.which("make") or not shutil.which("gcc"):
+        pytest.skip("no make and gcc: the firmware's host port is not built")
+    import fcntl
+
+    with (FIRMWARE / "Makefile").open("rb") as lock:  # several workers test at once
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        subprocess.run(["make", "-s", "-C", str(FIRMWARE), target], check=True)
+    return FIRMWARE / "build"
+
+
+class HostBoard:
+    """The portable core on this computer, in lock step."""
+
+    name = "host"
+    traits = frozenset({"fresh", "exact", "bridge", "reset", "break", "options"})
+
+    def __init__(self, more: tuple[str, ...] = (), **options: Any) -> None:
+        binary = build_firmware() / "host" / "board"
+        arguments = [*host_module().arguments(query(options)), *more]
+        process = subprocess.Popen(
+            [str(binary), "--socket", "0", "--speed", "lockstep", *arguments],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        self.port = LockStepPort(*connect(process), process)
+
+    def is_open(self) -> bool:
+        return self.port.is_open
+
+    def reset(self, cause: int) -> None:
+        self.port.order(f"reset {cause}")
+
+    def break_(self, fault: int, value: int) -> None:
+        self.port.order(f"break {fault} {value}")
+
+    def close(self) -> None:
+        self.port.close()
+
+
+class DeviceBoard:
+    """A real board, with a motor that may turn."""
+
+    name = "device"
+    traits: frozenset[str] = frozenset()
+
+    def __init__(self, url: str) -> None:
+        self.port: Port = open_port(url)
+
+    def is_open(self) -> bool:
+        raise NotImplementedError
+
+    def reset(self, cause: int) -> None:
+        raise NotImplementedError
+
+    def break_(self, fault: int, value: int) -> None:
+        raise NotImplementedError
+
+    def close(self) -> None:
+        self.port.close()
+
+
+NAMES = ("sim", "host", "uno", "mega", "device")
+
+
+def open_board(name: str, device: str | None, **options: Any) -> Board:
+    """A board by name. Skips, with the reason, where there is none."""
+    if name == "sim":
+        return SimulatedBoard(**options)
+    if name == "host":
+        return HostBoard(**options)
+    if name == "device":
+        if device is None:
+            pytest.skip("no device: give --device PORT to test a real board")
+        return DeviceBoard(device)
+    pytest.skip(f"no emulated {name}: its firmware or the emulator is not built")
+
+
+@contextlib.contextmanager
+def opened(name: str, device: str | None = None, **options: Any) -> Iterator[Board]:
+    """A board for the duration of a block."""
+    board = open_board(name, device, **options)
+    try:
+        yield board
+    finally:
+        board.close()

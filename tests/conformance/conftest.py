@@ -1,0 +1,77 @@
+"""The board under test: each test runs once for every board that has the traits it needs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from typing import Any
+
+import pytest
+
+from tests.conformance.boards import (
+    NAMES,
+    Board,
+    DeviceBoard,
+    HostBoard,
+    SimulatedBoard,
+    opened,
+)
+from tests.conformance.client import Client
+
+EMULATED = frozenset({"fresh", "exact", "bridge", "reset"})
+TRAITS = {
+    "sim": SimulatedBoard.traits,
+    "host": HostBoard.traits,
+    "uno": EMULATED,
+    "mega": EMULATED,
+    "device": DeviceBoard.traits,
+}
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--device", help="port of a real board whose motor may turn")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    config.addinivalue_line("markers", "needs(*traits): what a board must offer for this test")
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "board_name" not in metafunc.fixturenames:
+        return
+    needed = {trait for mark in metafunc.definition.iter_markers("needs") for trait in mark.args}
+    metafunc.parametrize("board_name", [name for name in NAMES if needed <= TRAITS[name]])
+
+
+@pytest.fixture
+def open_board(board_name: str, request: pytest.FixtureRequest) -> Iterator[Callable[..., Board]]:
+    """Opens the board under test, with options of the simulated bench where it takes them."""
+    with ExitStack() as stack:
+        device = request.config.getoption("--device", default=None)
+        yield lambda **options: stack.enter_context(opened(board_name, device, **options))
+
+
+@pytest.fixture
+def board(open_board: Callable[..., Board]) -> Board:
+    """The board under test as it is."""
+    return open_board()
+
+
+@pytest.fixture
+def client(board: Board) -> Client:
+    """A client of the board under test, brought up: identified, described, idle or configured."""
+    client = Client(board.port)
+    client.bring_up()
+    return client
+
+
+@pytest.fixture
+def make_client(open_board: Callable[..., Board]) -> Callable[..., Client]:
+    """The same on a bench with options."""
+
+    def make(**options: Any) -> Client:
+        client = Client(open_board(**options).port)
+        client.bring_up()
+        return client
+
+    return make

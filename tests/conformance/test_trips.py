@@ -1,0 +1,202 @@
+"""Trips: each limit opens the bridge within one sample, latches, and is told in order."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from motorid.wire.codec import SampleBlock
+from motorid.wire.enums import Channel, EndReason, Fault, State, Status
+from tests.conformance.client import U32, Client, Fields, Record
+
+
+def check_trip(client: Client, record: Record, fault: Fault) -> Fields:
+    """The fault's event, after seeing that everything around it is as it must be."""
+    event, done = record.one("fault"), record.one("done")
+    assert event["fault"] is fault
+    assert done["reason"] is EndReason.FAULT
+    assert done["tick"] == event["tick"]
+    last = record.blocks[-1]
+    assert event["tick"] == (last.first_tick + (len(last.samples) - 1) * client.period) & U32
+    names = [message.name for message in record.told]
+    assert names[-1] == "done"
+    assert names.index("fault") < len(names) - 2  # the samples that waited follow it
+    assert isinstance(record.told[-2], SampleBlock)
+    status = client.get("read_status")
+    assert (status["state"], status["fault"]) == (State.FAULTED, fault)
+    return event
+
+
+def supply_mv(client: Client) -> float:
+    raw = client.get("read_status")["supply_voltage_raw"]
+    return 1000 * client.value(Channel.SUPPLY_VOLTAGE, raw)
+
+
+def test_over_current(client: Client) -> None:
+    limit = client.identity["max_current_ma"] // 25
+    record = client.run(client.drive(2000), current_limit_ma=limit)
+    event = check_trip(client, record, Fault.OVER_CURRENT)
+    raw = record.channel(Channel.CURRENT)
+    assert event["value"] == raw[-1]
+    over = [abs(client.value(Channel.CURRENT, value)) * 1000 > limit for value in raw]
+    assert over == [False] * (len(raw) - 1) + [True]  # the first sample that shows it
+
+
+def test_over_current_the_other_way(client: Client) -> None:
+    limit = client.identity["max_current_ma"] // 25
+    record = client.run(client.drive(2000, -0.4), current_limit_ma=limit)
+    event = check_trip(client, record, Fault.OVER_CURRENT)
+    assert client.value(Channel.CURRENT, event["value"]) < 0
+
+
+@pytest.mark.parametrize("duty", [0.4, -0.4])
+def test_over_speed(client: Client, duty: float) -> None:
+    limit = 20_000
+    record = client.run(client.drive(4000, duty), speed_limit_counts_s=limit)
+    event = check_trip(client, record, Fault.OVER_SPEED)
+    assert abs(event["value"]) > limit
+    assert event["value"] * duty > 0
+    assert abs(event["value"]) < 1.2 * limit + 1000
+
+
+def test_supply_low(client: Client) -> None:
+    supply = supply_mv(client)
+    record = client.run(
+        client.coast(2000), supply_min_mv=round(1.1 * supply), supply_max_mv=round(2 * supply)
+    )
+    event = check_trip(client, record, Fault.SUPPLY_LOW)
+    assert event["tick"] == record.start_tick & U32  # the very first sample shows it
+    assert event["value"] == record.channel(Channel.SUPPLY_VOLTAGE)[-1]
+
+
+def test_supply_high(client: Client) -> None:
+    supply = supply_mv(client)
+    record = client.run(
+        client.coast(2000), supply_min_mv=round(0.5 * supply), supply_max_mv=round(0.9 * supply)
+    )
+    event = check_trip(client, record, Fault.SUPPLY_HIGH)
+    assert event["tick"] == record.start_tick & U32
+    assert event["value"] == record.channel(Channel.SUPPLY_VOLTAGE)[-1]
+
+
+def test_run_time(client: Client) -> None:
+    record = client.run(client.coast(4000), run_time_limit_ms=30)
+    event = check_trip(client, record, Fault.RUN_TIME)
+    limit = 30 * client.identity["clock_hz"] // 1000
+    expected = math.ceil(limit / client.period) * client.period
+    assert (event["tick"] - record.start_tick) & U32 == expected
+    assert event["value"] == 30
+
+
+def test_a_program_as_long_as_its_limit_completes(client: Client) -> None:
+    ms = 30
+    samples = ms * client.identity["clock_hz"] // 1000 // client.period
+    record = client.run(client.coast(samples), run_time_limit_ms=ms)
+    assert record.one("done")["reason"] is EndReason.COMPLETED
+
+
+def test_host_silence(client: Client) -> None:
+    record = client.run(client.coast(4000), beat=False, host_silence_ms=40)
+    event = check_trip(client, record, Fault.HOST_SILENCE)
+    silence = 40 * client.identity["clock_hz"] // 1000
+    expected = math.ceil(silence / client.period) * client.period
+    assert (event["tick"] - record.start_tick) & U32 == expected
+    assert event["value"] == 40
+
+
+def test_silence_counts_from_the_last_heartbeat(client: Client) -> None:
+    record = client.start(client.coast(9000), host_silence_ms=150)
+    for _ in range(5):
+        client.wait(0.05)
+        client.send("heartbeat", sequence=0)
+    client.follow(record, beat=False)
+    event = check_trip(client, record, Fault.HOST_SILENCE)
+    elapsed = ((event["tick"] - record.start_tick) & U32) / client.identity["clock_hz"]
+    assert 0.3 < elapsed < 0.45
+
+
+def test_other_commands_are_no_heartbeats(client: Client) -> None:
+    record = client.start(client.coast(9000), host_silence_ms=100)
+    while not any(message.name == "done" for message in client.told):
+        client.ask("read_status")
+        client.wait(0.01)
+    client.follow(record, beat=False)
+    check_trip(client, record, Fault.HOST_SILENCE)
+
+
+def test_a_short_run_needs_no_heartbeat(client: Client) -> None:
+    record = client.run(client.coast(100), beat=False, host_silence_ms=40)
+    assert record.one("done")["reason"] is EndReason.COMPLETED
+
+
+def test_a_fault_is_latched_until_it_is_cleared(client: Client) -> None:
+    client.run(client.coast(4000), run_time_limit_ms=5)
+    for name, fields in (
+        ("configure", client.settings),
+        ("clear_program", {}),
+        ("add_step", {"index": 0, **client.coast(1)}),
+        ("start", {"config_hash": 0, "program_hash": 0}),
+        ("zero", {"samples": 1}),
+    ):
+        assert client.ask(name, **fields).status is Status.FAULT_LATCHED
+    client.get("clear_fault")
+    record = client.run(client.coast(20), run_time_limit_ms=60_000)
+    assert record.one("done")["reason"] is EndReason.COMPLETED
+
+
+def test_the_first_fault_wins(client: Client) -> None:
+    record = client.run(client.coast(4000), beat=False, run_time_limit_ms=20, host_silence_ms=10)
+    check_trip(client, record, Fault.HOST_SILENCE)
+
+
+def test_a_limit_passed_while_nothing_runs_is_no_fault(client: Client) -> None:
+    client.configure(supply_max_mv=1, supply_min_mv=0)
+    client.wait(0.05)
+    assert client.state is State.CONFIGURED
+
+
+@pytest.mark.needs("exact", "bridge")
+@pytest.mark.parametrize(
+    ("changes", "fault"),
+    [
+        ({"current_limit_ma": 120}, Fault.OVER_CURRENT),
+        ({"speed_limit_counts_s": 20_000}, Fault.OVER_SPEED),
+        ({"run_time_limit_ms": 20}, Fault.RUN_TIME),
+        ({"host_silence_ms": 20}, Fault.HOST_SILENCE),
+    ],
+)
+def test_the_bridge_is_open_within_one_sample(board: Any, changes: Fields, fault: Fault) -> None:
+    client = Client(board.port)
+    client.bring_up()
+    record = client.start(client.drive(4000), **changes)
+    sample_s = client.seconds(1)
+    opened_after = 0
+    while not board.is_open() or not opened_after:
+        client.listen(0.9 * sample_s)
+        opened_after += 1
+        assert opened_after < 4000
+    opened = client.port.now()
+    client.follow(record, beat=False)
+    event = check_trip(client, record, fault)
+    assert event["fault"] is fault
+    assert client.port.now() >= opened
+
+
+@pytest.mark.needs("break")
+@pytest.mark.parametrize("fault", [Fault.DRIVER, Fault.ENCODER_EDGES])
+def test_faults_of_the_board_itself(board: Any, fault: Fault) -> None:
+    client = Client(board.port)
+    client.bring_up()
+    board.break_(int(fault), 1)
+    client.wait(0.01)
+    assert client.state is State.IDLE  # nothing runs: nothing is latched
+    record = client.start(client.drive(4000))
+    client.wait(client.seconds(50))
+    board.break_(int(fault), 123_456)
+    client.wait(client.seconds(2))
+    assert board.is_open()
+    client.follow(record)
+    event = check_trip(client, record, fault)
+    assert event["value"] == 123_456
