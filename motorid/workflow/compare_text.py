@@ -1,13 +1,15 @@
-"""A rebuilt table as CSV and as Markdown (docs/review.md)."""
+"""Comparisons as text: CSV, Markdown (docs/review.md), a table for a terminal."""
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from motorid.estimate.review.experiment import Experiment
 from motorid.estimate.review.run import Quartiles
+from motorid.estimate.types import PARAMETERS, UNITS
+from motorid.workflow.compare import Comparison
 from motorid.workflow.compare_tables import Block, Line, TableResult
 
 HEADER = (
@@ -139,3 +141,78 @@ def page(results: Sequence[TableResult]) -> str:
     seeds = max((result.seeds for result in results), default=0)
     sections = "\n".join(as_markdown(result) for result in results)
     return INTRODUCTION.format(seeds=seeds) + "\n" + sections
+
+
+COMPARISON_HEADER = (
+    "method", "quantity", "median", "q1", "q3", "truth", "error_median_pct", "error_q1_pct",
+    "error_q3_pct", "evaluations", "seconds", "seeds", "failure",
+)  # fmt: skip
+
+
+def comparison_csv(result: Comparison) -> str:
+    """One quantity of one method a line; the cost is a quantity too."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(COMPARISON_HEADER)
+    for line in result.lines:
+        tail = [line.evaluations, line.seconds, line.seeds, line.failure]
+        if line.cost is None:
+            writer.writerow([line.method, "cost", *[""] * 7, *tail])
+            continue
+        for name, q in {"cost": line.cost, **line.values}.items():
+            error = line.errors.get(name)
+            errors = [error.median, error.low, error.high] if error else ["", "", ""]
+            truth = result.truth.get(name, "")
+            fields = [line.method, name, q.median, q.low, q.high, truth, *errors, *tail]
+            writer.writerow([f"{f:.6g}" if isinstance(f, float) else f for f in fields])
+    return out.getvalue()
+
+
+def comparison_rows(result: Comparison) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of the table for people: errors where the truth is known, else values."""
+    known = bool(result.truth)
+    names = list(result.truth) if known else list(PARAMETERS)
+    unit = {name: " %" if known else f" {UNITS[name]}" for name in names}
+    head = ["method", "cost", *(name + unit[name] for name in names), "evaluations", "seconds"]
+    rows = []
+    for line in result.lines:
+        if line.cost is None:
+            rows.append([line.method, line.failure, *[""] * (len(head) - 2)])
+            continue
+        cells = line.errors if known else line.values
+        form = percent if known else _value
+        rows.append(
+            [
+                line.method,
+                _spread(line.cost, _value, line.seeds),
+                *(_spread(cells[name], form, line.seeds) for name in names),
+                f"{line.evaluations:.0f}",
+                f"{line.seconds:.2g}",
+            ]
+        )
+    return head, rows
+
+
+def _value(value: float) -> str:
+    return f"{value:.4g}"
+
+
+def _spread(q: Quartiles, form: Callable[[float], str], seeds: int) -> str:
+    if seeds == 1:
+        return form(q.median)
+    return f"{form(q.median)} ({form(q.low)} to {form(q.high)})"
+
+
+def comparison_text(result: Comparison) -> str:
+    """The table for a terminal."""
+    head, rows = comparison_rows(result)
+    widths = [max(len(row[k]) for row in [head, *rows] if len(row) > k) for k in range(len(head))]
+    failures = {line.method for line in result.lines if line.cost is None}
+    widths[1] = max(
+        len(row[1]) for row in [head, *rows] if row[0] not in failures
+    )  # a sentence may run on
+    lines = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in [head, *rows]
+    ]
+    return "\n".join(lines)
