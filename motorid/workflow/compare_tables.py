@@ -90,6 +90,8 @@ def _definition(experiment: Experiment, row: Row, noise: float, seed: int) -> di
         "experiment": experiment.key,
         "truth": dict(experiment.truth),
         "model": experiment.model.name,
+        "made_by": (experiment.truth_model or experiment.model).name,
+        "refine": experiment.refine,
         "input": [float(x) for x in experiment.input[:: max(len(experiment.input) // 64, 1)]],
         "period_s": experiment.period_s,
         "low": experiment.box.low.tolist(),

@@ -131,8 +131,11 @@ Tables 8 and 9 print magnitudes relative to the estimate only. Every search work
 objective, one batch of candidates at a time, and counts its budget in evaluations. [P] marks a
 set-up that the review does not print and we propose; [D] one that follows from its numbers.
 
-"NLS (ours)" is a trust-region least squares on the same residuals from the middle of the bounds,
-started again until two starts agree. The review has no such row.
+Records are made by the model that is searched, in finer steps where it takes steps: the question
+is what a search does with a record, not what a model lacks. "motorid (default)" is what
+`motorid fit` does, given the record as a capture; it has no model of Tables 4 and 5. "NLS (ours)"
+is a trust-region least squares on the same residuals from the middle of the bounds, started again
+until two starts agree. The review has no such rows.
 """
 
 

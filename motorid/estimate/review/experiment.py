@@ -38,7 +38,8 @@ class Experiment:
     """``key`` names it, such as "9-w100". ``truth`` in the model's order, SI.
 
     ``noise``: white, relative to a channel's peak, times ``noise_share`` of the channel.
-    ``truth_model`` makes the data where it is finer than the searched model.
+    ``truth_model`` makes the data where it is finer than the searched model, in ``refine`` steps
+    a sample.
     ``guess_spread``: a start is the truth times a random factor up to this (0: no start).
     ``quantities``: further figures that follow from parameters, judged like them.
     ``derivative``: dω/dt comes from the equations, as the review's own figures need.
@@ -57,6 +58,7 @@ class Experiment:
     noise: tuple[float, ...] = (0.0, 0.01)
     noise_share: Mapping[str, float] = field(default_factory=dict)
     truth_model: Model | None = None
+    refine: int = 1
     open: NDArray[np.bool_] | None = None
     scale: Mapping[str, float] | None = None
     cost: Literal["rms", "sum"] = "rms"
@@ -71,10 +73,12 @@ class Experiment:
 
     def clean(self) -> Record:
         """The record without noise."""
-        nothing = blank(self.input, self.channels)
-        silent = Record(self.period_s, self.input, nothing, self.open)
+        fine_input = np.repeat(self.input, self.refine)
+        fine_open = None if self.open is None else np.repeat(self.open, self.refine)
+        nothing = blank(fine_input, self.channels)
+        silent = Record(self.period_s / self.refine, fine_input, nothing, fine_open)
         values = np.array([list(self.truth.values())])
-        outputs = (self.truth_model or self.model).outputs(values, silent)[0]
+        outputs = (self.truth_model or self.model).outputs(values, silent)[0, :, :: self.refine]
         measured = dict(zip(self.channels, outputs, strict=True))
         return Record(self.period_s, self.input, measured, self.open)
 

@@ -10,11 +10,13 @@ import numpy as np
 
 from motorid.errors import DataError
 from motorid.estimate.review import closed_forms
+from motorid.estimate.review.as_capture import default
 from motorid.estimate.review.experiment import Experiment, Row
 from motorid.estimate.search.problem import Problem, Solution, solve
 from motorid.estimate.types import Floats
 from motorid.motor.batch import Record
 
+DEFAULT = "ml"
 CLOSED_FORMS: Mapping[str, Callable[[Record], dict[str, float]]] = {
     "acceleration": closed_forms.acceleration,
     "steady-state+coast-down": closed_forms.least_squares,
@@ -25,6 +27,8 @@ def run(experiment: Experiment, row: Row, noise: float, seed: int) -> Solution:
     """Solve one task. A method that finds no answer gives one without values, and its reason."""
     problem = experiment.problem(noise, seed)
     try:
+        if row.method == DEFAULT:
+            return default(problem.step, experiment.model, seed)
         if row.method in CLOSED_FORMS:
             return _closed_form(problem, row.method, seed)
         return solve(problem, row.method, budget=row.budget, seed=seed, n=row.n, rule=row.rule)
@@ -89,11 +93,14 @@ def summarise(
     good = [solution for solution in solutions if solution.values]
     truth = experiment.figures(experiment.truth)
     found = [experiment.figures(solution.values) for solution in good]
-    names = [name for name in truth if found and name in found[0]]
-    nominal = np.array([truth[name] for name in names])
-    values = np.array([[figures[name] for name in names] for figures in found])
-    values = values.reshape(len(good), len(names))
-    first, second = relative_to_nominal(values, nominal), relative_to_estimate(values, nominal)
+    nominal, estimate, rms = {}, {}, {}
+    for name, true in truth.items():
+        values = np.array([figures[name] for figures in found if name in figures])
+        if len(values):
+            misses = relative_to_nominal(values, np.array(true))
+            nominal[name] = Quartiles.of(misses)
+            estimate[name] = Quartiles.of(relative_to_estimate(values, np.array(true)))
+            rms[name] = float(np.sqrt(np.mean(misses**2)))
     costs = np.array([s.cost for s in good if np.isfinite(s.cost)])
     return Summary(
         experiment.key,
@@ -102,9 +109,9 @@ def summarise(
         row.method,
         len(solutions),
         len(solutions) - len(good),
-        {name: Quartiles.of(first[:, j]) for j, name in enumerate(names)},
-        {name: Quartiles.of(second[:, j]) for j, name in enumerate(names)},
-        {name: float(np.sqrt(np.mean(first[:, j] ** 2))) for j, name in enumerate(names)},
+        nominal,
+        estimate,
+        rms,
         Quartiles.of(costs) if len(costs) else None,
         float(np.mean([s.evaluations for s in good])) if good else 0.0,
         float(np.median([s.seconds for s in good])) if good else 0.0,
