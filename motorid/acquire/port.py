@@ -65,6 +65,8 @@ def open_port(url: str) -> Port:
             return ReplayPort(rest)
         case "socket":
             return _open_socket(url)
+        case "emu":
+            return _open_emulated(url)
     raise UsageError(f"port {url}: unknown kind {scheme}://; use sim, replay, socket or a device")
 
 
@@ -154,6 +156,22 @@ def _open_socket(url: str) -> SocketPort:
         ) from None
     link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return SocketPort(url, link)
+
+
+def _open_emulated(url: str) -> Port:
+    """The firmware on an emulated board; its harness lives beside the firmware, not in the package."""
+    path = Path(__file__).parents[2] / "firmware" / "emulator" / "emu.py"
+    spec = importlib.util.spec_from_file_location("motorid_emulator", path)
+    if not path.is_file() or spec is None or spec.loader is None:
+        raise UsageError(
+            f"port {url}: emu:// works only in a checkout of motorid; sim:// everywhere"
+        )
+    module = sys.modules.get(spec.name)
+    if module is None:
+        module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+    port: Port = module.open_emu(url)
+    return port
 
 
 def _open_serial(url: str) -> SerialPort:

@@ -1,0 +1,36 @@
+/* board.h: the real ELF on libsimavr, with a rig on its pins. */
+#ifndef BOARD_H
+#define BOARD_H
+
+#include <stddef.h>
+
+#include "rig.h"
+
+struct board;
+
+/* Load the ELF of that microcontroller ("atmega328p", "atmega2560"). NULL, with a line on stderr,
+ * when it cannot be. `rig` stays the caller's. */
+struct board *board_new(const char *elf, const char *mcu, struct rig *rig);
+
+/* Run until `cycle`, or until the processor stops for good. False then. */
+int board_run(struct board *b, uint64_t cycle);
+uint64_t board_cycle(const struct board *b);
+
+/* Bytes to the board; they arrive at the link's rate. */
+void board_hear(struct board *b, const uint8_t *bytes, size_t length);
+
+/* Bytes that the board said since; returns how many, at most `room`. */
+size_t board_take(struct board *b, uint8_t *bytes, size_t room);
+
+struct board_facts {
+    uint64_t resets, asleep, edges;  /* cycles asleep; encoder edges given */
+    uint64_t worst_latency;          /* cycles from a slot's compare match to its interrupt */
+    int stack_left;                  /* bytes between data and the deepest stack */
+};
+
+struct board_facts board_facts(const struct board *b);
+
+/* Encoder lines at these levels from now on, without moving the motor: -1 follows it again. */
+void board_force_encoder(struct board *b, int pins);
+
+#endif

@@ -1,0 +1,283 @@
+"""emu://uno?motor=…: the real firmware on an emulated board, as a port. Development installs only.
+
+The emulator is a process of its own (libsimavr is GPL-3), built on first use beside the firmware.
+Time moves only while somebody waits in ``read``, as with sim://; ``speed=realtime`` follows the wall
+clock. See docs/emulated-rig.md.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import struct
+import subprocess
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+from urllib.parse import parse_qsl, urlencode, urlsplit
+
+import numpy as np
+
+from motorid.errors import LinkError, RigError, UsageError
+from motorid.sim._plant import ffi
+from motorid.sim.bench import plant_params
+from motorid.sim.chain import draw_chain
+from motorid.sim.options import Options, parse_url
+
+ROOM = Path(__file__).parent
+FIRMWARE = ROOM.parent
+BUILD = FIRMWARE / "build"
+CHIPS = {"uno": "atmega328p", "mega": "atmega2560"}
+SHUNTS_OHM = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
+DIVIDERS = (4, 8, 16)
+SHUNT_GAIN, REFERENCE_V, FILTER_S = 20.0, 4.096, 58.75e-6
+HEADROOM = 1.25  # of the converter's range over stall current and supply
+COUNTS_PER_TURN = 256  # what a small board's encoder input can follow
+CURRENT_GAIN, VOLTAGE_GAIN = 0.004, 0.001  # standard uncertainties, as the firmware's shield.h
+OFFSET_LSB = 4.5 / 3**0.5
+MISMATCH_LSB = 0.7  # between inputs of one converter
+NOISE_LSB = 0.5
+STRETCH_S, POLL_S = 2e-3, 1e-3
+# Options of sim:// that make sense here; the rest belongs to the real firmware.
+FORBIDDEN = {
+    "aperture", "delay", "phase", "voltage_aperture", "bits", "pwm", "decay_modes", "current_range",
+    "voltage_range", "gain_uncertainty", "voltage_gain_uncertainty", "offset_uncertainty",
+    "edge_ceiling", "first_tick", "baud", "buffer", "max_steps", "fault",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What an emu:// URL asks for."""
+
+    board: str
+    options: Options
+    shunt_ohm: float
+    divider: int
+    defines: str = ""  # further -D for the firmware
+
+
+def parse(url: str) -> Setting:
+    """The setting of an emu:// URL. Raises UsageError."""
+    parts = urlsplit(url)
+    board = parts.netloc
+    if board not in CHIPS:
+        raise UsageError(f"{url}: write emu://uno?motor=… or emu://mega?motor=…")
+    pairs = parse_qsl(parts.query, keep_blank_values=True)
+    own = {k: v for k, v in pairs if k in ("shunt", "divider", "defines")}
+    rest = [(k, v) for k, v in pairs if k not in own]
+    if bad := sorted(FORBIDDEN & {k for k, _ in rest}):
+        raise UsageError(f"{url}: {bad[0]} is the firmware's own here; see docs/emulated-rig.md")
+    options = parse_url(f"sim://?{urlencode(rest)}")
+    names = {k for k, _ in rest}
+    if "counts_per_turn" not in names:
+        options = replace(options, counts_per_turn=COUNTS_PER_TURN)
+    if "noise" not in names:
+        options = replace(options, noise=NOISE_LSB)
+    amps = HEADROOM * options.preset.stall_current_a
+    fits = [r for r in SHUNTS_OHM if REFERENCE_V / 2 / SHUNT_GAIN / r >= amps]
+    reach = [d for d in DIVIDERS if REFERENCE_V * 15 / 16 * d >= 1.05 * options.supply_v]
+    try:
+        shunt = float(own["shunt"]) if "shunt" in own else (fits or [SHUNTS_OHM[-1]])[0]
+        divider = int(own["divider"]) if "divider" in own else (reach or [DIVIDERS[-1]])[0]
+    except ValueError:
+        raise UsageError(f"{url}: shunt is in ohm, divider a whole number") from None
+    return Setting(board, options, shunt, divider, own.get("defines", ""))
+
+
+# ---------------------------------------------------------------- building
+
+
+def _make(folder: Path, *arguments: str) -> None:
+    done = subprocess.run(
+        ["make", "-s", "-C", str(folder), *arguments], capture_output=True, text=True, check=False
+    )
+    if done.returncode:
+        lines = (done.stderr or done.stdout).strip().splitlines() or ["make failed"]
+        raise RigError(f"emu://: building {folder.name} failed: {lines[0][:200]}")
+
+
+def missing() -> str:
+    """What an emulated board lacks here, or nothing."""
+    for tool, package in (("avr-gcc", "gcc-avr and avr-libc"), ("gcc", "gcc"), ("make", "make")):
+        if shutil.which(tool) is None:
+            return f"{tool} is not installed (Debian: {package})"
+    if not any(Path(p, "simavr/sim_avr.h").exists() for p in ("/usr/include", "/usr/local/include")):
+        return "libsimavr is not installed (Debian: libsimavr-dev and libelf-dev)"
+    return ""
+
+
+def build(setting: Setting) -> tuple[Path, Path]:
+    """Emulator and ELF, built when they are not up to date. Raises RigError."""
+    if lack := missing():
+        raise RigError(f"emu://: {lack}")
+    _make(ROOM, f"OUT={BUILD / 'emulator'}")
+    shield = f"-DSHUNT_OHM={setting.shunt_ohm!r}f -DDIVIDER={setting.divider}.0f {setting.defines}"
+    tag = "".join(c if c.isalnum() or c in "._" else "-" for c in shield.replace("-D", ""))
+    folder = BUILD / f"emu-{setting.board}-{tag.strip('-')}"
+    _make(
+        FIRMWARE / "ports" / "avr", f"BOARD={setting.board}", f"OUT={folder}", f"SHIELD={shield}"
+    )
+    return BUILD / "emulator" / "emulator", folder / f"motorid-{setting.board}.elf"
+
+
+def parameters(setting: Setting) -> dict[str, float]:
+    """The rig's parameters: the simulator's plant, and errors of the shield drawn by the seed."""
+    options = setting.options
+    chain = draw_chain(options)
+    plant: Any = plant_params(options, chain)
+    names = [name for name, _ in ffi.typeof("plant_params").fields]
+    values = {name: float(getattr(plant, name)) for name in names}
+    rng = np.random.default_rng([options.seed, 4])
+    drawn, common = rng.standard_normal(8), rng.standard_normal()
+    for n, spread in enumerate((VOLTAGE_GAIN, CURRENT_GAIN, VOLTAGE_GAIN, VOLTAGE_GAIN)):
+        given = options.gain_error if n == 1 else options.voltage_gain_error
+        error = spread * drawn[n] if given is None else given
+        shift = OFFSET_LSB * common + MISMATCH_LSB * drawn[4 + n]
+        values[f"gain[{n}]"] = 1 + error
+        values[f"offset[{n}]"] = shift if options.offset_error is None else options.offset_error
+    values |= {
+        "clock_hz": chain.clock_hz,
+        "reference": REFERENCE_V,
+        "shunt": setting.shunt_ohm * SHUNT_GAIN,
+        "divider": setting.divider,
+        "filter": FILTER_S,
+        "noise": options.noise,
+        "counts_per_turn": options.counts_per_turn,
+        "encoder_angle": chain.encoder_angle,
+        "encoder_sign": 1,
+        "seed": options.seed,
+    }
+    return values
+
+
+# ---------------------------------------------------------------- the process
+
+
+class Emulator:
+    """One emulated board. Time is the board's, in seconds since power-on."""
+
+    def __init__(self, url: str) -> None:
+        self.setting = parse(url)
+        emulator, elf = build(self.setting)
+        pairs = (f"{name}={value!r}" for name, value in parameters(self.setting).items())
+        self._process = subprocess.Popen(
+            [emulator, elf, CHIPS[self.setting.board], *pairs],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        )
+        self.now = 0.0
+        self._heard = b""
+        self._said = b""
+
+    def _ask(self, request: bytes) -> bytes:
+        pipe_in, pipe_out = self._process.stdin, self._process.stdout
+        assert pipe_in and pipe_out
+        try:
+            pipe_in.write(request)
+            pipe_in.flush()
+        except OSError:
+            raise LinkError("emu://: the emulator died") from None
+        head = pipe_out.read(12)
+        if len(head) < 12:
+            raise LinkError("emu://: the emulator died")
+        self.now, length = struct.unpack("<dI", head)
+        return pipe_out.read(length)
+
+    def hear(self, data: bytes) -> None:
+        """Bytes to the board, from now on at the link's rate."""
+        self._heard += data
+
+    def advance_to(self, until_s: float) -> None:
+        """Let the board run up to that time."""
+        heard, self._heard = self._heard, b""
+        self._said += self._ask(b"R" + struct.pack("<dI", until_s, len(heard)) + heard)
+
+    def take(self, size: int) -> bytes:
+        """At most ``size`` of the bytes that the board has said."""
+        data, self._said = self._said[:size], self._said[size:]
+        return data
+
+    def check(self) -> None:
+        """Raises LinkError when the emulator is gone."""
+        if self._process.poll() is not None:
+            raise LinkError("emu://: the emulator died")
+
+    def set(self, name: str, value: float) -> None:
+        """Change the rig now: supply, locked, encoder, extra_edges, gain[1] …"""
+        text = f"{name}={value!r}".encode()
+        self._ask(b"S" + struct.pack("<I", len(text)) + text)
+
+    def facts(self) -> dict[str, Any]:
+        """Pins, motor and processor as they are now."""
+        found: dict[str, Any] = json.loads(self._ask(b"G"))
+        return found
+
+    def close(self) -> None:
+        """End the process; may be called twice."""
+        if self._process.poll() is None:
+            self._process.kill()
+        for pipe in (self._process.stdin, self._process.stdout):
+            if pipe and not pipe.closed:
+                try:
+                    pipe.close()
+                except OSError:
+                    pass
+        self._process.wait()
+
+
+class EmuPort:
+    """A port whose time is the emulated board's: it moves only while the client waits in ``read``."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.board = Emulator(name)
+
+    def read(self, size: int, timeout_s: float) -> bytes:
+        """See motorid.acquire.port.Port."""
+        deadline = self.now() + timeout_s
+        while not (data := self.board.take(size)):
+            if self.now() >= deadline:
+                return b""
+            self._pass_time(deadline)
+        return data
+
+    def _pass_time(self, deadline: float) -> None:
+        self.board.advance_to(min(deadline, self.board.now + STRETCH_S))
+
+    def write(self, data: bytes) -> None:
+        """See motorid.acquire.port.Port."""
+        self.board.check()
+        self.board.hear(data)
+
+    def now(self) -> float:
+        """Seconds on the board's clock."""
+        return self.board.now
+
+    def close(self) -> None:
+        """See motorid.acquire.port.Port."""
+        self.board.close()
+
+
+class RealTimeEmuPort(EmuPort):
+    """The same at the pace of the wall clock."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self._began = time.monotonic()
+
+    def _pass_time(self, deadline: float) -> None:
+        self.board.advance_to(time.monotonic() - self._began)
+        if not self.board._said:
+            time.sleep(max(min(POLL_S, deadline - self.now()), 0.0))
+
+    def now(self) -> float:
+        """Seconds of the wall clock since the port was opened."""
+        return time.monotonic() - self._began
+
+
+def open_emu(url: str) -> EmuPort:
+    """The emulated board of an emu:// URL. Raises UsageError, or RigError when it cannot be built."""
+    paced = "speed=realtime" in urlsplit(url).query.split("&")
+    return (RealTimeEmuPort if paced else EmuPort)(url)

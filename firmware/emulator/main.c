@@ -1,0 +1,186 @@
+/* main.c: an emulated board for another process, by a small protocol on standard input and output.
+ * Time moves only while a request asks for it, so equal requests give equal answers.
+ *
+ *     emulator ELF MCU CLOCK_HZ name=value ...     (names: rig parameters, see PARAMETERS)
+ *
+ *     R  f64 until (s)  u32 n  n bytes   hear the bytes, run until then  ->  f64 now, u32 n, n bytes
+ *     S  u32 n  text "name=value"        change something now            ->  f64 now, u32 0
+ *     G                                  what is so now                  ->  f64 now, u32 n, text
+ *
+ * Little-endian, as the machine is.
+ */
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "board.h"
+
+enum { PWM_TICKS = 800, ROOM = 1 << 16 };
+static const double BOARD_HZ = 16e6; /* nominal: time is told by the board's clock */
+
+struct parameter {
+    const char *name;
+    size_t offset;
+};
+
+#define PLANT(field) {#field, offsetof(struct rig_params, plant.field)}
+#define RIG(field) {#field, offsetof(struct rig_params, field)}
+static const struct parameter PARAMETERS[] = {
+    PLANT(resistance), PLANT(inductance), PLANT(torque_constant), PLANT(inertia), PLANT(viscous),
+    PLANT(coulomb), PLANT(stiction), PLANT(stribeck_speed), PLANT(cogging), PLANT(cogging_per_turn),
+    PLANT(brush_drop), PLANT(brush_current), PLANT(k_ripple), PLANT(r_ripple),
+    PLANT(ripple_per_turn), PLANT(ambient), PLANT(copper_coefficient), PLANT(magnet_coefficient),
+    PLANT(winding_resistance), PLANT(winding_capacity), PLANT(housing_resistance),
+    PLANT(housing_capacity), PLANT(pwm_period), PLANT(dead_time), PLANT(switch_resistance),
+    PLANT(diode_drop), PLANT(diode_resistance), PLANT(lead_resistance), PLANT(supply_voltage),
+    PLANT(supply_resistance), PLANT(supply_capacitance), PLANT(supply_limit), PLANT(max_step),
+    RIG(clock_hz), RIG(reference), RIG(shunt), RIG(divider), RIG(filter), RIG(gain[0]), RIG(gain[1]),
+    RIG(gain[2]), RIG(gain[3]), RIG(offset[0]), RIG(offset[1]), RIG(offset[2]), RIG(offset[3]),
+    RIG(noise), RIG(counts_per_turn), RIG(encoder_angle), RIG(encoder_sign), RIG(extra_edges),
+};
+
+static int set_parameter(struct rig_params *par, const char *name, double value) {
+    for (size_t n = 0; n < sizeof PARAMETERS / sizeof *PARAMETERS; n++) {
+        if (strcmp(PARAMETERS[n].name, name) == 0) {
+            memcpy((char *)par + PARAMETERS[n].offset, &value, sizeof value);
+            return 1;
+        }
+    }
+    if (strcmp(name, "sense_at_bridge") == 0) {
+        par->plant.sense_at_bridge = (int)value;
+    } else if (strcmp(name, "supply_sinks") == 0) {
+        par->plant.supply_sinks = (int)value;
+    } else if (strcmp(name, "seed") == 0) {
+        par->seed = (uint64_t)value;
+    } else {
+        return 0;
+    }
+    return 1;
+}
+
+/* "name=value" in pieces; false when it is not that. */
+static int pair(char *text, double *value) {
+    char *const equals = strchr(text, '=');
+    if (!equals) {
+        return 0;
+    }
+    *equals = 0;
+    *value = strtod(equals + 1, NULL);
+    return 1;
+}
+
+/* ------------------------------------------------------------------ requests */
+
+static int take_bytes(void *into, size_t length) { return fread(into, 1, length, stdin) == length; }
+
+static int answer(FILE *out, const struct board *b, const void *bytes, uint32_t length) {
+    const double now = (double)board_cycle(b) / BOARD_HZ;
+    fwrite(&now, sizeof now, 1, out);
+    fwrite(&length, sizeof length, 1, out);
+    fwrite(bytes, 1, length, out);
+    return fflush(out) == 0;
+}
+
+static int run(struct board *b, FILE *out) {
+    static uint8_t bytes[ROOM];
+    double until;
+    uint32_t length;
+    if (!take_bytes(&until, sizeof until) || !take_bytes(&length, sizeof length) || length > ROOM
+        || !take_bytes(bytes, length)) {
+        return 0;
+    }
+    board_hear(b, bytes, length);
+    if (!board_run(b, (uint64_t)(until * BOARD_HZ))) {
+        fprintf(stderr, "the emulated processor crashed\n");
+        return 0;
+    }
+    return answer(out, b, bytes, (uint32_t)board_take(b, bytes, sizeof bytes));
+}
+
+static int change(struct board *b, struct rig *rig, FILE *out) {
+    char text[256];
+    double value;
+    uint32_t length;
+    if (!take_bytes(&length, sizeof length) || length >= sizeof text || !take_bytes(text, length)) {
+        return 0;
+    }
+    text[length] = 0;
+    if (!pair(text, &value)) {
+        return 0;
+    }
+    rig_advance(rig, board_cycle(b));
+    if (strcmp(text, "supply") == 0) {
+        plant_set_supply(&rig->plant, value);
+    } else if (strcmp(text, "locked") == 0) {
+        plant_lock(&rig->plant, (int)value);
+    } else if (strcmp(text, "encoder") == 0) {
+        board_force_encoder(b, (int)value);
+    } else if (!set_parameter(&rig->par, text, value)) {
+        fprintf(stderr, "nothing is called %s\n", text);
+        return 0;
+    }
+    return answer(out, b, "", 0);
+}
+
+static int tell(struct board *b, struct rig *rig, FILE *out) {
+    char text[1024];
+    const struct board_facts f = board_facts(b);
+    rig_advance(rig, board_cycle(b));
+    const int length = snprintf(
+        text, sizeof text,
+        "{\"enabled\": %d, \"level\": %d, \"changed\": %.9f, \"current\": %.9g, \"speed\": %.9g,"
+        " \"count\": %lld, \"bus\": %.9g, \"resets\": %" PRIu64 ", \"asleep\": %.9f,"
+        " \"edges\": %" PRIu64 ", \"worst_latency\": %" PRIu64 ", \"stack_left\": %d}",
+        rig->enabled, rig->level, (double)rig->opened_at / BOARD_HZ, rig->plant.current,
+        rig->plant.speed, rig_count(rig), rig->plant.bus, f.resets, (double)f.asleep / BOARD_HZ,
+        f.edges, f.worst_latency, f.stack_left);
+    return answer(out, b, text, (uint32_t)length);
+}
+
+static void serve(struct board *b, struct rig *rig, FILE *out) {
+    int going = 1;
+    while (going) {
+        switch (getchar()) {
+        case 'R':
+            going = run(b, out);
+            break;
+        case 'S':
+            going = change(b, rig, out);
+            break;
+        case 'G':
+            going = tell(b, rig, out);
+            break;
+        default:
+            going = 0;
+        }
+    }
+}
+
+int main(int argc, char **argv) {
+    static struct rig rig;
+    struct rig_params par = {.seed = 1};
+    if (argc < 3) {
+        fprintf(stderr, "emulator ELF MCU name=value ...\n");
+        return 2;
+    }
+    for (int n = 3; n < argc; n++) {
+        double value;
+        if (!pair(argv[n], &value) || !set_parameter(&par, argv[n], value)) {
+            fprintf(stderr, "nothing is called %s\n", argv[n]);
+            return 2;
+        }
+    }
+    FILE *const out = fdopen(dup(STDOUT_FILENO), "wb"); /* libsimavr chats on standard output */
+    if (!out || dup2(STDERR_FILENO, STDOUT_FILENO) < 0) {
+        return 1;
+    }
+    rig_init(&rig, &par, PWM_TICKS);
+    struct board *const b = board_new(argv[1], argv[2], &rig);
+    if (!b) {
+        return 1;
+    }
+    serve(b, &rig, out);
+    return 0;
+}

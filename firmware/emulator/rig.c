@@ -1,0 +1,175 @@
+/* rig.c: see rig.h. */
+#include "rig.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define NEVER UINT64_MAX
+static const double TURN = 6.283185307179586476925;
+static const double DIODE_V = 0.7; /* a low switch's body diode holds a terminal that far below ground */
+
+/* ------------------------------------------------------------------ random numbers (xoroshiro128+) */
+
+static uint64_t rotated(uint64_t x, int by) { return (x << by) | (x >> (64 - by)); }
+
+static double uniform(struct rig *r) {
+    const uint64_t a = r->random[0], sum = a + r->random[1], b = r->random[1] ^ a;
+    r->random[0] = rotated(a, 24) ^ b ^ (b << 16);
+    r->random[1] = rotated(b, 37);
+    return ((double)(sum >> 11) + 0.5) * 0x1p-53;
+}
+
+static double normal(struct rig *r) {
+    if (r->has_spare) {
+        r->has_spare = 0;
+        return r->spare;
+    }
+    const double size = sqrt(-2.0 * log(uniform(r))), angle = TURN * uniform(r);
+    r->spare = size * sin(angle);
+    r->has_spare = 1;
+    return size * cos(angle);
+}
+
+static void seed(struct rig *r, uint64_t from) { /* splitmix64 */
+    for (int n = 0; n < 2; n++) {
+        uint64_t z = (from += 0x9E3779B97F4A7C15u);
+        z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+        z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+        r->random[n] = z ^ (z >> 31);
+    }
+}
+
+/* ------------------------------------------------------------------ plant */
+
+void rig_init(struct rig *r, const struct rig_params *par, int pwm_ticks) {
+    memset(r, 0, sizeof *r);
+    r->par = *par;
+    r->period = pwm_ticks;
+    r->rise = NEVER;
+    r->par.plant.pwm_period = pwm_ticks / par->clock_hz;
+    plant_init(&r->plant, &r->par.plant);
+    r->filtered[2] = r->plant.bus;
+    seed(r, par->seed);
+}
+
+/* The terminals against ground while the difference is `volts`. Driven or shorted, one of them is
+ * at ground. Open, the dividers hold their middle at ground until a diode conducts. */
+static void split(const struct rig *r, double volts, double *a, double *b) {
+    const double below = r->enabled ? 0.0 : fmin(fabs(volts) / 2.0, DIODE_V);
+    const double low = -below, high = fabs(volts) - below;
+    *a = volts >= 0.0 ? high : low;
+    *b = volts >= 0.0 ? low : high;
+}
+
+/* The dividers' filters over a stretch in which what they see is nearly constant. */
+static void run_filters(struct rig *r, double dt, double volts, double supply) {
+    const double keep = exp(-dt / r->par.filter);
+    double now[3];
+    split(r, volts, &now[0], &now[1]);
+    now[2] = supply;
+    for (int n = 0; n < 3; n++) {
+        r->filtered[n] = now[n] + (r->filtered[n] - now[n]) * keep;
+    }
+}
+
+static void run_plant(struct rig *r, uint64_t cycle) {
+    if (cycle <= r->at) {
+        return;
+    }
+    const double dt = (double)(cycle - r->at) / r->par.clock_hz;
+    r->plant.i_dt = r->plant.v_dt = r->plant.supply_dt = 0.0;
+    plant_advance(&r->plant, dt);
+    run_filters(r, dt, r->plant.v_dt / dt, r->plant.supply_dt / dt);
+    r->at = cycle;
+}
+
+static double duty(const struct rig *r) { return (double)r->level / r->period; }
+
+/* The plant's PWM period begins with the on part, so its periods begin at our rising edges. */
+static void rising_edge(struct rig *r) {
+    r->rise = NEVER;
+    if (!r->enabled) {
+        return;
+    }
+    if (r->plant.mode == PLANT_DRIVE && r->plant.duty == duty(r)) {
+        plant_new_period(&r->plant);
+    } else {
+        plant_command(&r->plant, PLANT_DRIVE, duty(r), PLANT_SYNCHRONOUS_SLOW);
+    }
+}
+
+void rig_advance(struct rig *r, uint64_t cycle) {
+    if (r->rise <= cycle) {
+        run_plant(r, r->rise);
+        rising_edge(r);
+    }
+    run_plant(r, cycle);
+}
+
+void rig_enable(struct rig *r, uint64_t cycle, int level) {
+    if (r->enabled == level) {
+        return;
+    }
+    rig_advance(r, cycle);
+    r->enabled = level;
+    r->opened_at = cycle;
+    if (!level) {
+        plant_command(&r->plant, PLANT_COAST, 0.0, 0);
+    } else if (r->level != 0 && r->rise == NEVER) {
+        plant_command(&r->plant, PLANT_DRIVE, r->level > 0 ? 1.0 : -1.0, PLANT_SYNCHRONOUS_SLOW);
+    } else {
+        plant_command(&r->plant, PLANT_BRAKE, 0.0, 0);
+    }
+}
+
+void rig_period(struct rig *r, uint64_t cycle, int high_a, int high_b) {
+    rig_advance(r, cycle);
+    r->level = high_a - high_b; /* both high shorts the motor as both low do */
+    r->rise = r->level == 0 ? NEVER : cycle + (uint64_t)(r->period - abs(r->level));
+    const int goes_on = r->level != 0 && r->plant.mode == PLANT_DRIVE && r->plant.duty == duty(r);
+    if (r->enabled && !goes_on) {
+        plant_command(&r->plant, PLANT_BRAKE, 0.0, 0);
+    }
+}
+
+/* ------------------------------------------------------------------ sensors */
+
+static double input_volts(const struct rig *r, int input) {
+    const struct rig_params *p = &r->par;
+    if (input == 1) {
+        return p->reference / 2.0 + p->gain[1] * p->shunt * r->plant.current;
+    }
+    const double volts = r->filtered[input == 0 ? 0 : input == 2 ? 1 : 2];
+    return p->reference / 16.0 + p->gain[input] * volts / p->divider;
+}
+
+int rig_convert(struct rig *r, uint64_t cycle, int input) {
+    rig_advance(r, cycle);
+    const double lsb = input_volts(r, input) / r->par.reference * 1024.0 + r->par.offset[input]
+                       + r->par.noise * normal(r);
+    return (int)fmin(fmax(floor(lsb + 0.5), 0.0), 1023.0);
+}
+
+static double place(const struct rig *r) {
+    return (r->plant.angle + r->par.encoder_angle) * r->par.counts_per_turn / TURN
+           + r->par.extra_edges * (double)r->at / r->par.clock_hz;
+}
+
+long long rig_count(const struct rig *r) { return (long long)floor(place(r)); }
+
+uint64_t rig_next_count(const struct rig *r, long long count, uint64_t limit, int *step) {
+    const double rate = r->plant.speed * r->par.counts_per_turn / TURN + r->par.extra_edges;
+    const double here = place(r);
+    const double left = rate > 0.0 ? (double)(count + 1) - here : here - (double)count;
+    *step = 0;
+    if (rate == 0.0) {
+        return limit;
+    }
+    const double cycles = left <= 0.0 ? 1.0 : left / fabs(rate) * r->par.clock_hz;
+    if (cycles >= (double)limit) {
+        return limit;
+    }
+    *step = rate > 0.0 ? 1 : -1;
+    return cycles < 1.0 ? 1 : (uint64_t)cycles;
+}

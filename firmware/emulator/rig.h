@@ -1,0 +1,66 @@
+/* rig.h: what hangs on the emulated board's pins: a motor behind two half-bridges, the analogue
+ * parts of the shield, an encoder. The physics are the simulator's (plant.h); nothing here knows of
+ * an emulator. Time is counted in cycles of the board's clock.
+ */
+#ifndef RIG_H
+#define RIG_H
+
+#include <stdint.h>
+
+#include "plant.h"
+
+enum { RIG_INPUTS = 4 }; /* terminal A, current, terminal B, supply */
+
+struct rig_params {
+    plant_params plant;
+    double clock_hz;   /* true */
+    double reference;  /* V, of the converter */
+    double shunt;      /* V of the sensor's output to an ampere */
+    double divider;
+    double filter;     /* s, of the dividers */
+    double gain[RIG_INPUTS];   /* true over nominal */
+    double offset[RIG_INPUTS]; /* LSB */
+    double noise;              /* LSB rms */
+    double counts_per_turn;
+    double encoder_angle;      /* rad, of the first line */
+    double encoder_sign;       /* -1: wired the other way, 0: dead */
+    double extra_edges;        /* a second, of a broken encoder */
+    uint64_t seed;
+};
+
+struct rig {
+    struct rig_params par;
+    plant plant;
+    uint64_t at;        /* cycle that the plant has reached */
+    int enabled;
+    int level;          /* signed ticks high in each PWM period, at its end */
+    uint64_t rise;      /* cycle of the next rising edge; UINT64_MAX: none */
+    int period;         /* ticks of a PWM period */
+    double filtered[3]; /* V: terminal A, terminal B, supply */
+    uint64_t random[2];
+    double spare;       /* second normal number of a pair */
+    int has_spare;
+    uint64_t opened_at; /* cycle of the last change of enable */
+};
+
+/* At rest, bridge open, at cycle 0. */
+void rig_init(struct rig *r, const struct rig_params *par, int pwm_ticks);
+
+/* Let the plant run up to `cycle`. */
+void rig_advance(struct rig *r, uint64_t cycle);
+
+/* The enable pin is so from `cycle` on. */
+void rig_enable(struct rig *r, uint64_t cycle, int level);
+
+/* A PWM period begins at `cycle`: both inputs low, then high for so many ticks at its end. */
+void rig_period(struct rig *r, uint64_t cycle, int high_a, int high_b);
+
+/* Convert an input at `cycle`: 0 to 1023. */
+int rig_convert(struct rig *r, uint64_t cycle, int input);
+
+/* Encoder count where the plant is now, and whole cycles to the next one at the present speed
+ * (at most `limit`); *step gets its direction, 0 when none comes. */
+long long rig_count(const struct rig *r);
+uint64_t rig_next_count(const struct rig *r, long long count, uint64_t limit, int *step);
+
+#endif

@@ -1,0 +1,37 @@
+/* board.h: the parts of this port, as they see each other. */
+#ifndef BOARD_H
+#define BOARD_H
+
+#include "core.h"
+
+/* ---- bridge.c */
+void bridge_begin(void);
+void bridge_open(void);
+void bridge_brake(void);
+void bridge_drive(int16_t level, uint8_t decay);
+/* Off at this instant, whatever is going on; from any context. */
+void bridge_cut(void);
+
+/* ---- sample.c */
+void sampling_begin(void);
+void sampling_set_period(uint32_t ticks);
+/* Windows complete, and none overran. */
+bool sampling_is_well(void);
+/* True once for each window. */
+bool sampling_has_news(void);
+
+/* ---- link.c */
+void link_begin(void);
+bool link_has_heard(void);
+bool link_read(uint8_t *byte);
+uint16_t link_write(const uint8_t *bytes, uint16_t length);
+
+/* ---- reset.c */
+uint8_t reset_cause(void);
+uint32_t reset_boot_id(void);
+
+/* ---- channels.c */
+void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out);
+#define ENCODER_EDGE_CEILING 40000u /* a second */
+
+#endif

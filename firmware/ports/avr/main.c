@@ -1,0 +1,73 @@
+/* main.c: the board as the core sees it. */
+#include <avr/interrupt.h>
+#include <avr/sleep.h>
+#include <avr/wdt.h>
+
+#include "board.h"
+#include "chip.h"
+#include "port.h"
+#include "shield.h"
+#include "timing.h"
+
+static port_lock lock(void) {
+    const port_lock before = SREG;
+    cli();
+    return before;
+}
+
+static void unlock(port_lock before) { SREG = before; }
+
+const struct port port = {
+    .board = BOARD_NAME,
+    .clock_hz = CLOCK_HZ,
+    .clock_uncertainty_ppm = 5000, /* a ceramic resonator, as on both boards */
+    .pwm_hz = CLOCK_HZ / PWM_TICKS,
+    .dead_time_ns = BRIDGE_DEAD_TIME_NS,
+    .decay_modes = 1u << WIRE_DECAY_SYNCHRONOUS_SLOW,
+    .channels = 15u,
+    .min_sample_period_ticks = WINDOW_TICKS,
+    .sample_period_step_ticks = WINDOW_TICKS,
+    .idle_sample_period_ticks = WINDOW_TICKS,
+    .encoder_edge_ceiling_hz = ENCODER_EDGE_CEILING,
+    .max_current_ma = (uint32_t)(REFERENCE_V / 2.0f / (SHUNT_OHM * SHUNT_GAIN) * 990.0f),
+    .max_host_silence_ms = 5000,
+    .full_duty = PWM_TICKS,
+    .describe = channels_describe,
+    .bridge_open = bridge_open,
+    .bridge_brake = bridge_brake,
+    .bridge_drive = bridge_drive,
+    .set_sample_period = sampling_set_period,
+    .read = link_read,
+    .write = link_write,
+    .lock = lock,
+    .unlock = unlock,
+    .reset_cause = reset_cause,
+    .boot_id = reset_boot_id,
+};
+
+/* Most interrupts are slots, which bring nothing for core_poll(). What comes between the look and the
+ * sleep waits for the next slot, 16 us at most. A full ring towards the host needs no wake-up of its
+ * own: it holds more than two windows' worth. */
+static void sleep_until_news(void) {
+    while (!link_has_heard() && !sampling_has_news()) {
+        sleep_cpu();
+    }
+}
+
+int main(void) {
+    bridge_begin();
+    link_begin();
+    core_init();
+    sampling_begin();
+    SMCR = _BV(SE); /* idle: everything but the processor's own clock goes on */
+    wdt_enable(WDTO_250MS);
+    sei();
+    for (;;) {
+        if (!core_poll()) {
+            sleep_until_news();
+        }
+        if (sampling_is_well()) { /* it is: only its windows end the sleep */
+            wdt_reset();
+        }
+    }
+}

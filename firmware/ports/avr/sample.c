@@ -1,0 +1,159 @@
+/* sample.c: windows of conversions become samples, and samples core_sample(). See timing.h. */
+#include <avr/interrupt.h>
+#include <util/atomic.h>
+
+#include "board.h"
+#include "chip.h"
+#include "timing.h"
+
+/* Edges that a window may bring, and how many may be saved up for uneven ones. */
+#define EDGES_A_WINDOW (ENCODER_EDGE_CEILING / (CLOCK_HZ / WINDOW_TICKS) + 1u)
+#define MOST_EDGES 30u
+#define MASKED_WINDOWS 40u /* before a masked encoder is heard again: 10 ms */
+
+_Static_assert(MOST_EDGES < 128u, "COUNT_REGISTER's change over a window is taken as signed");
+_Static_assert(PWM_PRESET > 0 && PWM_PRESET < PWM_TICKS, "timer 1 starts within a period");
+
+struct sums {
+    uint16_t terminal_a, current, terminal_b, supply;
+};
+
+extern struct sums sums; /* slots.S adds to them */
+
+static struct {
+    uint32_t position;
+    uint16_t windows, left;  /* in a sample, and until the next one */
+    uint8_t count;           /* COUNT_REGISTER at the last window */
+    uint8_t masked;          /* windows until the encoder is heard again */
+    volatile bool sampling;  /* core_sample() is at work */
+    volatile bool overran;   /* it took too long: the bridge stays open until the watchdog bites */
+    volatile bool news;      /* a window completed */
+} now;
+
+void sampling_set_period(uint32_t ticks) {
+    now.windows = (uint16_t)(ticks / WINDOW_TICKS);
+    now.left = now.windows;
+}
+
+bool sampling_is_well(void) { return !now.overran; }
+
+bool sampling_has_news(void) {
+    const bool news = now.news;
+    now.news = false;
+    return news;
+}
+
+/* ------------------------------------------------------------------ encoder */
+
+static void listen_to_encoder(void) {
+    EIFR = ENCODER_INTERRUPTS; /* edges of the time in between */
+    EIMSK = ENCODER_INTERRUPTS;
+}
+
+static void allow_edges(uint8_t left) {
+    left = (uint8_t)(left + EDGES_A_WINDOW);
+    EDGES_REGISTER = left < MOST_EDGES ? left : MOST_EDGES;
+}
+
+/* Count, and allow the next window's edges. True when there were too many. */
+static bool follow_encoder(void) {
+    const uint8_t count = COUNT_REGISTER;
+    now.position += (uint32_t)(int32_t)(int8_t)(uint8_t)(count - now.count);
+    now.count = count;
+    const uint8_t left = EDGES_REGISTER;
+    if (left == 0 && now.masked == 0) {
+        now.masked = MASKED_WINDOWS;
+        return true;
+    }
+    if (now.masked == 0) {
+        allow_edges(left);
+    } else if (core_state() != WIRE_STATE_FAULTED && --now.masked == 0) {
+        allow_edges(MOST_EDGES);
+        listen_to_encoder();
+    }
+    return false;
+}
+
+/* ------------------------------------------------------------------ samples */
+
+static void take(struct reading *reading) {
+    reading->raw[WIRE_CHANNEL_CURRENT] = (int16_t)sums.current;
+    reading->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = (int16_t)(sums.terminal_a - sums.terminal_b);
+    reading->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = (int16_t)sums.supply;
+    reading->position = now.position;
+}
+
+/* Nothing that core_sample() now decides would act in time, and the ticks no longer hold. */
+static void overrun(void) {
+    now.overran = true;
+    bridge_cut();
+}
+
+/* Entered from slots.S, with interrupts off and as an interrupt: a window is complete. Everything
+ * but core_sample() takes less than two characters of the link, which the receiver can hold. (The
+ * emulator's receiver holds more, and would hide it if this grew.) */
+void __vector_window(void) __attribute__((signal, used, externally_visible));
+void __vector_window(void) {
+    struct reading reading;
+    const bool storm = follow_encoder();
+    take(&reading);
+    sums = (struct sums){0, 0, 0, 0};
+    now.news = true;
+    if (now.sampling || now.overran) {
+        overrun();
+        return;
+    }
+    if (--now.left != 0 && !storm) {
+        return;
+    }
+    now.sampling = true;
+    sei();
+    if (now.left == 0) {
+        now.left = now.windows;
+        core_sample(&reading);
+    }
+    if (storm) {
+        core_trip(WIRE_FAULT_ENCODER_EDGES, (int32_t)ENCODER_EDGE_CEILING);
+    }
+    cli();
+    now.sampling = false;
+    if (SLOT_REGISTER >= LEVELS_SLOT - 1) {
+        overrun();
+    }
+}
+
+/* ------------------------------------------------------------------ start */
+
+static void converter_begin(void) {
+    DIDR0 = _BV(ADC0D) | _BV(ADC1D) | _BV(ADC2D) | _BV(ADC3D);
+    ADMUX = 0;                            /* AREF, input 0 */
+    ADCSRB = _BV(ADTS1) | _BV(ADTS0);     /* timer 0, compare match A */
+    ADCSRA = _BV(ADEN) | _BV(ADSC) | _BV(ADPS2); /* 1 MHz; the first conversion takes longer */
+    loop_until_bit_is_clear(ADCSRA, ADSC);
+    ADCSRA = _BV(ADEN) | _BV(ADATE) | _BV(ADIF) | _BV(ADPS2);
+}
+
+static void encoder_begin(void) {
+    ENCODER_PORT |= _BV(ENCODER_A_BIT) | _BV(ENCODER_B_BIT); /* pull-ups: open collectors */
+    EICRA = _BV(ISC00) | _BV(ISC10);                         /* any edge */
+    EDGES_REGISTER = MOST_EDGES;
+    listen_to_encoder();
+}
+
+void sampling_begin(void) {
+    converter_begin();
+    encoder_begin();
+    SLOT_REGISTER = SLOTS - 1; /* the first interrupt reads nothing of use and ends a window */
+    OCR0A = SLOT_TICKS - 1;
+    OCR0B = READ_TICKS;
+    TCCR0A = _BV(WGM01); /* CTC */
+    TCNT0 = 0;
+    TIFR0 = _BV(OCF0A) | _BV(OCF0B);
+    TIMSK0 = _BV(OCIE0B);
+    /* START_LAG cycles between the two: one STS. The prescaler is not in use. */
+    __asm__ volatile("out %0, %2\n\tsts %1, %3"
+                     :
+                     : "I"(_SFR_IO_ADDR(TCCR0B)), "n"(_SFR_MEM_ADDR(TCCR1B)), "r"((uint8_t)_BV(CS00)),
+                       "r"((uint8_t)(_BV(WGM13) | _BV(WGM12) | _BV(CS10)))
+                     : "memory");
+}

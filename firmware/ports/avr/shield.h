@@ -1,0 +1,42 @@
+/* shield.h: the analogue parts between the motor and the board, as docs/wiring.md draws them.
+ *
+ * Everything here may be overridden on the compiler's command line (make SHIELD="-D...").
+ * All inputs are converted against an external reference on AREF.
+ */
+#ifndef SHIELD_H
+#define SHIELD_H
+
+#ifndef REFERENCE_V
+#define REFERENCE_V 4.096f /* LM4040-4.1, 0.1 % */
+#endif
+
+/* Inline current sensor: output at half the reference without current. */
+#ifndef SHUNT_OHM
+#define SHUNT_OHM 0.010f
+#endif
+#ifndef SHUNT_GAIN
+#define SHUNT_GAIN 20.0f /* INA240A1 */
+#endif
+#ifndef CURRENT_GAIN_UNCERTAINTY
+#define CURRENT_GAIN_UNCERTAINTY 0.004f /* standard: shunt 0.5 % and amplifier 0.2 % at most */
+#endif
+
+/* Dividers of both terminals and of the supply: 1/DIVIDER, lifted by a sixteenth of the reference,
+ * so that a terminal that a diode holds below ground still reads. */
+#ifndef DIVIDER
+#define DIVIDER 8.0f
+#endif
+#ifndef VOLTAGE_GAIN_UNCERTAINTY
+#define VOLTAGE_GAIN_UNCERTAINTY 0.001f /* standard: 0.1 % resistors, 0.1 % reference */
+#endif
+/* The dividers' filter: 1.25 kohm and 47 nF. First order, so it delays by its time constant. */
+#ifndef FILTER_NS
+#define FILTER_NS 58750u
+#endif
+
+/* Bridge: dead time of the half-bridges, told to the host. */
+#ifndef BRIDGE_DEAD_TIME_NS
+#define BRIDGE_DEAD_TIME_NS 200
+#endif
+
+#endif

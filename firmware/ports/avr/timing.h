@@ -1,0 +1,57 @@
+/* timing.h: what happens when. Shared by C and assembler; every declared delay follows from it.
+ *
+ * Three clocks run off one crystal and never drift apart:
+ *
+ *   PWM     timer 1, 800 ticks: 20 kHz. Off first, then on until the period ends.
+ *   slots   timer 0, 250 ticks: each triggers one conversion (in hardware, so without jitter).
+ *   window  16 slots, 4000 ticks, five PWM periods: four conversions of each input.
+ *
+ * The inputs take turns, so each is converted every 1000 ticks, 1.25 PWM periods: its four
+ * conversions fall a quarter of a PWM period apart. Their sum is a mean over the window in which the
+ * PWM ripple and its second and third harmonics cancel.
+ *
+ *   slot      0  1  2  3  4 ...            15 | 0 ... 7  8      9      10
+ *   converts  A  I  B  S  A  I  B  S  ...   S | A        levels        TICK: enable
+ *             `-------- one window ---------' ^          written
+ *                                             core_sample() begins, and has until slot 9
+ *
+ * The sample's tick is the PWM period that begins in slot 10 of the next window. What core_sample()
+ * asked of the bridge acts there: the duties by the timer's own double buffer, to the tick; enable
+ * by the interrupt of slot 10, within ENABLE_JITTER_TICKS of it.
+ */
+#ifndef TIMING_H
+#define TIMING_H
+
+#define CLOCK_HZ 16000000
+#define PWM_TICKS 800
+#define SLOT_TICKS 250
+#define SLOTS 16
+#define WINDOW_TICKS (SLOTS * SLOT_TICKS)
+
+/* The slot's interrupt, so long after the slot began: the conversion of the slot before is complete
+ * then, and that of this slot has taken its input, so the multiplexer may move on. */
+#define READ_TICKS 40
+/* From the trigger to the moment that is converted: two ADC clocks and three of the processor's. */
+#define HOLD_TICKS 35
+
+#define LEVELS_SLOT 9  /* writes the duties: in the PWM period before the tick's */
+#define TICK_SLOT 10   /* writes enable */
+#define TICK_IN_SLOT 84 /* where in that slot the PWM period begins: when enable is written */
+#define ENABLE_JITTER_TICKS 160 /* other interrupts may hold it up so long */
+
+#define TICK_AT (TICK_SLOT * SLOT_TICKS + TICK_IN_SLOT) /* ticks after a window ends */
+
+/* Timer 1 starts two cycles after timer 0, preset so that a PWM period begins at TICK_AT. */
+#define START_LAG 2
+#define PWM_PRESET (PWM_TICKS - (TICK_AT - START_LAG) % PWM_TICKS)
+
+/* From the middle of an input's four conversions, which is that of its mean, half a window to its
+ * end; from there to the tick. `slot` is the input's first. */
+#define MEAN_END(slot) (6 * SLOT_TICKS + (slot) * SLOT_TICKS + HOLD_TICKS + WINDOW_TICKS / 2)
+#define MEAN_DELAY(slot) (WINDOW_TICKS + TICK_AT - MEAN_END(slot))
+/* The encoder is read when the window's last conversion is. */
+#define POSITION_DELAY (TICK_AT - READ_TICKS - 110)
+
+#define TICKS_TO_NS(ticks) ((uint32_t)((ticks) * (1000000000ull / 1000000u) / (CLOCK_HZ / 1000000u)))
+
+#endif
