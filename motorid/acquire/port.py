@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import importlib.util
 import os
 import socket
+import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -159,13 +161,11 @@ def _open_socket(url: str) -> SocketPort:
 
 
 def _open_emulated(url: str) -> Port:
-    """The firmware on an emulated board; its harness lives beside the firmware, not in the package."""
+    """The firmware on an emulated board, by the harness beside the firmware (not in the package)."""
     path = Path(__file__).parents[2] / "firmware" / "emulator" / "emu.py"
     spec = importlib.util.spec_from_file_location("motorid_emulator", path)
     if not path.is_file() or spec is None or spec.loader is None:
-        raise UsageError(
-            f"port {url}: emu:// works only in a checkout of motorid; sim:// everywhere"
-        )
+        raise UsageError(f"port {url}: emu:// needs a checkout of motorid; sim:// works everywhere")
     module = sys.modules.get(spec.name)
     if module is None:
         module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
