@@ -161,7 +161,7 @@ def _open_socket(url: str) -> SocketPort:
 
 
 def _open_emulated(url: str) -> Port:
-    """The firmware on an emulated board, by the harness beside the firmware (not in the package)."""
+    """The firmware on an emulated board, by a harness that is not in the package."""
     path = Path(__file__).parents[2] / "firmware" / "emulator" / "emu.py"
     spec = importlib.util.spec_from_file_location("motorid_emulator", path)
     if not path.is_file() or spec is None or spec.loader is None:
