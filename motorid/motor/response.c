@@ -115,7 +115,7 @@ static double locate(const run *r, const state *x, double v, double end, event e
     return 0.5 * (a + b);
 }
 
-static void change_mode(run *r, event e)
+static void change_mode(run *r, int n, event e)
 {
     state *x = &r->x;
     if (e == CURRENT_OUT) {
@@ -127,7 +127,13 @@ static void change_mode(run *r, event e)
     double torque = r->motor->K * x->i;
     int was = r->mode.s;
     x->w = 0.0;
-    r->mode.s = was && fabs(torque) <= r->motor->T0 ? 0 : (torque > 0) - (torque < 0);
+    if (was && fabs(torque) <= r->motor->T0) {
+        r->mode.s = 0;
+        return;
+    }
+    /* without friction the release comes before the current does: the voltage tells the way */
+    double push = torque != 0.0 ? torque : source(r, n);
+    r->mode.s = (push > 0.0) - (push < 0.0);
 }
 
 static void set_taps_between(run *r, int n, const state *x, double from, double to)
@@ -170,7 +176,7 @@ static void eventful_interval(run *r, int n)
         mode_map(r, until, &m);
         r->x = apply(&m, &r->x, v);
         done += until;
-        change_mode(r, next);
+        change_mode(r, n, next);
         r->events++;
     }
 }

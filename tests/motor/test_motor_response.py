@@ -93,6 +93,16 @@ def test_friction_holds_the_motor_below_its_torque() -> None:
     assert not position.any()
 
 
+def test_without_friction_is_the_limit_of_a_little() -> None:
+    """No torque holds the motor before the first current: it must not start a sample late."""
+    v = np.zeros(300)
+    v[10:150] = 3.0
+    response = Response(1e-4, v, readings(1e-4), [Stretch(0)])
+    none, little = response((*FAULHABER[:5], 0.0)), response((*FAULHABER[:5], 1e-12))
+    for a, b in zip(none, little, strict=True):
+        assert np.abs(a - b).max() < 1e-6 * np.abs(a).max()
+
+
 def test_without_inductance_is_the_limit_of_a_small_one() -> None:
     v = np.zeros(300)
     v[10:150] = 6.0
