@@ -126,8 +126,8 @@ enum {
 };
 
 /* States current, speed, position, reading of the current. Friction keeps its direction through a sample; a speed that
- * would pass zero stops there, and stays while the torque at mid-sample is within the Coulomb
- * torque. */
+ * would pass zero stops there unless the torque drives it on, and stays while the torque at
+ * mid-sample is within the Coulomb torque. */
 VECTOR void batch_friction(const batch_record *r, int n, const double *motor)
 {
     for (int first = 0; first < n; first += LANES) {
@@ -158,7 +158,8 @@ VECTOR void batch_friction(const batch_record *r, int n, const double *motor)
                 }
                 const int stuck = s == 0.0;
                 x[0][l] = stuck & !open ? held : ni;
-                x[1][l] = stuck | (nw * s <= 0.0) ? 0.0 : nw;
+                const int stops = (nw * s <= 0.0) & !(torque * s < -m[T0][l]);
+                x[1][l] = stuck | stops ? 0.0 : nw;
                 x[2][l] = stuck ? p : p + np;
                 x[3][l] = stuck & !open ? m[RHI][l] * i + m[RHV][l] * v : nr;
             }
