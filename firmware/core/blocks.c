@@ -21,7 +21,8 @@ void blocks_begin(struct blocks *b, uint8_t channels, bool burst, uint32_t age) 
     }
     b->size = (uint8_t)size;
     b->bytes = (uint16_t)BLOCK_FRAME(n, size);
-    b->count = (uint8_t)BLOCKS_FIT(b->bytes);
+    const uint16_t fit = (uint16_t)(CORE_BLOCK_BYTES / b->bytes);
+    b->count = (uint8_t)(fit < UINT8_MAX ? fit : UINT8_MAX);
     b->burst = burst;
     b->kept = BLOCKS_SAMPLES;
     b->filling = b->sending = 0;
@@ -47,9 +48,10 @@ static bool has_room(const struct blocks *b) {
     return b->open.count > 0 || (uint8_t)(b->filled - b->freed) < b->count;
 }
 
+/* A block tells what was dropped before it, not what a full burst drops behind it. */
 static void drop(struct blocks *b) {
     b->dropped++;
-    if (b->open.dropped < UINT16_MAX) {
+    if (b->open.count == 0 && b->open.dropped < UINT16_MAX) {
         b->open.dropped++;
     }
 }

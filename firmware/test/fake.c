@@ -1,0 +1,227 @@
+/* fake.c: see fake.h. */
+#include "fake.h"
+
+#include "core.h"
+
+struct fake fake;
+
+wire_describe_channel_reply_t fake_channels[3];
+
+static const wire_describe_channel_reply_t CHANNELS[3] = {
+    {.channel = 0, .unit = 1, .bits = 12, .scale = 0.002f, .offset = 2048, .raw_max = 4095},
+    {.channel = 1, .unit = 2, .bits = 12, .scale = 0.01f, .offset = 2048, .raw_max = 4095},
+    {.channel = 2, .unit = 2, .bits = 12, .scale = 0.005f, .offset = 0, .raw_max = 4095},
+};
+
+static uint16_t request;
+
+static void describe(uint8_t channel, wire_describe_channel_reply_t *out) {
+    *out = fake_channels[channel];
+}
+
+static void strike(void) {
+    if (fake.interrupt != NULL && !fake.locked) {
+        fake.interrupt();
+    }
+}
+
+static void bridge_open(void) { fake.bridge = OPEN; }
+static void bridge_brake(void) { fake.bridge = BRAKE; }
+
+static void bridge_drive(int16_t level, uint8_t decay) {
+    fake.bridge = DRIVE;
+    fake.level = level;
+    fake.decay = decay;
+}
+
+static void set_sample_period(uint32_t ticks) { fake.period = ticks; }
+
+static bool read_byte(uint8_t *byte) {
+    strike();
+    if (fake.in_begin == fake.in_end) {
+        return false;
+    }
+    *byte = fake.in[fake.in_begin++];
+    return true;
+}
+
+static uint16_t write_bytes(const uint8_t *bytes, uint16_t length) {
+    strike();
+    size_t taken = length < fake.appetite ? length : fake.appetite;
+    if (taken > FAKE_BYTES - fake.out_end) {
+        taken = FAKE_BYTES - fake.out_end;
+    }
+    memcpy(fake.out + fake.out_end, bytes, taken);
+    fake.out_end += taken;
+    return (uint16_t)taken;
+}
+
+static port_lock lock(void) {
+    strike();
+    const port_lock before = fake.locked;
+    fake.locked = true;
+    return before;
+}
+
+static void unlock(port_lock before) {
+    fake.locked = before != 0;
+    strike();
+}
+
+static uint8_t reset_cause(void) { return fake.cause; }
+static uint32_t boot_id(void) { return ++fake.boots; }
+
+static const struct port DEFAULT = {
+    .board = "fake",
+    .clock_hz = 16000000,
+    .clock_uncertainty_ppm = 50,
+    .pwm_hz = 20000,
+    .decay_modes = 0x02,
+    .channels = 0x0F,
+    .min_sample_period_ticks = 800,
+    .sample_period_step_ticks = 800,
+    .idle_sample_period_ticks = 1600,
+    .encoder_edge_ceiling_hz = 100000,
+    .max_current_ma = 4000,
+    .max_host_silence_ms = 5000,
+    .full_duty = 400,
+    .describe = describe,
+    .bridge_open = bridge_open,
+    .bridge_brake = bridge_brake,
+    .bridge_drive = bridge_drive,
+    .set_sample_period = set_sample_period,
+    .read = read_byte,
+    .write = write_bytes,
+    .lock = lock,
+    .unlock = unlock,
+    .reset_cause = reset_cause,
+    .boot_id = boot_id,
+};
+
+struct port port;
+
+void fake_start(void) {
+    port = DEFAULT;
+    memcpy(fake_channels, CHANNELS, sizeof fake_channels);
+    memset(&fake, 0, sizeof fake);
+    fake.bridge = DRIVE; /* core_init() has to open it */
+    fake.appetite = UINT16_MAX;
+    fake.now = (struct reading){{2048, 2048, 2400}, 0}; /* nothing flows, 12 V */
+    request = 0;
+    core_init();
+}
+
+void fake_sample(void) { core_sample(&fake.now); }
+
+void fake_samples(int count) {
+    while (count-- > 0) {
+        fake_sample();
+    }
+}
+
+/* ------------------------------------------------------------------ the host's end */
+
+void fake_send(const uint8_t *payload, size_t length) {
+    uint8_t *const frame = fake.in + fake.in_end;
+    memcpy(frame + FRAME_PAYLOAD, payload, length);
+    fake.in_end += frame_seal(frame, (uint16_t)length);
+}
+
+void fake_settle(void) {
+    while (core_poll()) {
+    }
+    if (fake.in_begin == fake.in_end) {
+        fake.in_begin = fake.in_end = 0;
+    }
+}
+
+static void forget_heard(void) {
+    if (fake.out_begin < FAKE_BYTES / 2 && fake.out_begin < fake.out_end) {
+        return;
+    }
+    memmove(fake.out, fake.out + fake.out_begin, fake.out_end - fake.out_begin);
+    fake.out_end -= fake.out_begin;
+    fake.out_begin = 0;
+}
+
+int fake_heard(uint8_t payload[WIRE_MAX_PAYLOAD]) {
+    struct cobs cobs = {0, 0};
+    uint8_t bytes[WIRE_MAX_FRAME];
+    int length = 0;
+    while (fake.out_begin < fake.out_end) {
+        const uint8_t byte = fake.out[fake.out_begin++];
+        if (byte != WIRE_DELIMITER) {
+            if (length < (int)sizeof bytes && cobs_take(&cobs, byte, bytes + length) == COBS_BYTE) {
+                length++;
+            }
+        } else if (cobs.code != 0) {
+            forget_heard();
+            length -= 2;
+            if (length < 1 || !cobs_complete(&cobs)) {
+                return -1;
+            }
+            memcpy(payload, bytes, (size_t)length);
+            return length;
+        }
+    }
+    forget_heard();
+    return 0;
+}
+
+int fake_ask(uint8_t code, const void *fields, size_t length, uint8_t *reply) {
+    uint8_t payload[WIRE_MAX_PAYLOAD];
+    const uint8_t *const bytes = fields;
+    const uint16_t mine = ++request;
+    size_t size = wire_put_command_header(payload, code, mine);
+    for (size_t n = 0; n < length; n++) {
+        payload[size++] = bytes[n];
+    }
+    fake_send(payload, size);
+    fake_settle();
+    int heard;
+    while ((heard = fake_heard(payload)) != 0) {
+        if (heard >= (int)WIRE_REPLY_HEADER && payload[0] == (code | WIRE_REPLY_BIT)
+            && wire_get_u16(payload + 1) == mine) {
+            if (reply != NULL) {
+                memcpy(reply, payload + WIRE_REPLY_HEADER, (size_t)heard - WIRE_REPLY_HEADER);
+            }
+            return payload[3];
+        }
+    }
+    return -1;
+}
+
+int fake_configure(const wire_configure_t *config) {
+    uint8_t fields[WIRE_CONFIGURE_SIZE];
+    (void)wire_put_configure(fields, config);
+    return fake_ask(WIRE_CONFIGURE_CODE, fields, sizeof fields, NULL);
+}
+
+int fake_add_step(uint8_t index, uint8_t kind, int32_t level, uint32_t samples) {
+    const bool drives = kind == WIRE_STEP_KIND_DRIVE_DUTY || kind == WIRE_STEP_KIND_DRIVE_VOLTS;
+    const wire_add_step_t step = {index, kind, drives ? WIRE_DECAY_SYNCHRONOUS_SLOW : 0, level,
+                                  samples * core.period};
+    uint8_t fields[WIRE_ADD_STEP_SIZE];
+    (void)wire_put_add_step(fields, &step);
+    return fake_ask(WIRE_ADD_STEP_CODE, fields, sizeof fields, NULL);
+}
+
+int fake_run(void) {
+    const wire_start_t start = {core.config_hash, core.program.hash};
+    uint8_t fields[WIRE_START_SIZE];
+    (void)wire_put_start(fields, &start);
+    return fake_ask(WIRE_START_CODE, fields, sizeof fields, NULL);
+}
+
+wire_configure_t fake_config(void) {
+    return (wire_configure_t){
+        .sample_period_ticks = 1600,
+        .channels = 0x0B,
+        .current_limit_ma = 4000,
+        .speed_limit_counts_s = 100000,
+        .supply_min_mv = 5000,
+        .supply_max_mv = 15000,
+        .run_time_limit_ms = 60000,
+        .host_silence_ms = 500,
+    };
+}

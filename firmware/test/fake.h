@@ -1,0 +1,58 @@
+/* fake.h: a board made of variables, for the tests of the core. */
+#ifndef FAKE_H
+#define FAKE_H
+
+#include "port.h"
+#include "state.h"
+
+#ifndef FAKE_BYTES
+#define FAKE_BYTES 65536 /* that a link holds each way */
+#endif
+
+struct fake {
+    enum { OPEN, BRAKE, DRIVE } bridge;
+    int16_t level;
+    uint8_t decay;
+    uint32_t period;
+    uint8_t cause;
+    uint32_t boots;
+    bool locked;
+    uint16_t appetite;      /* bytes that the link takes at a time */
+    void (*interrupt)(void); /* may strike wherever it is not locked out */
+    struct reading now;     /* what the next sample reads */
+    uint8_t in[FAKE_BYTES], out[FAKE_BYTES];
+    size_t in_begin, in_end, out_begin, out_end;
+};
+
+extern struct fake fake;
+
+/* What the board declares of its channels; tests may change it. */
+extern wire_describe_channel_reply_t fake_channels[3];
+
+/* Power on: everything as it is by default, then core_init(). */
+void fake_start(void);
+
+/* One sample of fake.now. */
+void fake_sample(void);
+void fake_samples(int count);
+
+/* A command on its way to the board, as a frame. */
+void fake_send(const uint8_t *payload, size_t length);
+
+/* Poll until there is nothing left to do. */
+void fake_settle(void);
+
+/* The next payload that the board has sent; its length, 0: none, -1: a bad frame. */
+int fake_heard(uint8_t payload[WIRE_MAX_PAYLOAD]);
+
+/* Commands, by their fields; each returns the status of its reply, -1 without one. Whatever else
+ * the board said before the reply is dropped. `fields` gets the reply's, if not NULL. */
+int fake_ask(uint8_t code, const void *fields, size_t length, uint8_t *reply);
+int fake_configure(const wire_configure_t *config);
+int fake_add_step(uint8_t index, uint8_t kind, int32_t level, uint32_t samples);
+int fake_run(void);
+
+/* A configuration that fake boards accept. */
+wire_configure_t fake_config(void);
+
+#endif

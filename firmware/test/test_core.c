@@ -1,0 +1,225 @@
+/* test_core.c: the core as a whole, where a bench cannot easily go: hung loops, dead links,
+ * interrupts at every moment. */
+#include "check.h"
+#include "core.h"
+#include "fake.h"
+
+static void load(uint32_t samples) {
+    const wire_configure_t config = fake_config();
+    fake_start();
+    fake_settle();
+    CHECK(fake_configure(&config) == WIRE_STATUS_OK);
+    CHECK(fake_add_step(0, WIRE_STEP_KIND_DRIVE_DUTY, 500000, samples) == WIRE_STATUS_OK);
+}
+
+static void begin(uint32_t samples) {
+    SURE(load(samples));
+    CHECK(fake_run() == WIRE_STATUS_OK);
+    fake_sample();
+    CHECK(fake.bridge == DRIVE && fake.level == 200);
+}
+
+static void power_on_opens_the_bridge_and_says_hello(void) {
+    uint8_t payload[WIRE_MAX_PAYLOAD];
+    fake_start();
+    CHECK(fake.bridge == OPEN && fake.period == 1600 && core_state() == WIRE_STATE_IDLE);
+    fake_settle();
+    CHECK(fake.out[0] == WIRE_DELIMITER); /* ends what a reset cut short */
+    CHECK(fake_heard(payload) == 6 && payload[0] == WIRE_EVENT_HELLO_CODE);
+    CHECK(fake_heard(payload) == 0);
+}
+
+static void a_watchdog_reset_is_latched(void) {
+    fake_start();
+    fake.cause = WIRE_RESET_CAUSE_WATCHDOG;
+    core_init();
+    CHECK(core_state() == WIRE_STATE_FAULTED);
+    const wire_configure_t config = fake_config();
+    CHECK(fake_configure(&config) == WIRE_STATUS_FAULT_LATCHED);
+    CHECK(fake_ask(WIRE_CLEAR_FAULT_CODE, NULL, 0, NULL) == WIRE_STATUS_OK);
+    CHECK(core_state() == WIRE_STATE_IDLE);
+}
+
+/* From here on core_poll() is never called again: the main loop hangs. */
+static void a_hung_main_loop_does_not_keep_the_motor_running(void) {
+    SURE(begin(1000000));
+    fake_samples(4999);
+    CHECK(fake.bridge == DRIVE);
+    fake_sample();
+    CHECK(fake.bridge == OPEN && core_state() == WIRE_STATE_FAULTED);
+    CHECK(core.fault == WIRE_FAULT_HOST_SILENCE);
+}
+
+static void a_hung_main_loop_does_not_keep_the_guard_from_tripping(void) {
+    SURE(begin(1000000));
+    fake_samples(1000);
+    fake.now.raw[0] = 4095;
+    CHECK(fake.bridge == DRIVE);
+    fake_sample();
+    CHECK(fake.bridge == OPEN && core.fault == WIRE_FAULT_OVER_CURRENT);
+    fake.now.raw[0] = 2048;
+    fake_samples(100000);
+    CHECK(fake.bridge == OPEN);
+}
+
+static void stop_acts_though_the_link_takes_nothing(void) {
+    SURE(begin(1000000));
+    fake.appetite = 0;
+    const uint8_t heartbeat[] = {WIRE_HEARTBEAT_CODE, 0x10, 0x20, 0, 0};
+    const uint8_t stop[] = {WIRE_STOP_CODE, 0x11, 0x20};
+    fake_send(heartbeat, sizeof heartbeat);
+    fake_settle();
+    fake_send(stop, sizeof stop); /* the heartbeat's reply still waits */
+    fake_settle();
+    CHECK(fake.bridge == OPEN && core_state() == WIRE_STATE_LOADED);
+}
+
+static void a_link_that_takes_nothing_stops_nothing_else(void) {
+    SURE(begin(4000));
+    fake.appetite = 0;
+    for (int n = 0; n < 4100; n++) {
+        fake_sample();
+        (void)core_poll();
+    }
+    CHECK(core_state() == WIRE_STATE_LOADED && fake.bridge == OPEN);
+    CHECK(core.blocks.dropped > 1000);
+    fake.appetite = 1;
+    uint8_t payload[WIRE_MAX_PAYLOAD];
+    fake_settle();
+    int heard, last = 0;
+    while ((heard = fake_heard(payload)) > 0) {
+        last = payload[0];
+    }
+    CHECK(heard == 0 && last == WIRE_EVENT_DONE_CODE);
+}
+
+static void commands_that_change_things_wait_for_done(void) {
+    SURE(begin(200));
+    fake.appetite = 0;
+    fake_samples(300);
+    CHECK(core_state() == WIRE_STATE_LOADED);
+    const uint8_t clear[] = {WIRE_CLEAR_PROGRAM_CODE, 0x10, 0x20};
+    fake_send(clear, sizeof clear);
+    fake_settle();
+    CHECK(core_state() == WIRE_STATE_LOADED && core.program.count == 1);
+    fake.appetite = UINT16_MAX;
+    fake_settle();
+    CHECK(core_state() == WIRE_STATE_CONFIGURED && core.program.count == 0);
+}
+
+static void a_fault_of_the_board_is_latched_only_while_it_runs(void) {
+    SURE(load(1000));
+    fake.bridge = DRIVE;
+    core_trip(WIRE_FAULT_DRIVER, 1);
+    CHECK(fake.bridge == OPEN && core_state() == WIRE_STATE_LOADED);
+    CHECK(fake_run() == WIRE_STATUS_OK);
+    fake_samples(2);
+    core_trip(WIRE_FAULT_DRIVER, 5);
+    core_trip(WIRE_FAULT_ENCODER_EDGES, 6);
+    CHECK(fake.bridge == OPEN && core_state() == WIRE_STATE_FAULTED);
+    CHECK(core.fault == WIRE_FAULT_DRIVER && core.run.trip.value == 5);
+}
+
+static void ticks_wrap_in_a_run(void) {
+    SURE(load(1000));
+    core.tick = 0xFFFFFFFFu - 500u * 1600u;
+    CHECK(fake_run() == WIRE_STATUS_OK);
+    fake_samples(1000);
+    CHECK(core_state() == WIRE_STATE_RUNNING);
+    fake_sample();
+    CHECK(core_state() == WIRE_STATE_LOADED);
+    CHECK(core.run.end_tick - core.run.start_tick == 1000u * 1600u);
+}
+
+static void a_step_of_the_longest_kind_ends_on_its_tick(void) {
+    wire_configure_t config = fake_config();
+    config.sample_period_ticks = 16000000; /* a second */
+    config.run_time_limit_ms = UINT32_MAX;
+    config.host_silence_ms = 5000;
+    fake_start();
+    CHECK(fake_configure(&config) == WIRE_STATUS_OK);
+    CHECK(fake_add_step(0, WIRE_STEP_KIND_COAST, 0, 255) == WIRE_STATUS_OK);
+    CHECK(fake_add_step(1, WIRE_STEP_KIND_COAST, 0, 255) == WIRE_STATUS_OK);
+    CHECK(fake_run() == WIRE_STATUS_OK);
+    for (int n = 0; n < 510; n++) {
+        fake_sample();
+        const uint8_t beat[] = {0, 0};
+        CHECK(fake_ask(WIRE_HEARTBEAT_CODE, beat, 2, NULL) == WIRE_STATUS_OK);
+        CHECK(core_state() == WIRE_STATE_RUNNING);
+    }
+    fake_sample();
+    CHECK(core_state() == WIRE_STATE_LOADED && core.run.reason == WIRE_END_REASON_COMPLETED);
+}
+
+/* ------------------------------------------------------------------ interrupts at any moment */
+
+static uint32_t dice;
+
+static void strike_sometimes(void) {
+    dice = dice * 1664525u + 1013904223u;
+    if (dice >> 30 == 0) {
+        fake.now.position += 3;
+        fake.locked = true; /* an interrupt is not interrupted */
+        fake_sample();
+        fake.locked = false;
+    }
+}
+
+/* Everything heard of a run fits together, wherever the interrupt struck. */
+static void check_run(uint32_t samples) {
+    uint8_t payload[WIRE_MAX_PAYLOAD];
+    uint32_t count = 0, blocks = 0, dropped = 0;
+    int heard;
+    while ((heard = fake_heard(payload)) > 0) {
+        wire_event_sample_block_t block;
+        wire_event_done_t done;
+        if (payload[0] == WIRE_EVENT_SAMPLE_BLOCK_CODE) {
+            CHECK(wire_get_event_sample_block(payload + 1, (size_t)heard - 1u, &block));
+            count += block.dropped;
+            dropped += block.dropped;
+            CHECK(block.sequence == (uint16_t)blocks++);
+            CHECK(block.first_tick == core.run.start_tick + count * 1600u);
+            CHECK((uint16_t)block.position == wire_get_u16(payload + BLOCK_HEADER + 4));
+            count += block.count;
+        } else if (payload[0] == WIRE_EVENT_DONE_CODE) {
+            CHECK(wire_get_event_done(payload + 1, (size_t)heard - 1u, &done));
+            CHECK(done.samples + done.dropped == samples && done.blocks == blocks);
+            CHECK(done.dropped >= dropped && done.reason == WIRE_END_REASON_COMPLETED);
+            return;
+        }
+    }
+    CHECK(heard == 0);
+    CHECK(false); /* done must have come */
+}
+
+static void an_interrupt_may_strike_at_any_moment(void) {
+    for (uint32_t seed = 1; seed <= 200; seed++) {
+        SURE(load(500));
+        dice = seed;
+        fake.appetite = (uint16_t)(1 + seed % 90);
+        fake.interrupt = strike_sometimes;
+        CHECK(fake_run() == WIRE_STATUS_OK);
+        while (core_state() == WIRE_STATE_RUNNING || core.run.ending) {
+            (void)core_poll();
+            strike_sometimes();
+        }
+        fake.interrupt = NULL;
+        fake_settle();
+        SURE(check_run(500));
+    }
+}
+
+const struct test core_tests[] = {
+    TEST(power_on_opens_the_bridge_and_says_hello),
+    TEST(a_watchdog_reset_is_latched),
+    TEST(a_hung_main_loop_does_not_keep_the_motor_running),
+    TEST(a_hung_main_loop_does_not_keep_the_guard_from_tripping),
+    TEST(stop_acts_though_the_link_takes_nothing),
+    TEST(a_link_that_takes_nothing_stops_nothing_else),
+    TEST(commands_that_change_things_wait_for_done),
+    TEST(a_fault_of_the_board_is_latched_only_while_it_runs),
+    TEST(ticks_wrap_in_a_run),
+    TEST(a_step_of_the_longest_kind_ends_on_its_tick),
+    TEST(an_interrupt_may_strike_at_any_moment),
+    {0},
+};

@@ -1,0 +1,93 @@
+/* test_program.c: steps to the bridge's units. Full duty of the fake board is 400. */
+#include "check.h"
+#include "fake.h"
+
+static struct program program;
+
+static uint8_t add(uint8_t kind, int32_t level) {
+    const wire_add_step_t step = {program.count, kind, WIRE_DECAY_SYNCHRONOUS_SLOW, level, 1600};
+    uint8_t wire[WIRE_ADD_STEP_SIZE];
+    (void)wire_put_add_step(wire, &step);
+    return program_add(&program, &step, wire, 1600);
+}
+
+static int16_t level_of(uint8_t kind, int32_t level, int16_t supply) {
+    program_clear(&program);
+    if (add(kind, level) != WIRE_STATUS_OK) {
+        return INT16_MIN;
+    }
+    program_drive(&program, 0, supply);
+    return fake.level;
+}
+
+static void duty_is_rounded_to_the_bridges_units(void) {
+    fake_start();
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_DUTY, 1000000, 0) == 400);
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_DUTY, -1000000, 0) == -400);
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_DUTY, 500000, 0) == 200);
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_DUTY, 1249, 0) == 0);
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_DUTY, 1250, 0) == 1);
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_DUTY, -1250, 0) == -1);
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_DUTY, 1000001, 0) == INT16_MIN);
+    port.full_duty = 32767;
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_DUTY, -1000000, 0) == -32767);
+}
+
+/* The supply's scale is 5 mV a count. */
+static void volts_follow_the_supply(void) {
+    fake_start();
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_VOLTS, 6000, 2400) == 200);
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_VOLTS, -6000, 2400) == -200);
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_VOLTS, 6000, 1200) == 400);
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_VOLTS, 6000, 600) == 400);
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_VOLTS, -6000, 600) == -400);
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_VOLTS, 6000, 4000) == 120);
+    CHECK(fake.decay == WIRE_DECAY_SYNCHRONOUS_SLOW);
+}
+
+static void without_a_supply_there_is_no_duty(void) {
+    fake_start();
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_VOLTS, 6000, 0) == 0);
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_VOLTS, 6000, -5) == 0);
+    fake_channels[2].offset = 100;
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_VOLTS, 6000, 100) == 0);
+    CHECK(level_of(WIRE_STEP_KIND_DRIVE_VOLTS, 6000, 2500) == 200);
+}
+
+static void the_largest_volts_do_not_overflow(void) {
+    fake_start();
+    port.full_duty = 32767;
+    for (int supply = 1; supply <= INT16_MAX; supply += 111) {
+        CHECK(level_of(WIRE_STEP_KIND_DRIVE_VOLTS, 1000000, (int16_t)supply) == 32767);
+        CHECK(level_of(WIRE_STEP_KIND_DRIVE_VOLTS, -1000000, (int16_t)supply) == -32767);
+    }
+}
+
+static void a_board_without_a_supply_channel_has_no_volts(void) {
+    fake_start();
+    port.channels = 0x0B;
+    program_clear(&program);
+    CHECK(add(WIRE_STEP_KIND_DRIVE_VOLTS, 1000) == WIRE_STATUS_NOT_SUPPORTED);
+}
+
+static void a_whole_program_may_last_longer_than_a_tick_counter(void) {
+    fake_start();
+    program_clear(&program);
+    for (int n = 0; n < CORE_MAX_STEPS; n++) {
+        const wire_add_step_t step = {program.count, WIRE_STEP_KIND_COAST, 0, 0, 0xFFFFFF80u};
+        const uint8_t wire[WIRE_ADD_STEP_SIZE] = {0};
+        CHECK(program_add(&program, &step, wire, 128) == WIRE_STATUS_OK);
+    }
+    CHECK(program_ticks(&program) == (uint64_t)CORE_MAX_STEPS * 0xFFFFFF80u);
+    CHECK(add(WIRE_STEP_KIND_DRIVE_DUTY, 0) == WIRE_STATUS_PROGRAM_FULL);
+}
+
+const struct test program_tests[] = {
+    TEST(duty_is_rounded_to_the_bridges_units),
+    TEST(volts_follow_the_supply),
+    TEST(without_a_supply_there_is_no_duty),
+    TEST(the_largest_volts_do_not_overflow),
+    TEST(a_board_without_a_supply_channel_has_no_volts),
+    TEST(a_whole_program_may_last_longer_than_a_tick_counter),
+    {0},
+};

@@ -1,0 +1,58 @@
+/* test_zero.c: means and deviations at the ends of their ranges. */
+#include <math.h>
+
+#include "check.h"
+#include "zero.h"
+
+static wire_zero_reply_t measure(int samples, int16_t low, int16_t high) {
+    struct zero zero = {0};
+    wire_zero_reply_t reply;
+    zero_begin(&zero, (uint16_t)samples, 7);
+    for (int n = 0; n < samples; n++) {
+        const struct reading now = {{n % 2 ? high : low, n % 2 ? low : high, 0}, 7};
+        (void)zero_add(&zero, &now);
+    }
+    zero_result(&zero, &reply);
+    return reply;
+}
+
+static bool near(float value, double expected) { return fabs(value - expected) <= 1e-4 * (1 + fabs(expected)); }
+
+static void the_mean_and_the_deviation_are_right(void) {
+    const wire_zero_reply_t reply = measure(1000, 2040, 2050);
+    CHECK(near(reply.current_offset, 2045) && near(reply.voltage_offset, 2045));
+    CHECK(near(reply.current_noise, 5) && near(reply.voltage_noise, 5));
+}
+
+static void the_widest_readings_do_not_overflow(void) {
+    const wire_zero_reply_t reply = measure(ZERO_MAX_SAMPLES, INT16_MIN, INT16_MAX);
+    CHECK(near(reply.current_offset, -0.5) && near(reply.voltage_offset, -0.5));
+    CHECK(near(reply.current_noise, 32767.5) && near(reply.voltage_noise, 32767.5));
+}
+
+static void a_small_noise_on_a_large_offset_is_seen(void) {
+    const wire_zero_reply_t reply = measure(4096, 32766, 32767);
+    CHECK(near(reply.current_offset, 32766.5) && near(reply.current_noise, 0.5));
+}
+
+static void one_reading_has_no_noise(void) {
+    const wire_zero_reply_t reply = measure(1, 123, 456);
+    CHECK(reply.current_offset == 123.0f && reply.current_noise == 0.0f);
+}
+
+static void motion_ends_it_at_once(void) {
+    struct zero zero = {0};
+    zero_begin(&zero, 10, 7);
+    CHECK(!zero_add(&zero, &(struct reading){{0, 0, 0}, 7}));
+    CHECK(zero_add(&zero, &(struct reading){{0, 0, 0}, 8}));
+    CHECK(zero.outcome == ZERO_MOVED);
+}
+
+const struct test zero_tests[] = {
+    TEST(the_mean_and_the_deviation_are_right),
+    TEST(the_widest_readings_do_not_overflow),
+    TEST(a_small_noise_on_a_large_offset_is_seen),
+    TEST(one_reading_has_no_noise),
+    TEST(motion_ends_it_at_once),
+    {0},
+};
