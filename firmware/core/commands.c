@@ -64,7 +64,7 @@ uint8_t refusal(uint8_t code, uint8_t length) {
     if (length < size) {
         return WIRE_STATUS_BAD_LENGTH;
     }
-    return states & (1u << core.state) ? WIRE_STATUS_OK : wrong_state(code);
+    return (states & (1u << core.state)) != 0 ? WIRE_STATUS_OK : wrong_state(code);
 }
 
 bool needs_quiet(uint8_t code) {
@@ -122,6 +122,7 @@ static void describe_position(wire_describe_channel_reply_t *d) {
     d->kind = WIRE_CHANNEL_KIND_INSTANT;
     d->bits = 16;
     d->scale = 1.0f;
+    d->delay_ns = port.position_delay_ns;
     d->pwm_phase_permille = UINT16_MAX;
     d->raw_min = INT16_MIN;
     d->raw_max = INT16_MAX;
