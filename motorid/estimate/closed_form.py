@@ -46,10 +46,7 @@ def signals(record: MotorRecord) -> Signals:
     """The record's readings made whole. Raises DataError when it lacks current or motion."""
     line = record.timeline
     named = {m.block.name: m for m in record.measured}
-    if CURRENT not in named or not {POSITION, SPEED} & set(named):
-        raise DataError(
-            "start values need a current and a position or speed: give the rest by --fix"
-        )
+    _insist(record, set(named))
     grid: dict[str, Floats] = {}
     for name, m in named.items():
         grid[name] = np.interp(np.arange(line.count), m.keep, m.values)
@@ -68,6 +65,27 @@ def signals(record: MotorRecord) -> Signals:
         tuple(p.open for p in line.parts),
         record.sensed.series_ohm,
     )
+
+
+def _insist(record: MotorRecord, named: set[str]) -> None:
+    """Raises DataError when the current or the motion is missing, unusable, or never changes."""
+    where = f" in {record.capture.path}" if record.capture.path else ""
+    for names, what in (((CURRENT,), "current"), ((POSITION, SPEED), "position or speed")):
+        if not named & set(names):
+            given = any(record.capture.get(name) is not None for name in names)
+            why = (
+                "no usable reading (missing, or at the end of the range)" if given else "no channel"
+            )
+            raise DataError(
+                f"there is {why} of the {what}{where}: the fit of all six parameters needs "
+                "voltage, current and motion"
+            )
+        m = next(m for m in record.measured if m.block.name in names)
+        if float(np.ptp(m.values)) <= 1.5 * m.channel.resolution * record.gear:
+            raise DataError(
+                f"the {m.block.name} never changes{where}: check its sensor, and that the motor "
+                "moves"
+            )
 
 
 def start_values(records: Sequence[MotorRecord], fixed: Mapping[str, float]) -> dict[str, float]:

@@ -55,12 +55,14 @@ class Block:
     """A channel's residuals: ``floor`` is the least standard deviation they can have (SI, > 0).
 
     ``count`` is the number of readings they are worth: below their length when a record has
-    weighted some down (its residuals are already multiplied by the roots of the weights).
+    weighted some down (its residuals are already multiplied by the roots of the weights). Blocks
+    of one ``group`` share their standard deviation; without one, a block has its own.
     """
 
     name: str
     floor: float
     count: float
+    group: str = ""
 
 
 class Record(Protocol):
@@ -182,6 +184,19 @@ class _Coordinates:
     def prior(self, x: Floats) -> float:
         return float(self.precision @ (x - self.mean) ** 2)
 
+    def bounded_step(self, x: Floats, H: Floats, g: Floats) -> Floats:
+        """Minimiser of d H d / 2 - g d within the bounds: what would leave them stops there."""
+        held, step = self.blocked(x, g), np.zeros(len(x))
+        for _ in range(len(x)):
+            pull = g - H @ np.where(held, step, 0.0)
+            step = np.where(held, step, bounded_inverse(H, held) @ pull)
+            over = ~held & ((x + step < self.lower) | (x + step > self.upper))
+            if not over.any():
+                break
+            step = np.where(over, np.clip(x + step, self.lower, self.upper) - x, step)
+            held |= over
+        return step
+
     def blocked(self, x: Floats, descent: Floats) -> NDArray[np.bool_]:
         """At a bound, and pulled further out."""
         return ((x <= self.lower) & (descent < 0)) | ((x >= self.upper) & (descent > 0))
@@ -218,21 +233,31 @@ class _Search:
         self.frame = _Coordinates(shared)
         self.own = [_Coordinates(record.unknowns) for record in records]
         self.evaluations = 0
+        keys: dict[str, int] = {}
+        self.groups = [
+            [keys.setdefault(b.group or f"{k}/{b.name}", len(keys)) for b in record.blocks]
+            for k, record in enumerate(records)
+        ]
+        self.counts, self.floors = np.zeros(len(keys)), np.zeros(len(keys))
+        for record, groups in zip(records, self.groups, strict=True):
+            for block, g in zip(record.blocks, groups, strict=True):
+                self.counts[g] += block.count
+                self.floors[g] = max(self.floors[g], block.floor)
 
     def point(self, shared: Floats, own: list[Floats]) -> _Point:
         values = self.frame.outward(shared)
-        residuals, sigmas = [], []
+        residuals = []
+        totals = np.zeros(len(self.counts))
         objective = self.frame.prior(shared)
-        for record, frame, x in zip(self.records, self.own, own, strict=True):
+        for record, frame, x, groups in zip(self.records, self.own, own, self.groups, strict=True):
             blocks = record.residuals(values, frame.outward(x))
             objective += frame.prior(x)
-            s = np.empty(len(blocks))
-            for k, (block, r) in enumerate(zip(record.blocks, blocks, strict=True)):
-                total = square(r)
-                s[k] = np.sqrt(max(total / max(block.count, 1.0), block.floor**2))
-                objective += block.count * 2.0 * float(np.log(s[k])) + total / s[k] ** 2
+            for g, r in zip(groups, blocks, strict=True):
+                totals[g] += square(r)
             residuals.append(blocks)
-            sigmas.append(s)
+        s = np.sqrt(np.maximum(totals / np.maximum(self.counts, 1.0), self.floors**2))
+        objective += float((2.0 * self.counts * np.log(s) + totals / s**2).sum())
+        sigmas = [s[groups] for groups in self.groups]
         self.evaluations += 1
         if not np.isfinite(objective):
             objective = np.inf
@@ -298,10 +323,8 @@ class _Search:
             g = g + normal.gs - normal.so @ (inverse @ normal.go)
             solved.append(inverse)
         diagonal = sum((n.ss for n in normals), np.diag(frame.precision)).diagonal()
-        held = frame.blocked(at.shared, g)
-        ds = bounded_inverse(H + damping * np.diag(diagonal), held) @ g
+        ds = frame.bounded_step(at.shared, H + damping * np.diag(diagonal), g)
         shared = np.clip(at.shared + ds, frame.lower, frame.upper)
-        ds = shared - at.shared
         moves: list[Floats] = []
         promise = 0.0
         for normal, inverse, x, limits in zip(normals, solved, at.own, self.own, strict=True):
@@ -343,7 +366,7 @@ def maximise(
                 break
             normals = search.linearise(at)
         else:
-            if promise < enough and damping < 1.0:
+            if 0 <= promise < enough and damping < 1.0:
                 converged = True  # at the minimum as far as rounding can tell
                 break
             damping *= 8.0

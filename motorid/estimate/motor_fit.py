@@ -142,14 +142,16 @@ def _whitened(
 ) -> Solution:
     """The fit again with every block's noise as an autoregressive process, where it is one."""
     for _ in range(COLOUR_PASSES):
-        coloured = False
+        kinds: dict[str, list[Floats]] = {}  # one process for all readings of one kind
         for record, own in zip(records, solution.own, strict=True):
             left = record.weighed(record.departures(solution.values, own), filtered=False)
-            filters = [whitener(r) for r in left]
-            coloured |= any(f is not None for f in filters)
-            record.whiten(filters)
+            for m, r in zip(record.measured, left, strict=True):
+                kinds.setdefault(m.block.group, []).append(r)
+        filters = {group: whitener(*left) for group, left in kinds.items()}
+        for record in records:
+            record.whiten([filters[m.block.group] for m in record.measured])
         solution = maximise(unknowns(records, free, _merged(start, solution)), records)
-        if not coloured:
+        if not any(f is not None for f in filters.values()):
             break
     return solution
 

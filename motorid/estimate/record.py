@@ -124,7 +124,9 @@ class MotorRecord:
         everywhere[0] = False  # its window lies before the record
         current, motion = self.capture.get(CURRENT), self._motion()
         if current is not None:
-            add(current, CURRENT, Quantity.CURRENT, everywhere)
+            # a magnitude tells nothing where noise decides its sign
+            shown = everywhere & self.driven if current.unsigned else everywhere
+            add(current, CURRENT, Quantity.CURRENT, shown)
         if motion is not None:
             quantity = Quantity.POSITION if motion.name == POSITION else Quantity.SPEED
             add(motion, motion.name, quantity, everywhere)
@@ -170,7 +172,10 @@ class MotorRecord:
             count = float((roots**2).sum())
         first, last = int(kept[0]), int(kept[-1]) + 1
         where = slice(first, last) if last - first == len(kept) else kept
-        block = Block(name, floor, count)
+        group = (
+            f"{name} {channel.resolution:g} {channel.noise:.3g}"  # one kind of reading, one noise
+        )
+        block = Block(name, floor, count, group)
         return Measured(block, values, kept, where, roots, row, channel, channel.unsigned)
 
     def _nuisances(self) -> tuple[tuple[Unknown, ...], _Nuisance]:
@@ -184,7 +189,7 @@ class MotorRecord:
 
         quiet = int((~self.driven).sum())
         current = names.get(CURRENT)
-        if current is not None:
+        if current is not None and not current.unsigned:
             sd = current.channel.offset_uncertainty or np.inf
             if quiet >= QUIET_SAMPLES or np.isfinite(sd):
                 size = float(np.ptp(current.values)) or 1.0

@@ -86,7 +86,9 @@ def _between(solution: Solution, inverse: Floats, within: Floats, widening: floa
     inside = np.diag(within)
     extra = np.maximum(np.diag(spread) - inside, 0.0)
     total = inside + extra
-    freedom = np.where(extra > 0, (runs - 1) * total**2 / np.maximum(extra**2, 1e-300), np.inf)
+    # what runs show beyond white noise has as many degrees as runs less one, whatever explains it
+    beyond = np.clip(np.diag(spread) - np.diag(inverse), 0.0, total)
+    freedom = np.where(beyond > 0, (runs - 1) * total**2 / np.maximum(beyond**2, 1e-300), np.inf)
     return Statistical(_with_variances(within, total), freedom, widening, True)
 
 
@@ -113,9 +115,9 @@ def _score_covariance(record: Linearised) -> Floats:
     return total
 
 
-def whitener(residual: Floats) -> Floats | None:
-    """The filter 1, -c1, -c2 .. that leaves ``residual`` white; None when it is near enough."""
-    coefficients, innovation = autoregression(residual)
+def whitener(*residuals: Floats) -> Floats | None:
+    """The filter 1, -c1, -c2 .. that leaves ``residuals`` white; None when they are near enough."""
+    coefficients, innovation = autoregression(*residuals)
     if not len(coefficients):
         return None
     spectrum = power(coefficients, innovation, 512)
@@ -135,13 +137,16 @@ def power(coefficients: Floats, innovation: float, size: int) -> Floats:
     return np.asarray(innovation / np.abs(np.fft.rfft(polynomial, size)) ** 2)
 
 
-def autoregression(residual: Floats, largest: int = LARGEST_ORDER) -> tuple[Floats, float]:
-    """Coefficients and innovation variance of r[t] = sum c[k] r[t-k] + e[t], order by BIC."""
-    n = len(residual)
-    largest = min(largest, n // 8)
+def autoregression(*residuals: Floats) -> tuple[Floats, float]:
+    """Coefficients and innovation variance of r[t] = sum c[k] r[t-k] + e[t], order by BIC.
+
+    Several stretches of one process are taken together.
+    """
+    n = sum(len(r) for r in residuals)
+    largest = min(LARGEST_ORDER, min(len(r) for r in residuals) // 8)
     if largest < 1:
-        return np.zeros(0), square(residual) / max(n, 1)
-    lags = autocovariance(residual, largest)
+        return np.zeros(0), sum(square(r) for r in residuals) / max(n, 1)
+    lags = np.sum([len(r) * autocovariance(r, largest) for r in residuals], axis=0) / n
     best, chosen, variance = np.inf, np.zeros(0), float(lags[0])
     current, innovation = np.zeros(0), float(lags[0])
     for order in range(largest + 1):

@@ -1,0 +1,98 @@
+"""The engine on problems whose answer is known in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motorid.estimate.likelihood import Block, Unknown, maximise
+
+RNG = np.random.default_rng(20)
+
+
+class Line:
+    """y = a x + b x² + c, with c the record's own; one block, or x split in two."""
+
+    def __init__(
+        self, n: int, c: float, sd: float = 0.1, prior_sd: float = np.inf, group: str = ""
+    ) -> None:
+        self.x = np.linspace(-1, 2, n)
+        self.y = 2.0 * self.x + 0.5 * self.x**2 + c + sd * RNG.standard_normal(n)
+        self.unknowns = (Unknown("c", 0.0, prior_sd=prior_sd),)
+        self.blocks = (Block("y", 1e-9, n, group),)
+
+    def residuals(self, shared: np.ndarray, own: np.ndarray) -> list[np.ndarray]:
+        a, b = shared
+        return [self.y - a * self.x - b * self.x**2 - own[0]]
+
+
+SHARED = (Unknown("a", 1.0, log=True), Unknown("b", 0.1, lower=0.0))
+
+
+def test_agrees_with_linear_least_squares_and_its_covariance() -> None:
+    record = Line(400, 3.0)
+    solution = maximise(SHARED, [record])
+    columns = np.stack([record.x, record.x**2, np.ones(400)], axis=1)
+    expected, squares, *_ = np.linalg.lstsq(columns, record.y, rcond=None)
+    np.testing.assert_allclose(solution.values, expected[:2], rtol=1e-6)
+    np.testing.assert_allclose(solution.own[0], expected[2:], rtol=1e-6)
+    covariance = np.linalg.inv(columns.T @ columns) * squares[0] / 400
+    found = solution.covariance * np.outer(solution.slopes, solution.slopes)
+    np.testing.assert_allclose(found, covariance[:2, :2], rtol=1e-4)
+    np.testing.assert_allclose(solution.own_covariance[0], covariance[2:, 2:], rtol=1e-4)
+    assert solution.converged
+    assert solution.chi_square == pytest.approx(400, rel=1e-6)
+    assert solution.degrees_of_freedom == 397
+
+
+def test_captures_share_parameters_and_keep_their_nuisances_and_noise() -> None:
+    records = [Line(300, 1.0, 0.05), Line(300, -4.0, 0.5)]
+    solution = maximise(SHARED, records)
+    weights = [1 / r.sigmas[0] for r in solution.records]
+    rows, right = [], []
+    for k, (record, w) in enumerate(zip(records, weights, strict=True)):
+        own = np.zeros((300, 2))
+        own[:, k] = 1.0
+        rows.append(w * np.column_stack([record.x, record.x**2, own]))
+        right.append(w * record.y)
+    expected = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0]
+    np.testing.assert_allclose(solution.values, expected[:2], rtol=1e-5)
+    np.testing.assert_allclose([o[0] for o in solution.own], expected[2:], rtol=1e-5)
+    assert weights[0] / weights[1] == pytest.approx(10, rel=0.15)
+
+
+def test_blocks_of_one_group_share_their_noise() -> None:
+    records = [Line(300, 0.0, 0.3, group="y"), Line(300, 0.0, 0.4, group="y")]
+    solution = maximise(SHARED, records)
+    assert solution.records[0].sigmas == solution.records[1].sigmas
+    assert solution.records[0].sigmas[0] == pytest.approx(np.hypot(0.3, 0.4) / np.sqrt(2), rel=0.1)
+
+
+def test_a_bound_holds_and_is_said() -> None:
+    record = Line(200, 0.0)
+    record.y = record.y - 1.5 * record.x**2
+    solution = maximise(SHARED, [record])
+    assert solution.values[1] == 0.0
+    assert solution.at_bound.tolist() == [False, True]
+    assert solution.covariance[1, 1] == 0.0
+
+
+def test_a_prior_pulls_as_much_as_its_width_says() -> None:
+    record = Line(50, 1.0, sd=0.1, prior_sd=1e-6)
+    solution = maximise(SHARED, [record])
+    assert abs(solution.own[0][0]) < 1e-6
+
+
+def test_a_floor_keeps_a_block_from_being_trusted_too_much() -> None:
+    record = Line(100, 0.0, sd=1e-4)
+    record.blocks = (Block("y", 0.1, 100),)
+    solution = maximise(SHARED, [record])
+    assert solution.records[0].sigmas[0] == 0.1
+    assert solution.chi_square < 1e-3
+
+
+def test_a_start_far_away_still_arrives() -> None:
+    record = Line(300, 3.0)
+    far = maximise((Unknown("a", 0.05, log=True), Unknown("b", 10.0, lower=0.0)), [record])
+    near = maximise(SHARED, [record])
+    np.testing.assert_allclose(far.values, near.values, rtol=1e-4)

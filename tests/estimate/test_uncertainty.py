@@ -1,0 +1,95 @@
+"""Covariances against what simulation and theory say they must be."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from motorid.estimate.intervals import student
+from motorid.estimate.likelihood import Block, Solution, Unknown, maximise
+from motorid.estimate.uncertainty import autoregression, power, statistical, whitener
+
+N = 2000
+
+
+class Level:
+    """A constant under noise."""
+
+    unknowns = ()
+
+    def __init__(self, noise: np.ndarray) -> None:
+        self.y = 5.0 + noise
+        self.blocks = (Block("y", 1e-9, len(noise), "y"),)
+
+    def residuals(self, shared: np.ndarray, own: np.ndarray) -> list[np.ndarray]:
+        return [self.y - shared[0]]
+
+
+def solve(*noises: np.ndarray) -> Solution:
+    return maximise([Unknown("level", 4.0)], [Level(noise) for noise in noises])
+
+
+def test_white_noise_is_left_alone() -> None:
+    noise = np.random.default_rng(1).standard_normal(N)
+    found = statistical(solve(noise))
+    assert found.deviations[0] == pytest.approx(1 / np.sqrt(N), rel=0.05)
+    assert found.coloured < 1.05
+    assert whitener(noise) is None
+
+
+def test_correlated_noise_widens_as_theory_says() -> None:
+    rng = np.random.default_rng(3)
+    noise = lfilter([1.0], [1.0, -0.8], rng.standard_normal(N))
+    found = statistical(solve(noise))
+    assert found.deviations[0] == pytest.approx(1 / 0.2 / np.sqrt(N), rel=0.15)
+
+
+def test_means_of_correlated_noise_scatter_by_the_stated_deviation() -> None:
+    rng = np.random.default_rng(3)
+    pulls = []
+    for _ in range(150):
+        noise = lfilter([1.0, 0.5], [1.0, -0.7], rng.standard_normal(600))
+        solution = solve(noise)
+        pulls.append((solution.values[0] - 5.0) / statistical(solution).deviations[0])
+    assert np.std(pulls) == pytest.approx(1.0, abs=0.15)
+
+
+def test_autoregression_finds_order_and_spectrum() -> None:
+    noise = lfilter([1.0], [1.0, -1.2, 0.5], np.random.default_rng(4).standard_normal(20_000))
+    coefficients, innovation = autoregression(noise)
+    np.testing.assert_allclose(coefficients[:2], [1.2, -0.5], atol=0.03)
+    assert innovation == pytest.approx(1.0, rel=0.03)
+    assert power(coefficients, innovation, 4096).mean() == pytest.approx(noise.var(), rel=0.1)
+
+
+def test_a_whitener_leaves_white_noise() -> None:
+    noise = np.cumsum(np.random.default_rng(5).standard_normal(N))
+    taps = whitener(noise)
+    assert taps is not None
+    left = np.convolve(noise, taps, "valid")
+    assert abs(np.corrcoef(left[1:], left[:-1])[0, 1]) < 0.1
+
+
+def test_three_runs_show_their_spread() -> None:
+    rng = np.random.default_rng(6)
+    offsets = (0.0, 0.4, -0.5)
+    found = statistical(solve(*(o + 0.1 * rng.standard_normal(500) for o in offsets)))
+    assert found.between_runs
+    assert found.deviations[0] == pytest.approx(np.std(offsets, ddof=1) / np.sqrt(3), rel=0.1)
+    assert found.freedom[0] == pytest.approx(2.0, rel=0.1)
+
+
+def test_two_runs_do_not() -> None:
+    rng = np.random.default_rng(7)
+    found = statistical(solve(*(0.1 * rng.standard_normal(500) for _ in range(2))))
+    assert not found.between_runs
+
+
+@pytest.mark.parametrize(("freedom", "factor"), [(1, 12.706), (2, 4.303), (10, 2.228)])
+def test_student_factors(freedom: float, factor: float) -> None:
+    assert student(freedom) == pytest.approx(factor, abs=1e-3)
+
+
+def test_student_factor_without_end() -> None:
+    assert student(np.inf) == pytest.approx(1.96, abs=1e-3)
