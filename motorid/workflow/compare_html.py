@@ -53,7 +53,8 @@ def comparison_page(result: Comparison) -> str:
     said = (
         f"Each search has {result.budget} evaluations and {result.seeds} seeds. A cell is the "
         f"median {judged}, with quartiles over the seeds. The cost is the root mean square of all "
-        "residuals in units of each channel's peak, by the searches' response model."
+        "residuals in units of each channel's peak, by the searches' response model. nls and "
+        "pattern-search begin at the closed form's values, the populations anywhere in the bounds."
     )
     curves = [(line.method, line.convergence) for line in result.lines]
     body = section("Methods", paragraph(said), table(head, rows), convergence(curves))

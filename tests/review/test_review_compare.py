@@ -91,6 +91,7 @@ def test_processes_change_no_figure(tmp_path):
     assert timeless[0] == timeless[1]
 
 
+@pytest.mark.slow
 def test_a_table_says_the_reviews_figures_beside_ours(tmp_path):
     result = compare_tables.compare_table(5, tmp_path, seeds=3, jobs=1)
     lines = list(csv.DictReader(io.StringIO(as_csv(result))))
@@ -121,6 +122,7 @@ def test_every_row_keeps_its_budget(tmp_path):
             assert line.row.method == "ml" or line.summary.evaluations <= line.row.budget
 
 
+@pytest.mark.slow
 def test_methods_on_a_capture(path, tmp_path):
     result = compare_captures(
         [path], tmp_path, methods=["nls", "jaya", "steady-state"], budget=600, seeds=3, jobs=1,

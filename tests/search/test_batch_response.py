@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy import integrate, linalg, signal
@@ -27,6 +27,7 @@ def silent(period: float, drive: np.ndarray, channels: tuple[str, ...], **more) 
     return Record(period, drive, blank(drive, channels), **more)
 
 
+@settings(max_examples=50)
 @given(
     arrays.arrays(np.float64, (3, 4, 4), elements=st.floats(-30, 30, allow_subnormal=False)),
 )

@@ -23,6 +23,7 @@ def likely(capture):
     return fit([capture])
 
 
+@pytest.mark.slow
 def test_nls_ends_near_the_likelihoods_maximum(capture, likely):
     found = fit([capture], method="nls")
     for name, parameter in likely.parameters.items():
