@@ -179,9 +179,10 @@ static void take_config(const wire_configure_t *config) {
         core.reversed = !core.reversed;
         core.latest.position = 0u - core.latest.position;
     }
-    guard_rest(&core.guard, core.latest.position);
+    const uint32_t position = core.latest.position;
     core.state = WIRE_STATE_CONFIGURED;
     port.unlock(before);
+    guard_rest(&core.guard, position); /* unlocked: it takes long, and no run can begin meanwhile */
 }
 
 static struct answer do_configure(const uint8_t *fields, uint8_t *out) {

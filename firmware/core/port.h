@@ -26,6 +26,7 @@ struct port {
     uint32_t sample_period_step_ticks; /* ticks of one PWM period, as a rule */
     uint32_t idle_sample_period_ticks; /* until the first configure */
     uint32_t encoder_edge_ceiling_hz;
+    uint32_t position_delay_ns;        /* from when the encoder is read to the sample's tick */
     uint32_t max_current_ma;           /* below what saturates the converter */
     uint16_t max_host_silence_ms;
     uint16_t full_duty;                /* the bridge's levels reach from -full_duty to full_duty;

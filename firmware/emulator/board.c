@@ -22,6 +22,7 @@ enum { LOOK = 250 };                   /* cycles between looks at pins and encod
 enum { PORT_B = 0x25, DDR_B = 0x24, ADMUX = 0x7C, TCCR1A = 0x80, TCCR1B = 0x81, TCNT1 = 0x84,
        ICR1 = 0x86, OCR1A = 0x88, OCR1B = 0x8A }; /* data addresses, the same on both chips */
 enum { CLOCK_SELECT = 7, INVERTING_A = 0xC0, INVERTING_B = 0x30 };
+enum { SCOPE = 4 };    /* bit of port C: high while a sample is dealt with */
 enum { PAINT = 0xA5 }; /* of the unused stack */
 
 /* What the two chips do not share. */
@@ -49,7 +50,7 @@ struct board {
     uint8_t heard[HEARD], said[SAID];
     size_t heard_head, heard_tail, said_head, said_tail;
     int receiving;
-    uint64_t slot_at;
+    uint64_t slot_at, sample_at;
     struct board_facts facts;
 };
 
@@ -145,6 +146,17 @@ static void on_slot_runs(avr_irq_t *irq, uint32_t value, void *param) {
     const uint64_t latency = b->avr->cycle - b->slot_at;
     if (value && latency > b->facts.worst_latency) {
         b->facts.worst_latency = latency;
+    }
+}
+
+static void on_scope(avr_irq_t *irq, uint32_t value, void *param) {
+    struct board *const b = param;
+    (void)irq;
+    const uint64_t took = b->avr->cycle - b->sample_at;
+    if (value) {
+        b->sample_at = b->avr->cycle;
+    } else if (b->sample_at > 0 && took > b->facts.worst_sample) {
+        b->facts.worst_sample = took;
     }
 }
 
@@ -285,6 +297,7 @@ static void connect(struct board *b) {
                             b);
     avr_irq_register_notify(slot + AVR_INT_IRQ_PENDING, on_slot_due, b);
     avr_irq_register_notify(slot + AVR_INT_IRQ_RUNNING, on_slot_runs, b);
+    avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('C'), SCOPE), on_scope, b);
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('B'), b->pins->enable),
                             on_enable, b);
 }

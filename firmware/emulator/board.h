@@ -25,6 +25,7 @@ size_t board_take(struct board *b, uint8_t *bytes, size_t room);
 struct board_facts {
     uint64_t resets, asleep, edges;  /* cycles asleep; encoder edges given */
     uint64_t worst_latency;          /* cycles from a slot's compare match to its interrupt */
+    uint64_t worst_sample;           /* cycles that a sample took: the scope pin */
     int stack_left;                  /* bytes between data and the deepest stack */
 };
 

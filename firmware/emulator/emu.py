@@ -39,6 +39,7 @@ OFFSET_LSB = 4.5 / 3**0.5
 MISMATCH_LSB = 0.7  # between inputs of one converter
 NOISE_LSB = 0.5
 STRETCH_S, POLL_S = 2e-3, 1e-3
+CYCLE_S = 1 / 16e6
 # Options of sim:// that make sense here; the rest belongs to the real firmware.
 FORBIDDEN = {
     "aperture", "delay", "phase", "voltage_aperture", "bits", "pwm", "decay_modes", "current_range",
@@ -95,7 +96,8 @@ def _make(folder: Path, *arguments: str) -> None:
     )
     if done.returncode:
         lines = (done.stderr or done.stdout).strip().splitlines() or ["make failed"]
-        raise RigError(f"emu://: building {folder.name} failed: {lines[0][:200]}")
+        why = next((line for line in lines if "error" in line), lines[0])
+        raise RigError(f"emu://: building {folder.name} failed: {why[:200]}")
 
 
 def missing() -> str:
@@ -135,8 +137,8 @@ def parameters(setting: Setting) -> dict[str, float]:
         given = options.gain_error if n == 1 else options.voltage_gain_error
         error = spread * drawn[n] if given is None else given
         shift = OFFSET_LSB * common + MISMATCH_LSB * drawn[4 + n]
-        values[f"gain[{n}]"] = 1 + error
-        values[f"offset[{n}]"] = shift if options.offset_error is None else options.offset_error
+        values[f"gain[{n}]"] = float(1 + error)
+        values[f"offset[{n}]"] = float(shift if options.offset_error is None else options.offset_error)
     values |= {
         "clock_hz": chain.clock_hz,
         "reference": REFERENCE_V,
@@ -161,7 +163,7 @@ class Emulator:
     def __init__(self, url: str) -> None:
         self.setting = parse(url)
         emulator, elf = build(self.setting)
-        pairs = (f"{name}={value!r}" for name, value in parameters(self.setting).items())
+        pairs = (f"{name}={float(value)!r}" for name, value in parameters(self.setting).items())
         self._process = subprocess.Popen(
             [emulator, elf, CHIPS[self.setting.board], *pairs],
             stdin=subprocess.PIPE,
@@ -238,7 +240,7 @@ class EmuPort:
         """See motorid.acquire.port.Port."""
         deadline = self.now() + timeout_s
         while not (data := self.board.take(size)):
-            if self.now() >= deadline:
+            if deadline - self.now() < CYCLE_S:
                 return b""
             self._pass_time(deadline)
         return data

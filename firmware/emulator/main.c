@@ -10,6 +10,7 @@
  * Little-endian, as the machine is.
  */
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -92,7 +93,7 @@ static int run(struct board *b, FILE *out) {
         return 0;
     }
     board_hear(b, bytes, length);
-    if (!board_run(b, (uint64_t)(until * BOARD_HZ))) {
+    if (!board_run(b, (uint64_t)ceil(until * BOARD_HZ))) {
         fprintf(stderr, "the emulated processor crashed\n");
         return 0;
     }
@@ -132,10 +133,11 @@ static int tell(struct board *b, struct rig *rig, FILE *out) {
         text, sizeof text,
         "{\"enabled\": %d, \"level\": %d, \"changed\": %.9f, \"current\": %.9g, \"speed\": %.9g,"
         " \"count\": %lld, \"bus\": %.9g, \"resets\": %" PRIu64 ", \"asleep\": %.9f,"
-        " \"edges\": %" PRIu64 ", \"worst_latency\": %" PRIu64 ", \"stack_left\": %d}",
+        " \"edges\": %" PRIu64 ", \"worst_latency\": %" PRIu64 ", \"worst_sample\": %" PRIu64
+        ", \"stack_left\": %d}",
         rig->enabled, rig->level, (double)rig->opened_at / BOARD_HZ, rig->plant.current,
         rig->plant.speed, rig_count(rig), rig->plant.bus, f.resets, (double)f.asleep / BOARD_HZ,
-        f.edges, f.worst_latency, f.stack_left);
+        f.edges, f.worst_latency, f.worst_sample, f.stack_left);
     return answer(out, b, text, (uint32_t)length);
 }
 

@@ -22,6 +22,9 @@ bool sampling_has_news(void);
 
 /* ---- link.c */
 void link_begin(void);
+/* Say nothing for a while, and go on; both with interrupts off. */
+void link_hold(void);
+void link_release(void);
 bool link_has_heard(void);
 bool link_read(uint8_t *byte);
 uint16_t link_write(const uint8_t *bytes, uint16_t length);

@@ -12,9 +12,9 @@
 #define LIFT (CONVERSIONS * 1024 / 16) /* of the dividers */
 /* The data sheet's accuracy is a bound on all errors together; taken as an offset, evenly spread. */
 #define OFFSET_LSB (ADC_ACCURACY_LSB * 0.577f)
-#define NOISE_LSB 0.5f /* of a conversion, beside its rounding */
-#define ROUNDING_LSB 0.289f
-#define NOISE (2.0f * 0.577f) /* root of CONVERSIONS times both */
+#define MISMATCH_LSB 1.0f /* between inputs of one converter, and between lifts */
+/* Of a conversion 0.5 LSB, beside 0.29 LSB of rounding; of four, twice that. */
+#define NOISE (2.0f * 0.577f)
 #define SYNCHRONISED_MEAN 65535u
 
 static void describe_current(wire_describe_channel_reply_t *out) {
@@ -31,7 +31,7 @@ static void describe_current(wire_describe_channel_reply_t *out) {
 static void describe_terminals(wire_describe_channel_reply_t *out) {
     out->scale = LSB_V / CONVERSIONS * DIVIDER;
     out->offset = 0.0f;
-    out->offset_uncertainty = OFFSET_LSB * CONVERSIONS * 1.414f;
+    out->offset_uncertainty = MISMATCH_LSB * CONVERSIONS * 1.414f; /* one converter's offset cancels */
     out->noise = NOISE * 1.414f;
     out->delay_ns = TICKS_TO_NS(MEAN_DELAY(1)) + FILTER_NS;
     out->raw_max = FULL - LIFT - 4;
@@ -44,20 +44,6 @@ static void describe_supply(wire_describe_channel_reply_t *out) {
     out->delay_ns = TICKS_TO_NS(MEAN_DELAY(3)) + FILTER_NS;
     out->raw_max = FULL - 4;
     out->raw_min = 4;
-}
-
-static void describe_position(wire_describe_channel_reply_t *out) {
-    *out = (wire_describe_channel_reply_t){
-        .channel = WIRE_CHANNEL_POSITION,
-        .unit = WIRE_UNIT_COUNT,
-        .kind = WIRE_CHANNEL_KIND_INSTANT,
-        .bits = 16,
-        .scale = 1.0f,
-        .delay_ns = TICKS_TO_NS(POSITION_DELAY),
-        .pwm_phase_permille = SYNCHRONISED_MEAN,
-        .raw_min = INT16_MIN,
-        .raw_max = INT16_MAX,
-    };
 }
 
 void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out) {
@@ -76,11 +62,8 @@ void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out) {
     case WIRE_CHANNEL_TERMINAL_VOLTAGE:
         describe_terminals(out);
         break;
-    case WIRE_CHANNEL_SUPPLY_VOLTAGE:
-        describe_supply(out);
-        break;
     default:
-        describe_position(out);
+        describe_supply(out);
         break;
     }
 }

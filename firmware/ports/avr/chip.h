@@ -8,6 +8,7 @@
  *   encoder B  D3   PD3 INT1      D20  PD1 INT1
  *   ADC        A0 terminal A, A1 current, A2 terminal B, A3 supply, on both
  *   link       USART0, D0 and D1, on both
+ *   scope      A4   PC4           D33  PC4: high while a sample is dealt with
  */
 #ifndef CHIP_H
 #define CHIP_H
@@ -16,6 +17,9 @@
 
 #define BRIDGE_PORT PORTB
 #define BRIDGE_DDR DDRB
+#define SCOPE_PORT PORTC
+#define SCOPE_DDR DDRC
+#define SCOPE_BIT 4
 #define ENCODER_PIN PIND
 #define ENCODER_PORT PORTD
 

@@ -41,6 +41,14 @@ ISR(LINK_UDRE_vect) {
     }
 }
 
+void link_hold(void) { UCSR0B &= (uint8_t)~_BV(UDRIE0); }
+
+void link_release(void) {
+    if (said.tail != said.head) {
+        UCSR0B |= _BV(UDRIE0);
+    }
+}
+
 bool link_has_heard(void) { return heard.tail != heard.head; }
 
 bool link_read(uint8_t *byte) {

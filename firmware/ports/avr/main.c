@@ -29,6 +29,7 @@ const struct port port = {
     .sample_period_step_ticks = WINDOW_TICKS,
     .idle_sample_period_ticks = WINDOW_TICKS,
     .encoder_edge_ceiling_hz = ENCODER_EDGE_CEILING,
+    .position_delay_ns = TICKS_TO_NS(POSITION_DELAY),
     .max_current_ma = (uint32_t)(REFERENCE_V / 2.0f / (SHUNT_OHM * SHUNT_GAIN) * 990.0f),
     .max_host_silence_ms = 5000,
     .full_duty = PWM_TICKS,

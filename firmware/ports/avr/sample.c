@@ -22,7 +22,7 @@ extern struct sums sums; /* slots.S adds to them */
 
 static struct {
     uint32_t position;
-    uint16_t windows, left;  /* in a sample, and until the next one */
+    uint32_t period, left;   /* ticks of a sample, and until the next one */
     uint8_t count;           /* COUNT_REGISTER at the last window */
     uint8_t masked;          /* windows until the encoder is heard again */
     volatile bool sampling;  /* core_sample() is at work */
@@ -31,8 +31,8 @@ static struct {
 } now;
 
 void sampling_set_period(uint32_t ticks) {
-    now.windows = (uint16_t)(ticks / WINDOW_TICKS);
-    now.left = now.windows;
+    now.period = ticks;
+    now.left = ticks;
 }
 
 bool sampling_is_well(void) { return !now.overran; }
@@ -103,19 +103,25 @@ void __vector_window(void) {
         overrun();
         return;
     }
-    if (--now.left != 0 && !storm) {
+    now.left -= WINDOW_TICKS;
+    const bool due = now.left == 0;
+    if (!due && !storm) {
         return;
     }
     now.sampling = true;
+    SCOPE_PORT |= _BV(SCOPE_BIT);
+    link_hold(); /* its interrupt may come 20 times meanwhile, and there is time for it after */
     sei();
-    if (now.left == 0) {
-        now.left = now.windows;
+    if (due) {
+        now.left = now.period;
         core_sample(&reading);
     }
     if (storm) {
         core_trip(WIRE_FAULT_ENCODER_EDGES, (int32_t)ENCODER_EDGE_CEILING);
     }
     cli();
+    link_release();
+    SCOPE_PORT &= (uint8_t)~_BV(SCOPE_BIT);
     now.sampling = false;
     if (SLOT_REGISTER >= LEVELS_SLOT - 1) {
         overrun();
@@ -141,6 +147,7 @@ static void encoder_begin(void) {
 }
 
 void sampling_begin(void) {
+    SCOPE_DDR |= _BV(SCOPE_BIT);
     converter_begin();
     encoder_begin();
     SLOT_REGISTER = SLOTS - 1; /* the first interrupt reads nothing of use and ends a window */

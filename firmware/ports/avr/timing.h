@@ -10,14 +10,14 @@
  * conversions fall a quarter of a PWM period apart. Their sum is a mean over the window in which the
  * PWM ripple and its second and third harmonics cancel.
  *
- *   slot      0  1  2  3  4 ...            15 | 0 ... 7  8      9      10
- *   converts  A  I  B  S  A  I  B  S  ...   S | A        levels        TICK: enable
- *             `-------- one window ---------' ^          written
- *                                             core_sample() begins, and has until slot 9
+ *   slot      0  1  2  3  4  5 ...       15 | 0 ...       13        14
+ *   converts  A  I  B  S  A  I  B  S ...  S | A           levels    TICK: enable
+ *             `------- one window --------'   ^           written
+ *                                             core_sample() begins, and has until slot 13
  *
- * The sample's tick is the PWM period that begins in slot 10 of the next window. What core_sample()
+ * The sample's tick is the PWM period that begins in slot 14 of the next window. What core_sample()
  * asked of the bridge acts there: the duties by the timer's own double buffer, to the tick; enable
- * by the interrupt of slot 10, within ENABLE_JITTER_TICKS of it.
+ * by the interrupt of slot 14, within ENABLE_JITTER_TICKS of it.
  */
 #ifndef TIMING_H
 #define TIMING_H
@@ -34,8 +34,8 @@
 /* From the trigger to the moment that is converted: two ADC clocks and three of the processor's. */
 #define HOLD_TICKS 35
 
-#define LEVELS_SLOT 9  /* writes the duties: in the PWM period before the tick's */
-#define TICK_SLOT 10   /* writes enable */
+#define LEVELS_SLOT 13  /* writes the duties: in the PWM period before the tick's */
+#define TICK_SLOT 14    /* writes enable; 2 modulo 4, so that no input is converted at an edge */
 #define TICK_IN_SLOT 84 /* where in that slot the PWM period begins: when enable is written */
 #define ENABLE_JITTER_TICKS 160 /* other interrupts may hold it up so long */
 
