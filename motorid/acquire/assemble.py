@@ -62,7 +62,7 @@ class Assembler:
         period = self.replies.get("read_config", {}).get("sample_period_ticks", 0)
         if not period:
             raise DataError("the run began before a configuration was in force")
-        self.timeline = Timeline(int(period))
+        self.timeline = Timeline(int(period), int(self.marks["samples"]))
         self.bad_frames = 0
         self.fault = self.reset = self.done = None
 
@@ -172,6 +172,7 @@ class Assembler:
                 "bad_frames": self.bad_frames,
                 "blocks": len(timeline.blocks) if timeline else 0,
                 "repeated_blocks": timeline.repeated if timeline else 0,
+                "impossible_blocks": timeline.impossible if timeline else 0,
                 "done": self.done or {},
             },
         }

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from motorid.acquire.port import Port
+from motorid.acquire.resets import BoardResetError, reset_error
 from motorid.errors import LinkError, MotoridError, RigError
 from motorid.wire.codec import (
     BadPayload,
@@ -31,7 +32,7 @@ NOBODY = -1  # a request number that no reply carries
 Fields = dict[str, Any]
 News = Event | SampleBlock
 
-RESET = "the board was reset meanwhile: check its supply and its cable"
+RESET = "the board has lost what it was sent: check its supply and its cable"
 REFUSALS: Mapping[Status, tuple[type[MotoridError], str]] = {
     Status.BAD_VALUE: (RigError, "the board cannot do a value asked for: compare rig and board"),
     Status.BAD_STATE: (LinkError, "the board is in a state that does not allow it: reset it"),
@@ -62,6 +63,7 @@ class Board:
         self.good_frames = 0
         self.strays = 0  # replies that nobody waits for: to heartbeats, or late
         self.heard_at = port.now()
+        self.reset: BoardResetError | None = None  # since it was identified
         self._received = 0
         self._request = first_request % 0xFFFF
         self._decoder = Decoder()
@@ -72,15 +74,19 @@ class Board:
     def ask(self, name: str, /, timeout_s: float = REPLY_S, **fields: Any) -> Fields:
         """Sends a command, as often as it takes under one id, and returns its reply's fields.
 
-        Raises LinkError when no reply comes, or what REFUSALS says when the board refuses.
+        Raises LinkError when no reply comes or the board was reset, or what REFUSALS says when the
+        board refuses.
         """
         reply = self._exchange(name, timeout_s, TRIES, fields)
+        if self.reset is not None:
+            raise self.reset
         if reply is None:
             raise LinkError(
                 f"{self.port.name}: the board does not answer {name} any more: check the cable "
                 "and the board's power"
             )
         if reply.status is not Status.OK:
+            self.check_same()
             kind, why = REFUSALS.get(reply.status, (LinkError, "this is a fault of the firmware"))
             status = reply.status.name.lower()
             raise kind(f"{self.port.name}: the board refused {name} ({status}): {why}")
@@ -118,9 +124,16 @@ class Board:
             case Reply():
                 self.strays += 1
             case Event() | SampleBlock():
+                self._note_reset(message)
                 self.news.append(message)
             case _:
                 self.bad_frames += 1
+
+    def _note_reset(self, message: News) -> None:
+        """A board greets once after every reset, and what greeted before identify is over."""
+        if isinstance(message, Event) and message.name == "hello" and self.identity:
+            cause = message.fields["reset_cause"]
+            self.reset = reset_error(self.port.name, cause, "while it was in use")
 
     def _exchange(
         self, name: str, timeout_s: float, tries: int, fields: Mapping[str, Any]
@@ -132,7 +145,7 @@ class Board:
             for _ in range(tries):
                 self.port.write(frame)
                 reply = self._await_reply(name, timeout_s)
-                if reply is not None:
+                if reply is not None or self.reset is not None:
                     return reply
         finally:
             self._awaited = NOBODY
@@ -142,6 +155,8 @@ class Board:
         until = self.port.now() + timeout_s
         while (left := until - self.port.now()) > 0:
             heard = self.hear(left)
+            if self.reset is not None:
+                return None
             if self._reply is not None and self._reply.name == name:
                 return self._reply
             if not heard:
@@ -157,8 +172,7 @@ class Board:
         """Who answers, with its channels described. Raises LinkError when no motorid board does."""
         spec = load()
         self.port.write(DELIMITER)  # ends whatever the board had half read
-        version = {"host_major": spec.major, "host_minor": spec.minor}
-        reply = self._exchange("identify", IDENTIFY_S / 10, 10, version)
+        reply = self._exchange("identify", IDENTIFY_S / 10, 10, _version())
         if reply is None:
             raise LinkError(self._why_nobody())
         if reply.status is Status.MAJOR_MISMATCH:
@@ -185,6 +199,18 @@ class Board:
             fact = self.ask("describe_channel", index=index)
             self.descriptors[Channel(fact["channel"]).name.lower()] = fact
         return found
+
+    def check_same(self) -> None:
+        """Raises LinkError when the board was reset since ``identify``, or another one answers."""
+        known = self.identity.get("boot_id")
+        reply = self._exchange("identify", REPLY_S, TRIES, _version())
+        if self.reset is not None:
+            raise self.reset
+        if known is None or reply is None or reply.status is not Status.OK:
+            return
+        if reply.fields["boot_id"] != known:
+            cause = reply.fields["reset_cause"]
+            raise reset_error(self.port.name, cause, "while it was in use")
 
     def _why_nobody(self) -> str:
         if not self._received:
@@ -244,3 +270,8 @@ class Board:
             return None
         raw = self.ask("read_status")["supply_voltage_raw"]
         return float(fact["scale"] * (raw - fact["offset"]))
+
+
+def _version() -> Fields:
+    spec = load()
+    return {"host_major": spec.major, "host_minor": spec.minor}

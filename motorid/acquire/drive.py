@@ -12,13 +12,14 @@ from types import FrameType
 from motorid.acquire.assemble import name_of
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.plan import WireProgram
+from motorid.acquire.resets import reset_error
 from motorid.errors import DataError, LinkError
 from motorid.wire.codec import Event, SampleBlock
-from motorid.wire.enums import EndReason, Fault, ResetCause, State
+from motorid.wire.enums import EndReason, Fault, Mode, State
 
 POLL_S = 0.02
 SILENCE_S = 1.0
-END_S = 1.0  # without news after the last sample was due: ask
+LULL_S = 1.0  # without news when some was due: ask
 
 
 @dataclass
@@ -94,6 +95,10 @@ class _Run:
         self.beat_s = config["host_silence_ms"] / 4e3
         self.patience_s = max(SILENCE_S, config["host_silence_ms"] / 1e3)
         self.duration_s = program.ticks / board.identity["clock_hz"]
+        period_s = config["sample_period_ticks"] / board.identity["clock_hz"]
+        self.lull_s = LULL_S + 2 * period_s
+        if config["mode"] == Mode.BURST:  # which says nothing until the run is over
+            self.lull_s += self.duration_s
         self.sequence = 0
         self.fault = ""
 
@@ -102,6 +107,7 @@ class _Run:
         board, now = self.board, self.board.port.now
         beat_at = began = now()
         board.heard_at = progressed = began
+        over_at = began + self.duration_s + LULL_S
         stopping = False
         while True:
             board.hear(POLL_S)
@@ -121,20 +127,24 @@ class _Run:
                     f"{board.port.name}: the board went silent in mid-run; it stops the motor by "
                     "itself: check the cable and the board's power"
                 )
-            quiet_s = now() - max(progressed, began + (0 if stopping else self.duration_s))
-            if quiet_s > END_S and (reason := self.ended_unheard()):
-                return reason
+            if now() - progressed > (LULL_S if stopping else self.lull_s):
+                if reason := self.ended_unheard(stopping or now() > over_at):
+                    return reason
+                progressed = now()
 
-    def ended_unheard(self) -> str:
-        """Why the run ended when the word of it was lost on the link.
+    def ended_unheard(self, should: bool) -> str:
+        """Why the run ended when the word of it was lost on the link; "" when it goes on.
 
-        Raises LinkError when the board says that it still runs.
+        Raises LinkError when the board was reset, or says that it still runs when it should not.
         """
         status = self.board.ask("read_status")
         if self.board.news:
             return ""  # it was only late
         if status["state"] == State.RUNNING:
-            raise LinkError(f"{self.board.port.name}: the run does not end: reset the board")
+            if should:
+                raise LinkError(f"{self.board.port.name}: the run does not end: reset the board")
+            return ""
+        self.board.check_same()
         if status["fault"]:
             return f"fault: {name_of(Fault, status['fault'])}"
         return "stopped" if self.stop.requested else "completed"
@@ -149,11 +159,7 @@ class _Run:
             case "fault":
                 self.fault = name_of(Fault, news.fields["fault"])
             case "hello":
-                cause = name_of(ResetCause, news.fields["reset_cause"])
-                raise LinkError(
-                    f"{self.board.port.name}: the board was reset in mid-run ({cause}): check its "
-                    "supply and its cable"
-                )
+                raise reset_error(self.board.port.name, news.fields["reset_cause"], "in mid-run")
             case "done":
                 return self.done(news.fields["reason"])
         return None

@@ -1,4 +1,4 @@
-"""A URL becomes a port: sim://, replay://, socket://, or a serial device."""
+"""A URL becomes a port: sim://, replay://, relay://, socket://, or a serial device."""
 
 from __future__ import annotations
 
@@ -47,9 +47,10 @@ class Port(Protocol):
 def open_port(url: str) -> Port:
     """The port that ``url`` names.
 
-    ``sim://?motor=…``, ``replay://JOURNAL``, ``socket://HOST:PORT``, or a serial device's name
-    (``/dev/ttyACM0``, ``COM3``), perhaps with ``?baud=115200``. Raises LinkError when it cannot be
-    opened, UsageError when the URL makes no sense. Never waits longer than a few seconds.
+    ``sim://?motor=…``, ``replay://JOURNAL``, ``relay://?fault=…&to=PORT``, ``socket://HOST:PORT``,
+    or a serial device's name (``/dev/ttyACM0``, ``COM3``), perhaps with ``?baud=115200``.
+    Raises LinkError when it cannot be opened, UsageError when the URL makes no sense. Never waits
+    longer than a few seconds.
     """
     if not url:
         raise UsageError("no port is named: write port = … in the rig file, or use --port")
@@ -65,11 +66,17 @@ def open_port(url: str) -> Port:
             from motorid.acquire.replay import ReplayPort
 
             return ReplayPort(rest)
+        case "relay":
+            from motorid.acquire.relay import open_relay
+
+            return open_relay(url)
         case "socket":
             return _open_socket(url)
         case "emu":
             return _open_emulated(url)
-    raise UsageError(f"port {url}: unknown kind {scheme}://; use sim, replay, socket or a device")
+    raise UsageError(
+        f"port {url}: unknown kind {scheme}://; use sim, replay, relay, socket or a device"
+    )
 
 
 class SerialPort:

@@ -28,6 +28,7 @@ from motorid.acquire.journal import (
 from motorid.acquire.live import Live, LiveView
 from motorid.acquire.plan import check_burst, configuration, differing, wire_program
 from motorid.acquire.port import Port, open_port
+from motorid.acquire.resets import BoardResetError
 from motorid.acquire.safety import check_program
 from motorid.capture import store
 from motorid.capture.model import Capture
@@ -141,7 +142,7 @@ class _Recorder:
             reason = self._measure(board, journal, checked)
         except MotoridError as error:
             failure = error
-            reason = "link lost" if isinstance(error, LinkError) else ""
+            reason = _end_of(error)
         except KeyboardInterrupt:  # the second one: quit at once
             with contextlib.suppress(DataError):
                 journal.close()
@@ -230,6 +231,13 @@ class _Recorder:
             ) from None
         journal.discard()
         return len(run)
+
+
+def _end_of(error: MotoridError) -> str:
+    """What an error that ended a run says in the capture; nothing where the board has said it."""
+    if isinstance(error, BoardResetError):
+        return f"reset: {error.cause}"
+    return "link lost" if isinstance(error, LinkError) else ""
 
 
 def _where(samples: int, path: Path) -> str:

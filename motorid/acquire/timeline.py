@@ -37,27 +37,37 @@ class Arrays:
 
 
 class Timeline:
-    """Places blocks as they arrive. ``period`` is in ticks."""
+    """Places blocks as they arrive. ``period`` is in ticks, ``samples`` the run's at most."""
 
-    def __init__(self, period: int) -> None:
+    def __init__(self, period: int, samples: int | None = None) -> None:
         self.period = period
+        self.limit = samples
         self.blocks: list[Placed] = []
         self.phases: list[Phase] = []
         self.repeated = 0
+        self.impossible = 0
         self._gaps: list[Gap] = []
         self._samples = 0
         self._next: int | None = None  # tick that the next sample should have
+        self._begin: int | None = None  # tick of the first one
 
     def start(self, tick: int) -> None:
         """The tick of the run's first sample, from the reply to start."""
         if self._next is None:
-            self._next = tick
+            self._next = self._begin = tick
 
     def add(self, block: SampleBlock) -> None:
-        """Places a block after the others; one that was there already is counted and left out."""
+        """Places a block after the others; one that was there already is counted and left out.
+
+        So is one that cannot be of this run: a checksum of 16 bits lets a damaged frame in
+        65 536 pass.
+        """
         first = block.first_tick if self._next is None else self._extend(block.first_tick)
         if self._next is not None and first < self._next:
             self.repeated += 1
+            return
+        if self._next is not None and not self._possible(first, len(block.samples)):
+            self.impossible += 1
             return
         if self.blocks and block.channels != self.blocks[0].block.channels:
             self.repeated += 1  # of another run: it has no place in this one
@@ -73,6 +83,8 @@ class Timeline:
         if self._next is None:
             self._next = tick
         extended = self._extend(tick)
+        if not self._possible(extended, 0):
+            return
         if not any(phase.index == index for phase in self.phases[-8:]):
             self.phases.append(Phase(index, extended))
 
@@ -97,6 +109,13 @@ class Timeline:
         """A 32-bit tick as the 64-bit one nearest to where the run is."""
         near = self._next or 0
         return near + (tick - near + HALF) % WRAP - HALF
+
+    def _possible(self, first: int, samples: int) -> bool:
+        """Whether the run has samples at these ticks. Without the reply to start nobody knows."""
+        if self._begin is None:
+            return True
+        number, between = divmod(first - self._begin, self.period)
+        return not between and (self.limit is None or number + samples <= self.limit)
 
     def _note_gap(self, missing: int, dropped: int) -> None:
         dropped = min(dropped, missing)

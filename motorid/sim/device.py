@@ -9,13 +9,14 @@ import numpy as np
 from motorid.errors import LinkError
 from motorid.sim.board import Board
 from motorid.sim.faults import Fault
-from motorid.sim.link import Link
+from motorid.sim.link import Cable
 from motorid.sim.options import Options
 from motorid.wire.enums import Channel, ResetCause
 from motorid.wire.framing import Decoder, Frame, encode
 
 BYTES_PER_SAMPLE = 8  # roughly, on the wire
 CHATTER_S = 0.1
+CHUNK = 4096
 TEXT = b"ok T:21.3 /0.0 B:21.0 /0.0 @:0\r\n"
 FULL_SCALE = 1e6  # counts; beyond any converter
 
@@ -25,10 +26,7 @@ class Device:
 
     def __init__(self, options: Options) -> None:
         self.options = options
-        self.link = Link(options.baud, options.seed)
-        self.unplugged = False
-        self.split = False
-        self.deaf = False
+        self.cable = Cable(options.baud, options.seed)
         self._foreign = b""  # what another device says, over and over
         self._next_chatter = math.inf
         self._decoder = Decoder()
@@ -37,11 +35,12 @@ class Device:
         major = next((int(f.value) for f in faults if f.name == "major"), None)
         self._hush = any(f.name in ("text", "garbage") for f in faults)
         # from the beginning means before the board greets
-        self.link.dead = any(f.name == "silence" and f.at_s is None for f in faults)
+        quiet = [f for f in faults if f.name in ("silence", "mute") and f.at_s is None]
+        self.cable.up.dead = bool(quiet)
         self.board: Board | None = None  # the first words come while it is made
         self.board = Board(options, self._say, self._has_room, major)
         self.board.on_run = self._plan
-        self._planned: list[tuple[float, Fault]] = []
+        self._planned: list[tuple[float, Fault, bool]] = []
         self._waiting = [fault for fault in faults if fault.at_s is not None]
         for fault in faults:
             if fault.at_s is None:
@@ -68,6 +67,7 @@ class Device:
             samples = math.floor((due - self.now) / self.step_s + 1e-6)
             if samples > 0:
                 self.board.advance(samples)
+            self._deliver()
             if self._strike() or self._chatter():
                 continue
             if samples <= 0 or self.now + self.step_s > seconds:
@@ -75,19 +75,22 @@ class Device:
 
     def _next_event(self) -> float:
         planned = self._planned[0][0] if self._planned else math.inf
-        return min(planned, self._next_chatter)
+        return min(planned, self._next_chatter, max(self.cable.down.due, self.now + self.step_s))
 
     def _strike(self) -> bool:
         """Apply what is due; within a sample period of its time."""
         if not self._planned or self._planned[0][0] > self.now + self.step_s:
             return False
-        self._apply(self._planned.pop(0)[1])
+        _, fault, on = self._planned.pop(0)
+        self._apply(fault, on)
         return True
 
     def _plan(self) -> None:
         """The first run begins: timed faults count from here."""
         for fault in self._waiting:
-            self._planned.append((self.now + (fault.at_s or 0.0), fault))
+            self._planned.append((self.now + (fault.at_s or 0.0), fault, True))
+            if fault.until_s is not None:
+                self._planned.append((self.now + fault.until_s, fault, False))
         self._waiting = []
         self._planned.sort(key=lambda item: item[0])
 
@@ -95,64 +98,55 @@ class Device:
 
     def hear(self, data: bytes) -> None:
         """Bytes from the host."""
-        if self.deaf or self._foreign or self._hush or self.board is None:
+        if self._foreign or self._hush:
             return
-        for frame in self._decoder.feed(self.link.spoiler.spoil(data)):
-            if isinstance(frame, Frame):
-                self.board.receive(frame.payload)
+        self.cable.down.send(data, self.now)
+        self._deliver()
+
+    def _deliver(self) -> None:
+        """What has arrived at the board, to the board."""
+        while self.board is not None and (data := self.cable.down.take(CHUNK, self.now)):
+            for frame in self._decoder.feed(data):
+                if isinstance(frame, Frame):
+                    self.board.receive(frame.payload)
 
     def take(self, size: int) -> bytes:
         """Bytes for the host that have arrived by now."""
-        if self.split:
-            size = min(size, int(self._rng.integers(1, 8)))
-        return self.link.take(size, self.now)
+        return self.cable.take(size, self.now)
 
     def check(self) -> None:
         """Raise LinkError when the port is gone."""
-        if self.unplugged:
+        if self.cable.unplugged:
             raise LinkError("sim://: the simulated board was unplugged: check the cable")
 
     def _say(self, payload: bytes) -> None:
         if not self._hush:
-            self.link.send(encode(payload), self.now)
+            self.cable.up.send(encode(payload), self.now)
 
     def _has_room(self) -> bool:
-        return self.link.backlog(self.now) <= self.options.buffer * BYTES_PER_SAMPLE
+        return self.cable.up.backlog(self.now) <= self.options.buffer * BYTES_PER_SAMPLE
 
     def _chatter(self) -> bool:
         """Another device says its piece."""
         if self.now + self.step_s < self._next_chatter:
             return False
         self._next_chatter += CHATTER_S
-        self.link.send(self._foreign or self._rng.bytes(40), self.now)
+        self.cable.up.send(self._foreign or self._rng.bytes(40), self.now)
         return True
 
     # ------------------------------------------------------------------ faults
 
-    def _apply(self, fault: Fault) -> None:
-        if fault.name in self.link.spoiler.rates:
-            self.link.spoiler.rates[fault.name] = fault.value
-        elif not self._break_link(fault) and not self._break_board(fault):
+    def _apply(self, fault: Fault, on: bool = True) -> None:
+        if not (self.cable.apply(fault, on) or self._be_another(fault) or self._break_board(fault)):
             self._break_bench(fault)
 
-    def _break_link(self, fault: Fault) -> bool:
-        match fault.name:
-            case "silence":
-                self.link.dead = self.deaf = True
-            case "deaf":
-                self.deaf = True
-            case "unplug":
-                self.unplugged = True
-            case "burst":
-                self.link.lump_s = fault.value
-            case "split":
-                self.split = True
-            case "text" | "garbage":
-                self._hush = True
-                self._foreign = TEXT if fault.name == "text" else b""
-                self._next_chatter = self.now
-            case _:
-                return False
+    def _be_another(self, fault: Fault) -> bool:
+        """Another device hangs on the port, which speaks something else."""
+        if fault.name not in ("text", "garbage"):
+            return False
+        self._hush = True
+        self._foreign = TEXT if fault.name == "text" else b""
+        self._next_chatter = self.now
         return True
 
     def _break_board(self, fault: Fault) -> bool:
@@ -166,7 +160,7 @@ class Device:
                 self.board.bench.set_supply(0.0)
                 self.board.reset(ResetCause.BROWN_OUT)
                 back = Fault("supply", self.options.supply_v, None)
-                self._planned.append((self.now + fault.value, back))
+                self._planned.append((self.now + fault.value, back, True))
                 self._planned.sort(key=lambda item: item[0])
             case _:
                 return False

@@ -1,7 +1,8 @@
-"""Faults of the simulated rig, as the ``fault`` option names them."""
+"""Faults of the simulated rig and of the relay, as their ``fault`` options name them."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -25,7 +26,9 @@ KINDS = {
     # the link as a whole
     "silence": Kind(None, "the board says nothing more and hears nothing more"),
     "deaf": Kind(None, "the board hears nothing more"),
+    "mute": Kind(None, "the host hears nothing more"),
     "unplug": Kind(None, "the port is gone"),
+    "delay": Kind(0.05, "every byte arrives so many seconds late, both ways"),
     "burst": Kind(0.05, "what the board says arrives in lumps, every so many seconds"),
     "split": Kind(None, "reads return a few bytes at a time"),
     "text": Kind(None, "another device, which prints lines of text"),
@@ -47,37 +50,46 @@ KINDS = {
     "adc_stuck": Kind(None, "the converter repeats its last readings"),
 }
 RATES = ("flip", "drop", "insert", "double", "encoder_drop")
+PASSING = ("flip", "drop", "insert", "double", "silence", "deaf", "mute", "delay", "burst", "split")
 
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault; ``at_s`` counts from the start of the first run, None: from the beginning."""
+    """One fault; ``at_s`` counts from the start of the first run, None: from the beginning.
+
+    ``until_s``: when it is over again, counted likewise; None: it stays.
+    """
 
     name: str
     value: float
     at_s: float | None
+    until_s: float | None = None
 
 
-def parse_faults(text: str) -> tuple[Fault, ...]:
-    """Faults of a comma-separated list of NAME[:VALUE][@SECONDS]. Raises UsageError."""
-    return tuple(_parse(item.strip()) for item in text.split(",") if item.strip())
+def parse_faults(text: str, kinds: Mapping[str, Kind] = KINDS) -> tuple[Fault, ...]:
+    """Faults of a comma-separated list of NAME[:VALUE][@SECONDS[..SECONDS]]. Raises UsageError."""
+    return tuple(_parse(item.strip(), kinds) for item in text.split(",") if item.strip())
 
 
-def _parse(item: str) -> Fault:
+def _parse(item: str, kinds: Mapping[str, Kind]) -> Fault:
     head, at, when = item.partition("@")
     name, colon, value = head.partition(":")
-    if name not in KINDS:
-        raise unknown(name, KINDS, "fault")
-    kind = KINDS[name]
+    if name not in kinds:
+        raise unknown(name, kinds, "fault")
+    kind = kinds[name]
     if colon and kind.default is None:
-        raise UsageError(f"sim://: fault {name} takes no value")
+        raise UsageError(f"fault {name} takes no value")
     amount = _number(item, value) if colon else (kind.default or 0.0)
     if name in RATES and not 0 <= amount <= 1:
-        raise UsageError(f"sim://: fault {name} is a share between 0 and 1, not {value}")
-    at_s = _number(item, when) if at else None
+        raise UsageError(f"fault {name} is a share between 0 and 1, not {value}")
+    start, passing, end = when.partition("..")
+    at_s = _number(item, start) if at else None
+    until_s = _number(item, end) if passing else None
     if amount < 0 or (at_s is not None and at_s < 0):
-        raise UsageError(f"sim://: fault {item!r} has a negative number")
-    return Fault(name, amount, at_s)
+        raise UsageError(f"fault {item!r} has a negative number")
+    if until_s is not None and (name not in PASSING or at_s is None or until_s <= at_s):
+        raise UsageError(f"fault {item!r} cannot end then; these pass: {', '.join(PASSING)}")
+    return Fault(name, amount, at_s, until_s)
 
 
 def _number(item: str, text: str) -> float:
@@ -86,5 +98,5 @@ def _number(item: str, text: str) -> float:
     except ValueError:
         value = float("nan")
     if value != value or value in (float("inf"), float("-inf")):
-        raise UsageError(f"sim://: fault {item!r}: {text!r} is not a number")
+        raise UsageError(f"fault {item!r}: {text!r} is not a number")
     return value
