@@ -173,3 +173,14 @@ def test_printed_figures_name_parameters_of_their_models():
                 assert set(which.printed) <= set(of.truth) | {"Ke", "Kt"}, which.label
                 if which.percent:
                     assert tuple(which.printed) == PERCENT_ORDER
+
+
+@pytest.mark.slow
+def test_the_default_estimator_is_as_good_as_the_best_method_of_table_2():
+    of = experiment("2")
+    rms = {}
+    for which in of.rows[:2]:
+        runs = [run(of, which, 0.01, seed) for seed in range(100)]
+        rms[which.method] = summarise(of, which, 0.01, runs).rms
+    for name, best in rms["nls"].items():
+        assert rms["ml"][name] <= 1.03 * best, name

@@ -10,8 +10,12 @@ import numpy as np
 from motorid.capture.model import CURRENT, QUANTITIES, SPEED, VOLTAGE, Capture, Channel, Phase
 from motorid.estimate.motor_fit import fit
 from motorid.estimate.search.problem import Solution
+from motorid.estimate.types import Floats
 from motorid.motor.batch import FRICTION, Model, Record
 from motorid.program import Decay, Program, Step, StepKind
+
+REST = 16  # samples of standstill before the record: every method of a table knows that it rests
+KNOWN = 1e-9  # of a current's peak: its offset is known to be nothing, as the other methods take it
 
 
 def capture_of(record: Record) -> Capture:
@@ -19,14 +23,16 @@ def capture_of(record: Record) -> Capture:
 
     A batch input is held from sample n to n + 1; a capture's voltage at n is the mean before n.
     """
-    held = np.concatenate([record.input[:1], record.input[:-1]])
     period = record.period_s
+    current, speed = (_after_rest(record.measured[name]) for name in ("current", "speed"))
+    held = np.concatenate([np.zeros(REST + 1), record.input[:-1]])
+    exact = KNOWN * float(np.abs(current).max())
     channels = {
         VOLTAGE: Channel(
             VOLTAGE, QUANTITIES[VOLTAGE], held, kind="mean", aperture_s=period, sense="supply"
         ),
-        CURRENT: Channel(CURRENT, QUANTITIES[CURRENT], record.measured["current"]),
-        SPEED: Channel(SPEED, QUANTITIES[SPEED], record.measured["speed"]),
+        CURRENT: Channel(CURRENT, QUANTITIES[CURRENT], current, offset_uncertainty=exact),
+        SPEED: Channel(SPEED, QUANTITIES[SPEED], speed),
     }
     steps, phases = _program(record)
     return Capture(
@@ -38,12 +44,16 @@ def capture_of(record: Record) -> Capture:
     )
 
 
+def _after_rest(y: Floats) -> Floats:
+    return np.concatenate([np.zeros(REST), y])
+
+
 def _program(record: Record) -> tuple[tuple[Step, ...], tuple[Phase, ...]]:
-    """One step for each stretch of constant input."""
+    """Rest, then one step for each stretch of constant input."""
     volts = record.input
     is_open = np.zeros(len(volts), dtype=bool) if record.open is None else record.open
     changes = np.flatnonzero((np.diff(volts) != 0.0) | np.diff(is_open)) + 1
-    steps, phases = [], []
+    steps, phases = [Step(StepKind.COAST, REST * record.period_s)], [Phase(0, 0)]
     for index, (a, b) in enumerate(pairwise([0, *changes.tolist(), len(volts)])):
         duration = (b - a) * record.period_s
         if is_open[a]:
@@ -51,7 +61,7 @@ def _program(record: Record) -> tuple[tuple[Step, ...], tuple[Phase, ...]]:
         else:
             level = float(volts[a])
             steps.append(Step(StepKind.DRIVE_VOLTS, duration, level, Decay.SYNCHRONOUS_SLOW))
-        phases.append(Phase(index, a))
+        phases.append(Phase(index + 1, REST + a))
     return tuple(steps), tuple(phases)
 
 
