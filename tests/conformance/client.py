@@ -165,6 +165,7 @@ class Client:
         self.get("stop")
         if self.get("read_status")["state"] == State.FAULTED:
             self.get("clear_fault")
+        self.wait(0.01)  # until there are readings
         self.settings = self._settings()
 
     def value(self, channel: Channel, raw: float) -> float:

@@ -37,7 +37,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    if "board_name" not in metafunc.fixturenames:
+    named = any(
+        "board_name" in mark.args for mark in metafunc.definition.iter_markers("parametrize")
+    )
+    if named or "board_name" not in metafunc.fixturenames:
         return
     needed = {trait for mark in metafunc.definition.iter_markers("needs") for trait in mark.args}
     metafunc.parametrize("board_name", [name for name in NAMES if needed <= TRAITS[name]])

@@ -3,6 +3,10 @@
 Simulated board and core get the same bench, computed by the same plant. Without noise and with
 duties that the core's bridge has exactly, they agree to the last count; a duty that follows the
 supply is rounded by the core to 1/32000, which is worth a fraction of a count here.
+
+An emulated board has its own converter and samples at other moments, so its samples are held
+against what its descriptors promise: the mean over the declared window, taken from a run of the
+simulated board that is sampled every PWM period.
 """
 
 from __future__ import annotations
@@ -13,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from motorid.wire.enums import Channel, Decay
 from tests.conformance.boards import opened
@@ -27,6 +32,20 @@ ROUNDED = {
     Channel.POSITION: 1,
 }
 QUIET = {"noise": 0, "clock_ppm": 0, "seed": 11}
+# raw counts by which an emulated board's samples may differ from what its descriptors promise
+PROMISED = {
+    Channel.CURRENT: 3,
+    Channel.TERMINAL_VOLTAGE: 5,
+    Channel.SUPPLY_VOLTAGE: 3,
+    Channel.POSITION: 3,
+}
+# at a step's edge a mean of four conversions is not the mean of the window: a share of the step;
+# a window misplaced by a fifth of its width would show
+EDGE = 5  # samples from a step's beginning on
+EDGE_SHARE = 0.15
+IDEAL = QUIET | {"gain_error": 0, "voltage_gain_error": 0, "offset_error": 0, "heating": 0}
+FINE = {"aperture": 50e-6, "delay": 0, "voltage_aperture": 50e-6, "bits": 15, "baud": 0}
+FINE_TICKS = 800  # one PWM period
 Script = Callable[[Client], Sequence[Fields]]
 Pair = tuple[Client, Client]
 
@@ -162,3 +181,72 @@ def test_a_different_bench_does_not_agree(pair: Callable[..., Pair]) -> None:
     _, host = pair(**QUIET | {"seed": 12})
     with pytest.raises(AssertionError, match="differs by"):
         compare((sim, host), all_kinds, EXACT)
+
+
+# ---------------------------------------------------------------- emulated boards
+
+
+def timed(client: Client, ticks: int) -> Sequence[Fields]:
+    """A program of fixed duration, whatever the sample period."""
+
+    def samples(ms: int) -> int:
+        return ms * client.identity["clock_hz"] // 1000 // ticks
+
+    client.settings["sample_period_ticks"] = ticks
+    slow = {"decay": Decay.SYNCHRONOUS_SLOW}
+    return [
+        client.coast(samples(20)),
+        client.drive(samples(100), 0.5) | slow,
+        client.coast(samples(60)),
+        client.drive(samples(80), -0.25) | slow,
+        client.brake(samples(50)),
+        client.coast(samples(10)),
+    ]
+
+
+def counts(record: Record) -> NDArray[np.int64]:
+    """The whole encoder count at each sample, from 0."""
+    steps = np.diff(record.channel(Channel.POSITION).view(np.uint16)).view(np.int16)
+    return np.concatenate([[0], np.cumsum(steps.astype(int))])
+
+
+def promised(client: Client, record: Record, fact: Fields, ticks: NDArray[Any]) -> NDArray[Any]:
+    """What a channel so described reads at these ticks, in its own counts, by a finer record."""
+    per_ns = client.identity["clock_hz"] * 1e-9
+    end = ticks - fact["delay_ns"] * per_ns
+    fine = np.arange(len(record.samples)) * FINE_TICKS
+    channel = Channel(fact["channel"])
+    if channel is Channel.POSITION:
+        return np.interp(end, fine, counts(record))
+    ours = client.descriptors[channel]
+    value = ours["scale"] * (record.channel(channel).astype(float) - ours["offset"])
+    integral = np.concatenate([[0.0], np.cumsum(value[1:]) * FINE_TICKS])
+    width = fact["aperture_ns"] * per_ns
+    area = np.interp(end, fine, integral) - np.interp(end - width, fine, integral)
+    return area / width / fact["scale"] + fact["offset"]
+
+
+@pytest.mark.parametrize("board_name", ["uno", "mega"])
+def test_an_emulated_board_reads_what_its_descriptors_promise(board_name: str) -> None:
+    bench = IDEAL | {"motor": "faulhaber", "counts_per_turn": 256}
+    with opened(board_name, **bench) as board, opened("sim", **bench, **FINE) as simulated:
+        client, reference = Client(board.port), Client(simulated.port)
+        client.bring_up()
+        reference.bring_up()
+        ceiling = client.identity["encoder_edge_ceiling_hz"]
+        fine = reference.run(*timed(reference, FINE_TICKS), speed_limit_counts_s=ceiling)
+        record = client.run(*timed(client, client.period))
+    assert events(record)[:-1] == events(fine)[:-1]
+    assert events(record)[-1][1]["tick"] == events(fine)[-1][1]["tick"]
+    ticks = np.arange(len(record.samples)) * client.period
+    begun = np.array([fields["tick"] for name, fields in events(record) if name == "phase"])
+    near = (ticks[:, None] >= begun) & (ticks[:, None] <= begun + EDGE * client.period)
+    calm = ~near.any(axis=1)
+    assert calm.sum() > 0.9 * len(calm)
+    for channel, most in PROMISED.items():
+        raw = counts(record) if channel is Channel.POSITION else record.channel(channel)
+        ideal = promised(reference, fine, client.descriptors[channel], ticks)
+        off = np.abs(raw - ideal)
+        off[:EDGE] = 0  # windows that begin before the finer record does
+        assert off[calm].max() <= most, f"{channel.name} is off by {off[calm].max():.1f} counts"
+        assert off[~calm].max() <= EDGE_SHARE * np.ptp(ideal) + most, channel.name
