@@ -1,0 +1,125 @@
+"""The tables, in SQLAlchemy's own words: nothing here knows which database will hold them."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import (
+    JSON,
+    Boolean,
+    Column,
+    DateTime,
+    Double,
+    ForeignKey,
+    Index,
+    Integer,
+    MetaData,
+    String,
+    Table,
+    Text,
+)
+from sqlalchemy.types import TypeDecorator
+
+VERSION = "1"  # of the tables; another first number is refused
+DIGEST = String(64)  # a SHA-256 in hexadecimal
+NAME = String(200)
+
+
+class UtcDateTime(TypeDecorator[datetime]):
+    """Instants kept as UTC without a zone, which every database orders alike; aware outside."""
+
+    impl = DateTime
+    cache_ok = True
+
+    def process_bind_param(self, value: datetime | None, dialect: Any) -> datetime | None:
+        """Any zone in, UTC down; an instant without a zone is a mistake of the caller."""
+        if value is None:
+            return None
+        if value.tzinfo is None:
+            raise ValueError("an instant for the history needs its time zone")
+        return value.astimezone(UTC).replace(tzinfo=None)
+
+    def process_result_value(self, value: datetime | None, dialect: Any) -> datetime | None:
+        """UTC up."""
+        return None if value is None else value.replace(tzinfo=UTC)
+
+
+metadata = MetaData(
+    naming_convention={
+        "ix": "ix_%(table_name)s_%(column_0_name)s",
+        "uq": "uq_%(table_name)s_%(column_0_name)s",
+        "fk": "fk_%(table_name)s_%(column_0_name)s",
+        "pk": "pk_%(table_name)s",
+    }
+)
+
+meta = Table(
+    "meta", metadata, Column("name", NAME, primary_key=True), Column("value", Text, nullable=False)
+)
+
+# Texts that many results share: a rig file, a product's limits, a program. Kept once each.
+documents = Table(
+    "documents",
+    metadata,
+    Column("sha256", DIGEST, primary_key=True),
+    Column("text", Text, nullable=False),
+)
+
+captures = Table(
+    "captures",
+    metadata,
+    Column("sha256", DIGEST, primary_key=True),
+    Column("path", Text, nullable=False),  # where it was when it was recorded
+    Column("serial", NAME, nullable=False, index=True),
+    Column("created", UtcDateTime),
+    Column("samples", Integer, nullable=False),
+    Column("end_reason", NAME, nullable=False),
+    Column("rig", DIGEST, ForeignKey("documents.sha256")),
+    Column("program", DIGEST, ForeignKey("documents.sha256")),
+    Column("calibration", DIGEST, ForeignKey("documents.sha256")),
+)
+
+results = Table(
+    "results",
+    metadata,
+    Column("id", Integer, primary_key=True),
+    Column("key", DIGEST, nullable=False, unique=True),  # digest of all it says: added once only
+    Column("kind", NAME, nullable=False),  # check, rejudged, fit, golden
+    Column("serial", NAME, nullable=False, index=True),
+    Column("product", NAME, nullable=False),
+    Column("outcome", String(16), nullable=False),  # PASS, FAIL, INVALID; "" where none was asked
+    Column("marginal", Boolean, nullable=False),
+    Column("at", UtcDateTime, nullable=False, index=True),
+    Column("station", NAME, nullable=False),
+    Column("operator", NAME, nullable=False),
+    Column("note", Text, nullable=False),
+    Column("versions", JSON, nullable=False),
+    Column("limits", DIGEST, ForeignKey("documents.sha256")),
+    Column("estimate", DIGEST, ForeignKey("documents.sha256")),
+)
+
+result_captures = Table(
+    "result_captures",
+    metadata,
+    Column("result", Integer, ForeignKey("results.id"), primary_key=True),
+    Column("position", Integer, primary_key=True),
+    Column("capture", DIGEST, ForeignKey("captures.sha256"), nullable=False, index=True),
+)
+
+measurements = Table(
+    "measurements",
+    metadata,
+    Column("result", Integer, ForeignKey("results.id"), primary_key=True),
+    Column("name", NAME, primary_key=True),
+    Column("unit", String(40), nullable=False),
+    Column("value", Double),
+    Column("uncertainty", Double),  # standard, in unit
+    Column("low", Double),  # limits; NULL where there is none
+    Column("high", Double),
+    Column("guard_band", Double),
+    Column("outcome", String(16), nullable=False),
+    Column("marginal", Boolean, nullable=False),
+    Column("reason", Text, nullable=False),
+    Index("ix_measurements_name_result", "name", "result"),
+)

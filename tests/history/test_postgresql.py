@@ -1,0 +1,88 @@
+"""The same history on a real PostgreSQL, where the machine has one: not a line of code changes."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from motorid.quality.history import Query, open_history
+from motorid.quality.history.export import rows
+from tests.history.records import record
+from tests.history.test_history import run_stations
+
+pytestmark = pytest.mark.slow
+
+
+def programs() -> Path:
+    """The folder of initdb and pg_ctl; skips where there is none."""
+    if sys.platform == "win32":
+        pytest.skip("no PostgreSQL server on this machine that the test can start")
+    pytest.importorskip("psycopg", reason="no psycopg: pip install 'motorid[postgresql]'")
+    found = shutil.which("initdb")
+    folders = [Path(found).parent] if found else sorted(Path("/usr/lib/postgresql").glob("*/bin"))
+    if not folders:
+        pytest.skip("no PostgreSQL server on this machine")
+    return folders[-1]
+
+
+def run(words: list[str], as_user: dict[str, Any]) -> None:
+    subprocess.run(words, check=True, capture_output=True, cwd="/", **as_user)
+
+
+@pytest.fixture(scope="module")
+def postgresql() -> Iterator[str]:
+    """The URL of a server of our own, on a socket in a temporary folder."""
+    where = programs()
+    as_user: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory(prefix="motorid-pg-") as folder:
+        if os.getuid() == 0:  # the server refuses to run as root
+            import pwd
+
+            try:
+                owner = pwd.getpwnam("postgres")
+            except KeyError:
+                pytest.skip("no PostgreSQL server on this machine that root may start")
+            os.chown(folder, owner.pw_uid, owner.pw_gid)
+            as_user = {"user": owner.pw_uid, "group": owner.pw_gid}
+        data = f"{folder}/data"
+        run([str(where / "initdb"), "-D", data, "-U", "motorid", "-A", "trust", "-N"], as_user)
+        settings = f"-k {folder} -c listen_addresses='' -c fsync=off"
+        control = [str(where / "pg_ctl"), "-D", data, "-w"]
+        run([*control, "-l", f"{folder}/log", "-o", settings, "start"], as_user)
+        try:
+            yield f"postgresql+psycopg://motorid@/postgres?host={folder}"
+        finally:
+            run([*control, "-m", "immediate", "stop"], as_user)
+
+
+def test_stations_share_a_server(postgresql: str) -> None:
+    """Four processes make the tables at once and write overlapping ranges: none lost or doubled."""
+    run_stations(postgresql, [(0, 40), (30, 70), (60, 100), (0, 40)])
+    with open_history(postgresql) as history:
+        assert history.count() == 100
+        assert {row.serial for row in history.results()} == {f"SN-{n:05d}" for n in range(100)}
+        assert not history.add(record(7))
+
+
+def test_both_databases_answer_alike(postgresql: str, tmp_path: Path) -> None:
+    with open_history(postgresql) as server, open_history(tmp_path / "line.db") as file:
+        for number in range(100):
+            file.add(record(number))
+            server.add(record(number))
+
+        def table(history: Any) -> list[tuple[Any, ...]]:
+            found = [row[1:] for piece in rows(history, Query()) for row in piece]
+            return sorted(found, key=lambda row: (row[2], row[6:8], str(row)))
+
+        assert table(server) == table(file)
+        assert [tuple(r) for r in server.series("R")] == [tuple(r) for r in file.series("R")]
+        query = Query(serial="SN-0001?")
+        assert server.count(query) == file.count(query) == 10
