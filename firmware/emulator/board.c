@@ -16,7 +16,7 @@
 #include <simavr/sim_interrupts.h>
 
 enum { HEARD = 4096, SAID = 1 << 16 }; /* powers of two */
-enum { HOLD = 35, DELIVER = 205 };     /* cycles after a conversion's trigger */
+enum { HOLD = 35, DELIVER = 208 };     /* cycles after a conversion's trigger */
 enum { BYTE = 176 };                   /* cycles between bytes given to the UART */
 enum { LOOK = 250 };                   /* cycles between looks at pins and encoder */
 enum { PORT_B = 0x25, DDR_B = 0x24, ADMUX = 0x7C, TCCR1A = 0x80, TCCR1B = 0x81, TCNT1 = 0x84,
@@ -46,7 +46,7 @@ struct board {
     int pwm_runs;
     long long count;  /* encoder count that the pins show */
     int forced;       /* encoder pins, -1: the motor's */
-    int code;         /* of the conversion under way */
+    int chosen, code; /* input of the conversion under way, and its result */
     uint8_t heard[HEARD], said[SAID];
     size_t heard_head, heard_tail, said_head, said_tail;
     int receiving;
@@ -100,7 +100,8 @@ static void look_for_pwm(struct board *b) {
 
 static avr_cycle_count_t on_hold(avr_t *avr, avr_cycle_count_t when, void *param) {
     struct board *const b = param;
-    b->code = rig_convert(b->rig, when, avr->data[ADMUX] & 3);
+    (void)avr;
+    b->code = rig_convert(b->rig, when, b->chosen);
     return 0;
 }
 
@@ -119,6 +120,7 @@ static avr_cycle_count_t on_deliver(avr_t *avr, avr_cycle_count_t when, void *pa
 static void on_conversion(avr_irq_t *irq, uint32_t value, void *param) {
     struct board *const b = param;
     (void)irq, (void)value;
+    b->chosen = b->avr->data[ADMUX] & 3;
     avr_cycle_timer_register(b->avr, HOLD, on_hold, b);
     avr_cycle_timer_register(b->avr, DELIVER, on_deliver, b);
 }

@@ -27,6 +27,7 @@ struct levels {
 /* Read by slots.S. */
 volatile struct levels next_levels = {LOW, LOW};
 volatile uint8_t next_enable;
+volatile uint8_t next_swapped; /* 2 when terminal B is to be watched closely */
 
 #ifdef BRIDGE_DRV8871
 #define ENABLE (_BV(COM1A1) | _BV(COM1B1) | _BV(WGM11)) /* non-inverting */
@@ -91,4 +92,5 @@ void bridge_drive(int16_t level, uint8_t decay) {
     const struct levels forward = LEVELS(compare, LOW);
     const struct levels reverse = LEVELS(LOW, compare);
     keep(level < 0 ? reverse : forward, ENABLE);
+    next_swapped = level < 0 ? 2u : 0u;
 }

@@ -46,9 +46,9 @@ const struct port port = {
     .boot_id = reset_boot_id,
 };
 
-/* Most interrupts are slots, which bring nothing for core_poll(). What comes between the look and the
- * sleep waits for the next slot, 16 us at most. A full ring towards the host needs no wake-up of its
- * own: it holds more than two windows' worth. */
+/* Most interrupts are slots, which bring nothing for core_poll(). What comes between the look and
+ * the sleep waits for the next slot, 16 us at most. A full ring towards the host needs no wake-up of
+ * its own: it holds more than two windows' worth. */
 static void sleep_until_news(void) {
     while (!link_has_heard() && !sampling_has_news()) {
         sleep_cpu();

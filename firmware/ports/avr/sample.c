@@ -15,15 +15,19 @@ _Static_assert(MOST_EDGES < 128u, "COUNT_REGISTER's change over a window is take
 _Static_assert(PWM_PRESET > 0 && PWM_PRESET < PWM_TICKS, "timer 1 starts within a period");
 
 struct sums {
-    uint16_t terminal_a, current, terminal_b, supply;
+    uint16_t active, current, other, supply; /* of 8, 4, 2 and 2 conversions */
 };
 
-extern struct sums sums; /* slots.S adds to them */
+/* slots.S: it adds to the sums, and changes which terminal is the active one when it sets the
+ * multiplexer for a new window. */
+extern struct sums sums;
+extern volatile uint8_t terminals_swapped;
 
 static struct {
     uint32_t position;
     uint32_t period, left;   /* ticks of a sample, and until the next one */
     uint8_t count;           /* COUNT_REGISTER at the last window */
+    uint8_t swapped;         /* terminals_swapped of the window that now fills */
     uint8_t masked;          /* windows until the encoder is heard again */
     volatile bool sampling;  /* core_sample() is at work */
     volatile bool overran;   /* it took too long: the bridge stays open until the watchdog bites */
@@ -55,32 +59,38 @@ static void allow_edges(uint8_t left) {
     EDGES_REGISTER = left < MOST_EDGES ? left : MOST_EDGES;
 }
 
-/* Count, and allow the next window's edges. True when there were too many. */
-static bool follow_encoder(void) {
-    const uint8_t count = COUNT_REGISTER;
-    now.position += (uint32_t)(int32_t)(int8_t)(uint8_t)(count - now.count);
-    now.count = count;
-    const uint8_t left = EDGES_REGISTER;
-    if (left == 0 && now.masked == 0) {
-        now.masked = MASKED_WINDOWS;
-        return true;
+/* Allow the next window's edges. True when there were too many. */
+static bool watch_encoder(void) {
+    bool storm = false;
+    ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
+        const uint8_t left = EDGES_REGISTER;
+        if (now.masked == 0 && left != 0) {
+            allow_edges(left);
+        } else if (now.masked == 0) {
+            now.masked = MASKED_WINDOWS;
+            storm = true;
+        } else if (core_state() != WIRE_STATE_FAULTED && --now.masked == 0) {
+            allow_edges(MOST_EDGES);
+            listen_to_encoder();
+        }
     }
-    if (now.masked == 0) {
-        allow_edges(left);
-    } else if (core_state() != WIRE_STATE_FAULTED && --now.masked == 0) {
-        allow_edges(MOST_EDGES);
-        listen_to_encoder();
-    }
-    return false;
+    return storm;
 }
 
 /* ------------------------------------------------------------------ samples */
 
+/* The window's sums and count, before the next slot adds to them. */
 static void take(struct reading *reading) {
+    const uint8_t count = COUNT_REGISTER;
+    now.position += (uint32_t)(int32_t)(int8_t)(uint8_t)(count - now.count);
+    now.count = count;
     reading->raw[WIRE_CHANNEL_CURRENT] = (int16_t)sums.current;
-    reading->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = (int16_t)(sums.terminal_a - sums.terminal_b);
-    reading->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = (int16_t)sums.supply;
+    const int16_t volts = (int16_t)(sums.active - 4u * sums.other);
+    reading->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = now.swapped != 0 ? (int16_t)-volts : volts;
+    reading->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = (int16_t)(2u * sums.supply);
+    now.swapped = terminals_swapped;
     reading->position = now.position;
+    sums = (struct sums){0, 0, 0, 0};
 }
 
 /* Nothing that core_sample() now decides would act in time, and the ticks no longer hold. */
@@ -89,36 +99,35 @@ static void overrun(void) {
     bridge_cut();
 }
 
-/* Entered from slots.S, with interrupts off and as an interrupt: a window is complete. Everything
- * but core_sample() takes less than two characters of the link, which the receiver can hold. (The
- * emulator's receiver holds more, and would hide it if this grew.) */
+static void deal_with(const struct reading *reading) {
+    const bool storm = watch_encoder();
+    now.left -= WINDOW_TICKS;
+    if (now.left == 0) {
+        now.left = now.period;
+        core_sample(reading);
+    }
+    if (storm) {
+        core_trip(WIRE_FAULT_ENCODER_EDGES, (int32_t)ENCODER_EDGE_CEILING);
+    }
+}
+
+/* Entered from slots.S, with interrupts off and as an interrupt: a window is complete. They are on
+ * again before the next slot is due, and long before the receiver, which holds two characters,
+ * could overflow. (The emulator's holds more, and would hide it if this grew.) */
 void __vector_window(void) __attribute__((signal, used, externally_visible));
 void __vector_window(void) {
     struct reading reading;
-    const bool storm = follow_encoder();
     take(&reading);
-    sums = (struct sums){0, 0, 0, 0};
     now.news = true;
     if (now.sampling || now.overran) {
         overrun();
-        return;
-    }
-    now.left -= WINDOW_TICKS;
-    const bool due = now.left == 0;
-    if (!due && !storm) {
         return;
     }
     now.sampling = true;
     SCOPE_PORT |= _BV(SCOPE_BIT);
     link_hold(); /* its interrupt may come 20 times meanwhile, and there is time for it after */
     sei();
-    if (due) {
-        now.left = now.period;
-        core_sample(&reading);
-    }
-    if (storm) {
-        core_trip(WIRE_FAULT_ENCODER_EDGES, (int32_t)ENCODER_EDGE_CEILING);
-    }
+    deal_with(&reading);
     cli();
     link_release();
     SCOPE_PORT &= (uint8_t)~_BV(SCOPE_BIT);
@@ -160,7 +169,7 @@ void sampling_begin(void) {
     /* START_LAG cycles between the two: one STS. The prescaler is not in use. */
     __asm__ volatile("out %0, %2\n\tsts %1, %3"
                      :
-                     : "I"(_SFR_IO_ADDR(TCCR0B)), "n"(_SFR_MEM_ADDR(TCCR1B)), "r"((uint8_t)_BV(CS00)),
-                       "r"((uint8_t)(_BV(WGM13) | _BV(WGM12) | _BV(CS10)))
+                     : "I"(_SFR_IO_ADDR(TCCR0B)), "n"(_SFR_MEM_ADDR(TCCR1B)),
+                       "r"((uint8_t)_BV(CS00)), "r"((uint8_t)(_BV(WGM13) | _BV(WGM12) | _BV(CS10)))
                      : "memory");
 }

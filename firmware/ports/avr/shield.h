@@ -27,7 +27,8 @@
 #define DIVIDER 8.0f
 #endif
 #ifndef VOLTAGE_GAIN_UNCERTAINTY
-#define VOLTAGE_GAIN_UNCERTAINTY 0.001f /* standard: 0.1 % resistors, 0.1 % reference */
+/* Standard: 0.1 % resistors and reference, and what the PWM's 8th harmonic leaves. */
+#define VOLTAGE_GAIN_UNCERTAINTY 0.0015f
 #endif
 /* The dividers' filter: 1.25 kohm and 47 nF. First order, so it delays by its time constant. */
 #ifndef FILTER_NS

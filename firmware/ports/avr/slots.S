@@ -8,7 +8,14 @@
 .section .bss
 .balign 8                       ; an index never carries out of the low address byte
 .global sums
-sums:   .skip 8                 ; this window's: terminal A, current, terminal B, supply
+sums:   .skip 8                 ; this window's: active terminal, current, other terminal, supply
+.global terminals_swapped
+terminals_swapped: .skip 1      ; 2 when terminal B is the active one, else 0
+
+.section .data
+.balign 16
+turns:                          ; which input a slot converts, which sum takes it
+        .byte 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0, 3
 
 .section .text
 
@@ -16,8 +23,8 @@ sums:   .skip 8                 ; this window's: terminal A, current, terminal B
  * Reads the conversion of the slot before, and points the multiplexer at the input of the next one:
  * this slot's own conversion is under way and keeps its input.
  *
- * The hardware triggers on the rising edge of OCF0A, so the flag must be cleared here. (The emulator
- * clears all of TIFR0 whatever is written, so it would hide a wrong bit.) */
+ * The hardware triggers on the rising edge of OCF0A, so the flag must be cleared here. (The
+ * emulator clears all of TIFR0 whatever is written, so it would hide a wrong bit.) */
 .global TIMER0_COMPB_vect
 TIMER0_COMPB_vect:
         push r24
@@ -28,10 +35,17 @@ TIMER0_COMPB_vect:
         push r30
         push r31
         in   r30, SLOT_REGISTER
-        mov  r24, r30
-        subi r24, -2
-        andi r24, 3             ; and both REFS bits zero: AREF
-        sts  ADMUX, r24
+        mov  r25, r30
+        subi r30, -2            ; its input is the next to come
+        andi r30, SLOTS - 1
+        subi r30, lo8(-(turns))
+        ldi  r31, hi8(turns)
+        ld   r24, Z
+        lds  r0, terminals_swapped
+        sbrs r24, 0
+        eor  r24, r0
+        sts  ADMUX, r24         ; both REFS bits zero: AREF
+        mov  r30, r25
         lds  r24, ADCL          ; the low byte first: reading it holds the high one
         lds  r25, ADCH
         cpi  r30, LEVELS_SLOT - 1
@@ -39,7 +53,9 @@ TIMER0_COMPB_vect:
         cpi  r30, TICK_SLOT - 1
         breq tick
 add:
-        andi r30, 3
+        subi r30, lo8(-(turns))
+        ldi  r31, hi8(turns)
+        ld   r30, Z
         lsl  r30
         subi r30, lo8(-(sums))
         ldi  r31, hi8(sums)
@@ -89,8 +105,11 @@ levels:
         sts  OCR1BL, r0
         rjmp add
 
-/* The tick: the bridge closes or opens. */
+/* The tick: the bridge closes or opens. From the next window on the terminal that now switches is
+ * the active one. */
 tick:
+        lds  r0, next_swapped
+        sts  terminals_swapped, r0
         lds  r0, next_enable
 #ifdef BRIDGE_DRV8871
         sts  TCCR1A, r0         ; both inputs low let go of the motor

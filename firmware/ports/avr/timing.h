@@ -6,14 +6,15 @@
  *   slots   timer 0, 250 ticks: each triggers one conversion (in hardware, so without jitter).
  *   window  16 slots, 4000 ticks, five PWM periods: four conversions of each input.
  *
- * The inputs take turns, so each is converted every 1000 ticks, 1.25 PWM periods: its four
- * conversions fall a quarter of a PWM period apart. Their sum is a mean over the window in which the
- * PWM ripple and its second and third harmonics cancel.
+ * The inputs take turns (slots.S): 8 slots go to the terminal that switches, 4 to the current, 2 to
+ * the other terminal and 2 to the supply, each input's evenly spaced. As 250 and 800 share no more
+ * than 50, they fall evenly over the PWM period too: a sum is a mean over the window in which the
+ * PWM ripple cancels up to its 8th harmonic (switching terminal) or its 4th (current).
  *
- *   slot      0  1  2  3  4  5 ...       15 | 0 ...       13        14
- *   converts  A  I  B  S  A  I  B  S ...  S | A           levels    TICK: enable
- *             `------- one window --------'   ^           written
- *                                             core_sample() begins, and has until slot 13
+ *   slot      0  1  2  3  4  5  6  7 ...  15 | 0 ...       13        14
+ *   converts  A  I  A  B  A  I  A  S ...  S  | A           levels    TICK: enable
+ *             `------- one window --------'    ^           written
+ *                                              core_sample() begins, and has until slot 13
  *
  * The sample's tick is the PWM period that begins in slot 14 of the next window. What core_sample()
  * asked of the bridge acts there: the duties by the timer's own double buffer, to the tick; enable
@@ -28,16 +29,18 @@
 #define SLOTS 16
 #define WINDOW_TICKS (SLOTS * SLOT_TICKS)
 
-/* The slot's interrupt, so long after the slot began: the conversion of the slot before is complete
- * then, and that of this slot has taken its input, so the multiplexer may move on. */
-#define READ_TICKS 40
+/* The slot's interrupt comes so long after the slot began. It takes 40 more to reach ADMUX; the
+ * slot's conversion has taken its input after 19. Then it reads the result of the slot before, which
+ * must not be after 216: so other interrupts may hold it up by READ_LATENCY. */
+#define READ_TICKS 6
+#define READ_LATENCY 160
 /* From the trigger to the moment that is converted: two ADC clocks and three of the processor's. */
 #define HOLD_TICKS 35
 
 #define LEVELS_SLOT 13  /* writes the duties: in the PWM period before the tick's */
 #define TICK_SLOT 14    /* writes enable; 2 modulo 4, so that no input is converted at an edge */
-#define TICK_IN_SLOT 84 /* where in that slot the PWM period begins: when enable is written */
-#define ENABLE_JITTER_TICKS 160 /* other interrupts may hold it up so long */
+#define TICK_IN_SLOT 60 /* where in that slot the PWM period begins: when enable is written */
+#define ENABLE_JITTER_TICKS READ_LATENCY
 
 #define TICK_AT (TICK_SLOT * SLOT_TICKS + TICK_IN_SLOT) /* ticks after a window ends */
 
@@ -45,13 +48,13 @@
 #define START_LAG 2
 #define PWM_PRESET (PWM_TICKS - (TICK_AT - START_LAG) % PWM_TICKS)
 
-/* From the middle of an input's four conversions, which is that of its mean, half a window to its
- * end; from there to the tick. `slot` is the input's first. */
-#define MEAN_END(slot) (6 * SLOT_TICKS + (slot) * SLOT_TICKS + HOLD_TICKS + WINDOW_TICKS / 2)
+/* The middle of an input's conversions is that of its mean; its end is half a window later. All
+ * have theirs at slot 7 but the supply, at slot 11. */
+#define MEAN_END(slot) ((slot) * SLOT_TICKS + HOLD_TICKS + WINDOW_TICKS / 2)
 #define MEAN_DELAY(slot) (WINDOW_TICKS + TICK_AT - MEAN_END(slot))
 /* The encoder is read when the window's last conversion is. */
-#define POSITION_DELAY (TICK_AT - READ_TICKS - 110)
+#define POSITION_DELAY (TICK_AT - READ_TICKS - 120)
 
-#define TICKS_TO_NS(ticks) ((uint32_t)((ticks) * (1000000000ull / 1000000u) / (CLOCK_HZ / 1000000u)))
+#define TICKS_TO_NS(ticks) ((uint32_t)((ticks) * 1000ull / (CLOCK_HZ / 1000000u)))
 
 #endif
