@@ -1,4 +1,4 @@
-"""A board that resets is noticed at any time, by its greeting or, when that is lost, by its boot."""
+"""A reset is noticed at any time: by the greeting or, when that is lost, by the boot id."""
 
 from __future__ import annotations
 
