@@ -68,7 +68,7 @@ def _voltage_gain(record: MotorRecord, values: Floats, own: Floats) -> list[Floa
     base = record.fitted(values, own)
     if not gain:
         return [np.zeros(len(y)) for y in base]
-    moved = record.driven_by(record.volts * (1.0 + SMALL), values, own)
+    moved = record.fitted_if(values, own, volts=1.0 + SMALL)
     return [
         (gain * y if m.block.name == EMF else 0.0) - gain / SMALL * (new - y)
         for m, y, new in zip(record.measured, base, moved, strict=True)
@@ -80,7 +80,7 @@ def _clock(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
     base = record.fitted(values, own)
     if not uncertainty:
         return [np.zeros(len(y)) for y in base]
-    moved = record.fitted(values, own, record.timeline.period_s * (1.0 + SMALL))
+    moved = record.fitted_if(values, own, clock=1.0 + SMALL)
     return [uncertainty / SMALL * (new - y) for y, new in zip(base, moved, strict=True)]
 
 
@@ -92,7 +92,7 @@ def _source_level(record: MotorRecord, values: Floats, own: Floats) -> list[Floa
     if not resolution or noise > 0.3 * resolution:  # noise of a third of a step dithers it away
         return [np.zeros(len(y)) for y in base]
     size = resolution / np.sqrt(12.0)
-    moved = record.driven_by(record.volts + np.sign(record.volts) * UNITS_V, values, own)
+    moved = record.fitted_if(values, own, shift_v=UNITS_V)
     return [-size / UNITS_V * (new - y) for y, new in zip(base, moved, strict=True)]
 
 

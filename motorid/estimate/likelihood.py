@@ -280,17 +280,18 @@ class _Search:
             n = len(residual)
             A = np.empty((len(self.frame.start), n))
             C = np.empty((len(frame.start), n))
-            for j in range(len(A)):
-                x, step = at.shared.copy(), self._step(self.frame, at.shared, j)
-                x[j] += step
-                moved = record.residuals(self.frame.outward(x), own)
-                A[j] = self.column(k, at, inverse / step, moved)
+            # nuisances first: a record may remember the response that they share with ``at``
             for j in range(len(C)):
                 x, step = at.own[k].copy(), self._step(frame, at.own[k], j)
                 x[j] += step
                 C[j] = self.column(
                     k, at, inverse / step, record.residuals(values, frame.outward(x))
                 )
+            for j in range(len(A)):
+                x, step = at.shared.copy(), self._step(self.frame, at.shared, j)
+                x[j] += step
+                moved = record.residuals(self.frame.outward(x), own)
+                A[j] = self.column(k, at, inverse / step, moved)
             prior = frame.precision
             normals.append(
                 _Normal(

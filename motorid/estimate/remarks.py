@@ -20,6 +20,7 @@ Floats = NDArray[np.float64]
 LACK_OF_FIT = 1.5  # residuals in units of the declared noise
 COLOURED = 1.3  # widening of an interval that is worth saying
 INSEPARABLE = 0.98  # correlation
+WORTH_SEPARATING = 0.01  # relative statistical uncertainty
 WORDS = {EMF: "back-EMF while coasting"}
 
 
@@ -156,19 +157,26 @@ def _statistics(found: Findings, parameters: Mapping[str, Parameter]) -> list[Di
                 f"{said} no spread between runs; three or more would enter it in the intervals",
             )
         )  # fmt: skip
-    names = found.names
-    covariance = found.statistical.covariance
+    out += _inseparable(found, parameters)
+    return out
+
+
+def _inseparable(found: Findings, parameters: Mapping[str, Parameter]) -> list[Diagnostic]:
+    """Pairs that share what is not known of them, where that is worth telling apart."""
+    names, covariance = found.names, found.statistical.covariance
     scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     table = covariance / np.outer(scale, scale)
-    for a in range(len(names)):
-        for b in range(a + 1, len(names)):
-            known = all(parameters[n].value is not None for n in (names[a], names[b]))
-            if known and abs(table[a, b]) > INSEPARABLE:
-                out.append(
-                    Diagnostic(
-                        "inseparable", "info",
-                        f"{names[a]} and {names[b]} are hardly told apart by these data "
-                        f"(correlation {table[a, b]:+.3f})",
-                    )
-                )  # fmt: skip
-    return out
+    loose = [
+        p.value is not None and (p.statistical or 0.0) > WORTH_SEPARATING * p.value
+        for p in (parameters[n] for n in names)
+    ]
+    pairs = [
+        f"{names[a]} and {names[b]} ({table[a, b]:+.3f})"
+        for a in range(len(names))
+        for b in range(a + 1, len(names))
+        if loose[a] and loose[b] and abs(table[a, b]) > INSEPARABLE
+    ]
+    if not pairs:
+        return []
+    message = f"These data hardly tell apart, by their correlation: {', '.join(pairs)}."
+    return [Diagnostic("inseparable", "info", message)]

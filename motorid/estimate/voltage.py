@@ -10,6 +10,7 @@ no window does, the fit is given the readings themselves.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -24,6 +25,7 @@ from motorid.program import Decay, StepKind
 
 Floats = NDArray[np.float64]
 
+EDGE = 1e-3  # of a period, by which a window may reach over a step
 SAME = 1e-5  # relative change of a source that a fit need not follow
 DIODE_DROPS_V = 1.4  # of the two diodes that carry a freewheeling current
 HEAD = 8  # samples after a command that are too few to smooth, and no line is drawn through
@@ -43,6 +45,7 @@ class Sense:
     shows_emf: bool  # the same channel shows K w while the bridge is open
     channel: Channel | None
     resolution: float = 0.0
+    lag: int = 0  # samples by which the readings came late; ``volts`` is without them
 
 
 @dataclass(frozen=True)
@@ -69,9 +72,17 @@ def sense(capture: Capture, timeline: Timeline) -> Sense | None:
     if channel is not None and np.isfinite(channel.values).any():
         where = channel.sense or "terminals"
         series = {"terminals": (0.0, 0.0), "bridge": leads}.get(where, both)
-        volts = _filled(timeline.spread(channel.values), timeline.parts)
+        readings, lag = _on_time(timeline.spread(channel.values), channel, timeline)
+        volts = _filled(readings, timeline.parts)
         emf = where in ("terminals", "bridge")
-        return Sense(volts, *series, emf, channel, channel.resolution)
+        return Sense(volts, *series, emf, channel, channel.resolution, lag)
+    return _from_command(capture, timeline, both)
+
+
+def _from_command(
+    capture: Capture, timeline: Timeline, series: tuple[float, float]
+) -> Sense | None:
+    """Duty times the measured supply, or volts as commanded; less what the dead time takes."""
     supply = capture.get(SUPPLY)
     driven = [p for p in timeline.parts if p.kind is not None]
     if not driven:
@@ -79,13 +90,46 @@ def sense(capture: Capture, timeline: Timeline) -> Sense | None:
     if supply is None and any(p.kind == StepKind.DRIVE_DUTY for p in driven):
         return None
     volts = np.zeros(timeline.count)
+    rail = None if supply is None else _filled(timeline.spread(supply.values), timeline.parts)
     for part in driven:
         if part.kind == StepKind.DRIVE_VOLTS:
             volts[part.slice] = part.level
-        elif part.kind == StepKind.DRIVE_DUTY and supply is not None:
-            rail = _filled(timeline.spread(supply.values), timeline.parts)
-            volts[part.slice] = part.level * rail[part.slice]
-    return Sense(volts, *both, False, supply, 0.0)
+        elif part.kind == StepKind.DRIVE_DUTY and rail is not None:
+            volts[part.slice] = part.level * rail[part.slice] - _dead(
+                capture, timeline, part, rail[part.slice]
+            )
+    return Sense(volts, *series, False, supply, 0.0)
+
+
+def _dead(capture: Capture, timeline: Timeline, part: Part, rail: Floats) -> Floats:
+    """V that the dead time of a synchronous bridge takes from the current's direction.
+
+    Once a period the on part begins late, and twice a diode carries the current instead of a
+    switch.
+    """
+    current = capture.get(CURRENT)
+    lost = capture.wiring.dead_time_s * capture.wiring.pwm_hz
+    if current is None or part.decay != Decay.SYNCHRONOUS_SLOW or not 0 < abs(part.level) < 1:
+        return np.zeros(part.stop - part.start)
+    direction = np.sign(np.nan_to_num(timeline.spread(current.values)[part.slice]))
+    return np.asarray(lost * direction * (rail + DIODE_DROPS_V))
+
+
+def _on_time(grid: Floats, channel: Channel, timeline: Timeline) -> tuple[Floats, int]:
+    """Readings (count,) at the intervals that they describe, and the samples they came late.
+
+    Those whose window reaches back into the command before are NaN: they show a mixture.
+    """
+    period = timeline.period_s
+    aperture = channel.aperture_s if channel.kind == "mean" else 0.0
+    lag = math.floor(channel.delay_s / period + EDGE)
+    mixed = math.ceil((channel.delay_s + aperture) / period - 1 - lag - EDGE)
+    if lag == 0 and mixed <= 0:
+        return grid, 0
+    early = np.concatenate([grid[lag:], np.full(lag, np.nan)])
+    for part in timeline.parts:
+        early[part.start : min(part.start + mixed, part.stop)] = np.nan
+    return early, lag
 
 
 def _filled(grid: Floats, parts: Sequence[Part]) -> Floats:
@@ -154,9 +198,10 @@ def clamp_voltage(capture: Capture, sensed: Sense) -> float:
 def pwm_shape(part: Part, level_v: float, rail: float | None) -> tuple[float, float]:
     """(duty 0 to 1, signed swing in V) of a part whose mean voltage is ``level_v``; 0: no ripple.
 
-    Only synchronous decay has a shape that does not depend on the current.
+    Fast decay has none that could be told beforehand: its current stops within the period. With
+    diode decay this is the shape while the current flows.
     """
-    if part.decay != Decay.SYNCHRONOUS_SLOW:
+    if part.decay not in (Decay.SYNCHRONOUS_SLOW, Decay.DIODE):
         return 0.0, 0.0
     if part.kind == StepKind.DRIVE_DUTY and part.level:
         duty = abs(part.level)

@@ -112,7 +112,6 @@ class Response:
         self,
         motor: Sequence[float] | Floats,
         initial: Sequence[float] = AT_REST,
-        period_s: float | None = None,
     ) -> Floats:
         """Readings, shape (outputs, n), for ``motor`` = (R, L, K, B, J, T0) in SI units.
 
@@ -125,7 +124,7 @@ class Response:
         readings = np.empty((self._n_outputs, self.count))
         events = lib.mr_response(
             m,
-            period_s or self.period_s,
+            self.period_s,
             self.pwm_period_s,
             self.count,
             self._voltage_c,

@@ -1,0 +1,108 @@
+"""What a capture brings of its own: offsets, the encoder's origin, the state it begins in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import CURRENT, POSITION, SPEED, Capture, Channel
+from motorid.estimate.likelihood import Unknown
+from motorid.estimate.readings import EMF, Measured, motion
+from motorid.estimate.voltage import Sense
+
+Floats = NDArray[np.float64]
+
+HEAD = 8  # samples that show whether a record begins at rest
+QUIET_SAMPLES = 10  # that tell an offset
+
+
+@dataclass
+class Nuisances:
+    """The unknowns of one record, and where each sits; -1: it has none."""
+
+    unknowns: list[Unknown] = field(default_factory=list)
+    current_offset: int = -1
+    position_origin: int = -1
+    voltage_offset: int = -1
+    initial_speed: int = -1
+    initial_current: int = -1
+
+    def add(self, unknown: Unknown) -> None:
+        """Take one more."""
+        setattr(self, unknown.name, len(self.unknowns))
+        self.unknowns.append(unknown)
+
+    def of(self, own: Floats, name: str) -> float:
+        """Its value among the record's own (SI), 0 where it has none."""
+        place = getattr(self, name)
+        return float(own[place]) if place >= 0 else 0.0
+
+
+def nuisances(
+    capture: Capture,
+    period_s: float,
+    driven: NDArray[np.bool_],
+    sensed: Sense,
+    measured: Sequence[Measured],
+) -> Nuisances:
+    """Those that this capture can tell, or whose uncertainty its channels declare."""
+    names = {m.block.name: m for m in measured}
+    found = Nuisances()
+    current, position, emf = names.get(CURRENT), names.get(POSITION), names.get(EMF)
+    if current is not None and not current.unsigned:
+        sd = current.channel.offset_uncertainty or np.inf
+        at_rest = current.values[~driven[current.keep]]
+        quiet = len(at_rest) >= QUIET_SAMPLES
+        if quiet or np.isfinite(sd):
+            start = float(np.median(at_rest)) if quiet else 0.0
+            found.add(Unknown("current_offset", start, scale=_extent(current.values), prior_sd=sd))
+    if position is not None:
+        first = float(position.values[0])
+        found.add(Unknown("position_origin", first, scale=_extent(position.values)))
+    if sensed.channel is not None and sensed.shows_emf:
+        sd = sensed.channel.offset_uncertainty or np.inf
+        if np.isfinite(sd) or (emf is not None and len(emf.values) >= QUIET_SAMPLES):
+            found.add(Unknown("voltage_offset", 0.0, scale=_extent(sensed.volts), prior_sd=sd))
+    if not starts_at_rest(capture, driven):
+        _moving_start(found, names.get(POSITION) or names.get(SPEED), period_s)
+        if current is not None and driven[0]:
+            first = float(current.values[0])
+            found.add(Unknown("initial_current", first, scale=_extent(current.values)))
+    return found
+
+
+def _extent(values: Floats) -> float:
+    return float(np.ptp(values)) or float(np.abs(values).max()) or 1.0
+
+
+def _moving_start(found: Nuisances, moving: Measured | None, period_s: float) -> None:
+    if moving is None:
+        return
+    first = moving.values[:HEAD]
+    if moving.block.name == POSITION:
+        first = np.gradient(first, moving.keep[:HEAD] * period_s)
+    found.add(Unknown("initial_speed", float(first.mean()), scale=_extent(first)))
+
+
+def starts_at_rest(capture: Capture, driven: NDArray[np.bool_]) -> bool:
+    """The motor stands still, and carries no current, over the first few samples."""
+    moving, current = motion(capture), capture.get(CURRENT)
+    if moving is not None and moving.name == POSITION and _moves(moving):
+        return False
+    if moving is not None and moving.name == SPEED and not _is_near_zero(moving):
+        return False
+    return not driven[0] or current is None or _is_near_zero(current)
+
+
+def _moves(position: Channel) -> bool:
+    early, late = position.values[:HEAD], position.values[HEAD : 2 * HEAD]
+    scatter = float(np.nanstd(np.diff(early)))
+    return abs(float(np.nanmean(late - early))) > 2.0 * scatter + 1.5 * position.resolution
+
+
+def _is_near_zero(channel: Channel) -> bool:
+    head, scatter = channel.values[:HEAD], float(np.nanstd(np.diff(channel.values[: 8 * HEAD])))
+    return abs(float(np.nanmean(head))) <= 3.0 * scatter + channel.resolution
