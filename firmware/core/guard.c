@@ -8,7 +8,7 @@
 #define MILLI 1e-3f
 
 static int16_t to_raw(float counts) {
-    return counts >= 32767.0f ? INT16_MAX : counts <= -32768.0f ? INT16_MIN : (int16_t)counts;
+    return (int16_t)fminf(fmaxf(counts, -32768.0f), 32767.0f);
 }
 
 static uint32_t to_u32(uint64_t wide) { return wide > UINT32_MAX ? UINT32_MAX : (uint32_t)wide; }

@@ -120,8 +120,8 @@ static int16_t follow_supply(const struct program *p, int32_t level, int16_t sup
         return 0;
     }
     const uint32_t size = level < 0 ? (uint32_t)-level : (uint32_t)level;
-    const int16_t duty = (int16_t)quotient(size, (uint16_t)reading, (uint16_t)port.full_duty);
-    return level < 0 ? (int16_t)-duty : duty;
+    const int32_t duty = quotient(size, (uint16_t)reading, port.full_duty);
+    return (int16_t)(level < 0 ? -duty : duty);
 }
 
 void program_renew(const struct program *p, uint8_t index, int16_t supply) {

@@ -1,0 +1,1 @@
+"""The portable firmware core and its port to this computer."""

@@ -1,0 +1,50 @@
+"""The core in C: its tests, its sizes on an 8-bit board, and lint, by ``make -C firmware``."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FIRMWARE = Path(__file__).resolve().parents[2] / "firmware"
+NEEDS = {"gcc": "no make and gcc", "avr-gcc": "no C compiler avr-gcc", "cppcheck": "no cppcheck"}
+
+
+def make(target: str, tool: str, *more: str) -> str:
+    """What a target prints. Skips without its tool."""
+    if sys.platform == "win32" or not shutil.which("make") or not shutil.which("gcc"):
+        pytest.skip("no make and gcc: the firmware's host port is not built")
+    if not shutil.which(tool):
+        pytest.skip(f"{NEEDS[tool]}: make {target} needs it")
+    command = ["make", "-s", "-C", str(FIRMWARE), f"PYTHON={sys.executable}", target, *more]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_the_core_passes_its_tests_under_sanitizers(tmp_path: Path) -> None:
+    lines = make("check", "gcc", f"BUILD={tmp_path}").splitlines()
+    assert len(lines) == 2  # with the sizes of a small board, and of this computer
+    for line in lines:
+        count, _, rest = line.partition(" ")
+        assert int(count) >= 40
+        assert rest == "tests, 0 failed"
+
+
+@pytest.mark.slow
+def test_the_core_fits_its_budget(tmp_path: Path) -> None:
+    lines = make("sizes", "avr-gcc", f"BUILD={tmp_path}").splitlines()
+    assert [line.split("  ")[0] for line in lines] == [
+        "flash",
+        "RAM",
+        "stack of core_sample",
+        "stack of core_poll",
+    ]
+
+
+def test_lint_is_quiet() -> None:
+    assert make("lint", "cppcheck") == ""
