@@ -32,12 +32,12 @@ ROUNDED = {
     Channel.POSITION: 1,
 }
 QUIET = {"noise": 0, "clock_ppm": 0, "seed": 11}
-# raw counts by which an emulated board's samples may differ from what its descriptors promise
+# by what an emulated board's samples may differ from what its descriptors promise: A, V, V, counts
 PROMISED = {
-    Channel.CURRENT: 3,
-    Channel.TERMINAL_VOLTAGE: 5,
-    Channel.SUPPLY_VOLTAGE: 3,
-    Channel.POSITION: 3,
+    Channel.CURRENT: 8e-3,
+    Channel.TERMINAL_VOLTAGE: 16e-3,
+    Channel.SUPPLY_VOLTAGE: 12e-3,
+    Channel.POSITION: 3.0,
 }
 # at a step's edge a mean of four conversions is not the mean of the window: a share of the step;
 # a window misplaced by a fifth of its width would show
@@ -246,7 +246,8 @@ def test_an_emulated_board_reads_what_its_descriptors_promise(board_name: str) -
     for channel, most in PROMISED.items():
         raw = counts(record) if channel is Channel.POSITION else record.channel(channel)
         ideal = promised(reference, fine, client.descriptors[channel], ticks)
-        off = np.abs(raw - ideal)
+        scale = client.descriptors[channel]["scale"]
+        off = scale * np.abs(raw - ideal)
         off[:EDGE] = 0  # windows that begin before the finer record does
-        assert off[calm].max() <= most, f"{channel.name} is off by {off[calm].max():.1f} counts"
-        assert off[~calm].max() <= EDGE_SHARE * np.ptp(ideal) + most, channel.name
+        assert off[calm].max() <= most, f"{channel.name} is off by {off[calm].max():.3g}"
+        assert off[~calm].max() <= EDGE_SHARE * scale * np.ptp(ideal) + most, channel.name
