@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 import click
 
-from motorid.cli.options import example, expand, fit_options, force_option
+from motorid.cli.options import INSTANT, example, expand, fit_options, force_option
 
 
 @click.command(
@@ -14,16 +17,30 @@ from motorid.cli.options import example, expand, fit_options, force_option
     epilog=example(
         "motorid fit run-1.h5 run-2.h5 run-3.h5 -o report",
         "motorid fit robotino.h5 --fix K=0.0514 --json",
+        "motorid fit captures --jobs -1 -o fits",
+        "motorid fit --history line.db --serial 'SN-1*' -o fits",
     ),
 )
-@click.argument("files", nargs=-1, required=True)
+@click.argument("files", nargs=-1)
 @fit_options
+@click.option(
+    "--jobs",
+    type=int,
+    help="Fit each capture by itself, on so many processes; -1 is one a core.",
+)
+@click.option(
+    "--history", help="Fit the captures that this history knows, each by itself, in place of FILES."
+)
+@click.option(
+    "--serial", default="", help="With --history: of these motors; * and ? are wildcards."
+)
+@click.option("--since", type=INSTANT, help="With --history: captured since, as 2026-11-21T06:00.")
 @click.option("--json", "as_json", is_flag=True, help="Print the estimate as JSON.")
 @click.option(
     "-o",
     "--output",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Folder for estimate.json and report.html.",
+    help="Folder for estimate.json and report.html; for fits.csv with --jobs.",
 )
 @force_option
 def command(
@@ -31,6 +48,10 @@ def command(
     fix: tuple[tuple[str, float], ...],
     without: tuple[str, ...],
     method: str,
+    jobs: int | None,
+    history: str | None,
+    serial: str,
+    since: datetime | None,
     as_json: bool,
     output: Path | None,
     force: bool,
@@ -39,7 +60,22 @@ def command(
 
     Needs no start values. Prints a table with uncertainties; what these captures cannot tell is
     reported as such, with the run that would tell it.
+
+    With --jobs, a folder among FILES, or --history, every capture is fitted by itself, into
+    fits.csv, a row a capture. Finished fits are kept, so an interrupted run goes on where it
+    stopped; captures that cannot be fitted are listed and stop nothing.
     """
+    options = {"fix": dict(fix), "without": without, "method": method}
+    if not (files or history):
+        raise click.UsageError("Missing argument 'FILES...': name captures, or a --history.")
+    if files and history:
+        raise click.UsageError("name captures or a --history: one of the two.")
+    if history or jobs is not None or any(Path(name).is_dir() for name in files):
+        if as_json or output is None:
+            raise click.UsageError("many fits go to a folder: give -o, and no --json.")
+        places = _of_history(history, serial, since) if history else expand(files)
+        _fit_many(places, output, force, {**options, "jobs": 1 if jobs is None else jobs})
+        return
     from motorid.workflow import fit as workflow
 
     if output:
@@ -49,3 +85,18 @@ def command(
     if output:
         for path in workflow.write_report(estimate, output, force=force):
             click.echo(f"wrote {path}", err=True)
+
+
+def _of_history(history: str, serial: str, since: datetime | None) -> list[Path]:
+    from motorid.workflow.many import captures_of_history
+
+    return captures_of_history(history, serial=serial, since=since)
+
+
+def _fit_many(places: list[Path], output: Path, force: bool, options: Mapping[str, Any]) -> None:
+    from motorid.cli.compare import TaskBar
+    from motorid.workflow import many
+
+    fits, table = many.fit_to_files(places, output, force=force, progress=TaskBar, **options)
+    click.echo(many.summary(fits))
+    click.echo(f"wrote {table}", err=True)

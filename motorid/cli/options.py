@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import glob
 from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -32,6 +33,25 @@ class Assignment(click.ParamType[tuple[str, float]]):
             return name.strip(), float(number)
         except ValueError:
             self.fail(f"{value!r} is not NAME=NUMBER, such as {self.such_as}", param, ctx)
+
+
+class Instant(click.ParamType[datetime]):
+    """``2026-11-21``, ``2026-11-21T06:00`` or with a zone; without one, of this machine's clock."""
+
+    name = "INSTANT"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> datetime:
+        if isinstance(value, datetime):
+            return value
+        try:
+            return datetime.fromisoformat(str(value)).astimezone()
+        except ValueError:
+            self.fail(f"{value!r} is no date or time, such as 2026-11-21T06:00", param, ctx)
+
+
+INSTANT = Instant()
 
 
 def expand(files: tuple[str, ...]) -> list[Path]:
