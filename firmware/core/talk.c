@@ -1,4 +1,6 @@
 /* talk.c: the main loop's side: commands in, replies, events and blocks out. */
+#include <stdatomic.h>
+
 #include "core.h"
 #include "port.h"
 #include "state.h"
@@ -176,8 +178,11 @@ static bool may_send_blocks(void) {
     return core.config.mode == WIRE_MODE_STREAM || core.run.ending;
 }
 
-/* Find something to send: replies first, then events, then samples, then the word of the end. */
+/* Find something to send: replies first, then events, then samples, then the word of the end. That
+ * only when the run was over before the look for the others: it may end at any moment in here. */
 static enum source choose(void) {
+    const bool over = core.run.ending;
+    atomic_signal_fence(memory_order_acquire);
     if (link.reply_length > 0) {
         link.next = link.reply;
         link.left = link.reply_length;
@@ -191,7 +196,7 @@ static enum source choose(void) {
         if (link.next != NULL) {
             return BLOCK;
         }
-        if (core.run.ending) {
+        if (over) {
             tell_done();
         }
     }
