@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +59,7 @@ class Findings:
     causes: Mapping[str, Floats]
     fixed: Mapping[str, float]
     without: Sequence[str]
+    doubts: Mapping[str, str] = field(default_factory=dict)  # parameters not to be given, and why
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -82,7 +83,11 @@ class Findings:
         return np.array([np.log(v) if u.log else v for u, v in pairs])
 
     def propagate(self, gradient: Floats) -> tuple[float, float, float]:
-        """(statistical, instrument, freedom) of a quantity with that gradient (p,)."""
+        """(statistical, instrument, freedom of both together) of a quantity with gradient (p,).
+
+        Welch-Satterthwaite (GUM G.4.1): the instruments' share is as good as known, so that few
+        runs widen an interval by no more than their spread's part in it.
+        """
         C = self.statistical.covariance
         variance = float(gradient @ C @ gradient)
         instrument = float(np.sqrt(sum(float(gradient @ d) ** 2 for d in self.causes.values())))
@@ -90,6 +95,8 @@ class Findings:
         known = np.isfinite(self.statistical.freedom) & (share > 0)
         weight = float((share[known] ** 2 / self.statistical.freedom[known]).sum())
         freedom = float(share.sum()) ** 2 / weight if weight > 0 else np.inf
+        if variance > 0:
+            freedom *= (1.0 + instrument**2 / variance) ** 2
         return float(np.sqrt(max(variance, 0.0))), instrument, freedom
 
 
@@ -118,6 +125,8 @@ def _free(found: Findings, name: str) -> Parameter:
     unit = UNITS[name]
     if name in POSITIVE:
         relative = float(np.hypot(deviation, instrument))
+        if name in found.doubts:
+            return unknown(name, unit, found.doubts[name])
         if relative > UNKNOWN or found.solution.at_bound[k]:
             return unknown(name, unit, f"these data do not tell it; {REMEDY[name]} would")
         reach = float(np.exp(student(freedom) * relative))
@@ -176,7 +185,7 @@ def derived(found: Findings, voltage_v: float) -> dict[str, Parameter]:
     """Figures of the motor at ``voltage_v``; those that need a parameter left out are left out."""
     out = {}
     for name, figure in FIGURES.items():
-        if name == "electrical_time_constant" and found.motor().L == 0:
+        if name == "electrical_time_constant" and (found.motor().L == 0 or "L" in found.doubts):
             continue
         at = "" if name in ("Kv",) or name.endswith("constant") else f" at {voltage_v:.3g} V"
         of = figure.of

@@ -12,12 +12,13 @@ from motorid.capture.model import CURRENT, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
 from motorid.estimate import instrument, intervals, remarks, tables
+from motorid.estimate.bridge import discontinuous, refuse_discontinuous
 from motorid.estimate.closed_form import start_values
 from motorid.estimate.likelihood import Solution, Unknown, maximise
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.types import PARAMETERS, Estimate, Parameter
 from motorid.estimate.uncertainty import statistical, whitener
-from motorid.estimate.voltage import Source, refuse_discontinuous
+from motorid.estimate.voltage import Source
 from motorid.segment import segment
 
 Floats = NDArray[np.float64]
@@ -73,7 +74,12 @@ def report(
     """What a solution says, whichever method found it: uncertainty from its curvature."""
     fixed = {**dict.fromkeys(without, 0.0), **fix}
     found = intervals.Findings(
-        solution, statistical(solution), instrument.budget(solution, records), fixed, without
+        solution,
+        statistical(solution),
+        instrument.budget(solution, records),
+        fixed,
+        without,
+        doubts(solution, records),
     )
     parameters = intervals.parameters(found)
     voltage = nominal_voltage(records)
@@ -99,6 +105,21 @@ def report(
         versions={"motorid": __version__, "numpy": np.__version__},
         budget=intervals.budget_shares(found),
     )
+
+
+def doubts(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, str]:
+    """Parameters that the averaged model of the bridge cannot tell from these captures, and why."""
+    values = dict(zip((u.name for u in solution.unknowns), solution.values, strict=True))
+    inductance = float(values.get("L", 0.0))
+    for record in records:
+        part = discontinuous(record.capture, record.timeline, inductance) if inductance else None
+        if part is not None:
+            why = (
+                f"with {part.decay.name.lower()} decay the current stops within the PWM period at "
+                f"level {part.level:g}; a run with synchronous decay would tell it"
+            )
+            return {"L": why}
+    return {}
 
 
 def solve(

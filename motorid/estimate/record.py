@@ -10,21 +10,18 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture
 from motorid.errors import DataError
+from motorid.estimate.bridge import (
+    bridge_prior,
+    clamp_voltage,
+    dead_time_loss,
+    pwm_shape,
+    supply_voltage,
+)
 from motorid.estimate.nuisance import nuisances, starts_at_rest
 from motorid.estimate.readings import EMF, Measured, read
 from motorid.estimate.timeline import Part, lay
 from motorid.estimate.types import PARAMETERS
-from motorid.estimate.voltage import (
-    Sense,
-    Source,
-    bridge_prior,
-    clamp_voltage,
-    pwm_shape,
-    sense,
-    source_resistance,
-    sources,
-    supply_voltage,
-)
+from motorid.estimate.voltage import Sense, Source, sense, source_resistance, sources
 from motorid.motor.response import Output, Quantity, Response, Stretch
 
 Floats = NDArray[np.float64]
@@ -49,11 +46,12 @@ class MotorRecord:
         if sensed is None:
             raise DataError("the capture holds no voltage: R, L and K cannot be known from it")
         self.sensed: Sense = sensed
+        self._heard = sensed  # less what the dead time takes, once the current is known
         self.gear = capture.wiring.gear_ratio or 1.0
         self._template = np.array([fixed.get(name, np.nan) for name in PARAMETERS])
         self._places = [PARAMETERS.index(name) for name in free]
         self.supply_v = supply_voltage(capture)
-        self.clamp_v = clamp_voltage(capture, sensed)
+        self.clamp_v = clamp_voltage(capture, float(np.abs(sensed.volts).max()))
         self._lost = np.isnan(self.timeline.spread(np.zeros(len(capture))))
         self.driven = self._driven()
         self.sources: tuple[Source | None, ...] = tuple(None for _ in self.timeline.parts)
@@ -73,7 +71,8 @@ class MotorRecord:
         )
         amperes = capture.get(CURRENT)
         if amperes is not None:
-            self.take_sources(self.timeline.spread(amperes.values), bridge_prior(capture)[0])
+            ohms = bridge_prior(capture)[0] if sensed.shows_emf else 0.0
+            self.take_sources(self.timeline.spread(amperes.values), ohms)
         else:
             self._excite()
 
@@ -96,11 +95,11 @@ class MotorRecord:
     def take_sources(self, current: Floats, ohms: float) -> None:
         """Judge the sources with ``current`` (count,), the mean over their windows."""
         parts = self.timeline.parts
-        self.sources = sources(self.sensed, current, parts, self._lost, ohms)
+        self.sources = sources(self._heard, current, parts, self._lost, ohms)
         self._excite()
 
     def _excite(self) -> None:
-        volts = self.sensed.volts.copy()
+        volts = self._heard.volts.copy()
         stretches = []
         for part, source in zip(self.timeline.parts, self.sources, strict=True):
             if source is not None:
@@ -125,8 +124,13 @@ class MotorRecord:
         window = Output(Quantity.CURRENT, aperture, max(late, 0.0))
         over = Response(self.timeline.period_s, self.volts, [window], self.stretches)
         current = over(self.motor(shared), self._initial(own))[0]
-        prior = bridge_prior(self.capture)
-        ohms = source_resistance(self.sensed, current, self.timeline.parts, self._lost, prior)
+        if not self.sensed.shows_emf:  # the voltage follows from the command
+            lost = dead_time_loss(
+                self.capture, self.timeline.parts, current, float(self.motor(shared)[1])
+            )
+            self._heard = replace(self.sensed, volts=self.sensed.volts - lost)
+        prior = bridge_prior(self.capture) if self.sensed.shows_emf else (0.0, np.inf)
+        ohms = source_resistance(self._heard, current, self.timeline.parts, self._lost, prior)
         self.take_sources(current, ohms)
 
     # ---- the model ----------------------------------------------------------------------------

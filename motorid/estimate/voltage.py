@@ -17,17 +17,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture, Channel
-from motorid.errors import DataError
+from motorid.capture.model import SUPPLY, VOLTAGE, Capture, Channel
 from motorid.estimate.algebra import dot, square
 from motorid.estimate.timeline import Part, Timeline
-from motorid.program import Decay, StepKind
+from motorid.program import StepKind
 
 Floats = NDArray[np.float64]
 
 EDGE = 1e-3  # of a period, by which a window may reach over a step
 SAME = 1e-5  # relative change of a source that a fit need not follow
-DIODE_DROPS_V = 1.4  # of the two diodes that carry a freewheeling current
 HEAD = 8  # samples after a command that are too few to smooth, and no line is drawn through
 FEWEST = 24  # samples that a line needs
 EXCESS = 1.3  # variance about the line, in units of that between neighbours, still called noise
@@ -82,7 +80,7 @@ def sense(capture: Capture, timeline: Timeline) -> Sense | None:
 def _from_command(
     capture: Capture, timeline: Timeline, series: tuple[float, float]
 ) -> Sense | None:
-    """Duty times the measured supply, or volts as commanded; less what the dead time takes."""
+    """Duty times the measured supply, or volts as commanded."""
     supply = capture.get(SUPPLY)
     driven = [p for p in timeline.parts if p.kind is not None]
     if not driven:
@@ -95,24 +93,8 @@ def _from_command(
         if part.kind == StepKind.DRIVE_VOLTS:
             volts[part.slice] = part.level
         elif part.kind == StepKind.DRIVE_DUTY and rail is not None:
-            volts[part.slice] = part.level * rail[part.slice] - _dead(
-                capture, timeline, part, rail[part.slice]
-            )
+            volts[part.slice] = part.level * rail[part.slice]
     return Sense(volts, *series, False, supply, 0.0)
-
-
-def _dead(capture: Capture, timeline: Timeline, part: Part, rail: Floats) -> Floats:
-    """V that the dead time of a synchronous bridge takes from the current's direction.
-
-    Once a period the on part begins late, and twice a diode carries the current instead of a
-    switch.
-    """
-    current = capture.get(CURRENT)
-    lost = capture.wiring.dead_time_s * capture.wiring.pwm_hz
-    if current is None or part.decay != Decay.SYNCHRONOUS_SLOW or not 0 < abs(part.level) < 1:
-        return np.zeros(part.stop - part.start)
-    direction = np.sign(np.nan_to_num(timeline.spread(current.values)[part.slice]))
-    return np.asarray(lost * direction * (rail + DIODE_DROPS_V))
 
 
 def _on_time(grid: Floats, channel: Channel, timeline: Timeline) -> tuple[Floats, int]:
@@ -145,80 +127,6 @@ def _filled(grid: Floats, parts: Sequence[Part]) -> Floats:
         else:
             piece[:] = 0.0
     return grid
-
-
-def refuse_discontinuous(capture: Capture, timeline: Timeline, inductance_h: float) -> None:
-    """Raises DataError where duty times supply is not the motor's voltage.
-
-    Without synchronous decay the current stops for part of the PWM period when its mean is below
-    half the ripple, and the motor's voltage is then its own back-EMF.
-    """
-    channel, current = capture.get(VOLTAGE), capture.get(CURRENT)
-    if channel is not None and channel.sense in (None, "terminals", "bridge"):
-        return
-    if current is None:
-        return
-    amperes = timeline.spread(current.values)
-    supply = capture.get(SUPPLY)
-    for part in timeline.parts:
-        chopped = part.kind in (StepKind.DRIVE_DUTY, StepKind.DRIVE_VOLTS)
-        if not chopped or part.decay in (Decay.NONE, Decay.SYNCHRONOUS_SLOW):
-            continue
-        rail = float(np.nanmean(supply.values)) if supply else 0.0
-        duty = abs(part.level) if part.kind == StepKind.DRIVE_DUTY else 0.5
-        pwm = capture.wiring.pwm_hz or np.inf
-        boundary = rail * duty * (1 - duty) / (2 * inductance_h * pwm)
-        settled = amperes[part.start + (part.stop - part.start) // 2 : part.stop]
-        if len(settled) and abs(float(np.nanmean(settled))) < boundary:
-            raise DataError(
-                f"duty times supply is not the motor's voltage: with {part.decay.name.lower()} "
-                f"decay the current is discontinuous at level {part.level:g}; measure the voltage "
-                "at the terminals, or drive with synchronous decay"
-            )
-
-
-def supply_voltage(capture: Capture) -> float | None:
-    """V at the bridge: measured, else of the rig, else as the board measured it; None: unknown."""
-    supply = capture.get(SUPPLY)
-    if supply is not None and np.isfinite(supply.values).any():
-        return float(np.nanmedian(supply.values))
-    if capture.wiring.supply_voltage_v > 0:
-        return capture.wiring.supply_voltage_v
-    check = capture.provenance.get("check") or {}
-    duty, volts = abs(check.get("duty") or 0.0), abs(check.get("volts") or 0.0)
-    return volts / duty if duty and volts else None
-
-
-def clamp_voltage(capture: Capture, sensed: Sense) -> float:
-    """V that turns a freewheeling current off when the bridge opens: the supply and two diodes."""
-    rail = supply_voltage(capture) or float(np.nanmax(np.abs(sensed.volts)))
-    return rail + DIODE_DROPS_V
-
-
-def pwm_shape(part: Part, level_v: float, rail: float | None) -> tuple[float, float]:
-    """(duty 0 to 1, signed swing in V) of a part whose mean voltage is ``level_v``; 0: no ripple.
-
-    Fast decay has none that could be told beforehand: its current stops within the period. With
-    diode decay this is the shape while the current flows.
-    """
-    if part.decay not in (Decay.SYNCHRONOUS_SLOW, Decay.DIODE):
-        return 0.0, 0.0
-    if part.kind == StepKind.DRIVE_DUTY and part.level:
-        duty = abs(part.level)
-    elif part.kind == StepKind.DRIVE_VOLTS and rail:
-        duty = min(abs(part.level) / rail, 1.0)
-    else:
-        return 0.0, 0.0
-    return (duty, level_v / duty) if duty else (0.0, 0.0)
-
-
-def bridge_prior(capture: Capture) -> tuple[float, float]:
-    """The source's resistance (ohm) as declared, and its standard uncertainty; inf: unknown."""
-    wiring = capture.wiring
-    ohms = wiring.bridge_resistance_ohm
-    if ohms <= 0:
-        return 0.0, np.inf
-    return ohms, wiring.bridge_resistance_uncertainty_ohm or 0.1 * ohms
 
 
 def source_resistance(
