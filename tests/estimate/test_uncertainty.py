@@ -6,9 +6,15 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from motorid.estimate.intervals import student
+from motorid.estimate.intervals import Findings, student
 from motorid.estimate.likelihood import Block, Solution, Unknown, maximise
-from motorid.estimate.uncertainty import autoregression, power, statistical, whitener
+from motorid.estimate.uncertainty import (
+    Statistical,
+    autoregression,
+    power,
+    statistical,
+    whitener,
+)
 
 N = 2000
 
@@ -93,3 +99,13 @@ def test_student_factors(freedom: float, factor: float) -> None:
 
 def test_student_factor_without_end() -> None:
     assert student(np.inf) == pytest.approx(1.96, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("instrument", "freedom"),
+    [(0.0, 2.0), (1.0, 8.0), (3.0, 200.0)],  # 2 (1 + instrument²)²
+)
+def test_what_instruments_share_needs_no_student_factor(instrument: float, freedom: float) -> None:
+    spread = Statistical(np.eye(1), np.array([2.0]), coloured=1.0, between_runs=True)
+    found = Findings(solve(np.zeros(9)), spread, {"gain": np.array([instrument])}, {}, ())
+    assert found.propagate(np.ones(1)) == pytest.approx((1.0, instrument, freedom))
