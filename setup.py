@@ -1,4 +1,4 @@
-"""The compiled parts and the packaged rigs; everything else is in pyproject.toml."""
+"""The compiled parts and the packaged rigs and products; everything else is in pyproject.toml."""
 
 from pathlib import Path
 
@@ -8,16 +8,17 @@ from setuptools.command.build_py import build_py
 
 
 class BuildWithRigs(build_py):
-    """Puts rigs/ inside the installed package, so that ``--rig sim`` works from any folder."""
+    """Puts rigs/ and products/ inside the installed package: ``--rig sim`` works anywhere."""
 
     def run(self) -> None:
         super().run()
         if self.editable_mode:
-            return  # a working copy reads rigs/ itself
-        inside = Path(self.build_lib, "motorid", "rigs")
-        self.mkpath(str(inside))
-        for rig in Path("rigs").glob("*.toml"):
-            self.copy_file(str(rig), str(inside / rig.name))
+            return  # a working copy reads them where they are
+        for folder in ("rigs", "products"):
+            inside = Path(self.build_lib, "motorid", folder)
+            self.mkpath(str(inside))
+            for file in Path(folder).glob("*.toml"):
+                self.copy_file(str(file), str(inside / file.name))
 
 
 class BuildOne(build_ext):

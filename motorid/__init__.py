@@ -14,8 +14,11 @@ __version__ = "0.1.0"
 
 # Public name -> the module that holds it, imported when the name is first used.
 _HOMES = {
+    "connect": "motorid.api",
     "fit": "motorid.api",
+    "judge": "motorid.api",
     "load": "motorid.capture.store",
+    "load_product": "motorid.api",
     "load_rig": "motorid.rig",
     "record": "motorid.api",
     "save": "motorid.capture.store",
@@ -24,7 +27,10 @@ _HOMES = {
 __all__ = [*_HOMES, "__version__"]
 
 if TYPE_CHECKING:
+    from motorid.api import connect as connect
     from motorid.api import fit as fit
+    from motorid.api import judge as judge
+    from motorid.api import load_product as load_product
     from motorid.api import record as record
     from motorid.capture.store import load as load
     from motorid.capture.store import save as save

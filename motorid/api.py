@@ -11,7 +11,10 @@ if TYPE_CHECKING:
     from motorid.acquire.record import Progress
     from motorid.capture.model import Capture
     from motorid.estimate.types import Estimate
+    from motorid.quality.product import Product
+    from motorid.quality.verdict import Verdict
     from motorid.rig import Rig
+    from motorid.workflow.connect import Connection
 
 
 def fit(
@@ -58,3 +61,37 @@ def record(
         serial=serial,
         note=note,
     )
+
+
+def connect(rig: Rig | str) -> Connection:
+    """The board of a rig, held open: ``with connect(rig) as board: capture = board.run(program)``.
+
+    Raises RigError where there is no such rig, LinkError where the port cannot be opened.
+    """
+    from motorid.rig import load_rig
+    from motorid.workflow.connect import Connection
+
+    return Connection(load_rig(rig) if isinstance(rig, str) else rig)
+
+
+def load_product(name_or_path: str | PathLike[str]) -> Product:
+    """The product, with its program and its limits, of a packaged name or a TOML file.
+
+    Raises UsageError naming file and key.
+    """
+    from motorid.quality.product import load_product as load
+
+    return load(Path(name_or_path) if isinstance(name_or_path, PathLike) else name_or_path)
+
+
+def judge(
+    estimate: Estimate, limits: Product | str | PathLike[str], *, serial: str = ""
+) -> Verdict:
+    """PASS, FAIL or INVALID, per measurement and whole, by a product or the name or path of one.
+
+    ``serial`` stands in where the captures name none. Raises UsageError for a bad product file.
+    """
+    from motorid.quality.judge import judge as decide
+
+    product = load_product(limits) if isinstance(limits, str | PathLike) else limits
+    return decide(estimate, product, serial=serial)

@@ -88,6 +88,31 @@ def capture_all(
     return list(paths)
 
 
+def capture_over(
+    port: Port,
+    rig: Rig,
+    program: Program,
+    path: Path,
+    *,
+    force: bool = False,
+    progress: Progress | None = None,
+    serial: str = "",
+    note: str = "",
+    checked: bool = False,
+) -> Path:
+    """As ``capture``, over a port that is open and stays so.
+
+    ``checked``: signs were checked on this motor already, so no pulse goes before the program.
+    """
+    check_program(rig, program)
+    refuse_existing(path, force)
+    with interruptible() as stop:
+        _Recorder(port, rig, program, stop, progress).record(
+            path, force, serial, note, checked=checked
+        )
+    return path
+
+
 def recover(path: Path) -> Path:
     """Builds the capture that a journal holds, beside it; returns the capture's path.
 
@@ -116,7 +141,8 @@ def missing(capture: Capture) -> str:
             parts.append(f"{capture.time_s[-1]:.3f} of {capture.program.duration_s:.3f} s are here")
     lost = sum(gap.samples for gap in capture.gaps)
     if lost:
-        parts.append(f"{lost} samples are missing in {len(capture.gaps)} gaps")
+        plural = "s" if len(capture.gaps) > 1 else ""
+        parts.append(f"{lost} samples are missing in {len(capture.gaps)} gap{plural}")
     return "; ".join(parts)
 
 

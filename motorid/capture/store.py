@@ -120,13 +120,15 @@ def _write_text(group: h5py.Group, name: str, text: str, encoding: str) -> None:
 
 
 def describe(capture: Capture) -> Mapping[str, Any]:
-    """What an estimate cites of its input: path, SHA-256, samples, end reason, serial."""
+    """What an estimate cites of its input: path, SHA-256, samples, end reason, ambient, serial."""
     return {
         "path": capture.path,
         "sha256": capture.sha256,
         "samples": len(capture),
         "gaps": sum(gap.samples for gap in capture.gaps),
         "end_reason": capture.end_reason,
+        "ambient_c": capture.ambient_c,
+        "ambient_uncertainty_c": capture.ambient_uncertainty_c,
         "serial": capture.provenance.get("serial", ""),
         "duration_s": float(capture.time_s[-1]) if len(capture) else 0.0,
     }

@@ -20,6 +20,7 @@ COMMANDS = {
     "import": ("import_", "Turn somebody else's CSV or MAT file into a capture."),
     "segment": ("segment", "Show where a capture accelerates, runs steadily, coasts and rests."),
     "fit": ("fit", "Estimate R, L, K, B, J and T0 from captures."),
+    "check": ("check", "Measure and judge one motor by a product's limits."),
     "compare": ("compare", "Many methods on the same captures; the review's tables, rebuilt."),
     "ports": ("ports", "List the serial ports, without opening them."),
     "rigs": ("rigs", "List the rigs that come with motorid."),

@@ -1,0 +1,109 @@
+"""motorid check"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from motorid.cli.options import example, expand
+
+if TYPE_CHECKING:
+    from motorid.workflow.check import Inspection
+
+
+@click.command(
+    "check",
+    epilog=example(
+        "motorid check --product sim-disc --rig sim-line --serial D000123",
+        "motorid check --product sim-disc --capture run.h5 --json",
+    ),
+)
+@click.option(
+    "--product", "product_name", required=True, help="Product file, or a packaged product's name."
+)
+@click.option("--rig", "rig_name", help="Rig file, or the name of a packaged rig.")
+@click.option("--port", help="Port to use instead of the rig file's.")
+@click.option(
+    "--speed",
+    type=click.Choice(["realtime", "max"]),
+    help="Pace of a simulated rig; a real one has its own.",
+)
+@click.option("--serial", default="", help="Serial number; asked for (or scanned) where not given.")
+@click.option(
+    "--capture",
+    "captures",
+    multiple=True,
+    metavar="FILE",
+    help="Judge stored captures of one motor instead of measuring. Repeatable.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder that gets a folder for each inspection  [default: inspections, when measuring]",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the verdict as JSON.")
+def command(
+    product_name: str,
+    rig_name: str | None,
+    port: str | None,
+    speed: str | None,
+    serial: str,
+    captures: tuple[str, ...],
+    output: Path | None,
+    as_json: bool,
+) -> int:
+    """Measure one motor and judge it by a product file: PASS, FAIL or INVALID.
+
+    Exit codes: 0 PASS, 1 FAIL, 4 INVALID (3 where rig or link is the reason). The capture, the
+    verdict as JSON, JUnit XML and CSV, and an OpenHTF record are kept in a folder of their own.
+    """
+    from motorid.quality import records
+    from motorid.quality.product import load_product
+
+    product = load_product(product_name)
+    if captures:
+        from motorid.workflow.check import judge_stored
+
+        done = judge_stored(expand(captures), product, serial, output)
+    else:
+        if not rig_name:
+            raise click.UsageError("name a --rig to measure, or a --capture to judge.")
+        from motorid.cli.progress import ProgressLine
+        from motorid.workflow.check import Line
+        from motorid.workflow.record import bench
+
+        rig = bench(rig_name, port=port, speed=speed)
+        scanned = serial or _scan(as_json)
+        with Line(rig, product, output or Path("inspections")) as line, ProgressLine() as progress:
+            done = line.inspect(scanned, progress=progress)
+    if as_json:
+        click.echo(records.to_json(done.verdict), nl=False)
+    else:
+        click.echo(_page(done))
+    return done.exit_code
+
+
+def _scan(quiet: bool) -> str:
+    """One line from the scanner or the keyboard."""
+    if not quiet and sys.stdin.isatty():
+        click.echo("Serial number: ", nl=False)
+    return sys.stdin.readline().strip()
+
+
+def _page(done: Inspection) -> str:
+    from motorid.report import screen
+
+    kept = f"kept in {done.folder}" if done.folder else ""
+    width = shutil.get_terminal_size().columns
+    shown = screen.render(
+        screen.of_verdict(done.verdict, kept),
+        width=min(width, 100),
+        colour=sys.stdout.isatty() and "NO_COLOR" not in os.environ,
+    )
+    return f"{shown}\n{screen.table(done.verdict)}\n"

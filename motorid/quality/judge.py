@@ -1,0 +1,90 @@
+"""An estimate and a product -> a verdict. Pure: nothing but what the estimate carries is used."""
+
+from __future__ import annotations
+
+from motorid import __version__
+from motorid.estimate.types import Estimate
+from motorid.quality.limits import Limit
+from motorid.quality.product import Product
+from motorid.quality.quantities import QUANTITIES, Context
+from motorid.quality.verdict import Measurement, Outcome, Reading, Verdict, decide
+
+
+def judge(estimate: Estimate, limits: Product, *, serial: str = "") -> Verdict:
+    """The verdict on the motor of an estimate.
+
+    ``serial`` stands in where the captures name none. Whatever cannot be judged is INVALID, with
+    the reason and what to do.
+    """
+    named = serial or next((str(i["serial"]) for i in estimate.inputs if i.get("serial")), "")
+    conditions = [*_captures(estimate, limits), _serial(named, limits), *_ambient(estimate, limits)]
+    context = Context(estimate, limits)
+    measured = [
+        decide(limit, QUANTITIES[name].read(context), QUANTITIES[name].meaning)
+        for name, limit in limits.limits.items()
+    ]
+    return Verdict(
+        limits.name,
+        named,
+        (*(c for c in conditions if c is not None), *measured),
+        estimate.inputs,
+        {**estimate.versions, "motorid": __version__, "product": limits.digest},
+    )
+
+
+def not_measured(product: Product, serial: str, reason: str) -> Verdict:
+    """The verdict where there is no estimate: INVALID, and why."""
+    limit = Limit("measurement", "1", condition=True)
+    missing = Measurement(
+        "measurement", "measurement", limit, Reading("1", problem=reason), Outcome.INVALID,
+        reason=reason,
+    )  # fmt: skip
+    return Verdict(product.name, serial, (missing,), (), {"motorid": __version__})
+
+
+def _condition(name: str, meaning: str, problem: str) -> Measurement:
+    """A yes or no as a measurement: 1 is good."""
+    limit = Limit(name, "1", low=1.0, condition=True)
+    if problem:
+        reading = Reading("1", 0.0, 0.0, problem)
+        return Measurement(name, meaning, limit, reading, Outcome.INVALID, reason=problem)
+    return Measurement(name, meaning, limit, Reading("1", 1.0, 0.0), Outcome.PASS)
+
+
+def _captures(estimate: Estimate, product: Product) -> list[Measurement]:
+    """The run is whole and the fit settled."""
+    problem = ""
+    for number, one in enumerate(estimate.inputs, 1):
+        where = f"run {number}" if len(estimate.inputs) > 1 else "the run"
+        if one.get("end_reason", "completed") != "completed":
+            problem = f"{where} ended early ({one['end_reason']}): measure again"
+        elif int(one.get("gaps") or 0) > product.lost_samples:
+            problem = f"{where} lost {one['gaps']} samples: check cable and computer, measure again"
+    errors = [d.message for d in estimate.diagnostics if d.severity == "error"]
+    settled = f"{errors[0]}: measure again" if errors else ""
+    return [
+        _condition("run_complete", "run complete", problem),
+        _condition("fit_settled", "fit settled", settled),
+    ]
+
+
+def _serial(serial: str, product: Product) -> Measurement | None:
+    if product.serial is None:
+        return None
+    return _condition("serial", "serial number", product.serial.problem(serial))
+
+
+def _ambient(estimate: Estimate, product: Product) -> list[Measurement]:
+    limit = product.ambient
+    if limit is None:
+        return []
+    found = []
+    for one in estimate.inputs or ({},):
+        ambient = one.get("ambient_c")
+        if ambient is None:
+            reading = Reading("°C", problem="it is not known: give conditions.ambient_c in the rig")
+        else:
+            reading = Reading("°C", float(ambient), float(one.get("ambient_uncertainty_c") or 0.0))
+        found.append(decide(limit, reading, "ambient temperature"))
+    found.sort(key=lambda m: m.outcome is Outcome.PASS)
+    return found[:1]

@@ -1,0 +1,275 @@
+"""Everything a product may limit: how each quantity follows from an estimate.
+
+Parameters and figures are at 25 °C, by the product's temperature coefficients; the uncertainty of
+the temperature is in theirs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from motorid.capture.model import CURRENT, POSITION
+from motorid.estimate.types import MEANING, PARAMETERS, UNITS, Estimate, Parameter
+from motorid.motor.parameters import FIGURES, Motor
+from motorid.quality import ripple
+from motorid.quality.verdict import Reading
+
+if TYPE_CHECKING:
+    from motorid.quality.product import Product
+
+REFERENCE_C = 25.0
+NOT_STEADY = (
+    "the run holds no steady stretch of two turns with current and position: drive longer at a "
+    "constant level"
+)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A name of the product file: unit, meaning, and how it is read."""
+
+    unit: str
+    meaning: str
+    read: Callable[[Context], Reading]
+
+
+class Context:
+    """One estimate as a product looks at it; what several quantities need is computed once."""
+
+    def __init__(self, estimate: Estimate, product: Product) -> None:
+        self.estimate, self.product = estimate, product
+
+    @cached_property
+    def windows(self) -> tuple[ripple.Window, ...]:
+        """The steady stretches."""
+        return ripple.windows(self.estimate)
+
+    @cached_property
+    def warmth(self) -> tuple[float, float] | None:
+        """K above 25 °C of the winding, and its standard uncertainty; None: not known."""
+        inputs = self.estimate.inputs
+        known = [i for i in inputs if i.get("ambient_c") is not None]
+        if not known or len(known) < len(inputs):
+            return None
+        t = self.product.temperature
+        ambient = sum(float(i["ambient_c"]) for i in known) / len(known)
+        doubt = max(float(i.get("ambient_uncertainty_c") or 0.0) for i in known)
+        return (
+            ambient + t.rise_k - REFERENCE_C,
+            math.hypot(doubt, t.rise_uncertainty_k),
+        )
+
+    @cached_property
+    def motor(self) -> Motor | None:
+        """The motor at 25 °C; None where a parameter is not known."""
+        values = {n: self.estimate.parameters[n].value for n in PARAMETERS}
+        if any(v is None for v in values.values()) or self.warmth is None:
+            return None
+        t = self.product.temperature
+        return Motor.of(
+            {n: v for n, v in values.items() if v is not None}
+            | {
+                "R": _cold(float(values["R"] or 0), t.copper_per_k, self.warmth[0]),
+                "K": _cold(float(values["K"] or 0), t.magnet_per_k, self.warmth[0]),
+            }
+        )
+
+    @property
+    def resistance(self) -> float | None:
+        """As run, ohm."""
+        return self.estimate.parameters["R"].value
+
+
+def _cold(value: float, per_k: float, warmth_k: float) -> float:
+    return value / (1.0 + per_k * warmth_k)
+
+
+def of_parameter(p: Parameter) -> Reading:
+    """What the estimate says; a friction held at 0 counts as measured, with its uncertainty."""
+    if p.value is None or p.status == "not_identifiable":
+        return Reading(p.unit, problem=p.note or "these data do not tell it")
+    if p.status == "fixed":
+        return Reading(p.unit, problem="it was given, not measured: fit without fixing it")
+    return Reading(p.unit, p.value, p.total)
+
+
+def _plain(name: str) -> Callable[[Context], Reading]:
+    return lambda c: of_parameter(c.estimate.parameters[name])
+
+
+def _at_25(name: str) -> Callable[[Context], Reading]:
+    """By y25 = y/(1 + a d): u² = u_y² + (a u_d)² + (d u_a)², relative."""
+
+    def read(c: Context) -> Reading:
+        hot = of_parameter(c.estimate.parameters[name])
+        if hot.value is None or hot.uncertainty is None:
+            return hot
+        if c.warmth is None:
+            return Reading(hot.unit, problem="the ambient is not known: give it in the rig file")
+        t, (warmth, doubt) = c.product.temperature, c.warmth
+        a, ua = (
+            (t.copper_per_k, t.copper_uncertainty_per_k)
+            if name == "R"
+            else (t.magnet_per_k, t.magnet_uncertainty_per_k)
+        )
+        value = _cold(hot.value, a, warmth)
+        factor = 1.0 + a * warmth
+        relative = math.hypot(hot.uncertainty / hot.value, a * doubt / factor, warmth * ua / factor)
+        return Reading(hot.unit, value, value * relative)
+
+    return read
+
+
+def _figure(name: str) -> Callable[[Context], Reading]:
+    """At the product's voltage; the relative uncertainty is that of the estimate's own figure."""
+
+    def read(c: Context) -> Reading:
+        own = c.estimate.derived.get(name)
+        if own is None or own.value is None or own.total is None or c.motor is None:
+            return Reading(FIGURES[name].unit, problem="the parameters it follows from are unknown")
+        of, volts = FIGURES[name].of, c.product.voltage_v
+        value = of(c.motor, volts)
+        t, doubt = c.product.temperature, c.warmth[1] if c.warmth else 0.0
+        warmer = Motor.of(
+            dict(zip(PARAMETERS, c.motor.values, strict=True))
+            | {
+                "R": c.motor.R * (1 + t.copper_per_k * doubt),
+                "K": c.motor.K * (1 + t.magnet_per_k * doubt),
+            }
+        )
+        u = math.hypot(value * own.total / own.value, of(warmer, volts) - value)
+        return Reading(FIGURES[name].unit, value, u)
+
+    return read
+
+
+def _direction_current(c: Context) -> Reading:
+    """Departures from a friction common to both directions, in the steady stretches."""
+    ahead, back = _directions(c)
+    if not ahead or not back:
+        return Reading("1", problem=f"{NOT_STEADY}, in both directions")
+    means, variance = [], 0.0
+    for side in (ahead, back):
+        sign = math.copysign(1.0, side[0].speed)
+        left = np.concatenate([sign * w.current for w in side])
+        means.append(float(left.mean()))
+        variance += float(left.var()) / len(left)
+    level = float(np.mean([abs(w.mean_current) for w in (*ahead, *back)]))
+    offset = max(
+        (p.total or 0.0 for n, p in c.estimate.nuisance.items() if n.startswith("current offset")),
+        default=0.0,
+    )
+    u = math.hypot(math.sqrt(variance), 2.0 * offset) / level
+    return Reading("1", abs(means[0] - means[1]) / level, u)
+
+
+def _direction_speed(c: Context) -> Reading:
+    """Relative difference of speed per volt, by the slope of the position's residual."""
+    ahead, back = _directions(c)
+    if not ahead or not back:
+        return Reading("1", problem=f"{NOT_STEADY}, in both directions")
+    ratios, variance = [], 0.0
+    for side in (ahead, back):
+        excess, weight = 0.0, 0.0
+        for w in side:
+            turned = w.angle - w.angle.mean()
+            slope = float(turned @ w.position / (turned @ turned))
+            variance += float(w.position.var() / (turned @ turned)) / len(side) ** 2
+            excess, weight = excess + slope, weight + 1.0
+        ratios.append(excess / weight)
+    offset = max(
+        (p.total or 0.0 for n, p in c.estimate.nuisance.items() if n.startswith("voltage offset")),
+        default=0.0,
+    )
+    level = float(np.mean([abs(w.level) for w in (*ahead, *back)]))
+    u = math.hypot(math.sqrt(variance), 2.0 * offset / level)
+    return Reading("1", abs(ratios[0] - ratios[1]), u)
+
+
+def _directions(c: Context) -> tuple[list[ripple.Window], list[ripple.Window]]:
+    return [w for w in c.windows if w.speed > 0], [w for w in c.windows if w.speed < 0]
+
+
+def _ripple(turn: bool) -> Callable[[Context], Reading]:
+    def read(c: Context) -> Reading:
+        commutation = c.product.commutations_per_turn
+        if not c.windows or c.resistance is None:
+            return Reading("1", problem=NOT_STEADY)
+        orders = list(dict.fromkeys((*ripple.TURN_ORDERS, commutation, 2 * commutation)))
+        among = ripple.TURN_ORDERS if turn else (commutation,)
+        value, u, order = ripple.relative_ripple(c.windows, c.resistance, orders, among)
+        return Reading("1", value, u, note=f"{order} times a turn" if turn else "")
+
+    return read
+
+
+def _segment(c: Context) -> Reading:
+    if not c.windows or c.resistance is None:
+        return Reading("1", problem=NOT_STEADY)
+    segments = c.product.segments
+    value, u, worst = ripple.segment_ripple(c.windows, c.resistance, segments)
+    return Reading("1", value, u, note=f"segment {worst + 1} of {segments} from the start")
+
+
+def _torque(unbalance: bool) -> Callable[[Context], Reading]:
+    def read(c: Context) -> Reading:
+        constant, inertia = (c.estimate.parameters[n].value for n in ("K", "J"))
+        if not c.windows or constant is None or inertia is None:
+            return Reading("N·m", problem=NOT_STEADY)
+        found = ripple.turn_torque(c.windows, constant, inertia)
+        if unbalance:
+            return Reading("N·m", found.unbalance, found.unbalance_sd)
+        return Reading("N·m", found.peak_to_peak, found.peak_to_peak_sd)
+
+    return read
+
+
+def _brush(c: Context) -> Reading:
+    found = [ripple.brush_noise(k) for k in c.estimate.curves if k.channel == CURRENT]
+    if not found or not all(math.isfinite(value) for value, _ in found):
+        return Reading("1", problem="too little of the run carries current: accelerate longer")
+    value, u = max(found)
+    return Reading("1", value, u)
+
+
+def _shape(channel: str, unit: str) -> Callable[[Context], Reading]:
+    def read(c: Context) -> Reading:
+        left = [k.measured - k.fitted for k in c.estimate.curves if k.channel == channel]
+        if not left:
+            return Reading(unit, problem=f"the captures hold no {channel}")
+        rms = [float(np.sqrt((r**2).mean())) for r in left]
+        value = max(rms)
+        return Reading(unit, value, value / math.sqrt(2.0 * len(left[rms.index(value)])))
+
+    return read
+
+
+def _curve(c: Context) -> Reading:
+    e = c.estimate
+    freedom = max(e.degrees_of_freedom, 1)
+    return Reading("1", math.sqrt(e.chi_square / freedom), math.sqrt(0.5 / freedom))
+
+
+QUANTITIES: Mapping[str, Quantity] = {
+    "R_25": Quantity("ohm", "resistance at 25 °C", _at_25("R")),
+    "K_25": Quantity("N·m/A", "torque constant at 25 °C", _at_25("K")),
+    **{n: Quantity(UNITS[n], MEANING[n], _plain(n)) for n in PARAMETERS},
+    **{n: Quantity(f.unit, f"{f.meaning} at 25 °C", _figure(n)) for n, f in FIGURES.items()},
+    "direction_current": Quantity("1", "current, forward against reverse", _direction_current),
+    "direction_speed": Quantity("1", "speed, forward against reverse", _direction_speed),
+    "ripple_commutation": Quantity("1", "commutation ripple", _ripple(False)),
+    "ripple_turn": Quantity("1", "ripple over a turn", _ripple(True)),
+    "ripple_segment": Quantity("1", "worst segment against the others", _segment),
+    "friction_turn": Quantity("N·m", "torque variation over a turn", _torque(False)),
+    "unbalance": Quantity("N·m", "unbalance torque", _torque(True)),
+    "brush_noise": Quantity("1", "scatter of the current", _brush),
+    "shape_current": Quantity("A", "current against the model, rms", _shape(CURRENT, "A")),
+    "shape_position": Quantity("rad", "position against the model, rms", _shape(POSITION, "rad")),
+    "curve_shape": Quantity("1", "residuals over declared noise", _curve),
+}

@@ -1,0 +1,253 @@
+"""One motor at the end of the line: capture, fit, verdict, and their files, in that order.
+
+The capture is on disk before it is fitted, and the records before anybody sees the verdict, so a
+process that is killed at any moment loses nothing: ``resume`` finishes what it finds unfinished.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import quote, unquote
+
+from motorid.errors import DataError, LinkError, MotoridError, RigError, UsageError
+
+if TYPE_CHECKING:
+    from motorid.acquire.port import Port
+    from motorid.acquire.record import Progress
+    from motorid.quality.product import Product
+    from motorid.quality.verdict import Verdict
+    from motorid.rig import Rig
+
+CAPTURE, WARM_UP = "capture.h5", "warm-up.h5"
+VERDICT, JUNIT, TABLE, OPENHTF = "verdict.json", "junit.xml", "verdict.csv", "openhtf.json"
+JOURNAL = CAPTURE + ".journal"
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What came of one motor. ``exit_code`` is the command's; ``seconds`` of each stage."""
+
+    verdict: Verdict
+    folder: Path | None
+    exit_code: int
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+
+class Line:
+    """One rig and one product, kept warm: the port stays open from motor to motor.
+
+    ``folder`` gets a folder for each inspection.
+    """
+
+    def __init__(self, rig: Rig, product: Product, folder: Path) -> None:
+        self.rig, self.product, self.folder = rig, product, folder
+        self._port: Port | None = None
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def __enter__(self) -> Line:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def warm(self) -> None:
+        """Loads what the first motor would wait for; opens the link. Raises LinkError."""
+        import scipy.special  # noqa: F401
+
+        from motorid.acquire import record  # noqa: F401
+        from motorid.estimate import motor_fit  # noqa: F401
+        from motorid.quality import judge, records  # noqa: F401
+
+        self._open()
+
+    def close(self) -> None:
+        """Gives the link back; the next inspection opens it again."""
+        if self._port is not None:
+            self._port.close()
+            self._port = None
+
+    def inspect(self, serial: str, *, progress: Progress | None = None) -> Inspection:
+        """Measures and judges the motor in the rig.
+
+        Raises UsageError, before anything moves, for what is no serial number of this product. A
+        rig, link or run that fails gives an INVALID verdict that says so.
+        """
+        refuse_serial(self.product, serial)
+        begin = datetime.now(UTC)
+        folder = new_folder(self.folder, serial, begin)
+        start = time.perf_counter()
+        try:
+            self._measure(folder, serial, progress)
+        except (RigError, LinkError, DataError) as error:
+            self.close()
+            return self._invalid(folder, serial, begin, error, time.perf_counter() - start)
+        return finish(folder, self.product, serial, begin, time.perf_counter() - start)
+
+    def _measure(self, folder: Path, serial: str, progress: Progress | None) -> None:
+        from motorid.acquire.record import capture_over
+
+        port = self._open()
+        warm_up = self.product.warm_up
+        if warm_up is not None:
+            capture_over(
+                port,
+                self.rig,
+                warm_up,
+                folder / WARM_UP,
+                serial=serial,
+                note=f"warm-up, product {self.product.name}",
+            )
+        capture_over(
+            port,
+            self.rig,
+            self.product.program,
+            folder / CAPTURE,
+            serial=serial,
+            note=f"product {self.product.name}",
+            progress=progress,
+            checked=warm_up is not None,
+        )
+
+    def _open(self) -> Port:
+        from motorid.acquire.port import open_port
+
+        if self._port is None:
+            self._port = open_port(self.rig.port)
+        return self._port
+
+    def _invalid(
+        self, folder: Path, serial: str, begin: datetime, error: MotoridError, seconds: float
+    ) -> Inspection:
+        from motorid.quality.judge import not_measured
+
+        verdict = not_measured(self.product, serial, str(error))
+        write_records(verdict, folder, begin)
+        return Inspection(verdict, folder, error.exit_code, {"capture": seconds})
+
+
+def finish(
+    folder: Path, product: Product, serial: str, begin: datetime, capture_s: float = 0.0
+) -> Inspection:
+    """Fit, verdict and records of the capture in ``folder``."""
+    start = time.perf_counter()
+    verdict, fit_s = judge_files([folder / CAPTURE], product, serial)
+    judged = time.perf_counter()
+    write_records(verdict, folder, begin)
+    seconds = {
+        "capture": capture_s,
+        "fit": fit_s,
+        "verdict": judged - start - fit_s,
+        "records": time.perf_counter() - judged,
+    }
+    return Inspection(verdict, folder, verdict.exit_code, seconds)
+
+
+def judge_files(paths: Sequence[Path], product: Product, serial: str = "") -> tuple[Verdict, float]:
+    """The verdict on stored captures of one motor, and the seconds that loading and fit took.
+
+    Captures that cannot be fitted give INVALID; a file that is none raises DataError.
+    """
+    from motorid.capture import store
+    from motorid.estimate import fit
+    from motorid.quality.judge import judge, not_measured
+
+    start = time.perf_counter()
+    captures = [store.load(path) for path in paths]
+    stored = next((str(s) for c in captures if (s := c.provenance.get("serial"))), "")
+    if serial and stored and serial != stored:
+        raise UsageError(f"{paths[0]} is of motor {stored}, not of {serial}: name the right one")
+    try:
+        estimate = fit(captures)
+    except DataError as error:
+        verdict = not_measured(product, serial or stored, str(error))
+        return verdict, time.perf_counter() - start
+    taken = time.perf_counter() - start
+    return judge(estimate, product, serial=serial or stored), taken
+
+
+def judge_stored(
+    paths: Sequence[Path], product: Product, serial: str, output: Path | None
+) -> Inspection:
+    """The verdict on stored captures; its records go into a folder under ``output``, if given."""
+    verdict, fit_s = judge_files(paths, product, serial)
+    folder = None
+    if output is not None:
+        begin = datetime.now(UTC)
+        folder = new_folder(output, verdict.serial or paths[0].stem, begin)
+        write_records(verdict, folder, begin)
+    return Inspection(verdict, folder, verdict.exit_code, {"fit": fit_s})
+
+
+def refuse_serial(product: Product, serial: str) -> None:
+    """Raises UsageError for what the product's rule does not take, or what no file can carry."""
+    from motorid.quality.product import LONGEST_SERIAL
+
+    problem = product.serial.problem(serial) if product.serial else ""
+    if not problem and not (serial and serial.isprintable() and len(serial) <= LONGEST_SERIAL):
+        problem = f"a serial number is 1 to {LONGEST_SERIAL} printable characters"
+    if problem:
+        raise UsageError(problem)
+
+
+def new_folder(parent: Path, serial: str, begin: datetime) -> Path:
+    """A folder of its own for this inspection: serial number and time, and a count if need be."""
+    stem = f"{quote(serial, safe='')}_{begin:%Y%m%dT%H%M%S}"
+    for count in range(1000):
+        folder = parent / (stem if count == 0 else f"{stem}-{count}")
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError:
+            continue
+        return folder
+    raise DataError(f"{parent} holds a thousand inspections of {serial} in one second")
+
+
+def write_records(verdict: Verdict, folder: Path, begin: datetime) -> None:
+    """The verdict's four files, each whole; verdict.json comes last and says all are there."""
+    from motorid.capture.whole import write_whole
+    from motorid.quality import records
+
+    folder.mkdir(parents=True, exist_ok=True)
+    station = records.to_openhtf(verdict, station="motorid", begin=begin)
+    pages = {
+        JUNIT: records.to_junit(verdict, time=begin),
+        TABLE: records.to_csv([verdict], time=begin),
+        OPENHTF: json.dumps(station, indent=2, ensure_ascii=False, default=str) + "\n",
+        VERDICT: records.to_json(verdict, time=begin),
+    }
+    for name, text in pages.items():
+        write_whole(folder / name, text.encode(), force=True)
+
+
+def unfinished(folder: Path) -> Iterator[Path]:
+    """Inspections under ``folder`` that were cut short: measured, at least in part, not judged."""
+    for one in sorted(folder.iterdir()) if folder.is_dir() else ():
+        measured = one.is_dir() and ((one / CAPTURE).exists() or (one / JOURNAL).exists())
+        if measured and not (one / VERDICT).exists():
+            yield one
+
+
+def resume(folder: Path, product: Product) -> list[Inspection]:
+    """Judges every inspection under ``folder`` that a killed process left unfinished."""
+    from motorid.acquire.record import recover
+    from motorid.quality.judge import not_measured
+
+    done = []
+    for one in unfinished(folder):
+        begin = datetime.fromtimestamp(one.stat().st_mtime, UTC)
+        try:
+            if not (one / CAPTURE).exists():
+                recover(one / CAPTURE)
+            done.append(finish(one, product, "", begin))
+        except (DataError, UsageError) as error:
+            serial = unquote(one.name.rpartition("_")[0])
+            verdict = not_measured(product, serial, f"the run was cut short ({error})")
+            write_records(verdict, one, begin)
+            done.append(Inspection(verdict, one, verdict.exit_code))
+    return done
