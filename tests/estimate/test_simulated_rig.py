@@ -1,0 +1,103 @@
+"""The fit on captures of the simulated rig, whose plant shares no code with the fit's model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from motorid.acquire.record import capture as record
+from motorid.capture import store
+from motorid.errors import DataError
+from motorid.estimate import fit
+from motorid.estimate.types import PARAMETERS, Estimate
+from motorid.program import Decay, Program, Step, StepKind
+from motorid.rig import Sampling, load_rig
+from motorid.sim import truth
+
+
+def duties(decay: Decay) -> Program:
+    """Rest, two duties, coast."""
+    drives = [Step(StepKind.DRIVE_DUTY, 0.1, duty, decay) for duty in (0.4, 0.85)]
+    return Program((Step(StepKind.COAST, 0.03), *drives, Step(StepKind.COAST, 0.5)))
+
+
+def captured(
+    folder: Path, options: str = "", channels: tuple[str, ...] = (), **changes: object
+) -> tuple[Estimate, dict[str, float]]:
+    rig = load_rig("sim")
+    url = f"{rig.port}&speed=max&seed=7{options}"
+    rig = replace(rig, port=url, **{"program": duties(Decay.SYNCHRONOUS_SLOW), **changes})
+    if channels:
+        rig = replace(rig, sampling=Sampling(10_000.0, channels))
+    path = record(rig, rig.program, folder / "run.h5")
+    return fit([store.load(path)]), truth(url)
+
+
+def errors(estimate: Estimate, true: dict[str, float]) -> dict[str, float]:
+    """Relative errors of what was estimated, none beyond four standard uncertainties."""
+    out = {}
+    for name in PARAMETERS:
+        p = estimate.parameters[name]
+        if p.value is not None:
+            assert abs(p.value - true[name]) < 4 * p.total, name
+            out[name] = abs(p.value / true[name] - 1)
+    return out
+
+
+def test_every_parameter_of_the_default_bench(tmp_path: Path) -> None:
+    off = errors(*captured(tmp_path))
+    assert set(off) == set(PARAMETERS)
+    assert max(off[n] for n in ("R", "K", "J")) < 0.01
+    assert max(off[n] for n in ("L", "B", "T0")) < 0.03
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        "&aperture=0&delay=0&phase=0.3",  # an instant, amid the ripple
+        "&aperture=30e-6&delay=10e-6",  # a window that is no whole PWM period
+        "&sense=bridge",
+    ],
+)
+def test_other_measuring_chains(tmp_path: Path, options: str) -> None:
+    changes = {"voltage_sense": "bridge"} if "sense" in options else {}
+    off = errors(*captured(tmp_path, options, **changes))
+    assert set(off) == set(PARAMETERS)
+    assert max(off[n] for n in ("R", "K", "J")) < 0.01
+    assert max(off[n] for n in ("L", "B", "T0")) < 0.03
+
+
+def test_duty_times_supply_for_a_voltage(tmp_path: Path) -> None:
+    channels = ("current", "supply_voltage", "position")
+    off = errors(*captured(tmp_path, channels=channels))
+    assert max(off.values()) < 0.03
+
+
+def test_duty_times_supply_is_refused_with_diode_decay(tmp_path: Path) -> None:
+    channels = ("current", "supply_voltage", "position")
+    with pytest.raises(DataError, match="discontinuous"):
+        captured(tmp_path, channels=channels, program=duties(Decay.DIODE))
+
+
+def test_inductance_is_not_given_where_the_current_is_discontinuous(tmp_path: Path) -> None:
+    estimate, true = captured(tmp_path, program=duties(Decay.DIODE))
+    off = errors(estimate, true)
+    assert "L" not in off
+    assert "synchronous" in estimate.parameters["L"].note
+    assert max(off.values()) < 0.02
+
+
+def test_a_fit_that_ignores_the_ripple_is_told_apart(tmp_path: Path) -> None:
+    """The chain matters: with the ripple left out, R is wrong by far more than it says."""
+    rig = load_rig("sim")
+    url = f"{rig.port}&speed=max&seed=7&aperture=0&delay=0&phase=0.02"
+    rig = replace(rig, port=url, program=duties(Decay.SYNCHRONOUS_SLOW))
+    measured = store.load(record(rig, rig.program, tmp_path / "run.h5"))
+    blind = replace(measured, wiring=replace(measured.wiring, pwm_hz=0.0))
+    true = truth(url)["R"]
+    R = fit([measured]).parameters["R"]
+    assert abs(R.value / true - 1) < 0.01
+    R = fit([blind]).parameters["R"]
+    assert R.value is None or abs(R.value / true - 1) > 0.05

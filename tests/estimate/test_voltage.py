@@ -1,0 +1,182 @@
+"""What the fit takes for the source of the motor's voltage."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture, Channel, Phase, Wiring
+from motorid.errors import DataError
+from motorid.estimate.bridge import (
+    clamp_voltage,
+    dead_time_loss,
+    discontinuous,
+    pwm_shape,
+    refuse_discontinuous,
+    supply_voltage,
+)
+from motorid.estimate.timeline import Part, lay
+from motorid.estimate.voltage import sense, source_resistance, sources
+from motorid.program import Decay, Program, Step, StepKind
+
+N, CLOCK_HZ, PERIOD = 600, 1e6, 1e-4
+PWM = Wiring(pwm_hz=20e3)
+CURRENT_A = 0.1 + 1.9 * np.exp(-np.arange(N) / 120)
+
+
+def capture(
+    volts: np.ndarray | None,
+    *,
+    decay: Decay = Decay.SYNCHRONOUS_SLOW,
+    kind: StepKind = StepKind.DRIVE_DUTY,
+    level: float = 0.5,
+    supply: float | None = None,
+    sense_at: str = "terminals",
+    delay_s: float = 0.0,
+    wiring: Wiring = PWM,
+    current: np.ndarray = CURRENT_A,
+) -> Capture:
+    """One driven part after a rest of 100 samples that reads nothing."""
+    rest = np.zeros(100)
+    channels = {CURRENT: Channel(CURRENT, "A", np.concatenate([rest, current]))}
+    if volts is not None:
+        channels[VOLTAGE] = Channel(
+            VOLTAGE, "V", np.concatenate([rest, volts]), sense=sense_at, kind="mean",
+            aperture_s=PERIOD, delay_s=delay_s,
+        )  # fmt: skip
+    if supply is not None:
+        channels[SUPPLY] = Channel(SUPPLY, "V", np.full(N + 100, supply))
+    steps = (Step(StepKind.COAST, 99 * PERIOD), Step(kind, N * PERIOD, level, decay))
+    return Capture(
+        ticks=np.arange(N + 100, dtype=np.int64) * 100,
+        clock_hz=CLOCK_HZ,
+        channels=channels,
+        wiring=wiring,
+        program=Program(steps),
+        phases=(Phase(0, 0), Phase(1, 99 * 100)),
+    )
+
+
+def heard(one: Capture, ohms: float):
+    """(the driven part, its source behind ``ohms``)."""
+    line = lay(one)
+    sensed = sense(one, line)
+    lost = np.zeros(line.count, dtype=bool)
+    current = np.concatenate([np.zeros(100), CURRENT_A])
+    return line.parts[1], sources(sensed, current, line.parts, lost, ohms)[1]
+
+
+def test_a_resistive_source_is_a_line_without_the_noise() -> None:
+    noise = np.random.default_rng(1).normal(0, 0.01, N)
+    part, source = heard(capture(6.0 - 0.2 * CURRENT_A + noise), 0.2)
+    assert source is not None
+    assert np.ptp(source.volts) == 0.0
+    assert source.volts[0] == pytest.approx(6.0, abs=0.002)
+    assert source.noise == pytest.approx(0.01, rel=0.1)
+    assert part.stop - part.start == len(source.volts)
+
+
+def test_a_wandering_source_is_followed_and_its_noise_is_not() -> None:
+    wander = 0.1 * np.sin(np.arange(N) / 60)
+    noise = np.random.default_rng(2).normal(0, 0.01, N)
+    _, source = heard(capture(6.0 - 0.2 * CURRENT_A + wander + noise), 0.2)
+    assert source is not None
+    error = source.volts - 6.0 - wander
+    assert np.std(error[20:]) < 0.006
+    assert np.abs(source.volts[:8] - 6.0 - wander[:8] - noise[:8]).max() < 1e-9  # as read
+
+
+def test_readings_that_jump_about_are_used_as_they_are() -> None:
+    jumps = np.where(np.arange(N) // 3 % 2, 0.5, -0.5)
+    _, source = heard(capture(6.0 + jumps), 0.0)
+    assert source is None
+
+
+def test_source_resistance_from_fast_changes_only() -> None:
+    sag = 0.5 * np.arange(N) / N
+    noise = np.random.default_rng(3).normal(0, 1e-3, N)
+    fast = 2.0 * np.exp(-np.arange(N) / 5)
+    one = capture(6.0 - 0.2 * fast - sag + noise)
+    line = lay(one)
+    current = np.concatenate([np.zeros(100), fast])
+    lost = np.zeros(line.count, dtype=bool)
+    ohms = source_resistance(sense(one, line), current, line.parts, lost, (0.0, np.inf))
+    assert ohms == pytest.approx(0.2, abs=0.01)
+    sure = source_resistance(sense(one, line), current, line.parts, lost, (0.15, 1e-6))
+    assert sure == pytest.approx(0.15, abs=1e-4)
+
+
+@pytest.mark.parametrize("delay", [PERIOD, 2 * PERIOD])
+def test_readings_that_come_late_are_put_back(delay: float) -> None:
+    volts = 6.0 + 0.001 * np.arange(N)
+    late = round(delay / PERIOD)
+    one = capture(np.concatenate([np.zeros(late), volts[:-late]]), delay_s=delay)
+    line = lay(one)
+    sensed = sense(one, line)
+    part = line.parts[1]
+    np.testing.assert_allclose(sensed.volts[part.slice][:-late], volts[: N - late])
+
+
+def test_sense_points_and_what_lies_behind_them() -> None:
+    wiring = Wiring(0.1, 0.01, 0.2, 0.02, pwm_hz=20e3)
+    volts = np.full(N, 6.0)
+    expected = {"terminals": (0.0, 0.0), "bridge": (0.2, 0.02), "supply": (0.3, 0.02236)}
+    for where, series in expected.items():
+        one = capture(volts, sense_at=where, wiring=wiring)
+        sensed = sense(one, lay(one))
+        assert (sensed.series_ohm, sensed.series_uncertainty_ohm) == pytest.approx(series, rel=1e-3)
+        assert sensed.shows_emf == (where != "supply")
+
+
+def test_duty_times_supply_and_commanded_volts() -> None:
+    one = capture(None, supply=8.0, level=-0.25)
+    assert sense(one, lay(one)).volts[200] == pytest.approx(-2.0)
+    one = capture(None, kind=StepKind.DRIVE_VOLTS, level=3.0)
+    assert sense(one, lay(one)).volts[200] == 3.0
+    one = capture(None, level=0.5)
+    assert sense(one, lay(one)) is None
+
+
+def test_duty_times_supply_is_refused_where_conduction_is_discontinuous() -> None:
+    one = capture(None, supply=8.0, decay=Decay.DIODE)
+    with pytest.raises(DataError, match="discontinuous"):
+        refuse_discontinuous(one, lay(one), 1e-4)
+    refuse_discontinuous(one, lay(one), 1e-2)  # so much inductance keeps the current flowing
+    synchronous = capture(None, supply=8.0)
+    refuse_discontinuous(synchronous, lay(synchronous), 1e-4)
+    measured = capture(np.full(N, 4.0), supply=8.0, decay=Decay.DIODE)
+    refuse_discontinuous(measured, lay(measured), 1e-4)
+    assert discontinuous(measured, lay(measured), 1e-4) is not None
+
+
+def test_dead_time_takes_its_share_unless_ripple_turns_the_current() -> None:
+    wiring = Wiring(pwm_hz=20e3, dead_time_s=200e-9)
+    one = capture(None, supply=8.0, wiring=wiring)
+    line = lay(one)
+    current = np.full(line.count, 1.0)
+    current[-100:] = 0.01
+    lost = dead_time_loss(one, line.parts, current, 1e-3)
+    assert lost[150] == pytest.approx(200e-9 * 20e3 * (8.0 + 1.4))
+    assert lost[-1] == 0.0
+    assert lost[10] == 0.0  # the bridge is open there
+
+
+def test_the_supply_is_known_from_the_best_there_is() -> None:
+    volts = np.full(N, 4.0)
+    assert supply_voltage(capture(volts, supply=8.0, wiring=Wiring(supply_voltage_v=9.0))) == 8.0
+    assert supply_voltage(capture(volts, wiring=Wiring(supply_voltage_v=9.0))) == 9.0
+    checked = replace(capture(volts), provenance={"check": {"duty": 0.1, "volts": 0.7}})
+    assert supply_voltage(checked) == pytest.approx(7.0)
+    assert supply_voltage(capture(volts)) is None
+    assert clamp_voltage(capture(volts), 4.0) == pytest.approx(5.4)
+
+
+def test_pwm_shape_of_each_decay() -> None:
+    part = Part(0, 10, StepKind.DRIVE_DUTY, -0.25, Decay.SYNCHRONOUS_SLOW)
+    assert pwm_shape(part, -2.0, None) == (0.25, -8.0)
+    volts = Part(0, 10, StepKind.DRIVE_VOLTS, 2.0, Decay.SYNCHRONOUS_SLOW)
+    assert pwm_shape(volts, 2.0, 8.0) == (0.25, 8.0)
+    assert pwm_shape(volts, 2.0, None) == (0.0, 0.0)
+    assert pwm_shape(replace(part, decay=Decay.FAST), -2.0, 8.0) == (0.0, 0.0)
