@@ -1,8 +1,9 @@
 """How exact the fit is: against the Cramér-Rao bound, and on the simulated rig.
 
-python bench/bench_exactness.py            both parts, full size
+python bench/bench_exactness.py            all parts, full size
 python bench/bench_exactness.py --part 1   noisy captures from the exact model
 python bench/bench_exactness.py --part 2   every preset of the simulated rig
+python bench/bench_exactness.py --part 3   the cost of one response
 
 Prints one row for each quantity and ends with 1 when a goal is missed.
 """
@@ -12,9 +13,12 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
+import timeit
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from scipy.signal import lfilter
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
@@ -24,6 +28,7 @@ from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Wiring
 from motorid.estimate import fit
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.types import PARAMETERS, Estimate
+from motorid.motor.response import Output, Quantity, Response
 from motorid.rig import Limits, Nameplate, Rig, Sampling, default_program
 from motorid.sim import truth
 from motorid.sim.motor import motors
@@ -83,13 +88,13 @@ def exact_model(captures: int, count: int) -> bool:
     """RMS error over the bound, and coverage, on captures that obey the model."""
     ratios, covered = [], []
     each = -(-captures // len(MOTORS))
-    for motor, volts in zip(MOTORS, VOLTS, strict=True):
+    for k, (motor, volts) in enumerate(zip(MOTORS, VOLTS, strict=True)):
         clean = clean_capture(motor, Plan(volts=volts, count=count))
         stall = volts[0] / motor["R"]
         sd = {CURRENT: 2e-3 * stall, POSITION: 3e-3, VOLTAGE: 1e-3 * volts[0]}
         sigmas = {CURRENT: sd[CURRENT], POSITION: sd[POSITION], "back_emf": sd[VOLTAGE]}
         least = bound(clean, motor, sigmas)
-        for seed in range(each):
+        for seed in range(k * each, (k + 1) * each):
             noisy_one = noisy(clean, seed, sd[CURRENT], sd[POSITION], sd[VOLTAGE])
             off, held = errors(fit([noisy_one]), motor)
             ratios.append(off / least)
@@ -166,18 +171,43 @@ def simulated(seeds: int) -> bool:
     return good
 
 
+def response_cost() -> bool:
+    """One response of 10,000 samples against one pass of a second-order filter of that length."""
+    capture = clean_capture(FAULHABER, Plan(count=10_000))
+    start = MotorRecord(capture, PARAMETERS, {})
+    volts = start.volts.copy()
+    outputs = [Output(Quantity.CURRENT, 5e-5, 2e-6), Output(Quantity.POSITION)]
+    response = Response(1e-4, volts, outputs, start.stretches)
+    motor = tuple(FAULHABER.values())
+
+    def fastest(call: Callable[[], object], times: int = 300) -> float:
+        return min(timeit.repeat(call, number=1, repeat=times))
+
+    one_pass = fastest(lambda: lfilter([0.1, 0.2, 0.1], [1.0, -0.5, 0.1], volts))
+    ours = fastest(lambda: response(motor))
+    fit_s = fastest(lambda: fit([noisy(capture, 1, 5e-3, 3e-3, 6e-3)]), 10)
+    print(
+        f"one response of 10,000 samples: {1e6 * ours:.0f} µs, "
+        f"{ours / one_pass:.2f} x an lfilter pass (at most 3)"
+    )
+    print(f"six parameters of that capture fitted, with report: {1e3 * fit_s:.0f} ms")
+    return ours <= 3 * one_pass
+
+
 def main() -> int:
     """Runs the parts asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--part", type=int, choices=(1, 2), action="append")
+    parser.add_argument("--part", type=int, choices=(1, 2, 3), action="append")
     parser.add_argument("--captures", type=int, default=1000)
     parser.add_argument("--count", type=int, default=2000)
     parser.add_argument("--seeds", type=int, default=20)
     args = parser.parse_args()
-    parts = args.part or [1, 2]
+    parts = args.part or [1, 2, 3]
     good = True
     if 1 in parts:
         good &= exact_model(args.captures, args.count)
+    if 3 in parts:
+        good &= response_cost()
     if 2 in parts:
         good &= simulated(args.seeds)
     return 0 if good else 1
