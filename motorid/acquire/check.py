@@ -56,7 +56,7 @@ def check_signs(
     pulse = None
     for duty in _duties(rig, supply_v):
         pulse = _pulse(board, rig, config, zero, stop, duty, supply_v)
-        if stop.requested:
+        if pulse is None:
             return {}
         _judge_sensors(rig, pulse)
         if abs(pulse.counts) >= MOVED:
@@ -114,7 +114,8 @@ def _pulse(
     stop: Stop,
     duty: float,
     supply_v: float,
-) -> Pulse:
+) -> Pulse | None:
+    """One pulse; None when the user stopped it."""
     drive_s = min(max(3 * settling_s(rig.nameplate) / 8, 0.06), 0.3)
     steps = (
         Step(StepKind.COAST, BEFORE_S),
@@ -127,6 +128,8 @@ def _pulse(
     timeline = Timeline(period)
     before = board.position()
     reason = drive(board, wire, config, stop, timeline.add)
+    if stop.requested:
+        return None
     if reason.startswith("fault"):
         raise RigError(f"in the first weak pulse ({duty:.0%} duty) {tripped(reason)}")
     counts = board.position() - before

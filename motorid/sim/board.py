@@ -67,8 +67,9 @@ class Board:
         seed = f"{self.options.seed}/{self.options.motor}/{self.boots}"
         self.boot_id = zlib.crc32(seed.encode())
         self.reset_cause = cause
-        self.state = State.IDLE
-        self.fault = Fault.NONE
+        hung = cause == ResetCause.WATCHDOG
+        self.state = State.FAULTED if hung else State.IDLE
+        self.fault = Fault.WATCHDOG if hung else Fault.NONE
         self.config: Fields | None = None
         self.steps: list[Fields] = []
         self.run: Run | None = None

@@ -156,6 +156,8 @@ class Device:
                 self.board.major = int(fault.value)
             case "reset":
                 self.board.reset(ResetCause.EXTERNAL)
+            case "watchdog":
+                self.board.reset(ResetCause.WATCHDOG)
             case "brownout":
                 self.board.bench.set_supply(0.0)
                 self.board.reset(ResetCause.BROWN_OUT)

@@ -36,6 +36,7 @@ KINDS = {
     # the board
     "major": Kind(2, "the board speaks another protocol major"),
     "reset": Kind(None, "the board's processor resets"),
+    "watchdog": Kind(None, "the firmware hangs, and its watchdog resets the board"),
     "brownout": Kind(0.05, "supply away for so many seconds, and the processor resets"),
     # the bench
     "supply": Kind(0.0, "the motor supply goes to so many volts"),

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import io
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -25,6 +26,7 @@ from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.errors import MotoridError
 from motorid.program import Program
+from motorid.rig import Rig
 from motorid.sim.faults import parse_faults
 from motorid.sim.port import SimPort, open_sim
 from tests.acquire.rigs import SHORT, sim_rig
@@ -85,8 +87,16 @@ class FillingDisk(io.FileIO):
 class Trial:
     """One schedule, from the port to the file."""
 
-    def __init__(self, schedule: Schedule, folder: Path) -> None:
+    def __init__(
+        self,
+        schedule: Schedule,
+        folder: Path,
+        *,
+        change: Callable[[Rig], Rig] = lambda rig: rig,
+        other: str = "",
+    ) -> None:
         self.schedule, self.folder = schedule, folder
+        self.change, self.other = change, other
         self.path = folder / "run.h5"
         self.boards: list[BoardWitness] = []
         self.host: HostPort | None = None
@@ -114,15 +124,14 @@ class Trial:
 
     # ------------------------------------------------------------------ set-up
 
-    def _rig(self) -> Any:
+    def _rig(self) -> Rig:
         s = self.schedule
         rig = sim_rig(program=LONG if s.long else SHORT)
         sampling = replace(
             rig.sampling, rate_hz=s.rate_hz, channels=CHANNELS[: s.channels], mode=s.mode
         )
-        return replace(
-            rig, sampling=sampling, limits=replace(rig.limits, host_silence_s=self.silence_s)
-        )
+        limits = replace(rig.limits, host_silence_s=self.silence_s)
+        return self.change(replace(rig, sampling=sampling, limits=limits))
 
     def _open_port(self, url: str) -> Port:
         s = self.schedule
@@ -133,7 +142,8 @@ class Trial:
         self.host = HostPort(
             relay,
             die_s=s.host_at_s if dies else None,
-            stop_s=s.host_at_s if s.host == "ctrl-c" else None,
+            stop_s=s.host_at_s if s.host.startswith("ctrl-c") else None,
+            stops=2 if s.host == "ctrl-c twice" else 1,
             pace_s=s.host_at_s - 2 * LOSS_S[s.host] if dies else float("inf"),
         )
         self.host.on_death = self._die
@@ -141,8 +151,8 @@ class Trial:
 
     def _open_sim(self, which: str) -> SimPort:
         s = self.schedule
-        fault = f"&fault={s.board}" if s.board and which == "to" else ""
-        port = open_sim(f"sim://?{s.options}{fault}")
+        fault = self.other if which == "other" else s.board
+        port = open_sim(f"sim://?{s.options}&fault={fault}")
         self.boards.append(BoardWitness(port._device))
         return port
 
@@ -183,10 +193,10 @@ class Trial:
     def _judge(self, outcome: Outcome) -> None:
         for board in self.boards:
             self._judge_motor(board, outcome)
-        board = max(self.boards, key=lambda b: b.runs)
         journal = SpiedJournal.latest
         if journal is None or journal.measured_at is None:
             return
+        board = max(self.boards, key=lambda b: b.runs)
         rows = board.rows()
         outcome.sent = len(rows)
         if outcome.capture is not None:

@@ -14,7 +14,7 @@ import numpy as np
 from motorid.acquire.journal import JournalWriter
 from motorid.acquire.port import Port
 from motorid.sim.device import Device
-from motorid.wire.codec import BadPayload, Reply, SampleBlock, decode
+from motorid.wire.codec import BadPayload, Event, Reply, SampleBlock, decode
 from motorid.wire.enums import State
 from motorid.wire.framing import Decoder, Frame
 
@@ -32,6 +32,8 @@ class BoardWitness:
         self.blocks: list[SampleBlock] = []  # of the run that began last
         self.period = 0  # ticks between its samples
         self.runs = 0
+        self.ended: Event | None = None  # done, of the run that began last
+        self.unheard_s = 0.0  # by then, since the last heartbeat
         self.late_s = 0.0  # the longest that the bridge was closed after the host was last heard
         self.astray = False  # bridge closed and no run
         self._heard_s = 0.0
@@ -55,10 +57,14 @@ class BoardWitness:
         message = decode(payload)
         if isinstance(message, SampleBlock):
             self.blocks.append(message)
+        elif isinstance(message, Event) and message.name == "done":
+            self.ended = message
+            self.unheard_s = self.board.seconds - self._heard_s
 
     def _run(self) -> None:
         self.runs += 1
         self.blocks = []
+        self.ended = None
         self.period = self.board._period
         self._heard_s = self.board.seconds
 
@@ -103,6 +109,7 @@ class HostPort:
         *,
         die_s: float | None = None,
         stop_s: float | None = None,
+        stops: int = 1,
         pace_s: float = float("inf"),
         patience_s: float = 300.0,
     ) -> None:
@@ -111,17 +118,21 @@ class HostPort:
         self.on_death: Callable[[], None] = lambda: None
         self._inner = inner
         self._die_s, self._stop_s, self._pace_s = die_s, stop_s, pace_s
+        self._stops = stops
+        self._dead = False
         self._patience_s = patience_s
         self._pace: tuple[float, float] | None = None
 
     def read(self, size: int, timeout_s: float) -> bytes:
         now = self._inner.now()
         if self._die_s is not None and now >= self._die_s:
+            self._dead = True  # no courtesy of a finally reaches the board
             self.on_death()
             raise HostDiedError
         if self._stop_s is not None and now >= self._stop_s:
             self._stop_s = None
-            signal.raise_signal(signal.SIGINT)
+            for _ in range(self._stops):
+                signal.raise_signal(signal.SIGINT)
         assert now < self._patience_s, "the capture does not end"
         data = self._inner.read(size, timeout_s)
         if data:
@@ -140,6 +151,8 @@ class HostPort:
             time.sleep(ahead)
 
     def write(self, data: bytes) -> None:
+        if self._dead:
+            raise HostDiedError
         self._inner.write(data)
 
     def now(self) -> float:
