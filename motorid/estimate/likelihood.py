@@ -14,7 +14,7 @@ grows with the number of captures and not with its square. See docs/method.md.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Protocol
 
@@ -27,6 +27,8 @@ Floats = NDArray[np.float64]
 
 STEP = 1e-6  # of a finite difference, relative to the parameter's scale
 ENOUGH = 1e-3  # predicted decrease of F (in chi-square units) at which the search ends
+DAMPING, LEAST_DAMPING = 1e-3, 1e-12  # at the start, and ever
+CREEPING = 10.0  # times the decrease that is enough: what undamped steps would still promise
 MAX_ITERATIONS = 100
 LOG_REACH = 14.0  # a logarithmic parameter stays within e^±14 of its start
 
@@ -312,6 +314,13 @@ class _Search:
 
     def step(self, at: _Point, normals: list[_Normal], damping: float) -> tuple[_Point, float]:
         """The damped step, and the decrease of F that the linear model promises."""
+        shared, own, promise = self.move(at, normals, damping)
+        return self.point(shared, own), promise
+
+    def move(
+        self, at: _Point, normals: list[_Normal], damping: float
+    ) -> tuple[Floats, list[Floats], float]:
+        """Where the damped step ends, and its promise."""
         frame = self.frame
         H = np.diag(frame.precision.astype(np.float64))
         g = -frame.precision * (at.shared - frame.mean)
@@ -338,7 +347,7 @@ class _Search:
             moves.append(moved)
         p, m = frame.precision, frame.mean
         promise -= float(p @ (2 * (at.shared - m) * ds + ds**2))
-        return self.point(shared, moves), promise
+        return shared, moves, promise
 
 
 def maximise(
@@ -353,15 +362,41 @@ def maximise(
     ``converged`` is false when the iterations ran out or no step helped while one was promised.
     """
     search = _Search(shared, records)
-    at = search.point(search.frame.start, [frame.start for frame in search.own])
-    damping, converged = 1e-3, False
+    start = search.point(search.frame.start, [frame.start for frame in search.own])
+    at, converged, creeping = _descend(search, start, max_iterations, enough)
+    values = search.frame.outward(at.shared)
+    straight = [_straightened(u, float(v)) for u, v in zip(shared, values, strict=True)]
+    if (creeping or not converged) and straight != list(shared):
+        other = _Search(straight, records)
+        first = other.point(other.frame.start, at.own)
+        ahead, _, _ = _descend(other, first, max_iterations, enough, LEAST_DAMPING)
+        search.evaluations += other.evaluations
+        if ahead.objective < at.objective:
+            values = other.frame.outward(ahead.shared)
+            back = search.point(search.frame.inward(values), ahead.own)
+            at, converged, _ = _descend(search, back, max_iterations, enough)
+    return _solution(search, at, converged)
+
+
+def _straightened(unknown: Unknown, value: float) -> Unknown:
+    """Searched by its logarithm where it can be: valleys along ratios are straight there."""
+    if unknown.log or unknown.lower != 0.0 or not value > 0.0 or np.isfinite(unknown.prior_sd):
+        return unknown
+    return replace(unknown, start=value, log=True)
+
+
+def _descend(
+    search: _Search, at: _Point, max_iterations: int, enough: float, damping: float = DAMPING
+) -> tuple[_Point, bool, bool]:
+    """The point, whether steps ended there, and whether damping alone ended them."""
+    converged = False
     normals = search.linearise(at)
     for _ in range(max_iterations):
         trial, promise = search.step(at, normals, damping)
         if trial.objective <= at.objective and np.isfinite(trial.objective):
             gain = at.objective - trial.objective
             at = trial
-            damping = max(damping / 10.0, 1e-12)
+            damping = max(damping / 10.0, LEAST_DAMPING)
             if promise < enough and gain < enough:
                 converged = True
                 break
@@ -373,7 +408,8 @@ def maximise(
             damping *= 8.0
             if damping > 1e12:
                 break
-    return _solution(search, at, converged)
+    *_, undamped = search.move(at, normals, 0.0)
+    return at, converged, undamped > CREEPING * enough
 
 
 def _solution(search: _Search, at: _Point, converged: bool) -> Solution:

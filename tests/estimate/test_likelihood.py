@@ -96,3 +96,21 @@ def test_a_start_far_away_still_arrives() -> None:
     far = maximise((Unknown("a", 0.05, log=True), Unknown("b", 10.0, lower=0.0)), [record])
     near = maximise(SHARED, [record])
     np.testing.assert_allclose(far.values, near.values, rtol=1e-4)
+
+
+class Valley:
+    """a / b is known far better than a: in b itself, the valley of equal a / b is curved."""
+
+    unknowns = ()
+    blocks = (Block("ratio", 1e-6, 20), Block("a", 1e-3, 20))
+
+    def residuals(self, shared: np.ndarray, own: np.ndarray) -> list[np.ndarray]:
+        a, b = shared
+        return [np.full(20, 2.0 - a / b), np.full(20, 3.0 - a)]
+
+
+def test_a_curved_valley_is_walked_to_its_end() -> None:
+    start = (Unknown("a", 3.15, log=True), Unknown("b", 1.575, lower=0.0))
+    solution = maximise(start, [Valley()])
+    np.testing.assert_allclose(solution.values, [3.0, 1.5], rtol=1e-6)
+    assert solution.converged

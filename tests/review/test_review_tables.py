@@ -143,7 +143,7 @@ def test_closed_forms_of_table_3():
     assert "L" not in clean
 
 
-@pytest.mark.parametrize("key", ["2", "7", "8-w100", "9-w100"])
+@pytest.mark.parametrize("key", ["2", "3", "6-both", "7", "8-w100", "9-w100"])
 def test_the_default_estimator_is_exact_without_noise(key):
     of = experiment(key)
     first = of.rows[0]

@@ -7,7 +7,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from motorid.capture.model import CURRENT, QUANTITIES, SPEED, VOLTAGE, Capture, Channel, Phase
+from motorid.capture.model import (
+    CURRENT,
+    QUANTITIES,
+    SPEED,
+    VOLTAGE,
+    Capture,
+    Channel,
+    Phase,
+    Wiring,
+)
 from motorid.estimate.motor_fit import fit
 from motorid.estimate.search.problem import Solution
 from motorid.estimate.types import Floats
@@ -15,6 +24,7 @@ from motorid.motor.batch import FRICTION, Model, Record
 from motorid.program import Decay, Program, Step, StepKind
 
 REST = 16  # samples of standstill before the record: every method of a table knows that it rests
+AT_ONCE_V = 1e6  # of a supply so high that the batch's open bridge ends the current at once
 KNOWN = 1e-9  # of a current's peak: its offset is known to be nothing, as the other methods take it
 
 
@@ -39,6 +49,7 @@ def capture_of(record: Record) -> Capture:
         ticks=np.arange(len(held), dtype=np.int64),
         clock_hz=1.0 / period,
         channels=channels,
+        wiring=Wiring(supply_voltage_v=AT_ONCE_V),
         program=Program(steps),
         phases=phases,
     )
