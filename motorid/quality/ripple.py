@@ -28,6 +28,7 @@ STEP_SHARE = 0.05  # of the largest current, between samples: a step of the prog
 STEP_REACH = 5  # samples to each side of one that are left out
 NEAR = 0.05  # of the speed that a stretch ends with
 OPEN_SHARE = 1e-3  # of the largest current: less than this is an open bridge
+SLOW = 31  # samples over which a mean is slow
 BUSY = 0.2  # of the largest current: where a brush has current to interrupt
 
 
@@ -203,20 +204,22 @@ def turn_torque(found: Sequence[Window], constant: float, inertia: float) -> Tur
 
 
 def brush_noise(curve: Curve) -> tuple[float, float]:
-    """Scatter of the current from sample to sample where much flows, over that current; deviation.
+    """Scatter of the current where much flows, relative to that current; its deviation.
 
-    Rms of the residual's second differences, so that whatever is slower than a few samples (the
-    model's own errors) does not count; steps of the program are left out.
+    Rms of what is quicker than ``SLOW`` samples in the residual, so that the model's own slow
+    errors do not count; steps of the program are left out.
     """
     largest = float(np.abs(curve.fitted).max())
     jumps = np.abs(np.diff(curve.fitted, prepend=curve.fitted[0])) > STEP_SHARE * largest
     near = np.convolve(jumps, np.ones(2 * STEP_REACH + 1), mode="same") > 0
     use = (np.abs(curve.fitted) > BUSY * largest) & ~near
-    use = use & np.roll(use, 1) & np.roll(use, -1)
-    residual = curve.measured - curve.fitted
-    second = residual - 0.5 * (np.roll(residual, 1) + np.roll(residual, -1))
-    if use[1:-1].sum() < LEAST_SAMPLES:
+    box = np.ones(SLOW)
+    residual = np.where(use, curve.measured - curve.fitted, 0.0)
+    around = np.convolve(use, box, mode="same")
+    slow = np.convolve(residual, box, mode="same") / np.maximum(around, 1.0)
+    use &= around > 0.5 * SLOW
+    n = int(use.sum())
+    if n < LEAST_SAMPLES:
         return float("nan"), float("nan")
-    kept = second[1:-1][use[1:-1]] / curve.fitted[1:-1][use[1:-1]]
-    rms = float(np.sqrt((kept**2).mean() / 1.5))  # of white noise: 1 + 1/4 + 1/4
-    return rms, rms / float(np.sqrt(len(kept)))
+    rms = float(np.sqrt((((residual - slow)[use] / curve.fitted[use]) ** 2).mean()))
+    return rms, rms / float(np.sqrt(n))

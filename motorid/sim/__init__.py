@@ -17,7 +17,7 @@ def truth(url: str) -> dict[str, Any]:
     from motorid.sim.options import parse_url
 
     options = parse_url(url)
-    motor, chain = options.preset, draw_chain(options)
+    motor, chain = options.specimen, draw_chain(options)
     warmth = options.ambient - 25.0
     result: dict[str, Any] = {
         "R": motor.resistance_ohm * (1 + COPPER_PER_K * warmth),
@@ -31,7 +31,7 @@ def truth(url: str) -> dict[str, Any]:
         "breakaway": options.stiction * motor.coulomb_nm,
         "supply_v": options.supply_v,
         "nominal_v": motor.voltage_v,
-        "stall_current_a": motor.stall_current_a,
+        "stall_current_a": options.preset.stall_current_a,
         "counts_per_turn": options.counts_per_turn,
     }
     result["chain"] = {

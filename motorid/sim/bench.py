@@ -163,11 +163,15 @@ class Bench:
 
 def plant_params(options: Options, chain: Chain) -> Any:
     """The C parameters of these options; a ``plant_params *`` that the caller keeps."""
-    motor = options.preset
+    motor = options.specimen
     p: Any = ffi.new("plant_params *")
     p.resistance, p.inductance = motor.resistance_ohm, motor.inductance_h
     p.torque_constant = motor.torque_constant_nm_a
-    p.inertia = motor.inertia_kg_m2 + options.load_inertia
+    fast = 0.0 if options.coupling else options.load_inertia
+    p.inertia = motor.inertia_kg_m2 + fast
+    p.load_inertia, p.coupling_torque = options.load_inertia - fast, options.coupling
+    p.unbalance, p.brush_bounce = options.unbalance, options.brush_bounce
+    p.short_depth, p.segments = options.shorted_turn, motor.commutator_segments
     p.viscous, p.coulomb = motor.viscous_nm_s, motor.coulomb_nm
     p.stiction = options.stiction * motor.coulomb_nm
     p.stribeck_speed = options.stribeck

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 from urllib.parse import parse_qsl, urlsplit
 
@@ -53,6 +53,15 @@ class Options:
     cogging_per_turn: float = _number(None, 1, 1000, "periods a turn (as the commutation)")
     brush_drop: float = _number(0.0, 0, 10, "V over both brushes at large current")
     ripple: float = _number(0.0, 0, 0.5, "relative commutation ripple of K and R")
+    # spread and defects of one motor
+    copper: float = _number(1.0, 0.1, 10, "factor on R: thickness of the wire, joints")
+    magnet: float = _number(1.0, 0.1, 10, "factor on K: charge of the magnets")
+    winding: float = _number(1.0, 0.1, 10, "factor on the turns: K with it, R and L squared")
+    friction: float = _number(1.0, 0, 100, "factor on B and T0")
+    shorted_turn: float = _number(0.0, 0, 0.9, "share of one coil's turns that are shorted")
+    unbalance: float = _number(0.0, 0, 1e3, "N·m, amplitude of a weight off the axis")
+    brush_bounce: float = _number(0.0, 0, 1e3, "ohm that 3 of 10 commutations add, at random")
+    coupling: float = _number(0.0, 0, 1e3, "N·m at which load_inertia slips; 0: it is fast")
     # bridge and supply
     supply: float = _number(None, 0, 1000, "V, unloaded")
     supply_resistance: float = _number(None, 0, 100, "ohm")
@@ -95,6 +104,22 @@ class Options:
     def preset(self) -> Motor:
         """The motor's figures."""
         return find_motor(self.motor)[1]
+
+    @property
+    def specimen(self) -> Motor:
+        """The motor's figures with this specimen's spread; ``preset`` is what its label says."""
+        m, turns = self.preset, self.winding
+        R = m.resistance_ohm * turns**2 * self.copper
+        K = m.torque_constant_nm_a * turns * self.magnet
+        brake = self.shorted_turn * K**2 / R / m.commutator_segments  # current in the shorted turn
+        return replace(
+            m,
+            resistance_ohm=R,
+            inductance_h=m.inductance_h * turns**2,
+            torque_constant_nm_a=K,
+            viscous_nm_s=m.viscous_nm_s * self.friction + brake,
+            coulomb_nm=m.coulomb_nm * self.friction,
+        )
 
     @property
     def faults(self) -> tuple[Fault, ...]:
@@ -157,6 +182,8 @@ def _checked(options: Options) -> Options:
         raise UsageError("sim://: supply_limit needs a supply_capacitance above 0")
     if resistance == 0 and capacitance != 0:
         raise UsageError("sim://: supply_resistance=0 needs supply_capacitance=0")
+    if options.coupling and not options.load_inertia:
+        raise UsageError("sim://: coupling needs a load_inertia above 0")
     decay_mask(options.decay_modes)
     return options
 

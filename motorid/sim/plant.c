@@ -11,11 +11,15 @@ static const double LONGEST_STEP = 12.5e-6;
 static const double SHORTEST_STEP = 1e-9; /* keeps chatter at an event from stopping time */
 static const double ROOT_TOLERANCE = 1e-12;
 static const double BRUSH_BEND = 4.0; /* currents within which the brushes' drop bends */
+enum { STATES = 5 };
+static const double SLIP_SPEED = 1.0;   /* rad/s over which a slipping coupling takes hold */
+static const double BOUNCING = 0.3;     /* share of commutations with a bad contact */
+static const double TURN = 6.283185307179586;
 static const double STRIBECK_REACH = 6.0; /* exp(-36): nothing left */
 
 /* What the equations say at one point of a step. */
 typedef struct rates {
-    double d[4]; /* of current, speed, angle, bus */
+    double d[STATES]; /* of current, speed, angle, bus, load speed */
     double terminal;
     double bus;
     double heat;
@@ -37,7 +41,7 @@ static double supply_current(const plant *p, double bus)
     return amps;
 }
 
-static double bus_voltage(const plant *p, const double x[4])
+static double bus_voltage(const plant *p, const double x[STATES])
 {
     if (p->par.supply_capacitance > 0.0)
         return x[3];
@@ -56,16 +60,48 @@ static double sliding_friction(const plant *p, double speed)
     return p->direction * torque + m->viscous * speed;
 }
 
-static void evaluate(const plant *p, const double x[4], rates *out)
+/* The same number from 0 to 1 for the same commutation, and no pattern from one to the next. */
+static double chance(double index)
+{
+    unsigned long long h = (unsigned long long)(long long)index * 0x9E3779B97F4A7C15ull;
+    h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9ull;
+    h ^= h >> 27;
+    return (double)(h >> 11) * 0x1p-53;
+}
+
+/* Depth of the dip that a shorted coil makes in its segment, 0 to 1. */
+static double in_shorted_segment(const plant_params *m, double angle)
+{
+    double at = (angle / TURN - floor(angle / TURN)) * m->segments;
+    return at < 1.0 ? 0.5 * (1.0 - cos(TURN * at)) : 0.0;
+}
+
+static double bad_contact(const plant_params *m, double angle)
+{
+    double place = angle / TURN * m->ripple_per_turn, index = floor(place), wave;
+    if (chance(index) >= BOUNCING)
+        return 0.0;
+    wave = sin(0.5 * TURN * (place - index));
+    return m->brush_bounce * wave * wave;
+}
+
+static void evaluate(const plant *p, const double x[STATES], rates *out)
 {
     const plant_params *m = &p->par;
     double i = p->open ? 0.0 : x[0], speed = x[1];
-    double k = p->k_now, r = p->r_now, brush = 0.0, torque;
+    double k = p->k_now, r = p->r_now, brush = 0.0, torque, slip;
     if (m->k_ripple != 0.0 || m->r_ripple != 0.0) {
         double wave = cos(m->ripple_per_turn * x[2]);
         k *= 1.0 + m->k_ripple * wave;
         r *= 1.0 + m->r_ripple * wave;
     }
+    if (m->short_depth != 0.0) {
+        double left = 1.0 - m->short_depth * in_shorted_segment(m, x[2]);
+        k *= left;
+        r *= left;
+    }
+    if (m->brush_bounce != 0.0)
+        r += bad_contact(m, x[2]);
     if (m->brush_drop != 0.0)
         brush = m->brush_drop * i / sqrt(i * i + m->brush_current * m->brush_current);
     out->emf = k * speed;
@@ -82,27 +118,38 @@ static void evaluate(const plant *p, const double x[4], rates *out)
     torque = k * i;
     if (m->cogging != 0.0)
         torque -= m->cogging * sin(m->cogging_per_turn * x[2]);
+    if (m->unbalance != 0.0)
+        torque -= m->unbalance * sin(x[2]);
+    out->d[4] = slip = 0.0;
+    if (m->coupling_torque > 0.0) {
+        double carried = m->coupling_torque * tanh((speed - x[4]) / SLIP_SPEED);
+        out->d[4] = carried / m->load_inertia;
+        slip = carried * (speed - x[4]);
+        torque -= carried;
+    }
     out->torque = torque;
     out->heat = (r * i + brush) * i;
     if (p->direction) {
         double friction = sliding_friction(p, speed);
-        out->friction = friction * speed;
+        out->friction = friction * speed + slip;
         out->d[1] = (torque - friction) / m->inertia;
         out->d[2] = speed;
     } else {
-        out->friction = out->d[1] = out->d[2] = 0.0;
+        out->friction = slip;
+        out->d[1] = out->d[2] = 0.0;
     }
     out->d[3] = 0.0;
     if (m->supply_capacitance > 0.0)
         out->d[3] = (supply_current(p, x[3]) - p->via * i) / m->supply_capacitance;
 }
 
-static void load_state(const plant *p, double x[4])
+static void load_state(const plant *p, double x[STATES])
 {
     x[0] = p->current;
     x[1] = p->speed;
     x[2] = p->angle;
     x[3] = p->bus;
+    x[4] = p->load_speed;
 }
 
 static double breakaway(const plant *p)
@@ -113,7 +160,7 @@ static double breakaway(const plant *p)
 /* At zero speed: hold, or slide the way the torque pushes. */
 static void settle_friction(plant *p)
 {
-    double x[4];
+    double x[STATES];
     rates r;
     if (p->locked) {
         p->speed = 0.0;
@@ -130,7 +177,7 @@ static void settle_friction(plant *p)
 /* ------------------------------------------------------------------ one step */
 
 typedef struct step {
-    double x[4];
+    double x[STATES];
     rates end; /* at x */
     double i_dt, v_dt, supply_dt, electric, heat, friction, supply;
 } step;
@@ -148,26 +195,26 @@ static void tally(step *s, const plant *p, const rates *r, double i, double weig
     s->supply += weight * r->bus * p->via * i;
 }
 
-static void try_step(const plant *p, const double x[4], const rates *first, double h, step *s)
+static void try_step(const plant *p, const double x[STATES], const rates *first, double h, step *s)
 {
     static const double place[3] = {0.5, 0.5, 1.0};
     static const double share[4] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
-    double y[4], sum[4];
+    double y[STATES], sum[STATES];
     rates r = *first;
     int stage, n;
     *s = (step){.i_dt = 0.0};
     tally(s, p, first, x[0], h * share[0]);
-    for (n = 0; n < 4; n++)
+    for (n = 0; n < STATES; n++)
         sum[n] = share[0] * first->d[n];
     for (stage = 1; stage < 4; stage++) {
-        for (n = 0; n < 4; n++)
+        for (n = 0; n < STATES; n++)
             y[n] = x[n] + h * place[stage - 1] * r.d[n];
         evaluate(p, y, &r);
         tally(s, p, &r, y[0], h * share[stage]);
-        for (n = 0; n < 4; n++)
+        for (n = 0; n < STATES; n++)
             sum[n] += share[stage] * r.d[n];
     }
-    for (n = 0; n < 4; n++)
+    for (n = 0; n < STATES; n++)
         s->x[n] = x[n] + h * sum[n];
     evaluate(p, s->x, &s->end);
 }
@@ -188,11 +235,11 @@ static double overshoot(const plant *p, const step *s)
 }
 
 /* Shorten a step that ran past an event to end just behind it (Illinois false position). */
-static double locate_event(const plant *p, const double x[4], const rates *first, double h, step *s)
+static double locate_event(const plant *p, const double x[STATES], const rates *first, double h, step *s)
 {
     double low = 0.0, high = h, f_high = overshoot(p, s), f_low;
     int side = 0, n;
-    step start = {.x = {x[0], x[1], x[2], x[3]}, .end = *first};
+    step start = {.x = {x[0], x[1], x[2], x[3], x[4]}, .end = *first};
     f_low = fmin(overshoot(p, &start), -1e-300);
     for (n = 0; n < 60 && high - low > ROOT_TOLERANCE; n++) {
         double middle = (low * f_high - high * f_low) / (f_high - f_low), f;
@@ -243,6 +290,7 @@ static void accept(plant *p, const step *s, double h)
     p->current = p->open || (p->diode && p->diode * s->x[0] <= 0.0) ? 0.0 : s->x[0];
     p->speed = !p->direction || p->direction * s->x[1] <= 0.0 ? 0.0 : s->x[1];
     p->angle = s->x[2];
+    p->load_speed = s->x[4];
     p->bus = s->end.bus;
     p->terminal = s->end.terminal;
     p->i_dt += s->i_dt;
@@ -258,7 +306,7 @@ static void accept(plant *p, const step *s, double h)
 
 static void settle(plant *p)
 {
-    double x[4];
+    double x[STATES];
     rates r;
     load_state(p, x);
     evaluate(p, x, &r);
@@ -285,7 +333,7 @@ static double step_here(const plant *p, const rates *first)
 /* Run for dt with the switches as they are. */
 static void run(plant *p, double dt)
 {
-    double x[4];
+    double x[STATES];
     rates first;
     load_state(p, x);
     evaluate(p, x, &first);
@@ -365,6 +413,8 @@ static double choose_step(const plant_params *m)
     step = fmin(step, 0.2 * m->inductance / r);
     if (m->supply_capacitance > 0.0)
         step = fmin(step, 0.25 * m->supply_resistance * m->supply_capacitance);
+    if (m->coupling_torque > 0.0)
+        step = fmin(step, SLIP_SPEED * fmin(m->load_inertia, m->inertia) / m->coupling_torque);
     return step;
 }
 
@@ -394,5 +444,6 @@ void plant_lock(plant *p, int locked)
 double plant_stored_energy(const plant *p)
 {
     return 0.5 * (p->par.inductance * p->current * p->current
-                  + p->par.inertia * p->speed * p->speed);
+                  + p->par.inertia * p->speed * p->speed
+                  + p->par.load_inertia * p->load_speed * p->load_speed);
 }

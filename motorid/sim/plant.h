@@ -41,6 +41,13 @@ typedef struct plant_params {
     double k_ripple;        /* relative amplitude with commutation */
     double r_ripple;
     double ripple_per_turn;
+    /* defects; 0: none */
+    double unbalance;       /* torque of a weight off the axis, amplitude */
+    double short_depth;     /* relative drop of K and R where the shorted coil carries current */
+    double segments;        /* of the commutator */
+    double brush_bounce;    /* ohm that some commutations add, at random */
+    double load_inertia;    /* that a slipping coupling joins to the rotor */
+    double coupling_torque; /* at which it slips */
     /* heat */
     double ambient;
     double copper_coefficient; /* 1/K */
@@ -73,6 +80,7 @@ typedef struct plant {
     double current;
     double speed;
     double angle;
+    double load_speed; /* behind a slipping coupling */
     double bus;     /* supply voltage at the bridge */
     double winding; /* °C */
     double housing; /* °C */
@@ -132,7 +140,7 @@ void plant_lock(plant *p, int locked);
  * is a step boundary. */
 void plant_advance(plant *p, double dt);
 
-/* ½Li² + ½Jw² */
+/* ½Li² + ½Jw², the load's with it */
 double plant_stored_energy(const plant *p);
 
 #endif

@@ -1,0 +1,84 @@
+"""Each defect that a line looks for is found, by the limit that is meant to find it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import motorid
+from motorid.quality.judge import judge
+from motorid.quality.product import Product
+from motorid.quality.ripple import segment_ripple, turn_torque, windows
+from motorid.quality.verdict import Outcome
+
+DEFECTS = [
+    ("magnet=0.93", {"K_25"}, {"R_25", "T0"}),
+    ("friction=1.6", {"T0"}, {"R_25", "K_25", "J"}),
+    ("shorted_turn=0.05", {"ripple_segment", "B"}, {"K_25", "J"}),
+    ("winding=1.06", {"R_25", "K_25"}, {"T0", "J"}),
+    ("unbalance=1e-4", {"unbalance"}, {"R_25", "K_25", "J", "ripple_segment"}),
+    ("brush_bounce=0.5", {"brush_noise"}, {"K_25", "J"}),
+    ("coupling=1e-3", {"shape_position", "friction_turn"}, {"R_25", "K_25"}),
+    ("copper=1.1", {"R_25"}, {"K_25", "T0", "J"}),
+]
+
+
+@pytest.mark.parametrize(("options", "found", "good"), DEFECTS, ids=[d[0] for d in DEFECTS])
+def test_a_defect_is_found(
+    measure: Any, product: Product, options: str, found: set[str], good: set[str]
+) -> None:
+    verdict = judge(motorid.fit(measure(options)), product)
+    assert verdict.outcome is Outcome.FAIL
+    failed = {m.quantity for m in verdict.measurements if m.outcome is Outcome.FAIL}
+    assert found <= failed
+    assert not good & failed
+
+
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_good_motors_pass_whatever_the_noise(measure: Any, product: Product, seed: int) -> None:
+    verdict = judge(motorid.fit(measure(f"seed={seed}")), product)
+    assert verdict.outcome is Outcome.PASS, verdict.reasons
+
+
+def test_the_unbalance_is_measured_right(measure: Any) -> None:
+    estimate = motorid.fit(measure("unbalance=1e-4"))
+    K, J = (estimate.parameters[n].value for n in ("K", "J"))
+    assert K is not None
+    assert J is not None
+    found = turn_torque(windows(estimate), K, J)
+    assert found.unbalance == pytest.approx(1e-4, abs=4 * found.unbalance_sd)
+    assert found.unbalance_sd < 1e-5
+
+
+def test_commutation_ripple_is_measured_right(measure: Any, product: Product) -> None:
+    verdict = judge(motorid.fit(measure("ripple=0.02")), product)
+    value = verdict["ripple_commutation"].reading.value
+    # at no load the drop over R is small: all of it is the ripple of K, by the share K w / V
+    assert value == pytest.approx(0.02 * 0.94, rel=0.03)
+    assert verdict["ripple_segment"].outcome is Outcome.PASS
+
+
+def test_the_short_is_in_its_segment(measure: Any) -> None:
+    """The ripple of a fifth of a turn, found as such: other divisions see it less."""
+    estimate = motorid.fit(measure("shorted_turn=0.05"))
+    found, R = windows(estimate), estimate.parameters["R"].value
+    assert R is not None
+    ripple, deviation, _ = segment_ripple(found, R, 5)
+    assert ripple > 10 * deviation
+    assert segment_ripple(found, R, 2)[0] < ripple
+
+
+def test_a_warm_up_is_kept_and_not_judged(product: Product, line_rig: Any, tmp_path: Path) -> None:
+    from dataclasses import replace
+
+    from motorid.workflow.check import Line
+
+    warm = replace(product, warm_up=product.program)
+    with Line(line_rig, warm, tmp_path) as line:
+        done = line.inspect("D000009")
+    assert done.verdict.outcome is Outcome.PASS, done.verdict.reasons
+    assert done.folder is not None
+    assert (done.folder / "warm-up.h5").exists()
+    assert len(done.verdict.inputs) == 1
