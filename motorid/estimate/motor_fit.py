@@ -12,6 +12,7 @@ from motorid.capture.model import CURRENT, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
 from motorid.estimate import instrument, intervals, remarks, tables
+from motorid.estimate.algebra import square
 from motorid.estimate.bridge import discontinuous, refuse_discontinuous
 from motorid.estimate.closed_form import start_values
 from motorid.estimate.likelihood import Solution, Unknown, maximise
@@ -29,7 +30,8 @@ SOURCE_PASSES = 3  # at most, of fit and source lines in turn
 SHORTEST_ELECTRICAL = 1e-3  # L/R in sample periods: below it the data know no inductance
 ROUGH = 1.0  # change of chi-square that is near enough while sources and noise are unsettled
 COLOUR_PASSES = 2  # of noise model and fit in turn
-MISFIT = 4.0  # residuals in units of the scatter between neighbours: worth another start
+MISFIT = 4.0  # residuals in units of the scatter between neighbours: more than noise
+GROSS = 0.02  # residuals in units of a channel's range: worth another start
 OTHER_STARTS: tuple[dict[str, float], ...] = (
     {"L": 0.2},
     {"L": 5.0},
@@ -127,7 +129,7 @@ def solve(
 ) -> Solution:
     """The most likely parameters: other starts where one misfits, then correlated noise allowed."""
     solution = _with_sources(records, free, start)
-    if _misfits(solution):
+    if _misfits(solution, records):
         for factors in OTHER_STARTS:
             other = {n: start[n] * factors.get(n, 1.0) for n in PARAMETERS}
             trial = _with_sources(records, free, other)
@@ -217,14 +219,17 @@ def _typical(records: Sequence[MotorRecord], start: Mapping[str, float]) -> tupl
     return torque, max(speeds) or 1.0
 
 
-def _misfits(solution: Solution) -> bool:
-    for record in solution.records:
-        for part in record.slices:
-            residual = record.residual[part]
-            if len(residual) > 8:
-                between = float(np.mean(np.diff(residual) ** 2)) / 2
-                if float(np.mean(residual**2)) > MISFIT**2 * between:
-                    return True
+def _misfits(solution: Solution, records: Sequence[MotorRecord]) -> bool:
+    """Residuals that are neither noise nor small: the search ended in the wrong valley, or early.
+
+    A little that the model lacks, such as warming between runs, is no such thing.
+    """
+    for record, own in zip(records, solution.own, strict=True):
+        for m, left in zip(record.measured, record.departures(solution.values, own), strict=True):
+            total = square(left) / len(left)
+            between = square(np.diff(left)) / (2 * len(left))
+            if total > max(MISFIT**2 * between, (GROSS * float(np.ptp(m.values))) ** 2):
+                return True
     return not solution.converged
 
 

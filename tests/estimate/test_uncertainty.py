@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from scipy.special import stdtrit
 
 from motorid.estimate.intervals import Findings, student
 from motorid.estimate.likelihood import Block, Solution, Unknown, maximise
@@ -92,9 +93,14 @@ def test_two_runs_do_not() -> None:
     assert not found.between_runs
 
 
-@pytest.mark.parametrize(("freedom", "factor"), [(1, 12.706), (2, 4.303), (10, 2.228)])
-def test_student_factors(freedom: float, factor: float) -> None:
-    assert student(freedom) == pytest.approx(factor, abs=1e-3)
+@pytest.mark.parametrize("freedom", [1.0, 2.0, 3.0, 5.0, 6.0, 7.3, 10.0, 25.5, 300.0, 1e5])
+def test_student_factors(freedom: float) -> None:
+    assert student(freedom) == pytest.approx(stdtrit(freedom, 0.975), rel=1e-3)
+
+
+@pytest.mark.parametrize("freedom", [2.4, 3.5, 4.7, 5.9])
+def test_student_factors_between_the_exact_ones(freedom: float) -> None:
+    assert student(freedom) == pytest.approx(stdtrit(freedom, 0.975), rel=2e-2)
 
 
 def test_student_factor_without_end() -> None:
