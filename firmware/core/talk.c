@@ -61,16 +61,22 @@ static void answer_again(uint16_t request) {
     }
 }
 
-static void answer_first(uint8_t code, uint16_t request) {
+/* False when the command has to wait: the states are looked at first, so that a run that ends at
+ * this moment is either not over for both, or over for both. */
+static bool answer_first(uint8_t code, uint16_t request) {
     const uint8_t *const fields = link.receiver.bytes + WIRE_COMMAND_HEADER;
-    struct answer answer = {
-        refusal(code, (uint8_t)(link.receiver.length - WIRE_COMMAND_HEADER)), 0};
+    const uint8_t length = (uint8_t)(link.receiver.length - WIRE_COMMAND_HEADER);
+    struct answer answer = {refusal(code, length), 0};
     if (answer.status == WIRE_STATUS_OK) {
+        if (needs_quiet(code)) {
+            return false;
+        }
         answer = execute(code, request, fields, reply_fields());
     }
     if (!is_zeroing(request)) { /* zero is answered when it is measured */
         send_reply(code, request, answer);
     }
+    return true;
 }
 
 /* Answer the command in the receiver; false when it has to wait. */
@@ -84,15 +90,14 @@ static bool answer_command(void) {
     if (code == WIRE_STOP_CODE && !again) {
         stop_now(); /* now, though its reply may have to wait for another */
     }
-    if (!reply_is_free() || core.zero.outcome > ZERO_MEASURING || needs_quiet(code)) {
+    if (!reply_is_free() || core.zero.outcome > ZERO_MEASURING) {
         return false;
     }
     if (again) {
         answer_again(request);
-    } else {
-        answer_first(code, request);
+        return true;
     }
-    return true;
+    return answer_first(code, request);
 }
 
 static bool listen(void) {
@@ -162,41 +167,37 @@ static void tell_done(void) {
 }
 
 /* Put the next event into link.event, if one is due. */
-static void tell(void) {
+static void tell(bool ending) {
     if (link.hello) {
         tell_hello();
     } else if (core.told.phases < core.run.begun) {
         tell_phase();
-    } else if (core.run.ending && core.run.trip.fault != WIRE_FAULT_NONE && !core.told.fault) {
+    } else if (ending && core.run.trip.fault != WIRE_FAULT_NONE && !core.told.fault) {
         tell_fault();
     }
 }
 
 /* ------------------------------------------------------------------ sending */
 
-static bool may_send_blocks(void) {
-    return core.config.mode == WIRE_MODE_STREAM || core.run.ending;
-}
-
-/* Find something to send: replies first, then events, then samples, then the word of the end. That
- * only when the run was over before the look for the others: it may end at any moment in here. */
+/* Find something to send: replies first, then events, then samples, then the word of the end. A run
+ * that ends in the meantime has ended for the next call: its fault and last samples go first. */
 static enum source choose(void) {
-    const bool over = core.run.ending;
-    atomic_signal_fence(memory_order_acquire);
+    const bool ending = core.run.ending;
+    atomic_signal_fence(memory_order_acquire); /* what is told of the end is read after it */
     if (link.reply_length > 0) {
         link.next = link.reply;
         link.left = link.reply_length;
         return REPLY;
     }
     if (link.event_length == 0) {
-        tell();
+        tell(ending);
     }
-    if (link.event_length == 0 && may_send_blocks()) {
+    if (link.event_length == 0 && (core.config.mode == WIRE_MODE_STREAM || ending)) {
         link.next = blocks_next(&core.blocks, &link.left);
         if (link.next != NULL) {
             return BLOCK;
         }
-        if (over) {
+        if (ending) {
             tell_done();
         }
     }

@@ -18,7 +18,9 @@ struct fake {
     uint32_t boots;
     bool locked;
     uint16_t appetite;      /* bytes that the link takes at a time */
-    void (*interrupt)(void); /* may strike wherever it is not locked out */
+    /* May strike wherever it is not locked out: at every call into the port, and where a function
+     * of the core begins or ends (the tests compile it with -finstrument-functions). */
+    void (*interrupt)(void);
     struct reading now;     /* what the next sample reads */
     uint8_t in[FAKE_BYTES], out[FAKE_BYTES];
     size_t in_begin, in_end, out_begin, out_end;

@@ -154,10 +154,11 @@ static void a_step_of_the_longest_kind_ends_on_its_tick(void) {
 /* ------------------------------------------------------------------ interrupts at any moment */
 
 static uint32_t dice;
+static uint32_t rarity;
 
 static void strike_sometimes(void) {
     dice = dice * 1664525u + 1013904223u;
-    if (dice >> 30 == 0) {
+    if ((dice >> 8) % rarity == 0) {
         fake.now.position += 3;
         fake.locked = true; /* an interrupt is not interrupted */
         fake_sample();
@@ -166,14 +167,15 @@ static void strike_sometimes(void) {
 }
 
 /* Everything heard of a run fits together, wherever the interrupt struck. */
-static void check_run(uint32_t samples) {
+static void check_run(uint32_t samples, uint8_t reason) {
     uint8_t payload[WIRE_MAX_PAYLOAD];
-    uint32_t count = 0, blocks = 0, dropped = 0;
+    uint32_t count = 0, blocks = 0, dropped = 0, phases = 0, faults = 0;
     int heard;
     while ((heard = fake_heard(payload)) > 0) {
         wire_event_sample_block_t block;
         wire_event_done_t done;
-        if (payload[0] == WIRE_EVENT_SAMPLE_BLOCK_CODE) {
+        switch (payload[0]) {
+        case WIRE_EVENT_SAMPLE_BLOCK_CODE:
             CHECK(wire_get_event_sample_block(payload + 1, (size_t)heard - 1u, &block));
             count += block.dropped;
             dropped += block.dropped;
@@ -181,31 +183,81 @@ static void check_run(uint32_t samples) {
             CHECK(block.first_tick == core.run.start_tick + count * 1600u);
             CHECK((uint16_t)block.position == wire_get_u16(payload + BLOCK_HEADER + 4));
             count += block.count;
-        } else if (payload[0] == WIRE_EVENT_DONE_CODE) {
+            break;
+        case WIRE_EVENT_PHASE_CODE:
+            CHECK(faults == 0 && payload[1] == phases++);
+            break;
+        case WIRE_EVENT_FAULT_CODE:
+            faults++;
+            break;
+        case WIRE_EVENT_DONE_CODE:
             CHECK(wire_get_event_done(payload + 1, (size_t)heard - 1u, &done));
-            CHECK(done.samples + done.dropped == samples && done.blocks == blocks);
-            CHECK(done.dropped >= dropped && done.reason == WIRE_END_REASON_COMPLETED);
+            CHECK(done.reason == reason && faults == (reason == WIRE_END_REASON_FAULT));
+            CHECK(done.samples + done.dropped == samples && done.samples + dropped == count);
+            CHECK(done.blocks == blocks && done.dropped >= dropped && phases == 2);
             return;
+        default:
+            CHECK(payload[0] & WIRE_REPLY_BIT);
         }
     }
     CHECK(heard == 0);
     CHECK(false); /* done must have come */
 }
 
+/* Run two steps; the interrupt strikes with this rarity, the link takes so much at a time. */
+static void run_struck(uint32_t seed, uint16_t silence_ms) {
+    wire_configure_t config = fake_config();
+    config.host_silence_ms = silence_ms;
+    fake_start();
+    fake_settle();
+    CHECK(fake_configure(&config) == WIRE_STATUS_OK);
+    CHECK(fake_add_step(0, WIRE_STEP_KIND_DRIVE_DUTY, 500000, 300) == WIRE_STATUS_OK);
+    CHECK(fake_add_step(1, WIRE_STEP_KIND_COAST, 0, 200) == WIRE_STATUS_OK);
+    dice = seed;
+    rarity = 3 + seed % 200;
+    fake.appetite = (uint16_t)(1 + seed % 90);
+    fake.interrupt = strike_sometimes;
+    CHECK(fake_run() == WIRE_STATUS_OK);
+    while (core_state() == WIRE_STATE_RUNNING || core.run.ending) {
+        (void)core_poll();
+    }
+    fake.interrupt = NULL;
+    fake_settle();
+}
+
 static void an_interrupt_may_strike_at_any_moment(void) {
-    for (uint32_t seed = 1; seed <= 200; seed++) {
-        SURE(load(500));
+    for (uint32_t seed = 1; seed <= 1000; seed++) {
+        SURE(run_struck(seed, 500));
+        SURE(check_run(500, WIRE_END_REASON_COMPLETED));
+        SURE(run_struck(seed, 45));
+        SURE(check_run(451, WIRE_END_REASON_FAULT));
+    }
+}
+
+/* A command comes in just as the run ends: it is either refused, or waits for done. */
+static void a_command_may_come_as_the_run_ends(void) {
+    const uint8_t clear[] = {WIRE_CLEAR_PROGRAM_CODE, 0x10, 0x20};
+    for (uint32_t seed = 1; seed <= 2000; seed++) {
+        SURE(begin(2));
         dice = seed;
-        fake.appetite = (uint16_t)(1 + seed % 90);
+        rarity = 2 + seed % 30;
         fake.interrupt = strike_sometimes;
-        CHECK(fake_run() == WIRE_STATUS_OK);
+        fake_send(clear, sizeof clear);
         while (core_state() == WIRE_STATE_RUNNING || core.run.ending) {
             (void)core_poll();
-            strike_sometimes();
         }
         fake.interrupt = NULL;
         fake_settle();
-        SURE(check_run(500));
+        uint8_t payload[WIRE_MAX_PAYLOAD];
+        int heard, phases = 0, dones = 0;
+        while ((heard = fake_heard(payload)) > 0) {
+            phases += payload[0] == WIRE_EVENT_PHASE_CODE;
+            dones += payload[0] == WIRE_EVENT_DONE_CODE;
+            const bool accepted = payload[0] == (WIRE_CLEAR_PROGRAM_CODE | WIRE_REPLY_BIT)
+                                  && payload[3] == WIRE_STATUS_OK;
+            CHECK(!accepted || (phases == 1 && dones == 1));
+        }
+        CHECK(heard == 0 && phases == 1 && dones == 1);
     }
 }
 
@@ -221,5 +273,6 @@ const struct test core_tests[] = {
     TEST(ticks_wrap_in_a_run),
     TEST(a_step_of_the_longest_kind_ends_on_its_tick),
     TEST(an_interrupt_may_strike_at_any_moment),
+    TEST(a_command_may_come_as_the_run_ends),
     {0},
 };

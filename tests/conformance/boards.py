@@ -177,12 +177,19 @@ def build_firmware(target: str = "all") -> Path:
     """The folder of what ``make`` built. Skips where it cannot build."""
     if sys.platform == "win32" or not shutil.which("make") or not shutil.which("gcc"):
         pytest.skip("no make and gcc: the firmware's host port is not built")
-    import fcntl
-
-    with (FIRMWARE / "Makefile").open("rb") as lock:  # several workers test at once
-        fcntl.flock(lock, fcntl.LOCK_EX)
+    with building():
         subprocess.run(["make", "-s", "-C", str(FIRMWARE), target], check=True)
     return FIRMWARE / "build"
+
+
+@contextlib.contextmanager
+def building() -> Iterator[None]:
+    """Several workers test at once; one builds."""
+    import fcntl
+
+    with (FIRMWARE / "Makefile").open("rb") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 class HostBoard:
@@ -230,7 +237,8 @@ class EmulatedBoard:
     def __init__(self, name: str, **options: Any) -> None:
         self.name = name
         pairs = "&".join(f"{key}={value}" for key, value in {"speed": "max", **options}.items())
-        self.port: Any = open_port(f"emu://{name}?{pairs}")
+        with building():
+            self.port: Any = open_port(f"emu://{name}?{pairs}")
 
     def is_open(self) -> bool:
         return not self.port.board.facts()["enabled"]

@@ -29,23 +29,12 @@ static const struct place BOARD[] = {
     MAYBE(struct options, reset_cause), {0},
 };
 
+/* Every field of plant_params, as the Makefile finds them in plant.h. */
+#define PLANT_double(field) IN(plant_params, field),
+#define PLANT_int(field) FLAG(plant_params, field),
 static const struct place PLANT[] = {
-    IN(plant_params, resistance), IN(plant_params, inductance), IN(plant_params, torque_constant),
-    IN(plant_params, inertia), IN(plant_params, pwm_period), IN(plant_params, supply_voltage),
-    MAYBE(plant_params, viscous), MAYBE(plant_params, coulomb), MAYBE(plant_params, stiction),
-    MAYBE(plant_params, stribeck_speed), MAYBE(plant_params, cogging),
-    MAYBE(plant_params, cogging_per_turn), MAYBE(plant_params, brush_drop),
-    MAYBE(plant_params, brush_current), MAYBE(plant_params, k_ripple),
-    MAYBE(plant_params, r_ripple), MAYBE(plant_params, ripple_per_turn),
-    MAYBE(plant_params, ambient), MAYBE(plant_params, copper_coefficient),
-    MAYBE(plant_params, magnet_coefficient), MAYBE(plant_params, winding_resistance),
-    MAYBE(plant_params, winding_capacity), MAYBE(plant_params, housing_resistance),
-    MAYBE(plant_params, housing_capacity), MAYBE(plant_params, dead_time),
-    MAYBE(plant_params, switch_resistance), MAYBE(plant_params, diode_drop),
-    MAYBE(plant_params, diode_resistance), MAYBE(plant_params, lead_resistance),
-    FLAG(plant_params, sense_at_bridge), MAYBE(plant_params, supply_resistance),
-    MAYBE(plant_params, supply_capacitance), MAYBE(plant_params, supply_limit),
-    FLAG(plant_params, supply_sinks), MAYBE(plant_params, max_step), {0},
+#include "plant_fields.h"
+    {0},
 };
 
 static const struct place CONVERTER[] = {
