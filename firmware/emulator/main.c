@@ -29,14 +29,7 @@ struct parameter {
 #define PLANT(field) {#field, offsetof(struct rig_params, plant.field)}
 #define RIG(field) {#field, offsetof(struct rig_params, field)}
 static const struct parameter PARAMETERS[] = {
-    PLANT(resistance), PLANT(inductance), PLANT(torque_constant), PLANT(inertia), PLANT(viscous),
-    PLANT(coulomb), PLANT(stiction), PLANT(stribeck_speed), PLANT(cogging), PLANT(cogging_per_turn),
-    PLANT(brush_drop), PLANT(brush_current), PLANT(k_ripple), PLANT(r_ripple),
-    PLANT(ripple_per_turn), PLANT(ambient), PLANT(copper_coefficient), PLANT(magnet_coefficient),
-    PLANT(winding_resistance), PLANT(winding_capacity), PLANT(housing_resistance),
-    PLANT(housing_capacity), PLANT(pwm_period), PLANT(dead_time), PLANT(switch_resistance),
-    PLANT(diode_drop), PLANT(diode_resistance), PLANT(lead_resistance), PLANT(supply_voltage),
-    PLANT(supply_resistance), PLANT(supply_capacitance), PLANT(supply_limit), PLANT(max_step),
+#include "plant_fields.h" /* every number of plant_params: see the Makefile */
     RIG(clock_hz), RIG(reference), RIG(shunt), RIG(divider), RIG(filter), RIG(gain[0]), RIG(gain[1]),
     RIG(gain[2]), RIG(gain[3]), RIG(offset[0]), RIG(offset[1]), RIG(offset[2]), RIG(offset[3]),
     RIG(noise), RIG(counts_per_turn), RIG(encoder_angle), RIG(encoder_sign), RIG(extra_edges),
