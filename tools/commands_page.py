@@ -40,8 +40,20 @@ def page() -> str:
         command = cli.get_command(root, name)
         assert command is not None
         parts += [f"## motorid {name}", _block(f"motorid {name} --help", help_text(command, root))]
+        parts += _subcommands(command, root)
     parts += ["## Exit codes", _exit_table()]
     return "\n\n".join(parts) + "\n"
+
+
+def _subcommands(command: click.Command, root: click.Context) -> list[str]:
+    """The help of each command of a group."""
+    if not isinstance(command, click.Group):
+        return []
+    context = click.Context(command, info_name=command.name, parent=root)
+    return [
+        _block(f"motorid {command.name} {name} --help", help_text(inner, context))
+        for name, inner in command.commands.items()
+    ]
 
 
 def _block(command: str, text: str) -> str:

@@ -14,6 +14,7 @@ from motorid.quality.ranges import d2, d3, range_limits
 from motorid.quality.rules import LIMITS, SETS, Alarm, RuleSet, alarms
 
 Floats = NDArray[np.float64]
+THREE_SIGMA = 0.0027  # how often a process in control shows a point beyond its limits
 
 
 @dataclass(frozen=True)
@@ -133,9 +134,8 @@ class Drift:
 
     @property
     def significant(self) -> bool:
-        """The interval of the slope leaves out zero."""
-        low, high = self.interval_95
-        return not low <= 0 <= high
+        """As rare, where nothing drifts, as a point beyond three sigma."""
+        return self.p < THREE_SIGMA
 
 
 def drift(days: Floats, values: Floats) -> Drift:

@@ -107,14 +107,21 @@ def fit_many(
 
 
 def _sha256(path: Path) -> str | MotoridError:
-    """The digest of a file's bytes, or why they cannot be read."""
+    try:
+        return sha256_of(path)
+    except DataError as error:
+        return error
+
+
+def sha256_of(path: Path) -> str:
+    """The digest of a file's bytes. Raises DataError where they cannot be read."""
     digest = hashlib.sha256()
     try:
         with open(path, "rb") as file:
             while piece := file.read(CHUNK):
                 digest.update(piece)
     except OSError as error:
-        return DataError(f"{path} cannot be read: {error.strerror or error}")
+        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
     return digest.hexdigest()
 
 

@@ -1,0 +1,292 @@
+"""motorid gauge"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from motorid.cli.options import Assignment, example, force_option
+from motorid.errors import EXIT_DONE, EXIT_FAIL_VERDICT
+
+if TYPE_CHECKING:
+    from motorid.quality.gauge import GaugeResult
+    from motorid.quality.product import Product
+    from motorid.workflow.gauge import Run
+
+
+@click.group(
+    "gauge",
+    epilog=example(
+        "motorid gauge run --rig sim --part M1 --part M2 --operator anna --operator ben -o study",
+        "motorid gauge crossed readings.csv --tolerance R=0.4 -o study",
+        "motorid gauge golden readings.csv --quantity R --reference 2.6 --tolerance 0.4",
+        "motorid gauge linearity readings.csv --quantity R --reference-column R_ref",
+    ),
+)
+def command() -> None:
+    """Study the gauge itself: crossed R&R, a golden motor, linearity (AIAG MSA).
+
+    Exit code 1 only where a limit that was asked for (--max-grr, --min-cgk) is missed.
+    """
+
+
+FILE = click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+OUTPUT = click.option(
+    "-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder of the report."
+)
+TOLERANCES = click.option(
+    "--tolerance",
+    "tolerances",
+    multiple=True,
+    type=Assignment("R=0.4"),
+    help="Width of a quantity's tolerance, in SI units: %GRR is then of it. Repeatable.",
+)
+QUANTITIES = click.option(
+    "--quantity", "quantities", multiple=True, help="Study this one. Repeatable; default: all."
+)
+METHOD = click.option(
+    "--method",
+    type=click.Choice(["anova", "range"]),
+    default="anova",
+    show_default=True,
+    help="Analysis of variance, or average and range.",
+)
+MAX_GRR = click.option(
+    "--max-grr", type=float, metavar="PERCENT", help="A larger %GRR of any quantity is a FAIL."
+)
+PRODUCT = click.option(
+    "--product", "product_name", help="Study a product's quantities, by its program and tolerances."
+)
+
+
+@command.command("crossed")
+@FILE
+@QUANTITIES
+@TOLERANCES
+@METHOD
+@MAX_GRR
+@OUTPUT
+@force_option
+def crossed(
+    file: Path,
+    quantities: tuple[str, ...],
+    tolerances: tuple[tuple[str, float], ...],
+    method: str,
+    max_grr: float | None,
+    output: Path | None,
+    force: bool,
+) -> int:
+    """Analyse a crossed study: CSV with columns part, operator, and one a quantity."""
+    from motorid.quality.study_file import read_rows
+    from motorid.workflow import gauge as workflow
+
+    results = workflow.analyse_rows(
+        read_rows(file),
+        str(file),
+        quantities=quantities,
+        tolerances=dict(tolerances),
+        units=workflow.units_known(),
+        method="range" if method == "range" else "anova",
+    )
+    return _report(results, output, f"Gauge study {file.stem}", force, max_grr)
+
+
+@command.command("run")
+@click.option(
+    "--rig", "rig_names", multiple=True, help="Rig of every operator. Repeatable, see -f."
+)
+@click.option(
+    "-f",
+    "--fixture",
+    "fixtures",
+    multiple=True,
+    metavar="NAME=RIG",
+    help="A fixture with a rig of its own, instead of --rig and --operator. Repeatable.",
+)
+@click.option("--operator", "operators", multiple=True, help="Who measures. Repeatable.")
+@click.option(
+    "--part",
+    "parts",
+    multiple=True,
+    required=True,
+    metavar="NAME[=OPTIONS]",
+    help="A motor, by its serial number; OPTIONS tell a simulated rig what it is. Repeatable.",
+)
+@click.option("--repeats", type=click.IntRange(min=2), default=3, show_default=True, help="Rounds.")
+@click.option("--yes", is_flag=True, help="Do not wait for each part to be mounted.")
+@click.option("--jobs", type=int, default=1, show_default=True, help="Processes that fit.")
+@PRODUCT
+@TOLERANCES
+@METHOD
+@MAX_GRR
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder of captures, readings and report; an interrupted study goes on there.",
+)
+@force_option
+def run(
+    rig_names: tuple[str, ...],
+    fixtures: tuple[str, ...],
+    operators: tuple[str, ...],
+    parts: tuple[str, ...],
+    repeats: int,
+    yes: bool,
+    jobs: int,
+    product_name: str | None,
+    tolerances: tuple[tuple[str, float], ...],
+    method: str,
+    max_grr: float | None,
+    output: Path,
+    force: bool,
+) -> int:
+    """Measure a crossed study on the rig, then analyse it.
+
+    Every operator measures every part in every round, in a shuffled order.
+    """
+    from motorid.capture.whole import refuse_existing, write_whole
+    from motorid.cli.compare import TaskBar
+    from motorid.quality.study_file import read_rows
+    from motorid.rig import load_rig
+    from motorid.workflow import gauge as workflow
+
+    rigs = {name: load_rig(rig) for name, rig in _fixtures(rig_names, fixtures, operators).items()}
+    options = {name: text for name, _, text in (part.partition("=") for part in parts)}
+    product = _product(product_name)
+    table = output / workflow.READINGS
+    for name in (workflow.READINGS, workflow.JSON_FILE, workflow.REPORT):
+        if output.is_dir():
+            refuse_existing(output / name, force)
+    runs = workflow.plan(list(options), list(rigs), repeats, output)
+    workflow.measure(runs, rigs, options, product=product, ask=None if yes else _ask)
+    text = workflow.readings(runs, output, product=product, jobs=jobs, progress=TaskBar())
+    write_whole(table, text.encode(), force=force)
+    known = workflow.tolerances_of(product) if product else {}
+    results = workflow.analyse_rows(
+        read_rows(table),
+        str(table),
+        tolerances=known | dict(tolerances),
+        units=workflow.units_known(product),
+        method="range" if method == "range" else "anova",
+    )
+    return _report(results, output, "Gauge study", force, max_grr)
+
+
+def _fixtures(
+    rig_names: Sequence[str], fixtures: Sequence[str], operators: Sequence[str]
+) -> dict[str, str]:
+    """Rig by operator or fixture. Raises UsageError where the options do not say one."""
+    if fixtures:
+        pairs = [one.partition("=") for one in fixtures]
+        if rig_names or operators or not all(name and rig for name, _, rig in pairs):
+            raise click.UsageError("--fixture is NAME=RIG, without --rig and --operator.")
+        return {name: rig for name, _, rig in pairs}
+    if len(rig_names) != 1 or not operators:
+        raise click.UsageError("give one --rig and each --operator, or each --fixture NAME=RIG.")
+    return dict.fromkeys(operators, rig_names[0])
+
+
+def _product(name: str | None) -> Product | None:
+    if name is None:
+        return None
+    from motorid.quality.product import load_product
+
+    return load_product(name)
+
+
+def _ask(run: Run) -> None:
+    said = f"round {run.repeat}: {run.operator}, mount motor {run.part}, then press Enter"
+    click.prompt(said, default="", show_default=False, prompt_suffix=" ", err=True)
+
+
+def _report(
+    results: list[GaugeResult], output: Path | None, title: str, force: bool, most: float | None
+) -> int:
+    from motorid.report import gauge
+    from motorid.workflow.gauge import write
+
+    click.echo(gauge.text(results))
+    if output:
+        for path in write(results, output, title=title, force=force):
+            click.echo(f"wrote {path}", err=True)
+    if most is None:
+        return EXIT_DONE
+    late = [r.study.quantity for r in results if not gauge.judged_percent(r)[0] <= most]
+    for name in late:
+        click.echo(f"FAIL: {name} has a %GRR above {most:g}")
+    return EXIT_FAIL_VERDICT if late else EXIT_DONE
+
+
+@command.command("golden")
+@FILE
+@click.option("--quantity", required=True, help="Column of the readings.")
+@click.option("--reference", type=float, required=True, help="The golden motor's value, SI units.")
+@click.option(
+    "--uncertainty",
+    type=click.FloatRange(min=0),
+    default=0.0,
+    help="Standard uncertainty of the reference.",
+)
+@click.option("--tolerance", type=float, help="Width of the tolerance: gives Cg and Cgk.")
+@click.option("--share", type=float, default=0.2, show_default=True, help="Of it, for the gauge.")
+@click.option(
+    "--spread", type=float, default=6.0, show_default=True, help="Standard deviations set against."
+)
+@click.option("--min-cgk", type=float, help="A smaller Cg or Cgk is a FAIL.")
+def golden(
+    file: Path,
+    quantity: str,
+    reference: float,
+    uncertainty: float,
+    tolerance: float | None,
+    share: float,
+    spread: float,
+    min_cgk: float | None,
+) -> int:
+    """Repeated readings of one golden motor: bias, Cg and Cgk."""
+    import numpy as np
+
+    from motorid.quality.reference import golden as analyse
+    from motorid.quality.study_file import column, read_rows
+    from motorid.report.gauge import golden_text
+    from motorid.workflow.gauge import units_known
+
+    if min_cgk is not None and tolerance is None:
+        raise click.UsageError("--min-cgk needs a --tolerance.")
+    result = analyse(
+        np.array(column(read_rows(file), quantity, str(file))),
+        reference,
+        tolerance=tolerance,
+        reference_uncertainty=uncertainty,
+        share=share,
+        spread=spread,
+    )
+    click.echo(golden_text(result, quantity, units_known().get(quantity, "")))
+    if min_cgk is None or result.cg is None or result.cgk is None:
+        return EXIT_DONE
+    return EXIT_DONE if min(result.cg, result.cgk) >= min_cgk else EXIT_FAIL_VERDICT
+
+
+@command.command("linearity")
+@FILE
+@click.option("--quantity", required=True, help="Column of the readings.")
+@click.option("--reference-column", required=True, help="Column of each motor's reference value.")
+def linearity(file: Path, quantity: str, reference_column: str) -> None:
+    """Bias over motors of different, known values: a line and its band."""
+    import numpy as np
+
+    from motorid.quality.reference import linearity as analyse
+    from motorid.quality.study_file import column, read_rows
+    from motorid.report.gauge import linearity_text
+
+    rows = read_rows(file)
+    at = column(rows, reference_column, str(file))
+    values = np.array(column(rows, quantity, str(file)))
+    motors = sorted(set(at))
+    result = analyse(motors, [values[np.array(at) == one] for one in motors])
+    click.echo(linearity_text(result, quantity))

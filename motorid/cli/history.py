@@ -1,0 +1,184 @@
+"""motorid history"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from motorid.cli.options import INSTANT, example, expand, force_option
+from motorid.errors import EXIT_DATA, EXIT_DONE
+
+if TYPE_CHECKING:
+    from motorid.quality.history import Query
+    from motorid.workflow.history import Judged
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+@click.group(
+    "history",
+    epilog=example(
+        "motorid history add line.db captures --product sim-disc",
+        "motorid history list line.db --outcome FAIL",
+        "motorid history trace line.db D000123",
+        "motorid history rejudge line.db --product sim-disc",
+        "motorid history export line.db -o line.parquet",
+    ),
+)
+def command() -> None:
+    """The database of results: add, list, trace, judge again, export.
+
+    A history is a file (SQLite) or the URL of a database that SQLAlchemy knows.
+    """
+
+
+WHERE = click.argument("where", metavar="HISTORY")
+PRODUCT_FILE = click.option(
+    "--product", "product_name", required=True, help="Product file, or a packaged product's name."
+)
+
+
+def query_options(command: Command) -> Command:
+    """Which results."""
+    for option in (
+        click.option("--until", type=INSTANT, help="Results before then."),
+        click.option("--since", type=INSTANT, help="Results since then, as 2026-11-21T06:00."),
+        click.option("--station", default="", help="Of this station."),
+        click.option("--kind", default="", help="check, rejudged, fit or golden."),
+        click.option("--outcome", default="", help="PASS, FAIL or INVALID."),
+        click.option("--serial", default="", help="Of these motors; * and ? are wildcards."),
+    ):
+        command = option(command)
+    return command
+
+
+def _query(fields: dict[str, Any], product: str = "") -> Query:
+    from motorid.quality.history import Query
+
+    return Query(product=product, **fields)
+
+
+@command.command("add")
+@WHERE
+@click.argument("files", nargs=-1, required=True)
+@PRODUCT_FILE
+@click.option("--station", default="", help="Name of the station that measured.")
+@click.option("--operator", default="", help="Who measured.")
+def add(where: str, files: tuple[str, ...], product_name: str, station: str, operator: str) -> int:
+    """Judge captures (files or folders) and add their verdicts; what is there already stays."""
+    from motorid.quality.history import open_history
+    from motorid.quality.product import load_product
+    from motorid.workflow import history as workflow
+    from motorid.workflow.many import captures_in
+
+    product = load_product(product_name)
+    paths = captures_in(expand(files))
+    with open_history(where) as history:
+        return _say(
+            workflow.judge_into(history, product, paths, station=station, operator=operator)
+        )
+
+
+@command.command("rejudge")
+@WHERE
+@PRODUCT_FILE
+@click.option(
+    "--captures",
+    "folders",
+    multiple=True,
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="Look here, by name and SHA-256, for captures that have moved. Repeatable.",
+)
+@query_options
+def rejudge(where: str, product_name: str, folders: tuple[Path, ...], **fields: Any) -> int:
+    """Judge the captures of old results by today's limits; the old results stay."""
+    from motorid.quality.history import open_history
+    from motorid.quality.product import load_product
+    from motorid.workflow import history as workflow
+
+    product = load_product(product_name)
+    with open_history(where, create=False) as history:
+        return _say(workflow.rejudge(history, product, _query(fields), folders=folders))
+
+
+def _say(judged: Iterable[Judged]) -> int:
+    """A line each; exit code 4 where nothing could be judged."""
+    every = []
+    for one in judged:
+        every.append(one)
+        if one.failure:
+            click.echo(f"FAILED {one.path}: {one.failure}")
+            continue
+        change = f"{one.before} -> {one.after}" if one.before else one.after
+        known = "" if one.new else " (known already)"
+        why = f": {one.reasons[0]}" if one.reasons else ""
+        click.echo(f"{one.serial or one.path}  {change}{known}{why}")
+    failed = sum(bool(one.failure) for one in every)
+    changed = sum(one.before not in ("", one.after) for one in every if not one.failure)
+    click.echo(f"{len(every) - failed} judged, {changed} changed, {failed} failed", err=True)
+    return EXIT_DATA if failed == len(every) else EXIT_DONE
+
+
+@command.command("list")
+@WHERE
+@click.option("--product", default="", help="Judged by this product.")
+@click.option("--last", type=click.IntRange(min=1), default=50, show_default=True, help="So many.")
+@query_options
+def list_(where: str, product: str, last: int, **fields: Any) -> None:
+    """Results, oldest first."""
+    from motorid.quality.history import open_history
+    from motorid.report.gauge import columns
+
+    with open_history(where, create=False) as history:
+        query = _query(fields, product)
+        rows, count = history.results(query, last=last), history.count(query)
+    table = [
+        [str(r.id), _time(r.at), r.serial, r.outcome or "-", r.kind, r.product or "-", r.station]
+        for r in rows
+    ]
+    if table:
+        head = ["id", "time", "serial", "outcome", "kind", "product", "station"]
+        click.echo("\n".join(columns(head, table)))
+    click.echo(f"{len(rows)} of {count} results", err=True)
+
+
+def _time(at: datetime) -> str:
+    return f"{at:%Y-%m-%d %H:%M:%S}Z"
+
+
+@command.command("trace")
+@WHERE
+@click.argument("what", metavar="SERIAL|SHA256|FILE")
+def trace(where: str, what: str) -> None:
+    """From a serial number to its captures and results, or from a capture back."""
+    from motorid.quality.history import open_history
+    from motorid.workflow import history as workflow
+
+    with open_history(where, create=False) as history:
+        click.echo(workflow.trace(history, what))
+
+
+@command.command("export")
+@WHERE
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="File to write; .csv or .parquet says the format.",
+)
+@click.option("--product", default="", help="Judged by this product.")
+@query_options
+@force_option
+def export(where: str, output: Path, product: str, force: bool, **fields: Any) -> None:
+    """One flat table, a row a measurement."""
+    from motorid.quality.history import open_history
+    from motorid.quality.history.export import export as write
+
+    with open_history(where, create=False) as history:
+        count = write(history, output, _query(fields, product), force=force)
+    click.echo(f"wrote {output}: {count} rows", err=True)
