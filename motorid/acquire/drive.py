@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import signal
 import threading
@@ -18,6 +19,7 @@ from motorid.wire.codec import Event, SampleBlock
 from motorid.wire.enums import EndReason, Fault, Mode, State
 
 POLL_S = 0.02
+PATIENCE_S = 10.0
 SILENCE_S = 1.0
 LULL_S = 1.0  # without news when some was due: ask
 
@@ -31,21 +33,34 @@ class Stop:
 
 @contextlib.contextmanager
 def interruptible() -> Iterator[Stop]:
-    """Ctrl-C (or a request to terminate) asks for a gentle stop; a second one quits at once."""
+    """Ctrl-C (or a request to terminate) asks for a gentle stop; a second one quits at once.
+
+    So does one that nothing has followed for PATIENCE_S, wherever the program waits.
+    """
     stop = Stop()
     if threading.current_thread() is not threading.main_thread():
         yield stop  # signals belong to the main thread
         return
+    asked, over = threading.Event(), threading.Event()
+
+    def watch() -> None:
+        asked.wait()
+        if not over.wait(PATIENCE_S):
+            _thread.interrupt_main()
 
     def handle(number: int, frame: FrameType | None) -> None:
         if stop.requested:
             raise KeyboardInterrupt
         stop.requested = True
+        asked.set()
 
+    threading.Thread(target=watch, name="patience", daemon=True).start()
     before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield stop
     finally:
+        over.set()
+        asked.set()
         for number, handler in before.items():
             signal.signal(number, handler)
 

@@ -182,7 +182,7 @@ class JournalWriter:
         while self._thread.is_alive():
             with contextlib.suppress(queue.Full):
                 self._queue.put(None, timeout=FLUSH_S)
-                self._thread.join()
+            self._thread.join(FLUSH_S)  # not for ever: Ctrl-C must be heard
         self._check()
 
     def discard(self) -> None:

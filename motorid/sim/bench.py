@@ -19,6 +19,7 @@ MAGNET_PER_K = -0.0011  # neodymium
 DIODE_OHM_SHARE = 0.5  # of a switch's resistance
 BRUSH_CURRENT_SHARE = 0.05  # of the stall current
 SPEED_WINDOW_S = 2e-3
+SHORTEST_STEP_S = 1e-8  # of integration: a sample at 10 kHz takes 10,000 of them, some ms
 Raw = NDArray[np.int16]
 Counts = NDArray[np.int64]
 
@@ -43,6 +44,11 @@ class Bench:
         self._rng = np.random.default_rng([options.seed, 2])
         self.raw: Raw = np.zeros(3, np.int16)
         lib.plant_init(ffi.addressof(self._c, "plant"), plant_params(options, chain))
+        if not self._c.plant.step >= SHORTEST_STEP_S:  # a call into C must not last for ever
+            raise UsageError(
+                f"sim://: these values need steps of {self._c.plant.step:.2g} s, too short to wait "
+                "for: take a larger supply_capacitance or max_step, or a smaller resistance"
+            )
         self._set_converters()
         encoder = self._c.encoder
         encoder.counts_per_turn = options.counts_per_turn
