@@ -1,24 +1,20 @@
-"""Run as a program in a process of its own: MAT file -> flat arrays in an NPZ file.
-
-Foreign binary files can crash or hang the libraries that read them, so nothing here runs in the
-caller's process. Usage: python mat_child.py IN.mat OUT.npz MEMORY_BYTES. Prints one sentence and
-exits with 1 on a file that it cannot read. Imports nothing of motorid, to start fast.
-"""
+"""Run as a program: a MAT file -> its arrays. See capture/child.py."""
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import numpy as np
+
+from motorid.capture.child import serve
 
 _MAX_ARRAYS = 4096
 _MAX_DEPTH = 12
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
-def main(source: str, target: str, memory: int) -> None:
-    _limit(memory)
+def main(source: str, target: str) -> None:
+    """Reads ``source`` and writes ``target``. Raises what the libraries raise."""
     with open(source, "rb") as file:
         head = file.read(1024)
     arrays: dict[str, Any] = {}
@@ -29,17 +25,6 @@ def main(source: str, target: str, memory: int) -> None:
     # np.savez takes names as keywords, which a foreign name could break: number them instead.
     named = {f"a{index}": array for index, array in enumerate(arrays.values())}
     np.savez(target, names=np.array(list(arrays), dtype=str), **named)
-
-
-def _limit(memory: int) -> None:
-    """Limits the process's address space, where the system can."""
-    if sys.platform != "linux":  # macOS refuses such limits, Windows has none
-        return
-    import resource
-
-    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-    limit = memory if hard == resource.RLIM_INFINITY else min(memory, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
 
 
 def _keep(name: str, value: Any, arrays: dict[str, Any]) -> None:
@@ -127,8 +112,4 @@ def _walk_references(name: str, node: Any, arrays: dict[str, Any], depth: int) -
 
 
 if __name__ == "__main__":
-    try:
-        main(sys.argv[1], sys.argv[2], int(sys.argv[3]))
-    except Exception as error:
-        print(f"{type(error).__name__}: {error}".splitlines()[0][:200])
-        sys.exit(1)
+    serve(main)

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-import tempfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,13 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture import mat_child
+from motorid.capture.child import MEMORY_LIMIT, TIME_LIMIT_S, ChildFailedError, arrays_from
 from motorid.capture.columns import BadCell, Columns, unknown_column
 from motorid.errors import DataError
 
 Floats = NDArray[np.float64]
-TIME_LIMIT_S = 60.0
-MEMORY_LIMIT = 4 << 30  # bytes of address space
-ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}  # a buffer for each core would eat the limit
 
 
 class MatSource:
@@ -65,32 +59,12 @@ class MatSource:
 def _read(path: Path) -> dict[str, Floats]:
     if not path.is_file():
         raise DataError(f"{path} cannot be read: there is no such file")
-    with tempfile.TemporaryDirectory(prefix="motorid-") as folder:
-        target = Path(folder) / "arrays.npz"
-        _run_child(path, target)
-        with np.load(target, allow_pickle=False) as stored:
-            names = [str(name) for name in stored["names"]]
-            return {name: stored[f"a{index}"] for index, name in enumerate(names)}
-
-
-def _run_child(path: Path, target: Path) -> None:
-    command = [sys.executable, "-P", mat_child.__file__, str(path), str(target), str(MEMORY_LIMIT)]
     try:
-        done = subprocess.run(  # noqa: S603  # our own file, by our own interpreter
-            command,
-            env={**os.environ, **ONE_THREAD},
-            capture_output=True,
-            timeout=TIME_LIMIT_S,
-            text=True,
-        )
-    except subprocess.TimeoutExpired:
-        raise DataError(
-            f"{path}: reading it took more than {TIME_LIMIT_S:g} s and was stopped: "
-            "the file is damaged, or too large"
-        ) from None
-    if done.returncode or not target.exists():
-        said = done.stdout.strip() or f"the reader ended with code {done.returncode}"
-        raise DataError(f"{path} cannot be read as a MAT file ({said}): is it damaged?")
+        stored = arrays_from(mat_child.__file__, path, time_s=TIME_LIMIT_S, memory=MEMORY_LIMIT)
+    except ChildFailedError as error:
+        raise DataError(f"{path} cannot be read as a MAT file ({error}): is it damaged?") from None
+    names = [str(name) for name in stored["names"]]
+    return {name: stored[f"a{index}"] for index, name in enumerate(names)}
 
 
 def _names(arrays: Mapping[str, Floats]) -> dict[str, str]:

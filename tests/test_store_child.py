@@ -1,0 +1,110 @@
+"""A capture file that this process did not write is read by a child, which may crash or hang."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motorid.capture import child, store, store_child
+from motorid.capture.model import Capture
+from motorid.errors import DataError
+from tests.exact_capture import FAULHABER, clean_capture
+
+
+@pytest.fixture
+def capture() -> Capture:
+    return clean_capture(FAULHABER)
+
+
+@pytest.fixture(autouse=True)
+def written(monkeypatch: pytest.MonkeyPatch) -> set[str]:
+    """What this process has written: nothing yet."""
+    nothing: set[str] = set()
+    monkeypatch.setattr(store, "_written", nothing)
+    return nothing
+
+
+@pytest.fixture
+def foreign(capture: Capture, tmp_path: Path) -> Path:
+    """A capture file that another process wrote."""
+    path = tmp_path / "foreign Ω.h5"
+    path.write_bytes(store.to_bytes(capture))
+    return path
+
+
+def test_what_a_child_reads_is_what_this_process_reads(
+    foreign: Path, capture: Capture, tmp_path: Path, written: set[str]
+) -> None:
+    own = store.load(store.save(capture, tmp_path / "own.h5"))
+    written.clear()
+    other = store.load(foreign)
+    assert own.sha256 == other.sha256 != ""
+    mine, theirs = store_child.pack(own), store_child.pack(other)
+    assert mine.keys() == theirs.keys()
+    for name in mine.keys() - {"facts"}:
+        np.testing.assert_array_equal(mine[name], theirs[name])
+        assert mine[name].dtype == theirs[name].dtype
+    assert store.to_bytes(own) == store.to_bytes(other)
+
+
+def test_own_files_need_no_child_until_they_change(
+    capture: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none(*args: Any, **more: Any) -> Any:
+        raise AssertionError("a child")
+
+    monkeypatch.setattr(child, "arrays_from", none)
+    path = store.save(capture, tmp_path / "own.h5")
+    assert len(store.load(path)) == len(capture)
+    path.write_bytes(path.read_bytes() + b"\0")
+    with pytest.raises(AssertionError, match="a child"):
+        store.load(path)
+
+
+def replace_child(monkeypatch: pytest.MonkeyPatch, folder: Path, body: str) -> None:
+    program = folder / "program.py"
+    program.write_text(body)
+    monkeypatch.setattr(store_child, "__file__", str(program))
+
+
+@pytest.mark.parametrize(
+    ("body", "says"),
+    [
+        ("import os; os.abort()", "ended with code"),
+        ("import sys; sys.exit(1)", "ended with code 1"),
+        ("print('x')", "x"),
+        ("raise ValueError('odd')", "ended with code 1"),
+    ],
+)
+def test_a_child_that_dies_is_one_sentence(
+    body: str, says: str, foreign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replace_child(monkeypatch, tmp_path, body)
+    with pytest.raises(DataError, match="not a readable capture file") as caught:
+        store.load(foreign)
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert caught.value.exit_code == 4
+
+
+def test_a_child_that_hangs_is_stopped(
+    foreign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replace_child(monkeypatch, tmp_path, "import time; time.sleep(60)")
+    monkeypatch.setattr(child, "TIME_LIMIT_S", 0.3)
+    with pytest.raises(DataError, match=r"more than 0\.3 s and was stopped"):
+        store.load(foreign)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's memory")
+def test_a_child_that_eats_memory_is_refused(
+    foreign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = "from motorid.capture.child import serve\nserve(lambda s, t: bytearray(6 << 30))"
+    replace_child(monkeypatch, tmp_path, body)
+    with pytest.raises(DataError, match="MemoryError"):
+        store.load(foreign)
