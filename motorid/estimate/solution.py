@@ -1,0 +1,134 @@
+"""What the likelihood engine takes and gives: unknowns, blocks, records, and the solution."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.algebra import square
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One parameter of the search.
+
+    ``log``: searched in its logarithm, so positive. ``scale``: its typical size (linear ones only),
+    which sets the finite-difference step. A finite ``prior_sd`` adds a Gaussian prior (linear
+    ones only).
+    """
+
+    name: str
+    start: float
+    lower: float = -np.inf
+    upper: float = np.inf
+    log: bool = False
+    scale: float = 1.0
+    prior_mean: float = 0.0
+    prior_sd: float = np.inf
+
+
+@dataclass(frozen=True)
+class Block:
+    """A channel's residuals: ``floor`` is the least standard deviation they can have (SI, > 0).
+
+    ``count`` is the number of readings they are worth: below their length when a record has
+    weighted some down (its residuals are already multiplied by the roots of the weights). Blocks
+    of one ``group`` share their standard deviation; without one, a block has its own.
+    """
+
+    name: str
+    floor: float
+    count: float
+    group: str = ""
+
+
+class Record(Protocol):
+    """One capture as the engine sees it."""
+
+    @property
+    def unknowns(self) -> Sequence[Unknown]:
+        """The record's own nuisances: offsets, origins."""
+
+    @property
+    def blocks(self) -> Sequence[Block]:
+        """What the residuals are, in their order."""
+
+    def residuals(self, shared: Floats, own: Floats) -> list[Floats]:
+        """Measured less model in SI units, one array per block, free of NaN."""
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """A record at the solution, every row divided by its block's sigma.
+
+    Shapes: ``residual`` (n,), ``shared`` (n, p) and ``own`` (n, m) derivatives of the *model* in
+    search coordinates, ``orthogonal`` (n, p): ``shared`` less what the record's nuisances explain.
+    """
+
+    residual: Floats
+    shared: Floats
+    own: Floats
+    orthogonal: Floats
+    own_precision: Floats  # (m,) of the priors
+    blocks: tuple[Block, ...]
+    slices: tuple[slice, ...]
+    sigmas: Floats
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The most likely parameters. Search coordinates: the logarithm of ``log`` unknowns."""
+
+    unknowns: tuple[Unknown, ...]
+    values: Floats  # (p,) SI
+    own: tuple[Floats, ...]  # nuisances of each record, SI
+    own_covariance: tuple[Floats, ...]  # of each record's nuisances, for white residuals
+    information: Floats  # (p, p) in search coordinates, nuisances eliminated
+    at_bound: NDArray[np.bool_]  # (p,)
+    records: tuple[Linearised, ...]
+    objective: float  # F
+    evaluations: int  # of all records together
+    converged: bool
+
+    @property
+    def chi_square(self) -> float:
+        """Sum of squared residuals over the block variances."""
+        return float(sum(square(r.residual) for r in self.records))
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Readings less free parameters and nuisances."""
+        readings = sum(block.count for record in self.records for block in record.blocks)
+        return int(readings - (~self.at_bound).sum() - sum(len(own) for own in self.own))
+
+    @property
+    def covariance(self) -> Floats:
+        """(p, p) in search coordinates for white residuals; 0 for parameters at a bound."""
+        return bounded_inverse(self.information, self.at_bound)
+
+    @property
+    def slopes(self) -> Floats:
+        """d value / d search coordinate, (p,)."""
+        return np.array(
+            [v if u.log else 1.0 for u, v in zip(self.unknowns, self.values, strict=True)]
+        )
+
+
+def bounded_inverse(information: Floats, at_bound: NDArray[np.bool_]) -> Floats:
+    """Inverse over the parameters that are free; scaled first, pseudo where singular."""
+    free = np.flatnonzero(~at_bound)
+    inverse = np.zeros_like(information)
+    if not len(free):
+        return inverse
+    part = information[np.ix_(free, free)]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-300))
+    inverse[np.ix_(free, free)] = np.linalg.pinv(
+        part * np.outer(scale, scale), rcond=1e-14, hermitian=True
+    ) * np.outer(scale, scale)
+    return inverse
