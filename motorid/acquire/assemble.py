@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from enum import IntEnum
 from typing import Any
 
 from numpy.typing import NDArray
 
-from motorid.acquire.journal import Journal, Kind, Record
+from motorid.acquire.journal import JournalReader, Kind, Record
 from motorid.acquire.timeline import Timeline
 from motorid.capture.model import POSITION, SUPPLY, VOLTAGE, Capture, Channel, Phase, Wiring
 from motorid.errors import DataError, UsageError
@@ -232,22 +232,17 @@ class Assembler:
         return zero[f"{key}_offset"], math.hypot(noise / math.sqrt(count), hidden), noise
 
 
-def assemble(journal: Journal) -> Capture:
+def assemble(journal: JournalReader) -> Capture:
     """The capture that a journal holds. Raises DataError when it holds no sample of a run."""
     assembler = Assembler(journal.header)
     try:
-        feed_all(assembler, journal.records)
+        for record in journal:
+            assembler.feed(record)
         return assembler.capture()
     except (KeyError, TypeError, ValueError, ArithmeticError, UsageError) as error:
         raise DataError(
             f"the journal does not hold a whole beginning of a run ({error!r})"
         ) from None
-
-
-def feed_all(assembler: Assembler, records: Iterable[Record]) -> None:
-    """Feeds every record, in order."""
-    for record in records:
-        assembler.feed(record)
 
 
 def _low(value: IntEnum) -> str:

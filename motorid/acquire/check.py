@@ -135,7 +135,7 @@ def _pulse(
     counts = board.position() - before
     if not timeline.blocks:
         raise RigError("the board sent no samples of the first pulse: its firmware is at fault")
-    first = timeline.blocks[0].first + wire.steps[0]["ticks"]
+    first = timeline.blocks.firsts[0] + wire.steps[0]["ticks"]
     return _measure(board, timeline, zero, duty, supply_v, counts, first, wire.steps[1]["ticks"])
 
 

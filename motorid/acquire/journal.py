@@ -8,6 +8,7 @@ nothing but its last record.
 from __future__ import annotations
 
 import contextlib
+import io
 import json
 import os
 import queue
@@ -15,7 +16,7 @@ import struct
 import threading
 import time
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -80,44 +81,76 @@ def journal_path(target: Path) -> Path:
 
 def read_journal(path: Path) -> Journal:
     """The journal in ``path``, its torn tail left out. Raises DataError when it is none."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
-    try:
-        return parse_journal(data)
-    except DataError as error:
-        raise DataError(f"{path}: {error}") from None
+    with open_journal(path) as reader:
+        return Journal(reader.header, tuple(reader), reader.torn)
 
 
 def parse_journal(data: bytes) -> Journal:
     """The journal in ``data``. Raises DataError when it does not begin as one."""
-    if not data.startswith(MAGIC):
-        hint = "; it is empty, so delete it" if MAGIC.startswith(data) else ""
-        raise DataError(f"not a motorid journal{hint}")
-    at, records = len(MAGIC), []
-    while (record := _record(data, at)) is not None:
-        records.append(record)
-        at += _SMALLEST + len(record.data)
-    if not records or records[0].kind is not Kind.HEADER:
-        raise DataError("the journal ends before its header: it holds nothing, so delete it")
-    return Journal(records[0].json, tuple(records[1:]), len(data) - at)
+    reader = JournalReader(io.BytesIO(data), len(data))
+    return Journal(reader.header, tuple(reader), reader.torn)
 
 
-def _record(data: bytes, at: int) -> Record | None:
-    """The whole, undamaged record at ``at``, or None."""
-    if at + _SMALLEST > len(data):
-        return None
-    kind, nanoseconds, length = _HEAD.unpack_from(data, at)
-    end = at + _HEAD.size + length
-    if end + _CRC.size > len(data):
-        return None
-    if _CRC.unpack_from(data, end)[0] != zlib.crc32(memoryview(data)[at:end]):
-        return None
+@contextlib.contextmanager
+def open_journal(path: Path) -> Iterator[JournalReader]:
+    """The journal in ``path``, record by record. Raises DataError when it is none."""
     try:
-        return Record(Kind(kind), nanoseconds / 1e9, data[at + _HEAD.size : end])
-    except ValueError:
-        return None
+        file = path.open("rb")
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
+    with file:
+        try:
+            reader = JournalReader(file, path.stat().st_size)
+        except DataError as error:
+            raise DataError(f"{path}: {error}") from None
+        yield reader
+
+
+class JournalReader:
+    """Iterates over the records after the header; ``torn`` is right once it has ended.
+
+    Raises DataError when the file does not begin as a journal.
+    """
+
+    def __init__(self, file: BinaryIO, size: int) -> None:
+        self._file, self._left = file, size
+        head = self._take(min(len(MAGIC), size))
+        if head != MAGIC:
+            hint = "; it is empty, so delete it" if MAGIC.startswith(head) else ""
+            raise DataError(f"not a motorid journal{hint}")
+        self.torn = self._left
+        first = self._record()
+        if first is None or first.kind is not Kind.HEADER:
+            raise DataError("the journal ends before its header: it holds nothing, so delete it")
+        self.header: Mapping[str, Any] = first.json
+
+    def __iter__(self) -> Iterator[Record]:
+        while (record := self._record()) is not None:
+            yield record
+
+    def _take(self, size: int) -> bytes:
+        self._left -= size
+        return self._file.read(size)
+
+    def _record(self) -> Record | None:
+        """The next record, or None where it is cut short or damaged."""
+        if self._left < _SMALLEST:
+            return None
+        head = self._take(_HEAD.size)
+        if len(head) < _HEAD.size:
+            return None
+        kind, nanoseconds, length = _HEAD.unpack(head)
+        if length + _CRC.size > self._left:
+            return None
+        data, check = self._take(length), self._take(_CRC.size)
+        if check != _CRC.pack(zlib.crc32(data, zlib.crc32(head))):
+            return None
+        try:
+            record = Record(Kind(kind), nanoseconds / 1e9, data)
+        except ValueError:
+            return None
+        self.torn = self._left
+        return record
 
 
 def encode_record(kind: Kind, time_s: float, data: bytes) -> bytes:

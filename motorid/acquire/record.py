@@ -23,7 +23,7 @@ from motorid.acquire.journal import (
     JournaledPort,
     JournalWriter,
     journal_path,
-    read_journal,
+    open_journal,
 )
 from motorid.acquire.live import Live, LiveView
 from motorid.acquire.plan import check_burst, configuration, differing, wire_program
@@ -123,8 +123,9 @@ def recover(path: Path) -> Path:
     target = journal.with_name(journal.name.removesuffix(SUFFIX))
     refuse_existing(target, force=False)
     _refuse_growing(journal)
-    contents = read_journal(journal)
-    store.save(assemble(contents), target)
+    with open_journal(journal) as contents:
+        run = assemble(contents)
+    store.save(run, target)
     if contents.torn:  # keep what a person may still read out of it
         os.replace(journal, journal.with_name(journal.name + ".torn"))
     else:
@@ -245,7 +246,8 @@ class _Recorder:
                 journal.mark(self.port.now(), end=reason)
         journal.close()
         try:
-            run = assemble(read_journal(journal.path))
+            with open_journal(journal.path) as contents:
+                run = assemble(contents)
         except NoSamplesError:
             journal.discard()
             return 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import POSITION, Gap, Phase
 from motorid.wire.codec import SampleBlock
+from motorid.wire.enums import Channel
 
 WRAP = 1 << 32
 HALF = 1 << 31
@@ -19,12 +21,31 @@ LOST = "lost on the link"
 MISSING_END = "lost on the link at the end of the run"
 
 
-@dataclass(frozen=True)
-class Placed:
-    """A block with the tick of its first sample, extended to 64 bits."""
+class Blocks:
+    """Blocks of one run as flat columns, so that a day of them fits into memory."""
 
-    first: int
-    block: SampleBlock
+    def __init__(self) -> None:
+        self.firsts = array("q")  # tick of the first sample, extended to 64 bits
+        self.counts = array("q")
+        self.positions = array("q")
+        self.channels: tuple[Channel, ...] = ()
+        self._raw = bytearray()
+
+    def __len__(self) -> int:
+        return len(self.firsts)
+
+    def append(self, first: int, block: SampleBlock) -> None:
+        """One more; all of them have the same channels."""
+        self.channels = block.channels
+        self.firsts.append(first)
+        self.counts.append(len(block.samples))
+        self.positions.append(block.position)
+        self._raw += block.samples.astype("<i2").tobytes()
+
+    def raw(self) -> NDArray[np.int16]:
+        """All samples (n, channels)."""
+        flat = np.frombuffer(bytes(self._raw), dtype="<i2").astype(np.int16, copy=False)
+        return flat.reshape(-1, len(self.channels))
 
 
 @dataclass(frozen=True)
@@ -42,7 +63,7 @@ class Timeline:
     def __init__(self, period: int, samples: int | None = None) -> None:
         self.period = period
         self.limit = samples
-        self.blocks: list[Placed] = []
+        self.blocks = Blocks()
         self.phases: list[Phase] = []
         self.repeated = 0
         self.impossible = 0
@@ -69,12 +90,12 @@ class Timeline:
         if self._next is not None and not self._possible(first, len(block.samples)):
             self.impossible += 1
             return
-        if self.blocks and block.channels != self.blocks[0].block.channels:
+        if self.blocks and block.channels != self.blocks.channels:
             self.repeated += 1  # of another run: it has no place in this one
             return
         if self._next is not None:
             self._note_gap((first - self._next) // self.period, block.dropped)
-        self.blocks.append(Placed(first, block))
+        self.blocks.append(first, block)
         self._samples += len(block.samples)
         self._next = first + len(block.samples) * self.period
 
@@ -94,12 +115,13 @@ class Timeline:
         missing = (taken or 0) - self._samples - sum(gap.samples for gap in gaps)
         if missing > 0:
             gaps.append(Gap(self._samples, missing, MISSING_END))
-        ticks = np.concatenate(
-            [p.first + self.period * np.arange(len(p.block.samples)) for p in self.blocks]
-        ).astype(np.int64)
-        raw = np.concatenate([placed.block.samples for placed in self.blocks])
+        counts = np.array(self.blocks.counts)
+        starts = np.cumsum(counts) - counts
+        ticks = np.repeat(np.array(self.blocks.firsts) - self.period * starts, counts)
+        ticks += self.period * np.arange(len(ticks))
+        raw = self.blocks.raw()
         columns: dict[str, NDArray[Any]] = {}
-        for index, channel in enumerate(self.blocks[0].block.channels):
+        for index, channel in enumerate(self.blocks.channels):
             name = channel.name.lower()
             column = np.ascontiguousarray(raw[:, index])
             columns[name] = self._positions(column) if name == POSITION else column
@@ -125,8 +147,8 @@ class Timeline:
 
     def _positions(self, low: NDArray[Any]) -> NDArray[np.int64]:
         """Full positions (n,): each block's u32, extended, and the 16-bit steps within it."""
-        counts = np.array([len(placed.block.samples) for placed in self.blocks])
-        heads = np.array([placed.block.position for placed in self.blocks], dtype=np.int64)
+        counts = np.array(self.blocks.counts)
+        heads = np.array(self.blocks.positions)
         jumps = (np.diff(heads) + HALF) % WRAP - HALF
         first = int((heads[0] + HALF) % WRAP - HALF)  # small where the board began near zero
         bases = first + np.concatenate([[0], np.cumsum(jumps)])
