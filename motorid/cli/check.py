@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     type=click.Path(file_okay=False, path_type=Path),
     help="Folder that gets a folder for each inspection  [default: inspections, when measuring]",
 )
+@click.option("--history", help="Add the verdict to this history (file, or a database's URL).")
 @click.option("--json", "as_json", is_flag=True, help="Print the verdict as JSON.")
 def command(
     product_name: str,
@@ -56,6 +57,7 @@ def command(
     serial: str,
     captures: tuple[str, ...],
     output: Path | None,
+    history: str | None,
     as_json: bool,
 ) -> int:
     """Measure one motor and judge it by a product file: PASS, FAIL or INVALID.
@@ -82,6 +84,10 @@ def command(
         scanned = serial or _scan(as_json)
         with Line(rig, product, output or Path("inspections")) as line, ProgressLine() as progress:
             done = line.inspect(scanned, progress=progress)
+    if history:
+        from motorid.workflow.history import remember_inspection
+
+        remember_inspection(history, done, product, expand(captures))
     if as_json:
         click.echo(records.to_json(done.verdict), nl=False)
     else:

@@ -73,7 +73,8 @@ def measure(
 
     ``rigs`` by operator or fixture. ``options`` by part: what a simulated rig is told of its motor,
     as ``load_inertia=1e-8``. A simulated rig gets another seed for every run, so its noise differs;
-    errors of its measuring chain stay only where its own URL fixes them (gain_error=...).
+    errors of its chain stay only where its URL fixes them: gain_error, voltage_gain_error,
+    offset_error and clock_ppm.
     """
     from motorid.acquire.record import capture
 

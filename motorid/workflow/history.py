@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from motorid.quality.history.records import Kind
     from motorid.quality.product import Product
     from motorid.quality.verdict import Verdict
+    from motorid.workflow.check import Inspection
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,19 @@ def remember(
     loaded = [store.load(path) for path in captures]
     record = from_verdict(verdict, loaded, kind=kind, limits=product.text, **rest)
     return history.add(record)
+
+
+def remember_inspection(
+    where: str, done: Inspection, product: Product, captures: Sequence[Path] = (), **rest: Any
+) -> bool:
+    """Adds what came of one motor to the history at ``where``; ``captures`` if not its own one."""
+    from motorid.quality.history import open_history
+    from motorid.workflow.check import CAPTURE
+
+    own = [done.folder / CAPTURE] if done.folder else []
+    paths = captures or [path for path in own if path.exists()]
+    with open_history(where) as history:
+        return remember(history, done.verdict, paths, product, **rest)
 
 
 def judge_into(

@@ -87,7 +87,15 @@ def test_captures_judged_in_and_judged_again(
     place, folder = str(tmp_path / "line.db"), tmp_path / "captures"
     folder.mkdir()
     words = ["check", "--product", "sim-disc", "--rig", "sim-line", "--speed", "max"]
-    assert run([*words, "--serial", "D000001", "-o", str(tmp_path / "shift")]) == 0
+    words += ["--serial", "D000001", "-o", str(tmp_path / "shift")]
+    assert run([*words, "--history", str(tmp_path / "check.db")]) == 0
+    with open_history(tmp_path / "check.db") as history:
+        (row,) = history.results()
+        (cited,) = history.captures_of(row.id)
+        assert (row.serial, row.outcome, cited.serial) == ("D000001", "PASS", "D000001")
+        assert "line" in history.document(cited.rig)
+        assert history.document(cited.program)
+        assert history.document(cited.calibration)
     (made,) = (tmp_path / "shift").rglob("capture.h5")
     made.rename(folder / "D000001.h5")
     add = ["history", "add", place, str(folder), "--product", "sim-disc", "--station", "s1"]
