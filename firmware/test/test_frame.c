@@ -64,6 +64,20 @@ static void what_is_sealed_is_received(void) {
     }
 }
 
+/* A group of 254 bytes stands for no zero; any shorter one does. */
+static void a_full_group_stands_for_no_zero(void) {
+    struct cobs cobs = {0, 0};
+    uint8_t out = 0;
+    CHECK(cobs_take(&cobs, 0xFF, &out) == COBS_NOTHING);
+    for (int n = 0; n < 254; n++) {
+        CHECK(!cobs_complete(&cobs));
+        CHECK(cobs_take(&cobs, 7, &out) == COBS_BYTE && out == 7);
+    }
+    CHECK(cobs_complete(&cobs));
+    CHECK(cobs_take(&cobs, 1, &out) == COBS_NOTHING);
+    CHECK(cobs_take(&cobs, 1, &out) == COBS_BYTE && out == 0);
+}
+
 static void every_flipped_bit_is_seen(void) {
     for (int n = 0; n < vector_count; n++) {
         if (vectors[n].length > WIRE_MAX_COMMAND) {
@@ -100,6 +114,7 @@ const struct test frame_tests[] = {
     TEST(frames_are_pythons),
     TEST(the_receiver_takes_pythons_commands),
     TEST(what_is_sealed_is_received),
+    TEST(a_full_group_stands_for_no_zero),
     TEST(every_flipped_bit_is_seen),
     TEST(a_frame_that_is_too_long_spoils_only_itself),
     {0},
