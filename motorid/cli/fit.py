@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from motorid.cli.options import INSTANT, example, expand, fit_options, force_option
+from motorid.cli.options import INSTANT, example, expand, fit_options, force_option, search_options
 
 
 @click.command(
@@ -17,12 +17,14 @@ from motorid.cli.options import INSTANT, example, expand, fit_options, force_opt
     epilog=example(
         "motorid fit run-1.h5 run-2.h5 run-3.h5 -o report",
         "motorid fit robotino.h5 --fix K=0.0514 --json",
+        "motorid fit run-1.h5 --method pso-ci --model quadratic-load --budget 20000",
         "motorid fit captures --jobs -1 -o fits",
         "motorid fit --history line.db --serial 'SN-1*' -o fits",
     ),
 )
 @click.argument("files", nargs=-1)
 @fit_options
+@search_options
 @click.option(
     "--jobs",
     type=int,
@@ -48,6 +50,9 @@ def command(
     fix: tuple[tuple[str, float], ...],
     without: tuple[str, ...],
     method: str,
+    model: str | None,
+    budget: int | None,
+    seed: int | None,
     jobs: int | None,
     history: str | None,
     serial: str,
@@ -70,9 +75,13 @@ def command(
         raise click.UsageError("Missing argument 'FILES...': name captures, or a --history.")
     if files and history:
         raise click.UsageError("name captures or a --history: one of the two.")
+    given = {"model": model, "budget": budget, "seed": seed}
+    search = {name: value for name, value in given.items() if value is not None}
     if history or jobs is not None or any(Path(name).is_dir() for name in files):
         if as_json or output is None:
             raise click.UsageError("many fits go to a folder: give -o, and no --json.")
+        if search:
+            raise click.UsageError(f"--{next(iter(search))} goes with one fit, not with many.")
         places = _of_history(history, serial, since) if history else expand(files)
         _fit_many(places, output, force, {**options, "jobs": 1 if jobs is None else jobs})
         return
@@ -80,7 +89,9 @@ def command(
 
     if output:
         workflow.check_writable(output, force=force)
-    estimate = workflow.fit_files(expand(files), fix=dict(fix), without=without, method=method)
+    estimate = workflow.fit_files(
+        expand(files), fix=dict(fix), without=without, method=method, **search
+    )
     click.echo(workflow.as_json(estimate) if as_json else workflow.as_text(estimate))
     if output:
         for path in workflow.write_report(estimate, output, force=force):

@@ -92,6 +92,23 @@ def fit_options(command: Command) -> Command:
     return command
 
 
+def search_options(command: Command) -> Command:
+    """--model, --budget and --seed: of a method that searches."""
+    for option in (
+        click.option("--seed", type=click.IntRange(min=0), help="Of a search's random numbers: 0."),
+        click.option(
+            "--budget", type=click.IntRange(min=100), help="Evaluations of a search at most: 5000."
+        ),
+        click.option(
+            "--model",
+            type=click.Choice(["linear", "quadratic-load", "two-masses"]),
+            help="What a search fits: linear is the six parameters.",
+        ),
+    ):
+        command = option(command)
+    return command
+
+
 def capture_options(command: Command) -> Command:
     """--rig, --port, --serial, --note, --repeat and --speed: what to drive and how to label it."""
     for option in (

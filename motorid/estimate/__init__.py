@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from motorid.capture.model import Capture
@@ -18,14 +18,16 @@ def fit(
     fix: Mapping[str, float] | None = None,
     without: Sequence[str] = (),
     method: str = "ml",
+    **search: Any,
 ) -> Estimate:
     """The estimate that captures of one motor give together.
 
     ``fix`` holds parameters at SI values; ``without`` leaves L, B or T0 out of the model. Captures
-    without a voltage or without a current are fitted by their mechanics alone. Raises UsageError
-    on an unknown name or method, DataError where the captures hold too little.
+    without a voltage or without a current are fitted by their mechanics alone. ``search``:
+    ``budget``, ``seed`` and ``model`` of another method (``search.fit``). Raises UsageError on an
+    unknown name or method, DataError where the captures hold too little.
     """
-    from motorid.errors import DataError
+    from motorid.errors import DataError, UsageError
     from motorid.estimate import mechanical
 
     if not captures:
@@ -35,7 +37,11 @@ def fit(
         from motorid.estimate.search.fit import fit as by_name
 
         _check(known, without)
-        return by_name(captures, method, fix=known, without=without)
+        return by_name(captures, method, fix=known, without=without, **search)
+    if search.keys() - {"model"} or search.get("model", "linear") != "linear":
+        raise UsageError(
+            f"the method ml takes no {', '.join(search)}: choose another by --method, such as nls"
+        )
     if mechanical.suits(captures):
         return mechanical.fit(captures, fix=known, without=without)
     _check(known, without)

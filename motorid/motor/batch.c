@@ -11,7 +11,7 @@
 #include <string.h>
 
 #define LANES 8
-#define MAX_STATES 4
+#define MAX_STATES 5
 #define MAX_CHANNELS 4
 #define MAX_MATRIX 6
 
@@ -108,6 +108,7 @@ VECTOR void batch_lti(const batch_record *r, int n, int states, const double *di
     case 2: lti_blocks(r, n, discrete, 2); break;
     case 3: lti_blocks(r, n, discrete, 3); break;
     case 4: lti_blocks(r, n, discrete, 4); break;
+    case 5: lti_blocks(r, n, discrete, 5); break;
     }
 }
 
@@ -221,6 +222,7 @@ static inline void load_step(const loads *p, double v, double h, double (*x)[LAN
         const double w = x[1][l];
         const double next = w + dt[l] / 6.0 * (rate[0][1][l] + 2.0 * rate[1][1][l] +
                                                2.0 * rate[2][1][l] + rate[3][1][l]);
+        x[2][l] += dt[l] * (w + dt[l] / 6.0 * (rate[0][1][l] + rate[1][1][l] + rate[2][1][l]));
         x[0][l] += dt[l] / 6.0 * (rate[0][0][l] + 2.0 * rate[1][0][l] + 2.0 * rate[2][0][l] +
                                   rate[3][0][l]);
         x[1][l] = w * next < 0.0 ? 0.0 : next;
@@ -234,7 +236,7 @@ VECTOR void batch_quadratic(const batch_record *r, int n, const double *motor, d
     for (int first = 0; first < n; first += LANES) {
         const int used = block_size(n, first);
         loads p;
-        double x[2][LANES] = {{0}}, last[2][LANES] = {{0}};
+        double x[3][LANES] = {{0}}, last[3][LANES] = {{0}}; /* current, speed, position */
         residuals e = {{{0}}};
         EACH_LANE {
             const double *q = motor + 7 * (size_t)candidate(first, used, l);

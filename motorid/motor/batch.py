@@ -110,6 +110,19 @@ def _two_mass(values: Floats, record: Record, outputs: bool) -> Floats:
     return _lti(system, TWO_MASS, record, outputs)
 
 
+def _driven_two_mass(values: Floats, record: Record, outputs: bool) -> Floats:
+    R, L, K, B, J1, J2, Ks, b = values.T
+    # current, motor speed, motor position, load speed, spring torque; voltage
+    system = np.zeros((len(values), 6, 6))
+    system[:, 0, 0], system[:, 0, 1], system[:, 0, 5] = -R / L, -K / L, 1 / L
+    system[:, 1, 0], system[:, 1, 1] = K / J1, -(B + b) / J1
+    system[:, 1, 3], system[:, 1, 4] = b / J1, -1 / J1
+    system[:, 2, 1] = 1.0
+    system[:, 3, 1], system[:, 3, 3], system[:, 3, 4] = b / J2, -b / J2, 1 / J2
+    system[:, 4, 1], system[:, 4, 3] = Ks, -Ks
+    return _lti(system, DRIVEN_TWO_MASS, record, outputs)
+
+
 def _friction(values: Floats, record: Record, outputs: bool) -> Floats:
     R, L, K, B, J, T0 = values.T
     h, n = record.period_s, len(values)
@@ -159,7 +172,7 @@ def quadratic(substeps: int = 2) -> Model:
         return _call("batch_quadratic", QUADRATIC, record, outputs, values, after=after)
 
     names = ("R", "L", "c", "J", "Ta", "Tb", "Tc")
-    return Model("quadratic load", names, ("current", "speed"), run)
+    return Model("quadratic load", names, ("current", "speed", "position"), run)
 
 
 def _call(
@@ -211,4 +224,10 @@ FRICTION = Model(
     {"current": 3},  # as it is read; state 0 is its value at the sample
 )
 QUADRATIC = quadratic()
+DRIVEN_TWO_MASS = Model(  # a motor and what it drives, friction at the motor
+    "two masses",
+    ("R", "L", "K", "B", "J1", "J2", "Ks", "b"),
+    ("current", "speed", "position"),
+    _driven_two_mass,
+)
 TWO_MASS = Model("two masses", ("J1", "J2", "Ks", "b"), ("speed", "load_speed"), _two_mass)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from motorid.estimate.types import Estimate
@@ -20,8 +20,11 @@ def fit_files(
     fix: Mapping[str, float],
     without: Sequence[str] = (),
     method: str = "ml",
+    **search: Any,
 ) -> Estimate:
     """The estimate that the captures at ``paths`` give together.
+
+    ``search``: ``model``, ``budget`` and ``seed`` of a method that searches.
 
     Raises DataError where a file is no capture or holds too little, UsageError on a bad option.
     """
@@ -29,7 +32,7 @@ def fit_files(
     from motorid.estimate import fit
 
     captures = [store.load(path) for path in paths]
-    return fit(captures, fix=fix, without=without, method=method)
+    return fit(captures, fix=fix, without=without, method=method, **search)
 
 
 def as_text(estimate: Estimate) -> str:

@@ -20,7 +20,7 @@ from motorid.estimate.likelihood import Solution as Likely
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.search import captures as capture_problem
-from motorid.estimate.search import closed, registry
+from motorid.estimate.search import closed, extended, models, registry
 from motorid.estimate.search.problem import DIRECT, Problem, Solution, solve
 from motorid.estimate.search.problem import names as problem_names
 from motorid.estimate.types import PARAMETERS, Diagnostic, Estimate
@@ -40,19 +40,24 @@ def fit(
     without: Sequence[str] = (),
     budget: int = BUDGET,
     seed: int = 0,
+    model: str = models.LINEAR,
 ) -> Estimate:
     """The six parameters by a named method; a search has at most ``budget`` evaluations.
 
     Delays and apertures are taken at their middle; PWM ripple and the decay of a freewheeling
     current are left out of the searched response (``captures.py``). The -m methods and
     Steiglitz-McBride use the first driven part of one capture under the linear model: there
-    Coulomb friction goes into B. Raises UsageError for an unknown method, DataError where the
-    captures hold too little.
+    Coulomb friction goes into B. Another ``model`` adds its parameters (``models.py``). Raises
+    UsageError for an unknown method, DataError where the captures hold too little.
     """
     if method not in names():
         raise UsageError(
             f'there is no method "{method}" to fit captures by{nearest(method, names())}; the '
             f"methods are ml, {', '.join(names())}"
+        )
+    if model != models.LINEAR:
+        return _extended(
+            captures, models.get(model), method, fix or {}, without, budget=budget, seed=seed
         )
     linear = method not in closed.TITLES and _linear(method)
     if method in closed.TITLES and (fix or without):
@@ -77,6 +82,27 @@ def fit(
         diagnostics=(*_remarks(found, likely, linear), *estimate.diagnostics),
         options={**estimate.options, "method": method, "budget": budget, "seed": seed},
     )
+
+
+def _extended(
+    captures: Sequence[Capture],
+    model: models.Extended,
+    method: str,
+    fix: Mapping[str, float],
+    without: Sequence[str],
+    *,
+    budget: int,
+    seed: int,
+) -> Estimate:
+    if method in closed.TITLES or _linear(method):
+        raise UsageError(
+            f"{method} knows the linear model only: fit {model.name} by nls or a search without -m"
+        )
+    estimate, found = extended.fit(
+        captures, model, method, fix=fix, without=without, budget=budget, seed=seed
+    )
+    options = {**estimate.options, "method": method, "budget": budget, "seed": seed}
+    return replace(estimate, method=_title(method, found), options=options)
 
 
 def names() -> tuple[str, ...]:

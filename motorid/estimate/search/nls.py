@@ -16,6 +16,7 @@ STEP = 1e-6  # of the cube's side, for central differences
 AGREE = 1e-6  # relative difference of two costs that count as one minimum,
 ZERO = 1e-9  # and a cost that counts as none, in scaled units
 TOLERANCE = 1e-12
+FAR = 1e12  # residual of a candidate that leaves the doubles
 
 
 class _Counted:
@@ -47,7 +48,7 @@ class _Counted:
         self.evaluations += len(u)
         with np.errstate(over="ignore", invalid="ignore"):
             residuals = self.objective.residuals(u)
-        return np.nan_to_num(residuals, nan=1e12, posinf=1e12, neginf=-1e12)
+        return np.clip(np.nan_to_num(residuals, nan=FAR), -FAR, FAR)
 
 
 def nls(
