@@ -21,6 +21,7 @@ COMMANDS = {
     "segment": ("segment", "Show where a capture accelerates, runs steadily, coasts and rests."),
     "fit": ("fit", "Estimate R, L, K, B, J and T0 from captures."),
     "check": ("check", "Measure and judge one motor by a product's limits."),
+    "station": ("station", "Inspect motor after motor, for an operator or a line controller."),
     "gauge": ("gauge", "Study the gauge itself: crossed R&R, a golden motor, linearity."),
     "trend": ("trend", "Control charts, capability and drift of what was measured; alarms."),
     "history": ("history", "The database of results: trace, judge again, export."),

@@ -6,6 +6,7 @@ process that is killed at any moment loses nothing: ``resume`` finishes what it 
 
 from __future__ import annotations
 
+import contextlib
 import json
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -57,13 +58,20 @@ class Line:
         self.close()
 
     def warm(self) -> None:
-        """Loads what the first motor would wait for; opens the link. Raises LinkError."""
+        """Loads what the first motor would wait for; opens the link. Raises LinkError.
+
+        The newest capture of the folder, if there is one, is judged once more as a rehearsal.
+        """
         import scipy.special  # noqa: F401
 
         from motorid.acquire import record  # noqa: F401
         from motorid.estimate import motor_fit  # noqa: F401
         from motorid.quality import judge, records  # noqa: F401
 
+        newest = max(self.folder.glob(f"*/{CAPTURE}"), key=_age, default=None)
+        if newest is not None:
+            with contextlib.suppress(MotoridError):  # what is wrong with it was said at its time
+                judge_files([newest], self.product)
         self._open()
 
     def close(self) -> None:
@@ -129,6 +137,10 @@ class Line:
         verdict = not_measured(self.product, serial, str(error))
         write_records(verdict, folder, begin)
         return Inspection(verdict, folder, error.exit_code, {"capture": seconds})
+
+
+def _age(path: Path) -> float:
+    return path.stat().st_mtime
 
 
 def finish(
@@ -245,7 +257,9 @@ def resume(folder: Path, product: Product) -> list[Inspection]:
             if not (one / CAPTURE).exists():
                 recover(one / CAPTURE)
             done.append(finish(one, product, "", begin))
-        except (DataError, UsageError) as error:
+        except UsageError:
+            continue  # its journal still grows: another process measures it
+        except DataError as error:
             serial = unquote(one.name.rpartition("_")[0])
             verdict = not_measured(product, serial, f"the run was cut short ({error})")
             write_records(verdict, one, begin)

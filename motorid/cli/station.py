@@ -1,0 +1,117 @@
+"""motorid station"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from motorid.cli.options import example
+
+if TYPE_CHECKING:
+    from motorid.report.screen import Screen
+
+DEFAULT_LISTEN = "127.0.0.1:7410"
+
+
+@click.command(
+    "station",
+    epilog=example(
+        "motorid station --product sim-disc --rig sim-line -o shift",
+        "motorid station --product m17.toml --rig bench.toml --listen 7500 -o shift",
+    ),
+)
+@click.option(
+    "--product", "product_name", required=True, help="Product file, or a packaged product's name."
+)
+@click.option("--rig", "rig_name", required=True, help="Rig file, or the name of a packaged rig.")
+@click.option("--port", help="Port to use instead of the rig file's.")
+@click.option(
+    "--speed",
+    type=click.Choice(["realtime", "max"]),
+    help="Pace of a simulated rig; a real one has its own.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=Path("inspections"),
+    show_default=True,
+    help="Folder that gets a folder for each inspection.",
+)
+@click.option(
+    "--listen",
+    default=DEFAULT_LISTEN,
+    show_default=True,
+    metavar="[HOST:]PORT",
+    help="Where a line controller sends its orders.",
+)
+@click.option("--no-listen", is_flag=True, help="Take no orders but the scanner's.")
+@click.option("--allow-remote", is_flag=True, help="Let --listen name more than this computer.")
+def command(
+    product_name: str,
+    rig_name: str,
+    port: str | None,
+    speed: str | None,
+    output: Path,
+    listen: str,
+    no_listen: bool,
+    allow_remote: bool,
+) -> None:
+    """Inspect motor after motor: scan a serial number, see PASS, FAIL or INVALID.
+
+    Serial numbers come from a scanner that types, the keyboard, or a line controller over TCP.
+    Ctrl-D ends the shift. Captures and results are on disk before a verdict is shown; a station
+    that was killed judges what it left unfinished when it starts again.
+    """
+    from motorid.quality.product import load_product
+    from motorid.workflow.check import Line
+    from motorid.workflow.orders import Orders, parse_listen
+    from motorid.workflow.record import bench
+    from motorid.workflow.station import Station, reader
+
+    product = load_product(product_name)
+    rig = bench(rig_name, port=port, speed=speed)
+    address = parse_listen(listen, remote=allow_remote)
+    with Line(rig, product, output) as line:
+        station = Station(line, show)
+        orders = None if no_listen else Orders(address, station.take)
+        try:
+            if orders is not None:
+                click.echo(f"listening on {address[0]}:{orders.port}", err=True)
+            reader(station, _typed(), ends=no_listen or sys.stdin.isatty())
+            station.run()
+        finally:
+            if orders is not None:
+                orders.stop()
+    click.echo(f"\nshift ended: {dict(station.counts)}", err=True)
+
+
+def _typed() -> Iterator[str]:
+    """Lines of the standard input, read without its lock: a thread that waits in it at exit would
+    keep the interpreter from closing it.
+    """
+    rest = b""
+    while data := os.read(sys.stdin.fileno(), 4096):
+        *lines, rest = (rest + data).replace(b"\r", b"\n").split(b"\n")
+        yield from (line.decode("utf-8", "replace") for line in lines)
+        rest = rest[-4096:]
+    yield rest.decode("utf-8", "replace")
+
+
+def show(screen: Screen) -> None:
+    """The whole terminal, or one line where there is none."""
+    from motorid.report.screen import render
+
+    if not sys.stdout.isatty():
+        click.echo(" | ".join((screen.word, *screen.lines)))
+        return
+    width = min(shutil.get_terminal_size().columns, 100)
+    colour = "NO_COLOR" not in os.environ
+    click.echo(render(screen, width=width, colour=colour, clear=True))
+    click.echo("  Serial number: ", nl=False)

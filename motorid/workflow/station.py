@@ -1,0 +1,195 @@
+"""A shift at the end of the line: orders from scanner and controller, one motor after another.
+
+The board is driven by one thread, the one that calls ``run``; others only bring orders.
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+import threading
+from collections import Counter
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from motorid.errors import DataError, MotoridError
+from motorid.report.screen import Screen, of_verdict
+from motorid.workflow.check import VERDICT, Inspection, Line, refuse_serial, resume
+
+if TYPE_CHECKING:
+    from motorid.workflow.orders import Answer, Message
+
+MOST_WAITING = 100
+POLL_S = 0.2  # so that Ctrl-C is heard where a wait on a queue does not hear it
+KNOWN = ("inspect", "status", "last")
+Show = Callable[[Screen], None]
+
+
+@dataclass(frozen=True)
+class Order:
+    """A motor to inspect, and where its verdict goes."""
+
+    serial: str
+    answer: Callable[[dict[str, Any]], None]
+    tag: Any = None
+
+
+class Station:
+    """``show`` draws the operator's screen; it is called from the thread of ``run`` only."""
+
+    def __init__(self, line: Line, show: Show) -> None:
+        self.line, self.show = line, show
+        self.counts: Counter[str] = Counter()
+        self.measuring = ""
+        self._orders: queue.Queue[Order | Screen | None] = queue.Queue()
+
+    # ---- any thread
+
+    def scan(self, lines: Iterable[str], *, ends: bool) -> None:
+        """Takes serial numbers from a scanner or a keyboard until it ends, and then the station."""
+        for line in lines:
+            if serial := line.strip():
+                self.scanned(serial)
+        if ends:
+            self.end()
+
+    def scanned(self, serial: str) -> None:
+        """One serial number from the operator."""
+        try:
+            refuse_serial(self.line.product, serial)
+        except MotoridError as error:
+            self._orders.put(self._ready(str(error)))
+            return
+        self._orders.put(Order(serial, lambda message: None))
+
+    def take(self, order: Message, answer: Answer) -> None:
+        """One order from a line controller; see docs/station.md."""
+        tag = {"id": order["id"]} if "id" in order else {}
+        try:
+            match order["order"]:
+                case "inspect":
+                    self._accept(str(order.get("serial", "")), answer, tag)
+                case "status":
+                    answer({"event": "status", **tag, **self.status()})
+                case "last":
+                    answer({"event": "verdict", **tag, **self.last(str(order.get("serial", "")))})
+                case other:
+                    raise DataError(f"there is no order {other!r}; they are {', '.join(KNOWN)}")
+        except MotoridError as error:
+            answer({"event": "error", **tag, "message": str(error)})
+
+    def _accept(self, serial: str, answer: Answer, tag: dict[str, Any]) -> None:
+        refuse_serial(self.line.product, serial)
+        waiting = self._orders.qsize()
+        if waiting >= MOST_WAITING:
+            raise DataError(f"{waiting} motors wait already: let some pass first")
+        answer({"event": "accepted", **tag, "serial": serial, "waiting": waiting})
+        self._orders.put(Order(serial, answer, tag))
+
+    def status(self) -> dict[str, Any]:
+        """What the station does and has done since it began."""
+        return {
+            "state": "measuring" if self.measuring else "ready",
+            "serial": self.measuring,
+            "waiting": self._orders.qsize(),
+            "product": self.line.product.name,
+            "product_sha256": self.line.product.digest,
+            "rig": self.line.rig.name,
+            "counts": {name: self.counts[name] for name in ("PASS", "FAIL", "INVALID")},
+        }
+
+    def last(self, serial: str) -> dict[str, Any]:
+        """The newest verdict on a motor, from disk. Raises DataError where there is none."""
+        refuse_serial(self.line.product, serial)
+        found = sorted(_verdicts(self.line.folder, serial), key=lambda path: path.stat().st_mtime)
+        if not found:
+            raise DataError(f"{self.line.folder} holds no verdict on {serial}")
+        stored = json.loads(found[-1].read_text(encoding="utf-8"))
+        keys = ("serial", "outcome", "marginal", "reasons", "time")
+        return {key: stored[key] for key in keys} | {"folder": str(found[-1].parent)}
+
+    def end(self) -> None:
+        """Ends ``run`` once what waits is done."""
+        self._orders.put(None)
+
+    # ---- the thread of the board
+
+    def run(self) -> None:
+        """Inspects until ``end``. First it finishes what an earlier shift left unfinished."""
+        finished = resume(self.line.folder, self.line.product)
+        self.line.warm()
+        said = f"{len(finished)} unfinished inspections were judged. " if finished else ""
+        self.show(self._ready(said))
+        while True:
+            try:
+                job = self._orders.get(timeout=POLL_S)
+            except queue.Empty:
+                continue
+            match job:
+                case None:
+                    return
+                case Screen():
+                    self.show(job)
+                case Order():
+                    self._inspect(job)
+
+    def _inspect(self, order: Order) -> None:
+        self.measuring = order.serial
+        self.show(Screen("RUN", (order.serial,), "Keep your hands off the motor: it turns."))
+        try:
+            done = self.line.inspect(order.serial)
+        except MotoridError as error:  # the disk: nothing can be kept, so nothing is said of it
+            order.answer({"event": "error", **(order.tag or {}), "message": str(error)})
+            self.show(Screen("INVALID", (order.serial, str(error)), "Call maintenance."))
+            return
+        finally:
+            self.measuring = ""
+        self.counts[str(done.verdict.outcome)] += 1
+        order.answer({"event": "verdict", **(order.tag or {}), **summary(done)})
+        self.show(of_verdict(done.verdict, self._tally(done)))
+
+    def _ready(self, said: str = "") -> Screen:
+        product = self.line.product
+        lines = [product.title, *([said] if said else [])]
+        return Screen("READY", tuple(lines), "Put a motor in and scan its serial number.")
+
+    def _tally(self, done: Inspection) -> str:
+        spent = sum(done.seconds.values())
+        counts = "  ".join(f"{name} {self.counts[name]}" for name in ("PASS", "FAIL", "INVALID"))
+        return f"{counts}   {spent:.2f} s   Ctrl-D ends the shift"
+
+
+def summary(done: Inspection) -> dict[str, Any]:
+    """What a line controller is told."""
+    verdict = done.verdict
+    return {
+        "serial": verdict.serial,
+        "outcome": str(verdict.outcome),
+        "marginal": verdict.marginal,
+        "reasons": list(verdict.reasons),
+        "exit_code": done.exit_code,
+        "folder": str(done.folder),
+        "seconds": {name: round(value, 4) for name, value in done.seconds.items()},
+    }
+
+
+def reader(station: Station, lines: Iterable[str], *, ends: bool) -> threading.Thread:
+    """A thread that brings the scanner's lines to the station."""
+    thread = threading.Thread(
+        target=station.scan, args=(lines,), kwargs={"ends": ends}, name="scanner", daemon=True
+    )
+    thread.start()
+    return thread
+
+
+def _verdicts(folder: Path, serial: str) -> list[Path]:
+    from urllib.parse import quote
+
+    stem = quote(serial, safe="")
+    return [
+        one / VERDICT
+        for one in folder.iterdir()
+        if one.name.rpartition("_")[0] == stem and (one / VERDICT).exists()
+    ]

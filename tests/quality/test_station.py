@@ -1,0 +1,238 @@
+"""motorid station: orders, the operator's terminal, and a shift that is cut short."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import random
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorid.capture import store
+from motorid.errors import UsageError
+from motorid.quality.product import Product
+from motorid.quality.verdict import Outcome, Verdict
+from motorid.report.screen import Screen, big, of_verdict, render
+from motorid.rig import Rig
+from motorid.workflow.check import Line
+from motorid.workflow.orders import parse_listen, read_order
+from motorid.workflow.station import Station
+
+COMMAND = [sys.executable, "-m", "motorid.cli.main", "station", "--product", "sim-disc"]
+
+
+class Controller:
+    """A line controller: one connection, JSON lines."""
+
+    def __init__(self, port: int) -> None:
+        self.link = socket.create_connection(("127.0.0.1", port), timeout=60)
+        self.file = self.link.makefile("rwb")
+
+    def say(self, line: bytes) -> None:
+        self.file.write(line + b"\n")
+        self.file.flush()
+
+    def hear(self) -> dict[str, Any]:
+        return dict(json.loads(self.file.readline()))
+
+    def ask(self, **order: Any) -> dict[str, Any]:
+        self.say(json.dumps(order).encode())
+        return self.hear()
+
+
+@contextlib.contextmanager
+def running(folder: Path, *more: str) -> Iterator[tuple[subprocess.Popen[str], int]]:
+    """A station in its own process on a port of its own."""
+    call = [*COMMAND, "--rig", "sim-line", "--speed", "max", "--listen", "0", "-o", str(folder)]
+    process = subprocess.Popen(
+        [*call, *more], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        text=True,
+    )  # fmt: skip
+    assert process.stderr is not None
+    try:
+        said = process.stderr.readline()
+        assert said.startswith("listening on 127.0.0.1:"), said
+        yield process, int(said.rsplit(":", 1)[1])
+    finally:
+        process.kill()
+        process.wait()
+
+
+@pytest.mark.slow
+def test_a_line_controller_gets_its_verdicts(tmp_path: Path) -> None:
+    with running(tmp_path) as (_, port):
+        controller = Controller(port)
+        assert controller.ask(order="status")["counts"] == {"PASS": 0, "FAIL": 0, "INVALID": 0}
+        first = controller.ask(order="inspect", serial="D000001", id=1)
+        assert (first["event"], first["id"]) == ("accepted", 1)
+        verdict = controller.hear()
+        assert (verdict["event"], verdict["id"], verdict["outcome"]) == ("verdict", 1, "PASS")
+        stored = json.loads((Path(verdict["folder"]) / "verdict.json").read_text())
+        assert stored["outcome"] == "PASS"
+        assert "scan the label" in controller.ask(order="inspect", serial="no")["message"]
+        assert "no order" in controller.ask(order="explode")["message"]
+        assert controller.ask(order="last", serial="D000001")["outcome"] == "PASS"
+        assert "no verdict" in controller.ask(order="last", serial="D000009")["message"]
+        assert controller.ask(order="status")["counts"]["PASS"] == 1
+        browser = Controller(port)
+        browser.say(b"POST / HTTP/1.1")
+        assert browser.hear()["event"] == "error"
+        assert browser.file.readline() == b""  # and the connection ends
+
+
+@pytest.mark.slow
+def test_killed_in_mid_shift_nothing_is_lost(tmp_path: Path, product: Product) -> None:
+    """Kill -9 at random moments: every verdict told is on disk, every capture gets one."""
+    rng, told, number = random.Random(7), {}, 0
+    for _ in range(4):
+        with running(tmp_path) as (process, port):
+            controller = Controller(port)
+            deadline = time.monotonic() + rng.uniform(0.5, 5.0)
+            with contextlib.suppress(OSError, ValueError):
+                while True:
+                    number += 1
+                    controller.ask(order="inspect", serial=f"D{number:06d}")
+                    controller.link.settimeout(max(deadline - time.monotonic(), 0.01))
+                    message = controller.hear()
+                    told[message["serial"]] = message
+            process.send_signal(signal.SIGKILL)
+    assert told
+    for message in told.values():
+        stored = json.loads((Path(message["folder"]) / "verdict.json").read_text())
+        assert (stored["serial"], stored["outcome"]) == (message["serial"], message["outcome"])
+    time.sleep(2.0)  # a journal that still grows is another process's
+    with running(tmp_path) as (_, port):
+        Controller(port).ask(order="status")
+        state = ""
+        while state != "ready":
+            status = Controller(port).ask(order="inspect", serial="D999999")
+            state = "ready" if status["event"] == "accepted" else ""
+        wait_for(lambda: bool(list(tmp_path.glob("D999999_*/verdict.json"))))
+    begun = [p for p in tmp_path.iterdir() if any(p.glob("capture.h5*"))]
+    assert begun
+    for folder in begun:
+        stored = json.loads((folder / "verdict.json").read_text())
+        if (folder / "capture.h5").exists():
+            assert len(store.load(folder / "capture.h5")) > 0
+        else:  # killed before the first sample: the journal stays, and the verdict says so
+            assert stored["outcome"] == "INVALID"
+
+
+def wait_for(done: Any, patience_s: float = 60.0) -> None:
+    until = time.monotonic() + patience_s
+    while not done():
+        assert time.monotonic() < until, "it did not happen in time"
+        time.sleep(0.1)
+
+
+NO_TMUX = "tmux is not installed: the operator's screen is not seen in it"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("tmux") is None, reason=NO_TMUX)
+def test_the_operators_screen_in_tmux(tmp_path: Path) -> None:
+    """Keyboard alone, in a terminal of 80 x 24: READY, scan, PASS, scan, INVALID serial, end."""
+    server = ["tmux", "-L", f"motorid-{os.getpid()}"]
+    station = " ".join([*COMMAND, "--rig", "sim-line", "--speed", "max", "--no-listen"])
+    start = [*server, "-f", "/dev/null", "new-session", "-d", "-x", "80", "-y", "24"]
+    command = f"{station} -o {tmp_path / 'shift'}; echo ended with $?; sleep 60"
+    subprocess.run([*start, command], check=True)
+
+    def screen() -> str:
+        call = [*server, "capture-pane", "-p", "-e"]
+        seen = subprocess.run(call, capture_output=True, text=True, check=True).stdout
+        return " ".join(seen.split())
+
+    def type_(*keys: str) -> None:
+        subprocess.run([*server, "send-keys", *keys], check=True)
+
+    try:
+        wait_for(lambda: "scan its serial number" in screen())
+        assert "Serial number:" in screen()
+        type_("D000123", "Enter")
+        wait_for(lambda: "Put the motor with the good ones" in screen())
+        shown = screen()
+        assert "D000123" in shown
+        assert "\x1b[30m\x1b[42m" in shown or "\x1b[30;42m" in shown  # green, and the word
+        assert "PASS" in shown
+        assert "█" in shown
+        type_("nonsense", "Enter")
+        wait_for(lambda: "scan the label again" in screen())
+        type_("C-d")
+        wait_for(lambda: "ended with 0" in screen())
+    finally:
+        subprocess.run([*server, "kill-server"], check=False)
+
+
+def test_the_scanner_works_through_a_pipe(tmp_path: Path) -> None:
+    call = [*COMMAND, "--rig", "sim-line", "--speed", "max", "--no-listen", "-o", str(tmp_path)]
+    typed = "D000001\r\nwhat\nD000002"
+    done = subprocess.run(call, input=typed, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    words = [line.split(" |")[0] for line in done.stdout.splitlines()]
+    assert words == ["READY", "RUN", "PASS", "READY", "RUN", "PASS"]
+
+
+def test_a_full_disk_is_said_and_survived(
+    line_rig: Rig, product: Product, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from motorid.errors import DataError
+    from motorid.workflow import check
+
+    def full(*args: object) -> None:
+        raise DataError("no space left")
+
+    shown: list[Screen] = []
+    with Line(line_rig, product, tmp_path) as line:
+        station = Station(line, shown.append)
+        monkeypatch.setattr(check, "write_records", full)
+        station.scan(["D000001"], ends=True)
+        station.run()
+    assert shown[-1].word == "INVALID"
+    assert "no space left" in shown[-1].lines[1]
+    assert station.counts == {}  # no verdict was told that is not on disk
+
+
+@pytest.mark.parametrize("address", ["0.0.0.0:7410", "[::]:1", "192.168.1.5:80", "host:1", "x"])
+def test_only_this_computer_unless_allowed(address: str) -> None:
+    with pytest.raises(UsageError):
+        parse_listen(address, remote=False)
+
+
+def test_addresses() -> None:
+    assert parse_listen("7410", remote=False) == ("127.0.0.1", 7410)
+    assert parse_listen("[::1]:5", remote=False) == ("::1", 5)
+    assert parse_listen("0.0.0.0:5", remote=True) == ("0.0.0.0", 5)
+
+
+@given(st.binary(max_size=200))
+def test_any_line_is_an_order_or_a_sentence(line: bytes) -> None:
+    with contextlib.suppress(ValueError):
+        assert isinstance(read_order(line + b"\n")["order"], str)
+
+
+@pytest.mark.parametrize("outcome", list(Outcome))
+@pytest.mark.parametrize("width", [20, 40, 80, 200])
+def test_the_word_is_there_and_fits(outcome: Outcome, width: int) -> None:
+    screen = Screen(str(outcome), ("why " * 40,), "do this " * 10, "")
+    text = render(screen, width=width)
+    assert str(outcome) in text
+    assert max(map(len, text.splitlines())) <= max(width, 24)
+
+
+def test_big_letters_and_an_empty_verdict() -> None:
+    assert len(big("PASS", 80)) == 5
+    assert big("PASS", 10) == ["PASS"]
+    assert of_verdict(Verdict("p", "s", ())).word == "INVALID"
