@@ -69,14 +69,18 @@ def _query(fields: dict[str, Any], product: str = "") -> Query:
 @click.option("--station", default="", help="Name of the station that measured.")
 @click.option("--operator", default="", help="Who measured.")
 def add(where: str, files: tuple[str, ...], product_name: str, station: str, operator: str) -> int:
-    """Judge captures (files or folders) and add their verdicts; what is there already stays."""
+    """Judge captures (files or folders) and add their verdicts; what is there already stays.
+
+    A folder may be a shift's inspections: warm-up runs among them are passed over.
+    """
     from motorid.quality.history import open_history
     from motorid.quality.product import load_product
     from motorid.workflow import history as workflow
+    from motorid.workflow.check import WARM_UP
     from motorid.workflow.many import captures_in
 
     product = load_product(product_name)
-    paths = captures_in(expand(files))
+    paths = [path for path in captures_in(expand(files)) if path.name != WARM_UP]
     with open_history(where) as history:
         return _say(
             workflow.judge_into(history, product, paths, station=station, operator=operator)
