@@ -1,12 +1,13 @@
 """emu://uno?motor=…: the real firmware on an emulated board, as a port. Development installs only.
 
 The emulator is a process of its own (libsimavr is GPL-3), built on first use beside the firmware.
-Time moves only while somebody waits in ``read``, as with sim://; ``speed=realtime`` follows the wall
-clock. See docs/emulated-rig.md.
+Time moves only while somebody waits in ``read``, as with sim://; ``speed=realtime`` follows the
+wall clock. See docs/emulated-rig.md.
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 import struct
@@ -18,9 +19,9 @@ from typing import Any
 from urllib.parse import parse_qsl, urlencode, urlsplit
 
 import numpy as np
+from motorid.sim._plant import ffi
 
 from motorid.errors import LinkError, RigError, UsageError
-from motorid.sim._plant import ffi
 from motorid.sim.bench import plant_params
 from motorid.sim.chain import draw_chain
 from motorid.sim.options import Options, parse_url
@@ -105,7 +106,9 @@ def missing() -> str:
     for tool, package in (("avr-gcc", "gcc-avr and avr-libc"), ("gcc", "gcc"), ("make", "make")):
         if shutil.which(tool) is None:
             return f"{tool} is not installed (Debian: {package})"
-    if not any(Path(p, "simavr/sim_avr.h").exists() for p in ("/usr/include", "/usr/local/include")):
+    if not any(
+        Path(p, "simavr/sim_avr.h").exists() for p in ("/usr/include", "/usr/local/include")
+    ):
         return "libsimavr is not installed (Debian: libsimavr-dev and libelf-dev)"
     return ""
 
@@ -118,9 +121,7 @@ def build(setting: Setting) -> tuple[Path, Path]:
     shield = f"-DSHUNT_OHM={setting.shunt_ohm!r}f -DDIVIDER={setting.divider}.0f {setting.defines}"
     tag = "".join(c if c.isalnum() or c in "._" else "-" for c in shield.replace("-D", ""))
     folder = BUILD / f"emu-{setting.board}-{tag.strip('-')}"
-    _make(
-        FIRMWARE / "ports" / "avr", f"BOARD={setting.board}", f"OUT={folder}", f"SHIELD={shield}"
-    )
+    _make(FIRMWARE / "ports" / "avr", f"BOARD={setting.board}", f"OUT={folder}", f"SHIELD={shield}")
     return BUILD / "emulator" / "emulator", folder / f"motorid-{setting.board}.elf"
 
 
@@ -138,7 +139,9 @@ def parameters(setting: Setting) -> dict[str, float]:
         error = spread * drawn[n] if given is None else given
         shift = OFFSET_LSB * common + MISMATCH_LSB * drawn[4 + n]
         values[f"gain[{n}]"] = float(1 + error)
-        values[f"offset[{n}]"] = float(shift if options.offset_error is None else options.offset_error)
+        values[f"offset[{n}]"] = float(
+            shift if options.offset_error is None else options.offset_error
+        )
     values |= {
         "clock_hz": chain.clock_hz,
         "reference": REFERENCE_V,
@@ -175,7 +178,8 @@ class Emulator:
 
     def _ask(self, request: bytes) -> bytes:
         pipe_in, pipe_out = self._process.stdin, self._process.stdout
-        assert pipe_in and pipe_out
+        assert pipe_in
+        assert pipe_out
         try:
             pipe_in.write(request)
             pipe_in.flush()
@@ -222,15 +226,13 @@ class Emulator:
             self._process.kill()
         for pipe in (self._process.stdin, self._process.stdout):
             if pipe and not pipe.closed:
-                try:
+                with contextlib.suppress(OSError):  # a dead process leaves a broken pipe
                     pipe.close()
-                except OSError:
-                    pass
         self._process.wait()
 
 
 class EmuPort:
-    """A port whose time is the emulated board's: it moves only while the client waits in ``read``."""
+    """A port whose time is the emulated board's: it moves while the client waits in ``read``."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -280,6 +282,6 @@ class RealTimeEmuPort(EmuPort):
 
 
 def open_emu(url: str) -> EmuPort:
-    """The emulated board of an emu:// URL. Raises UsageError, or RigError when it cannot be built."""
+    """The emulated board of an emu:// URL. Raises UsageError, or RigError if it will not build."""
     paced = "speed=realtime" in urlsplit(url).query.split("&")
     return (RealTimeEmuPort if paced else EmuPort)(url)
