@@ -99,27 +99,26 @@ def test_killed_in_mid_shift_nothing_is_lost(tmp_path: Path, product: Product) -
     for _ in range(4):
         with running(tmp_path) as (process, port):
             controller = Controller(port)
-            deadline = time.monotonic() + rng.uniform(0.5, 5.0)
-            with contextlib.suppress(OSError, ValueError):
+            kill_at = None  # after the first verdict, however slow the machine
+            with contextlib.suppress(TimeoutError):
                 while True:
                     number += 1
                     controller.ask(order="inspect", serial=f"D{number:06d}")
-                    controller.link.settimeout(max(deadline - time.monotonic(), 0.01))
+                    if kill_at is not None:
+                        controller.link.settimeout(max(kill_at - time.monotonic(), 0.01))
                     message = controller.hear()
                     told[message["serial"]] = message
+                    kill_at = kill_at or time.monotonic() + rng.uniform(0.2, 2.5)
             process.send_signal(signal.SIGKILL)
-    assert told
+    assert len(told) >= 4
     for message in told.values():
         stored = json.loads((Path(message["folder"]) / "verdict.json").read_text())
         assert (stored["serial"], stored["outcome"]) == (message["serial"], message["outcome"])
     time.sleep(2.0)  # a journal that still grows is another process's
     with running(tmp_path) as (_, port):
-        Controller(port).ask(order="status")
-        state = ""
-        while state != "ready":
-            status = Controller(port).ask(order="inspect", serial="D999999")
-            state = "ready" if status["event"] == "accepted" else ""
-        wait_for(lambda: bool(list(tmp_path.glob("D999999_*/verdict.json"))))
+        controller = Controller(port)
+        assert controller.ask(order="inspect", serial="D999999")["event"] == "accepted"
+        assert controller.hear()["outcome"] == "PASS"
     begun = [p for p in tmp_path.iterdir() if any(p.glob("capture.h5*"))]
     assert begun
     for folder in begun:
