@@ -36,11 +36,14 @@ MAY_IMPORT = {
 
 
 def room(module: str) -> str | None:
-    """The room of a dotted module of motorid: ``motorid.rig_file`` is in ``rig``."""
+    """The room of a dotted module of motorid: ``motorid.rig_file`` is in ``rig``.
+
+    ``motorid.__main__`` is the command line's other door.
+    """
     parts = module.split(".")
     if parts[0] != "motorid" or len(parts) == 1:
         return None
-    return parts[1].split("_")[0]
+    return "cli" if parts[1] == "__main__" else parts[1].split("_")[0]
 
 
 def imported(path: Path) -> Iterator[str]:
