@@ -120,7 +120,8 @@ class Assembler:
         """The run. Raises DataError when not one sample of it arrived."""
         if self.timeline is None or not self.timeline.blocks:
             raise NoSamplesError("not one sample of the run arrived: there is nothing to keep")
-        arrays = self.timeline.arrays(self._taken())
+        dropped = int(self.done["dropped"]) if self.done is not None else 0
+        arrays = self.timeline.arrays(self._taken(), dropped)
         identity = self.replies["identify"]
         wiring = Wiring(**self.header.get("wiring", {}))
         return Capture(

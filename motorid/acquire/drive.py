@@ -17,8 +17,10 @@ from motorid.acquire.resets import reset_error
 from motorid.errors import DataError, LinkError
 from motorid.wire.codec import Event, SampleBlock
 from motorid.wire.enums import EndReason, Fault, Mode, State
+from motorid.wire.spec import load as load_spec
 
 POLL_S = 0.02
+BEATS = 10  # in the time after which the board gives the host up: a busy computer skips some
 PATIENCE_S = 10.0
 SILENCE_S = 1.0
 LULL_S = 1.0  # without news when some was due: ask
@@ -54,13 +56,15 @@ def interruptible() -> Iterator[Stop]:
         stop.requested = True
         asked.set()
 
-    threading.Thread(target=watch, name="patience", daemon=True).start()
+    watcher = threading.Thread(target=watch, name="patience", daemon=True)
+    watcher.start()
     before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield stop
     finally:
         over.set()
         asked.set()
+        watcher.join()
         for number, handler in before.items():
             signal.signal(number, handler)
 
@@ -107,7 +111,8 @@ class _Run:
         consume: Callable[[SampleBlock], None],
     ) -> None:
         self.board, self.stop, self.consume = board, stop, consume
-        self.beat_s = config["host_silence_ms"] / 4e3
+        most_s = load_spec().limits.heartbeat_period_ms / 1e3
+        self.beat_s = min(most_s, config["host_silence_ms"] / BEATS / 1e3)
         self.patience_s = max(SILENCE_S, config["host_silence_ms"] / 1e3)
         self.duration_s = program.ticks / board.identity["clock_hz"]
         period_s = config["sample_period_ticks"] / board.identity["clock_hz"]

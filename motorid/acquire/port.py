@@ -217,11 +217,25 @@ def _why_not(name: str, error: Exception) -> str:
 def _holder(name: str) -> str:
     """Which process has a device open, in brackets, where the system tells (Linux)."""
     device = os.path.realpath(name)
+    if owner := _lock_owner(device):
+        return owner
     for handle in Path("/proc").glob("[0-9]*/fd/*"):
         with contextlib.suppress(OSError):  # not ours to see, or gone meanwhile
             if os.readlink(handle) == device and handle.parts[2] != str(os.getpid()):
                 command = Path("/proc", handle.parts[2], "comm").read_text().strip()
                 return f" (process {handle.parts[2]}, {command})"
+    return ""
+
+
+def _lock_owner(device: str) -> str:
+    """The process whose lock keeps others out, of all that may have the device open (Linux)."""
+    with contextlib.suppress(OSError, IndexError):
+        number = f":{os.stat(device).st_ino}"
+        for line in Path("/proc/locks").read_text(encoding="ascii").splitlines():
+            words = line.split()  # 1: FLOCK ADVISORY WRITE PID MAJOR:MINOR:INODE ...
+            if words[1] == "FLOCK" and words[5].endswith(number) and words[4] != str(os.getpid()):
+                command = Path("/proc", words[4], "comm").read_text(encoding="utf-8").strip()
+                return f" (process {words[4]}, {command})"
     return ""
 
 

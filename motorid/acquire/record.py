@@ -170,9 +170,11 @@ class _Recorder:
         except MotoridError as error:
             failure = error
             reason = _end_of(error)
-        except KeyboardInterrupt:  # the second one: quit at once
+        except BaseException as error:  # a second Ctrl-C, or the caller's own: quit at once
             with contextlib.suppress(DataError):
                 journal.close()
+            if not isinstance(error, KeyboardInterrupt):
+                raise
             if not self.measuring:
                 journal.discard()
                 raise KeyboardInterrupt("interrupted twice; nothing was measured") from None

@@ -109,12 +109,18 @@ class Timeline:
         if not any(phase.index == index for phase in self.phases[-8:]):
             self.phases.append(Phase(index, extended))
 
-    def arrays(self, taken: int | None = None) -> Arrays:
-        """Everything placed; ``taken`` is how many samples the board took, when known."""
+    def arrays(self, taken: int | None = None, dropped: int = 0) -> Arrays:
+        """Everything placed; ``taken`` is how many samples the board took, when known.
+
+        ``dropped``: of them, how many it says that it never sent.
+        """
         gaps = list(self._gaps)
         missing = (taken or 0) - self._samples - sum(gap.samples for gap in gaps)
-        if missing > 0:
-            gaps.append(Gap(self._samples, missing, MISSING_END))
+        unsent = dropped - sum(gap.samples for gap in gaps if gap.reason == DROPPED)
+        unsent = max(0, min(unsent, missing))
+        for samples, reason in ((unsent, DROPPED), (missing - unsent, MISSING_END)):
+            if samples > 0:
+                gaps.append(Gap(self._samples, samples, reason))
         counts = np.array(self.blocks.counts)
         starts = np.cumsum(counts) - counts
         ticks = np.repeat(np.array(self.blocks.firsts) - self.period * starts, counts)

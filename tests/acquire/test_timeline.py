@@ -124,3 +124,16 @@ def test_a_long_silence_is_one_gap(lost: int) -> None:
     line.add(block(5, [1]))
     line.add(block(5 + (lost + 1) * PERIOD, [2]))
     assert line.arrays().gaps == (Gap(1, lost, LOST),)
+
+
+def test_what_the_board_dropped_last_is_not_laid_on_the_link() -> None:
+    line = Timeline(PERIOD)
+    line.start(0)
+    line.add(block(0, [1, 2]))
+    line.add(block(5 * PERIOD, [3], dropped=3, position=5))
+    assert line.arrays(10, 5).gaps == (
+        Gap(2, 3, DROPPED),
+        Gap(3, 2, DROPPED),
+        Gap(3, 2, MISSING_END),
+    )
+    assert line.arrays(10, 0).gaps == (Gap(2, 3, DROPPED), Gap(3, 4, MISSING_END))

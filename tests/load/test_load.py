@@ -1,0 +1,164 @@
+"""Load: nothing is lost, memory stays flat, and slow disks and terminals are borne."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from motorid.acquire import record
+from motorid.acquire.journal import JournalWriter
+from motorid.acquire.live import Live
+from motorid.acquire.port import open_port
+from motorid.capture import store
+from motorid.errors import LinkError, MotoridError
+from tests.acquire.rigs import sim_rig
+from tests.faults.scenarios import SCENARIOS
+from tests.load import day
+
+posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo terminals")
+
+
+@posix
+@pytest.mark.slow
+def test_ten_seconds_through_a_pseudo_terminal_lose_nothing(tmp_path: Path) -> None:
+    from tests.load import pty
+
+    found = pty.run(10.0, tmp_path)
+    assert found["samples"] == found["expected"] == 100_000
+    assert (found["gaps"], found["bad frames"], found["end"]) == (0, 0, "completed")
+    assert found["memory grew by MB"] is None or found["memory grew by MB"] < 4
+
+
+@posix
+@pytest.mark.slow
+def test_a_slow_terminal_loses_nothing(tmp_path: Path) -> None:
+    """Each line of progress takes 80 ms, ten times a second."""
+    from tests.load import pty
+
+    found = pty.run(4.0, tmp_path, pause_s=0.08, host_silence_s=1.0)
+    assert found["samples"] == found["expected"]
+    assert found["gaps"] == 0
+
+
+@pytest.mark.slow
+def test_a_slow_run_keeps_its_memory(tmp_path: Path) -> None:
+    found = day.run(0.2, tmp_path)
+    assert found["samples"] == found["expected"] == 72_000
+    assert found["gaps"] == 0
+    grew = found["memory grew while running by MB"]
+    assert grew is None or grew < 4
+
+
+def test_a_slow_disk_holds_up_no_heartbeat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each sync takes 0.3 s, more than half of what the board waits for the host."""
+    fsync = os.fsync
+
+    def slow(handle: int) -> None:
+        time.sleep(0.3)
+        fsync(handle)
+
+    monkeypatch.setattr("motorid.acquire.journal.os.fsync", slow)
+    rig = sim_rig(speed="realtime")
+    rig = replace(rig, limits=replace(rig.limits, host_silence_s=0.25))
+    kept = store.load(record.capture(rig, rig.program, tmp_path / "run.h5"))
+    assert (len(kept), kept.gaps, kept.end_reason) == (3800, (), "completed")
+
+
+def test_a_disk_far_behind_slows_the_reader_and_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The journal's queue is full nearly all the time."""
+    monkeypatch.setattr("motorid.acquire.journal.BACKLOG", 4)
+    batch = JournalWriter._batch
+
+    def slow(self: JournalWriter) -> Any:
+        time.sleep(0.01)
+        return batch(self)
+
+    monkeypatch.setattr(JournalWriter, "_batch", slow)
+    rig = sim_rig()
+    kept = store.load(record.capture(rig, rig.program, tmp_path / "run.h5"))
+    assert (len(kept), kept.gaps) == (3800, ())
+
+
+def descriptors() -> int:
+    return len(os.listdir("/proc/self/fd"))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="only Linux lists descriptors")
+def test_no_failure_leaves_a_thread_or_a_descriptor(tmp_path: Path) -> None:
+    """Every fault of docs/faults.md but a dead host, one after the other."""
+    from tests.faults.laws import Trial
+
+    before: tuple[int, int] | None = None
+    for number, scenario in enumerate(s for group in SCENARIOS.values() for s in group):
+        if scenario.schedule.host in ("kill -9", "power failure"):
+            continue
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        Trial(scenario.schedule, folder, change=scenario.change, other=scenario.other).run()
+        now = threading.active_count(), descriptors()
+        if before is not None:  # the first one opens what stays open, such as a random source
+            assert now == before, scenario.what
+        before = now
+
+
+def test_no_failure_to_open_leaves_a_descriptor(tmp_path: Path) -> None:
+    rig = sim_rig()
+    threads = threading.active_count()
+    for port in ("/dev/no-such-port", "socket://127.0.0.1:9", "replay://nothing", "foo://x"):
+        with pytest.raises(MotoridError):
+            record.capture(replace(rig, port=port), rig.program, tmp_path / "run.h5")
+    assert threading.active_count() == threads
+    assert list(tmp_path.iterdir()) == []
+
+
+@posix
+@pytest.mark.slow
+def test_a_second_process_is_told_who_holds_the_port(tmp_path: Path) -> None:
+    from tests.load import pty
+
+    code = "import sys\nfrom motorid.acquire.port import open_port\nport = open_port(sys.argv[1])\n"
+    code += "print('held', flush=True)\nsys.stdin.read()"
+    with pty.terminal() as path:
+        holder = subprocess.Popen(
+            [sys.executable, "-c", code, path],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        try:
+            assert holder.stdout is not None
+            assert holder.stdout.readline() == "held\n"
+            with pytest.raises(LinkError, match="another program holds this port") as caught:
+                open_port(path)
+            if Path("/proc").is_dir():
+                assert f"process {holder.pid}," in str(caught.value)
+        finally:
+            holder.communicate("")
+
+
+def test_progress_that_fails_stops_the_motor_and_leaves_no_thread(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An error of the caller's own is no fault of the rig, and passes through as it is."""
+    threads = threading.active_count()
+    rig = sim_rig()
+
+    def fail(live: Live) -> None:
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        record.capture(rig, rig.program, tmp_path / "run.h5", progress=fail)
+    assert threading.active_count() == threads
+    monkeypatch.setattr(record, "STILL_GROWING_S", 0.0)
+    assert len(store.load(record.recover(tmp_path / "run.h5"))) > 0
