@@ -173,11 +173,15 @@ def test_written_in_100_ms_and_synced_in_a_second(
     monkeypatch.setattr(room.os, "fsync", note_sync)
     writer = JournalWriter(path, {})
     until = time.monotonic() + 2.5
+    appended: list[float] = []
     while (now := time.monotonic()) < until:
         writer.append(Kind.RECEIVED, now, bytes(64))
+        appended.append(now)
         time.sleep(0.01)
-        last = read_journal(path).records
-        assert not last or time.monotonic() - last[-1].time_s < 0.1
+        # whatever is 100 ms old; a busy computer may sleep longer, which is not the writer's doing
+        due = [t for t in appended if time.monotonic() - t >= 0.1]
+        written = {record.time_s for record in read_journal(path).records}
+        assert written.issuperset(due)
         assert time.monotonic() - synced[0] < 1.0
     writer.close()
     assert synced[0] >= until

@@ -154,13 +154,20 @@ def test_ports_and_rigs(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def started(*line: str | Path) -> subprocess.Popen[str]:
-    """A command in a process of its own, to be interrupted."""
-    return subprocess.Popen(
-        [sys.executable, "-m", "motorid.cli.main", *map(str, line)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    """A command in a process of its own, to be interrupted.
+
+    A shell's background job ignores Ctrl-C, and so would its children: here it counts again.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        return subprocess.Popen(
+            [sys.executable, "-m", "motorid.cli.main", *map(str, line)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.slow
