@@ -13,6 +13,7 @@ import shutil
 import struct
 import subprocess
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -113,10 +114,26 @@ def missing() -> str:
     return ""
 
 
+@contextlib.contextmanager
+def _alone() -> Iterator[None]:
+    """One process builds at a time: two would write the same objects."""
+    import fcntl  # where libsimavr is, this is too
+
+    BUILD.mkdir(exist_ok=True)
+    with (BUILD / "lock").open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
 def build(setting: Setting) -> tuple[Path, Path]:
     """Emulator and ELF, built when they are not up to date. Raises RigError."""
     if lack := missing():
         raise RigError(f"emu://: {lack}")
+    with _alone():
+        return _build(setting)
+
+
+def _build(setting: Setting) -> tuple[Path, Path]:
     _make(ROOM, f"OUT={BUILD / 'emulator'}")
     shield = f"-DSHUNT_OHM={setting.shunt_ohm!r}f -DDIVIDER={setting.divider}.0f {setting.defines}"
     tag = "".join(c if c.isalnum() or c in "._" else "-" for c in shield.replace("-D", ""))
