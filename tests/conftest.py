@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
 from pathlib import Path
 
@@ -52,7 +53,10 @@ def _skip_reasons(config: pytest.Config) -> dict[str, int]:
 
 def _allowed() -> tuple[str, ...]:
     entries = tomllib.loads(ALLOWED_SKIPS.read_text(encoding="utf-8")).get("skip", [])
-    return tuple(entry["reason_begins"] for entry in entries)
+    everything = os.environ.get("CI") == "true"  # there, what can be installed is installed
+    return tuple(
+        entry["reason_begins"] for entry in entries if not (everything and entry.get("installable"))
+    )
 
 
 def _refused_skips(config: pytest.Config) -> list[str]:

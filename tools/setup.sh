@@ -27,34 +27,59 @@ missing_packages() {
     "$1" -c 'import os, sys, sysconfig
 sys.exit(not os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h")))' ||
         echo python3-dev
-    if [ "$what" = test ]; then
-        command -v chromium >/dev/null 2>&1 || command -v google-chrome >/dev/null 2>&1 ||
-            echo chromium
-    fi
 }
+
+# Those without which some tests skip: a browser, the boards' compiler and emulator, second opinions.
+wanted_packages() {
+    has chromium || has google-chrome || echo chromium
+    has make || echo make
+    has avr-gcc || echo gcc-avr avr-libc
+    [ -e /usr/include/simavr/sim_avr.h ] || echo libsimavr-dev libelf-dev
+    has avrdude || echo avrdude
+    has cppcheck || echo cppcheck
+    has clang-tidy || echo clang-tidy
+    has clang || echo clang "libclang-rt-$(clang_version)-dev"
+    has tmux || echo tmux
+    ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || has initdb || echo postgresql
+}
+
+has() { command -v "$1" >/dev/null 2>&1; }
+
+# The version that Debian's package clang stands for.
+clang_version() {
+    apt-cache depends clang 2>/dev/null | sed -n 's/.*Depends: clang-\([0-9]*\)$/\1/p' | head -n 1
+}
+
+may_install() { has apt-get && { [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }; }
+
+update_lists() { $(as_root) apt-get update -qq; }
+
+as_root() { [ "$(id -u)" = 0 ] || echo sudo -n; }
 
 install_packages() {
     command="apt-get install -y --no-install-recommends $*"
-    if [ "$(id -u)" = 0 ]; then as_root=
-    elif sudo -n true 2>/dev/null; then as_root='sudo -n'
-    else
-        say "these system packages are missing; please give: sudo $command"
-        exit 1
-    fi
-    if ! command -v apt-get >/dev/null 2>&1; then
+    if ! has apt-get; then
         say "please install what these Debian packages hold: $*"
-        exit 1
+        return 1
+    fi
+    if ! may_install; then
+        say "these system packages are missing; please give: sudo $command"
+        return 1
     fi
     say "$command"
-    $as_root apt-get update -qq
-    # shellcheck disable=SC2086 # a command and its words
-    DEBIAN_FRONTEND=noninteractive $as_root $command >/dev/null
+    # shellcheck disable=SC2046,SC2086 # a command and its words
+    DEBIAN_FRONTEND=noninteractive $(as_root) $command >/dev/null
 }
 
 python=$(find_python)
 # shellcheck disable=SC2046 # one word a package
 set -- $(missing_packages "$python")
-[ $# = 0 ] || install_packages "$@"
+[ $# = 0 ] || { update_lists; install_packages "$@"; } || exit 1
+if [ "$what" = test ] && [ -n "$(wanted_packages)" ]; then
+    may_install && update_lists  # also tells which clang there is
+    # shellcheck disable=SC2046
+    install_packages $(wanted_packages) || say "going on without: the tests that need them skip"
+fi
 
 [ -x $venv/bin/python ] || { say "creating $venv with $python"; "$python" -m venv $venv; }
 if [ "$what" = test ]; then extra='[dev]'; else extra=; fi
