@@ -65,7 +65,7 @@ class Bench:
             adc.scale, adc.gain = converter.scale, converter.gain
             adc.offset, adc.noise = converter.true_offset, converter.noise
             adc.aperture = converter.aperture_s * stretch
-            adc.delay = converter.delay_s * stretch
+            adc.delay = converter.true_delay_s * stretch
             adc.raw_min, adc.raw_max = 0, converter.raw_max
             adc.raw = int(converter.offset)
         self._c.limits.current_zero = self.chain.current.offset

@@ -9,13 +9,12 @@ import numpy as np
 from motorid.sim.options import CLOCK_HZ, Options
 from motorid.wire.enums import Channel, ChannelKind, Unit
 
-CLOCK_UNCERTAINTY_PPM = 50
 UNSYNCHRONISED = 65_535
 
 
 @dataclass(frozen=True)
 class Converter:
-    """One analogue channel. ``gain`` and ``true_offset`` are what the board does not know."""
+    """One analogue channel. ``gain`` and what is called true, the board does not know."""
 
     channel: Channel
     unit: Unit
@@ -25,7 +24,8 @@ class Converter:
     true_offset: float  # counts
     noise: float  # counts rms
     aperture_s: float  # by the board's clock; 0: an instant
-    delay_s: float
+    delay_s: float  # declared
+    true_delay_s: float
     phase: float | None
     gain_uncertainty: float
     offset_uncertainty: float
@@ -67,8 +67,9 @@ def draw_chain(options: Options) -> Chain:
     """The chain of that seed: errors drawn from the declared uncertainties unless given."""
     rng = np.random.default_rng([options.seed, 1])
     gains, offsets = rng.standard_normal(3), rng.standard_normal(3)
-    ppm = rng.uniform(-CLOCK_UNCERTAINTY_PPM, CLOCK_UNCERTAINTY_PPM)
+    ppm = rng.uniform(-options.clock_uncertainty, options.clock_uncertainty)
     angle = rng.uniform(0.0, 2 * np.pi)
+    late = options.delay_uncertainty * rng.standard_normal(3)
     middle, codes = 2.0 ** (options.bits - 1), 2.0**options.bits
     amps = options.current_range or 1.5 * options.preset.stall_current_a
     volts = options.voltage_range or 1.25 * options.supply_v or 1.0
@@ -81,6 +82,7 @@ def draw_chain(options: Options) -> Chain:
         shift = options.offset_error
         error = spread * float(gains[index]) if given is None else given
         drawn = options.offset_uncertainty * float(offsets[index]) if shift is None else shift
+        declared = delay if is_current else options.voltage_delay
         return Converter(
             channel=channel,
             unit=Unit.AMPERE if is_current else Unit.VOLT,
@@ -90,7 +92,8 @@ def draw_chain(options: Options) -> Chain:
             true_offset=low + drawn,
             noise=options.noise,
             aperture_s=aperture if is_current else options.voltage_aperture,
-            delay_s=delay if is_current else 0.0,
+            delay_s=declared,
+            true_delay_s=max(declared + float(late[index]), 0.0),
             phase=options.phase if is_current else None,
             gain_uncertainty=spread if given is None else abs(given),
             offset_uncertainty=options.offset_uncertainty,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from motorid.sim.chain import CLOCK_UNCERTAINTY_PPM, UNSYNCHRONISED, Converter
+from motorid.sim.chain import UNSYNCHRONISED, Converter
 from motorid.sim.options import CLOCK_HZ, decay_mask
 from motorid.sim.stream import U32
 from motorid.wire.enums import Channel, ChannelKind, Decay, Mode, Status, StepKind, Unit
@@ -41,7 +41,7 @@ def identify(board: Board) -> Fields:
         "reset_cause": board.reset_cause,
         "state": board.state,
         "clock_hz": CLOCK_HZ,
-        "clock_uncertainty_ppm": CLOCK_UNCERTAINTY_PPM,
+        "clock_uncertainty_ppm": round(options.clock_uncertainty),
         "pwm_hz": options.pwm,
         "dead_time_ns": round(options.dead_time * 1e9),
         "decay_modes": decay_mask(options.decay_modes),
@@ -66,7 +66,9 @@ def min_period(board: Board) -> int:
     """Shortest sample period in ticks: every window fits two of them, every delay one."""
     pwm_ticks = CLOCK_HZ // board.options.pwm
     longest = max(
-        max(c.delay_s, (c.aperture_s + c.delay_s) / 2) * CLOCK_HZ for c in board.chain.converters
+        max(late, (c.aperture_s + late) / 2) * CLOCK_HZ
+        for c in board.chain.converters
+        for late in (c.delay_s, c.true_delay_s)
     )
     periods = -(-longest // pwm_ticks)
     return pwm_ticks * max(1, int(periods))

@@ -42,15 +42,21 @@ def bench_readings(options: Options, period_us: int) -> tuple[np.ndarray, np.nda
 
 
 @pytest.mark.parametrize(
-    ("query", "period_us", "aperture", "delay", "voltage_aperture"),
+    ("query", "period_us", "aperture", "delay", "voltage_aperture", "voltage_delay"),
     [
-        ("", 100, 50, 5, 100),
-        ("", 50, 50, 5, 100),  # both windows reach back into the sample before
-        ("aperture=20e-6&delay=12e-6&voltage_aperture=64e-6", 150, 20, 12, 64),
+        ("", 100, 50, 5, 100, 0),
+        ("", 50, 50, 5, 100, 0),  # both windows reach back into the sample before
+        ("aperture=20e-6&delay=12e-6&voltage_aperture=64e-6", 150, 20, 12, 64, 0),
+        ("voltage_aperture=50e-6&voltage_delay=9e-6", 100, 50, 5, 50, 9),
     ],
 )
 def test_a_mean_is_over_the_declared_window(
-    query: str, period_us: int, aperture: int, delay: int, voltage_aperture: int
+    query: str,
+    period_us: int,
+    aperture: int,
+    delay: int,
+    voltage_aperture: int,
+    voltage_delay: int,
 ) -> None:
     options = parse_url(f"sim://?{EXACT}&{query}")
     raw, _ = bench_readings(options, period_us)
@@ -58,14 +64,26 @@ def test_a_mean_is_over_the_declared_window(
     ends = np.arange(3, SAMPLES + 1) * period_us
     for column, key, width, lag in (
         (0, "i_dt", aperture, delay),
-        (1, "v_dt", voltage_aperture, 0),
-        (2, "s_dt", voltage_aperture, 0),
+        (1, "v_dt", voltage_aperture, voltage_delay),
+        (2, "s_dt", voltage_aperture, voltage_delay),
     ):
         converter = chain.converters[column]
         end = ends - lag
         mean = (twin[key][end] - twin[key][end - width]) / (width * MICRO)
         counts = mean / converter.scale + converter.offset
         assert np.abs(raw[2:, column] - counts).max() <= 0.55, key
+
+
+def test_a_delay_that_is_declared_wrong_acts_as_it_truly_is() -> None:
+    options = parse_url(f"sim://?{EXACT}&delay=20e-6&delay_uncertainty=4e-6&seed=3")
+    true_s = draw_chain(options).current.true_delay_s
+    assert abs(true_s - 20e-6) > 1e-6
+    exact = parse_url(f"sim://?{EXACT}&delay={true_s!r}&seed=3")
+    wrong, _ = bench_readings(options, 100)
+    right, _ = bench_readings(exact, 100)
+    nominal, _ = bench_readings(parse_url(f"sim://?{EXACT}&delay=20e-6&seed=3"), 100)
+    assert np.abs(wrong[:, 0] - right[:, 0]).max() <= 1  # the voltages' windows moved too
+    assert np.abs(wrong[:, 0] - nominal[:, 0]).max() > 30
 
 
 def test_a_phase_makes_the_current_an_instant_there() -> None:
