@@ -100,3 +100,18 @@ void make_map(const mr_motor *p, const mode *md, double t, map *m)
     }
     if (current && !inductive) algebraic_current(m, t, moves ? p->K : 0.0, md->Rt);
 }
+
+void enter_stretch(mode *m, const mr_stretch *s, double R, double *current)
+{
+    m->Rt = R + s->series;
+    m->clamp = s->clamp;
+    if (!s->open) {
+        m->circuit = DRIVEN;
+    } else if (*current != 0.0 && s->clamp > 0.0) {
+        m->circuit = FREEWHEEL;
+        m->fi = *current > 0 ? 1.0 : -1.0;
+    } else {
+        *current = 0.0;
+        m->circuit = OPEN;
+    }
+}

@@ -26,6 +26,9 @@ typedef struct {
     double P[2][2], S[2][2], gv[2], gc[2], hv[2], hc[2];
 } map;
 
+/* The circuit of a stretch that begins with that current, which an open bridge may cut. */
+void enter_stretch(mode *m, const mr_stretch *s, double R, double *current);
+
 void make_map(const mr_motor *motor, const mode *md, double t, map *m);
 
 static inline state apply(const map *m, const state *x, double v)

@@ -4,39 +4,22 @@
 #include <stddef.h>
 
 #include "affine.h"
-#include "wave.h"
+#include "root.h"
+#include "taps.h"
 
-#define MAX_TAPS 32
-#define MAX_EVENTS 16     /* in one interval; more is chatter of rounding */
-#define ROOT_STEPS 100
-
-/* A value needed at `at` into an interval: i, w, q or th */
-typedef struct {
-    double at;
-    int integral;  /* 1: q or th, 0: i or w */
-    int row;       /* 0: i or q, 1: w or th */
-    int back;      /* intervals between the reading's tick and the tap */
-    double phase;  /* in the PWM period; < 0: ripple is not seen */
-    double extra;  /* what the ripple adds in this stretch */
-    map m;
-} tap;
+#define MAX_EVENTS 16 /* in one interval; more is chatter of rounding */
 
 typedef struct {
     const mr_motor *motor;
     double h;
     int count;
     const double *v;
-    int n_taps;
-    tap taps[MAX_TAPS];
+    taps taps;
+    map tap_maps[MAX_TAPS];
     map step;
     mode mode;
     state x;
-    state x0;
-    double *values; /* n_taps arrays of count */
-    double *track;  /* i, w, q, th at the start of each interval, 4 arrays of count */
-    double pwm_period;
-    wave wave;
-    double carried; /* A s, keeps the charge of the ripple continuous between stretches */
+    double *track; /* i, w, q, th at the start of each interval, 4 arrays of count */
     int events;
 } run;
 
@@ -49,12 +32,6 @@ static void mode_map(const run *r, double t, map *m)
 static double source(const run *r, int n)
 {
     return r->mode.circuit == FREEWHEEL ? -r->mode.fi * r->mode.clamp : r->v[n];
-}
-
-static double component(const state *x, const tap *t)
-{
-    if (t->integral) return t->row ? x->th : x->q;
-    return t->row ? x->w : x->i;
 }
 
 /* ---- events inside an interval --------------------------------------------------------- */
@@ -79,40 +56,20 @@ static double margin(const run *r, const state *x, event e)
     return e == FRICTION ? friction_margin(r, x) : current_margin(r, x);
 }
 
-/* First time in (0, end] at which the margin of `e` is used up; it is negative at `end`. */
-static double locate(const run *r, const state *x, double v, double end, event e)
+typedef struct {
+    const run *run;
+    double v;
+    event event;
+} question;
+
+static double margin_later(const void *what, double t)
 {
-    double a = 0.0, b = end, fa, fb;
+    const question *q = what;
     map m;
     state y;
-    mode_map(r, 0.0, &m);
-    y = apply(&m, x, v);
-    fa = margin(r, &y, e);
-    if (fa <= 0.0) {
-        /* released or stopped at once, unless the margin first grows (a start from rest) */
-        mode_map(r, 1e-3 * end, &m);
-        y = apply(&m, x, v);
-        fa = margin(r, &y, e);
-        if (fa <= 0.0) return 0.0;
-        a = 1e-3 * end;
-    }
-    mode_map(r, b, &m);
-    y = apply(&m, x, v);
-    fb = margin(r, &y, e);
-    for (int n = 0; n < ROOT_STEPS && b - a > 1e-15 * r->h; n++) { /* Illinois, then halving */
-        double c = n < 40 ? (a * fb - b * fa) / (fb - fa) : 0.5 * (a + b), fc;
-        if (!(c > a && c < b)) c = 0.5 * (a + b);
-        mode_map(r, c, &m);
-        y = apply(&m, x, v);
-        fc = margin(r, &y, e);
-        if (fc == 0.0) return c;
-        if (fc < 0.0) {
-            b = c, fb = fc, fa *= 0.5;
-        } else {
-            a = c, fa = fc, fb *= 0.5;
-        }
-    }
-    return 0.5 * (a + b);
+    mode_map(q->run, t, &m);
+    y = apply(&m, &q->run->x, q->v);
+    return margin(q->run, &y, q->event);
 }
 
 static void change_mode(run *r, int n, event e)
@@ -139,14 +96,14 @@ static void change_mode(run *r, int n, event e)
 static void set_taps_between(run *r, int n, const state *x, double from, double to)
 {
     double v = source(r, n);
-    for (int j = 0; j < r->n_taps; j++) {
-        tap *t = &r->taps[j];
+    for (int j = 0; j < r->taps.n; j++) {
+        const tap *t = &r->taps.tap[j];
         map m;
         state y;
         if (t->at <= from || t->at > to) continue;
         mode_map(r, t->at - from, &m);
         y = apply(&m, x, v);
-        r->values[(size_t)j * r->count + n] = component(&y, t) + t->extra;
+        r->taps.values[(size_t)j * r->count + n] = component(&y, t) + t->extra;
     }
 }
 
@@ -164,7 +121,8 @@ static void eventful_interval(run *r, int n)
         if (k < MAX_EVENTS) {
             for (event e = FRICTION; e <= CURRENT_OUT; e++) {
                 if (margin(r, &y, e) >= 0.0) continue;
-                double at = locate(r, &r->x, v, rest, e);
+                question q = {r, v, e};
+                double at = use_up(margin_later, &q, rest, 1e-15 * r->h);
                 if (next == NO_EVENT || at < until) until = at, next = e;
             }
         }
@@ -206,14 +164,14 @@ static int quiet_intervals(run *r, int n, int end)
 static void quiet_taps(run *r, int from, int to)
 {
     const double *ti = r->track, *tw = ti + r->count, *v = r->v;
-    for (int j = 0; j < r->n_taps; j++) {
-        const tap *t = &r->taps[j];
-        const map *m = &t->m;
+    for (int j = 0; j < r->taps.n; j++) {
+        const tap *t = &r->taps.tap[j];
+        const map *m = &r->tap_maps[j];
         const double *p = t->integral ? m->S[t->row] : m->P[t->row];
         const double a = p[0], b = p[1];
         double g = t->integral ? m->hv[t->row] : m->gv[t->row];
         double c = t->integral ? m->hc[t->row] : m->gc[t->row];
-        double *out = r->values + (size_t)j * r->count;
+        double *out = r->taps.values + (size_t)j * r->count;
         const double *base = tw + (size_t)(t->row + 1) * r->count;
         if (r->mode.circuit == FREEWHEEL) {
             c += -r->mode.fi * r->mode.clamp * g;
@@ -227,43 +185,10 @@ static void quiet_taps(run *r, int from, int to)
     }
 }
 
-/* The averaged current has no ripple: it jumps where the ripple changes, so that the sum does not. */
-static void change_wave(run *r, const mr_stretch *s)
-{
-    wave next = make_wave(r->motor, s, r->pwm_period);
-    r->x.i += wave_current(&r->wave, 0.0) - wave_current(&next, 0.0);
-    r->carried += wave_charge(&r->wave, 0.0) - wave_charge(&next, 0.0);
-    r->wave = next;
-    for (int j = 0; j < r->n_taps; j++) {
-        tap *t = &r->taps[j];
-        t->extra = 0.0;
-        if (t->phase < 0.0) continue;
-        t->extra = t->integral ? r->carried + wave_charge(&next, t->phase * next.T)
-                               : wave_current(&next, t->phase * next.T);
-    }
-}
-
-static void enter_stretch(run *r, const mr_stretch *s)
-{
-    mode *m = &r->mode;
-    if (r->pwm_period > 0.0) change_wave(r, s);
-    m->Rt = r->motor->R + s->series;
-    m->clamp = s->clamp;
-    if (!s->open) {
-        m->circuit = DRIVEN;
-    } else if (r->x.i != 0.0 && s->clamp > 0.0) {
-        m->circuit = FREEWHEEL;
-        m->fi = r->x.i > 0 ? 1.0 : -1.0;
-    } else {
-        r->x.i = 0.0;
-        m->circuit = OPEN;
-    }
-}
-
 static void prepare_maps(run *r)
 {
     mode_map(r, r->h, &r->step);
-    for (int j = 0; j < r->n_taps; j++) mode_map(r, r->taps[j].at, &r->taps[j].m);
+    for (int j = 0; j < r->taps.n; j++) mode_map(r, r->taps.tap[j].at, &r->tap_maps[j]);
 }
 
 static void walk(run *r, const mr_stretch *stretches, int n_stretches)
@@ -271,7 +196,8 @@ static void walk(run *r, const mr_stretch *stretches, int n_stretches)
     for (int k = 0; k < n_stretches; k++) {
         int n = stretches[k].start > 1 ? stretches[k].start : 1;
         int end = k + 1 < n_stretches ? stretches[k + 1].start : r->count;
-        enter_stretch(r, &stretches[k]);
+        r->x.i += change_wave(&r->taps, r->motor, &stretches[k]);
+        enter_stretch(&r->mode, &stretches[k], r->motor->R, &r->x.i);
         while (n < end) {
             prepare_maps(r);
             int quiet = quiet_intervals(r, n, end);
@@ -280,61 +206,6 @@ static void walk(run *r, const mr_stretch *stretches, int n_stretches)
             if (n < end) eventful_interval(r, n++);
         }
     }
-}
-
-/* ---- readings --------------------------------------------------------------------------- */
-
-/* `phase` < 0: that of the time itself, when the PWM keeps step with the ticks. */
-static int add_tap(run *r, double before, int integral, int row, double phase)
-{
-    double periods = r->pwm_period > 0.0 ? r->h / r->pwm_period : 0.0;
-    tap *t;
-    double intervals = floor(before / r->h);
-    if (r->n_taps == MAX_TAPS) return -1;
-    t = &r->taps[r->n_taps];
-    t->back = (int)intervals;
-    t->at = r->h - (before - intervals * r->h);
-    t->integral = integral;
-    t->row = row;
-    t->extra = 0.0;
-    t->phase = phase;
-    if (phase < 0.0 && periods > 0.5 && fabs(periods - floor(periods + 0.5)) < 1e-6) {
-        double at = t->at / r->pwm_period;
-        t->phase = at - floor(at);
-    }
-    if (row != 0) t->phase = -1.0;
-    return r->n_taps++;
-}
-
-/* Tap j for the reading of tick n; before tick 0 the initial state is held. */
-static double tapped(const run *r, int j, int n)
-{
-    const tap *t = &r->taps[j];
-    double past;
-    state y = r->x0;
-    if (n > t->back) return r->values[(size_t)j * r->count + n - t->back];
-    past = (n - t->back - 1) * r->h + t->at;
-    y.q += y.i * past;
-    y.th += y.w * past;
-    return component(&y, t);
-}
-
-static void read_output(const run *r, const mr_output *o, const int taps[2], double *y)
-{
-    int first = r->taps[taps[0]].back;
-    if (taps[1] < 0) {
-        for (int n = 0; n < r->count && n <= first; n++) y[n] = tapped(r, taps[0], n);
-        for (int n = first + 1; n < r->count; n++)
-            y[n] = r->values[(size_t)taps[0] * r->count + n - first];
-        return;
-    }
-    double width = 1.0 / o->aperture;
-    int last = r->taps[taps[1]].back;
-    const double *end = r->values + (size_t)taps[0] * r->count;
-    const double *begin = r->values + (size_t)taps[1] * r->count;
-    for (int n = 0; n < r->count && n <= last; n++)
-        y[n] = (tapped(r, taps[0], n) - tapped(r, taps[1], n)) * width;
-    for (int n = last + 1; n < r->count; n++) y[n] = (end[n - first] - begin[n - last]) * width;
 }
 
 int mr_work_size(int count, int n_outputs)
@@ -348,29 +219,17 @@ int mr_response(const mr_motor *motor, double period, double pwm_period, int cou
                 double *work)
 {
     run r;
-    int pairs[MAX_TAPS][2];
-    if (count < 1 || n_stretches < 1 || n_outputs < 1 || 2 * n_outputs > MAX_TAPS) return -1;
+    if (count < 1 || n_stretches < 1) return -1;
     if (!(motor->R > 0 && motor->L >= 0 && motor->J > 0 && period > 0)) return -1;
-    r.motor = motor, r.h = period, r.count = count, r.v = v;
-    r.n_taps = 0, r.events = 0;
-    r.pwm_period = pwm_period, r.wave = (wave){0}, r.carried = 0.0;
-    r.track = work, r.values = work + (size_t)4 * count;
+    r.motor = motor, r.h = period, r.count = count, r.v = v, r.events = 0;
+    r.track = work;
     r.x.i = initial[0], r.x.w = initial[1], r.x.q = 0.0, r.x.th = initial[2];
-    r.x0 = r.x;
     r.mode.s = (r.x.w > 0) - (r.x.w < 0);
     r.mode.fi = 0.0, r.mode.period = period;
-    for (int j = 0; j < n_outputs; j++) {
-        const mr_output *o = &outputs[j];
-        int row = o->quantity != MR_CURRENT, mean = o->aperture > 0 && o->quantity != MR_POSITION;
-        int integral = mean || o->quantity == MR_POSITION;
-        double phase = mean ? -1.0 : o->pwm_phase;
-        pairs[j][0] = add_tap(&r, o->delay, integral, row, phase);
-        pairs[j][1] = mean ? add_tap(&r, o->delay + o->aperture, integral, row, -1.0) : -1;
-    }
+    if (place_taps(&r.taps, period, pwm_period, count, &r.x, outputs, n_outputs,
+                   work + (size_t)4 * count))
+        return -1;
     walk(&r, stretches, n_stretches);
-    for (int j = 0; j < n_outputs; j++) {
-        const mr_output *o = &outputs[j];
-        read_output(&r, o, pairs[j], y + (size_t)j * count);
-    }
+    read_outputs(&r.taps, outputs, n_outputs, y);
     return r.events;
 }

@@ -12,8 +12,8 @@ from pathlib import Path
 from cffi import FFI
 
 ROOM = Path(__file__).parent
-SOURCES = ("response.c", "affine.c", "wave.c")
-HEADERS = ("response.h", "affine.h", "wave.h")
+SOURCES = ("response.c", "taps.c", "affine.c", "wave.c", "root.c")
+HEADERS = ("response.h", "taps.h", "affine.h", "wave.h", "root.h")
 
 
 def declarations(header: str) -> str:

@@ -1,0 +1,50 @@
+/* Where inside the intervals the readings take their values, and the readings from them. Internal. */
+#ifndef MOTORID_TAPS_H
+#define MOTORID_TAPS_H
+
+#include "affine.h"
+#include "response.h"
+#include "wave.h"
+
+#define MAX_TAPS 32
+
+/* A value needed at `at` into an interval: i, w, q or th */
+typedef struct {
+    double at;
+    int integral;  /* 1: q or th, 0: i or w */
+    int row;       /* 0: i or q, 1: w or th */
+    int back;      /* intervals between the reading's tick and the tap */
+    double phase;  /* in the PWM period; < 0: ripple is not seen */
+    double extra;  /* what the ripple adds in this stretch */
+} tap;
+
+typedef struct {
+    double h;
+    int count;
+    int n;
+    tap tap[MAX_TAPS];
+    int pair[MAX_TAPS][2]; /* taps of an output: its end, its beginning; -1: an instant */
+    state x0;
+    double *values;        /* n arrays of count */
+    double pwm_period;
+    wave wave;
+    double carried;        /* A s, keeps the charge of the ripple continuous between stretches */
+} taps;
+
+/* Returns 0, or -1 where there are too many outputs. `values` holds 2 * n_outputs * count. */
+int place_taps(taps *t, double period, double pwm_period, int count, const state *x0,
+               const mr_output *outputs, int n_outputs, double *values);
+
+/* The ripple of the stretch that begins. Returns what it adds to the averaged current: this has no
+ * ripple, so it jumps where the ripple changes, so that the sum does not. */
+double change_wave(taps *t, const mr_motor *motor, const mr_stretch *s);
+
+void read_outputs(const taps *t, const mr_output *outputs, int n_outputs, double *y);
+
+static inline double component(const state *x, const tap *t)
+{
+    if (t->integral) return t->row ? x->th : x->q;
+    return t->row ? x->w : x->i;
+}
+
+#endif
