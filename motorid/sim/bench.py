@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from motorid.errors import UsageError
 from motorid.sim._plant import ffi, lib
-from motorid.sim.chain import Chain
+from motorid.sim.chain import Chain, idle_period
 from motorid.sim.options import CLOCK_HZ, Options
 from motorid.wire.enums import Decay, Fault, StepKind
 
@@ -54,7 +54,7 @@ class Bench:
         encoder.counts_per_turn = options.counts_per_turn
         encoder.angle = chain.encoder_angle
         encoder.sign = 1
-        self.set_period(CLOCK_HZ // 10_000)
+        self.set_period(idle_period(options, chain))
 
     # ------------------------------------------------------------------ set-up
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from motorid.sim import identity
 from motorid.sim.bench import Bench, Raw
-from motorid.sim.chain import draw_chain
+from motorid.sim.chain import draw_chain, idle_period
 from motorid.sim.options import CLOCK_HZ, Options
 from motorid.sim.run import Run
 from motorid.sim.stream import U32, Stream
@@ -77,13 +77,13 @@ class Board:
         self._host_major = self.major
         self._kept: tuple[int, bytes] | None = None  # last request and its reply
         self._zeroing: _Zeroing | None = None
-        self._period = CLOCK_HZ // 10_000
+        self._period = idle_period(self.options, self.chain)
         self._send(encode_event("hello", boot_id=self.boot_id, reset_cause=cause))
 
     def reset(self, cause: ResetCause) -> None:
         """Restart the processor: bridge open, everything forgotten, ticks from 0."""
         self.bench.arm(None)
-        self.bench.set_period(CLOCK_HZ // 10_000)
+        self.bench.set_period(idle_period(self.options, self.chain))
         self.bench.command(StepKind.COAST)
         self.tick = 0
         self._boot(cause)

@@ -10,6 +10,7 @@ from motorid.sim.options import CLOCK_HZ, Options
 from motorid.wire.enums import Channel, ChannelKind, Unit
 
 UNSYNCHRONISED = 65_535
+IDLE_TICKS = CLOCK_HZ // 10_000
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,22 @@ def draw_chain(options: Options) -> Chain:
         clock_ppm=float(ppm) if options.clock_ppm is None else options.clock_ppm,
         encoder_angle=float(angle),
     )
+
+
+def shortest_period(options: Options, chain: Chain) -> int:
+    """Least sample period in ticks: every window fits two of them, every delay one."""
+    pwm_ticks = CLOCK_HZ // options.pwm
+    longest = max(
+        max(late, (c.aperture_s + late) / 2) * CLOCK_HZ
+        for c in chain.converters
+        for late in (c.delay_s, c.true_delay_s)
+    )
+    return pwm_ticks * max(1, int(-(-longest // pwm_ticks)))
+
+
+def idle_period(options: Options, chain: Chain) -> int:
+    """Ticks between the samples that a board takes for itself before it is configured."""
+    return max(IDLE_TICKS, shortest_period(options, chain))
 
 
 def _current_window(options: Options) -> tuple[float, float]:

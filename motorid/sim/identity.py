@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from motorid.sim.chain import UNSYNCHRONISED, Converter
+from motorid.sim.chain import UNSYNCHRONISED, Converter, shortest_period
 from motorid.sim.options import CLOCK_HZ, decay_mask
 from motorid.sim.stream import U32
 from motorid.wire.enums import Channel, ChannelKind, Decay, Mode, Status, StepKind, Unit
@@ -46,7 +46,7 @@ def identify(board: Board) -> Fields:
         "dead_time_ns": round(options.dead_time * 1e9),
         "decay_modes": decay_mask(options.decay_modes),
         "channel_count": CHANNELS,
-        "min_sample_period_ticks": min_period(board),
+        "min_sample_period_ticks": shortest_period(board.options, board.chain),
         "sample_period_step_ticks": pwm_ticks,
         "encoder_edge_ceiling_hz": options.edge_ceiling,
         "max_steps": options.max_steps,
@@ -60,18 +60,6 @@ def max_current_ma(board: Board) -> int:
     """The largest current the converter can still tell from a larger one."""
     converter = board.chain.current
     return int(converter.scale * (converter.raw_max - converter.offset) * 1000)
-
-
-def min_period(board: Board) -> int:
-    """Shortest sample period in ticks: every window fits two of them, every delay one."""
-    pwm_ticks = CLOCK_HZ // board.options.pwm
-    longest = max(
-        max(late, (c.aperture_s + late) / 2) * CLOCK_HZ
-        for c in board.chain.converters
-        for late in (c.delay_s, c.true_delay_s)
-    )
-    periods = -(-longest // pwm_ticks)
-    return pwm_ticks * max(1, int(periods))
 
 
 def describe(board: Board, index: int) -> Fields:
@@ -141,7 +129,11 @@ def check_config(board: Board, config: Fields) -> Status:
     """OK, or why this configuration is refused."""
     step = CLOCK_HZ // board.options.pwm
     period = config["sample_period_ticks"]
-    if period < min_period(board) or period % step or config["encoder_reversed"] > 1:
+    if (
+        period < shortest_period(board.options, board.chain)
+        or period % step
+        or config["encoder_reversed"] > 1
+    ):
         return Status.BAD_VALUE
     if not config["channels"]:
         return Status.BAD_VALUE
