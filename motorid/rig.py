@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from motorid.capture.model import Wiring
 from motorid.errors import RigError
 from motorid.program import Program, StepKind, climbs
+
+if TYPE_CHECKING:
+    from motorid.rig_calibration import CalibrationFile
 
 DEFAULT_CLIMBS = ((0.3, 0.5, 0.75), (1.0,))  # fractions of the nameplate's voltage
 
@@ -56,6 +60,7 @@ class Calibration:
     gain: float = 1.0  # multiplies the board's scale
     gain_uncertainty: float | None = None  # standard, relative
     offset_uncertainty: float | None = None  # standard, in the channel's SI unit
+    offset: float | None = None  # counts, of a channel that a run does not zero
 
 
 @dataclass(frozen=True)
@@ -75,6 +80,12 @@ class Rig:
     ambient_c: float | None = None
     ambient_uncertainty_c: float = 0.0
     calibration: Mapping[str, Calibration] = field(default_factory=dict)  # by channel
+    clock_rate: float = 1.0  # true ticks a second over the nominal ones
+    clock_uncertainty: float | None = None  # standard, relative; None: believe the board
+    board_serial: str = ""  # where the port does not tell it
+    calibration_file: str = ""  # named in the rig file, in place of the one beside it
+    calibration_max_age_days: float = 365.0
+    calibrated: CalibrationFile | None = None  # the file that is applied in the above
     text: str = ""
 
 

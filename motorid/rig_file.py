@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import tomllib
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,14 +22,30 @@ from motorid.rig import (
     default_program,
     settling_s,
 )
-from motorid.rig_keys import CALIBRATION, CHANNELS, REQUIRED, SECTIONS, STEP, Key, Text, show
+from motorid.rig_keys import (
+    CALIBRATION,
+    CALIBRATION_FILE,
+    CHANNELS,
+    REQUIRED,
+    SECTIONS,
+    STEP,
+    Key,
+    Text,
+    show,
+)
 
 MAX_FILE_BYTES = 1 << 20
+TOP = ("name", "port", "board_serial")
 
 
 def load(name_or_path: str) -> Rig:
-    """The rig of a preset's name or of a file. Raises RigError."""
-    path = _find(name_or_path)
+    """The rig of a preset's name or of a file, with its calibration file. Raises RigError."""
+    path = find(name_or_path)
+    return _calibrated(load_plain(path), path)
+
+
+def load_plain(path: Path) -> Rig:
+    """The rig of a file as it stands, whatever calibration lies beside it. Raises RigError."""
     try:
         if path.stat().st_size > MAX_FILE_BYTES:
             raise RigError(f"{path}: larger than a rig file may be (1 MiB): is it one?")
@@ -39,6 +55,16 @@ def load(name_or_path: str) -> Rig:
     except UnicodeDecodeError:
         raise RigError(f"{path}: not UTF-8 text: is it a rig file?") from None
     return parse(text, str(path))
+
+
+def _calibrated(rig: Rig, path: Path) -> Rig:
+    """With the calibration that the rig file names, or else the one beside it, if there is any."""
+    from motorid.rig_calibration import apply, path_beside, read_calibration
+
+    beside = path_beside(path)
+    if rig.calibration_file:
+        return apply(rig, read_calibration(path.parent / rig.calibration_file))
+    return apply(rig, read_calibration(beside)) if beside.is_file() else rig
 
 
 def parse(text: str, where: str = "rig") -> Rig:
@@ -65,22 +91,23 @@ class _Reader:
         return RigError(f"{self.where}: {message}")
 
     def rig(self, document: dict[str, Any], text: str) -> Rig:
-        self._known(document, ("name", "port", *SECTIONS, "calibration"), "")
+        self._known(document, (*TOP, *SECTIONS, "calibration"), "")
         steps, program = self._split_program(document)
         sections = {
             name: self.table({**document, "program": program}.get(name, {}), keys, name)
             for name, keys in SECTIONS.items()
         }
         top = self.table(
-            {key: document[key] for key in ("name", "port") if key in document},
-            {"name": Text(), "port": Text()},
+            {key: document[key] for key in TOP if key in document},
+            dict.fromkeys(TOP, Text()),
             "",
         )
         for name, required in REQUIRED.items():
             for key in required:
                 if key not in sections[name]:
                     raise self.fail(f"{name}.{key} is missing: it has no safe default")
-        return self._build(top, sections, steps, self._calibration(document), text)
+        rig = self._build(top, sections, steps, self._calibration(document), text)
+        return self._with_age(rig, document)
 
     def _build(
         self,
@@ -96,6 +123,7 @@ class _Reader:
         rig = Rig(
             name=top.get("name", Path(self.where).stem),
             port=top.get("port", ""),
+            board_serial=top.get("board_serial", ""),
             wiring=Wiring(**{f.name: wiring[f.name] for f in fields(Wiring) if f.name in wiring}),
             limits=Limits(**sections["limits"]),
             nameplate=nameplate,
@@ -145,11 +173,18 @@ class _Reader:
         tables = document.get("calibration", {})
         if not isinstance(tables, dict):
             raise self.fail(f"[calibration] must be a table, not {show(tables)}")
-        self._known(tables, CHANNELS, "calibration")
+        self._known(tables, (*CHANNELS, *CALIBRATION_FILE), "calibration")
         return {
             name: Calibration(**self.table(table, CALIBRATION, f"calibration.{name}"))
             for name, table in tables.items()
+            if name not in CALIBRATION_FILE
         }
+
+    def _with_age(self, rig: Rig, document: dict[str, Any]) -> Rig:
+        given = document.get("calibration", {})
+        table = {key: given[key] for key in CALIBRATION_FILE if key in given}
+        found = self.table(table, CALIBRATION_FILE, "calibration")
+        return replace(rig, **{f"calibration_{key}": value for key, value in found.items()})
 
     def _split_program(self, document: dict[str, Any]) -> tuple[list[Any] | None, Any]:
         """[[program.steps]] apart from the compact keys of [program]."""
@@ -211,8 +246,8 @@ class _Reader:
         return Step(kind, step["duration_s"], step[level_key], decay)
 
 
-def _find(name_or_path: str) -> Path:
-    """The file meant: a path as it stands, or a preset."""
+def find(name_or_path: str) -> Path:
+    """The file meant: a path as it stands, or a preset. Raises RigError."""
     path = Path(name_or_path)
     bare = path.name == name_or_path and path.suffix == ""
     preset = _preset_folder() / f"{name_or_path}.toml"

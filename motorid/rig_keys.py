@@ -131,6 +131,11 @@ CALIBRATION: Mapping[str, Key] = {
     "gain": Number(1e-3, 1e3),
     "gain_uncertainty": _SHARE,
     "offset_uncertainty": Number(0, 1e4),
+    "offset": Number(-1e6, 1e6),
+}
+CALIBRATION_FILE: Mapping[str, Key] = {  # of [calibration] itself
+    "file": Text(),
+    "max_age_days": Number(0, 1e5),
 }
 REQUIRED = {
     "limits": ("current_a", "speed_rad_s", "supply_min_v", "supply_max_v"),

@@ -21,6 +21,7 @@ MAY_IMPORT = {
     "program": BASE,
     "capture": DATA,
     "rig": DATA | {"wire"},
+    "calibration": DATA,
     "segment": DATA,
     "motor": DATA,
     "plan": DATA | {"motor", "rig"},
@@ -29,9 +30,9 @@ MAY_IMPORT = {
     "report": FIT | {"quality", "report"},
     "sim": DATA | {"rig", "wire"},
     "acquire": DRIVE,
-    "workflow": DRIVE | FIT | {"quality", "report", "workflow"},
-    "api": DRIVE | FIT | {"quality", "report", "workflow"},
-    "cli": DRIVE | FIT | {"quality", "report", "workflow"},
+    "workflow": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
+    "api": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
+    "cli": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
 }
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from motorid.rig_file import parse
-from motorid.rig_keys import CALIBRATION, CHANNELS, SECTIONS, STEP
+from motorid.rig_file import TOP, parse
+from motorid.rig_keys import CALIBRATION, CALIBRATION_FILE, CHANNELS, SECTIONS, STEP
 
 
 @pytest.fixture
@@ -18,9 +18,9 @@ def page(repo_root: Path) -> str:
 
 def test_every_key_is_explained(page: str) -> None:
     keys = [key for section in SECTIONS.values() for key in section]
-    for key in (*keys, *CALIBRATION, *CHANNELS):
+    for key in (*keys, *CALIBRATION, *CALIBRATION_FILE, *CHANNELS):
         assert f"`{key}`" in page, key
-    for key in STEP:
+    for key in (*STEP, *TOP):
         assert re.search(rf"\b{key} =", page), key
 
 

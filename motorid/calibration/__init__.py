@@ -1,0 +1,1 @@
+"""What instruments say of a rig's own readings, with uncertainty: pure, knows no port."""

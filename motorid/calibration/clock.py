@@ -1,0 +1,63 @@
+"""The board's clock against the host's: a line through ticks and the times they were asked at."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motorid.errors import DataError
+
+WRAP = 1 << 32
+FEWEST = 10
+QUICK = 1.5  # round trips up to this many times the shortest are used
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A tick count of the board, and the host's time (s) just before and after it was asked."""
+
+    tick: int
+    before_s: float
+    after_s: float
+
+
+@dataclass(frozen=True)
+class Clock:
+    """``rate``: true ticks a second over the nominal ones; ``uncertainty`` standard, relative."""
+
+    rate: float
+    uncertainty: float
+    span_s: float
+    pairs: int
+
+
+def clock_of(pairs: Sequence[Pair], nominal_hz: float, host_uncertainty: float) -> Clock:
+    """The clock's rate; ``host_uncertainty`` (standard, relative) is that of the host's clock.
+
+    Slow round trips are left out. What is left may still go out quicker than back at the one end
+    and the other way round at the other, by the shortest round trip: that bounds the slope.
+    Raises DataError for fewer than ten pairs, or where the ticks do not increase.
+    """
+    trips = np.array([p.after_s - p.before_s for p in pairs])
+    if len(pairs) < FEWEST:
+        raise DataError(f"a clock needs {FEWEST} pairs of tick and time or more")
+    raw = np.array([p.tick for p in pairs], dtype=np.int64)
+    ticks = np.concatenate([[0], np.cumsum(np.diff(raw) % WRAP)]).astype(np.float64)
+    kept = trips <= QUICK * max(float(trips.min()), 1e-9) + 1e-4
+    if kept.sum() < FEWEST:
+        kept = trips <= np.sort(trips)[FEWEST - 1]
+    times = np.array([(p.before_s + p.after_s) / 2 for p in pairs])[kept]
+    ticks = ticks[kept] / nominal_hz
+    span = float(np.ptp(times))
+    if span <= 0 or np.ptp(ticks) <= 0:
+        raise DataError("the board's ticks do not increase: its firmware is at fault")
+    centred = times - times.mean()
+    sum_squares = float(centred @ centred)
+    rate = float(centred @ ticks) / sum_squares
+    residual = ticks - ticks.mean() - rate * centred
+    scatter = math.sqrt(float(residual @ residual) / (len(times) - 2) / sum_squares)
+    uneven = float(trips.min()) / 2 * math.sqrt(2 / 3) / span
+    return Clock(rate, math.hypot(scatter, uneven, host_uncertainty), span, int(kept.sum()))
