@@ -10,19 +10,22 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from motorid.acquire import channels
 from motorid.acquire.journal import JournalReader, Kind, Record
 from motorid.acquire.timeline import Timeline
-from motorid.capture.model import POSITION, SUPPLY, VOLTAGE, Capture, Channel, Phase, Wiring
+from motorid.capture.model import POSITION, Capture, Channel, Phase, Wiring
 from motorid.errors import DataError, UsageError
 from motorid.program import Program
 from motorid.rig import Calibration
 from motorid.wire.codec import BadPayload, Event, Reply, SampleBlock, decode
 from motorid.wire.enums import Channel as WireChannel
-from motorid.wire.enums import ChannelKind, EndReason, Fault, ResetCause, Status
+from motorid.wire.enums import EndReason, Fault, ResetCause, Status
 from motorid.wire.framing import BadFrame, Decoder
 
-UNITS = {"current": "A", "terminal_voltage": "V", "supply_voltage": "V"}
-UNSYNCHRONISED = 65535  # pwm_phase_permille of a channel that ignores the PWM
+KEPT = (  # of the header, in a capture's provenance
+    *("created", "motorid", "rig_name", "rig", "port", "board_serial", "calibration_text"),
+    *("calibration_file", "serial", "note", "host"),
+)
 
 
 class NoSamplesError(DataError):
@@ -88,7 +91,7 @@ class Assembler:
 
     def _reply(self, reply: Reply) -> None:
         if reply.name == "describe_channel":
-            self.descriptors[WireChannel(reply.fields["channel"]).name.lower()] = reply.fields
+            self.descriptors[name_of(WireChannel, reply.fields["channel"])] = reply.fields
         elif reply.name == "start" and self.timeline is not None:
             self.timeline.start(reply.fields["start_tick"])
         elif reply.name in ("identify", "configure", "read_config", "zero"):
@@ -113,8 +116,10 @@ class Assembler:
             return str(self.marks["end"])
         if self.done is None:
             return f"fault: {self.fault}" if self.fault else "interrupted"
-        reason = EndReason(self.done["reason"])
-        return f"fault: {self.fault or 'unknown'}" if reason is EndReason.FAULT else _low(reason)
+        reason = self.done["reason"]
+        if reason == EndReason.FAULT:
+            return f"fault: {self.fault or 'unknown'}"
+        return name_of(EndReason, reason)
 
     def capture(self) -> Capture:
         """The run. Raises DataError when not one sample of it arrived."""
@@ -124,10 +129,11 @@ class Assembler:
         arrays = self.timeline.arrays(self._taken(), dropped)
         identity = self.replies["identify"]
         wiring = Wiring(**self.header.get("wiring", {}))
+        clock_hz, clock_uncertainty = clock_of(identity, **self.header.get("clock", {}))
         return Capture(
             ticks=arrays.ticks,
-            clock_hz=float(identity["clock_hz"]),
-            clock_uncertainty=identity["clock_uncertainty_ppm"] * 1e-6 / math.sqrt(3),
+            clock_hz=clock_hz,
+            clock_uncertainty=clock_uncertainty,
             channels={
                 name: self._channel(name, raw, wiring) for name, raw in arrays.columns.items()
             },
@@ -147,9 +153,10 @@ class Assembler:
 
     def _taken(self) -> int | None:
         """Samples that the board took, by its own word or by the program; None: unknown."""
-        if self.done is not None:
-            return int(self.done["samples"]) + int(self.done["dropped"])
-        return int(self.marks["samples"]) if self.end_reason() == "completed" else None
+        asked = int(self.marks["samples"])
+        if self.done is not None:  # whose figures a damaged frame that passed may have spoilt
+            return min(asked, int(self.done["samples"]) + int(self.done["dropped"]))
+        return asked if self.end_reason() == "completed" else None
 
     def _phases(self) -> tuple[Phase, ...]:
         """Steps as the program counts them: one longer than the wire's u32 went as several."""
@@ -162,8 +169,7 @@ class Assembler:
 
     def _provenance(self) -> dict[str, Any]:
         timeline = self.timeline
-        kept = ("created", "motorid", "rig_name", "rig", "port", "serial", "note", "host")
-        return {key: self.header[key] for key in kept if key in self.header} | {
+        return {key: self.header[key] for key in KEPT if key in self.header} | {
             "identity": self.replies["identify"],
             "configuration": self.replies["read_config"],
             "descriptors": self.descriptors,
@@ -182,55 +188,13 @@ class Assembler:
         fact = self.descriptors.get(name)
         if fact is None:
             raise DataError(f"the board never described its channel {name}")
-        phase = fact["pwm_phase_permille"]
-        timing: dict[str, Any] = {
-            "kind": _low(ChannelKind(fact["kind"])),
-            "aperture_s": fact["aperture_ns"] * 1e-9,
-            "delay_s": fact["delay_ns"] * 1e-9,
-            "pwm_phase": None if phase == UNSYNCHRONISED else phase / 1000,
-        }
         if name == POSITION:
-            count = 2 * math.pi / wiring.counts_per_turn
-            origin = float(raw[0])
-            return Channel(name, "rad", raw, count, origin, resolution=count, **timing)
-        return self._analogue(name, raw, fact, timing)
-
-    def _analogue(
-        self, name: str, raw: NDArray[Any], fact: Mapping[str, Any], timing: Mapping[str, Any]
-    ) -> Channel:
+            return channels.position(raw, fact, wiring.counts_per_turn)
         known = Calibration(**self.header.get("calibration", {}).get(name, {}))
-        scale = fact["scale"] * known.gain
-        offset, offset_uncertainty, noise = self._offset(name, fact)
-        gain_u, offset_u = known.gain_uncertainty, known.offset_uncertainty
-        sense = {VOLTAGE: self.header.get("voltage_sense", "terminals"), SUPPLY: "supply"}
-        return Channel(
-            name=name,
-            unit=UNITS[name],
-            raw=raw,
-            scale=scale,
-            offset=offset,
-            resolution=abs(scale),
-            noise=noise * abs(scale),
-            gain_uncertainty=fact["gain_uncertainty"] if gain_u is None else gain_u,
-            offset_uncertainty=offset_uncertainty * abs(scale) if offset_u is None else offset_u,
-            raw_min=float(fact["raw_min"]),
-            raw_max=float(fact["raw_max"]),
-            sense=sense.get(name),
-            **timing,
-        )
-
-    def _offset(self, name: str, fact: Mapping[str, Any]) -> tuple[float, float, float]:
-        """Offset, its standard uncertainty and one reading's noise, in counts; zeroed if it was.
-
-        Below half a count of noise the average of many readings still hides in one count.
-        """
-        zero, key = self.replies.get("zero"), {VOLTAGE: "voltage"}.get(name, name)
-        if zero is None or f"{key}_offset" not in zero:
-            return fact["offset"], fact["offset_uncertainty"], fact["noise"]
-        noise = zero[f"{key}_noise"]
-        count = max(1, int(self.marks.get("zero_samples", 1)))
-        hidden = 1 / math.sqrt(12) if noise < 0.5 else 0.0
-        return zero[f"{key}_offset"], math.hypot(noise / math.sqrt(count), hidden), noise
+        zero, samples = self.replies.get("zero", {}), int(self.marks.get("zero_samples", 1))
+        counts = channels.offset_of(name, fact, zero, samples, known)
+        sense = self.header.get("voltage_sense", "terminals")
+        return channels.analogue(name, raw, fact, known, counts, sense)
 
 
 def assemble(journal: JournalReader) -> Capture:
@@ -244,6 +208,14 @@ def assemble(journal: JournalReader) -> Capture:
         raise DataError(
             f"the journal does not hold a whole beginning of a run ({error!r})"
         ) from None
+
+
+def clock_of(
+    identity: Mapping[str, Any], rate: float = 1.0, uncertainty: float | None = None
+) -> tuple[float, float]:
+    """Ticks a second and their relative standard uncertainty: calibrated, or the board's own."""
+    stated = identity["clock_uncertainty_ppm"] * 1e-6 / math.sqrt(3)
+    return identity["clock_hz"] * rate, stated if uncertainty is None else uncertainty
 
 
 def _low(value: IntEnum) -> str:

@@ -55,10 +55,10 @@ def check_signs(
     """
     pulse = None
     for duty in _duties(rig, supply_v):
-        pulse = _pulse(board, rig, config, zero, stop, duty, supply_v)
+        pulse = weak_pulse(board, rig, config, zero, stop, duty, supply_v)
         if pulse is None:
             return {}
-        _judge_sensors(rig, pulse)
+        judge_sensors(rig, pulse)
         if abs(pulse.counts) >= MOVED:
             _judge_signs(rig, pulse)
             board.wait_for_rest()
@@ -106,7 +106,7 @@ def _duties(rig: Rig, supply_v: float) -> Iterator[float]:
         yield duty
 
 
-def _pulse(
+def weak_pulse(
     board: Board,
     rig: Rig,
     config: Fields,
@@ -182,7 +182,7 @@ def _values(board: Board, columns: Any, name: str, offset: float) -> NDArray[np.
     return np.asarray(values, dtype=np.float64)
 
 
-def _judge_sensors(rig: Rig, pulse: Pulse) -> None:
+def judge_sensors(rig: Rig, pulse: Pulse) -> None:
     """What is wrong whether or not the motor moved."""
     if pulse.saturated:
         raise RigError(

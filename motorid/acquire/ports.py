@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -29,6 +30,32 @@ def list_ports() -> tuple[PortInfo, ...]:
         hardware = " ".join(part for part in (usb, port.serial_number or "") if part)
         found.append(PortInfo(str(port.device), str(port.description or ""), hardware))
     return tuple(found)
+
+
+def serial_of(url: str) -> str:
+    """The serial number of the board behind a port, without opening it; "" where none is told.
+
+    A USB device tells it to the system; a simulated board has one for each seed.
+    """
+    kind, _, rest = url.partition("://")
+    if kind == "relay":
+        inner = rest.partition("to=")[2]
+        return serial_of(inner) if inner else ""
+    if kind == "sim":
+        from motorid.sim.options import parse_url
+
+        return f"sim-{parse_url(url).seed}"
+    return "" if rest else _usb_serial(url.partition("?")[0])
+
+
+def _usb_serial(device: str) -> str:
+    from serial.tools import list_ports as system
+
+    wanted = os.path.realpath(device)
+    for port in system.comports():
+        if os.path.realpath(str(port.device)) == wanted:
+            return str(port.serial_number or "")
+    return ""
 
 
 def probe(url: str) -> str:

@@ -28,6 +28,7 @@ from motorid.acquire.journal import (
 from motorid.acquire.live import Live, LiveView
 from motorid.acquire.plan import check_burst, configuration, differing, wire_program
 from motorid.acquire.port import Port, open_port
+from motorid.acquire.ports import serial_of
 from motorid.acquire.resets import BoardResetError
 from motorid.acquire.safety import check_program
 from motorid.capture import store
@@ -36,6 +37,7 @@ from motorid.capture.whole import refuse_existing
 from motorid.errors import DataError, LinkError, MotoridError, RigError, UsageError
 from motorid.program import Program
 from motorid.rig import Rig
+from motorid.rig_calibration import refuse_other_board
 
 Progress = Callable[[Live], None]
 ZERO_S = 0.2
@@ -193,8 +195,11 @@ class _Recorder:
         """The whole conversation with the board; returns why the run ended."""
         rig = self.rig
         board.identify()
+        if rig.calibrated is not None and self.recorded is None:
+            serial = rig.board_serial or serial_of(rig.port)
+            refuse_other_board(rig.calibrated, board.identity["board"], serial)
         board.make_ready()
-        config = self._configure(board)
+        config = configure(board, rig)
         zero = self._zero(board, journal, config)
         supply_v = check_supply(board, rig)
         pulse = {} if checked else check_signs(board, rig, config, zero, supply_v, self.stop)
@@ -221,15 +226,6 @@ class _Recorder:
         view = LiveView(rig, board, zero, wire, self.progress)
         reason = drive(board, wire, config, self.stop, view.consume)
         return "interrupted" if self.stop.requested and reason == "stopped" else reason
-
-    def _configure(self, board: Board) -> Fields:
-        """Limits on the board, read back and compared. Raises RigError or LinkError."""
-        wanted = configuration(self.rig, board.identity, board.descriptors)
-        board.ask("configure", **wanted)
-        config = board.ask("read_config")
-        if wrong := differing(wanted, config):
-            raise LinkError(f"{board.port.name}: the board holds other limits than sent: {wrong}")
-        return config
 
     def _zero(self, board: Board, journal: JournalWriter, config: Fields) -> Fields:
         rate_hz = board.identity["clock_hz"] / config["sample_period_ticks"]
@@ -263,6 +259,16 @@ class _Recorder:
         return len(run)
 
 
+def configure(board: Board, rig: Rig) -> Fields:
+    """Limits on the board, read back and compared. Raises RigError or LinkError."""
+    wanted = configuration(rig, board.identity, board.descriptors)
+    board.ask("configure", **wanted)
+    config = board.ask("read_config")
+    if wrong := differing(wanted, config):
+        raise LinkError(f"{board.port.name}: the board holds other limits than sent: {wrong}")
+    return config
+
+
 def _end_of(error: MotoridError) -> str:
     """What an error that ended a run says in the capture; nothing where the board has said it."""
     if isinstance(error, BoardResetError):
@@ -276,7 +282,9 @@ def _where(samples: int, path: Path) -> str:
 
 def _header(rig: Rig, program: Program, serial: str, note: str) -> dict[str, Any]:
     """What a journal says of the run that follows: all that its bytes do not."""
-    return {
+    file = rig.calibrated
+    calibrated = {"calibration_file": file.cited(), "calibration_text": file.text} if file else {}
+    return calibrated | {
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "motorid": __version__,
         "first_request": random.randrange(1, 0xFFFF),  # noqa: S311 - unlike the last session's
@@ -286,6 +294,8 @@ def _header(rig: Rig, program: Program, serial: str, note: str) -> dict[str, Any
         "wiring": asdict(rig.wiring) | {"supply_voltage_v": rig.supply_voltage_v or 0.0},
         "voltage_sense": rig.voltage_sense,
         "calibration": {name: asdict(one) for name, one in rig.calibration.items()},
+        "clock": {"rate": rig.clock_rate, "uncertainty": rig.clock_uncertainty},
+        "board_serial": rig.board_serial or serial_of(rig.port),
         "program": program.to_dict(),
         "ambient_c": rig.ambient_c,
         "ambient_uncertainty_c": rig.ambient_uncertainty_c,
