@@ -21,8 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.algebra import gram, project, square
+from motorid.estimate.coordinates import Coordinates
 from motorid.estimate.solution import (
     Block,
+    Derivatives,
     Linearised,
     Record,
     Solution,
@@ -42,63 +44,12 @@ __all__ = [
     "maximise",
 ]
 
-STEP = 1e-6  # of a finite difference, relative to the parameter's scale
 ENOUGH = 1e-3  # predicted decrease of F (in chi-square units) at which the search ends
 DAMPING, LEAST_DAMPING = 1e-3, 1e-12  # at the start, and ever
 CREEPING = 10.0  # times the decrease that is enough: what undamped steps would still promise
 MAX_ITERATIONS = 100
-LOG_REACH = 14.0  # a logarithmic parameter stays within e^±14 of its start
-
-
-class _Coordinates:
-    """Unknowns as a vector that the search moves in."""
-
-    def __init__(self, unknowns: Sequence[Unknown]) -> None:
-        self.unknowns = tuple(unknowns)
-        self.log = np.array([u.log for u in unknowns], dtype=bool)
-        start = np.array([u.start for u in unknowns], dtype=np.float64)
-        lower = np.array([u.lower for u in unknowns], dtype=np.float64)
-        upper = np.array([u.upper for u in unknowns], dtype=np.float64)
-        self.start = self.inward(start)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            low, high = np.log(np.maximum(lower, 0.0)), np.log(upper)
-        reach = np.where(self.log, LOG_REACH, np.inf)
-        self.lower = np.where(self.log, np.maximum(low, self.start - reach), lower)
-        self.upper = np.where(self.log, np.minimum(high, self.start + reach), upper)
-        self.start = np.clip(self.start, self.lower, self.upper)
-        self.step = np.array([STEP if u.log else STEP * u.scale for u in unknowns])
-        self.mean = np.array([u.prior_mean for u in unknowns], dtype=np.float64)
-        self.precision = np.array([u.prior_sd for u in unknowns], dtype=np.float64) ** -2.0
-
-    def inward(self, values: Floats) -> Floats:
-        x = values.astype(np.float64, copy=True)
-        x[self.log] = np.log(x[self.log])
-        return x
-
-    def outward(self, x: Floats) -> Floats:
-        values = x.copy()
-        values[self.log] = np.exp(x[self.log])
-        return values
-
-    def prior(self, x: Floats) -> float:
-        return float(self.precision @ (x - self.mean) ** 2)
-
-    def bounded_step(self, x: Floats, H: Floats, g: Floats) -> Floats:
-        """Minimiser of d H d / 2 - g d within the bounds: what would leave them stops there."""
-        held, step = self.blocked(x, g), np.zeros(len(x))
-        for _ in range(len(x)):
-            pull = g - H @ np.where(held, step, 0.0)
-            step = np.where(held, step, bounded_inverse(H, held) @ pull)
-            over = ~held & ((x + step < self.lower) | (x + step > self.upper))
-            if not over.any():
-                break
-            step = np.where(over, np.clip(x + step, self.lower, self.upper) - x, step)
-            held |= over
-        return step
-
-    def blocked(self, x: Floats, descent: Floats) -> NDArray[np.bool_]:
-        """At a bound, and pulled further out."""
-        return ((x <= self.lower) & (descent < 0)) | ((x >= self.upper) & (descent > 0))
+NEAR = 0.01  # distance, in search coordinates, over which derivatives are taken to stay the same
+KEPT_WORD = 0.25  # of what a step promised: what it may miss before derivatives are taken anew
 
 
 @dataclass
@@ -108,8 +59,14 @@ class _Point:
     shared: Floats
     own: list[Floats]
     residuals: list[list[Floats]]
+    totals: Floats  # sums of squares by kind of reading
+    variances: Floats  # of each kind
     sigmas: list[Floats]
     objective: float
+
+    def fallen_to(self, other: _Point) -> float:
+        """Chi-square less than here, by the noise levels of here."""
+        return float(((self.totals - other.totals) / self.variances).sum())
 
 
 @dataclass
@@ -127,11 +84,13 @@ class _Normal:
 
 
 class _Search:
-    def __init__(self, shared: Sequence[Unknown], records: Sequence[Record]) -> None:
+    def __init__(
+        self, shared: Sequence[Unknown], records: Sequence[Record], before: Solution | None = None
+    ) -> None:
         self.records = records
-        self.frame = _Coordinates(shared)
-        self.own = [_Coordinates(record.unknowns) for record in records]
-        self.evaluations = 0
+        self.frame = Coordinates(shared)
+        self.own = [Coordinates(record.unknowns) for record in records]
+        self.evaluations = before.evaluations if before else 0
         keys: dict[str, int] = {}
         self.groups = [
             [keys.setdefault(b.group or f"{k}/{b.name}", len(keys)) for b in record.blocks]
@@ -142,6 +101,12 @@ class _Search:
             for block, g in zip(record.blocks, groups, strict=True):
                 self.counts[g] += block.count
                 self.floors[g] = max(self.floors[g], block.floor)
+        own = [f.start for f in self.own]
+        if before is not None:
+            own = [f.clipped(x) for f, x in zip(self.own, before.own, strict=True)]
+        self.start = self.point(self.frame.start, own)
+        lent = before.derivatives if before else None
+        self.known = lent if lent is not None and self.fits(lent) else None
 
     def point(self, shared: Floats, own: list[Floats]) -> _Point:
         values = self.frame.outward(shared)
@@ -160,54 +125,64 @@ class _Search:
         self.evaluations += 1
         if not np.isfinite(objective):
             objective = np.inf
-        return _Point(shared, own, residuals, sigmas, objective)
+        return _Point(shared, own, residuals, totals, s**2, sigmas, objective)
 
-    def column(self, k: int, base: _Point, weights: Floats, moved: list[Floats]) -> Floats:
-        """Weighted change of the model of record k."""
-        parts = [(a - b) * w for a, b, w in zip(base.residuals[k], moved, weights, strict=True)]
-        return np.concatenate(parts) if parts else np.zeros(0)
-
-    def linearise(self, at: _Point) -> list[_Normal]:
+    def derivatives(self, at: _Point) -> Derivatives:
+        """By finite differences, one response for each unknown of the widest record."""
         values = self.frame.outward(at.shared)
-        normals = []
+        shared, owned = [], []
         for k, record in enumerate(self.records):
             frame, own = self.own[k], self.own[k].outward(at.own[k])
-            inverse = 1.0 / at.sigmas[k]
-            residual = np.concatenate(
-                [r * w for r, w in zip(at.residuals[k], inverse, strict=True)] or [np.zeros(0)]
-            )
-            n = len(residual)
-            A = np.empty((len(self.frame.start), n))
-            C = np.empty((len(frame.start), n))
+            base = np.concatenate(at.residuals[k] or [np.zeros(0)])
+            A = np.empty((len(self.frame.start), len(base)))
+            C = np.empty((len(frame.start), len(base)))
             # nuisances first: a record may remember the response that they share with ``at``
             for j in range(len(C)):
-                x, step = at.own[k].copy(), self._step(frame, at.own[k], j)
+                x, step = at.own[k].copy(), frame.difference(at.own[k], j)
                 x[j] += step
-                C[j] = self.column(
-                    k, at, inverse / step, record.residuals(values, frame.outward(x))
-                )
+                C[j] = _slope(base, record.residuals(values, frame.outward(x)), step)
             for j in range(len(A)):
-                x, step = at.shared.copy(), self._step(self.frame, at.shared, j)
+                x, step = at.shared.copy(), self.frame.difference(at.shared, j)
                 x[j] += step
-                moved = record.residuals(self.frame.outward(x), own)
-                A[j] = self.column(k, at, inverse / step, moved)
+                A[j] = _slope(base, record.residuals(self.frame.outward(x), own), step)
+            shared.append(A)
+            owned.append(C)
+        if self.records:
+            self.evaluations += max(len(self.frame.start) + len(f.start) for f in self.own)
+        return Derivatives(at.shared, tuple(at.own), tuple(shared), tuple(owned))
+
+    def apart(self, at: _Point, known: Derivatives) -> float:
+        """How far the point is from where the derivatives were taken, in search coordinates."""
+        own = [f.apart(a, b) for f, a, b in zip(self.own, at.own, known.own, strict=True)]
+        return max(self.frame.apart(at.shared, known.at), *own, 0.0)
+
+    def fits(self, known: Derivatives) -> bool:
+        """The derivatives are of residuals of these lengths."""
+        lengths = [sum(len(r) for r in blocks) for blocks in self.start.residuals]
+        return [A.shape[1] for A in known.shared] == lengths
+
+    def normals(self, at: _Point, known: Derivatives) -> list[_Normal]:
+        """Normal equations at a point with derivatives taken there, or near it."""
+        out = []
+        for k, frame in enumerate(self.own):
+            weights = np.concatenate(
+                [
+                    np.full(len(r), 1.0 / s)
+                    for r, s in zip(at.residuals[k], at.sigmas[k], strict=True)
+                ]
+                or [np.zeros(0)]
+            )
+            residual = np.concatenate(at.residuals[k] or [np.zeros(0)]) * weights
+            A = known.shared[k] * self.frame.growth(known.at, at.shared) * weights
+            C = known.own_slopes[k] * frame.growth(known.own[k], at.own[k]) * weights
             prior = frame.precision
-            normals.append(
+            out.append(
                 _Normal(
                     A, C, gram(A, A), gram(A, C), gram(C, C) + np.diag(prior), project(A, residual),
                     project(C, residual) - prior * (at.own[k] - frame.mean), residual,
                 )
             )  # fmt: skip
-        if self.records:
-            most = max(len(self.frame.start) + len(f.start) for f in self.own)
-            self.evaluations += most
-        return normals
-
-    @staticmethod
-    def _step(frame: _Coordinates, x: Floats, j: int) -> float:
-        """Forward, or backward where forward leaves the bounds."""
-        step = float(frame.step[j])
-        return -step if x[j] + step > frame.upper[j] else step
+        return out
 
     def step(self, at: _Point, normals: list[_Normal], damping: float) -> tuple[_Point, float]:
         """The damped step, and the decrease of F that the linear model promises."""
@@ -252,65 +227,114 @@ def maximise(
     records: Sequence[Record],
     max_iterations: int = MAX_ITERATIONS,
     enough: float = ENOUGH,
+    before: Solution | None = None,
 ) -> Solution:
     """The most likely parameters of ``records``. Finds no start point of its own.
 
     The search ends when F would fall by less than ``enough`` (a change of chi-square).
     ``converged`` is false when the iterations ran out or no step helped while one was promised.
+    ``before``, a solution for the same unknowns and nearly the same readings, lends its nuisances
+    and its derivatives, and its evaluations are counted with this search's.
     """
-    search = _Search(shared, records)
-    start = search.point(search.frame.start, [frame.start for frame in search.own])
-    at, converged, creeping = _descend(search, start, max_iterations, enough)
+    search = _Search(shared, records, before)
+    bent = any(u.log != _straightened(u, u.start).log for u in shared)
+    at, converged, creeping = _descend(
+        search, search.start, max_iterations, enough, patient=not bent
+    )
     values = search.frame.outward(at.shared)
-    straight = [_straightened(u, float(v)) for u, v in zip(shared, values, strict=True)]
-    if (creeping or not converged) and straight != list(shared):
+    if bent and (creeping or not converged):
+        straight = [_straightened(u, float(v)) for u, v in zip(shared, values, strict=True)]
         other = _Search(straight, records)
+        other.known = _lent(search, other)
         first = other.point(other.frame.start, at.own)
         ahead, _, _ = _descend(other, first, max_iterations, enough, LEAST_DAMPING)
         search.evaluations += other.evaluations
         if ahead.objective < at.objective:
             values = other.frame.outward(ahead.shared)
+            search.known = _lent(other, search)
             back = search.point(search.frame.inward(values), ahead.own)
             at, converged, _ = _descend(search, back, max_iterations, enough)
     return _solution(search, at, converged)
 
 
+def _lent(one: _Search, other: _Search) -> Derivatives | None:
+    """The derivatives that one search knows, in the shared coordinates of another."""
+    if one.known is None:
+        return None
+    at = other.frame.inward(one.frame.outward(one.known.at))
+    factors = (other.frame.slopes(at) / one.frame.slopes(one.known.at))[:, None]
+    return replace(one.known, at=at, shared=tuple(A * factors for A in one.known.shared))
+
+
 def _straightened(unknown: Unknown, value: float) -> Unknown:
     """Searched by its logarithm where it can be: valleys along ratios are straight there."""
-    if unknown.log or unknown.lower != 0.0 or not value > 0.0 or np.isfinite(unknown.prior_sd):
-        return unknown
-    return replace(unknown, start=value, log=True)
+    bent = unknown.lower == 0.0 and value > 0.0 and not np.isfinite(unknown.prior_sd)
+    return replace(unknown, start=value, log=unknown.log or bent)
 
 
 def _descend(
-    search: _Search, at: _Point, max_iterations: int, enough: float, damping: float = DAMPING
+    search: _Search,
+    at: _Point,
+    max_iterations: int,
+    enough: float,
+    damping: float = DAMPING,
+    patient: bool = True,
 ) -> tuple[_Point, bool, bool]:
-    """The point, whether steps ended there, and whether damping alone ended them."""
-    converged = False
-    normals = search.linearise(at)
+    """The point, whether steps ended there, and whether damping alone ended them.
+
+    One that is not patient gives up where a step fails by the derivatives of its own place: a bent
+    valley, which other coordinates may make straight.
+
+    Derivatives serve until they no longer keep their word, or the answer has left them behind.
+    """
+    converged = stopped = False
+    near = NEAR if enough <= ENOUGH else np.inf  # a rough answer serves with rough derivatives
+    known = search.known
+    if known is None or search.apart(at, known) > near:
+        known = search.derivatives(at)
+    normals = search.normals(at, known)
     for _ in range(max_iterations):
         trial, promise = search.step(at, normals, damping)
-        if trial.objective <= at.objective and np.isfinite(trial.objective):
-            gain = at.objective - trial.objective
+        gain = at.objective - trial.objective
+        fresh, fallen = known.at is at.shared, at.fallen_to(trial)
+        if gain >= 0:
             at = trial
-            damping = max(damping / 10.0, LEAST_DAMPING)
+            damping = damping if stopped else max(damping / 10.0, LEAST_DAMPING)
+            stopped = False
             if promise < enough and gain < enough:
-                converged = True
-                break
-            normals = search.linearise(at)
+                if fresh or search.apart(at, known) <= near:
+                    converged = True
+                    break
+                known = search.derivatives(at)
+            elif abs(fallen - promise) > KEPT_WORD * promise:
+                known = search.derivatives(at)
+            normals = search.normals(at, known)
+        elif 0 <= promise < enough and damping < 1.0 and (fresh or search.apart(at, known) <= near):
+            converged = True  # at the minimum as far as rounding can tell
+            break
+        elif not fresh:
+            known = search.derivatives(at)
+            normals = search.normals(at, known)
         else:
-            if 0 <= promise < enough and damping < 1.0:
-                converged = True  # at the minimum as far as rounding can tell
+            if not patient:
                 break
             damping *= 8.0
+            stopped = True  # the first step that gets through does not lift what let it
             if damping > 1e12:
                 break
-    *_, undamped = search.move(at, normals, 0.0)
+    search.known = known
+    *_, undamped = search.move(at, search.normals(at, known), 0.0)
     return at, converged, undamped > CREEPING * enough
 
 
+def _slope(base: Floats, moved: list[Floats], step: float) -> Floats:
+    """Derivative of the model: residuals fall as it rises."""
+    return np.asarray((base - np.concatenate(moved or [np.zeros(0)])) / step)
+
+
 def _solution(search: _Search, at: _Point, converged: bool) -> Solution:
-    normals = search.linearise(at)
+    known = search.known or search.derivatives(at)
+    normals = search.normals(at, known)
     frame = search.frame
     information = np.diag(frame.precision.astype(np.float64))
     linearised, own_covariance, followed = [], [], []
@@ -353,4 +377,5 @@ def _solution(search: _Search, at: _Point, converged: bool) -> Solution:
         objective=at.objective,
         evaluations=search.evaluations,
         converged=converged,
+        derivatives=known,
     )

@@ -15,7 +15,7 @@ from motorid.estimate import instrument, intervals, remarks, tables
 from motorid.estimate.algebra import square
 from motorid.estimate.bridge import discontinuous, refuse_discontinuous
 from motorid.estimate.closed_form import start_values
-from motorid.estimate.likelihood import Solution, Unknown, maximise
+from motorid.estimate.likelihood import ENOUGH, Solution, Unknown, maximise
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.types import PARAMETERS, Estimate, Parameter
 from motorid.estimate.uncertainty import statistical, whitener
@@ -75,6 +75,7 @@ def report(
 ) -> Estimate:
     """What a solution says, whichever method found it: uncertainty from its curvature."""
     fixed = {**dict.fromkeys(without, 0.0), **fix}
+    simulated = max(record.simulated for record in records)
     found = intervals.Findings(
         solution,
         statistical(solution),
@@ -97,7 +98,7 @@ def report(
         correlation=correlation(found.statistical.covariance),
         chi_square=remarks.chi_square(solution, records),
         degrees_of_freedom=solution.degrees_of_freedom,
-        evaluations=solution.evaluations,
+        evaluations=simulated,
         diagnostics=remarks.diagnostics(found, records, parameters),
         curves=tables.curves(solution, records),
         steady=tables.steady(found.motor(), [r.gear for r in records], named),
@@ -151,10 +152,21 @@ def _with_sources(
         if all(_same(a, b) for old, new in zip(before, after, strict=True)
                for a, b in zip(old, new, strict=True)):  # fmt: skip
             break
-        solution = maximise(
-            unknowns(records, free, _merged(start, solution)), records, enough=ROUGH
-        )
+        solution = _again(records, free, start, solution, ROUGH)
     return solution
+
+
+def _again(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    before: Solution,
+    enough: float = ENOUGH,
+) -> Solution:
+    """The search goes on from a solution, with what has changed in the records."""
+    return maximise(
+        unknowns(records, free, _merged(start, before)), records, enough=enough, before=before
+    )
 
 
 def _whitened(
@@ -166,17 +178,27 @@ def _whitened(
     """The fit again with every block's noise as an autoregressive process, where it is one."""
     for _ in range(COLOUR_PASSES):
         kinds: dict[str, list[Floats]] = {}  # one process for all readings of one kind
+        floors: dict[str, float] = {}
         for record, own in zip(records, solution.own, strict=True):
             left = record.weighed(record.departures(solution.values, own), filtered=False)
             for m, r in zip(record.measured, left, strict=True):
                 kinds.setdefault(m.block.group, []).append(r)
-        filters = {group: whitener(*left) for group, left in kinds.items()}
+                floors[m.block.group] = max(m.block.floor, floors.get(m.block.group, 0.0))
+        filters = {
+            group: whitener(*left) if _noisy(left, floors[group]) else None
+            for group, left in kinds.items()
+        }
         for record in records:
             record.whiten([filters[m.block.group] for m in record.measured])
-        solution = maximise(unknowns(records, free, _merged(start, solution)), records)
+        solution = _again(records, free, start, solution)
         if not any(f is not None for f in filters.values()):
             break
     return solution
+
+
+def _noisy(residuals: Sequence[Floats], floor: float) -> bool:
+    """Above the least that their converter shows: what rounding leaves has no colour to model."""
+    return sum(square(r) for r in residuals) > floor**2 * sum(len(r) for r in residuals)
 
 
 def _same(a: Source | None, b: Source | None) -> bool:

@@ -62,6 +62,7 @@ class MotorRecord:
         self.unknowns = tuple(self._own.unknowns)
         self.blocks = tuple(m.block for m in self.measured)
         self._filters: tuple[Floats | None, ...] = tuple(None for _ in self.measured)
+        self.simulated = 0  # responses computed so far
         pwm = capture.wiring.pwm_hz
         self.response = Response(
             self.timeline.period_s,
@@ -124,6 +125,7 @@ class MotorRecord:
         window = Output(Quantity.CURRENT, aperture, max(late, 0.0))
         over = Response(self.timeline.period_s, self.volts, [window], self.stretches)
         current = over(self.motor(shared), self._initial(own))[0]
+        self.simulated += 1
         if not self.sensed.shows_emf:  # the voltage follows from the command
             lost = dead_time_loss(
                 self.capture, self.timeline.parts, current, float(self.motor(shared)[1])
@@ -150,6 +152,7 @@ class MotorRecord:
         if readings is None:
             self.response.shift(-bias)
             readings = self.response(self.motor(shared), initial)
+            self.simulated += 1
             if len(self._memory) >= REMEMBERED:
                 del self._memory[next(iter(self._memory))]
         self._memory[key] = readings  # the latest used is the last to go
@@ -204,6 +207,16 @@ class MotorRecord:
         self._memory.clear()
         moved = self.fitted(shared, own)
         self.response = usual
+        self._memory.clear()
+        return moved
+
+    def fitted_with(self, shared: Floats, own: Floats, volts: Floats) -> list[Floats]:
+        """``fitted`` if ``volts`` (count,) drove the motor in place of the source's."""
+        usual = self.volts
+        self.response.excite(volts, self.stretches)
+        self._memory.clear()
+        moved = self.fitted(shared, own)
+        self.response.excite(usual, self.stretches)
         self._memory.clear()
         return moved
 

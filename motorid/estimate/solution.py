@@ -82,6 +82,19 @@ class Linearised:
 
 
 @dataclass(frozen=True)
+class Derivatives:
+    """Of every record's residuals, not weighted, and where they were taken (search coordinates).
+
+    ``shared`` holds an array (p, n) a record, ``own_slopes`` one (m, n); positive: the model rises.
+    """
+
+    at: Floats
+    own: tuple[Floats, ...]
+    shared: tuple[Floats, ...]
+    own_slopes: tuple[Floats, ...]
+
+
+@dataclass(frozen=True)
 class Solution:
     """The most likely parameters. Search coordinates: the logarithm of ``log`` unknowns."""
 
@@ -95,6 +108,7 @@ class Solution:
     objective: float  # F
     evaluations: int  # of all records together
     converged: bool
+    derivatives: Derivatives | None = None  # as far as another search may lend them
 
     @property
     def chi_square(self) -> float:

@@ -151,7 +151,7 @@ def test_the_default_estimator_is_exact_without_noise(key):
     solution = run(of, first, 0.0, 0)
     assert max(errors(of, first, 0.0, 1).values()) < 1e-3
     populations = [r.budget for r in of.rows if r.n]
-    assert not populations or solution.evaluations * 50 <= max(populations)
+    assert not populations or solution.evaluations * 50 <= min(populations)
 
 
 def test_noise_is_white_of_the_stated_size_and_repeatable():
