@@ -1,4 +1,6 @@
-"""Builds the compiled motor response (``motorid.motor._response``); response.h is its interface.
+"""Builds the compiled motor responses (``motorid.motor._response``).
+
+response.h and wide.h are its interfaces.
 
 Run it alone to rebuild in place: ``python motorid/motor/response_build.py``.
 """
@@ -12,8 +14,10 @@ from pathlib import Path
 from cffi import FFI
 
 ROOM = Path(__file__).parent
-SOURCES = ("response.c", "taps.c", "affine.c", "wave.c", "root.c")
-HEADERS = ("response.h", "taps.h", "affine.h", "wave.h", "root.h")
+SOURCES = (
+    "response.c", "wide.c", "wide_map.c", "phi.c", "taps.c", "affine.c", "wave.c", "root.c",
+)  # fmt: skip
+HEADERS = ("response.h", "wide.h", "wide_map.h", "phi.h", "taps.h", "affine.h", "wave.h", "root.h")
 
 
 def declarations(header: str) -> str:
@@ -23,10 +27,11 @@ def declarations(header: str) -> str:
 
 
 ffi = FFI()
-ffi.cdef(declarations((ROOM / "response.h").read_text(encoding="utf-8")))
+for interface in ("response.h", "wide.h"):
+    ffi.cdef(declarations((ROOM / interface).read_text(encoding="utf-8")))
 ffi.set_source(
     "motorid.motor._response",
-    '#include "response.h"',
+    '#include "response.h"\n#include "wide.h"',
     # relative to the project's root, where setup.py runs: absolute paths do not survive an sdist
     sources=[f"motorid/motor/{name}" for name in SOURCES],
     include_dirs=["motorid/motor"],

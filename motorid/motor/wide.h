@@ -1,0 +1,55 @@
+/* Response of a motor with more than six parameters, at readings as response.h's.
+ *
+ *   L di/dt = v - (R (1 + warmth) + series) i - Ke w - drop(i),        Ke = K (1 + emf)
+ *   J dw/dt = K i - B w - T0 (1 + asymmetry s) s - stiction s exp(-(w / stribeck)^2)
+ *             - quadratic w |w| - cogging sin(cogging_per_turn th + phase) - coupling
+ *   drop(i)  = brush i / sqrt(i^2 + brush_current^2)
+ *   d warmth/dt = warming (1 + warmth) i^2 - cooling warmth
+ *   K and Ke times 1 + k_ripple c, R times 1 + r_ripple c,  c = cos(ripple_per_turn th + phase)
+ *   load_inertia > 0: coupling = stiffness (th - th2) + damping (w - w2) = load_inertia dw2/dt,
+ *                     and J is the motor's own
+ *
+ * with s the direction of motion; at standstill it holds while the torque stays within
+ * T0 (1 + asymmetry s) + stiction. An interval is 2^level equal steps. In a step the linear part is
+ * exact; what is not linear is a parabola in time through its values at start, middle and end,
+ * which successive approximation finds. Events are located as in response.c.
+ * The caller owns every buffer. Reentrant.
+ */
+#ifndef MOTORID_WIDE_H
+#define MOTORID_WIDE_H
+
+#include "response.h"
+
+typedef struct {
+    double R, L, K, B, J, T0; /* SI; L below a thousandth of R * period is taken as that */
+    double emf;
+    double brush, brush_current; /* V, A */
+    double quadratic;            /* N m s^2/rad^2 */
+    double asymmetry;
+    double stiction, stribeck;   /* N m above T0, rad/s */
+    double cogging, cogging_per_turn; /* N m */
+    double k_ripple, r_ripple, ripple_per_turn;
+    double warming, cooling;     /* 1/(A^2 s), 1/s */
+    double load_inertia, stiffness, damping; /* kg m^2, N m/rad, N m s/rad */
+} mw_motor;
+
+/* Of the first tick: A, rad/s, rad; warmth (1); phases (rad) of cogging and ripple at th = 0 */
+typedef struct {
+    double current, speed, position, warmth, cogging_phase, ripple_phase;
+} mw_start;
+
+/* As mr_response; `levels` holds count entries. `work` holds mw_work_size doubles. */
+int mw_response(const mw_motor *motor, double period, double pwm_period, int count,
+                const double *v, const mr_stretch *stretches, int n_stretches,
+                const mw_start *start, const mr_output *outputs, int n_outputs,
+                const unsigned char *levels, double *y, double *work);
+
+/* Writes the levels that keep every interval's error below `tolerance` of the largest current and
+ * speed, by comparing each with twice as many steps. Returns the number of events, or -1. */
+int mw_plan(const mw_motor *motor, double period, double pwm_period, int count, const double *v,
+            const mr_stretch *stretches, int n_stretches, const mw_start *start,
+            double tolerance, unsigned char *levels);
+
+int mw_work_size(int count, int n_outputs);
+
+#endif

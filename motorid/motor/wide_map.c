@@ -1,0 +1,81 @@
+#include "wide_map.h"
+
+#include <string.h>
+
+#define LEAST_INDUCTANCE 1e-3 /* of R times the sample period */
+
+static void equations(const mw_motor *p, const mode *md, double A[PHI_STATES][PHI_STATES],
+                      double input[FORCES][PHI_STATES])
+{
+    int current = md->circuit != OPEN, moves = md->s != 0;
+    double least = LEAST_INDUCTANCE * md->Rt * md->period, L = p->L > least ? p->L : least;
+    memset(A, 0, sizeof(double) * PHI_STATES * PHI_STATES);
+    memset(input, 0, sizeof(double) * FORCES * PHI_STATES);
+    if (current) {
+        A[WI][WI] = -md->Rt / L;
+        if (moves) A[WI][WW] = -p->K * (1.0 + p->emf) / L;
+        input[VOLTS][WI] = 1.0 / L;
+    }
+    if (moves) {
+        if (current) A[WW][WI] = p->K / p->J;
+        A[WW][WW] = -p->B / p->J;
+        input[TORQUE][WW] = 1.0 / p->J;
+    }
+    if (p->load_inertia <= 0.0) return;
+    if (moves) {
+        A[WW][WW] -= p->damping / p->J;
+        A[WW][WLOAD] = p->damping / p->J;
+        A[WW][WTWIST] = -p->stiffness / p->J;
+        A[WLOAD][WW] = p->damping / p->load_inertia;
+        A[WTWIST][WW] = 1.0;
+    }
+    A[WLOAD][WLOAD] = -p->damping / p->load_inertia;
+    A[WLOAD][WTWIST] = p->stiffness / p->load_inertia;
+    A[WTWIST][WLOAD] = -1.0;
+}
+
+/* The response, after t, to an input that is t^k / k! from the start of the step. */
+static void response_to(int n, int k, double t, double p[PHI_COUNT][PHI_STATES][PHI_STATES],
+                        const double input[PHI_STATES], double out[WROWS])
+{
+    double scale = t;
+    for (int j = 0; j < k; j++) scale *= t;
+    for (int r = 0; r < WROWS; r++) out[r] = 0.0;
+    for (int r = 0; r < n; r++)
+        for (int c = 0; c < n; c++) out[r] += scale * p[k + 1][r][c] * input[c];
+    for (int c = 0; c < n; c++) {
+        out[WQ] += t * scale * p[k + 2][WI][c] * input[c];
+        out[WTH] += t * scale * p[k + 2][WW][c] * input[c];
+    }
+}
+
+void make_wide_map(const mw_motor *motor, const mode *md, double coulomb, double t, double step,
+                   wide_map *m)
+{
+    /* a parabola through three nodes: value, slope and curvature at the start of the step */
+    static const double slope[NODES] = {-3, 4, -1}, bend[NODES] = {4, -8, 4};
+    double A[PHI_STATES][PHI_STATES], input[FORCES][PHI_STATES];
+    double p[PHI_COUNT][PHI_STATES][PHI_STATES];
+    int n = wide_states(motor);
+    equations(motor, md, A, input);
+    for (int r = 0; r < n; r++)
+        for (int c = 0; c < n; c++) A[r][c] *= t;
+    phi_functions(n, A, p);
+    memset(m, 0, sizeof *m);
+    for (int c = 0; c < n; c++) {
+        for (int r = 0; r < n; r++) m->P[c][r] = p[0][r][c];
+        m->P[c][WQ] = t * p[1][WI][c];
+        m->P[c][WTH] = t * p[1][WW][c];
+    }
+    for (int f = 0; f < FORCES; f++) {
+        double by[3][WROWS];
+        for (int k = 0; k < 3; k++) response_to(n, k, t, p, input[f], by[k]);
+        for (int r = 0; r < WROWS; r++) {
+            for (int node = 0; node < NODES; node++)
+                m->F[f][node][r] = slope[node] / step * by[1][r] + bend[node] / (step * step) * by[2][r];
+            m->F[f][BEGIN][r] += by[0][r];
+            if (f == VOLTS) m->g[r] = by[0][r];
+            if (f == TORQUE) m->c[r] = -coulomb * by[0][r];
+        }
+    }
+}
