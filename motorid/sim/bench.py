@@ -141,6 +141,11 @@ class Bench:
         """The C plant, for its state and its energies."""
         return self._c.plant
 
+    def integrals(self) -> tuple[float, float, float, float]:
+        """True seconds, A·s, and V·s at the terminals and at the supply, since the beginning."""
+        seconds = self._c.samples * self.period_s
+        return seconds, *(float(total) for total in self._c.total)
+
     # ------------------------------------------------------------------ faults
 
     def set_supply(self, volts: float) -> None:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from motorid.errors import LinkError
+from motorid.sim.bench import Bench
 from motorid.sim.board import Board
 from motorid.sim.faults import Fault
 from motorid.sim.link import Cable
@@ -47,6 +48,12 @@ class Device:
                 self._apply(fault)
 
     # ------------------------------------------------------------------ time
+
+    @property
+    def bench(self) -> Bench:
+        """Motor, bridge and converters."""
+        assert self.board is not None
+        return self.board.bench
 
     @property
     def now(self) -> float:

@@ -54,6 +54,11 @@ class SimPort:
         """The end of the rig; may be called twice."""
         self._closed = True
 
+    @property
+    def device(self) -> Device:
+        """The board and its bench, for who looks past the bytes."""
+        return self._device
+
     def _check(self) -> Device:
         if self._closed:
             raise LinkError(f"{self.name}: the port is closed")

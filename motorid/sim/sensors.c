@@ -103,8 +103,10 @@ static void rebase(bench *b)
 {
     plant *p = &b->plant;
     int n;
-    for (n = 0; n < BENCH_CHANNELS; n++)
+    for (n = 0; n < BENCH_CHANNELS; n++) {
         b->channel[n].at_start -= integral(p, n);
+        b->total[n] += integral(p, n);
+    }
     p->i_dt = p->v_dt = p->supply_dt = 0.0;
 }
 

@@ -75,6 +75,7 @@ typedef struct bench {
     int trip_value;    /* offending raw reading or counts/s */
     long long history[BENCH_HISTORY]; /* counts of the last samples */
     long long samples; /* taken since bench_init */
+    double total[BENCH_CHANNELS]; /* integral of each true quantity, for meters beside the board */
     int probes;
     bench_probe probe[2 * BENCH_CHANNELS];
 } bench;
