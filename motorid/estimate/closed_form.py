@@ -19,12 +19,14 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED
 from motorid.errors import DataError
+from motorid.estimate.algebra import dot
 from motorid.estimate.record import MotorRecord
 
 Floats = NDArray[np.float64]
 
 WINDOWS = 24  # mechanical windows in each part
 SHORTEST = 6  # samples of a mechanical window
+HIDDEN = 0.02  # share of the voltage of a back-EMF that noise gave the wrong sign
 STALLED = 1e-3  # of the largest speed, below which friction may hold
 
 
@@ -111,10 +113,7 @@ def _electrical(data: Sequence[Signals], fixed: Mapping[str, float]) -> tuple[fl
         found |= dict(zip(free, solved, strict=True))
     R, L, K = (float(found[j]) for j in range(3))
     if K <= 0 and "K" not in fixed:
-        raise DataError(
-            "the motor turns against its voltage in these captures: "
-            "reverse the encoder (or the motor's leads) in the rig"
-        )
+        K = _unseen_constant(rows)
     peak = max(float(np.abs(s.current).max()) for s in data)
     volts = max(float(np.abs(s.volts).max()) for s in data)
     if R <= 0:
@@ -123,6 +122,17 @@ def _electrical(data: Sequence[Signals], fixed: Mapping[str, float]) -> tuple[fl
     if L <= 0 and fixed.get("L") != 0.0:
         L = 0.3 * R * period
     return R, L, K
+
+
+def _unseen_constant(rows: Floats) -> float:
+    """A start for a K whose back-EMF noise hides. Raises DataError where the motion is reversed."""
+    flux, angle = rows[:, 0], rows[:, 3]
+    if not dot(flux, angle) > 0:
+        raise DataError(
+            "the motor turns against its voltage in these captures: "
+            "reverse the encoder (or the motor's leads) in the rig"
+        )
+    return HIDDEN * dot(flux, flux) / dot(flux, angle)
 
 
 def _voltage_windows(s: Signals) -> Iterator[Floats]:

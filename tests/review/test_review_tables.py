@@ -7,7 +7,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from motorid.estimate.motor_fit import fit
 from motorid.estimate.review import tables
+from motorid.estimate.review.as_capture import capture_of
 from motorid.estimate.review.experiment import Experiment, Row
 from motorid.estimate.review.run import run, summarise
 from motorid.estimate.review.tables import PERCENT_ORDER, table
@@ -152,6 +154,15 @@ def test_the_default_estimator_is_exact_without_noise(key):
     assert max(errors(of, first, 0.0, 1).values()) < 1e-3
     populations = [r.budget for r in of.rows if r.n]
     assert not populations or solution.evaluations * 50 <= min(populations)
+
+
+def test_a_back_emf_below_the_noise_is_no_reversed_encoder():
+    """Table 6 has K²/(RB) = .001: with 1 % noise its ratios are known, and K alone is not."""
+    of = experiment("6-both")
+    estimate = fit([capture_of(of.problem(0.01, 0).step)], without=("T0",))
+    assert estimate.parameters["K"].status == "not_identifiable"
+    ratio = estimate.combinations["B/K"]
+    assert ratio.value == pytest.approx(of.truth["B"] / of.truth["K"], rel=0.01)
 
 
 def test_noise_is_white_of_the_stated_size_and_repeatable():
