@@ -5,6 +5,7 @@
 RIG ?= sim
 OUT ?= out
 JOBS ?= 2
+SECONDS ?= 60
 PYTHON ?=
 export PYTHON
 
@@ -17,7 +18,7 @@ C_SOURCES := $(filter-out $(wildcard motorid/*/_*), \
 READY := $(VENV)/ready
 READY_TO_TEST := $(VENV)/ready-to-test
 
-.PHONY: run test quick check bench docs format help clean
+.PHONY: run test quick check fuzz bench docs format help clean
 
 run: $(READY)
 	$(VENV)/bin/motorid run --rig $(RIG) -o $(OUT) --force
@@ -34,6 +35,11 @@ check: $(READY_TO_TEST)
 	$(PY) -m mypy
 	$(PY) -m motorid.wire.generate --check
 	$(PY) tools/commands_page.py --check
+
+fuzz: $(READY_TO_TEST)
+	@set -e; for target in wire rig csv journal hdf5 mat; do echo "== $$target"; \
+	    $(PY) -m tests.fuzz.run $$target --seconds $(SECONDS); done
+	$(MAKE) -C firmware fuzz PYTHON=$(abspath $(PY)) FUZZ_SECONDS=$(SECONDS)
 
 bench: $(READY_TO_TEST)
 	@set -e; for script in bench/bench_*.py; do echo "== $$script"; $(PY) $$script; done
@@ -63,6 +69,7 @@ help:
 	@echo "make test                     every test"
 	@echo "make quick                    the tests that take less than about two seconds each"
 	@echo "make check                    format, lint, types, generated files"
+	@echo "make fuzz [SECONDS=60]        each parser and the firmware's receiver, for so long"
 	@echo "make bench                    speed and accuracy against their targets"
 	@echo "make docs                     write the generated documents"
 	@echo "make format                   format and mend lint"

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any
 
+from motorid.acquire.assemble import name_of
 from motorid.acquire.port import Port
 from motorid.acquire.resets import BoardResetError, reset_error
 from motorid.errors import LinkError, MotoridError, RigError
@@ -197,7 +198,7 @@ class Board:
         self.identity = found
         for index in range(found["channel_count"]):
             fact = self.ask("describe_channel", index=index)
-            self.descriptors[Channel(fact["channel"]).name.lower()] = fact
+            self.descriptors[name_of(Channel, fact["channel"])] = fact
         return found
 
     def check_same(self) -> None:

@@ -139,10 +139,16 @@ class Timeline:
         return near + (tick - near + HALF) % WRAP - HALF
 
     def _possible(self, first: int, samples: int) -> bool:
-        """Whether the run has samples at these ticks. Without the reply to start nobody knows."""
-        if self._begin is None:
+        """Whether the run has samples at these ticks, as far as its beginning is known.
+
+        Without the reply to start, the first block stands for it: the run began there or earlier.
+        """
+        begin = self._begin
+        if begin is None and self.blocks:
+            begin = self.blocks.firsts[0]
+        if begin is None:
             return True
-        number, between = divmod(first - self._begin, self.period)
+        number, between = divmod(first - begin, self.period)
         return not between and (self.limit is None or number + samples <= self.limit)
 
     def _note_gap(self, missing: int, dropped: int) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -85,7 +86,7 @@ class CsvSource:
         for row in header:
             filled = [cell for cell in row if cell]
             is_units = len(header) > 1 and filled and all(spelled(c) or c == "-" for c in filled)
-            for column, cell in enumerate(row):
+            for column, cell in enumerate(row[: self._width]):  # one more may end the line
                 cell = cell.lstrip("#%/ ") if not column else cell
                 unit = spelled(cell)
                 if unit and (is_units or "(" in cell or "[" in cell):
@@ -103,18 +104,19 @@ class CsvSource:
         indices = [self._column(name) for name in names]
         data = self._text.split("\n", self._header_lines)[-1] if self._header_lines else self._text
         try:
-            frame = pd.read_csv(
-                io.StringIO(data.rstrip()),
-                sep=r"\s+" if self._separator == " " else self._separator,
-                header=None,
-                names=list(range(self._width)),
-                index_col=False,
-                dtype=str,
-                keep_default_na=False,
-                skip_blank_lines=False,
-                on_bad_lines="error",
-            )
-        except pd.errors.ParserError as error:
+            with warnings.catch_warnings(action="error", category=pd.errors.ParserWarning):
+                frame = pd.read_csv(
+                    io.StringIO(data.rstrip()),
+                    sep=r"\s+" if self._separator == " " else self._separator,
+                    header=None,
+                    names=list(range(self._width)),
+                    index_col=False,
+                    dtype=str,
+                    keep_default_na=False,
+                    skip_blank_lines=False,
+                    on_bad_lines="error",
+                )
+        except (pd.errors.ParserError, pd.errors.ParserWarning) as error:
             raise self._ragged(str(error)) from None
         values, bad = {}, []
         for name, index in zip(names, indices, strict=True):

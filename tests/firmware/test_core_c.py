@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import re
 import shutil
 import subprocess
 import sys
@@ -10,11 +12,17 @@ from pathlib import Path
 import pytest
 
 FIRMWARE = Path(__file__).resolve().parents[2] / "firmware"
-NEEDS = {"gcc": "no make and gcc", "avr-gcc": "no C compiler avr-gcc", "cppcheck": "no cppcheck"}
+NEEDS = {
+    "gcc": "no make and gcc",
+    "avr-gcc": "no C compiler avr-gcc",
+    "clang": "no clang",
+    "cppcheck": "no cppcheck",
+}
+FUZZ_SECONDS = os.environ.get("FUZZ_SECONDS", "5")  # a minute in continuous integration
 
 
-def make(target: str, tool: str, *more: str) -> str:
-    """What a target prints. Skips without its tool."""
+def make(target: str, tool: str, *more: str, also: str = "") -> str:
+    """What a target prints, if asked ``also`` on standard error. Skips without its tool."""
     if sys.platform == "win32" or not shutil.which("make") or not shutil.which("gcc"):
         pytest.skip("no make and gcc: the firmware's host port is not built")
     if not shutil.which(tool):
@@ -22,14 +30,16 @@ def make(target: str, tool: str, *more: str) -> str:
     command = ["make", "-s", "-C", str(FIRMWARE), f"PYTHON={sys.executable}", target, *more]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    return done.stdout + (done.stderr if also == "stderr" else "")
 
 
 @pytest.mark.slow
 def test_the_core_passes_its_tests_under_sanitizers(tmp_path: Path) -> None:
     lines = make("check", "gcc", f"BUILD={tmp_path}").splitlines()
-    assert len(lines) == 2  # with the sizes of a small board, and of this computer
-    for line in lines:
+    *tests, replay = lines
+    assert int(replay.removesuffix(" inputs replayed")) > 100
+    assert len(tests) == 2  # with the sizes of a small board, and of this computer
+    for line in tests:
         count, _, rest = line.partition(" ")
         assert int(count) >= 40
         assert rest == "tests, 0 failed"
@@ -48,3 +58,11 @@ def test_the_core_fits_its_budget(tmp_path: Path) -> None:
 
 def test_lint_is_quiet() -> None:
     assert make("lint", "cppcheck") == ""
+
+
+@pytest.mark.slow
+def test_a_fuzzer_finds_nothing_in_the_receiver(tmp_path: Path) -> None:
+    said = make("fuzz", "clang", f"BUILD={tmp_path}", f"FUZZ_SECONDS={FUZZ_SECONDS}", also="stderr")
+    runs = re.search(r"number_of_executed_units: (\d+)", said)
+    assert runs
+    assert int(runs[1]) > 10_000
