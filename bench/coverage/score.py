@@ -1,0 +1,135 @@
+"""One record of a rig: what is true, what the fits said, what could be known, what was drawn."""
+
+from __future__ import annotations
+
+import math
+import time
+import traceback
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from bench.coverage.bound import NAMES, relative_bound
+from bench.coverage.naive import forget_chain
+from bench.coverage.rigs import Bench, draw_bench
+from bench.coverage.runs import Runs, record
+from motorid.capture.model import Capture
+from motorid.errors import MotoridError
+from motorid.estimate import fit
+from motorid.estimate.types import Estimate, Parameter
+
+Row = dict[str, Any]
+COLD = "R_25"  # R at 25 °C
+
+
+def score(seed: int, folder: Path, with_naive: bool = True, without: Sequence[str] = ()) -> Row:
+    """The record of the rig of that seed. Never raises: what went wrong is in it."""
+    row: Row = {"seed": seed}
+    try:
+        bench = draw_bench(seed, without)
+        row |= _drawn(bench)
+        runs = record(bench, folder)
+        row |= {"truth": dict(runs.truth), "winding_c": runs.winding_c}
+        row["samples"] = sum(len(capture) for capture in runs.captures)
+        row["bound"] = relative_bound(runs.captures, runs.truth, bench.options.delay_uncertainty)
+        row["fit"] = _fitted(runs.captures, runs)
+        if with_naive:
+            row["naive"] = _fitted([forget_chain(c) for c in runs.captures], runs)
+    except MotoridError as error:
+        row["refused"] = f"{type(error).__name__}: {error}"
+    except Exception as error:  # a study goes on; the record says what broke
+        row["crashed"] = "".join(traceback.format_exception(error))[-2000:]
+    return row
+
+
+def _fitted(captures: Sequence[Capture], runs: Runs) -> Row:
+    began = time.perf_counter()
+    try:
+        estimate = fit(captures)
+    except MotoridError as error:
+        return {"refused": f"{type(error).__name__}: {error}"}
+    except Exception as error:
+        return {"crashed": "".join(traceback.format_exception(error))[-2000:]}
+    return {
+        "seconds": round(time.perf_counter() - began, 3),
+        "model": estimate.model,
+        "parameters": _parameters(estimate, runs.truth),
+        "diagnostics": [d.code for d in estimate.diagnostics],
+        "budget": {name: dict(shares) for name, shares in estimate.budget.items()},
+    }
+
+
+def _parameters(estimate: Estimate, truth: Mapping[str, float]) -> Row:
+    given = {name: estimate.parameters[name] for name in NAMES}
+    for table in (estimate.parameters, estimate.derived):
+        if COLD in table:
+            given[COLD] = table[COLD]
+    return {name: _one(p, truth[name]) for name, p in given.items()}
+
+
+def _one(p: Parameter, truth: float) -> Row:
+    """Relative error and interval, and whether it holds the truth; nothing where not given."""
+    if p.interval_95 is None:
+        return {"status": p.status}
+    low, high = p.interval_95
+    return {
+        "status": p.status,
+        "off": None if p.value is None else p.value / truth - 1.0,
+        "statistical": _share(p.statistical, truth),
+        "instrument": _share(p.instrument, truth),
+        "total": _share(p.total, truth),
+        "interval": [low / truth - 1.0, high / truth - 1.0],
+        "holds": low <= truth <= high,
+    }
+
+
+def _share(value: float | None, truth: float) -> float | None:
+    return None if value is None else value / truth
+
+
+def _drawn(bench: Bench) -> Row:
+    """What was drawn, as figures without a unit that a miss may be held against."""
+    motor, options, said, board = bench.drawn.motor, bench.options, bench.stated, bench.rigs[0]
+    R = motor.resistance_ohm
+    rate = board.sampling.rate_hz
+    return {
+        "power_w": bench.drawn.power_w,
+        "sense": said.sense,
+        "decay": said.decay,
+        "by_duty": any(step.kind.name == "DRIVE_DUTY" for step in board.program.steps),
+        "window": "instant" if options.phase is not None else "mean",
+        "feature": {
+            "log power": math.log10(bench.drawn.power_w),
+            "brush drop / V": options.brush_drop / motor.voltage_v,
+            "cogging / T0": options.cogging / motor.coulomb_nm,
+            "ripple": options.ripple,
+            "stiction - 1": options.stiction - 1,
+            "stribeck / no-load speed": options.stribeck
+            / (motor.voltage_v / motor.torque_constant_nm_a),
+            "bridge error / u": ((options.bridge_resistance or 0.0) - said.bridge_ohm)
+            / said.bridge_u,
+            "lead error / u": (options.lead_resistance - said.lead_ohm) / said.lead_u,
+            "bridge / R": said.bridge_ohm / R,
+            "dead time * pwm": options.dead_time * options.pwm,
+            "diode drop": options.diode_drop,
+            "supply sag": (options.supply_resistance or 0.0) / R,
+            "supply tau / tau": (options.supply_resistance or 0.0)
+            * (options.supply_capacitance or 0.0) / (R * motor.inertia_kg_m2)
+            * motor.torque_constant_nm_a**2,
+            "L/R in samples": motor.inductance_h / R * rate,
+            "tau in samples": R * (motor.inertia_kg_m2 + options.load_inertia)
+            / motor.torque_constant_nm_a**2 * rate,
+            "log counts": math.log10(options.counts_per_turn),
+            "bits": options.bits,
+            "noise": options.noise,
+            "aperture / period": options.aperture * rate,
+            "pwm / rate": options.pwm / rate,
+            "friction / stall": motor.coulomb_nm / motor.torque_constant_nm_a
+            / motor.stall_current_a,
+            "heating at stall": motor.voltage_v**2 / R * motor.winding_k_w / motor.winding_s,
+            "clock ppm": options.clock_uncertainty,
+            "current gain u": options.gain_uncertainty,
+            "voltage gain u": options.voltage_gain_uncertainty,
+            "delay u": options.delay_uncertainty,
+        },
+    }  # fmt: skip
