@@ -33,12 +33,12 @@ def fit(
     if not captures:
         raise DataError("there is no capture to fit: name at least one file")
     known = {name: float(value) for name, value in (fix or {}).items()}
-    if method != "ml":
+    if method != "ml" or search.get("model", "linear") != "linear":
         from motorid.estimate.search.fit import fit as by_name
 
         _check(known, without)
         return by_name(captures, method, fix=known, without=without, **search)
-    if search.keys() - {"model"} or search.get("model", "linear") != "linear":
+    if search.keys() - {"model"}:
         raise UsageError(
             f"the method ml takes no {', '.join(search)}: choose another by --method, such as nls"
         )

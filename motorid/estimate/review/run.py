@@ -14,7 +14,7 @@ from motorid.estimate.review.as_capture import default
 from motorid.estimate.review.experiment import Experiment, Row
 from motorid.estimate.search.problem import Problem, Solution, solve
 from motorid.estimate.types import Floats
-from motorid.motor.batch import Record
+from motorid.motor.batch import FRICTION, LINEAR, Record
 
 DEFAULT = "ml"
 CLOSED_FORMS: Mapping[str, Callable[[Record], dict[str, float]]] = {
@@ -27,7 +27,7 @@ def run(experiment: Experiment, row: Row, noise: float, seed: int) -> Solution:
     """Solve one task. A method that finds no answer gives one without values, and its reason."""
     problem = experiment.problem(noise, seed)
     try:
-        if row.method == DEFAULT:
+        if row.method == DEFAULT and experiment.model in (LINEAR, FRICTION):
             return default(problem.step, experiment.model, seed)
         if row.method in CLOSED_FORMS:
             return _closed_form(problem, row.method, seed)

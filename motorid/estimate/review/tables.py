@@ -148,7 +148,7 @@ def _table_4() -> tuple[Experiment, ...]:
             5e-4,
             volts,
             Box.around(truth, 0.1, 5.0),
-            (_ours(), *rows),
+            (_default(), _ours(), *rows),
             truth_model=quadratic(substeps=64),
         )
 
@@ -180,7 +180,7 @@ def _table_5() -> tuple[Experiment, ...]:
             1e-3,
             torque,
             Box.around(truth, 0.1, 3.0),
-            (_ours(), *rows),
+            (_default(), _ours(), *rows),
         )
 
     chips = np.repeat([0.2, -0.2], 100)  # zero mean; 5 ms clock, 1 s
@@ -304,7 +304,6 @@ def _tests(number: int, truth: Mapping[str, float], weight: float) -> Experiment
         np.full(1500, 8.0),
         Box(box.names, low, box.high),
         tuple(rows),
-        noise=(0.0,),
         scale={"current": 1.0 / weight, "speed": 1.0},
         cost="sum",
         derivative=True,

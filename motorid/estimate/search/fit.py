@@ -50,7 +50,7 @@ def fit(
     Coulomb friction goes into B. Another ``model`` adds its parameters (``models.py``). Raises
     UsageError for an unknown method, DataError where the captures hold too little.
     """
-    if method not in names():
+    if method not in names() and (method != "ml" or model == models.LINEAR):
         raise UsageError(
             f'there is no method "{method}" to fit captures by{nearest(method, names())}; the '
             f"methods are ml, {', '.join(names())}"
@@ -106,8 +106,8 @@ def _extended(
 
 
 def names() -> tuple[str, ...]:
-    """Every method that ``fit`` takes."""
-    return (*closed.TITLES, *problem_names())
+    """Every method that ``fit`` takes for the six parameters; other models take ml as well."""
+    return (*closed.TITLES, *(name for name in problem_names() if name != "ml"))
 
 
 def _linear(method: str) -> bool:

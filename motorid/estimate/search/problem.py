@@ -13,6 +13,7 @@ from motorid.errors import UsageError
 from motorid.estimate.search import registry, relations
 from motorid.estimate.search.bounds import Box
 from motorid.estimate.search.cache import Cache
+from motorid.estimate.search.likely import likely
 from motorid.estimate.search.nls import nls
 from motorid.estimate.search.objective import Objective
 from motorid.estimate.search.population import SearchResult
@@ -20,7 +21,7 @@ from motorid.estimate.steiglitz_mcbride import steiglitz_mcbride
 from motorid.estimate.types import Floats
 from motorid.motor.batch import LINEAR, Model, Record
 
-DIRECT = ("nls", "steiglitz-mcbride")  # methods that are no search of the cube
+DIRECT = ("ml", "nls", "steiglitz-mcbride")  # methods that are no search of the cube
 
 
 @dataclass(frozen=True)
@@ -121,10 +122,12 @@ def solve(
     begin = time.perf_counter()
     if method == "steiglitz-mcbride":
         return _steiglitz_mcbride(problem, seed, begin)
-    chosen = None if method == "nls" else registry.get(method)
+    chosen = None if method in DIRECT else registry.get(method)
     objective = problem.objective(chosen.relations if chosen else "none", rule)
     hit_rate = 0.0
-    if chosen is None:
+    if method == "ml":
+        found = likely(objective, seed=seed, start=_start(problem))
+    elif chosen is None:
         found = nls(objective, budget=budget, seed=seed, start=_start(problem))
     else:
         cost = Cache(objective) if memory else objective
