@@ -1,13 +1,11 @@
 """The default estimator on a batch model: output-error maximum likelihood within a box.
 
-The engine is the six-parameter fit's own (``likelihood.py``): each channel's noise is found from its
-residuals, and no channel needs a weight. It begins at a given point or at the middle of the box;
-where what is left is no noise, it begins again at the best of a few points spread over the box.
+The engine is the six-parameter fit's own (``likelihood.py``): each channel's noise is found from
+its residuals, and no channel needs a weight. It begins at a given point or at the middle of the
+box; where what is left is no noise, it begins again at the best of a few points spread over it.
 """
 
 from __future__ import annotations
-
-import time
 
 import numpy as np
 from scipy.stats import qmc
