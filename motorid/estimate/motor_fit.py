@@ -44,6 +44,9 @@ NUISANCE_UNITS = {
     "voltage_offset": "V",
     "initial_speed": "rad/s",
     "initial_current": "A",
+    "initial_warmth": "1",
+    "cogging_phase": "rad",
+    "ripple_phase": "rad",
 }
 
 
@@ -93,7 +96,7 @@ def report(
         parameters=parameters,
         combinations=intervals.combinations(found, parameters),
         derived=intervals.derived(found, voltage),
-        nuisance=_nuisance(solution, records),
+        nuisance=nuisance_parameters(solution, records),
         free=found.names,
         correlation=correlation(found.statistical.covariance),
         chi_square=remarks.chi_square(solution, records),
@@ -129,20 +132,21 @@ def solve(
     records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
 ) -> Solution:
     """The most likely parameters: other starts where one misfits, then correlated noise allowed."""
-    solution = _with_sources(records, free, start)
+    solution = with_sources(records, free, start)
     if _misfits(solution, records):
         for factors in OTHER_STARTS:
             other = {n: start[n] * factors.get(n, 1.0) for n in PARAMETERS}
-            trial = _with_sources(records, free, other)
+            trial = with_sources(records, free, other)
             if trial.objective < solution.objective - 1.0:
                 solution = trial
-        solution = _with_sources(records, free, _merged(start, solution))
-    return _whitened(records, free, _merged(start, solution), solution)
+        solution = with_sources(records, free, merged(start, solution))
+    return whitened(records, free, merged(start, solution), solution)
 
 
-def _with_sources(
+def with_sources(
     records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
 ) -> Solution:
+    """The fit and the voltage sources in turn, until the sources stay."""
     solution = maximise(unknowns(records, free, start), records, enough=ROUGH)
     for _ in range(SOURCE_PASSES - 1):
         before = [record.sources for record in records]
@@ -152,11 +156,11 @@ def _with_sources(
         if all(_same(a, b) for old, new in zip(before, after, strict=True)
                for a, b in zip(old, new, strict=True)):  # fmt: skip
             break
-        solution = _again(records, free, start, solution, ROUGH)
+        solution = again(records, free, start, solution, ROUGH)
     return solution
 
 
-def _again(
+def again(
     records: Sequence[MotorRecord],
     free: Sequence[str],
     start: Mapping[str, float],
@@ -165,11 +169,11 @@ def _again(
 ) -> Solution:
     """The search goes on from a solution, with what has changed in the records."""
     return maximise(
-        unknowns(records, free, _merged(start, before)), records, enough=enough, before=before
+        unknowns(records, free, merged(start, before)), records, enough=enough, before=before
     )
 
 
-def _whitened(
+def whitened(
     records: Sequence[MotorRecord],
     free: Sequence[str],
     start: Mapping[str, float],
@@ -190,7 +194,7 @@ def _whitened(
         }
         for record in records:
             record.whiten([filters[m.block.group] for m in record.measured])
-        solution = _again(records, free, start, solution)
+        solution = again(records, free, start, solution)
         if not any(f is not None for f in filters.values()):
             break
     return solution
@@ -205,7 +209,8 @@ def _same(a: Source | None, b: Source | None) -> bool:
     return a is b if a is None or b is None else a.near(b)
 
 
-def _merged(start: Mapping[str, float], solution: Solution) -> dict[str, float]:
+def merged(start: Mapping[str, float], solution: Solution) -> dict[str, float]:
+    """Start values with the solution's where it has them."""
     found = zip(solution.unknowns, solution.values, strict=True)
     return {**start, **{u.name: float(v) for u, v in found}}
 
@@ -214,7 +219,7 @@ def unknowns(
     records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
 ) -> list[Unknown]:
     """The free parameters with their bounds, scales and start values."""
-    torque, speed = _typical(records, start)
+    torque, speed = typical(records, start)
     period = min(record.timeline.period_s for record in records)
     scales = {"B": torque / speed, "T0": torque}
     out = []
@@ -224,12 +229,14 @@ def unknowns(
         elif name == "L":
             least = SHORTEST_ELECTRICAL * start["R"] * period
             out.append(Unknown(name, max(start[name], 2 * least), lower=least, log=True))
+        elif name not in PARAMETERS:
+            out.append(records[0].unknown(name, start[name]))
         else:
             out.append(Unknown(name, start[name], lower=0.0, log=True))
     return out
 
 
-def _typical(records: Sequence[MotorRecord], start: Mapping[str, float]) -> tuple[float, float]:
+def typical(records: Sequence[MotorRecord], start: Mapping[str, float]) -> tuple[float, float]:
     """A torque (N·m) and a speed (rad/s) of these captures."""
     currents, speeds = [], []
     for record in records:
@@ -274,7 +281,10 @@ def correlation(covariance: Floats) -> Floats:
     return np.asarray(np.clip(covariance / np.outer(scale, scale), -1.0, 1.0))
 
 
-def _nuisance(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, Parameter]:
+def nuisance_parameters(
+    solution: Solution, records: Sequence[MotorRecord]
+) -> dict[str, Parameter]:
+    """What was estimated of each capture on the way."""
     out = {}
     for k, record in enumerate(records):
         label = f" of run {k + 1}" if len(records) > 1 else ""

@@ -29,6 +29,9 @@ class Nuisances:
     voltage_offset: int = -1
     initial_speed: int = -1
     initial_current: int = -1
+    initial_warmth: int = -1
+    cogging_phase: int = -1
+    ripple_phase: int = -1
 
     def add(self, unknown: Unknown) -> None:
         """Take one more."""

@@ -19,6 +19,7 @@ from motorid.estimate.bridge import (
 )
 from motorid.estimate.nuisance import nuisances, starts_at_rest
 from motorid.estimate.readings import EMF, Measured, read
+from motorid.estimate.solution import Unknown
 from motorid.estimate.timeline import Part, lay
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.voltage import Sense, Source, sense, source_resistance, sources
@@ -39,6 +40,8 @@ class MotorRecord:
     the capture has no voltage, or neither current nor motion.
     """
 
+    names: tuple[str, ...] = PARAMETERS  # what ``free`` and ``fixed`` may name, in order
+
     def __init__(self, capture: Capture, free: Sequence[str], fixed: Mapping[str, float]) -> None:
         self.capture = capture
         self.timeline = lay(capture)
@@ -48,8 +51,8 @@ class MotorRecord:
         self.sensed: Sense = sensed
         self._heard = sensed  # less what the dead time takes, once the current is known
         self.gear = capture.wiring.gear_ratio or 1.0
-        self._template = np.array([fixed.get(name, np.nan) for name in PARAMETERS])
-        self._places = [PARAMETERS.index(name) for name in free]
+        self._template = np.array([fixed.get(name, np.nan) for name in self.names])
+        self._places = [self.names.index(name) for name in free]
         self.supply_v = supply_voltage(capture)
         self.clamp_v = clamp_voltage(capture, float(np.abs(sensed.volts).max()))
         self._lost = np.isnan(self.timeline.spread(np.zeros(len(capture))))
@@ -64,7 +67,7 @@ class MotorRecord:
         self._filters: tuple[Floats | None, ...] = tuple(None for _ in self.measured)
         self.simulated = 0  # responses computed so far
         pwm = capture.wiring.pwm_hz
-        self.response = Response(
+        self.response = self.respond(
             self.timeline.period_s,
             sensed.volts,
             self._outputs,
@@ -123,7 +126,7 @@ class MotorRecord:
         aperture = (channel.aperture_s if channel else 0.0) or self.timeline.period_s
         late = channel.delay_s - self.sensed.lag * self.timeline.period_s if channel else 0.0
         window = Output(Quantity.CURRENT, aperture, max(late, 0.0))
-        over = Response(self.timeline.period_s, self.volts, [window], self.stretches)
+        over = self.respond(self.timeline.period_s, self.volts, [window], self.stretches)
         current = over(self.motor(shared), self._initial(own))[0]
         self.simulated += 1
         if not self.sensed.shows_emf:  # the voltage follows from the command
@@ -136,6 +139,21 @@ class MotorRecord:
         self.take_sources(current, ohms)
 
     # ---- the model ----------------------------------------------------------------------------
+
+    def respond(
+        self,
+        period_s: float,
+        volts: Floats,
+        outputs: Sequence[Output],
+        stretches: Sequence[Stretch] = (Stretch(0),),
+        pwm_period_s: float = 0.0,
+    ) -> Response:
+        """The model of the motor, at these readings."""
+        return Response(period_s, volts, outputs, stretches, pwm_period_s)
+
+    def unknown(self, name: str, start: float) -> Unknown:
+        """A parameter beyond the six, of a model that has more. Raises KeyError where none has."""
+        raise KeyError(name)
 
     def motor(self, shared: Floats) -> Floats:
         """(R, L, K, B, J, T0) for a vector of the free ones."""
@@ -158,13 +176,17 @@ class MotorRecord:
         self._memory[key] = readings  # the latest used is the last to go
         return readings
 
-    def _initial(self, own: Floats) -> tuple[float, float, float]:
+    def _initial(self, own: Floats) -> tuple[float, ...]:
         return self._own.of(own, "initial_current"), self._own.of(own, "initial_speed"), 0.0
+
+    def emf_constant(self, shared: Floats) -> float:
+        """V·s/rad that an open bridge shows."""
+        return float(self.motor(shared)[2])
 
     def fitted(self, shared: Floats, own: Floats) -> list[Floats]:
         """The model of every block's readings, offsets included, in its own unit (motor shaft)."""
         readings = self.readings(shared, own)
-        K = float(self.motor(shared)[2])
+        K = self.emf_constant(shared)
         models = []
         for m in self.measured:
             y = readings[m.row, m.where]
@@ -201,7 +223,7 @@ class MotorRecord:
             replace(s, swing_v=volts * s.swing_v, clamp_v=volts * s.clamp_v) for s in self.stretches
         ]
         source = volts * self.volts + shift_v * np.sign(self.volts)
-        self.response = Response(
+        self.response = self.respond(
             clock * usual.period_s, source, outputs, scaled, clock * usual.pwm_period_s
         )
         self._memory.clear()

@@ -58,7 +58,7 @@ def statistical(solution: Solution) -> Statistical:
     few = rows / max(rows - len(solution.values) - sum(len(o) for o in solution.own), 1)
     white = inverse * few
     scores = sum(
-        (_score_covariance(r) for r in solution.records), np.zeros_like(solution.information)
+        (score_covariance(r) for r in solution.records), np.zeros_like(solution.information)
     )
     coloured = inverse @ scores @ inverse * few
     before, after = np.diag(white), np.diag(coloured)
@@ -92,7 +92,7 @@ def _between(solution: Solution, inverse: Floats, within: Floats, widening: floa
     return Statistical(_with_variances(within, total), freedom, widening, True)
 
 
-def _score_covariance(record: Linearised) -> Floats:
+def score_covariance(record: Linearised) -> Floats:
     """Sum over blocks of derivatives against the residuals' spectrum, (p, p)."""
     p = record.orthogonal.shape[1]
     total = np.zeros((p, p))

@@ -41,6 +41,7 @@ typedef struct {
     int count;
     const double *v;
     double cogging_phase, ripple_phase;
+    double swing; /* A, half the width of the PWM ripple */
     taps taps;
     moment now;
     level_maps levels[FINEST + 2];
@@ -59,6 +60,13 @@ static double coulomb(const mw_motor *p, int s)
     return s * p->T0 * (1.0 + p->asymmetry * s);
 }
 
+/* i / sqrt(i^2 + knee^2), mean over a triangular ripple of half the width `swing`. */
+static double smooth_sign(double i, double knee, double swing)
+{
+    if (swing <= 0.0) return i / sqrt(i * i + knee * knee);
+    return (hypot(i + swing, knee) - hypot(i - swing, knee)) / (2.0 * swing);
+}
+
 /* What the linear part lacks: volts against the current, torque upon the rotor. */
 static void forces(const run *r, const wide_state *x, double warmth, double f[FORCES])
 {
@@ -66,7 +74,7 @@ static void forces(const run *r, const wide_state *x, double warmth, double f[FO
     const double i = x->x[WI], w = x->x[WW];
     const int s = r->now.mode.s;
     double volts = -p->R * warmth * i, torque = 0.0;
-    if (p->brush != 0.0) volts -= p->brush * i / sqrt(i * i + p->brush_current * p->brush_current);
+    if (p->brush != 0.0) volts -= p->brush * smooth_sign(i, p->brush_current, r->swing);
     if (p->quadratic != 0.0) torque -= p->quadratic * w * fabs(w);
     if (p->stiction != 0.0 && s && fabs(w) < STRIBECK_REACH * p->stribeck) {
         const double ratio = w / p->stribeck;
@@ -108,17 +116,17 @@ static double source(const run *r, int n)
 
 /* ---- one step ----------------------------------------------------------------------------- */
 
-static double warming(const mw_motor *p, double current, double warmth)
+static double warming(const run *r, double current, double warmth)
 {
-    return p->warming * (1.0 + warmth) * current * current - p->cooling * warmth;
+    const double square = current * current + r->swing * r->swing / 3.0;
+    return r->motor->warming * (1.0 + warmth) * square - r->motor->cooling * warmth;
 }
 
 /* The warmth at the nodes: its rate is a parabola through them, as the forces are. */
-static void warm(const mw_motor *p, const double current[NODES], double length,
-                 double warmth[NODES])
+static void warm(const run *r, const double current[NODES], double length, double warmth[NODES])
 {
     double rate[NODES];
-    for (int n = 0; n < NODES; n++) rate[n] = warming(p, current[n], warmth[n]);
+    for (int n = 0; n < NODES; n++) rate[n] = warming(r, current[n], warmth[n]);
     warmth[MIDDLE] =
         warmth[BEGIN] + length * (5.0 * rate[BEGIN] + 8.0 * rate[MIDDLE] - rate[END]) / 24.0;
     warmth[END] = warmth[BEGIN] + length * (rate[BEGIN] + 4.0 * rate[MIDDLE] + rate[END]) / 6.0;
@@ -138,7 +146,7 @@ static wide_state step(const run *r, const wide_map *half, const wide_map *full,
         const wide_state end = wide_forced(full, &to_end, d->f);
         const double current[NODES] = {x->x[WI], middle.x[WI], end.x[WI]};
         if (r->motor->warming != 0.0 || warmth[BEGIN] != 0.0)
-            warm(r->motor, current, length, warmth);
+            warm(r, current, length, warmth);
         forces(r, &middle, warmth[MIDDLE], d->f[MIDDLE]);
         forces(r, &end, warmth[END], d->f[END]);
     }
@@ -318,6 +326,7 @@ static void interval(run *r, int n, int level)
 static void begin_stretch(run *r, const mr_stretch *s)
 {
     r->now.x.x[WI] += change_wave(&r->taps, &r->six, s);
+    r->swing = 0.5 * fabs(r->taps.wave.b - r->taps.wave.a);
     enter_stretch(&r->now.mode, s, r->motor->R, &r->now.x.x[WI]);
     for (int l = 0; l <= FINEST + 1; l++) r->levels[l].made = 0;
 }
@@ -403,9 +412,8 @@ int mw_plan(const mw_motor *motor, double period, double pwm_period, int count, 
     run r;
     double top = 0.0;
     int level = 0;
-    (void)pwm_period; /* ripple rides on the averaged current: no matter to the steps */
     if (n_stretches < 1 || begin(&r, motor, period, count, v, start)) return -1;
-    r.taps = (taps){0};
+    r.taps = (taps){.h = period, .pwm_period = pwm_period};
     for (int n = 1; n < count; n++) top = fmax(top, fabs(v[n]));
     if (top == 0.0) top = 1.0;
     levels[0] = 0;

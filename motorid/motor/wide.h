@@ -3,8 +3,8 @@
  *   L di/dt = v - (R (1 + warmth) + series) i - Ke w - drop(i),        Ke = K (1 + emf)
  *   J dw/dt = K i - B w - T0 (1 + asymmetry s) s - stiction s exp(-(w / stribeck)^2)
  *             - quadratic w |w| - cogging sin(cogging_per_turn th + phase) - coupling
- *   drop(i)  = brush i / sqrt(i^2 + brush_current^2)
- *   d warmth/dt = warming (1 + warmth) i^2 - cooling warmth
+ *   drop(i)  = brush i / sqrt(i^2 + brush_current^2), its mean over the PWM ripple
+ *   d warmth/dt = warming (1 + warmth) i^2 - cooling warmth, i^2 with the ripple's
  *   K and Ke times 1 + k_ripple c, R times 1 + r_ripple c,  c = cos(ripple_per_turn th + phase)
  *   load_inertia > 0: coupling = stiffness (th - th2) + damping (w - w2) = load_inertia dw2/dt,
  *                     and J is the motor's own

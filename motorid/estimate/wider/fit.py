@@ -1,0 +1,103 @@
+"""The fit with given terms: the six-parameter fit's engine, noise model and voltage sources."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motorid.estimate import motor_fit
+from motorid.estimate.record import MotorRecord
+from motorid.estimate.solution import Solution
+from motorid.estimate.types import PARAMETERS
+from motorid.estimate.wider.record import Priors, WideRecord
+from motorid.estimate.wider.terms import ADDED, Scales, Term
+
+KNEE_SD = 1.0  # of ln i_b about a twentieth of the stall current
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The most likely parameters under six parameters and ``terms``."""
+
+    terms: tuple[Term, ...]
+    records: tuple[WideRecord, ...]
+    solution: Solution
+    free: tuple[str, ...]
+    start: Mapping[str, float]  # every value that was not searched among them
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every parameter, searched or not."""
+        return motor_fit.merged(self.start, self.solution)
+
+    def deviation(self, name: str) -> float:
+        """Standard deviation of a parameter for white residuals, in its unit; inf at a bound."""
+        k = self.free.index(name)
+        if self.solution.at_bound[k]:
+            return float("inf")
+        return float(np.sqrt(self.solution.covariance[k, k]) * self.solution.slopes[k])
+
+
+def scales_of(records: Sequence[MotorRecord], values: Mapping[str, float]) -> Scales:
+    """Typical sizes in these captures."""
+    torque, speed = motor_fit.typical(records, values)
+    volts = max(float(np.abs(record.volts).max()) for record in records) or 1.0
+    duration = max(r.timeline.count * r.timeline.period_s for r in records)
+    return Scales(volts, volts / values["R"], speed, torque, values["R"], values["J"], duration)
+
+
+def fit_with(
+    records: Sequence[MotorRecord],
+    before: Solution,
+    terms: Sequence[Term],
+    *,
+    fixed: Mapping[str, float] | None = None,
+    start: Mapping[str, float] | None = None,
+    own: Sequence[Mapping[str, float]] | None = None,
+    priors: Priors | None = None,
+) -> Fitted:
+    """The parameters of the records and of ``terms``, from ``before``, the records' own fit.
+
+    ``fixed`` are those that are not searched; ``start`` and ``own`` begin others elsewhere than
+    their terms say (``own`` nuisances, one mapping a record). ``priors``: (mean, sd) of an added
+    parameter in search coordinates, the logarithm of those that are positive.
+    """
+    fixed = {**(fixed or {}), **_counted(terms, start or {})}
+    names = [name for term in terms for name in term.free]
+    free = [n for n in (*PARAMETERS, *names) if n not in fixed]
+    values = {**dict.fromkeys(PARAMETERS, 0.0), **fixed, **motor_fit.merged({}, before)}
+    scales = scales_of(records, values)
+    begin = {name: ADDED[name].part * scales.of(name) for name in names}
+    begin = {**begin, **values, **(start or {}), **fixed}
+    known = {"i_b": (float(np.log(ADDED["i_b"].part * scales.current)), KNEE_SD), **(priors or {})}
+    wide = []
+    for k, record in enumerate(records):
+        wider = WideRecord(record, free, fixed, terms, scales, known, first=k == 0)
+        named = zip((u.name for u in record.unknowns), before.own[k].tolist(), strict=True)
+        wider.starting({**dict(named), **(own[k] if own else {})})
+        wide.append(wider)
+    return _search(tuple(wide), tuple(terms), tuple(free), begin)
+
+
+def _counted(terms: Sequence[Term], start: Mapping[str, float]) -> dict[str, float]:
+    """Periods a turn are whole numbers: given, never searched."""
+    return {t.per_turn: start[t.per_turn] for t in terms if t.per_turn}
+
+
+def _search(
+    records: tuple[WideRecord, ...],
+    terms: tuple[Term, ...],
+    free: tuple[str, ...],
+    start: Mapping[str, float],
+) -> Fitted:
+    shared = np.array([start[name] for name in free])
+    for record in records:
+        record.plan(shared, np.array([u.start for u in record.unknowns]))
+    solution = motor_fit.with_sources(records, free, start)
+    for record, own in zip(records, solution.own, strict=True):
+        record.plan(solution.values, own)
+    start = motor_fit.merged(start, solution)
+    solution = motor_fit.whitened(records, free, start, solution)
+    return Fitted(terms, records, solution, free, start)

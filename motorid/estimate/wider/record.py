@@ -1,0 +1,123 @@
+"""A capture as the likelihood sees it under a wider model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.record import MotorRecord
+from motorid.estimate.solution import Unknown
+from motorid.estimate.types import PARAMETERS
+from motorid.estimate.wider.terms import ADDED, COPPER_PER_K, NAMES, Scales, Term, unknown
+from motorid.motor.response import Output, Quantity, Response, Stretch
+from motorid.motor.wide import WideResponse
+
+Floats = NDArray[np.float64]
+Priors = Mapping[str, tuple[float, float]]
+
+PLACE = {name: k for k, name in enumerate(NAMES)}
+WARMTH_SD = 0.1  # of R, by which a run may begin warmer than the first
+
+
+class WideRecord(MotorRecord):
+    """``MotorRecord`` whose shared parameters may be any of ``terms.NAMES``."""
+
+    names = NAMES
+    _levels: NDArray[np.uint8] | None = None
+
+    def __init__(
+        self,
+        six: MotorRecord,
+        free: Sequence[str],
+        fixed: Mapping[str, float],
+        terms: Sequence[Term],
+        scales: Scales,
+        priors: Priors,
+        first: bool,
+    ) -> None:
+        absent = {name: added.absent for name, added in ADDED.items()}
+        super().__init__(six.capture, free, {**absent, **fixed})
+        self.scales, self.priors = scales, priors
+        for term in terms:
+            if term.phase and not (first and term.phase == "initial_warmth"):
+                self._own.add(self._phase(term.phase))
+        self.unknowns = tuple(self._own.unknowns)
+        self.adopt(six)
+
+    @staticmethod
+    def _phase(name: str) -> Unknown:
+        if name == "initial_warmth":  # relative to the first run's R
+            return Unknown(name, 0.0, scale=0.01, prior_sd=WARMTH_SD)
+        return Unknown(name, 0.0)
+
+    def adopt(self, other: MotorRecord) -> None:
+        """Be driven as another record of the same capture is."""
+        self._heard, self.sources = other._heard, other.sources
+        self._excite()
+
+    def starting(self, values: Mapping[str, float]) -> None:
+        """Begin nuisances at these values, those that are named."""
+        self.unknowns = tuple(
+            replace(u, start=values.get(u.name, u.start)) for u in self._own.unknowns
+        )
+
+    def respond(
+        self,
+        period_s: float,
+        volts: Floats,
+        outputs: Sequence[Output],
+        stretches: Sequence[Stretch] = (Stretch(0),),
+        pwm_period_s: float = 0.0,
+    ) -> Response:
+        """The wider motor, with the steps that were planned last."""
+        response = WideResponse(period_s, volts, outputs, stretches, pwm_period_s)
+        if self._levels is not None:
+            response.levels = self._levels
+        return response
+
+    def plan(self, shared: Floats, own: Floats) -> None:
+        """Choose the integration's steps for these parameters, and keep them."""
+        assert isinstance(self.response, WideResponse)
+        self.response.plan(self.motor(shared), self._initial(own))
+        self._levels = self.response.levels
+        self._memory.clear()
+
+    def retake_sources(self, shared: Floats, own: Floats) -> None:
+        """As the six-parameter record's; the steps are planned anew."""
+        super().retake_sources(shared, own)
+        self.plan(shared, own)
+
+    def unknown(self, name: str, start: float) -> Unknown:
+        """A parameter beyond the six."""
+        return unknown(name, start, self.scales, self.priors.get(name))
+
+    def motor(self, shared: Floats) -> Floats:
+        """The values by ``motorid.motor.wide.NAMES``."""
+        values = super().motor(shared)
+        share, inertia = values[PLACE["J2_share"]], values[PLACE["J"]]
+        values[PLACE["C_w"]] = COPPER_PER_K * values[PLACE["R"]] / values[PLACE["C_w"]]
+        values[PLACE["J2_share"]], values[PLACE["J"]] = share * inertia, (1 - share) * inertia
+        return values
+
+    def emf_constant(self, shared: Floats) -> float:
+        """V·s/rad that an open bridge shows."""
+        values = self.motor(shared)
+        return float(values[PLACE["K"]] * (1.0 + values[PLACE["d_Ke"]]))
+
+    def angle(self, shared: Floats, own: Floats) -> Floats:
+        """The model's position (count,), rad from the first tick."""
+        over = self.respond(
+            self.timeline.period_s, self.volts, [Output(Quantity.POSITION)], self.stretches
+        )
+        return np.asarray(over(self.motor(shared), self._initial(own))[0])
+
+    def _initial(self, own: Floats) -> tuple[float, ...]:
+        of = self._own.of
+        names = ("initial_warmth", "cogging_phase", "ripple_phase")
+        return (*super()._initial(own), *(of(own, name) for name in names))
+
+
+assert NAMES[: len(PARAMETERS)] == PARAMETERS
