@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.check import Pulse, check_supply, check_zero, judge_sensors, weak_pulse
-from motorid.acquire.drive import Stop, drive, load, tripped
+from motorid.acquire.drive import drive, interruptible, load, tripped
 from motorid.acquire.live import LiveView
 from motorid.acquire.plan import sample_period, wire_program
 from motorid.acquire.port import Port
@@ -27,6 +27,7 @@ from motorid.wire.codec import SampleBlock
 HIGHEST_HZ = 1000.0  # of a level's samples: more would only load the link
 BLOCKS = 16  # of a level's readings: their scatter tells the mean's uncertainty
 BEFORE_S = 0.05
+WEAK = 0.1  # duty of the pulse that shows what is connected
 ZERO_S = 0.2
 HIDDEN = 1 / math.sqrt(12)  # counts, where noise does not dither them
 
@@ -43,8 +44,8 @@ class Level:
 class Session:
     """One identified board. The bridge is open except within ``hold`` and ``pulse``."""
 
-    def __init__(self, port: Port, rig: Rig, stop: Stop, progress: Progress | None = None) -> None:
-        self.port, self.stop, self.progress = port, stop, progress
+    def __init__(self, port: Port, rig: Rig, progress: Progress | None = None) -> None:
+        self.port, self.progress = port, progress
         self.board = Board(port)
         self.board.identify()
         self.board.make_ready()
@@ -82,16 +83,18 @@ class Session:
             self.board.wait(seconds / (8 * BLOCKS))
         return level_of(np.array(raw))
 
-    def pulse(self) -> Pulse | None:
+    def pulse(self) -> Pulse:
         """A short pulse at a tenth of the supply: what is connected, and what it draws.
 
-        Raises RigError where a sensor is dead, saturated or reversed; None after a stop.
+        Raises RigError where a sensor is dead, saturated or reversed, KeyboardInterrupt at a stop.
         """
         zero, _ = self.zero()
         supply_v = check_supply(self.board, self.rig)
-        found = weak_pulse(self.board, self.rig, self.config, zero, self.stop, 0.1, supply_v)
-        if found is not None:
-            judge_sensors(self.rig, found)
+        with interruptible() as stop:
+            found = weak_pulse(self.board, self.rig, self.config, zero, stop, WEAK, supply_v)
+        if found is None:
+            raise KeyboardInterrupt("interrupted; the bridge is open")
+        judge_sensors(self.rig, found)
         return found
 
     def hold(self, volts: float, seconds: float, pulse: Pulse) -> dict[str, Level]:
@@ -122,8 +125,9 @@ class Session:
             timeline.add(block)
             view.consume(block)
 
-        reason = drive(self.board, wire, self.config, self.stop, consume)
-        if self.stop.requested:
+        with interruptible() as stop:
+            reason = drive(self.board, wire, self.config, stop, consume)
+        if stop.requested:
             raise KeyboardInterrupt("interrupted; the bridge is open")
         if reason.startswith("fault"):
             raise RigError(f"at {volts:g} V {tripped(reason)}")

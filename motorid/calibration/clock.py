@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from motorid.errors import DataError
 
 WRAP = 1 << 32
 FEWEST = 10
-QUICK = 1.5  # round trips up to this many times the shortest are used
 
 
 @dataclass(frozen=True)
@@ -37,18 +36,17 @@ class Clock:
 def clock_of(pairs: Sequence[Pair], nominal_hz: float, host_uncertainty: float) -> Clock:
     """The clock's rate; ``host_uncertainty`` (standard, relative) is that of the host's clock.
 
-    Slow round trips are left out. What is left may still go out quicker than back at the one end
-    and the other way round at the other, by the shortest round trip: that bounds the slope.
-    Raises DataError for fewer than ten pairs, or where the ticks do not increase.
+    The quicker half of the round trips is used. Each way has a shortest time that does not change,
+    so a trip that takes d longer than the shortest is off its middle by at most d/2: that, the one
+    way at the one end and the other way at the other, bounds the slope beside its scatter. Raises
+    DataError for fewer than ten pairs, or where the ticks do not increase.
     """
     trips = np.array([p.after_s - p.before_s for p in pairs])
     if len(pairs) < FEWEST:
         raise DataError(f"a clock needs {FEWEST} pairs of tick and time or more")
     raw = np.array([p.tick for p in pairs], dtype=np.int64)
     ticks = np.concatenate([[0], np.cumsum(np.diff(raw) % WRAP)]).astype(np.float64)
-    kept = trips <= QUICK * max(float(trips.min()), 1e-9) + 1e-4
-    if kept.sum() < FEWEST:
-        kept = trips <= np.sort(trips)[FEWEST - 1]
+    kept = trips <= np.sort(trips)[max(len(trips) // 2, FEWEST) - 1]
     times = np.array([(p.before_s + p.after_s) / 2 for p in pairs])[kept]
     ticks = ticks[kept] / nominal_hz
     span = float(np.ptp(times))
@@ -59,5 +57,12 @@ def clock_of(pairs: Sequence[Pair], nominal_hz: float, host_uncertainty: float) 
     rate = float(centred @ ticks) / sum_squares
     residual = ticks - ticks.mean() - rate * centred
     scatter = math.sqrt(float(residual @ residual) / (len(times) - 2) / sum_squares)
-    uneven = float(trips.min()) / 2 * math.sqrt(2 / 3) / span
+    uneven = float(np.ptp(trips[kept])) / 2 * math.sqrt(2 / 3) / span
     return Clock(rate, math.hypot(scatter, uneven, host_uncertainty), span, int(kept.sum()))
+
+
+def with_stated(found: Clock, stated: float) -> Clock:
+    """Together with what the board states: its nominal rate within ``stated`` (standard)."""
+    weights = found.uncertainty**-2, (stated or math.inf) ** -2
+    rate = (weights[0] * found.rate + weights[1]) / sum(weights)
+    return replace(found, rate=rate, uncertainty=sum(weights) ** -0.5)

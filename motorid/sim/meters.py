@@ -14,6 +14,7 @@ from motorid.sim.bench import Bench, Counts, Raw
 from motorid.sim.port import SimPort
 
 QUANTITIES = ("current", "terminal_voltage", "supply_voltage")
+SETTLING_SAMPLES = 5000
 
 
 class Meters:
@@ -51,8 +52,9 @@ class Meters:
         true = (last[k] - first[k]) / (last[0] - first[0])
         return true * (1 + self._errors.get(quantity, 0.0))
 
-    def supply_at_rest(self) -> float:
-        """What the meter at the supply shows with the bridge open."""
+    def settled_supply(self) -> float:
+        """What the meter at the supply shows with the bridge open, once it has settled."""
+        self._run(SETTLING_SAMPLES)
         error = self._errors.get("supply_voltage", 0.0)
         return float(self._bench.plant.bus) * (1 + error)
 

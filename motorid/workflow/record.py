@@ -23,9 +23,22 @@ def bench(name_or_path: str, *, port: str | None = None, speed: str | None = Non
     """
     from motorid.rig import load_rig
 
-    rig = load_rig(name_or_path)
+    return adjusted(load_rig(name_or_path), port=port, speed=speed)
+
+
+def adjusted(rig: Rig, *, port: str | None = None, speed: str | None = None) -> Rig:
+    """``rig`` on another port or at another simulated pace. Raises UsageError for a real one."""
     url = port or rig.port
     return replace(rig, port=_at_speed(url, speed) if speed else url)
+
+
+def old_calibration(rig: Rig) -> str:
+    """A sentence where the rig's calibration is older than it allows; "" where not."""
+    from motorid.rig_calibration import too_old
+
+    if rig.calibrated is None:
+        return ""
+    return too_old(rig.calibrated.cited(), rig.calibration_max_age_days)
 
 
 def _at_speed(url: str, speed: str) -> str:
