@@ -18,7 +18,7 @@ C_SOURCES := $(filter-out $(wildcard motorid/*/_*), \
 READY := $(VENV)/ready
 READY_TO_TEST := $(VENV)/ready-to-test
 
-.PHONY: run test quick check fuzz bench docs format help clean
+.PHONY: run test quick check fuzz bench docs format wheel help clean
 
 run: $(READY)
 	$(VENV)/bin/motorid run --rig $(RIG) -o $(OUT) --force
@@ -52,6 +52,10 @@ format: $(READY_TO_TEST)
 	$(PY) -m ruff format .
 	$(PY) -m ruff check --fix .
 
+wheel: $(READY_TO_TEST)
+	$(MAKE) -C firmware hex
+	MOTORID_RELEASE=1 $(PY) -m pip wheel -q --no-deps --no-build-isolation -w dist .
+
 $(READY): pyproject.toml setup.py constraints.txt tools/setup.sh $(C_SOURCES)
 	sh tools/setup.sh run
 	@touch $@
@@ -73,4 +77,5 @@ help:
 	@echo "make bench                    speed and accuracy against their targets"
 	@echo "make docs                     write the generated documents"
 	@echo "make format                   format and mend lint"
+	@echo "make wheel                    a release's wheel, with the boards' firmware, into dist/"
 	@echo "make clean                    remove the environment and everything built"

@@ -1,5 +1,7 @@
 """The compiled parts and the packaged rigs and products; everything else is in pyproject.toml."""
 
+import os
+from collections.abc import Iterable
 from pathlib import Path
 
 from setuptools import setup
@@ -8,17 +10,25 @@ from setuptools.command.build_py import build_py
 
 
 class BuildWithRigs(build_py):
-    """Puts rigs/ and products/ inside the installed package: ``--rig sim`` works anywhere."""
+    """Puts rigs/ and products/ inside the installed package: ``--rig sim`` works anywhere.
+
+    So it does with the boards' firmware in a release, which is built before: see ``make wheel``.
+    """
 
     def run(self) -> None:
         super().run()
         if self.editable_mode:
             return  # a working copy reads them where they are
         for folder in ("rigs", "products"):
-            inside = Path(self.build_lib, "motorid", folder)
-            self.mkpath(str(inside))
-            for file in Path(folder).glob("*.toml"):
-                self.copy_file(str(file), str(inside / file.name))
+            self.put_inside(folder, Path(folder).glob("*.toml"))
+        if os.environ.get("MOTORID_RELEASE"):
+            self.put_inside("firmware", Path("firmware/build/release").glob("*"))
+
+    def put_inside(self, folder: str, files: Iterable[Path]) -> None:
+        inside = Path(self.build_lib, "motorid", folder)
+        self.mkpath(str(inside))
+        for file in files:
+            self.copy_file(str(file), str(inside / file.name))
 
 
 class BuildOne(build_ext):

@@ -61,13 +61,16 @@ def _usb_serial(device: str) -> str:
 def probe(url: str) -> str:
     """Who answers on a port, in a line; or why nobody does. Opens it, which resets many boards."""
     try:
-        port = open_port(url)
+        return who_answers(url)
     except MotoridError as error:
         return str(error)
+
+
+def who_answers(url: str) -> str:
+    """Board, firmware and protocol, in a line. Raises LinkError where nobody does."""
+    port = open_port(url)
     try:
         who = Board(port).identify()
-    except MotoridError as error:
-        return str(error)
     finally:
         port.close()
     firmware = ".".join(str(who[f"firmware_{part}"]) for part in ("major", "minor", "patch"))

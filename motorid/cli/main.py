@@ -20,6 +20,10 @@ COMMANDS = {
     "import": ("import_", "Turn somebody else's CSV or MAT file into a capture."),
     "segment": ("segment", "Show where a capture accelerates, runs steadily, coasts and rests."),
     "fit": ("fit", "Estimate R, L, K, B, J and T0 from captures."),
+    "calibrate": (
+        "calibrate",
+        "Hold a rig against meters, a resistor and a disc; keep what they say.",
+    ),
     "check": ("check", "Measure and judge one motor by a product's limits."),
     "station": ("station", "Inspect motor after motor, for an operator or a line controller."),
     "gauge": ("gauge", "Study the gauge itself: crossed R&R, a golden motor, linearity."),
@@ -28,6 +32,7 @@ COMMANDS = {
     "compare": ("compare", "Many methods on the same captures; the review's tables, rebuilt."),
     "ports": ("ports", "List the serial ports, without opening them."),
     "rigs": ("rigs", "List the rigs that come with motorid."),
+    "flash": ("flash", "Put the firmware on an Arduino Uno or Mega, by avrdude."),
     "sim": ("sim", "Offer the simulated board to another program."),
 }
 

@@ -1,0 +1,1 @@
+"""motorid flash, and the files that it flashes."""

@@ -1,0 +1,67 @@
+"""A release's firmware is the same to the byte wherever it is built, and is what the boards run."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from motorid.workflow import flash
+from tests.load.pty import ROOT
+
+BUILT = ("motorid-uno.hex", "motorid-mega.hex")
+
+
+def build(folder: Path) -> Path:
+    """A copy of the firmware's source in ``folder``, built there; the folder of what came of it."""
+    source = folder / "firmware"
+    shutil.copytree(
+        ROOT / "firmware", source, ignore=shutil.ignore_patterns("build", "__pycache__")
+    )
+    done = subprocess.run(["make", "-s", "-C", str(source), "hex"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return source / "build" / "release"
+
+
+@pytest.fixture(scope="module")
+def builds(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Two, from folders whose names differ in length."""
+    if not shutil.which("make") or not shutil.which("avr-gcc"):
+        pytest.skip("no C compiler avr-gcc: the boards' firmware is not built")
+    names = ("here", "somewhere else quite Ω".replace(" ", "_"))
+    first, second = (build(tmp_path_factory.mktemp(name)) for name in names)
+    return first, second
+
+
+@pytest.mark.slow
+def test_two_builds_are_one(builds: tuple[Path, Path]) -> None:
+    first, second = builds
+    assert sorted(path.name for path in first.iterdir()) == ["SHA256SUMS", *sorted(BUILT)]
+    for path in first.iterdir():
+        assert path.read_bytes() == (second / path.name).read_bytes()
+    for line in (first / "SHA256SUMS").read_text().splitlines():
+        digest, name = line.split()
+        assert hashlib.sha256((first / name).read_bytes()).hexdigest() == digest
+
+
+@pytest.mark.slow
+def test_the_file_is_the_firmware_that_the_emulated_board_runs(builds: tuple[Path, Path]) -> None:
+    for board in ("uno", "mega"):
+        path = builds[0] / f"motorid-{board}.hex"
+        flash.check_firmware(path, board)
+        image = flash.read_hex(path.read_text())
+        elf = builds[0].parent / board / f"motorid-{board}.elf"
+        binary = elf.with_suffix(".bin")
+        copy = ("avr-objcopy", "-O", "binary", "-R", ".eeprom", str(elf), str(binary))
+        subprocess.run(copy, check=True)
+        assert image == binary.read_bytes()
+
+
+@pytest.mark.slow
+def test_no_path_is_in_the_file(builds: tuple[Path, Path]) -> None:
+    for name in BUILT:
+        assert b"/" + b"here" not in flash.read_hex((builds[0] / name).read_text())
+        assert str(builds[0]).encode() not in flash.read_hex((builds[0] / name).read_text())
