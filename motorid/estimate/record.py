@@ -55,7 +55,7 @@ class MotorRecord:
         self._places = [self.names.index(name) for name in free]
         self.supply_v = supply_voltage(capture)
         self.clamp_v = clamp_voltage(capture, float(np.abs(sensed.volts).max()))
-        self._lost = np.isnan(self.timeline.spread(np.zeros(len(capture))))
+        self._lost = sensed.filled | np.isnan(self.timeline.spread(np.zeros(len(capture))))
         self.driven = self._driven()
         self.sources: tuple[Source | None, ...] = tuple(None for _ in self.timeline.parts)
         self.measured, self._outputs = read(capture, self.timeline, self.driven, sensed.shows_emf)
@@ -234,12 +234,12 @@ class MotorRecord:
 
     def fitted_with(self, shared: Floats, own: Floats, volts: Floats) -> list[Floats]:
         """``fitted`` if ``volts`` (count,) drove the motor in place of the source's."""
-        usual = self.volts
+        usual, memory = self.volts, self._memory
+        self._memory = {}
         self.response.excite(volts, self.stretches)
-        self._memory.clear()
         moved = self.fitted(shared, own)
         self.response.excite(usual, self.stretches)
-        self._memory.clear()
+        self._memory = memory
         return moved
 
     def whiten(self, filters: Sequence[Floats | None]) -> None:

@@ -35,9 +35,13 @@ WINDOWS = (64, 32, 16, 8, 4)  # half-widths in samples
 
 @dataclass(frozen=True)
 class Sense:
-    """The voltage (count,) at the sense point, and what lies between there and the terminals."""
+    """The voltage (count,) at the sense point, and what lies between there and the terminals.
+
+    ``filled`` (count,): intervals without a reading of their own, whose voltage is a neighbour's.
+    """
 
     volts: Floats
+    filled: NDArray[np.bool_]
     series_ohm: float  # to be taken off the fitted resistance
     series_uncertainty_ohm: float
     shows_emf: bool  # the same channel shows K w while the bridge is open
@@ -73,7 +77,7 @@ def sense(capture: Capture, timeline: Timeline) -> Sense | None:
         readings, lag = _on_time(timeline.spread(channel.values), channel, timeline)
         volts = _filled(readings, timeline.parts)
         emf = where in ("terminals", "bridge")
-        return Sense(volts, *series, emf, channel, channel.resolution, lag)
+        return Sense(volts, np.isnan(readings), *series, emf, channel, channel.resolution, lag)
     return _from_command(capture, timeline, both)
 
 
@@ -94,7 +98,8 @@ def _from_command(
             volts[part.slice] = part.level
         elif part.kind == StepKind.DRIVE_DUTY and rail is not None:
             volts[part.slice] = part.level * rail[part.slice]
-    return Sense(volts, *series, False, supply, 0.0)
+    none = np.zeros(timeline.count, dtype=bool)
+    return Sense(volts, none, *series, False, supply, 0.0)
 
 
 def _on_time(grid: Floats, channel: Channel, timeline: Timeline) -> tuple[Floats, int]:
@@ -147,7 +152,8 @@ def source_resistance(
         if not _drawn(part, current, lost):
             continue
         dv, di = np.diff(sensed.volts[part.slice]), np.diff(current[part.slice])
-        good = np.isfinite(dv) & np.isfinite(di)
+        known = ~lost[part.slice]
+        good = np.isfinite(dv) & np.isfinite(di) & known[1:] & known[:-1]
         weight += square(di[good])
         cross -= dot(di[good], dv[good])
         noise += square(dv[good][HEAD:])

@@ -119,6 +119,26 @@ def test_readings_that_come_late_are_put_back(delay: float) -> None:
     np.testing.assert_allclose(sensed.volts[part.slice][:-late], volts[: N - late])
 
 
+def test_a_window_that_reaches_over_a_step_tells_nothing_of_the_source() -> None:
+    fast = 2.0 * (1 - np.exp(-np.arange(N) / 1.5))
+    volts = np.concatenate([np.zeros(2), 6.0 - 0.2 * fast])
+    mixed = (volts[2:] + volts[1:-1] + volts[:-2]) / 3  # as a window of three periods reads
+    noise = np.random.default_rng(4).normal(0, 1e-4, N)
+    one = capture(mixed + noise)
+    wide = replace(one.channels[VOLTAGE], aperture_s=3 * PERIOD)
+    one = replace(one, channels={**one.channels, VOLTAGE: wide})
+    line, current = lay(one), np.concatenate([np.zeros(102), fast])
+    seen = (current[2:] + current[1:-1] + current[:-2]) / 3
+    sensed = sense(one, line)
+    part = line.parts[1]
+    assert list(np.flatnonzero(sensed.filled[part.slice])) == [0, 1]
+    ohms = source_resistance(sensed, seen, line.parts, sensed.filled, (0.0, np.inf))
+    assert ohms == pytest.approx(0.2, abs=2e-3)
+    source = sources(sensed, seen, line.parts, sensed.filled, ohms)[1]
+    assert source is not None
+    assert np.abs(source.volts - 6.0).max() < 2e-3
+
+
 def test_sense_points_and_what_lies_behind_them() -> None:
     wiring = Wiring(0.1, 0.01, 0.2, 0.02, pwm_hz=20e3)
     volts = np.full(N, 6.0)
