@@ -19,20 +19,25 @@ if TYPE_CHECKING:
 
 def fit(
     *captures: Capture | str | PathLike[str],
+    rig: Rig | str | None = None,
     fix: Mapping[str, float] | None = None,
     without: Sequence[str] = (),
     method: str = "ml",
 ) -> Estimate:
     """The estimate that captures of one motor, or the files that hold them, give together.
 
-    ``fix`` holds parameters at known SI values; ``without`` leaves some out of the model. Raises
-    DataError where a capture is none or too little, UsageError on an unknown name.
+    ``rig``: re-analyse them under this rig (its name, its file), with its calibration, in place of
+    the one that they were taken with. ``fix`` holds parameters at known SI values; ``without``
+    leaves some out of the model. Raises DataError where a capture is none or too little, UsageError
+    on an unknown name, RigError where the rig is not of these captures.
     """
     from motorid.capture import store
-    from motorid.estimate import fit as estimate
+    from motorid.rig import load_rig
+    from motorid.workflow.fit import fit_captures
 
     loaded = [store.load(Path(c)) if isinstance(c, str | PathLike) else c for c in captures]
-    return estimate(loaded, fix=fix or {}, without=without, method=method)
+    bench = load_rig(rig) if isinstance(rig, str) else rig
+    return fit_captures(loaded, rig=bench, fix=fix or {}, without=without, method=method)
 
 
 def record(

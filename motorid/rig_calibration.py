@@ -10,7 +10,7 @@ import hashlib
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -277,13 +277,21 @@ def refuse_other_board(file: CalibrationFile, name: str, serial: str) -> None:
             )
 
 
-def too_old(cited: Mapping[str, Any], max_age_days: float, now: datetime | None = None) -> str:
-    """A sentence where a part of a calibration (as ``cited``) is older than the rig allows."""
+def citation(rig: Rig) -> dict[str, Any]:
+    """What captures and estimates cite of the calibration in force; empty where there is none."""
+    if rig.calibrated is None:
+        return {}
+    return rig.calibrated.cited() | {"max_age_days": rig.calibration_max_age_days}
+
+
+def too_old(cited: Mapping[str, Any], when: datetime) -> str:
+    """A sentence where a part of a calibration as cited lies further from a run than allowed."""
     then = datetime.fromisoformat(str(cited["oldest"]))
-    days = ((now or datetime.now(UTC)) - then).total_seconds() / DAY_S
-    if days <= max_age_days:
+    days = abs((when - then).total_seconds()) / DAY_S
+    if days <= float(cited["max_age_days"]):
         return ""
     return (
-        f"the calibration {cited['name']} is {days:.0f} days old ({cited['oldest_part']}, "
-        f"{then:%Y-%m-%d}), and calibration.max_age_days is {max_age_days:g}: calibrate again"
+        f"{cited['name']} is old: {cited['oldest_part']} was calibrated on {then:%Y-%m-%d}, "
+        f"{days:.0f} days from this run, and calibration.max_age_days is "
+        f"{cited['max_age_days']:g}; calibrate again"
     )

@@ -37,7 +37,7 @@ from motorid.capture.whole import refuse_existing
 from motorid.errors import DataError, LinkError, MotoridError, RigError, UsageError
 from motorid.program import Program
 from motorid.rig import Rig
-from motorid.rig_calibration import refuse_other_board
+from motorid.rig_calibration import citation, refuse_other_board
 
 Progress = Callable[[Live], None]
 ZERO_S = 0.2
@@ -283,7 +283,7 @@ def _where(samples: int, path: Path) -> str:
 def _header(rig: Rig, program: Program, serial: str, note: str) -> dict[str, Any]:
     """What a journal says of the run that follows: all that its bytes do not."""
     file = rig.calibrated
-    calibrated = {"calibration_file": file.cited(), "calibration_text": file.text} if file else {}
+    calibrated = {"calibration_file": citation(rig), "calibration_text": file.text} if file else {}
     return calibrated | {
         "created": datetime.now(UTC).isoformat(timespec="seconds"),
         "motorid": __version__,

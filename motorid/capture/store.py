@@ -141,7 +141,7 @@ def _write_text(group: h5py.Group, name: str, text: str, encoding: str) -> None:
 
 
 def describe(capture: Capture) -> Mapping[str, Any]:
-    """What an estimate cites of its input: path, SHA-256, samples, end reason, ambient, serial."""
+    """What an estimate cites of its input: path, SHA-256, samples, ambient, rig, calibration."""
     return {
         "path": capture.path,
         "sha256": capture.sha256,
@@ -152,4 +152,19 @@ def describe(capture: Capture) -> Mapping[str, Any]:
         "ambient_uncertainty_c": capture.ambient_uncertainty_c,
         "serial": capture.provenance.get("serial", ""),
         "duration_s": float(capture.time_s[-1]) if len(capture) else 0.0,
+        **_instruments(capture.provenance),
     }
+
+
+def _instruments(known: Mapping[str, Any]) -> dict[str, Any]:
+    """What the readings' meaning rests on: rig and calibration, as captured and as re-analysed."""
+    found: dict[str, Any] = {}
+    if known.get("created"):
+        found["created"] = known["created"]
+    if known.get("rig"):
+        found["rig_sha256"] = hashlib.sha256(str(known["rig"]).encode()).hexdigest()
+    if known.get("calibration_file"):
+        found["calibration"] = known["calibration_file"]
+    if known.get("reanalysed"):
+        found["reanalysed"] = known["reanalysed"]
+    return found

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from motorid.cli.options import capture_options, example, force_option
+from motorid.cli.options import capture_options, example, force_option, warned
 
 
 @click.command(
@@ -45,7 +45,7 @@ def command(
 
     with ProgressLine() as progress:
         paths = record.capture_runs(
-            record.bench(rig_name, port=port, speed=speed),
+            warned(record.bench(rig_name, port=port, speed=speed)),
             output,
             repeat=repeat,
             force=force,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from motorid.cli.options import example, expand
+from motorid.cli.options import example, expand, warned
 
 if TYPE_CHECKING:
     from motorid.workflow.check import Inspection
@@ -26,7 +26,11 @@ if TYPE_CHECKING:
 @click.option(
     "--product", "product_name", required=True, help="Product file, or a packaged product's name."
 )
-@click.option("--rig", "rig_name", help="Rig file, or the name of a packaged rig.")
+@click.option(
+    "--rig",
+    "rig_name",
+    help="Rig file, or the name of a packaged rig; with --capture, the one to re-analyse with.",
+)
 @click.option("--port", help="Port to use instead of the rig file's.")
 @click.option(
     "--speed",
@@ -70,9 +74,11 @@ def command(
 
     product = load_product(product_name)
     if captures:
+        from motorid.rig import load_rig
         from motorid.workflow.check import judge_stored
 
-        done = judge_stored(expand(captures), product, serial, output)
+        again = load_rig(rig_name) if rig_name else None
+        done = judge_stored(expand(captures), product, serial, output, rig=again)
     else:
         if not rig_name:
             raise click.UsageError("name a --rig to measure, or a --capture to judge.")
@@ -80,7 +86,7 @@ def command(
         from motorid.workflow.check import Line
         from motorid.workflow.record import bench
 
-        rig = bench(rig_name, port=port, speed=speed)
+        rig = warned(bench(rig_name, port=port, speed=speed))
         scanned = serial or _scan(as_json)
         with Line(rig, product, output or Path("inspections")) as line, ProgressLine() as progress:
             done = line.inspect(scanned, progress=progress)

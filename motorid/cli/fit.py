@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from motorid.cli.options import INSTANT, example, expand, fit_options, force_option, search_options
+
+if TYPE_CHECKING:
+    from motorid.rig import Rig
 
 
 @click.command(
@@ -18,11 +21,17 @@ from motorid.cli.options import INSTANT, example, expand, fit_options, force_opt
         "motorid fit run-1.h5 run-2.h5 run-3.h5 -o report",
         "motorid fit robotino.h5 --fix K=0.0514 --json",
         "motorid fit run-1.h5 --method pso-ci --model quadratic-load --budget 20000",
+        "motorid fit run-1.h5 --rig bench.toml --json",
         "motorid fit captures --jobs -1 -o fits",
         "motorid fit --history line.db --serial 'SN-1*' -o fits",
     ),
 )
 @click.argument("files", nargs=-1)
+@click.option(
+    "--rig",
+    "rig_name",
+    help="Re-analyse the captures under this rig, with its calibration, in place of their own.",
+)
 @fit_options
 @search_options
 @click.option(
@@ -47,6 +56,7 @@ from motorid.cli.options import INSTANT, example, expand, fit_options, force_opt
 @force_option
 def command(
     files: tuple[str, ...],
+    rig_name: str | None,
     fix: tuple[tuple[str, float], ...],
     without: tuple[str, ...],
     method: str,
@@ -69,14 +79,22 @@ def command(
     With --jobs, a folder among FILES, or --history, every capture is fitted by itself, into
     fits.csv, a row a capture. Finished fits are kept, so an interrupted run goes on where it
     stopped; captures that cannot be fitted are listed and stop nothing.
+
+    With --rig, stored captures are given the meaning that a corrected rig file and its calibration
+    give them: their raw readings and their files stay as they are, and the estimate cites both.
     """
-    options = {"fix": dict(fix), "without": without, "method": method}
+    options: dict[str, Any] = {
+        "fix": dict(fix),
+        "without": without,
+        "method": method,
+        "rig": _rig(rig_name),
+    }
     if not (files or history):
         raise click.UsageError("Missing argument 'FILES...': name captures, or a --history.")
     if files and history:
         raise click.UsageError("name captures or a --history: one of the two.")
     given = {"model": model, "budget": budget, "seed": seed}
-    search = {name: value for name, value in given.items() if value is not None}
+    search: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if history or jobs is not None or any(Path(name).is_dir() for name in files):
         if as_json or output is None:
             raise click.UsageError("many fits go to a folder: give -o, and no --json.")
@@ -89,13 +107,17 @@ def command(
 
     if output:
         workflow.check_writable(output, force=force)
-    estimate = workflow.fit_files(
-        expand(files), fix=dict(fix), without=without, method=method, **search
-    )
+    estimate = workflow.fit_files(expand(files), **options, **search)
     click.echo(workflow.as_json(estimate) if as_json else workflow.as_text(estimate))
     if output:
         for path in workflow.write_report(estimate, output, force=force):
             click.echo(f"wrote {path}", err=True)
+
+
+def _rig(name: str | None) -> Rig | None:
+    from motorid.rig import load_rig
+
+    return load_rig(name) if name else None
 
 
 def _of_history(history: str, serial: str, since: datetime | None) -> list[Path]:

@@ -6,9 +6,12 @@ import glob
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+
+if TYPE_CHECKING:
+    from motorid.rig import Rig
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -63,6 +66,15 @@ def expand(files: tuple[str, ...]) -> list[Path]:
             raise click.UsageError(f"there is no file {file!r}.", click.get_current_context())
         paths.extend(Path(name) for name in found)
     return paths
+
+
+def warned(rig: Rig) -> Rig:
+    """``rig``, after saying on stderr what a person should know of it before it drives a motor."""
+    from motorid.workflow.record import old_calibration
+
+    if sentence := old_calibration(rig):
+        click.echo(f"motorid: warning: {sentence}", err=True)
+    return rig
 
 
 def example(*lines: str) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from motorid.cli.options import capture_options, example, fit_options, force_option
+from motorid.cli.options import capture_options, example, fit_options, force_option, warned
 
 
 @click.command(
@@ -47,7 +47,7 @@ def command(
     from motorid.workflow import fit, record
 
     fit.check_writable(output, force=force)
-    bench = record.bench(rig_name, port=port, speed=speed)
+    bench = warned(record.bench(rig_name, port=port, speed=speed))
     with ProgressLine() as progress:
         paths = record.capture_runs(
             bench,

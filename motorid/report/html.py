@@ -26,6 +26,7 @@ from motorid.report.words import (
     COVERAGE,
     STATUS_WORDS,
     fit_quality,
+    instruments,
     name_of,
     one_run,
     others,
@@ -221,9 +222,10 @@ def _inputs(estimate: Estimate) -> str:
         '<th class="num">capture</th><th>file</th><th class="num">samples</th>'
         "<th>serial</th><th>SHA-256</th>"
     )
+    meant = dict.fromkeys(sentence(instruments(i)) for i in estimate.inputs if instruments(i))
     return (
         f'<div class="scroll"><table><thead><tr>{head}</tr></thead>'
-        f"<tbody>{''.join(rows)}</tbody></table></div>"
+        f"<tbody>{''.join(rows)}</tbody></table></div>{''.join(map(paragraph, meant))}"
         if rows
         else ""
     )

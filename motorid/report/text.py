@@ -11,6 +11,7 @@ from motorid.report.words import (
     COVERAGE,
     STATUS_WORDS,
     fit_quality,
+    instruments,
     name_of,
     one_run,
     others,
@@ -111,7 +112,8 @@ def _closing(estimate: Estimate) -> list[str]:
     ]
     lines = [one_run(estimate), COVERAGE, fit_quality(estimate)]
     lines.append(f"Model {estimate.model}, method {estimate.method}.")
-    return [line for line in lines if line] + [f"From {s}" for s in sources]
+    meant = dict.fromkeys(sentence(instruments(i)) for i in estimate.inputs if instruments(i))
+    return [line for line in lines if line] + [f"From {s}" for s in sources] + list(meant)
 
 
 def _wrap(sentence: str, mark: str) -> str:

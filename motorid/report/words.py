@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from motorid.estimate.types import PARAMETERS, Estimate, Parameter
 from motorid.report.numbers import shown
 
@@ -107,3 +110,35 @@ def fit_quality(estimate: Estimate) -> str:
 
 def _list(names: list[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def instruments(one: Mapping[str, Any]) -> str:
+    """Which rig and calibration gave a capture's readings their meaning; "" where none is known.
+
+    ``one`` is an entry of ``Estimate.inputs``.
+    """
+    own = [_calibration(one), f"rig file {_short(one.get('rig_sha256'))}"]
+    taken = ", ".join(part for part in own if part and one.get("rig_sha256"))
+    again = one.get("reanalysed")
+    if not again:
+        return f"taken with {taken}" if taken else ""
+    new = ", ".join(
+        part
+        for part in (
+            _calibration(again),
+            f"rig file {_short(again.get('rig_sha256'))} ({again.get('rig_name')})",
+        )
+        if part
+    )
+    return f"re-analysed with {new}" + (f"; taken with {taken}" if taken else "")
+
+
+def _calibration(cites: Mapping[str, Any]) -> str:
+    cited = cites.get("calibration")
+    if not cited:
+        return ""
+    return f"calibration {cited['name']} of {str(cited['date'])[:10]} {_short(cited['sha256'])}"
+
+
+def _short(sha256: Any) -> str:
+    return f"(sha256 {str(sha256)[:12]})" if sha256 else ""

@@ -160,14 +160,17 @@ def finish(
     return Inspection(verdict, folder, verdict.exit_code, seconds)
 
 
-def judge_files(paths: Sequence[Path], product: Product, serial: str = "") -> tuple[Verdict, float]:
+def judge_files(
+    paths: Sequence[Path], product: Product, serial: str = "", *, rig: Rig | None = None
+) -> tuple[Verdict, float]:
     """The verdict on stored captures of one motor, and the seconds that loading and fit took.
 
+    ``rig``: re-analyse them under this one, with its calibration, in place of their own.
     Captures that cannot be fitted give INVALID; a file that is none raises DataError.
     """
     from motorid.capture import store
-    from motorid.estimate import fit
     from motorid.quality.judge import judge, not_measured
+    from motorid.workflow.fit import fit_captures
 
     start = time.perf_counter()
     captures = [store.load(path) for path in paths]
@@ -175,7 +178,7 @@ def judge_files(paths: Sequence[Path], product: Product, serial: str = "") -> tu
     if serial and stored and serial != stored:
         raise UsageError(f"{paths[0]} is of motor {stored}, not of {serial}: name the right one")
     try:
-        estimate = fit(captures)
+        estimate = fit_captures(captures, rig=rig)
     except DataError as error:
         verdict = not_measured(product, serial or stored, str(error))
         return verdict, time.perf_counter() - start
@@ -184,10 +187,15 @@ def judge_files(paths: Sequence[Path], product: Product, serial: str = "") -> tu
 
 
 def judge_stored(
-    paths: Sequence[Path], product: Product, serial: str, output: Path | None
+    paths: Sequence[Path],
+    product: Product,
+    serial: str,
+    output: Path | None,
+    *,
+    rig: Rig | None = None,
 ) -> Inspection:
     """The verdict on stored captures; its records go into a folder under ``output``, if given."""
-    verdict, fit_s = judge_files(paths, product, serial)
+    verdict, fit_s = judge_files(paths, product, serial, rig=rig)
     folder = None
     if output is not None:
         begin = datetime.now(UTC)

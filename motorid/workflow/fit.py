@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from motorid.estimate.types import Estimate
+    from motorid.capture.model import Capture
+    from motorid.estimate.types import Diagnostic, Estimate
+    from motorid.rig import Rig
 
 ESTIMATE_FILE = "estimate.json"
 REPORT_FILE = "report.html"
@@ -17,22 +21,53 @@ REPORT_FILE = "report.html"
 def fit_files(
     paths: Sequence[Path],
     *,
+    rig: Rig | None = None,
     fix: Mapping[str, float],
     without: Sequence[str] = (),
     method: str = "ml",
     **search: Any,
 ) -> Estimate:
-    """The estimate that the captures at ``paths`` give together.
+    """The estimate that the captures at ``paths`` give together, under another ``rig`` if given.
 
     ``search``: ``model``, ``budget`` and ``seed`` of a method that searches.
 
-    Raises DataError where a file is no capture or holds too little, UsageError on a bad option.
+    Raises DataError where a file is no capture or holds too little, UsageError on a bad option,
+    RigError where the rig is not of these captures.
     """
     from motorid.capture import store
-    from motorid.estimate import fit
 
     captures = [store.load(path) for path in paths]
-    return fit(captures, fix=fix, without=without, method=method, **search)
+    return fit_captures(captures, rig=rig, fix=fix, without=without, method=method, **search)
+
+
+def fit_captures(
+    captures: Sequence[Capture], *, rig: Rig | None = None, **options: Any
+) -> Estimate:
+    """As ``fit_files``, for captures that are loaded already."""
+    from motorid.estimate import fit
+
+    if rig is not None:
+        from motorid.workflow.recalibrate import recalibrated
+
+        captures = [recalibrated(capture, rig) for capture in captures]
+    estimate = fit(captures, **options)
+    return replace(estimate, diagnostics=(*estimate.diagnostics, *_old(estimate)))
+
+
+def _old(estimate: Estimate) -> Iterator[Diagnostic]:
+    """Calibrations that lie too far from the run that they explain."""
+    from motorid.estimate.types import Diagnostic
+    from motorid.rig_calibration import too_old
+
+    said: set[str] = set()
+    for one in estimate.inputs:
+        cited = {**one, **one.get("reanalysed", {})}.get("calibration")
+        if not cited or not one.get("created"):
+            continue
+        sentence = too_old(cited, datetime.fromisoformat(str(one["created"])))
+        if sentence and sentence not in said:
+            said.add(sentence)
+            yield Diagnostic("calibration_old", "warning", sentence)
 
 
 def as_text(estimate: Estimate) -> str:

@@ -10,12 +10,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from motorid import __version__
 from motorid.capture.whole import refuse_existing, write_whole
 from motorid.errors import DataError, MotoridError
+from motorid.workflow.recalibrate import cited
 from motorid.workflow.tasks import Progress, Result, Task, run_all
+
+if TYPE_CHECKING:
+    from motorid.rig import Rig
 
 RUNS, TABLE = "runs", "fits.csv"
 SUFFIX = ".h5"
@@ -79,21 +83,23 @@ def fit_many(
     fix: Mapping[str, float] | None = None,
     without: Sequence[str] = (),
     method: str = "ml",
+    rig: Rig | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
 ) -> list[Fitted]:
     """Fits each capture by itself; answers in the order of ``paths``, whatever finishes first.
 
-    ``folder`` keeps every finished answer, by the capture's SHA-256 and the options: interrupt and
-    call again. ``jobs``: processes (-1: one a core).
+    ``folder`` keeps every finished answer, by the capture's SHA-256, the options and the ``rig`` to
+    re-analyse them with: interrupt and call again. ``jobs``: processes (-1: one a core).
     """
     options = {"fix": dict(fix or {}), "without": list(without), "method": method}
+    under = {"rig": cited(rig)} if rig is not None else {}
     known = {path: _sha256(path) for path in paths}
     tasks = [
         Task(
             _fit,
-            (path, sha256, options),
-            {"capture": sha256, "options": options, "motorid": __version__},
+            (path, sha256, options, rig),
+            {"capture": sha256, "options": options, "motorid": __version__, **under},
         )
         for path, sha256 in known.items()
         if isinstance(sha256, str)
@@ -125,10 +131,10 @@ def sha256_of(path: Path) -> str:
     return digest.hexdigest()
 
 
-def _fit(path: Path, sha256: str, options: Mapping[str, Any]) -> Result:
+def _fit(path: Path, sha256: str, options: Mapping[str, Any], rig: Rig | None) -> Result:
     """One capture's answer as plain data; whatever goes wrong is its failure and nobody else's."""
     from motorid.capture import store
-    from motorid.estimate import fit
+    from motorid.workflow.fit import fit_captures
 
     began = time.perf_counter()
     result: Result = {"sha256": sha256, "serial": "", "values": {}, "findings": [], "failure": ""}
@@ -137,7 +143,7 @@ def _fit(path: Path, sha256: str, options: Mapping[str, Any]) -> Result:
         if capture.sha256 != sha256:
             raise DataError(f"{path} changed while it was fitted: run again")
         result["serial"] = str(capture.provenance.get("serial", ""))
-        estimate = fit([capture], **options)
+        estimate = fit_captures([capture], rig=rig, **options)
         result["values"] = _values({**estimate.parameters, **estimate.derived})
         worth = [d for d in estimate.diagnostics if d.severity != "info"]
         result["findings"] = [d.code for d in worth]

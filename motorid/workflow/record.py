@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,11 +35,10 @@ def adjusted(rig: Rig, *, port: str | None = None, speed: str | None = None) -> 
 
 def old_calibration(rig: Rig) -> str:
     """A sentence where the rig's calibration is older than it allows; "" where not."""
-    from motorid.rig_calibration import too_old
+    from motorid.rig_calibration import citation, too_old
 
-    if rig.calibrated is None:
-        return ""
-    return too_old(rig.calibrated.cited(), rig.calibration_max_age_days)
+    cited = citation(rig)
+    return too_old(cited, datetime.now(UTC)) if cited else ""
 
 
 def _at_speed(url: str, speed: str) -> str:
