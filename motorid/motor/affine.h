@@ -29,6 +29,12 @@ typedef struct {
 /* The circuit of a stretch that begins with that current, which an open bridge may cut. */
 void enter_stretch(mode *m, const mr_stretch *s, double R, double *current);
 
+/* Speed w after a jump, which neither starts, stops nor turns the motor. */
+static inline double kicked(double w, double kick)
+{
+    return w * (w + kick) > 0.0 ? w + kick : w;
+}
+
 void make_map(const mr_motor *motor, const mode *md, double t, map *m);
 
 static inline state apply(const map *m, const state *x, double v)

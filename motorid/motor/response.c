@@ -198,6 +198,7 @@ static void walk(run *r, const mr_stretch *stretches, int n_stretches)
         int end = k + 1 < n_stretches ? stretches[k + 1].start : r->count;
         r->x.i += change_wave(&r->taps, r->motor, &stretches[k]);
         enter_stretch(&r->mode, &stretches[k], r->motor->R, &r->x.i);
+        r->x.w = kicked(r->x.w, stretches[k].kick);
         while (n < end) {
             prepare_maps(r);
             int quiet = quiet_intervals(r, n, end);

@@ -49,6 +49,7 @@ class Stretch:
     ``series_ohm`` lies between the source of the voltage and the motor's terminals. ``open``: the
     bridge is open; ``clamp_v`` drives the current that flows then to zero (0: it is cut at once).
     ``duty`` (0 to 1) and ``swing_v`` (on level less off level) describe the PWM for its ripple.
+    ``kick_rad_s``: by which a motor that turns changes its speed at the start, never its direction.
     """
 
     start: int
@@ -57,6 +58,7 @@ class Stretch:
     clamp_v: float = 0.0
     duty: float = 0.0
     swing_v: float = 0.0
+    kick_rad_s: float = 0.0
 
 
 class Response:
@@ -94,19 +96,24 @@ class Response:
         """Take another voltage of the same length, and other stretches."""
         if len(voltage_v) != self.count:
             raise ValueError(f"{len(voltage_v)} voltages for {self.count} samples")
-        self._voltage = np.array(voltage_v, dtype=np.float64)
+        self._given = np.array(voltage_v, dtype=np.float64)
+        self._voltage = self._given.copy()
         self._voltage_c = ffi.cast("double *", ffi.from_buffer(self._voltage))
-        self._shift = 0.0
         self._stretches = ffi.new(
             "mr_stretch[]",
-            [(s.start, s.open, s.series_ohm, s.clamp_v, s.duty, s.swing_v) for s in stretches],
+            [
+                (s.start, s.open, s.series_ohm, s.clamp_v, s.duty, s.swing_v, s.kick_rad_s)
+                for s in stretches
+            ],
         )
 
-    def shift(self, volts: float) -> None:
+    def shift(self, volts: float | Floats) -> None:
         """Add ``volts`` to the voltage as it was given (0 takes an earlier shift back)."""
-        if volts != self._shift:
-            self._voltage += volts - self._shift
-            self._shift = volts
+        np.add(self._given, volts, out=self._voltage)
+
+    def kick(self, stretch: int, speed_rad_s: float) -> None:
+        """The jump of speed at the start of a stretch."""
+        self._stretches[stretch].kick = speed_rad_s
 
     def __call__(
         self,

@@ -328,6 +328,8 @@ static void begin_stretch(run *r, const mr_stretch *s)
     r->now.x.x[WI] += change_wave(&r->taps, &r->six, s);
     r->swing = 0.5 * fabs(r->taps.wave.b - r->taps.wave.a);
     enter_stretch(&r->now.mode, s, r->motor->R, &r->now.x.x[WI]);
+    r->now.x.x[WW] = kicked(r->now.x.x[WW], s->kick);
+    r->now.x.x[WLOAD] = kicked(r->now.x.x[WLOAD], s->kick);
     for (int l = 0; l <= FINEST + 1; l++) r->levels[l].made = 0;
 }
 

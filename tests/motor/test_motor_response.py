@@ -186,3 +186,21 @@ def test_repeated_and_complex_eigenvalues(inertia: float) -> None:
     v[4:40] = 5.0
     plan = [Stretch(0, True), Stretch(4), Stretch(45, True, clamp_v=6.0)]
     assert largest_error((R, L, K, B, inertia, T0), 5e-4, v, plan) < 2e-8
+
+
+def test_a_kick_changes_the_speed_of_a_turning_motor_and_never_its_direction() -> None:
+    volts, h = np.full(400, 6.0), 1e-4
+    motor = (2.6, 180e-6, 7.68e-3, 3e-7, 3.9e-7, 3e-4)
+    output = [Output(Quantity.SPEED)]
+
+    def speed(kick: float) -> np.ndarray:
+        response = Response(h, volts, output, [Stretch(0), Stretch(200, open=True)])
+        response.kick(1, kick)
+        return response(motor)[0]
+
+    plain, kicked = speed(0.0), speed(5.0)
+    np.testing.assert_array_equal(kicked[:199], plain[:199])
+    # coasting obeys J dw/dt = -B w - T0: the jump decays with B/J
+    late = np.exp(-3e-7 / 3.9e-7 * 190 * h)
+    np.testing.assert_allclose(kicked[390] - plain[390], 5.0 * late, rtol=1e-3)
+    np.testing.assert_array_equal(speed(-1e4), plain)
