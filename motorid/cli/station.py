@@ -53,6 +53,8 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
 )
 @click.option("--no-listen", is_flag=True, help="Take no orders but the scanner's.")
 @click.option("--allow-remote", is_flag=True, help="Let --listen name more than this computer.")
+@click.option("--history", help="Add verdicts to this history (file, or a database's URL).")
+@click.option("--station", "name", default="", help="This station's name in the history.")
 def command(
     product_name: str,
     rig_name: str,
@@ -62,6 +64,8 @@ def command(
     listen: str,
     no_listen: bool,
     allow_remote: bool,
+    history: str | None,
+    name: str,
 ) -> None:
     """Inspect motor after motor: scan a serial number, see PASS, FAIL or INVALID.
 
@@ -73,13 +77,15 @@ def command(
     from motorid.workflow.check import Line
     from motorid.workflow.orders import Orders, parse_listen
     from motorid.workflow.record import bench
+    from motorid.workflow.shift_history import ShiftHistory
     from motorid.workflow.station import Station, reader
 
     product = load_product(product_name)
     rig = bench(rig_name, port=port, speed=speed)
     address = parse_listen(listen, remote=allow_remote)
     with Line(rig, product, output) as line:
-        station = Station(line, show)
+        kept = ShiftHistory(history, product, {"station": name}) if history else None
+        station = Station(line, show, kept)
         orders = None if no_listen else Orders(address, station.take)
         try:
             if orders is not None:

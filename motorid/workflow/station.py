@@ -10,7 +10,7 @@ import queue
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from motorid.workflow.check import VERDICT, Inspection, Line, refuse_serial, res
 
 if TYPE_CHECKING:
     from motorid.workflow.orders import Answer, Message
+    from motorid.workflow.shift_history import ShiftHistory
 
 MOST_WAITING = 100
 POLL_S = 0.2  # so that Ctrl-C is heard where a wait on a queue does not hear it
@@ -39,8 +40,8 @@ class Order:
 class Station:
     """``show`` draws the operator's screen; it is called from the thread of ``run`` only."""
 
-    def __init__(self, line: Line, show: Show) -> None:
-        self.line, self.show = line, show
+    def __init__(self, line: Line, show: Show, history: ShiftHistory | None = None) -> None:
+        self.line, self.show, self.history = line, show, history
         self.counts: Counter[str] = Counter()
         self.measuring = ""
         self._orders: queue.Queue[Order | Screen | None] = queue.Queue()
@@ -121,6 +122,8 @@ class Station:
         finished = resume(self.line.folder, self.line.product)
         self.line.warm()
         said = f"{len(finished)} unfinished inspections were judged. " if finished else ""
+        if self.history is not None:
+            said += self.history.catch_up(self.line.folder)
         self.show(self._ready(said))
         while True:
             try:
@@ -149,6 +152,9 @@ class Station:
         self.counts[str(done.verdict.outcome)] += 1
         order.answer({"event": "verdict", **(order.tag or {}), **summary(done)})
         self.show(of_verdict(done.verdict, self._tally(done)))
+        if self.history is not None and (wrong := self.history.take(done)):
+            judged = of_verdict(done.verdict, self._tally(done))
+            self.show(replace(judged, lines=(*judged.lines, wrong)))
 
     def _ready(self, said: str = "") -> Screen:
         product = self.line.product

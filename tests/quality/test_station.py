@@ -22,6 +22,7 @@ from hypothesis import strategies as st
 
 from motorid.capture import store
 from motorid.errors import UsageError
+from motorid.quality.history import open_history
 from motorid.quality.product import Product
 from motorid.quality.verdict import Outcome, Verdict
 from motorid.report.screen import Screen, big, of_verdict, render
@@ -127,6 +128,30 @@ def test_killed_in_mid_shift_nothing_is_lost(tmp_path: Path, product: Product) -
             assert len(store.load(folder / "capture.h5")) > 0
         else:  # killed before the first sample: the journal stays, and the verdict says so
             assert stored["outcome"] == "INVALID"
+
+
+@pytest.mark.slow
+def test_a_shift_goes_into_the_history_once(tmp_path: Path) -> None:
+    """What a shift could not add, for want of the history or of time, the next one adds."""
+    shift, book = tmp_path / "shift", tmp_path / "line.db"
+    book.mkdir()  # no database can be made there
+    with running(shift, "--history", str(book), "--station", "line-1") as (process, port):
+        controller = Controller(port)
+        controller.ask(order="inspect", serial="D000001")
+        assert controller.hear()["outcome"] == "PASS"
+        assert process.stdout is not None
+        lines = [process.stdout.readline() for _ in range(4)]  # READY, RUN, PASS, PASS and why
+    assert "not in the history yet" in lines[-1]
+    book.rmdir()
+    with running(shift, "--history", str(book), "--station", "line-1") as (_, port):
+        controller = Controller(port)
+        controller.ask(order="inspect", serial="D000002")
+        assert controller.hear()["outcome"] == "PASS"
+        wait_for(lambda: all((one / "in-history").exists() for one in shift.iterdir()))
+    with open_history(book) as history:
+        rows = history.results()
+    assert sorted(row.serial for row in rows) == ["D000001", "D000002"]
+    assert {row.station for row in rows} == {"line-1"}
 
 
 def wait_for(done: Any, patience_s: float = 60.0) -> None:
