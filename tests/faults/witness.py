@@ -86,9 +86,11 @@ class BoardWitness:
 
     def stops_within(self, patience_s: float) -> bool:
         """Leaves the board alone until no run goes on; whether its bridge is open then."""
-        until = self.device.now + patience_s
-        while self.board.state == State.RUNNING and self.device.now < until:
-            self.device.advance_to(self.device.now + STOP_STEP_S)
+        at = self.device.now
+        until = at + patience_s
+        while self.board.state == State.RUNNING and at < until:
+            at += STOP_STEP_S  # the device stands still until a whole sample fits
+            self.device.advance_to(at)
         return self.board.state != State.RUNNING and self.board.bench.is_open
 
 
