@@ -60,6 +60,7 @@ class Calibration:
     gain: float = 1.0  # multiplies the board's scale
     gain_uncertainty: float | None = None  # standard, relative
     offset_uncertainty: float | None = None  # standard, in the channel's SI unit
+    delay_uncertainty_s: float = 0.0  # standard; the board takes its delay for exact
     offset: float | None = None  # counts, of a channel that a run does not zero
 
 

@@ -131,6 +131,7 @@ CALIBRATION: Mapping[str, Key] = {
     "gain": Number(1e-3, 1e3),
     "gain_uncertainty": _SHARE,
     "offset_uncertainty": Number(0, 1e4),
+    "delay_uncertainty_s": Number(0, 1),
     "offset": Number(-1e6, 1e6),
 }
 CALIBRATION_FILE: Mapping[str, Key] = {  # of [calibration] itself

@@ -29,5 +29,6 @@ def _bare(channel: Channel) -> Channel:
         delay_s=0.0,
         pwm_phase=None,
         gain_uncertainty=0.0,
+        delay_uncertainty_s=0.0,
         sense={VOLTAGE: "terminals", SUPPLY: "supply"}.get(channel.name),
     )

@@ -49,6 +49,7 @@ def analogue(
         noise=noise * abs(scale),
         gain_uncertainty=fact["gain_uncertainty"] if gain_u is None else gain_u,
         offset_uncertainty=offset_uncertainty * abs(scale) if offset_u is None else offset_u,
+        delay_uncertainty_s=known.delay_uncertainty_s,
         raw_min=float(fact["raw_min"]),
         raw_max=float(fact["raw_max"]),
         sense=sense.get(name),

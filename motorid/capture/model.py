@@ -44,7 +44,7 @@ class Channel:
     over ``aperture_s`` ending ``delay_s`` before the sample's tick; an ``instant`` reading is the
     value ``delay_s`` before it. ``resolution`` is the SI size of one count (0 for continuous
     data). ``noise`` is the declared standard deviation of a reading (SI; 0: unknown).
-    Uncertainties are standard ones: ``gain_uncertainty`` relative, ``offset_uncertainty`` SI.
+    Uncertainties are standard ones: ``gain_uncertainty`` relative, the others SI.
     """
 
     name: str
@@ -60,6 +60,7 @@ class Channel:
     noise: float = 0.0
     gain_uncertainty: float = 0.0
     offset_uncertainty: float = 0.0
+    delay_uncertainty_s: float = 0.0
     raw_min: float = -np.inf  # a reading at or beyond these is saturated
     raw_max: float = np.inf
     sense: Sense | None = None  # voltages only: where it is measured

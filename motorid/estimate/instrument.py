@@ -24,6 +24,7 @@ Shift = Callable[[MotorRecord, Floats, Floats], list[Floats]]
 
 SMALL = 1e-5  # relative change by which a cause is tried
 UNITS_V = 1e-3  # V by which the source is tried
+LATE_S = 1e-8  # by which a delay is tried
 
 
 def budget(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, Floats]:
@@ -84,6 +85,22 @@ def _clock(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
     return [uncertainty / SMALL * (new - y) for y, new in zip(base, moved, strict=True)]
 
 
+def _delay(name: str) -> Shift:
+    def shift(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
+        """Readings of one kind taken later by one standard uncertainty of their delay."""
+        base = record.fitted(values, own)
+        late = max(
+            (m.channel.delay_uncertainty_s for m in record.measured if m.block.name == name),
+            default=0.0,
+        )
+        if not late:
+            return [np.zeros(len(y)) for y in base]
+        moved = record.fitted_if(values, own, late_s={name: LATE_S})
+        return [late / LATE_S * (new - y) for y, new in zip(base, moved, strict=True)]
+
+    return shift
+
+
 def _source_level(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
     """The mean of a step's readings is not known better than the converter's step, if at all."""
     base = record.fitted(values, own)
@@ -101,5 +118,7 @@ _CAUSES: dict[str, Shift] = {
     "voltage gain": _voltage_gain,
     "encoder or speed gain": _gain((POSITION, SPEED)),
     "clock": _clock,
+    "current delay": _delay(CURRENT),
+    "voltage delay": _delay(EMF),
     "voltage resolution": _source_level,
 }

@@ -28,6 +28,7 @@ from motorid.motor.response import Output, Quantity, Response, Stretch
 Floats = NDArray[np.float64]
 
 REMEMBERED = 3  # responses: an offset of a reading needs no new one
+NOT_LATE: Mapping[str, float] = {}
 INNOVATION = 0.3  # of a reading's least standard deviation, once its past is known
 
 __all__ = ["EMF", "Measured", "MotorRecord"]
@@ -208,17 +209,21 @@ class MotorRecord:
         volts: float = 1.0,
         shift_v: float = 0.0,
         clock: float = 1.0,
+        late_s: Mapping[str, float] = NOT_LATE,
     ) -> list[Floats]:
         """``fitted`` if the source gave ``volts`` times its voltage, or ticks lay ``clock`` apart.
 
-        ``shift_v`` is added in the direction of the voltage. What drives the motor scales alike,
-        and so does all that the board times.
+        ``shift_v`` is added in the direction of the voltage, ``late_s`` to the delay of the blocks
+        it names. What drives the motor scales alike, and so does all that the board times.
         """
         usual = self.response
         outputs = [
             replace(o, aperture_s=clock * o.aperture_s, delay_s=clock * o.delay_s)
             for o in self._outputs
         ]
+        for m in self.measured:
+            shown = outputs[m.row]
+            outputs[m.row] = replace(shown, delay_s=shown.delay_s + late_s.get(m.block.name, 0.0))
         scaled = [
             replace(s, swing_v=volts * s.swing_v, clamp_v=volts * s.clamp_v) for s in self.stretches
         ]
