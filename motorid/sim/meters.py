@@ -14,7 +14,7 @@ from motorid.sim.bench import Bench, Counts, Raw
 from motorid.sim.port import SimPort
 
 QUANTITIES = ("current", "terminal_voltage", "supply_voltage")
-SETTLING_SAMPLES = 5000
+SETTLING_S = 0.1
 
 
 class Meters:
@@ -54,7 +54,7 @@ class Meters:
 
     def settled_supply(self) -> float:
         """What the meter at the supply shows with the bridge open, once it has settled."""
-        self._run(SETTLING_SAMPLES)
+        self._run(max(1, round(SETTLING_S / self._bench.period_s)))
         error = self._errors.get("supply_voltage", 0.0)
         return float(self._bench.plant.bus) * (1 + error)
 

@@ -42,12 +42,17 @@ def old_calibration(rig: Rig) -> str:
 
 
 def _at_speed(url: str, speed: str) -> str:
-    from urllib.parse import parse_qsl, urlencode, urlsplit
-
     if not url.startswith(SIM):
         raise UsageError(f"--speed is for simulated rigs; {url} goes at its own pace")
-    options = dict(parse_qsl(urlsplit(url).query, keep_blank_values=True))
-    return f"{SIM}?{urlencode({**options, 'speed': speed}, safe=',:')}"
+    return sim_url(url, speed=speed)
+
+
+def sim_url(url: str, **options: str) -> str:
+    """A sim:// URL with some options in place of its own."""
+    from urllib.parse import parse_qsl, urlencode, urlsplit
+
+    own = dict(parse_qsl(urlsplit(url).query, keep_blank_values=True))
+    return f"{SIM}?{urlencode({**own, **options}, safe=',:')}"
 
 
 def numbered(path: Path, runs: int) -> list[Path]:

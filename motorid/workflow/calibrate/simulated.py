@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from motorid.calibration.disc import Disc
 from motorid.calibration.gain import Meter, meter
 from motorid.errors import UsageError
-from motorid.workflow.record import SIM
+from motorid.workflow.record import SIM, sim_url
 
 if TYPE_CHECKING:
     from motorid.acquire.port import Port
@@ -103,7 +103,7 @@ class Simulated:
             raise UsageError(f"--simulated is for sim:// rigs, and this one is at {rig.port}")
         match setup:
             case "load":
-                return _with(rig, "fault=stall")
+                return replace(rig, port=sim_url(rig.port, fault="stall"))
             case "disc":
                 true = replace(
                     self._disc,
@@ -111,7 +111,7 @@ class Simulated:
                     diameter_m=self._disc.diameter_m
                     + self._wider * self._disc.diameter_uncertainty_m,
                 )
-                return _with(rig, f"load_inertia={true.inertia!r}")
+                return replace(rig, port=sim_url(rig.port, load_inertia=repr(true.inertia)))
         return rig
 
     def meet(self, port: Port) -> None:
@@ -121,8 +121,3 @@ class Simulated:
 
         if isinstance(port, SimPort):
             self._meters = Meters(port, self._errors)
-
-
-def _with(rig: Rig, option: str) -> Rig:
-    mark = "&" if "?" in rig.port else "?"
-    return replace(rig, port=f"{rig.port}{mark}{option}")
