@@ -209,6 +209,7 @@ def _table(name: str, table: Mapping[str, Any], where: str) -> dict[str, Any]:
         dotted = f"{name}.{key[:60]}" if name else key[:60]
         if known is None:
             near = difflib.get_close_matches(key[:60], list(TABLES[name]), n=1, cutoff=0.0)[0]
+            near = f"{name}.{near}" if name else near
             raise RigError(f"{where}: unknown key {dotted}; the nearest is {near}")
         try:
             found[key] = known.read(value)
@@ -291,7 +292,7 @@ def too_old(cited: Mapping[str, Any], when: datetime) -> str:
     if days <= float(cited["max_age_days"]):
         return ""
     return (
-        f"{cited['name']} is old: {cited['oldest_part']} was calibrated on {then:%Y-%m-%d}, "
+        f"the calibration {cited['name']} is old: {cited['oldest_part']} was calibrated on {then:%Y-%m-%d}, "
         f"{days:.0f} days from this run, and calibration.max_age_days is "
         f"{cited['max_age_days']:g}; calibrate again"
     )

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from motorid.quality.verdict import Verdict
 
 Kind = Literal["check", "rejudged", "fit", "golden"]
+CALIBRATION = (  # of a capture's provenance: what its readings' meaning rests on
+    *("descriptors", "zero", "configuration"),
+    *("board_serial", "calibration_file", "calibration_text"),
+)
 
 
 @dataclass(frozen=True)
@@ -100,7 +104,7 @@ def digest(text: str) -> str:
 def capture_record(capture: Capture) -> CaptureRecord:
     """What the history keeps of a capture that was loaded from a file."""
     known = capture.provenance
-    calibration = {k: known[k] for k in ("descriptors", "zero", "configuration") if known.get(k)}
+    calibration = {k: known[k] for k in CALIBRATION if known.get(k)}
     program = capture.program
     return CaptureRecord(
         sha256=capture.sha256,
