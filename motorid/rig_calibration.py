@@ -292,7 +292,7 @@ def too_old(cited: Mapping[str, Any], when: datetime) -> str:
     if days <= float(cited["max_age_days"]):
         return ""
     return (
-        f"the calibration {cited['name']} is old: {cited['oldest_part']} was calibrated on {then:%Y-%m-%d}, "
-        f"{days:.0f} days from this run, and calibration.max_age_days is "
+        f"the calibration {cited['name']} is old: {cited['oldest_part']} was calibrated on "
+        f"{then:%Y-%m-%d}, {days:.0f} days from this run, and calibration.max_age_days is "
         f"{cited['max_age_days']:g}; calibrate again"
     )

@@ -7,6 +7,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import jsonschema
 import numpy as np
 import pytest
 
@@ -117,7 +118,6 @@ def test_the_file_stays_and_the_estimate_cites_both(stored: Path, rig: Rig, fold
 def test_the_command_prints_both_and_keeps_to_the_schema(
     stored: Path, rig: Rig, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    jsonschema = pytest.importorskip("jsonschema")
     words = ["fit", str(stored), "--rig", str(folder / "corrected.toml")]
     assert main.run([*words, "-o", str(tmp_path / "out")]) == 0
     said = " ".join(capsys.readouterr().out.split())
