@@ -22,6 +22,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from motorid.acquire import lock
 from motorid.acquire.port import Port
 from motorid.capture.whole import sync_folder
 from motorid.errors import DataError, UsageError
@@ -178,10 +179,11 @@ class JournalWriter:
         self._queue: queue.Queue[bytes | None] = queue.Queue(BACKLOG)
         try:
             self._file = (open_file or _create)(path)
+            lock.hold(self._file)
         except FileExistsError:
             raise UsageError(
                 f"{path} exists: another capture is writing it, or one was cut short; "
-                f"`motorid recover {path}` keeps what it holds"
+                f"`motorid recover {path}` keeps what it holds, --force moves it aside"
             ) from None
         except OSError as error:
             raise UsageError(f"{path} cannot be made: {error.strerror or error}") from None

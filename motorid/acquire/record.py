@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import platform
 import random
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
@@ -18,13 +16,8 @@ from motorid.acquire.assemble import NoSamplesError, assemble
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.check import check_signs, check_supply, check_zero
 from motorid.acquire.drive import Stop, drive, interruptible, load, tripped
-from motorid.acquire.journal import (
-    SUFFIX,
-    JournaledPort,
-    JournalWriter,
-    journal_path,
-    open_journal,
-)
+from motorid.acquire.journal import JournaledPort, JournalWriter, journal_path, open_journal
+from motorid.acquire.leftover import is_journal, make_way, refuse_growing, set_aside, target_of
 from motorid.acquire.live import Live, LiveView
 from motorid.acquire.plan import check_burst, configuration, differing, wire_program
 from motorid.acquire.port import Port, open_port
@@ -34,14 +27,13 @@ from motorid.acquire.safety import check_program
 from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.capture.whole import refuse_existing
-from motorid.errors import DataError, LinkError, MotoridError, RigError, UsageError
+from motorid.errors import DataError, LinkError, MotoridError, RigError
 from motorid.program import Program
 from motorid.rig import Rig
 from motorid.rig_calibration import citation, refuse_other_board
 
 Progress = Callable[[Live], None]
 ZERO_S = 0.2
-STILL_GROWING_S = 1.5  # a live journal is synced more often than this
 
 
 def capture(
@@ -118,18 +110,23 @@ def capture_over(
 def recover(path: Path) -> Path:
     """Builds the capture that a journal holds, beside it; returns the capture's path.
 
-    ``path`` is the journal, or the capture that it was meant for. Raises DataError when it holds no
-    sample, UsageError when the capture exists or the journal is still being written.
+    ``path`` is the journal, perhaps set aside, or the capture that it was meant for. Raises
+    DataError when it holds no sample (it is set aside then, so that its name is free), UsageError
+    when the capture exists or the journal is still being written.
     """
-    journal = path if path.name.endswith(SUFFIX) else journal_path(path)
-    target = journal.with_name(journal.name.removesuffix(SUFFIX))
+    journal = path if is_journal(path) else journal_path(path)
+    target = target_of(journal)
     refuse_existing(target, force=False)
-    _refuse_growing(journal)
-    with open_journal(journal) as contents:
-        run = assemble(contents)
+    refuse_growing(journal)
+    try:
+        with open_journal(journal) as contents:
+            run = assemble(contents)
+    except NoSamplesError as error:
+        aside = set_aside(journal, "empty")
+        raise NoSamplesError(f"{journal}: {error}; it is {aside.name} now") from None
     store.save(run, target)
     if contents.torn:  # keep what a person may still read out of it
-        os.replace(journal, journal.with_name(journal.name + ".torn"))
+        set_aside(journal, "torn")
     else:
         journal.unlink()
     return target
@@ -163,6 +160,8 @@ class _Recorder:
     def record(self, path: Path, force: bool, serial: str, note: str, *, checked: bool) -> None:
         """Measures and saves; raises afterwards what ended the run early."""
         header = self.recorded or _header(self.rig, self.program, serial, note)
+        if force:
+            make_way(path)
         journal = JournalWriter(journal_path(path), header)
         failure: MotoridError | None = None
         reason = ""
@@ -303,16 +302,3 @@ def _header(rig: Rig, program: Program, serial: str, note: str) -> dict[str, Any
         "note": note,
         "host": {"python": platform.python_version(), "system": platform.platform(terse=True)},
     }
-
-
-def _refuse_growing(journal: Path) -> None:
-    """Raises UsageError when another process still writes the journal."""
-    try:
-        before = journal.stat()
-        if time.time() - before.st_mtime > STILL_GROWING_S:
-            return
-        time.sleep(STILL_GROWING_S)
-        if journal.stat().st_size != before.st_size:
-            raise UsageError(f"{journal} is still being written: let that capture finish")
-    except OSError as error:
-        raise DataError(f"{journal} cannot be read: {error.strerror or error}") from None

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from motorid.cli.options import capture_options, example, force_option, warned
+from motorid.cli.options import capture_options, example, force_option, make_way, warned
 
 
 @click.command(
@@ -43,6 +43,7 @@ def command(
     from motorid.cli.progress import ProgressLine
     from motorid.workflow import record
 
+    make_way(output, repeat, force)
     with ProgressLine() as progress:
         paths = record.capture_runs(
             warned(record.bench(rig_name, port=port, speed=speed)),

@@ -77,6 +77,14 @@ def warned(rig: Rig) -> Rig:
     return rig
 
 
+def make_way(path: Path, runs: int, force: bool) -> None:
+    """With ``--force``, moves aside what an earlier run left in a journal, and says so."""
+    from motorid.workflow import record
+
+    for sentence in record.make_way(path, runs) if force else ():
+        click.echo(f"note: {sentence}", err=True)
+
+
 def example(*lines: str) -> str:
     """The epilog of a command's help: commands to copy."""
     return "\b\nExample:\n" + "\n".join(f"  {line}" for line in lines)

@@ -6,7 +6,14 @@ from pathlib import Path
 
 import click
 
-from motorid.cli.options import capture_options, example, fit_options, force_option, warned
+from motorid.cli.options import (
+    capture_options,
+    example,
+    fit_options,
+    force_option,
+    make_way,
+    warned,
+)
 
 
 @click.command(
@@ -48,10 +55,12 @@ def command(
 
     fit.check_writable(output, force=force)
     bench = warned(record.bench(rig_name, port=port, speed=speed))
+    path = record.capture_into(output)
+    make_way(path, repeat, force)
     with ProgressLine() as progress:
         paths = record.capture_runs(
             bench,
-            record.capture_into(output),
+            path,
             repeat=repeat,
             force=force,
             serial=serial,

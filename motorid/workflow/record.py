@@ -89,6 +89,16 @@ def capture_runs(
     )
 
 
+def make_way(path: Path, runs: int = 1) -> list[str]:
+    """Moves aside the journals of earlier runs that lie in the way; says so, a sentence for each.
+
+    Raises UsageError while another capture writes one.
+    """
+    from motorid.acquire import leftover
+
+    return [said for one in numbered(path, runs) if (said := leftover.make_way(one))]
+
+
 def capture_into(folder: Path) -> Path:
     """The capture file of a ``motorid run`` into ``folder``, which is made if need be."""
     folder.mkdir(parents=True, exist_ok=True)

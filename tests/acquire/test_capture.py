@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motorid.acquire import record
+from motorid.acquire import leftover, record
 from motorid.acquire.journal import Kind, encode_record, journal_path, parse_journal
 from motorid.acquire.live import Live
 from motorid.capture import store
@@ -38,7 +38,7 @@ def run(options: str, path: Path, **more: object) -> Path:
 @pytest.fixture
 def keep_journal(monkeypatch: pytest.MonkeyPatch) -> None:
     """Journals stay after their capture is saved, and recovery need not wait to see them rest."""
-    monkeypatch.setattr(record, "STILL_GROWING_S", 0.0)
+    monkeypatch.setattr(leftover, "STILL_GROWING_S", 0.0)
     monkeypatch.setattr("motorid.acquire.journal.JournalWriter.discard", lambda self: None)
 
 
@@ -270,7 +270,7 @@ def test_two_captures_to_one_path_cannot_clobber_each_other(tmp_path: Path) -> N
 
     def intrude(live: Live) -> None:
         if not second:
-            with pytest.raises(UsageError, match="another capture is writing it") as caught:
+            with pytest.raises(UsageError, match="is still being written") as caught:
                 run("", path, force=True)
             second.append(caught.value)
 
@@ -376,7 +376,7 @@ def test_a_full_disk_stops_the_motor_and_keeps_what_fits(
         record.capture(rig, rig.program, tmp_path / "run.h5", progress=fill)
     assert not (tmp_path / "run.h5").exists()
     full.clear()
-    monkeypatch.setattr(record, "STILL_GROWING_S", 0.0)
+    monkeypatch.setattr(leftover, "STILL_GROWING_S", 0.0)
     capture = store.load(record.recover(tmp_path / "run.h5"))
     assert 0 < len(capture) < SAMPLES
 
@@ -390,7 +390,7 @@ def test_no_room_for_the_file_keeps_the_journal(
     def no_name(sibling: Path, path: Path) -> None:
         full(0)
 
-    monkeypatch.setattr(record, "STILL_GROWING_S", 0.0)
+    monkeypatch.setattr(leftover, "STILL_GROWING_S", 0.0)
     with monkeypatch.context() as patch:
         patch.setattr("motorid.capture.whole.os.replace", no_name)
         patch.setattr("motorid.capture.whole.os.link", no_name)
@@ -404,7 +404,7 @@ def test_no_room_for_the_file_keeps_the_journal(
 CHILD = """
 import sys
 from pathlib import Path
-from motorid.acquire import record
+from motorid.acquire import leftover, record
 from motorid.program import StepKind, climbs
 from tests.acquire.rigs import sim_rig
 def on(live): print("on", flush=True)

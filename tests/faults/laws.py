@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 from unittest import mock
 
-from motorid.acquire import record
+from motorid.acquire import leftover, record
 from motorid.acquire.assemble import NoSamplesError
 from motorid.acquire.journal import journal_path
 from motorid.acquire.port import Port
@@ -184,7 +184,7 @@ class Trial:
             journal_path(self.path).write_bytes(self.left)
         if journal_path(self.path).exists():
             try:
-                with mock.patch.object(record, "STILL_GROWING_S", 0.0):
+                with mock.patch.object(leftover, "STILL_GROWING_S", 0.0):
                     record.recover(self.path)
             except NoSamplesError:
                 return None

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from motorid.acquire import record
+from motorid.acquire import leftover, record
 from motorid.acquire.journal import JournalWriter
 from motorid.acquire.live import Live
 from motorid.acquire.port import open_port
@@ -160,5 +160,5 @@ def test_progress_that_fails_stops_the_motor_and_leaves_no_thread(
     with pytest.raises(ZeroDivisionError):
         record.capture(rig, rig.program, tmp_path / "run.h5", progress=fail)
     assert threading.active_count() == threads
-    monkeypatch.setattr(record, "STILL_GROWING_S", 0.0)
+    monkeypatch.setattr(leftover, "STILL_GROWING_S", 0.0)
     assert len(store.load(record.recover(tmp_path / "run.h5"))) > 0
