@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -9,12 +10,15 @@ import numpy as np
 import pytest
 
 from motorid.acquire.record import capture
+from motorid.calibration.gain import Meter
 from motorid.calibration.toml import render
 from motorid.capture import store
 from motorid.cli import main
 from motorid.errors import RigError
 from motorid.rig import load_rig
 from motorid.rig_calibration import FORMAT, parse_calibration
+from motorid.workflow.calibrate.person import Resistor, disc_of, reference_of
+from motorid.workflow.calibrate.steps import STEPS
 from tests.acquire.rigs import SHORT
 from tests.calibrate.benches import rig_file
 
@@ -173,3 +177,13 @@ def test_counts_that_were_counted_otherwise_are_refused(tmp_path: Path) -> None:
     path = calibrated(tmp_path, calibration(encoder=encoder))
     with pytest.raises(RigError, match=r"counts_per_turn is 2048, and .* counted 8191\.0"):
         load_rig(str(path))
+
+
+def test_the_answers_in_the_documentation_are_answers(repo_root: Path) -> None:
+    page = (repo_root / "docs" / "calibrate.md").read_text(encoding="utf-8")
+    answers = tomllib.loads(page.split("```toml\n")[1].split("```")[0])
+    assert set(answers) <= set(STEPS)
+    assert isinstance(reference_of(answers["terminal_voltage"], ""), Meter)
+    assert isinstance(reference_of(answers["current"], ""), Resistor)
+    assert disc_of(answers["disc"], "").inertia == pytest.approx(2e-5, rel=0.02)
+    assert all(f"| `{name}` |" in page for name in STEPS)
