@@ -14,7 +14,7 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -25,9 +25,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from bench.coverage import tables
 from bench.coverage.rigs import NEUTRAL
-from bench.coverage.score import score
+from bench.coverage.score import How, score
 
 Row = dict[str, Any]
+PARTS = ("bound", "fit", "naive")
 
 
 def stored(path: Path) -> list[Row]:
@@ -42,18 +43,17 @@ def stored(path: Path) -> list[Row]:
     return rows
 
 
-def scored(seeds: list[int], jobs: int, how: Callable[..., Row]) -> Iterator[Row]:
+def scored(seeds: list[int], jobs: int, how: How) -> Iterator[Row]:
     """The records of these rigs, in order."""
-    with tempfile.TemporaryDirectory() as name:
-        one = partial(how, folder=Path(name))
-        if jobs == 1:
-            yield from map(one, seeds)
-            return
-        with ProcessPoolExecutor(jobs) as pool:
-            yield from pool.map(one, seeds)
+    one = partial(score, how=how)
+    if jobs == 1:
+        yield from map(one, seeds)
+        return
+    with ProcessPoolExecutor(jobs) as pool:
+        yield from pool.map(one, seeds)
 
 
-def study(path: Path, seeds: Iterable[int], jobs: int, how: Callable[..., Row]) -> None:
+def study(path: Path, seeds: Iterable[int], jobs: int, how: How) -> None:
     """Adds the records that ``path`` still lacks."""
     done = {row["seed"] for row in stored(path)}
     todo = [seed for seed in seeds if seed not in done]
@@ -63,6 +63,15 @@ def study(path: Path, seeds: Iterable[int], jobs: int, how: Callable[..., Row]) 
             file.flush()
 
 
+def merged(paths: Sequence[Path]) -> list[Row]:
+    """The records of several files, rig by rig: later files add to and replace earlier ones."""
+    rows: dict[int, Row] = {}
+    for path in paths:
+        for row in stored(path):
+            rows[row["seed"]] = rows.get(row["seed"], {}) | row
+    return list(rows.values())
+
+
 def main() -> int:
     """Runs or sums up a study."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -70,18 +79,27 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="seed of the first rig")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("coverage.jsonl"))
-    parser.add_argument("--no-naive", action="store_true", help="leave the other fit out")
+    parser.add_argument("--captures", type=Path, help="folder in which captures stay")
+    parser.add_argument(
+        "--parts", nargs="*", default=PARTS, choices=PARTS, help="of a record: what to make"
+    )
     parser.add_argument(
         "--without", action="append", default=[], choices=tuple(NEUTRAL), help="take an effect out"
     )
-    parser.add_argument("--tables", type=Path, help="sum up this file instead of running")
+    parser.add_argument(
+        "--tables", type=Path, nargs="+", help="sum up these files together instead of running"
+    )
     parser.add_argument("--causes", action="store_true", help="what drives the misses")
     args = parser.parse_args()
     if args.tables is None:
         seeds = range(args.first, args.first + args.rigs)
-        how = partial(score, with_naive=not args.no_naive, without=tuple(args.without))
-        study(args.out, seeds, args.jobs, how)
-    rows = stored(args.tables or args.out)
+        with tempfile.TemporaryDirectory() as passing:
+            folder = args.captures or Path(passing)
+            folder.mkdir(parents=True, exist_ok=True)
+            keep = args.captures is not None
+            how = How(folder, tuple(args.parts), tuple(args.without), keep)
+            study(args.out, seeds, args.jobs, how)
+    rows = merged(args.tables or [args.out])
     print(tables.summary(rows))
     if args.causes:
         print("\n" + tables.cause_tables(rows))

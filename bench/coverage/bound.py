@@ -1,10 +1,11 @@
 """How well the data of a rig could know the motor: the linearised bound, without the fit.
 
 Fisher information of the six parameters and of everything else that is unknown about the readings,
-each with the prior that its stated uncertainty gives. The voltage is a source of unknown level
-behind an unknown resistance in each part of the program, as read by its own noisy channel. Noise is
-the declared noise of the converter with its rounding; an encoder's count is one reading for as long
-as it stays. Derivatives are central differences of the exact response at the truth; no code of
+each with the prior that its stated uncertainty gives; and again with a brush drop that nobody
+knows, as the wider model has it. The voltage is a source of unknown level behind an unknown
+resistance in each part of the program, as read by its own noisy channel. Noise is the declared
+noise of the converter with its rounding; an encoder's count is one reading for as long as it stays.
+Derivatives are central differences of the exact response at the truth; no code of
 ``motorid.estimate`` takes part.
 """
 
@@ -26,6 +27,8 @@ NAMES = ("R", "L", "K", "B", "J", "T0")
 STEP = 1e-5  # relative, of a central difference: larger ones make a gain look observable
 FLOOR = 1e-15  # of the scaled information: beyond it nothing is known
 FREE = np.inf
+BRUSH = {"brush drop", "brush bend"}
+BEND_SD = 1.0  # of the logarithm of a brush drop's current
 CLAMP_DROPS_V = 1.4  # of the two diodes that carry a freewheeling current
 TURN_ON = 3  # samples after a step at which a sensed voltage is not yet the part's own
 
@@ -40,11 +43,30 @@ class Unknown:
     run: int | None = None
 
 
+@dataclass(frozen=True)
+class Brush:
+    """The true drop over both brushes (V), and the current (A) at which it bends."""
+
+    volts: float = 0.0
+    amperes: float = 1.0
+
+    def share(self, current: Floats, bend: float) -> Floats:
+        """The drop over its largest; ``bend`` is added to the logarithm of its current."""
+        return np.asarray(current / np.hypot(current, self.amperes * np.exp(bend)))
+
+
+NO_DROP = Brush()
+
+
 class Twin:
     """The averaged model of one run at the truth, as a function of named changes."""
 
-    def __init__(self, capture: Capture, truth: Mapping[str, float], series_ohm: float) -> None:
+    def __init__(
+        self, capture: Capture, truth: Mapping[str, float], series_ohm: float, brush: Brush
+    ) -> None:
         self.capture, self.truth, self.series = capture, truth, series_ohm
+        self.brush = brush
+        self._amperes: Floats | None = None
         self.period = capture.period_s
         self.parts = _parts(capture)
         self.supply = capture.wiring.supply_voltage_v
@@ -71,6 +93,9 @@ class Twin:
             kind = self.capture.program.steps[number].kind  # type: ignore[union-attr]
             opened = kind == StepKind.COAST
             stretches.append(Stretch(start, opened, behind, self.supply + CLAMP_DROPS_V))
+        source = volts
+        if BRUSH & change.keys():
+            volts = volts - self._dropped(volts, stretches, change)
         outputs = [self._output(name, get, clock) for name in (CURRENT, POSITION)]
         sensed = self.volts
         if sensed is not None:
@@ -85,8 +110,20 @@ class Twin:
             POSITION: rows[1] + get("origin", 0.0),
         }
         if sensed is not None:
-            out[VOLTAGE] = self._sensed(rows[2], rows[3], volts, stretches, motor[2], change)
+            out[VOLTAGE] = self._sensed(rows[2], rows[3], source, stretches, motor[2], change)
         return out
+
+    def _dropped(
+        self, volts: Floats, stretches: Sequence[Stretch], change: Mapping[str, float]
+    ) -> Floats:
+        """Volts (n,) by which the brushes' drop changes, at the current of the truth."""
+        if self._amperes is None:
+            mean = Output(Quantity.CURRENT, self.period)
+            motor = [self.truth[name] for name in NAMES]
+            self._amperes = Response(self.period, volts, [mean], stretches)(motor)[0]
+        drop, bend = change.get("brush drop", 0.0), change.get("brush bend", 0.0)
+        before, after = self.brush.share(self._amperes, 0.0), self.brush.share(self._amperes, bend)
+        return np.asarray((self.brush.volts + drop) * after - self.brush.volts * before)
 
     def _output(self, name: str, get: Callable[..., float], clock: float) -> Output:
         channel = self.capture.channels[name]
@@ -170,6 +207,8 @@ def unknowns(captures: Sequence[Capture], twins: Sequence[Twin], late_s: float) 
         Unknown("series", STEP * twins[0].truth["R"], series),
         Unknown(f"{CURRENT} delay", 1e-7, late_s),
         Unknown("voltage gain", STEP, level.gain_uncertainty),
+        Unknown("brush drop", STEP * top),
+        Unknown("brush bend", STEP, BEND_SD),
     ]
     if sensed is not None:
         found += [Unknown("source", STEP * twins[0].truth["R"])]
@@ -190,27 +229,42 @@ def unknowns(captures: Sequence[Capture], twins: Sequence[Twin], late_s: float) 
 
 
 def relative_bound(
-    captures: Sequence[Capture], truth: Mapping[str, float], late_s: float = 0.0
-) -> dict[str, float]:
+    captures: Sequence[Capture],
+    truth: Mapping[str, float],
+    late_s: float = 0.0,
+    brush: Brush = NO_DROP,
+) -> tuple[dict[str, float], dict[str, float]]:
     """Smallest relative standard deviation of R, L, K, B, J and T0 that these data allow.
 
-    ``late_s``: stated standard uncertainty of the delays of current and voltage.
+    Twice: for brushes known to drop nothing, and for an unknown drop. ``late_s``: stated standard
+    uncertainty of the delays of current and voltage.
     """
     wiring = captures[0].wiring
     sensed = captures[0].get(VOLTAGE)
     where = sensed.sense if sensed is not None else "supply"
     both = wiring.lead_resistance_ohm + wiring.bridge_resistance_ohm
     series = {"terminals": 0.0, "bridge": wiring.lead_resistance_ohm}.get(str(where), both)
-    twins = [Twin(capture, truth, series) for capture in captures]
+    twins = [Twin(capture, truth, series, brush) for capture in captures]
     things = unknowns(captures, twins, late_s)
     rows = [_columns(c, t, things, k) for k, (c, t) in enumerate(zip(captures, twins, strict=True))]
     priors = np.array([0.0 if np.isinf(u.prior_sd) else (u.size / u.prior_sd) ** 2 for u in things])
     information = sum(r @ r.T for r in rows) + np.diag(priors)
+    wide = _deviations(information)
+    known = [k for k, thing in enumerate(things) if thing.name not in BRUSH]
+    narrow = _deviations(information[np.ix_(known, known)])
+    six = range(len(NAMES))
+    return (
+        {NAMES[k]: float(narrow[k] * things[k].size) for k in six},
+        {NAMES[k]: float(wide[k] * things[k].size) for k in six},
+    )
+
+
+def _deviations(information: Floats) -> Floats:
+    """Standard deviations (p,), in the steps of each unknown."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
     values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
     variances = (vectors**2) @ (1.0 / np.maximum(values, FLOOR * values[-1]))
-    sd = np.sqrt(variances) * scale
-    return {name: float(sd[k] * things[k].size) for k, name in enumerate(NAMES)}
+    return np.asarray(np.sqrt(variances) * scale)
 
 
 def _columns(capture: Capture, twin: Twin, things: Sequence[Unknown], run: int) -> Floats:

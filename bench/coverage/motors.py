@@ -30,6 +30,7 @@ class Drawn:
     has_iron: bool
     cogging_nm: float
     brush_drop_v: float
+    brush_current_a: float  # at which the drop has risen to 0.71 of that
     ripple: float
     stiction: float
     stribeck_rad_s: float
@@ -83,6 +84,7 @@ def draw_motor(rng: np.random.Generator) -> Drawn:
         has_iron=iron,
         cogging_nm=motor.coulomb_nm * float(rng.uniform(0.1, 0.6) if iron else 0.0),
         brush_drop_v=volts * float(rng.uniform(0.005, 0.02) if graphite else rng.uniform(0, 0.004)),
+        brush_current_a=0.05 * volts / R * math.exp(0.5 * rng.standard_normal()),
         ripple=float(rng.uniform(0.002, 0.015)),
         stiction=float(rng.uniform(1.0, 1.4)),
         stribeck_rad_s=float(10 ** rng.uniform(-0.3, 1.0)),

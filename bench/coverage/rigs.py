@@ -150,6 +150,7 @@ def _draw_options(
         load_inertia=drawn.load_inertia,
         cogging=drawn.cogging_nm,
         brush_drop=drawn.brush_drop_v,
+        brush_current=drawn.brush_current_a,
         ripple=drawn.ripple,
         supply=within.supply_v,
         supply_resistance=source,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -64,6 +65,24 @@ def record(bench: Bench, folder: Path) -> Runs:
         path.unlink()
     winding, housing = thermometer.means()
     return Runs(tuple(captures), truth_of(bench, winding, housing), winding)
+
+
+def save(runs: Runs, folder: Path, seed: int) -> None:
+    """Keeps the runs of a rig, so that another fit of them needs no simulation."""
+    for number, capture in enumerate(runs.captures):
+        store.save(capture, folder / f"{seed}-{number}.h5", force=True)
+    facts = {"truth": dict(runs.truth), "winding_c": runs.winding_c, "runs": len(runs.captures)}
+    (folder / f"{seed}.json").write_text(json.dumps(facts), encoding="utf-8")
+
+
+def kept(folder: Path, seed: int) -> Runs | None:
+    """What ``save`` kept of that rig."""
+    path = folder / f"{seed}.json"
+    if not path.exists():
+        return None
+    facts = json.loads(path.read_text(encoding="utf-8"))
+    captures = tuple(store.load(folder / f"{seed}-{k}.h5") for k in range(facts["runs"]))
+    return Runs(captures, facts["truth"], facts["winding_c"])
 
 
 def truth_of(bench: Bench, winding_c: float, housing_c: float) -> dict[str, float]:

@@ -6,13 +6,14 @@ import math
 import time
 import traceback
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bench.coverage.bound import NAMES, relative_bound
+from bench.coverage.bound import NAMES, Brush, relative_bound
 from bench.coverage.naive import forget_chain
 from bench.coverage.rigs import Bench, draw_bench
-from bench.coverage.runs import Runs, record
+from bench.coverage.runs import Runs, kept, record, save
 from motorid.capture.model import Capture
 from motorid.errors import MotoridError
 from motorid.estimate import fit
@@ -22,24 +23,52 @@ Row = dict[str, Any]
 COLD = "R_25"  # R at 25 °C
 
 
-def score(seed: int, folder: Path, with_naive: bool = True, without: Sequence[str] = ()) -> Row:
+@dataclass(frozen=True)
+class How:
+    """How rigs are scored: in which ``folder`` captures go and stay, and without which effects.
+
+    ``parts`` of a record that are made: "bound", "fit" and "naive".
+    """
+
+    folder: Path
+    parts: tuple[str, ...] = ("bound", "fit", "naive")
+    without: tuple[str, ...] = ()
+    keep: bool = False
+
+
+def score(seed: int, how: How) -> Row:
     """The record of the rig of that seed. Never raises: what went wrong is in it."""
     row: Row = {"seed": seed}
     try:
-        bench = draw_bench(seed, without)
+        bench = draw_bench(seed, how.without)
         row |= _drawn(bench)
-        runs = record(bench, folder)
+        runs = _runs(bench, how)
         row |= {"truth": dict(runs.truth), "winding_c": runs.winding_c}
         row["samples"] = sum(len(capture) for capture in runs.captures)
-        row["bound"] = relative_bound(runs.captures, runs.truth, bench.options.delay_uncertainty)
-        row["fit"] = _fitted(runs.captures, runs)
-        if with_naive:
+        if "bound" in how.parts:
+            late = bench.options.delay_uncertainty
+            brush = Brush(bench.options.brush_drop, bench.drawn.brush_current_a)
+            row["bound"], row["wide_bound"] = relative_bound(runs.captures, runs.truth, late, brush)
+        if "fit" in how.parts:
+            row["fit"] = _fitted(runs.captures, runs)
+        if "naive" in how.parts:
             row["naive"] = _fitted([forget_chain(c) for c in runs.captures], runs)
     except MotoridError as error:
         row["refused"] = f"{type(error).__name__}: {error}"
     except Exception as error:  # a study goes on; the record says what broke
         row["crashed"] = "".join(traceback.format_exception(error))[-2000:]
     return row
+
+
+def _runs(bench: Bench, how: How) -> Runs:
+    """The rig's captures: those that were kept, or new ones."""
+    if not how.keep:
+        return record(bench, how.folder)
+    runs = kept(how.folder, bench.seed)
+    if runs is None:
+        runs = record(bench, how.folder)
+        save(runs, how.folder, bench.seed)
+    return runs
 
 
 def _fitted(captures: Sequence[Capture], runs: Runs) -> Row:

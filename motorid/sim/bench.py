@@ -189,7 +189,8 @@ def plant_params(options: Options, chain: Chain) -> Any:
     p.cogging = options.cogging
     p.cogging_per_turn = options.cogging_per_turn or motor.ripple_per_turn
     p.brush_drop = options.brush_drop
-    p.brush_current = BRUSH_CURRENT_SHARE * motor.stall_current_a
+    bend = options.brush_current
+    p.brush_current = BRUSH_CURRENT_SHARE * motor.stall_current_a if bend is None else bend
     p.k_ripple = p.r_ripple = options.ripple
     p.ripple_per_turn = motor.ripple_per_turn
     p.ambient = options.ambient

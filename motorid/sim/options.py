@@ -52,6 +52,7 @@ class Options:
     cogging: float = _number(0.0, 0, 1e3, "N·m, amplitude of the cogging torque")
     cogging_per_turn: float = _number(None, 1, 1000, "periods a turn (as the commutation)")
     brush_drop: float = _number(0.0, 0, 10, "V over both brushes at large current")
+    brush_current: float = _number(None, 0, 1e4, "A at which it bends (5 % of stall)")
     ripple: float = _number(0.0, 0, 0.5, "relative commutation ripple of K and R")
     # spread and defects of one motor
     copper: float = _number(1.0, 0.1, 10, "factor on R: thickness of the wire, joints")

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from scipy.stats import binomtest
 
-from bench.bench_coverage import stored
+from bench.bench_coverage import merged, stored
 from bench.coverage.tables import causes, coverage, interval_of_share, standing, summary
 
 
@@ -68,3 +68,10 @@ def test_a_torn_line_does_not_end_a_study(tmp_path: Any) -> None:
     path = tmp_path / "study.jsonl"
     path.write_text('{"seed": 1}\n{"seed": 2}\n{"seed":')
     assert [r["seed"] for r in stored(path)] == [1, 2]
+
+
+def test_files_of_one_study_add_up_rig_by_rig(tmp_path: Any) -> None:
+    (tmp_path / "a").write_text('{"seed": 1, "bound": 2, "fit": 3}\n{"seed": 2}\n')
+    (tmp_path / "b").write_text('{"seed": 1, "fit": 4}\n')
+    rows = merged([tmp_path / "a", tmp_path / "b"])
+    assert rows == [{"seed": 1, "bound": 2, "fit": 4}, {"seed": 2}]
