@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "meter.h"
 #include "rig.h"
 
 struct board;
@@ -16,6 +17,12 @@ struct board *board_new(const char *elf, const char *mcu, struct rig *rig);
 int board_run(struct board *b, uint64_t cycle);
 uint64_t board_cycle(const struct board *b);
 
+/* Restart the processor; `flags` is what MCUSR then says. */
+void board_reset(struct board *b, int flags);
+
+/* Let the firmware hang with interrupts off. False when it has no place to. */
+int board_hang(struct board *b);
+
 /* Bytes to the board; they arrive at the link's rate. */
 void board_hear(struct board *b, const uint8_t *bytes, size_t length);
 
@@ -24,14 +31,16 @@ size_t board_take(struct board *b, uint8_t *bytes, size_t room);
 
 struct board_facts {
     uint64_t resets, asleep, edges;  /* cycles asleep; encoder edges given */
-    uint64_t worst_latency;          /* cycles from a slot's compare match to its interrupt */
-    uint64_t worst_sample;           /* cycles that a sample took: the scope pin */
     int stack_left;                  /* bytes between data and the deepest stack */
 };
 
 struct board_facts board_facts(const struct board *b);
+struct meter *board_meter(struct board *b);
 
 /* Encoder lines at these levels from now on, without moving the motor: -1 follows it again. */
 void board_force_encoder(struct board *b, int pins);
+
+/* A line that chatters so fast from now on; 0: no more. */
+void board_chatter(struct board *b, double edges_per_second);
 
 #endif

@@ -228,13 +228,18 @@ class Emulator:
             raise LinkError("emu://: the emulator died")
 
     def set(self, name: str, value: float) -> None:
-        """Change the rig now: supply, locked, encoder, extra_edges, gain[1] …"""
+        """Change the rig now: supply, locked, encoder, extra_edges, chatter, gain[1] …"""
         text = f"{name}={value!r}".encode()
         self._ask(b"S" + struct.pack("<I", len(text)) + text)
 
     def facts(self) -> dict[str, Any]:
         """Pins, motor and processor as they are now."""
         found: dict[str, Any] = json.loads(self._ask(b"G"))
+        return found
+
+    def times(self) -> dict[str, Any]:
+        """What was timed since this was last asked, in cycles: meter.h has the names."""
+        found: dict[str, Any] = json.loads(self._ask(b"M"))
         return found
 
     def close(self) -> None:

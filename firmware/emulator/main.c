@@ -5,6 +5,7 @@
  *
  *     R  f64 until (s)  u32 n  n bytes   hear the bytes, run until then  ->  f64 now, u32 n, n bytes
  *     S  u32 n  text "name=value"        change something now            ->  f64 now, u32 0
+ *     M                                  what was timed since the last M ->  f64 now, u32 n, text
  *     G                                  what is so now                  ->  f64 now, u32 n, text
  *
  * Little-endian, as the machine is.
@@ -111,6 +112,12 @@ static int change(struct board *b, struct rig *rig, FILE *out) {
         plant_lock(&rig->plant, (int)value);
     } else if (strcmp(text, "encoder") == 0) {
         board_force_encoder(b, (int)value);
+    } else if (strcmp(text, "reset") == 0) {
+        board_reset(b, (int)value);
+    } else if (strcmp(text, "hang") == 0) {
+        return board_hang(b) && answer(out, b, "", 0);
+    } else if (strcmp(text, "chatter") == 0) {
+        board_chatter(b, value);
     } else if (!set_parameter(&rig->par, text, value)) {
         fprintf(stderr, "nothing is called %s\n", text);
         return 0;
@@ -126,11 +133,17 @@ static int tell(struct board *b, struct rig *rig, FILE *out) {
         text, sizeof text,
         "{\"enabled\": %d, \"level\": %d, \"changed\": %.9f, \"current\": %.9g, \"speed\": %.9g,"
         " \"count\": %lld, \"bus\": %.9g, \"resets\": %" PRIu64 ", \"asleep\": %.9f,"
-        " \"edges\": %" PRIu64 ", \"worst_latency\": %" PRIu64 ", \"worst_sample\": %" PRIu64
-        ", \"stack_left\": %d}",
+        " \"edges\": %" PRIu64 ", \"stack_left\": %d}",
         rig->enabled, rig->level, (double)rig->opened_at / BOARD_HZ, rig->plant.current,
         rig->plant.speed, rig_count(rig), rig->plant.bus, f.resets, (double)f.asleep / BOARD_HZ,
-        f.edges, f.worst_latency, f.worst_sample, f.stack_left);
+        f.edges, f.stack_left);
+    return answer(out, b, text, (uint32_t)length);
+}
+
+static int tell_times(struct board *b, FILE *out) {
+    char text[2048];
+    const int length = meter_tell(board_meter(b), board_cycle(b), text, sizeof text);
+    meter_clear(board_meter(b), board_cycle(b));
     return answer(out, b, text, (uint32_t)length);
 }
 
@@ -143,6 +156,9 @@ static void serve(struct board *b, struct rig *rig, FILE *out) {
             break;
         case 'S':
             going = change(b, rig, out);
+            break;
+        case 'M':
+            going = tell_times(b, out);
             break;
         case 'G':
             going = tell(b, rig, out);

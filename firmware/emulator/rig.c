@@ -81,6 +81,7 @@ static void run_plant(struct rig *r, uint64_t cycle) {
     r->plant.i_dt = r->plant.v_dt = r->plant.supply_dt = 0.0;
     plant_advance(&r->plant, dt);
     run_filters(r, dt, r->plant.v_dt / dt, r->plant.supply_dt / dt);
+    r->extra += r->par.extra_edges * dt;
     r->at = cycle;
 }
 
@@ -153,7 +154,7 @@ int rig_convert(struct rig *r, uint64_t cycle, int input) {
 
 static double place(const struct rig *r) {
     return (r->plant.angle + r->par.encoder_angle) * r->par.counts_per_turn / TURN
-           + r->par.extra_edges * (double)r->at / r->par.clock_hz;
+           + r->extra;
 }
 
 long long rig_count(const struct rig *r) { return (long long)floor(place(r)); }

@@ -41,6 +41,7 @@ struct rig {
     double spare;       /* second normal number of a pair */
     int has_spare;
     uint64_t opened_at; /* cycle of the last change of enable */
+    double extra;       /* counts that par.extra_edges has brought */
 };
 
 /* At rest, bridge open, at cycle 0. */

@@ -19,6 +19,7 @@ import pytest
 from motorid.acquire.port import Port, open_port
 from motorid.errors import LinkError
 from motorid.sim.port import SimPort, open_sim
+from motorid.wire.enums import ResetCause
 
 ROOT = Path(__file__).resolve().parents[2]
 FIRMWARE = ROOT / "firmware"
@@ -232,7 +233,10 @@ def emulator_lacks() -> str:
 class EmulatedBoard:
     """The firmware that a real board is flashed with, on an emulated processor."""
 
-    traits = frozenset({"fresh", "exact", "bridge"})
+    traits = frozenset({"fresh", "exact", "bridge", "reset"})
+    # what MCUSR says of each reset cause, by the data sheet
+    flags = {ResetCause.POWER_ON: 1, ResetCause.EXTERNAL: 2, ResetCause.BROWN_OUT: 4}
+    flags |= {ResetCause.WATCHDOG: 8}
 
     def __init__(self, name: str, **options: Any) -> None:
         self.name = name
@@ -244,7 +248,7 @@ class EmulatedBoard:
         return not self.port.board.facts()["enabled"]
 
     def reset(self, cause: int) -> None:
-        raise NotImplementedError
+        self.port.board.set("reset", self.flags[ResetCause(cause)])
 
     def break_(self, fault: int, value: int) -> None:
         raise NotImplementedError

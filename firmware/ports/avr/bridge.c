@@ -44,7 +44,6 @@ void bridge_begin(void) {
     BRIDGE_DDR |= _BV(LEVEL_A_BIT) | _BV(LEVEL_B_BIT) | _BV(ENABLE_BIT);
     ICR1 = TOP;
     OCR1A = OCR1B = LOW;
-    TCNT1 = PWM_PRESET;
     TCCR1B = _BV(WGM13) | _BV(WGM12); /* fast PWM up to ICR1; its clock starts with the slots */
 #ifdef BRIDGE_DRV8871
     TCCR1A = DISABLE;

@@ -48,7 +48,7 @@
 #endif
 
 /* Registers that reach by IN and OUT, kept for the interrupts in slots.S. */
-#define SLOT_REGISTER GPIOR0    /* conversion that the next slot interrupt reads, 0 to 15 */
+#define SLOT_REGISTER GPIOR0    /* twice the conversion that the next slot interrupt reads, 0 to 31 */
 #define EDGES_REGISTER GPIOR1   /* encoder edges that are still allowed */
 #define COUNT_REGISTER GPIOR2   /* encoder count, modulo 256 */
 

@@ -18,10 +18,14 @@ struct sums {
     uint16_t active, current, other, supply; /* of 8, 4, 2 and 2 conversions */
 };
 
-/* slots.S: it adds to the sums, and changes which terminal is the active one when it sets the
- * multiplexer for a new window. */
-extern struct sums sums;
-extern volatile uint8_t terminals_swapped;
+/* slots.S: it adds to the sums of this window while those of the last are read, keeps the encoder's
+ * count and timer 1's at the window's end, and changes which terminal is the active one when it sets
+ * the multiplexer for a new window. */
+extern struct sums sums[2];
+extern volatile uint8_t terminals_swapped, window_count;
+extern volatile uint16_t window_phase;
+
+#define CONVERSION (SLOT_REGISTER >> 1) /* that the next slot reads; window 1's follow window 0's */
 
 static struct {
     uint32_t position;
@@ -32,7 +36,10 @@ static struct {
     volatile bool sampling;  /* core_sample() is at work */
     volatile bool overran;   /* it took too long: the bridge stays open until the watchdog bites */
     volatile bool news;      /* a window completed */
+    bool starting;           /* the window that now ends began before the timers did */
 } now;
+
+static void timers_begin(void);
 
 void sampling_set_period(uint32_t ticks) {
     now.period = ticks;
@@ -79,18 +86,19 @@ static bool watch_encoder(void) {
 
 /* ------------------------------------------------------------------ samples */
 
-/* The window's sums and count, before the next slot adds to them. */
+/* The sums and the count of the window that is complete. */
 static void take(struct reading *reading) {
-    const uint8_t count = COUNT_REGISTER;
+    struct sums *const done = &sums[CONVERSION < SLOTS ? 1 : 0];
+    const uint8_t count = window_count;
     now.position += (uint32_t)(int32_t)(int8_t)(uint8_t)(count - now.count);
     now.count = count;
-    reading->raw[WIRE_CHANNEL_CURRENT] = (int16_t)sums.current;
-    const int16_t volts = (int16_t)(sums.active - 4u * sums.other);
+    reading->raw[WIRE_CHANNEL_CURRENT] = (int16_t)done->current;
+    const int16_t volts = (int16_t)(done->active - 4u * done->other);
     reading->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = now.swapped != 0 ? (int16_t)-volts : volts;
-    reading->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = (int16_t)(2u * sums.supply);
+    reading->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = (int16_t)(2u * done->supply);
     now.swapped = terminals_swapped;
     reading->position = now.position;
-    sums = (struct sums){0, 0, 0, 0};
+    *done = (struct sums){0, 0, 0, 0};
 }
 
 /* Nothing that core_sample() now decides would act in time, and the ticks no longer hold. */
@@ -99,42 +107,55 @@ static void overrun(void) {
     bridge_cut();
 }
 
-static void deal_with(const struct reading *reading) {
+/* Edges in close succession keep slots from their interrupts, whatever their mean rate is. */
+static bool lost_slots(void) {
+    return (uint16_t)(window_phase - WINDOW_PHASE) >= PHASE_LATENCY;
+}
+
+/* False when edges came too many or too close: slots and PWM may be out of step. */
+static bool deal_with(const struct reading *reading) {
     const bool storm = watch_encoder();
     now.left -= WINDOW_TICKS;
     if (now.left == 0) {
         now.left = now.period;
         core_sample(reading);
     }
-    if (storm) {
-        core_trip(WIRE_FAULT_ENCODER_EDGES, (int32_t)ENCODER_EDGE_CEILING);
+    if (!storm && !lost_slots()) {
+        return true;
     }
+    core_trip(WIRE_FAULT_ENCODER_EDGES, (int32_t)ENCODER_EDGE_CEILING);
+    bridge_cut();
+    return false;
 }
 
-/* Entered from slots.S, with interrupts off and as an interrupt: a window is complete. They are on
- * again before the next slot is due, and long before the receiver, which holds two characters,
- * could overflow. (The emulator's holds more, and would hide it if this grew.) */
-void __vector_window(void) __attribute__((signal, used, externally_visible));
+/* Entered from slots.S as an interrupt: a window is complete. Other interrupts go on at once, so
+ * that none waits for longer than two of the slot's or the encoder's take: the next slot is due after
+ * 250 cycles, and the receiver, which holds two characters, after 320. (The emulator's receiver holds
+ * more, and would hide it if this grew.) */
+void __vector_window(void) __attribute__((interrupt, used, externally_visible));
 void __vector_window(void) {
     struct reading reading;
-    take(&reading);
-    now.news = true;
     if (now.sampling || now.overran) {
         overrun();
         return;
     }
-    now.sampling = true;
     SCOPE_PORT |= _BV(SCOPE_BIT);
+    now.sampling = true;
+    now.news = true;
     link_hold(); /* its interrupt may come 20 times meanwhile, and there is time for it after */
-    sei();
-    deal_with(&reading);
+    take(&reading);
+    const bool in_step = now.starting || deal_with(&reading);
+    now.starting = false;
     cli();
     link_release();
     SCOPE_PORT &= (uint8_t)~_BV(SCOPE_BIT);
     now.sampling = false;
-    if (SLOT_REGISTER >= LEVELS_SLOT - 1) {
+    if (!in_step) {
+        timers_begin();
+    } else if (CONVERSION % SLOTS >= LEVELS_SLOT - 1) {
         overrun();
     }
+    sei(); /* what follows, mostly registers restored, need not keep a slot waiting */
 }
 
 /* ------------------------------------------------------------------ start */
@@ -159,17 +180,30 @@ void sampling_begin(void) {
     SCOPE_DDR |= _BV(SCOPE_BIT);
     converter_begin();
     encoder_begin();
-    SLOT_REGISTER = SLOTS - 1; /* the first interrupt reads nothing of use and ends a window */
     OCR0A = SLOT_TICKS - 1;
     OCR0B = READ_TICKS;
     TCCR0A = _BV(WGM01); /* CTC */
+    timers_begin();
+}
+
+/* Both timers from their beginnings. The first interrupt reads nothing of use and ends a window.
+ * With interrupts off. START_LAG cycles lie between the two: three STS. (The high byte of TCNT1 waits
+ * in TEMP for the low one. The emulator has no TEMP, and forgets a preset of a timer that stands.) */
+static void timers_begin(void) {
+    TCCR0B = 0;
+    TCCR1B = _BV(WGM13) | _BV(WGM12);
     TCNT0 = 0;
+    SLOT_REGISTER = 2 * (SLOTS - 1);
+    sums[0] = sums[1] = (struct sums){0, 0, 0, 0};
+    now.starting = true;
     TIFR0 = _BV(OCF0A) | _BV(OCF0B);
     TIMSK0 = _BV(OCIE0B);
-    /* START_LAG cycles between the two: one STS. The prescaler is not in use. */
-    __asm__ volatile("out %0, %2\n\tsts %1, %3"
+    __asm__ volatile("out %0, %4\n\tsts %1, %5\n\tsts %2, %B6\n\tsts %3, %A6"
                      :
                      : "I"(_SFR_IO_ADDR(TCCR0B)), "n"(_SFR_MEM_ADDR(TCCR1B)),
-                       "r"((uint8_t)_BV(CS00)), "r"((uint8_t)(_BV(WGM13) | _BV(WGM12) | _BV(CS10)))
+                       "n"(_SFR_MEM_ADDR(TCNT1H)), "n"(_SFR_MEM_ADDR(TCNT1L)),
+                       "r"((uint8_t)_BV(CS00)), /* the prescaler is not in use */
+                       "r"((uint8_t)(_BV(WGM13) | _BV(WGM12) | _BV(CS10))),
+                       "r"((uint16_t)PWM_PRESET)
                      : "memory");
 }

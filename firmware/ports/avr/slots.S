@@ -6,16 +6,56 @@
 #include "timing.h"
 
 .section .bss
-.balign 8                       ; an index never carries out of the low address byte
+.balign 16                      ; an index never carries out of the low address byte
 .global sums
-sums:   .skip 8                 ; this window's: active terminal, current, other terminal, supply
+sums:   .skip 2 * 8             ; two windows, one fills while the other is read: active terminal,
+                                ; current, other terminal, supply
 .global terminals_swapped
 terminals_swapped: .skip 1      ; 2 when terminal B is the active one, else 0
+.global window_count
+window_count: .skip 1           ; COUNT_REGISTER at the window's end
+.global window_phase
+window_phase: .skip 2           ; and TCNT1
 
+/* For each conversion of two windows: the input of the one after the next, and the low address byte
+ * of the sum that takes it; odd where more is to be done. */
+#define A 0
+#define I 1
+#define B 2
+#define S 3
 .section .data
-.balign 16
-turns:                          ; which input a slot converts, which sum takes it
-        .byte 0, 1, 0, 2, 0, 1, 0, 3, 0, 1, 0, 2, 0, 1, 0, 3
+.balign 2 * 2 * SLOTS
+turns:
+.macro turn window, later, input, more=0
+        .byte \later, lo8(sums + 8 * \window + 2 * \input + \more)
+.endm
+.macro turns_of window
+        turn \window, A, A
+        turn \window, B, I
+        turn \window, A, A
+        turn \window, I, B
+        turn \window, A, A
+        turn \window, S, I
+        turn \window, A, A
+        turn \window, I, S
+        turn \window, A, A
+        turn \window, B, I
+        turn \window, A, A
+        turn \window, I, B
+        turn \window, A, A, 1    ; LEVELS_SLOT - 1
+        turn \window, S, I, 1    ; TICK_SLOT - 1
+        turn \window, A, A
+        turn \window, I, S
+.endm
+        turns_of 0
+        turns_of 1
+.if (LEVELS_SLOT - 13) | (TICK_SLOT - 14)
+.error "turns has these slots' marks elsewhere"
+.endif
+#undef A
+#undef I
+#undef B
+#undef S
 
 .section .text
 
@@ -35,30 +75,24 @@ TIMER0_COMPB_vect:
         push r30
         push r31
         in   r30, SLOT_REGISTER
-        mov  r25, r30
-        subi r30, -2            ; its input is the next to come
-        andi r30, SLOTS - 1
         subi r30, lo8(-(turns))
         ldi  r31, hi8(turns)
-        ld   r24, Z
+        ld   r24, Z+
         lds  r0, terminals_swapped
-        sbrs r24, 0
+        sbrs r24, 0             ; only the terminals change places
         eor  r24, r0
         sts  ADMUX, r24         ; both REFS bits zero: AREF
-        mov  r30, r25
+        ld   r0, Z+
+        subi r30, lo8(turns)
+        andi r30, 4 * SLOTS - 1
+        out  SLOT_REGISTER, r30
         lds  r24, ADCL          ; the low byte first: reading it holds the high one
         lds  r25, ADCH
-        cpi  r30, LEVELS_SLOT - 1
-        breq levels
-        cpi  r30, TICK_SLOT - 1
-        breq tick
-add:
-        subi r30, lo8(-(turns))
-        ldi  r31, hi8(turns)
-        ld   r30, Z
-        lsl  r30
-        subi r30, lo8(-(sums))
+        mov  r30, r0
         ldi  r31, hi8(sums)
+        sbrc r30, 0
+        rjmp more
+add:
         ld   r0, Z
         add  r24, r0
         st   Z+, r24
@@ -68,9 +102,7 @@ add:
         ldi  r24, 1 << OCF0A
         out  TIFR0, r24
         in   r24, SLOT_REGISTER
-        inc  r24
-        andi r24, SLOTS - 1
-        out  SLOT_REGISTER, r24
+        andi r24, 2 * SLOTS - 1
         breq window
         pop  r31
         pop  r30
@@ -83,6 +115,12 @@ add:
 
 /* The window is complete: on to C, as if its interrupt had come (sample.c). */
 window:
+        in   r24, COUNT_REGISTER
+        sts  window_count, r24
+        lds  r24, TCNT1L        ; the low byte first, as with ADCL
+        sts  window_phase, r24
+        lds  r24, TCNT1H
+        sts  window_phase + 1, r24
         pop  r31
         pop  r30
         pop  r0
@@ -92,9 +130,14 @@ window:
         pop  r24
         jmp  __vector_window
 
+more:
+        dec  r30
+        in   r0, SLOT_REGISTER  ; of the turn after this one
+        sbrs r0, 1
+        rjmp tick
+
 /* The duties that core_sample() asked for; the timer takes them over when its period ends. High
  * byte first: it waits in TEMP for the low one. (The emulator has no TEMP.) */
-levels:
         lds  r0, next_levels + 1
         sts  OCR1AH, r0
         lds  r0, next_levels

@@ -29,9 +29,9 @@
 #define SLOTS 16
 #define WINDOW_TICKS (SLOTS * SLOT_TICKS)
 
-/* The slot's interrupt comes so long after the slot began. It takes 40 more to reach ADMUX; the
- * slot's conversion has taken its input after 19. Then it reads the result of the slot before, which
- * must not be after 216: so other interrupts may hold it up by READ_LATENCY. */
+/* The slot's interrupt comes so long after the slot began. It takes 30 more to reach ADMUX; the
+ * slot's conversion has taken its input after 19. After another 10 it reads the result of the slot
+ * before, which must not be after 216: so other interrupts may hold it up by READ_LATENCY. */
 #define READ_TICKS 6
 #define READ_LATENCY 160
 /* From the trigger to the moment that is converted: two ADC clocks and three of the processor's. */
@@ -44,16 +44,21 @@
 
 #define TICK_AT (TICK_SLOT * SLOT_TICKS + TICK_IN_SLOT) /* ticks after a window ends */
 
-/* Timer 1 starts two cycles after timer 0, preset so that a PWM period begins at TICK_AT. */
-#define START_LAG 2
+/* Timer 1 is set so long after timer 0 starts that a PWM period begins at TICK_AT. */
+#define START_LAG 6
 #define PWM_PRESET (PWM_TICKS - (TICK_AT - START_LAG) % PWM_TICKS)
+
+/* TCNT1 when a window ends, and by how much later its interrupt may read it. One that reads it
+ * elsewhere has lost slots to a burst of edges: one to four move it by 250, 500, 750, 200. */
+#define WINDOW_PHASE (PWM_TICKS - TICK_AT % PWM_TICKS)
+#define PHASE_LATENCY 250
 
 /* The middle of an input's conversions is that of its mean; its end is half a window later. All
  * have theirs at slot 7 but the supply, at slot 11. */
 #define MEAN_END(slot) ((slot) * SLOT_TICKS + HOLD_TICKS + WINDOW_TICKS / 2)
 #define MEAN_DELAY(slot) (WINDOW_TICKS + TICK_AT - MEAN_END(slot))
-/* The encoder is read when the window's last conversion is. */
-#define POSITION_DELAY (TICK_AT - READ_TICKS - 120)
+/* Edges count until the interrupt begins that ends the window: those after it wait for their turn. */
+#define POSITION_DELAY (TICK_AT - READ_TICKS)
 
 #define TICKS_TO_NS(ticks) ((uint32_t)((ticks) * 1000ull / (CLOCK_HZ / 1000000u)))
 
