@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+if TYPE_CHECKING:
+    from motorid.estimate.alternative import Alternative
+
 Floats = NDArray[np.float64]
 Status = Literal["estimated", "fixed", "at_bound", "not_identifiable"]
 Severity = Literal["info", "warning", "error"]
+Strength = Literal["named", "not excluded"]
 
 PARAMETERS = ("R", "L", "K", "B", "J", "T0")
 UNITS = {"R": "ohm", "L": "H", "K": "N·m/A", "B": "N·m·s/rad", "J": "kg·m²", "T0": "N·m"}
@@ -52,6 +56,21 @@ class Diagnostic:
     code: str
     severity: Severity
     message: str
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """A fault of the measuring chain: ``evidence`` for it, and the ``action`` that mends it.
+
+    ``where`` is a channel or a part of the rig. "named": these data show it. "not excluded": it
+    would leave no trace in these data.
+    """
+
+    code: str
+    where: str
+    evidence: str
+    action: str
+    strength: Strength
 
 
 @dataclass(frozen=True)
@@ -121,3 +140,5 @@ class Estimate:
     options: Mapping[str, Any] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
     budget: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    suspects: tuple[Suspect, ...] = ()
+    alternative: Alternative | None = None  # a better model beside this answer

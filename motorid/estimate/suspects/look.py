@@ -1,0 +1,185 @@
+"""Who is to blame: from cheap looks at the readings to fits with a fault's size as an unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.errors import DataError
+from motorid.estimate.closed_form import start_values
+from motorid.estimate.record import MotorRecord
+from motorid.estimate.solution import Solution
+from motorid.estimate.suspects import (
+    clipping,
+    encoder,
+    guards,
+    held,
+    jumps,
+    lag,
+    low_pass,
+    misfit,
+    offset,
+    slip,
+    supply,
+)
+from motorid.estimate.suspects.hypothesis import Hypothesis, Size
+from motorid.estimate.suspects.refit import Refit, refit
+from motorid.estimate.suspects.screen import Screen
+from motorid.estimate.types import Suspect
+
+Floats = NDArray[np.float64]
+
+SCREENED = (lag, low_pass, clipping, offset)  # by the fit's derivatives
+SEEN = (
+    slip,
+    clipping,
+    encoder,
+    supply,
+)  # in blocks: they mislead a fit too far for its derivatives
+WORTH = 0.01  # chi-square for each reading that a hypothesis must promise, to be fitted
+RIVAL = 0.1  # of the best promise, that makes a rival
+MOST = 4  # rivals
+SURELY = 0.7  # fall of F for each reading that names a suspect,
+LIKELY = 0.1  # or this much,
+NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
+SHARE = 0.3  # and this share of all that there is to explain
+HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: others are sought too
+HARM = 0.002  # relative shift of a parameter that makes a fault worth naming
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A hypothesis after its own fit: ``gain`` is how far F fell for each reading.
+
+    ``share`` is that of all that there is to explain; ``shift`` how the fault moved each parameter,
+    as a share of it; ``seen``: the plain laws show it in blocks of the capture.
+    """
+
+    hypothesis: Hypothesis
+    found: Refit
+    gain: float
+    share: float
+    shift: Mapping[str, float]
+    seen: bool = False
+
+    @property
+    def convincing(self) -> bool:
+        """It explains enough, and matters; what the blocks show needs less."""
+        enough = self.gain > SURELY or (self.gain > LIKELY and (self.seen or self.share > SHARE))
+        return enough and max(abs(s) for s in self.shift.values()) > HARM
+
+
+def suspects(records: Sequence[MotorRecord], solution: Solution) -> tuple[Suspect, ...]:
+    """What in the measuring chain spoils these captures, the surest first; empty: nothing seen."""
+    found = direct(records)
+    spoiled = {s.code for s in found} - HARMLESS
+    if not spoiled:
+        found += tried(records, solution, {s.code for s in found})
+    return tuple(found)
+
+
+def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
+    """What the readings show by themselves."""
+    found: list[Suspect] = []
+    for k, record in enumerate(records):
+        run = [
+            *jumps.suspects(record.capture, record.timeline),
+            *held.suspects(record.capture),
+            *offset.suspects(record),
+            *supply.suspects(record),
+        ]
+        where = f" (run {k + 1})" if len(records) > 1 else ""
+        found += [replace(s, evidence=s.evidence + where) for s in run]
+    return found
+
+
+def tried(records: Sequence[MotorRecord], solution: Solution, known: set[str]) -> list[Suspect]:
+    """What a fit with its size as an unknown convicts: the best of all, if it convinces."""
+    for trial in trials(records, solution):
+        h = trial.hypothesis
+        if h.guard or not trial.convincing or h.code in known:
+            return []
+        words = h.words(trial.found.size)
+        name, most = max(trial.shift.items(), key=lambda s: abs(s[1]))
+        evidence = (
+            f"{words.evidence}; that explains {min(trial.share, 1.0):.0%} of the misfit, and "
+            f"taken into account moves {name} by {most:+.1%}"
+        )
+        return [Suspect(h.code, words.where, evidence, words.action, "named")]
+    return []
+
+
+def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:
+    """Every hypothesis that promises enough, after its own fit, the best first."""
+    left = misfit.residuals(records, solution)
+    if not misfit.rough(records, left):
+        return []
+    readings = sum(m.block.count for r in records for m in r.measured)
+    excess = misfit.excess(records, left)
+    rivals = list(_rivals(records, solution, WORTH * readings))
+    if not rivals:
+        return []
+    starts, enough = _starts(records, solution), max(NEAR * excess * readings, 1.0)
+    usual = refit(records, starts, enough=enough)
+    out = []
+    for hypothesis, size, begin, seen in rivals:
+        found = refit(records, begin or starts, hypothesis, size, enough)
+        gain = (usual.objective - found.objective) / readings
+        moved = found.values / np.maximum(usual.values, 1e-300) - 1.0
+        shift = {
+            u.name: float(s)
+            for u, s, v in zip(solution.unknowns, moved, usual.values, strict=True)
+            if v > 0 and u.name != "B"
+        }
+        out.append(Trial(hypothesis, found, gain, gain / max(excess, 1e-9), shift, seen))
+    return sorted(out, key=lambda t: -t.gain)
+
+
+def _rivals(
+    records: Sequence[MotorRecord], solution: Solution, least: float
+) -> Iterator[tuple[Hypothesis, Size, list[Solution] | None, bool]]:
+    """Hypotheses worth a fit, with the size and the motors to begin with (None: the usual)."""
+    some = False
+    for module in SEEN:
+        seen = module.seen(records)
+        if seen is not None:
+            some = True
+            hypothesis, start = seen
+            yield hypothesis, start.size, [_at(solution, start.motor), solution], True
+    screen = Screen(records, solution)
+    scores = [screen.best(h) for module in SCREENED for h in module.hypotheses(records)]
+    scores.sort(key=lambda s: -s.gain)
+    for s in scores[:MOST]:
+        if s.gain > max(least, RIVAL * scores[0].gain):
+            some = True
+            yield s.hypothesis, s.size, None, False
+    for h in guards.hypotheses(records) if some else ():
+        s = screen.best(h)
+        if s.gain > least:
+            yield s.hypothesis, s.size, [solution], False
+
+
+def _starts(records: Sequence[MotorRecord], solution: Solution) -> list[Solution]:
+    """Where fits begin: the solution, and the closed forms, which a fault misleads less."""
+    free = {u.name for u in solution.unknowns}
+    fixed = {
+        name: float(value)
+        for name, value in zip(records[0].names, records[0].motor(solution.values), strict=True)
+        if name not in free
+    }
+    try:
+        return [solution, _at(solution, start_values(records, fixed))]
+    except DataError:  # the closed forms need a current and a motion
+        return [solution]
+
+
+def _at(solution: Solution, motor: Mapping[str, float]) -> Solution:
+    """The same with the motor's values in place of the solution's."""
+    values = [
+        motor.get(u.name) or float(v)
+        for u, v in zip(solution.unknowns, solution.values, strict=True)
+    ]
+    return replace(solution, values=np.array(values))
