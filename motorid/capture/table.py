@@ -32,6 +32,8 @@ class TableOptions:
 
     aperture: Mapping[str, float] = field(default_factory=dict)  # by quantity
     delay: Mapping[str, float] = field(default_factory=dict)  # by quantity
+    gain_uncertainty: Mapping[str, float] = field(default_factory=dict)  # standard, relative
+    offset_uncertainty: Mapping[str, float] = field(default_factory=dict)  # standard, SI
     constants: Mapping[str, float] = field(default_factory=dict)  # names that maps may use
     unsigned: Sequence[str] = ()  # quantities that the file holds as magnitudes
     separator: str | None = None
@@ -90,13 +92,19 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
 
 
 def _check_options(chosen: TableOptions, mapped: Mapping[str, ChannelMap]) -> None:
-    named = [("--aperture", chosen.aperture), ("--delay", chosen.delay)]
-    for option, quantities in [*named, ("--unsigned", dict.fromkeys(chosen.unsigned, 0.0))]:
-        for name, seconds in quantities.items():
+    named: list[tuple[str, Mapping[str, float], str]] = [
+        ("--aperture", chosen.aperture, "seconds"),
+        ("--delay", chosen.delay, "seconds"),
+        ("--gain-uncertainty", chosen.gain_uncertainty, "a relative standard uncertainty"),
+        ("--offset-uncertainty", chosen.offset_uncertainty, "a standard uncertainty in SI units"),
+        ("--unsigned", dict.fromkeys(chosen.unsigned, 0.0), ""),
+    ]
+    for option, quantities, what in named:
+        for name, number in quantities.items():
             if SHORTHAND.get(name, name) not in mapped:
                 raise UsageError(f"{option} {name}: no such map{nearest(name, mapped)}")
-            if not 0 <= seconds < np.inf:
-                raise UsageError(f"{option} {name}={seconds:g}: give seconds, 0 or more")
+            if not 0 <= number < np.inf:
+                raise UsageError(f"{option} {name}={number:g}: give {what}, 0 or more")
     if chosen.sense not in get_args(Sense):
         raise UsageError(f"--sense {chosen.sense!r} is none of {', '.join(get_args(Sense))}")
 
@@ -171,9 +179,10 @@ def _in_order(
 
 
 def _channel(one: ChannelMap, raw: Floats, chosen: TableOptions) -> Channel:
-    by_name = {SHORTHAND.get(name, name): seconds for name, seconds in chosen.aperture.items()}
-    delays = {SHORTHAND.get(name, name): seconds for name, seconds in chosen.delay.items()}
-    aperture_s = by_name.get(one.quantity, 0.0)
+    def given(numbers: Mapping[str, float]) -> float:
+        return {SHORTHAND.get(name, name): n for name, n in numbers.items()}.get(one.quantity, 0.0)
+
+    aperture_s = given(chosen.aperture)
     voltage = one.quantity == VOLTAGE
     return Channel(
         name=one.quantity,
@@ -182,7 +191,9 @@ def _channel(one: ChannelMap, raw: Floats, chosen: TableOptions) -> Channel:
         scale=one.unit.scale,
         kind="mean" if aperture_s else "instant",
         aperture_s=aperture_s,
-        delay_s=delays.get(one.quantity, 0.0),
+        delay_s=given(chosen.delay),
+        gain_uncertainty=given(chosen.gain_uncertainty),
+        offset_uncertainty=given(chosen.offset_uncertainty),
         resolution=(1.0 if one.unit.counts else checks.quantum(raw)) * one.unit.scale,
         sense=cast(Sense, chosen.sense) if voltage else None,
         unsigned=one.quantity in chosen.unsigned,

@@ -49,6 +49,18 @@ PairsT = tuple[tuple[str, float], ...]
     help="Seconds by which a quantity's readings are late. Repeatable.",
 )
 @click.option(
+    "--gain-uncertainty",
+    multiple=True,
+    type=Assignment("current=0.005"),
+    help="Standard uncertainty of a quantity's gain, relative. Repeatable.",
+)
+@click.option(
+    "--offset-uncertainty",
+    multiple=True,
+    type=Assignment("current=0.01"),
+    help="Standard uncertainty of a quantity's offset, in SI units. Repeatable.",
+)
+@click.option(
     "--constant",
     multiple=True,
     type=Assignment("gtau=35.15"),
@@ -73,6 +85,8 @@ def command(
     output: Path,
     aperture: PairsT,
     delay: PairsT,
+    gain_uncertainty: PairsT,
+    offset_uncertainty: PairsT,
     constant: PairsT,
     unsigned: tuple[str, ...],
     sense: str | None,
@@ -101,6 +115,8 @@ def command(
         maps,
         aperture=dict(aperture),
         delay=dict(delay),
+        gain_uncertainty=dict(gain_uncertainty),
+        offset_uncertainty=dict(offset_uncertainty),
         constants=dict(constant),
         unsigned=unsigned,
         separator=separator,

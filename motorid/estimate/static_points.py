@@ -9,7 +9,7 @@ the current, which is K.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +23,7 @@ from motorid.estimate.mechanical_results import Judge, Quantity, fixed, unknown
 from motorid.estimate.types import PARAMETERS, UNITS, Diagnostic, Estimate, Parameter
 
 Floats = NDArray[np.float64]
+Columns = Mapping[str, Floats]
 
 FEWEST_POINTS = 8
 APART = 0.05  # relative difference of the two K's that is worth saying
@@ -53,10 +54,13 @@ def fit(captures: Sequence[Capture], *, fix: Mapping[str, float] | None = None) 
             "table, or map time if its rows follow each other"
         )
     judge = Judge(points - 2)
-    electrical, torque = _electrical(columns), _torque(columns)
+    shifted = list(_shifted(captures, columns))
+    electrical = _with_instrument(_electrical, columns, shifted)
+    torque = _with_instrument(_torque, columns, shifted)
     if electrical and torque:  # two ways to K: their difference is a systematic uncertainty
         apart = abs(electrical["K"].value - torque["K"].value) / 2
-        torque["K"] = replace(torque["K"], instrument=apart)
+        both = float(np.hypot(torque["K"].instrument, apart))
+        torque["K"] = replace(torque["K"], instrument=both)
     if not electrical and not torque:
         raise DataError("steady points need voltage and speed for R and K, or torque for K")
     found = {name: unknown(name, UNITS[name], WHY) for name in PARAMETERS}
@@ -79,7 +83,12 @@ def fit(captures: Sequence[Capture], *, fix: Mapping[str, float] | None = None) 
         chi_square=0.0,
         degrees_of_freedom=points - 2,
         evaluations=1,
-        diagnostics=(*_apart(electrical, torque), *_too_straight(columns), *_notes(captures)),
+        diagnostics=(
+            *_apart(electrical, torque),
+            *_too_straight(columns),
+            *_undeclared(shifted),
+            *_notes(captures),
+        ),
         inputs=tuple(describe(capture) for capture in captures),
         options={"fix": dict(fix or {})},
         versions={"motorid": __version__, "numpy": np.__version__},
@@ -92,6 +101,51 @@ def _joined(captures: Sequence[Capture], name: str) -> Floats:
     if any(channel is None for channel in channels):
         return np.zeros(0)
     return np.concatenate([channel.values for channel in channels if channel is not None])
+
+
+def _shifted(captures: Sequence[Capture], columns: Mapping[str, Floats]) -> Iterator[Columns]:
+    """The columns as each declared cause would move them by its standard uncertainty.
+
+    Captures share their instruments: one cause moves all of them together.
+    """
+    for name, values in columns.items():
+        if not len(values):
+            continue
+        for key, sizes in (("gain_uncertainty", values), ("offset_uncertainty", None)):
+            declared = [
+                np.full(len(capture), getattr(capture.channels[name], key)) for capture in captures
+            ]
+            shift = np.concatenate(declared) * (1.0 if sizes is None else sizes)
+            if shift.any():
+                yield {**columns, name: values + shift}
+
+
+def _with_instrument(
+    solve: Callable[[Columns], dict[str, Quantity]], columns: Columns, shifted: Sequence[Columns]
+) -> dict[str, Quantity]:
+    """The quantities with what each cause does to them, causes independent of each other."""
+    found = solve(columns)
+    moved = [solve(other) for other in shifted]
+    return {
+        name: replace(
+            q, instrument=float(np.sqrt(sum((m[name].value - q.value) ** 2 for m in moved if m)))
+        )
+        for name, q in found.items()
+    }
+
+
+def _undeclared(shifted: Sequence[Columns]) -> tuple[Diagnostic, ...]:
+    """Without a declared uncertainty the intervals say less than they seem to."""
+    if shifted:
+        return ()
+    return (
+        Diagnostic(
+            "no_instrument_uncertainty",
+            "info",
+            "No uncertainty of gain or offset is declared for these points, so the intervals hold "
+            "their scatter only; import them with --gain-uncertainty, such as current=0.005.",
+        ),
+    )
 
 
 def _judged(judge: Judge, quantities: Mapping[str, Quantity]) -> dict[str, Parameter]:

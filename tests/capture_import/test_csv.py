@@ -281,3 +281,15 @@ def test_numbers_survive(
     marks = any(value in SENTINELS for value in numbers)
     capture = read_table(path, ["time=t:s", "current=x:A"], drop_bad=marks)
     assert marks or np.array_equal(capture.channels["current"].raw, numbers)
+
+
+def test_an_instruments_uncertainty_is_kept(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t,i\n" + "\n".join(f"{k},{k % 3}" for k in range(20)), encoding="utf-8")
+    maps = ["time=t:ms", "current=i:mA"]
+    options = {"gain_uncertainty": {"current": 0.005}, "offset_uncertainty": {"current": 0.01}}
+    channel = read_table(path, maps, **options).channels["current"]
+    assert channel.gain_uncertainty == 0.005
+    assert channel.offset_uncertainty == 0.01
+    with pytest.raises(UsageError, match="--gain-uncertainty speed: no such map"):
+        read_table(path, maps, gain_uncertainty={"speed": 0.1})
