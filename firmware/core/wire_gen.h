@@ -1007,7 +1007,9 @@ typedef struct {
     uint8_t fault;
     /* when [tick] */
     uint32_t tick;
-    /* offending raw reading, counts/s, ms or edges/s */
+    /* over_current, supply_low, supply_high: the raw reading; over_speed: counts/s, signed as */
+    /* position is told (encoder_reversed included); run_time, host_silence: the limit in ms; */
+    /* encoder_edges: edges/s; else 0 */
     int32_t value;
 } wire_event_fault_t;
 
@@ -1070,7 +1072,8 @@ static inline bool wire_get_event_done(const uint8_t *p, size_t length,
     return true;
 }
 
-/* Sent once after a reset, so that a reset in mid-run is seen. */
+/* Sent once after a reset, so that a reset in mid-run is seen. A delimiter goes before it, to
+ * end a frame that the reset cut short. */
 #define WIRE_EVENT_HELLO_CODE 0x44u
 #define WIRE_EVENT_HELLO_SIZE 5u /* fields, without the header */
 

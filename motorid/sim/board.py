@@ -26,6 +26,7 @@ from motorid.wire.enums import Fault, ResetCause, State, Status, StepKind
 from motorid.wire.hashes import config_hash, program_hash
 from motorid.wire.spec import load
 
+IDENTIFY = load().commands["identify"].code
 IDLE_STRETCH = 512  # samples taken at once while nothing runs
 MAX_ZERO = 4096
 AGE_TICKS = load().limits.block_age_ms * CLOCK_HZ // 1000
@@ -139,7 +140,7 @@ class Board:
         if not isinstance(command, Command):
             return
         name, request = command.name, command.request
-        if self._repeated(name, request):
+        if self._repeated(payload[0], request):
             return
         refusal = self._refusal(name)
         answer = (refusal, {}) if refusal else self._execute(command)
@@ -150,13 +151,16 @@ class Board:
         """A payload without a command in it: answered only when it has a request number."""
         if error.code is None or error.request is None or payload[0] & 0xC0:
             return
-        if self._foreign():
+        code, request = error.code, error.request
+        if self._repeated(code, request):
+            return
+        if self._foreign() and code != IDENTIFY:
             error.status = Status.MAJOR_MISMATCH
-        self._keep(error.request, encode_refusal(error.code, error.request, error.status))
+        self._keep(request, encode_refusal(code, request, error.status))
 
-    def _repeated(self, name: str, request: int) -> bool:
-        """True when this request was executed already: its reply, if there is one, goes again."""
-        if name == "identify":
+    def _repeated(self, code: int, request: int) -> bool:
+        """True when this request was answered already: its reply, if there is one, goes again."""
+        if code == IDENTIFY:
             return False
         if self._zeroing and self._zeroing.request == request:
             return True

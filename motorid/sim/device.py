@@ -13,8 +13,10 @@ from motorid.sim.faults import Fault
 from motorid.sim.link import Cable
 from motorid.sim.options import Options
 from motorid.wire.enums import Channel, ResetCause
-from motorid.wire.framing import Decoder, Frame, encode
+from motorid.wire.framing import DELIMITER, Decoder, Frame, encode
+from motorid.wire.spec import load
 
+HELLO = load().events["hello"].code
 BYTES_PER_SAMPLE = 8  # roughly, on the wire
 CHATTER_S = 0.1
 CHUNK = 4096
@@ -127,8 +129,12 @@ class Device:
             raise LinkError("sim://: the simulated board was unplugged: check the cable")
 
     def _say(self, payload: bytes) -> None:
-        if not self._hush:
-            self.cable.up.send(encode(payload), self.now)
+        if self._hush:
+            return
+        frame = encode(payload)
+        if payload[0] == HELLO:  # which a frame that the reset cut short must not spoil
+            frame = DELIMITER + frame
+        self.cable.up.send(frame, self.now)
 
     def _has_room(self) -> bool:
         return self.cable.up.backlog(self.now) <= self.options.buffer * BYTES_PER_SAMPLE

@@ -88,8 +88,11 @@ class Run:
 
     def _trip(self, tick: int) -> Trip | None:
         """What the sample at ``tick`` trips, if anything."""
-        if self._bench.trip[0]:
-            return self._bench.trip
+        fault, value = self._bench.trip
+        if fault == Fault.OVER_SPEED:
+            return fault, self._sign * value  # as the position is told
+        if fault:
+            return fault, value
         if tick >= self._deadline and self._deadline < self._end:
             return Fault.RUN_TIME, self._config["run_time_limit_ms"]
         if tick >= self._alive + self._silence and tick < self._end:
