@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from motorid.estimate.types import Estimate
 
 OPTIONAL = ("L", "B", "T0")  # what ``without`` may take out of the model
+SIX, AUTO = "six", "auto"  # models: the six parameters; and a better one beside them where asked
 
 
 def fit(
@@ -23,9 +24,11 @@ def fit(
     """The estimate that captures of one motor give together.
 
     ``fix`` holds parameters at SI values; ``without`` leaves L, B or T0 out of the model. Captures
-    without a voltage or without a current are fitted by their mechanics alone. ``search``:
-    ``budget``, ``seed`` and ``model`` of another method (``search.fit``). Raises UsageError on an
-    unknown name or method, DataError where the captures hold too little.
+    without a voltage or without a current are fitted by their mechanics alone. ``model``: six,
+    auto (a better model beside the six parameters where the residuals ask for one), or terms of
+    ``wider.terms`` joined by +. ``search``: that and ``budget`` and ``seed`` of another method
+    (``search.fit``). Raises UsageError on an unknown name, method or model, DataError where the
+    captures hold too little.
     """
     from motorid.errors import DataError, UsageError
     from motorid.estimate import mechanical
@@ -33,21 +36,28 @@ def fit(
     if not captures:
         raise DataError("there is no capture to fit: name at least one file")
     known = {name: float(value) for name, value in (fix or {}).items()}
-    if method != "ml" or search.get("model", "linear") != "linear":
+    model = search.get("model", SIX)
+    if method != "ml":
         from motorid.estimate.search.fit import fit as by_name
 
         _check(known, without)
+        search |= {"model": "linear"} if model in (SIX, AUTO) else {}
         return by_name(captures, method, fix=known, without=without, **search)
     if search.keys() - {"model"}:
         raise UsageError(
             f"the method ml takes no {', '.join(search)}: choose another by --method, such as nls"
         )
     if mechanical.suits(captures):
+        if model not in (SIX, AUTO, "linear"):
+            raise UsageError(
+                f"--model {model} needs captures with a voltage, a current and a motion: leave it "
+                "out for these"
+            )
         return mechanical.fit(captures, fix=known, without=without)
     _check(known, without)
-    from motorid.estimate import motor_fit
+    from motorid.estimate.wider import offer
 
-    return motor_fit.fit(captures, known, without)
+    return offer.fit(captures, known, without, SIX if model == "linear" else model)
 
 
 def _check(fix: Mapping[str, float], without: Sequence[str]) -> None:

@@ -60,13 +60,21 @@ def fit(
     ``fix`` holds parameters at SI values; ``without`` takes L, B or T0 out of the model. Raises
     DataError where the captures cannot be fitted at all.
     """
-    fixed = {**dict.fromkeys(without, 0.0), **(fix or {})}
+    records, solution = solved(captures, fix or {}, without)
+    return report(captures, records, solution, fix or {}, without)
+
+
+def solved(
+    captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]
+) -> tuple[list[MotorRecord], Solution]:
+    """The captures as the likelihood sees them, and their most likely parameters; as ``fit``."""
+    fixed = {**dict.fromkeys(without, 0.0), **fix}
     free = [name for name in PARAMETERS if name not in fixed]
     records = [MotorRecord(capture, free, fixed) for capture in captures]
     start = start_values(records, fixed)
     for record in records:
         refuse_discontinuous(record.capture, record.timeline, max(start["L"], 1e-9))
-    return report(captures, records, solve(records, free, start), fix or {}, without)
+    return records, solve(records, free, start)
 
 
 def report(
@@ -290,6 +298,8 @@ def nuisance_parameters(
         label = f" of run {k + 1}" if len(records) > 1 else ""
         deviations = np.sqrt(np.diag(solution.own_covariance[k]))
         for unknown, value, sd in zip(record.unknowns, solution.own[k], deviations, strict=True):
+            if unknown.name not in NUISANCE_UNITS:
+                continue  # what noise left open of a voltage says nothing of the motor or its rig
             v, u = float(value), float(sd)
             reach = intervals.NORMAL_95 * u
             name = unknown.name.replace("_", " ") + label

@@ -8,7 +8,7 @@
 #include "wide_map.h"
 
 #define FINEST 8      /* levels of halving an interval */
-#define SWEEPS 3      /* of successive approximation in a step */
+#define SWEEPS 2      /* of successive approximation in a step */
 #define MAX_EVENTS 16 /* in one step; more is chatter of rounding */
 #define STRIBECK_REACH 6.0 /* exp(-36): nothing left */
 
@@ -36,7 +36,7 @@ typedef struct {
 typedef struct {
     const mw_motor *motor;
     mr_motor six;
-    int states;
+    int two; /* masses */
     double h;
     int count;
     const double *v;
@@ -63,8 +63,9 @@ static double coulomb(const mw_motor *p, int s)
 /* i / sqrt(i^2 + knee^2), mean over a triangular ripple of half the width `swing`. */
 static double smooth_sign(double i, double knee, double swing)
 {
-    if (swing <= 0.0) return i / sqrt(i * i + knee * knee);
-    return (hypot(i + swing, knee) - hypot(i - swing, knee)) / (2.0 * swing);
+    const double up = i + swing, down = i - swing, square = knee * knee;
+    if (swing < 1e-3 * knee) return i / sqrt(i * i + square);
+    return (sqrt(up * up + square) - sqrt(down * down + square)) / (2.0 * swing);
 }
 
 /* What the linear part lacks: volts against the current, torque upon the rotor. */
@@ -74,7 +75,8 @@ static void forces(const run *r, const wide_state *x, double warmth, double f[FO
     const double i = x->x[WI], w = x->x[WW];
     const int s = r->now.mode.s;
     double volts = -p->R * warmth * i, torque = 0.0;
-    if (p->brush != 0.0) volts -= p->brush * smooth_sign(i, p->brush_current, r->swing);
+    if (p->brush != 0.0 && r->now.mode.circuit != OPEN)
+        volts -= p->brush * smooth_sign(i, p->brush_current, r->swing);
     if (p->quadratic != 0.0) torque -= p->quadratic * w * fabs(w);
     if (p->stiction != 0.0 && s && fabs(w) < STRIBECK_REACH * p->stribeck) {
         const double ratio = w / p->stribeck;
@@ -132,18 +134,18 @@ static void warm(const run *r, const double current[NODES], double length, doubl
     warmth[END] = warmth[BEGIN] + length * (rate[BEGIN] + 4.0 * rate[MIDDLE] + rate[END]) / 6.0;
 }
 
-static wide_state step(const run *r, const wide_map *half, const wide_map *full, double length,
-                       double v, drive *d)
+static inline wide_state step_of(const run *r, const int rows, const wide_map *half,
+                                 const wide_map *full, double length, double v, drive *d)
 {
     const wide_state *x = &r->now.x;
-    const wide_state to_middle = wide_linear(half, r->states, x, v);
-    const wide_state to_end = wide_linear(full, r->states, x, v);
+    const wide_state to_middle = wide_linear(half, rows, x, v);
+    const wide_state to_end = wide_linear(full, rows, x, v);
     double warmth[NODES] = {r->now.warmth, r->now.warmth, r->now.warmth};
     forces(r, x, warmth[BEGIN], d->f[BEGIN]);
     for (int k = 0; k < FORCES; k++) d->f[MIDDLE][k] = d->f[END][k] = d->f[BEGIN][k];
     for (int sweep = 0; sweep < SWEEPS; sweep++) {
-        const wide_state middle = wide_forced(half, &to_middle, d->f);
-        const wide_state end = wide_forced(full, &to_end, d->f);
+        const wide_state middle = wide_forced(half, rows, &to_middle, d->f);
+        const wide_state end = wide_forced(full, rows, &to_end, d->f);
         const double current[NODES] = {x->x[WI], middle.x[WI], end.x[WI]};
         if (r->motor->warming != 0.0 || warmth[BEGIN] != 0.0)
             warm(r, current, length, warmth);
@@ -151,7 +153,14 @@ static wide_state step(const run *r, const wide_map *half, const wide_map *full,
         forces(r, &end, warmth[END], d->f[END]);
     }
     d->warmth = warmth[END];
-    return wide_forced(full, &to_end, d->f);
+    return wide_forced(full, rows, &to_end, d->f);
+}
+
+static wide_state step(const run *r, const wide_map *half, const wide_map *full, double length,
+                       double v, drive *d)
+{
+    if (r->two) return step_of(r, WROWS, half, full, length, v, d);
+    return step_of(r, ONE_MASS, half, full, length, v, d);
 }
 
 /* The same for any length, without prepared maps. */
@@ -187,7 +196,8 @@ static double tapped(const run *r, const tap *t, const tap_map *m, double v, con
 {
     const wide_state *x = &r->now.x;
     double y = m->g * v + m->c + t->extra + (t->integral ? x->x[row_of(t)] : 0.0);
-    for (int k = 0; k < r->states; k++) y += m->P[k] * x->x[k];
+    y += m->P[0] * x->x[WI] + m->P[1] * x->x[WW];
+    if (r->two) y += m->P[2] * x->x[WLOAD] + m->P[3] * x->x[WTWIST];
     for (int f = 0; f < FORCES; f++)
         for (int node = 0; node < NODES; node++) y += m->F[f][node] * d->f[node][f];
     return y;
@@ -303,9 +313,31 @@ static const level_maps *maps_of(run *r, int level)
     return m;
 }
 
+/* Nothing moves and no current flows: the interval changes nothing but the warmth. */
+static int idle(const run *r)
+{
+    if (r->now.mode.circuit != OPEN || r->now.mode.s || r->two) return 0;
+    const double torque = push(r, &r->now.x);
+    return fabs(torque) <= breakaway(r->motor, torque);
+}
+
+static void idle_interval(run *r, int n)
+{
+    for (int j = 0; j < r->taps.n; j++) {
+        const tap *t = &r->taps.tap[j];
+        const double held = t->integral ? r->now.x.x[row_of(t)] : 0.0;
+        r->taps.values[(size_t)j * r->count + n] = held + t->extra;
+    }
+    r->now.warmth *= exp(-r->motor->cooling * r->h);
+}
+
 static void interval(run *r, int n, int level)
 {
     const int steps = 1 << level;
+    if (idle(r)) {
+        idle_interval(r, n);
+        return;
+    }
     for (int k = 0; k < steps; k++) {
         const level_maps *m = maps_of(r, level);
         const double v = source(r, n);
@@ -340,7 +372,7 @@ static int begin(run *r, const mw_motor *p, double period, int count, const doub
     if ((p->brush != 0.0 && !(p->brush_current > 0.0)) || (p->stiction != 0.0 && !(p->stribeck > 0.0)))
         return -1;
     r->motor = p, r->six = (mr_motor){p->R, p->L, p->K, p->B, p->J, p->T0};
-    r->states = wide_states(p), r->h = period, r->count = count, r->v = v;
+    r->two = p->load_inertia > 0.0, r->h = period, r->count = count, r->v = v;
     r->cogging_phase = start->cogging_phase, r->ripple_phase = start->ripple_phase;
     r->now = (moment){.warmth = start->warmth};
     r->now.x.x[WI] = start->current, r->now.x.x[WTH] = start->position;
@@ -378,10 +410,10 @@ int mw_response(const mw_motor *motor, double period, double pwm_period, int cou
 
 static double apart(const run *r, const moment *a, const moment *b, double amperes, double speed)
 {
-    const double unit[WROWS] = {amperes, speed, speed, 0.0, amperes * r->h, speed * r->h};
+    const double unit[WROWS] = {amperes, speed, amperes * r->h, speed * r->h, speed};
     double most = 0.0;
-    for (int row = 0; row < WROWS; row++)
-        if (unit[row] > 0.0) most = fmax(most, fabs(a->x.x[row] - b->x.x[row]) / unit[row]);
+    for (int row = 0; row <= (r->two ? WLOAD : WTH); row++)
+        most = fmax(most, fabs(a->x.x[row] - b->x.x[row]) / unit[row]);
     return most;
 }
 

@@ -25,7 +25,7 @@ NAMES = (
 START = ("current", "speed", "position", "warmth", "cogging_phase", "ripple_phase")
 """Fields of ``mw_start`` in order: A, rad/s, rad, relative rise of R, rad, rad."""
 AT_REST = (0.0,) * len(START)
-TOLERANCE = 1e-6  # of the largest current and speed, in an interval
+TOLERANCE = 3e-6  # of the largest current and speed, in an interval
 
 
 class WideResponse(Response):

@@ -4,6 +4,10 @@
 
 #define LEAST_INDUCTANCE 1e-3 /* of R times the sample period */
 
+/* The dynamic states among phi's, and their rows. */
+enum { CURRENT, SPEED, LOAD, TWIST };
+static const int row_of[PHI_STATES] = {WI, WW, WLOAD, WTWIST};
+
 static void equations(const mw_motor *p, const mode *md, double A[PHI_STATES][PHI_STATES],
                       double input[FORCES][PHI_STATES])
 {
@@ -12,26 +16,26 @@ static void equations(const mw_motor *p, const mode *md, double A[PHI_STATES][PH
     memset(A, 0, sizeof(double) * PHI_STATES * PHI_STATES);
     memset(input, 0, sizeof(double) * FORCES * PHI_STATES);
     if (current) {
-        A[WI][WI] = -md->Rt / L;
-        if (moves) A[WI][WW] = -p->K * (1.0 + p->emf) / L;
-        input[VOLTS][WI] = 1.0 / L;
+        A[CURRENT][CURRENT] = -md->Rt / L;
+        if (moves) A[CURRENT][SPEED] = -p->K * (1.0 + p->emf) / L;
+        input[VOLTS][CURRENT] = 1.0 / L;
     }
     if (moves) {
-        if (current) A[WW][WI] = p->K / p->J;
-        A[WW][WW] = -p->B / p->J;
-        input[TORQUE][WW] = 1.0 / p->J;
+        if (current) A[SPEED][CURRENT] = p->K / p->J;
+        A[SPEED][SPEED] = -p->B / p->J;
+        input[TORQUE][SPEED] = 1.0 / p->J;
     }
     if (p->load_inertia <= 0.0) return;
     if (moves) {
-        A[WW][WW] -= p->damping / p->J;
-        A[WW][WLOAD] = p->damping / p->J;
-        A[WW][WTWIST] = -p->stiffness / p->J;
-        A[WLOAD][WW] = p->damping / p->load_inertia;
-        A[WTWIST][WW] = 1.0;
+        A[SPEED][SPEED] -= p->damping / p->J;
+        A[SPEED][LOAD] = p->damping / p->J;
+        A[SPEED][TWIST] = -p->stiffness / p->J;
+        A[LOAD][SPEED] = p->damping / p->load_inertia;
+        A[TWIST][SPEED] = 1.0;
     }
-    A[WLOAD][WLOAD] = -p->damping / p->load_inertia;
-    A[WLOAD][WTWIST] = p->stiffness / p->load_inertia;
-    A[WTWIST][WLOAD] = -1.0;
+    A[LOAD][LOAD] = -p->damping / p->load_inertia;
+    A[LOAD][TWIST] = p->stiffness / p->load_inertia;
+    A[TWIST][LOAD] = -1.0;
 }
 
 /* The response, after t, to an input that is t^k / k! from the start of the step. */
@@ -42,10 +46,10 @@ static void response_to(int n, int k, double t, double p[PHI_COUNT][PHI_STATES][
     for (int j = 0; j < k; j++) scale *= t;
     for (int r = 0; r < WROWS; r++) out[r] = 0.0;
     for (int r = 0; r < n; r++)
-        for (int c = 0; c < n; c++) out[r] += scale * p[k + 1][r][c] * input[c];
+        for (int c = 0; c < n; c++) out[row_of[r]] += scale * p[k + 1][r][c] * input[c];
     for (int c = 0; c < n; c++) {
-        out[WQ] += t * scale * p[k + 2][WI][c] * input[c];
-        out[WTH] += t * scale * p[k + 2][WW][c] * input[c];
+        out[WQ] += t * scale * p[k + 2][CURRENT][c] * input[c];
+        out[WTH] += t * scale * p[k + 2][SPEED][c] * input[c];
     }
 }
 
@@ -56,16 +60,16 @@ void make_wide_map(const mw_motor *motor, const mode *md, double coulomb, double
     static const double slope[NODES] = {-3, 4, -1}, bend[NODES] = {4, -8, 4};
     double A[PHI_STATES][PHI_STATES], input[FORCES][PHI_STATES];
     double p[PHI_COUNT][PHI_STATES][PHI_STATES];
-    int n = wide_states(motor);
+    const int n = motor->load_inertia > 0.0 ? 4 : 2;
     equations(motor, md, A, input);
     for (int r = 0; r < n; r++)
         for (int c = 0; c < n; c++) A[r][c] *= t;
     phi_functions(n, A, p);
     memset(m, 0, sizeof *m);
     for (int c = 0; c < n; c++) {
-        for (int r = 0; r < n; r++) m->P[c][r] = p[0][r][c];
-        m->P[c][WQ] = t * p[1][WI][c];
-        m->P[c][WTH] = t * p[1][WW][c];
+        for (int r = 0; r < n; r++) m->P[c][row_of[r]] = p[0][r][c];
+        m->P[c][WQ] = t * p[1][CURRENT][c];
+        m->P[c][WTH] = t * p[1][SPEED][c];
     }
     for (int f = 0; f < FORCES; f++) {
         double by[3][WROWS];

@@ -6,8 +6,9 @@
 #include "phi.h"
 #include "wide.h"
 
-/* Rows: current, speed, the load's speed, twist of the shaft; charge, position. */
-enum { WI, WW, WLOAD, WTWIST, WQ, WTH, WROWS };
+/* Rows: current, speed, charge, position; the load's speed and twist of the shaft where there are
+ * two masses. */
+enum { WI, WW, WQ, WTH, WLOAD, WTWIST, WROWS, ONE_MASS = WLOAD };
 enum { VOLTS, TORQUE, FORCES };       /* what drives a state from outside the linear part */
 enum { BEGIN, MIDDLE, END, NODES };   /* of a step: where the forces are known */
 
@@ -17,7 +18,7 @@ typedef struct {
 
 /* x(t) = P x + g v + c + sum of F[force][node] times the forces at the nodes of a step */
 typedef struct {
-    double P[PHI_STATES][WROWS]; /* by column */
+    double P[PHI_STATES][WROWS]; /* by column: current, speed, the load's speed, twist */
     double g[WROWS], c[WROWS];
     double F[FORCES][NODES][WROWS];
 } wide_map;
@@ -26,28 +27,32 @@ typedef struct {
 void make_wide_map(const mw_motor *motor, const mode *md, double coulomb, double t, double step,
                    wide_map *m);
 
-/* Without the forces. */
-static inline wide_state wide_linear(const wide_map *m, int states, const wide_state *x, double v)
+/* Without the forces. `rows`: ONE_MASS or WROWS, known to the compiler. */
+static inline wide_state wide_linear(const wide_map *m, const int rows, const wide_state *x, double v)
 {
     wide_state y;
-    for (int r = 0; r < WROWS; r++) y.x[r] = m->g[r] * v + m->c[r];
-    for (int k = 0; k < states; k++)
-        for (int r = 0; r < WROWS; r++) y.x[r] += m->P[k][r] * x->x[k];
+    for (int r = 0; r < rows; r++)
+        y.x[r] = m->g[r] * v + m->c[r] + m->P[0][r] * x->x[WI] + m->P[1][r] * x->x[WW];
+    if (rows > ONE_MASS)
+        for (int r = 0; r < rows; r++)
+            y.x[r] += m->P[2][r] * x->x[WLOAD] + m->P[3][r] * x->x[WTWIST];
     y.x[WQ] += x->x[WQ];
     y.x[WTH] += x->x[WTH];
     return y;
 }
 
-static inline wide_state wide_forced(const wide_map *m, const wide_state *linear,
+static inline wide_state wide_forced(const wide_map *m, const int rows, const wide_state *linear,
                                      double f[NODES][FORCES])
 {
-    wide_state y = *linear;
-    for (int n = 0; n < NODES; n++)
+    wide_state y;
+    for (int r = 0; r < rows; r++) {
+        double sum = linear->x[r];
         for (int k = 0; k < FORCES; k++)
-            for (int r = 0; r < WROWS; r++) y.x[r] += m->F[k][n][r] * f[n][k];
+            sum += m->F[k][BEGIN][r] * f[BEGIN][k] + m->F[k][MIDDLE][r] * f[MIDDLE][k] +
+                   m->F[k][END][r] * f[END][k];
+        y.x[r] = sum;
+    }
     return y;
 }
-
-static inline int wide_states(const mw_motor *p) { return p->load_inertia > 0.0 ? 4 : 2; }
 
 #endif

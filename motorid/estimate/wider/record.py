@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,7 +26,7 @@ class WideRecord(MotorRecord):
     """``MotorRecord`` whose shared parameters may be any of ``terms.NAMES``."""
 
     names = NAMES
-    _levels: NDArray[np.uint8] | None = None
+    _steps: NDArray[np.uint8] | None = None
 
     def __init__(
         self,
@@ -57,12 +57,23 @@ class WideRecord(MotorRecord):
         """Be driven as another record of the same capture is."""
         self._heard, self.sources = other._heard, other.sources
         self._excite()
+        spreads = {u.name: u.prior_sd for u in other.unknowns}
+        self._renew(lambda u: replace(u, prior_sd=spreads.get(u.name, u.prior_sd)))
+
+    def follow(self, other: MotorRecord) -> None:
+        """Take over how another record of the same capture sees noise, and its steps."""
+        self.whiten(other._filters)
+        if isinstance(other, WideRecord):
+            self._steps = other._steps
+            self._excite()
 
     def starting(self, values: Mapping[str, float]) -> None:
         """Begin nuisances at these values, those that are named."""
-        self.unknowns = tuple(
-            replace(u, start=values.get(u.name, u.start)) for u in self._own.unknowns
-        )
+        self._renew(lambda u: replace(u, start=values.get(u.name, u.start)))
+
+    def _renew(self, change: Callable[[Unknown], Unknown]) -> None:
+        self._own.unknowns = [change(u) for u in self._own.unknowns]
+        self.unknowns = tuple(self._own.unknowns)
 
     def respond(
         self,
@@ -74,15 +85,15 @@ class WideRecord(MotorRecord):
     ) -> Response:
         """The wider motor, with the steps that were planned last."""
         response = WideResponse(period_s, volts, outputs, stretches, pwm_period_s)
-        if self._levels is not None:
-            response.levels = self._levels
+        if self._steps is not None:
+            response.levels = self._steps
         return response
 
     def plan(self, shared: Floats, own: Floats) -> None:
         """Choose the integration's steps for these parameters, and keep them."""
         assert isinstance(self.response, WideResponse)
         self.response.plan(self.motor(shared), self._initial(own))
-        self._levels = self.response.levels
+        self._steps = self.response.levels
         self._memory.clear()
 
     def retake_sources(self, shared: Floats, own: Floats) -> None:

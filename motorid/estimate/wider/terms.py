@@ -6,12 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from motorid.errors import UsageError, nearest
+from motorid.estimate import AUTO, SIX
 from motorid.estimate.solution import Unknown
 from motorid.estimate.types import PARAMETERS
 
 COPPER_PER_K = 0.00393  # at 20 to 25 °C (IEC 60228)
-SIX = "six"
-AUTO = "auto"
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,136 @@
+"""The six-parameter answer with a better model beside it: where the data ask for one, or a person.
+
+The six-parameter answer itself is never changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from motorid.capture.model import Capture
+from motorid.errors import DataError
+from motorid.estimate import AUTO, SIX, motor_fit
+from motorid.estimate.alternative import TermTrial
+from motorid.estimate.record import MotorRecord
+from motorid.estimate.solution import Solution
+from motorid.estimate.types import Diagnostic, Estimate, Parameter
+from motorid.estimate.wider.fit import Fitted, fit_with
+from motorid.estimate.wider.results import alternative, findings
+from motorid.estimate.wider.screen import screen
+from motorid.estimate.wider.select import Trial, select
+from motorid.estimate.wider.shaft import springs
+from motorid.estimate.wider.terms import Term, parse
+
+COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
+HALF = 0.5  # of that, from which a term is worth offering
+
+
+def fit(
+    captures: Sequence[Capture],
+    fix: Mapping[str, float],
+    without: Sequence[str] = (),
+    model: str = AUTO,
+) -> Estimate:
+    """``motor_fit.fit`` and, as its ``alternative``, the better model or the one of that name.
+
+    ``model``: auto, six, or terms joined by +. Raises UsageError for an unknown one, DataError
+    where a term that was asked for cannot be told from these captures.
+    """
+    terms = () if model in (AUTO, SIX) else parse(model)
+    records, solution = motor_fit.solved(captures, fix, without)
+    estimate = motor_fit.report(captures, records, solution, fix, without)
+    if model == SIX:
+        return estimate
+    held = {**dict.fromkeys(without, 0.0), **fix}
+    values = motor_fit.merged(held, solution)
+    if terms:
+        fitted = asked_for(records, solution, values, terms)
+        trials: tuple[TermTrial, ...] = ()
+    else:
+        chosen = select(records, solution, values, reach(estimate.parameters))
+        trials = tuple(_stated(trial) for trial in chosen.trials)
+        if chosen.fitted is None:
+            return _with_trials(estimate, trials)
+        fitted = chosen.fitted
+    found = findings(fitted, fix, without)
+    better = alternative(fitted, found, records, solution, trials, asked=bool(terms))
+    return _said(replace(estimate, alternative=better), fitted)
+
+
+def reach(parameters: Mapping[str, Parameter]) -> dict[str, float]:
+    """By how much a parameter may move before it matters: its interval, or 2 % if that is less."""
+    out = {}
+    for name, p in parameters.items():
+        if p.value and p.interval_95:
+            half = (p.interval_95[1] - p.interval_95[0]) / 2
+            out[name] = HALF * min(half, COUNTS * abs(p.value)) if half else float("inf")
+    return out
+
+
+def asked_for(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    values: Mapping[str, float],
+    terms: Sequence[Term],
+) -> Fitted:
+    """The fit with terms that a person names; the screen finds where each begins."""
+    names = {u.name for u in solution.unknowns}
+    candidates = {c.term: c for c in screen(records, solution, values)}
+    candidates |= {c.term: c for c in springs(records, solution, values, ())}
+    start: dict[str, float] = dict(values)
+    own: list[dict[str, float]] = [{} for _ in records]
+    for term in terms:
+        candidate = candidates.get(term)
+        if candidate is not None:
+            start |= candidate.start
+            for mine, more in zip(own, candidate.own or own, strict=True):
+                mine.update(more)
+        elif term.per_turn or term.name in ("ke-kt", "direction"):
+            raise DataError(f"these captures cannot tell {term.name} ({term.title}){_why(term)}")
+    fixed = {n: v for n, v in values.items() if n not in names}
+    return fit_with(records, solution, terms, fixed=fixed, start=start, own=own)
+
+
+def _why(term: Term) -> str:
+    if term.per_turn:
+        return ": their residuals do not repeat with the rotor's angle"
+    if term.name == "direction":
+        return ": the motor turns one way; add a run the other way"
+    return ": torque, inertia and friction scale together; hold one, as by --fix J=..."
+
+
+def _stated(trial: Trial) -> TermTrial:
+    e = trial.evidence
+    return TermTrial(
+        trial.term.name, trial.term.title, tuple(t.name for t in trial.beside),
+        e.gain / e.inflation, e.needed, e.size, e.left_out, trial.moves, trial.taken,
+    )  # fmt: skip
+
+
+def _with_trials(estimate: Estimate, trials: Sequence[TermTrial]) -> Estimate:
+    """What was tried and not offered, as a remark."""
+    if not trials:
+        return estimate
+    names = ", ".join(dict.fromkeys(trial.term for trial in trials))
+    said = Diagnostic(
+        "model_tried", "info",
+        f"a model with {names} was tried: the data do not support it, or it changes nothing that "
+        "matters",
+    )  # fmt: skip
+    return replace(estimate, diagnostics=(*estimate.diagnostics, said))
+
+
+def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
+    better = estimate.alternative
+    assert better is not None
+    what = " and ".join(term.title for term in fitted.terms)
+    if better.asked:
+        said = Diagnostic("model_asked", "info", f"beside it, as asked: a model with {what}")
+    else:
+        said = Diagnostic(
+            "better_model", "warning",
+            f"the residuals ask for {what}: the six parameters are biased by what they lack; see "
+            "the better model",
+        )  # fmt: skip
+    return replace(estimate, diagnostics=(said, *estimate.diagnostics))

@@ -1,0 +1,157 @@
+"""A wider fit as values with intervals: the six as in every other fit, then what the terms add."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate import instrument, intervals, motor_fit, remarks
+from motorid.estimate.algebra import square
+from motorid.estimate.alternative import Alternative, ChannelFit, TermTrial
+from motorid.estimate.intervals import Findings
+from motorid.estimate.record import MotorRecord
+from motorid.estimate.solution import Solution
+from motorid.estimate.tables import UNITS as CHANNEL_UNITS
+from motorid.estimate.types import Parameter
+from motorid.estimate.uncertainty import statistical
+from motorid.estimate.wider.fit import Fitted
+from motorid.estimate.wider.terms import ADDED
+
+Floats = NDArray[np.float64]
+
+UNTOLD = "these data do not tell it"
+SHARE = "J2_share"
+
+
+def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -> Findings:
+    """Covariance and budget of a wider fit."""
+    return Findings(
+        fitted.solution,
+        statistical(fitted.solution),
+        instrument.budget(fitted.solution, fitted.records),
+        {**dict.fromkeys(without, 0.0), **fix},
+        without,
+        motor_fit.doubts(fitted.solution, fitted.records),
+    )
+
+
+def parameters(found: Findings, fitted: Fitted) -> dict[str, Parameter]:
+    """R, L, K, B, J, T0, then those of the terms; two masses as J1 and J2."""
+    out = intervals.parameters(found)
+    for term in fitted.terms:
+        if term.per_turn:
+            out[term.per_turn] = _counted(term.per_turn, fitted.values[term.per_turn])
+        for name in term.free:
+            if name == SHARE:
+                out |= _masses(found)
+            elif name in found.names:
+                out[name] = _added(found, name)
+    return out
+
+
+def _counted(name: str, value: float) -> Parameter:
+    note = "a whole number, by the angle at which the residuals repeat"
+    added = ADDED[name]
+    return Parameter(name, added.unit, value, 0.0, 0.0, 0.0, (value, value), "fixed", note)
+
+
+def _added(found: Findings, name: str) -> Parameter:
+    k, added = found.names.index(name), ADDED[name]
+    value, slope = float(found.solution.values[k]), float(found.solution.slopes[k])
+    deviation, known, freedom = found.propagate(np.eye(len(found.names))[k])
+    return _stated(
+        name, added.unit, value, (deviation * slope, known * slope), freedom,
+        log=added.log, bound=bool(found.solution.at_bound[k]), lower=added.lower,
+    )  # fmt: skip
+
+
+def _stated(
+    name: str,
+    unit: str,
+    value: float,
+    parts: tuple[float, float],
+    freedom: float,
+    *,
+    log: bool,
+    bound: bool,
+    lower: float,
+) -> Parameter:
+    total = float(np.hypot(*parts))
+    factor = intervals.student(freedom)
+    limit = intervals.UNKNOWN if log else intervals.UNKNOWN_FRICTION
+    if bound and not log and value == lower == 0.0:
+        return Parameter(
+            name, unit, 0.0, *parts, total, (0.0, factor * total), "at_bound",
+            "the data would have it negative; held at 0",
+        )  # fmt: skip
+    if bound or not total <= limit * abs(value):
+        reach = f": below {abs(value) + factor * total:.2g} {unit}" if not (bound or log) else ""
+        return intervals.unknown(name, unit, UNTOLD + reach)
+    if log:
+        reach_factor = float(np.exp(factor * total / value))
+        interval = (value / reach_factor, value * reach_factor)
+    else:
+        interval = (max(value - factor * total, lower), value + factor * total)
+    return Parameter(name, unit, value, *parts, total, interval, "estimated")
+
+
+def _masses(found: Findings) -> dict[str, Parameter]:
+    """J1 = J (1 - share) and J2 = J share, whose errors go against each other."""
+    out = {}
+    p = len(found.names)
+    share, inertia = found.names.index(SHARE), found.names.index("J")
+    part, whole = float(found.solution.values[share]), float(found.solution.values[inertia])
+    bound = bool(found.solution.at_bound[share])
+    for name, value, sign in (("J1", whole * (1 - part), -1.0), ("J2", whole * part, 1.0)):
+        gradient = np.zeros(p)
+        gradient[inertia], gradient[share] = value, sign * whole
+        deviation, known, freedom = found.propagate(gradient)
+        out[name] = _stated(
+            name, "kg·m²", value, (deviation, known), freedom, log=True, bound=bound, lower=0.0
+        )
+    return out
+
+
+def alternative(
+    fitted: Fitted,
+    found: Findings,
+    records: Sequence[MotorRecord],
+    before: Solution,
+    trials: Sequence[TermTrial],
+    asked: bool,
+) -> Alternative:
+    """The wider answer beside that of ``records``, whose solution is ``before``."""
+    names = tuple(term.name for term in fitted.terms)
+    return Alternative(
+        name="+".join(("six", *names)),
+        terms=names,
+        titles=tuple(term.title for term in fitted.terms),
+        equations=tuple(term.equation for term in fitted.terms),
+        asked=asked,
+        parameters=parameters(found, fitted),
+        nuisance=motor_fit.nuisance_parameters(fitted.solution, fitted.records),
+        chi_square=remarks.chi_square(fitted.solution, fitted.records),
+        degrees_of_freedom=fitted.solution.degrees_of_freedom,
+        evaluations=max(record.simulated for record in fitted.records),
+        lack_of_fit=_lack_of_fit(fitted, records, before),
+        trials=tuple(trials),
+    )
+
+
+def _lack_of_fit(
+    fitted: Fitted, records: Sequence[MotorRecord], before: Solution
+) -> tuple[ChannelFit, ...]:
+    out = []
+    for k, (narrow, wide) in enumerate(zip(records, fitted.records, strict=True)):
+        old = narrow.departures(before.values, before.own[k])
+        new = wide.departures(fitted.solution.values, fitted.solution.own[k])
+        for m, a, b in zip(narrow.measured, old, new, strict=True):
+            name = m.block.name
+            out.append(ChannelFit(k, name, CHANNEL_UNITS[name], _rms(a), _rms(b)))
+    return tuple(out)
+
+
+def _rms(residual: Floats) -> float:
+    return float(np.sqrt(square(residual) / max(len(residual), 1)))

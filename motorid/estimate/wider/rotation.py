@@ -1,0 +1,69 @@
+"""Whether residuals repeat with the rotor's angle, and how often a turn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.algebra import square
+from motorid.estimate.record import MotorRecord
+
+Floats = NDArray[np.float64]
+
+MOST = 60  # periods a turn that are looked for
+STANDS_OUT = 15.0  # of a count's power over what noise gives: exp(-15), for each of 60
+PEAK = 4.0  # times the middle of its neighbours' powers
+TURNING = 0.02  # of the largest speed: below it the angle hardly changes
+SAMPLED = 2.0  # rad of a period in a sample that still show it
+BEST = 2
+
+
+@dataclass(frozen=True)
+class Turned:
+    """One channel's residuals (n,) and the rotor's angle and step (rad) at each."""
+
+    residual: Floats
+    angle: Floats
+    step: Floats
+
+
+def periods_a_turn(records: Sequence[Sequence[Turned]]) -> list[int]:
+    """The counts that stand out of the residuals' power by angle, the strongest first.
+
+    ``records``: the channels of each capture.
+    """
+    power = np.sum([_power(channels) for channels in records], axis=0)
+    counts = np.arange(1, MOST + 1)
+    middle = np.array([np.median(power[max(n - 8, 1) : n + 9]) for n in counts])
+    stands = (power[1:] > STANDS_OUT) & (power[1:] > PEAK * middle)
+    found = counts[stands]
+    return [int(n) for n in found[np.argsort(-power[found])][:BEST]]
+
+
+def turned(record: MotorRecord, departures: Sequence[Floats], angle: Floats) -> list[Turned]:
+    """The residuals of a capture while its rotor turns; ``angle`` (count,) is the model's."""
+    speed = np.abs(np.gradient(angle))
+    turning = speed > TURNING * speed.max()
+    out = []
+    for m, left in zip(record.measured, departures, strict=True):
+        at = turning[m.keep]
+        if int(at.sum()) >= MOST:
+            out.append(Turned(left[at] - left[at].mean(), angle[m.keep][at], speed[m.keep][at]))
+    return out
+
+
+def _power(channels: Sequence[Turned]) -> Floats:
+    """|Σ r e^(i n angle)|² / Σ r² for n = 0 .. MOST, the largest of the channels."""
+    best = np.zeros(MOST + 1)
+    for channel in channels:
+        total = max(square(channel.residual), 1e-300)
+        wave = np.exp(1j * channel.angle)
+        weighed = channel.residual * np.ones_like(wave)
+        for n in range(1, MOST + 1):
+            weighed = weighed * wave
+            shown = n * channel.step < SAMPLED
+            best[n] = max(best[n], float(np.abs(weighed[shown].sum()) ** 2) / total)
+    return best
