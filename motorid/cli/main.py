@@ -15,6 +15,7 @@ from motorid.cli.lazy import LazyGroup
 
 COMMANDS = {
     "run": ("run", "Capture, fit and report in one go."),
+    "plan": ("plan", "Propose the shortest program that reaches asked-for uncertainties."),
     "capture": ("capture", "Drive the motor of a rig and record the run."),
     "recover": ("recover", "Build the capture that an interrupted run left in its journal."),
     "import": ("import_", "Turn somebody else's CSV or MAT file into a capture."),

@@ -9,7 +9,7 @@ without any noise; how well, the fit says.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, TORQUE, VOLTAGE, Capture
 from motorid.estimate.types import PARAMETERS
+from motorid.program import Program, StepKind
 
 Floats = NDArray[np.float64]
 Motor = Mapping[str, float]
@@ -167,6 +168,21 @@ def of_capture(capture: Capture) -> Excitation:
         levels=max(len(levels), 1) if driven else 0,
         transient=SegmentKind.ACCELERATION in kinds,
         coast=SegmentKind.COAST in kinds,
+    )
+
+
+def of_program(program: Program, channels: Sequence[str], *, fine: bool = True) -> Excitation:
+    """What a program will show through ``channels``, before it has run.
+
+    ``fine``: the samples are dense enough to show starts and steps.
+    """
+    drives = [step for step in program.steps if step.level]
+    first = next((k for k, step in enumerate(program.steps) if step.level), len(program.steps))
+    return Excitation(
+        channels=frozenset(channels),
+        levels=len({(step.kind, step.level) for step in drives}),
+        transient=fine and bool(drives),
+        coast=any(step.kind == StepKind.COAST for step in program.steps[first:]),
     )
 
 

@@ -1,0 +1,88 @@
+"""motorid plan"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from motorid.cli.options import example, force_option
+
+
+@click.command(
+    "plan",
+    epilog=example(
+        "motorid plan --rig sim --want R=1% --want J=2% -o planned.toml",
+        "motorid run --rig planned.toml -o out",
+        "motorid plan --rig bench.toml --capture first.h5",
+        "motorid plan --rig sim-line --product sim-disc",
+    ),
+)
+@click.option("--rig", "rig_name", required=True, help="Rig file, or a packaged rig's name.")
+@click.option("--port", help="Port to use instead of the rig file's.")
+@click.option(
+    "--want",
+    "wants",
+    multiple=True,
+    metavar="NAME=SIZE",
+    help="Half the 95 % interval of R, L, K, B, J or T0: 1%, or a number in SI units. Repeatable. "
+    " [default: R=1% L=5% K=1% B=20% J=2% T0=10%]",
+)
+@click.option("--product", "product_name", help="Reach what this product's limits need instead.")
+@click.option(
+    "--capture",
+    "first",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="A first run of this motor on this rig: narrower than the nameplate.",
+)
+@click.option("--explain", is_flag=True, help="Only say what channels and program can tell.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write the rig file (with --product the product file) with the planned program.",
+)
+@force_option
+def command(
+    rig_name: str,
+    port: str | None,
+    wants: tuple[str, ...],
+    product_name: str | None,
+    first: Path | None,
+    explain: bool,
+    output: Path | None,
+    force: bool,
+) -> None:
+    """Propose the shortest program that reaches the uncertainties asked for.
+
+    It keeps within the rig's limits and the board's, and holds for every motor that the nameplate
+    (or the product's limits, or a first run) leaves possible. Nothing moves.
+    """
+    from motorid.capture.whole import refuse_existing, write_whole
+    from motorid.quality.product import load_product
+    from motorid.report import plan as render
+    from motorid.rig_file import find
+    from motorid.workflow import plan as planning
+    from motorid.workflow import plan_file
+    from motorid.workflow.record import bench
+
+    rig = bench(rig_name, port=port)
+    product = load_product(product_name) if product_name else None
+    if explain:
+        program = product.program if product else rig.program
+        click.echo(render.explain(planning.excitation(rig, program)), nl=False)
+        return
+    if output:
+        refuse_existing(output, force)
+    plan = planning.plan_run(
+        rig, [w for text in wants for w in text.split()], first=first, product=product
+    )
+    click.echo(render.render(plan, rig.sampling.channels, len(plan.predictions)), nl=False)
+    if output:
+        text = (
+            plan_file.product_text(product, plan, output)
+            if product
+            else plan_file.rig_text(rig, find(rig_name), plan, output)
+        )
+        write_whole(output, text.encode(), force=force)
+        click.echo(f"wrote {output}", err=True)

@@ -1,0 +1,1 @@
+"""Which excitation reaches which uncertainty, in the shortest time. Pure: knows no board."""

@@ -1,0 +1,89 @@
+"""How well a program would tell a motor's parameters: the fit's linearisation, before any run.
+
+A skeleton of the capture goes through the fit's own record, search and budget, started at the
+motor itself. Its information matrix holds noise, rounding, apertures, delays and the offsets'
+priors; the instruments' part follows from the gains that the channels declare.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from motorid.errors import DataError
+from motorid.estimate import instrument
+from motorid.estimate.intervals import NORMAL_95, POSITIVE
+from motorid.estimate.likelihood import maximise
+from motorid.estimate.motor_fit import unknowns
+from motorid.estimate.record import MotorRecord
+from motorid.estimate.types import PARAMETERS
+from motorid.estimate.uncertainty import covariance_of
+from motorid.motor.parameters import Motor, no_load_speed
+from motorid.plan.skeleton import Bench, skeleton
+from motorid.program import Program
+
+ROUGH = 1.0  # change of chi-square at which the search about the true motor ends
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Standard uncertainties of one run: relative for R, L, K and J, in SI units for B and T0.
+
+    ``statistical`` by parameter; ``causes`` by instrument cause, then by parameter.
+    """
+
+    motor: Motor
+    statistical: Mapping[str, float]
+    causes: Mapping[str, Mapping[str, float]]
+
+    def instrument(self, name: str) -> float:
+        """The instruments' part, which no repetition lessens."""
+        return float(np.sqrt(sum(by[name] ** 2 for by in self.causes.values())))
+
+    def reach(self, name: str, runs: float = 1.0) -> float:
+        """Half the width of the 95 % interval after so many runs."""
+        part = self.statistical[name] ** 2 / runs
+        return NORMAL_95 * float(np.sqrt(part + self.instrument(name) ** 2))
+
+    def runs_for(self, name: str, reach: float, least: float) -> float:
+        """Runs after which the 95 % interval is ``reach`` wide to either side.
+
+        Where the instruments alone take more than that, runs until noise takes ``least`` of it.
+        """
+        allowed = (reach / NORMAL_95) ** 2
+        left = max(allowed - self.instrument(name) ** 2, least**2 * allowed)
+        return self.statistical[name] ** 2 / left
+
+    def largest_cause(self, name: str) -> str:
+        """The instrument cause that takes the largest share; empty where none is declared."""
+        by = {cause: shares[name] for cause, shares in self.causes.items()}
+        return max(by, key=lambda cause: by[cause], default="")
+
+    def scale(self, name: str) -> float:
+        """What the parts are multiplied with for SI units."""
+        return float(getattr(self.motor, name)) if name in POSITIVE else 1.0
+
+
+def predict(bench: Bench, program: Program, motor: Motor, seed: int = 0) -> Prediction | None:
+    """The uncertainties of one run of ``program``; None where it could not be fitted at all."""
+    if not any(no_load_speed(motor, bench.volts(step)) > 0 for step in program.steps):
+        return None  # it would stand still
+    try:
+        record = MotorRecord(skeleton(bench, program, motor, seed), PARAMETERS, {})
+    except DataError:
+        return None
+    start = dict(zip(PARAMETERS, motor.values, strict=True))
+    solution = maximise(unknowns([record], PARAMETERS, start), [record], enough=ROUGH)
+    deviations = np.sqrt(np.diag(covariance_of(solution.information)))
+    names = [u.name for u in solution.unknowns]
+    causes = instrument.budget(solution, [record])
+    return Prediction(
+        motor,
+        dict(zip(names, map(float, deviations), strict=True)),
+        {
+            cause: dict(zip(names, map(float, np.abs(shift)), strict=True))
+            for cause, shift in causes.items()
+        },
+    )

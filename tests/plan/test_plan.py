@@ -1,0 +1,185 @@
+"""Plans for the simulated rigs: within every limit, short, and kept by the simulator."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motorid.acquire.record import capture
+from motorid.capture import store
+from motorid.errors import RigError, UsageError
+from motorid.estimate import fit
+from motorid.estimate.intervals import NORMAL_95, POSITIVE
+from motorid.motor.parameters import mechanical_time_constant, no_load_speed
+from motorid.plan.motors import CORNERS, middle, motors, of_nameplate
+from motorid.plan.propose import Plan
+from motorid.plan.wants import USUAL, wanted
+from motorid.program import StepKind
+from motorid.quality.product import load_product
+from motorid.report import plan as report
+from motorid.rig import Nameplate, Rig, load_rig
+from motorid.sim import truth
+from motorid.workflow.plan import plan_run
+
+FACTOR = 1.25  # what stated and actual may exceed the promise by; bench/bench_plan.py has the table
+
+
+def rig_of(name: str = "sim", options: str = "") -> Rig:
+    rig = load_rig(name)
+    return replace(rig, port=f"{rig.port}&speed=max{options}")
+
+
+@pytest.fixture(scope="module")
+def usual() -> Plan:
+    return plan_run(rig_of(), ())
+
+
+@pytest.mark.slow
+def test_the_simulated_rig_keeps_the_promise(usual: Plan, tmp_path: Path) -> None:
+    """Eight specimens: the median of what fits state, and the RMS error of what they find."""
+    errors: dict[str, list[float]] = {p.want.name: [] for p in usual.promises}
+    stated: dict[str, list[float]] = {p.want.name: [] for p in usual.promises}
+    for seed in range(1, 9):
+        rig = rig_of(options=f"&seed={seed}")
+        path = capture(rig, usual.program, tmp_path / f"{seed}.h5")
+        found, true = fit([store.load(path)]).parameters, truth(rig.port)
+        for name in errors:
+            unit = true[name] if name in POSITIVE else 1.0
+            errors[name].append((float(found[name].value or np.inf) - true[name]) / unit)
+            stated[name].append(NORMAL_95 * float(found[name].total or np.inf) / unit)
+    for p in usual.promises:
+        assert p.met, p.want.name
+        assert np.median(stated[p.want.name]) < FACTOR * p.reach, p.want.name
+        rms = NORMAL_95 * float(np.sqrt(np.mean(np.square(errors[p.want.name]))))
+        assert rms < FACTOR * p.reach, p.want.name
+
+
+@pytest.mark.slow
+def test_a_tighter_want_takes_longer(usual: Plan) -> None:
+    tight = plan_run(rig_of(), ("L=1.5%",))
+    loose = plan_run(rig_of(), ("L=10%",))
+    assert loose.seconds < tight.seconds
+    assert all(p.met for p in (*tight.promises, *loose.promises))
+    assert usual.seconds < 0.2  # the packaged rig's own program takes 2.7 s
+
+
+@pytest.mark.slow
+def test_currents_and_speeds_keep_within_the_limits_of_the_worst_motor() -> None:
+    """By the equations of a motor from rest, not by the code that refuses programs."""
+    rig = rig_of()
+    rig = replace(rig, limits=replace(rig.limits, current_a=1.0))
+    plan = plan_run(rig, ("R=2%", "K=2%"))
+    volts = max(abs(step.level) for step in plan.program.steps)
+    weakest = min(p.motor.R for p in plan.predictions)
+    assert volts / weakest < 1.0
+    assert max(no_load_speed(p.motor, volts) for p in plan.predictions) < rig.limits.speed_rad_s
+    assert volts < max(abs(s.level) for s in plan_run(rig_of(), ("R=2%", "K=2%")).program.steps)
+
+
+@pytest.mark.slow
+def test_a_board_with_few_steps_gets_few(tmp_path: Path) -> None:
+    rig = rig_of(options="&max_steps=3")
+    plan = plan_run(rig, ("R=0.5%", "L=1%"))
+    assert len(plan.program.steps) <= 3
+    capture(rig, plan.program, tmp_path / "run.h5")
+
+
+@pytest.mark.slow
+def test_a_slow_link_gets_a_rate_that_it_carries(tmp_path: Path) -> None:
+    """115,200 baud is 11,520 bytes a second: six for three channels, and the frames."""
+    rig = rig_of(options="&baud=115200")
+    plan = plan_run(rig, ("R=1%",))
+    assert 1000 < plan.bench.clock_hz / plan.bench.period_ticks < 11_520 / 6
+    assert rig.sampling.rate_hz == 10_000
+
+
+@pytest.mark.slow
+def test_what_instruments_forbid_is_said_with_the_cause() -> None:
+    plan = plan_run(rig_of(options="&gain_uncertainty=0.02"), ("R=1%", "K=1%"))
+    kept = {p.want.name: p for p in plan.promises}
+    assert kept["R"].instrument_limited
+    assert kept["K"].met
+    assert kept["R"].reach > NORMAL_95 * 0.02
+    text = report.render(plan, ("current",), 9)
+    assert "R to 1.0 % cannot be met however long the run" in text
+    assert "current gain" in text
+
+
+@pytest.mark.slow
+def test_a_first_run_narrows_the_spread(tmp_path: Path) -> None:
+    rig = rig_of(options="&seed=3")
+    first = capture(rig, rig.program, tmp_path / "first.h5")
+    plan = plan_run(rig, ("R=1%", "J=2%"), first=first)
+    label = plan_run(rig, ("R=1%", "J=2%"))
+    assert plan.seconds <= label.seconds
+    true = truth(rig.port)
+    for name in ("R", "K", "J"):
+        values = [getattr(p.motor, name) for p in plan.predictions]
+        assert max(values) / min(values) < 1.1
+        assert 0.98 * true[name] < max(values)
+        assert min(values) < 1.02 * true[name]
+
+
+@pytest.mark.slow
+def test_a_product_gets_steady_turns_in_both_directions() -> None:
+    rig, product = rig_of("sim-line"), load_product("sim-disc")
+    plan = plan_run(rig, (), product=product)
+    for way in (1, -1):
+        assert any(
+            all(
+                step.duration_s > 3 * mechanical_time_constant(p.motor)
+                and abs(step.level) / p.motor.K * step.duration_s > 6 * 2 * np.pi
+                for p in plan.predictions
+            )
+            for step in plan.program.steps
+            if step.kind is StepKind.DRIVE_VOLTS and step.level * way > 0
+        )
+    assert all(p.met for p in plan.promises)
+
+
+def test_corners_are_orthogonal_and_cover_the_label() -> None:
+    np.testing.assert_array_equal(CORNERS @ CORNERS.T, 8 * np.eye(6))
+    spread = of_nameplate(load_rig("sim").nameplate)
+    found = motors(spread)
+    assert len(found) == 9
+    assert {m.R for m in found[1:]} == set(spread["R"])
+    assert found[0] == middle(spread)
+
+
+def test_a_label_that_says_too_little_is_said() -> None:
+    with pytest.raises(RigError, match="lacks torque_constant_nm_a and inertia_kg_m2"):
+        of_nameplate(Nameplate(resistance_ohm=1.0, voltage_v=12.0))
+
+
+def test_no_program_within_impossible_limits() -> None:
+    rig = rig_of()
+    rig = replace(rig, limits=replace(rig.limits, run_time_s=0.01))
+    with pytest.raises(RigError, match="no program within the rig's limits"):
+        plan_run(rig, ())
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("X=1%", "NAME one of R, L, K"),
+        ("R", "NAME=NUMBER"),
+        ("R=0%", "between 0 and 100 %"),
+        ("J=1e-3", "between 0 and 3.9e-07 kg·m²"),
+        ("R=1e%", "no number"),
+    ],
+)
+def test_wants_that_are_none(text: str, words: str) -> None:
+    with pytest.raises(UsageError, match=words):
+        wanted((text,), middle(of_nameplate(load_rig("sim").nameplate)))
+
+
+def test_wants_in_percent_and_in_units_are_the_same() -> None:
+    expected = middle(of_nameplate(load_rig("sim").nameplate))
+    percent = wanted(USUAL, expected)
+    units = {n: getattr(expected, n) for n in ("R", "T0")}
+    by_value = wanted((f"R={0.01 * units['R']!r}", f"T0={0.1 * units['T0']!r}"), expected)
+    assert by_value[0].reach == pytest.approx(percent[0].reach)
+    assert by_value[1].reach == pytest.approx(percent[5].reach)
