@@ -47,10 +47,11 @@ def declared(capture: Capture) -> Capture:
     return replace(capture, channels=channels)
 
 
+@pytest.mark.slow
 def test_the_instrument_part_is_what_drawn_errors_scatter_by() -> None:
-    rng = np.random.default_rng(4)
+    rng = np.random.default_rng(5)
     found = []
-    for _ in range(250):
+    for _ in range(400):
         gains = {name: u * rng.standard_normal() for name, u in GAINS.items()}
         offsets = {name: u * rng.standard_normal() for name, u in OFFSETS.items()}
         estimate = mechanical.fit([points(gains, offsets)])
@@ -68,7 +69,7 @@ def test_the_instrument_part_is_what_drawn_errors_scatter_by() -> None:
         stated.combinations["Ke"].instrument,
         stated.parameters["T0"].instrument,
     ]
-    assert own == pytest.approx(spread, rel=0.15)
+    assert own == pytest.approx(spread, rel=0.12)
 
 
 def test_what_is_not_declared_is_said() -> None:
