@@ -8,10 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from motorid.calibration.line import fit_line
-from motorid.errors import UsageError
+from motorid.errors import DataError, UsageError
 
 RECTANGULAR = math.sqrt(3)  # half width of a stated limit over its standard uncertainty
 FAR = 3.0  # standard uncertainties
+APART = 10.0  # standard uncertainties by which levels must differ
 
 
 @dataclass(frozen=True)
@@ -94,14 +95,18 @@ class Gain:
 def gain_of(points: Sequence[Point], common: float) -> Gain:
     """The gain that points at two or more levels give; ``common``: relative, of all references.
 
-    Raises DataError where the levels are all alike, or give a gain that no channel has.
+    Raises DataError where the levels are too alike, or channel and reference differ in sign.
     """
+    _refuse_alike([(p.reading, p.reading_uncertainty) for p in points], "the board's readings")
+    _refuse_alike([(p.reference, p.reference_uncertainty) for p in points], "the reference's")
     line = fit_line(
         [p.reading for p in points],
         [p.reference for p in points],
         [p.reading_uncertainty for p in points],
         [p.reference_uncertainty for p in points],
     )
+    if line.slope <= 0:
+        raise DataError("channel and reference go opposite ways: swap the meter's two leads")
     zero = -line.intercept / line.slope
     along = (
         line.intercept_uncertainty**2
@@ -115,3 +120,15 @@ def gain_of(points: Sequence[Point], common: float) -> Gain:
         zero_uncertainty=line.excess * math.sqrt(max(along, 0.0)) / abs(line.slope),
         excess=line.excess,
     )
+
+
+def _refuse_alike(values: Sequence[tuple[float, float]], whose: str) -> None:
+    """A gain from levels that differ by little more than their uncertainty is none."""
+    if len(values) < 2:
+        raise DataError("a gain needs readings at two different levels or more")
+    spread = max(v for v, _ in values) - min(v for v, _ in values)
+    if spread < APART * max(u for _, u in values):
+        raise DataError(
+            f"the levels are too alike to tell a gain: {whose} differ by {spread:.3g}; take levels "
+            "further apart, and read the meter at each"
+        )

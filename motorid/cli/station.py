@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from motorid.cli.options import example
+from motorid.cli.options import example, warned
 
 if TYPE_CHECKING:
     from motorid.report.screen import Screen
@@ -81,7 +81,7 @@ def command(
     from motorid.workflow.station import Station, reader
 
     product = load_product(product_name)
-    rig = bench(rig_name, port=port, speed=speed)
+    rig = warned(bench(rig_name, port=port, speed=speed))
     address = parse_listen(listen, remote=allow_remote)
     with Line(rig, product, output) as line:
         kept = ShiftHistory(history, product, {"station": name}) if history else None

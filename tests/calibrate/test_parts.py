@@ -48,6 +48,19 @@ def test_a_zero_that_is_off_and_points_that_scatter_are_said() -> None:
     assert any("loose contact" in finding for finding in loose.findings("A"))
 
 
+def test_no_gain_comes_of_levels_that_are_alike_or_of_swapped_leads() -> None:
+    for points in (
+        [Point(1.0, 1e-3, 1.0, 1e-3), Point(1.002, 1e-3, 2.0, 1e-3)],
+        [Point(1.0, 1e-3, 1.0, 1e-3), Point(2.0, 1e-3, 1.0, 1e-3)],
+    ):
+        with pytest.raises(DataError, match="too alike"):
+            gain_of(points, 0.001)
+    with pytest.raises(DataError, match="two different levels"):
+        gain_of([Point(1.0, 1e-3, 1.0, 1e-3)], 0.001)
+    with pytest.raises(DataError, match="swap"):
+        gain_of([Point(1.0, 1e-3, -1.0, 1e-3), Point(2.0, 1e-3, -2.0, 1e-3)], 0.001)
+
+
 def test_rest_tells_drift_from_noise() -> None:
     rng = np.random.default_rng(2)
     still = [Zero(2.0 * k, 2048 + rng.normal(0, 0.07), 1.0, 200) for k in range(12)]

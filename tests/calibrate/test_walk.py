@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -235,25 +236,54 @@ def test_it_is_told_what_it_cannot_do(tmp_path: Path, capsys: pytest.CaptureFixt
     assert "needs readings" in capsys.readouterr().err
 
 
+def typed(monkeypatch: pytest.MonkeyPatch, lines: list[str], *words: str) -> int:
+    """The command's exit code with these lines typed."""
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(lines) + "\n"))
+    return main.run(["calibrate", *words, "--hold", "1", "--runs", "1"])
+
+
 def test_a_person_is_led_through_by_questions(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Typed answers, one a line, as a script that reads a meter would give them."""
-    import io
-
     file = rig_file(tmp_path)
     stalled = load_rig(str(file)).port + "&fault=stall"
-    hidden = truth(stalled)["chain"]["terminal_voltage"]
     lines = ["y", "Fluke 87V", "12345", "0.05%+0.001"]
     lines += ["", "", "1.0", "", "2.0"]  # the pulse; two levels, and what the meter shows
     lines += ["n"]  # not again
-    monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(lines) + "\n"))
-    words = ["calibrate", str(file), "--step", "terminal_voltage", "--hold", "1"]
-    assert main.run([*words, "--level", "1", "--level", "2", "--port", stalled]) == 0
+    levels = ["--level", "1", "--level", "2", "--port", stalled]
+    assert typed(monkeypatch, lines, str(file), "--step", "terminal_voltage", *levels) == 0
     out = capsys.readouterr().out
     assert "put a resistor in place of the motor" in " ".join(out.split())
     table = read_calibration(file.with_name("bench.calibration.toml")).tables["terminal_voltage"]
     assert table["instrument"] == "Fluke 87V"
     assert table["instrument_serial"] == "12345"
-    assert hidden["scale"] > 0
     assert len(table["points"]) == 2
+
+
+def test_a_step_that_fails_may_be_repeated_and_every_step_be_skipped(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = rig_file(tmp_path)
+    lines = ["y", "", "", "y", "y", "", "", "n"]  # a shaft that nobody turned, twice
+    assert typed(monkeypatch, lines, str(file), "--step", "encoder") == 2
+    said = capsys.readouterr()
+    assert " ".join(said.out.split()).count("That did not work: the encoder counted nothing") == 2
+    lines = ["y", "Meter", "", "0.1%", "2", "7.0", "7.0", "n"]  # the supply was left as it was
+    assert typed(monkeypatch, lines, str(file), "--step", "supply_voltage") == 4
+    assert "too alike to tell a gain" in capsys.readouterr().err
+    assert typed(monkeypatch, ["n"] * 7, str(file)) == 2
+    assert "no step was done" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_disc_that_was_not_put_on_is_noticed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = rig_file(tmp_path)
+    lines = ["y", "0.0078", "1e-5", "0.02", "1e-5", "0", "0", "", "", "n"]
+    assert typed(monkeypatch, lines, str(file), "--step", "disc") == 0
+    assert "fails" in capsys.readouterr().out
+    table = read_calibration(file.with_name("bench.calibration.toml")).tables["disc"]
+    assert table["expected_kg_m2"] == pytest.approx(3.9e-7)
+    assert abs(table["measured_kg_m2"]) < 0.02 * table["expected_kg_m2"]
