@@ -17,6 +17,8 @@ from motorid.estimate.bridge import discontinuous, refuse_discontinuous
 from motorid.estimate.closed_form import start_values
 from motorid.estimate.likelihood import ENOUGH, Solution, Unknown, maximise
 from motorid.estimate.record import MotorRecord
+from motorid.estimate.suspects import signs
+from motorid.estimate.suspects.lazy import Suspects
 from motorid.estimate.types import PARAMETERS, Estimate, Parameter
 from motorid.estimate.uncertainty import statistical, whitener
 from motorid.estimate.voltage import Source
@@ -71,6 +73,7 @@ def solved(
     fixed = {**dict.fromkeys(without, 0.0), **fix}
     free = [name for name in PARAMETERS if name not in fixed]
     records = [MotorRecord(capture, free, fixed) for capture in captures]
+    signs.insist(records)
     start = start_values(records, fixed)
     for record in records:
         refuse_discontinuous(record.capture, record.timeline, max(start["L"], 1e-9))
@@ -110,7 +113,7 @@ def report(
         chi_square=remarks.chi_square(solution, records),
         degrees_of_freedom=solution.degrees_of_freedom,
         evaluations=simulated,
-        diagnostics=remarks.diagnostics(found, records, parameters),
+        diagnostics=remarks.diagnostics(found, records, parameters, named),
         curves=tables.curves(solution, records),
         steady=tables.steady(found.motor(), [r.gear for r in records], named),
         segments=tables.segments(named),
@@ -118,6 +121,7 @@ def report(
         options={"fix": dict(fix), "without": list(without), "method": "ml"},
         versions={"motorid": __version__, "numpy": np.__version__},
         budget=intervals.budget_shares(found),
+        suspects=Suspects(records, solution, parameters),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -89,6 +90,19 @@ class MotorRecord:
         for part in self.timeline.parts:
             driven[part.slice] = not part.open
         return driven
+
+    def twin(self) -> MotorRecord:
+        """This record as it is now, whatever becomes of it; with a response of its own."""
+        twin = copy(self)
+        twin.response = self.respond(
+            self.timeline.period_s,
+            self.volts,
+            self._outputs,
+            self.stretches,
+            self.response.pwm_period_s,
+        )
+        twin._memory = {}
+        return twin
 
     @property
     def starts_at_rest(self) -> bool:

@@ -7,13 +7,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, VOLTAGE
+from motorid.capture.model import CURRENT, VOLTAGE, Capture
 from motorid.estimate.algebra import square
 from motorid.estimate.intervals import Findings
 from motorid.estimate.likelihood import Solution
 from motorid.estimate.record import EMF, Measured, MotorRecord
+from motorid.estimate.suspects.where import place
 from motorid.estimate.types import Diagnostic, Parameter
 from motorid.estimate.uncertainty import autocovariance
+from motorid.segment import Segment
 
 Floats = NDArray[np.float64]
 
@@ -45,9 +47,12 @@ def chi_square(solution: Solution, records: Sequence[MotorRecord]) -> float:
 
 
 def diagnostics(
-    found: Findings, records: Sequence[MotorRecord], parameters: Mapping[str, Parameter]
+    found: Findings,
+    records: Sequence[MotorRecord],
+    parameters: Mapping[str, Parameter],
+    named: Sequence[tuple[Capture, Sequence[Segment]]] = (),
 ) -> tuple[Diagnostic, ...]:
-    """Findings about data and fit, the gravest first."""
+    """Findings about data and fit, the gravest first. ``named``: the captures' segments."""
     out: list[Diagnostic] = []
     if not found.solution.converged:
         out.append(
@@ -59,25 +64,30 @@ def diagnostics(
     for k, (record, own) in enumerate(zip(records, found.solution.own, strict=True)):
         where = f" in run {k + 1}" if len(records) > 1 else ""
         left = record.weighed(record.departures(found.solution.values, own), filtered=False)
+        segments = named[k][1] if named else ()
         for m, residual in zip(record.measured, left, strict=True):
-            out += _block(m, residual, where)
+            out += _block(record, m, residual, segments, where)
         out += _data(record, where)
     out += _statistics(found, parameters)
     order = {"error": 0, "warning": 1, "info": 2}
     return tuple(sorted(out, key=lambda d: order[d.severity]))
 
 
-def _block(m: Measured, residual: Floats, where: str) -> list[Diagnostic]:
+def _block(
+    record: MotorRecord, m: Measured, residual: Floats, segments: Sequence[Segment], where: str
+) -> list[Diagnostic]:
     out = []
     name = WORDS.get(m.block.name, m.block.name)
     sigma = float(np.sqrt(square(residual) / m.block.count))
     noise, unit = declared_noise(m), m.channel.unit
     if noise and sigma > LACK_OF_FIT * noise:
+        mostly = place(record, m, residual, segments)
         out.append(
             Diagnostic(
                 "lack_of_fit", "warning",
                 f"the {name} departs from the model by {sigma:.3g} {unit} rms{where}, "
-                f"{sigma / noise:.1f} times its declared noise: the model lacks something",
+                f"{sigma / noise:.1f} times its declared noise"
+                f"{f', {mostly}' if mostly else ''}: the model lacks something",
             )
         )  # fmt: skip
     lags = autocovariance(residual, 1)

@@ -28,7 +28,7 @@ EVIDENCE = {
 }
 ACTION = {
     "current": "swap the current sensor's leads, or give its scale the other sign",
-    "encoder": "set encoder_reversed in the rig, or swap the encoder's A and B",
+    "encoder": "reverse the encoder in the rig (encoder_reversed), or swap its A and B",
     "voltage": "swap the voltage's leads, or give its scale the other sign",
 }
 

@@ -43,8 +43,8 @@ def place(record: MotorRecord, m: Measured, residual: Floats, segments: Sequence
     )
     if inside.stop - inside.start < FEWEST:
         return said
-    low, high = band(residual[inside], record.timeline.period_s)
-    return f"{said}, {low:.2g} to {high:.2g} Hz"
+    low, high = (f"{f:.2g}" for f in band(residual[inside], record.timeline.period_s))
+    return f"{said}, {f'at {low}' if low == high else f'{low} to {high}'} Hz"
 
 
 def band(residual: Floats, period_s: float) -> tuple[float, float]:

@@ -1,0 +1,65 @@
+"""Suspects that are looked for when somebody asks: a station's verdict waits for none."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from typing import Any, overload
+
+from motorid.capture.model import Capture
+from motorid.estimate.record import MotorRecord
+from motorid.estimate.solution import Solution
+from motorid.estimate.suspects import look, scale
+from motorid.estimate.types import Parameter, Suspect
+
+
+class Suspects(Sequence[Suspect]):
+    """The suspects of one fit, found at the first question and kept."""
+
+    def __init__(
+        self,
+        records: Sequence[MotorRecord],
+        solution: Solution,
+        parameters: Mapping[str, Parameter],
+    ) -> None:
+        self._of = [record.twin() for record in records], solution, parameters
+        self._found: tuple[Suspect, ...] | None = None
+
+    def _all(self) -> tuple[Suspect, ...]:
+        if self._found is None:
+            records, solution, parameters = self._of
+            plate = scale.read_nameplate(nameplate(records[0].capture))
+            self._found = look.suspects(records, solution) + scale.suspects(parameters, plate)
+            del self._of  # the records are large
+        return self._found
+
+    @overload
+    def __getitem__(self, index: int) -> Suspect: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Suspect, ...]: ...
+    def __getitem__(self, index: int | slice) -> Suspect | tuple[Suspect, ...]:
+        return self._all()[index]
+
+    def __len__(self) -> int:
+        return len(self._all())
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and self._all() == tuple(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return "Suspects(not looked for yet)" if self._found is None else repr(self._found)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return tuple, (self._all(),)
+
+
+def nameplate(capture: Capture) -> Mapping[str, object]:
+    """The nameplate of the rig that took a capture, as its file has it; empty: none."""
+    text = capture.provenance.get("rig", "")
+    try:
+        table = tomllib.loads(text).get("nameplate", {}) if isinstance(text, str) else {}
+    except tomllib.TOMLDecodeError:  # a rig in another notation has no nameplate for us
+        return {}
+    return table if isinstance(table, dict) else {}
