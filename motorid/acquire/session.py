@@ -22,6 +22,7 @@ from motorid.capture.model import POSITION
 from motorid.errors import RigError
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Rig
+from motorid.rig_keys import CHANNELS
 from motorid.wire.codec import SampleBlock
 
 HIGHEST_HZ = 1000.0  # of a level's samples: more would only load the link
@@ -49,7 +50,7 @@ class Session:
         self.board = Board(port)
         self.board.identify()
         self.board.make_ready()
-        names = tuple(self.board.descriptors)
+        names = tuple(name for name in self.board.descriptors if name in CHANNELS)
         sampling = replace(
             rig.sampling,
             rate_hz=min(rig.sampling.rate_hz, HIGHEST_HZ),
@@ -59,6 +60,7 @@ class Session:
         self.rig = replace(rig, sampling=sampling)
         self.config = configure(self.board, self.rig)
         self.last_zero: Fields = {}
+        self.zero_samples = 0  # that it is the mean of
 
     @property
     def facts(self) -> Mapping[str, Fields]:
@@ -71,7 +73,7 @@ class Session:
         samples = int(min(max(seconds * rate_hz, 16), 4096))
         found = self.board.zero(samples)
         check_zero(found, self.board.descriptors)
-        self.last_zero = found
+        self.last_zero, self.zero_samples = found, samples
         return found, samples
 
     def resting(self, name: str, seconds: float) -> Level:

@@ -276,6 +276,15 @@ def test_a_step_that_fails_may_be_repeated_and_every_step_be_skipped(
     assert "no step was done" in capsys.readouterr().err
 
 
+def test_a_shaft_that_is_not_clamped_stops_the_step(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = rig_file(tmp_path)
+    lines = ["y", "meter", "Meter", "", "0.1%", "", "n"]
+    assert typed(monkeypatch, lines, str(file), "--step", "current") == 3
+    assert "the shaft turns: clamp it" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_a_disc_that_was_not_put_on_is_noticed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -20,6 +20,10 @@ SHARES = (-1.0, -0.5, 0.5, 1.0)  # of the largest level
 LARGEST = 0.5  # of limits.current_a
 HEADROOM = 0.9  # of the supply
 EXACT = 1e-9  # A or V: what stands in for a meter without a term of its own
+INSTANT = (
+    "this channel is read at an instant of the PWM period, and a meter shows the mean: with a "
+    "resistor the two differ by the ripple, so clamp a motor, whose inductance smooths it"
+)
 
 
 def rest(bench: Bench) -> Tables:
@@ -72,6 +76,9 @@ def gain(name: str) -> Callable[[Bench], Tables]:
 
 def _points(bench: Bench, session: Session, name: str, reference: Reference) -> Iterator[Point]:
     """One point a level; every level is announced before it is driven."""
+    from motorid.acquire.check import MOVED
+    from motorid.wire.enums import ChannelKind
+
     if name not in session.facts:
         raise DataError(f"the board has no channel {name}: skip this step")
     bench.person.proceed(
@@ -80,6 +87,10 @@ def _points(bench: Bench, session: Session, name: str, reference: Reference) -> 
     pulse = session.pulse()
     if not pulse.draws or pulse.current_a is None:
         raise RigError("no current flows: connect the load, and check the bridge's enable")
+    if abs(pulse.counts) >= MOVED:
+        raise RigError("the shaft turns: clamp it, or put a resistor in place of the motor")
+    if session.facts[name]["kind"] == ChannelKind.INSTANT:
+        bench.person.say(INSTANT)
     ohm = abs((pulse.voltage_v or pulse.volts) / pulse.current_a)
     for number, volts in enumerate(levels(bench, session, ohm)):
         what = f"{volts:+.2f} V for {bench.settings.hold_s:g} s, about {volts / ohm:+.2f} A"
@@ -108,7 +119,7 @@ def _si(session: Session, name: str, level: Level) -> tuple[float, float]:
     """A level in A or V by the board's own scale, zeroed, with its standard uncertainty."""
     scale, key = session.facts[name]["scale"], ZEROED[name]
     zero = session.last_zero
-    noise = zero[f"{key}_noise"] / 200**0.5
+    noise = zero[f"{key}_noise"] / session.zero_samples**0.5
     value = scale * (level.mean - zero[f"{key}_offset"])
     return value, abs(scale) * (level.uncertainty**2 + noise**2) ** 0.5
 
