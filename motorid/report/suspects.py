@@ -1,0 +1,60 @@
+"""What may have spoiled the measurement, in sentences: faults that were named, scales that hide."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any
+
+from motorid.estimate.types import Estimate, Suspect
+from motorid.report.words import sentence
+
+HIDDEN = (
+    "Not excluded by these data, because it would leave no residual: a wrong scale of {what}. A "
+    "nameplate in the rig, or a run with a disc of known inertia, would tell."
+)
+BOUNDED = "Not excluded by these data, because it would leave no residual: a wrong scale of {what}."
+
+
+def as_sentences(estimate: Estimate) -> list[str]:
+    """Each named fault with what mends it."""
+    return [f"{sentence(s.evidence)} {sentence(s.action)}" for s in _of(estimate, "named")]
+
+
+def hidden(estimate: Estimate) -> str:
+    """The scales that nothing in these data can check, in one sentence; "" where none is listed."""
+    found = _of(estimate, "not excluded")
+    if not found:
+        return ""
+    plated = any("nameplate" in s.evidence and "no nameplate" not in s.evidence for s in found)
+    what = ", ".join(s.where for s in found[:-1]) + (" or " if len(found) > 1 else "")
+    return (BOUNDED if plated else HIDDEN).format(what=what + found[-1].where)
+
+
+def as_html(estimate: Estimate) -> str:
+    """A list of the named faults, and what is not excluded."""
+    items = "".join(
+        f'<li class="warning"><b>{escape(s.where.capitalize())}</b>'
+        f"{escape(sentence(s.evidence))} {escape(sentence(s.action))}</li>"
+        for s in _of(estimate, "named")
+    )
+    named = f'<ul class="findings">{items}</ul>' if items else ""
+    said = hidden(estimate)
+    return named + (f'<p class="soft">{escape(said)}</p>' if said else "")
+
+
+def as_data(estimate: Estimate) -> list[dict[str, Any]]:
+    """Plain data for JSON."""
+    return [
+        {
+            "code": s.code,
+            "where": s.where,
+            "evidence": s.evidence,
+            "action": s.action,
+            "strength": s.strength,
+        }
+        for s in estimate.suspects
+    ]
+
+
+def _of(estimate: Estimate, strength: str) -> list[Suspect]:
+    return [s for s in estimate.suspects if s.strength == strength]
