@@ -47,8 +47,18 @@ def remember(
     from motorid.quality.history.records import from_verdict
 
     loaded = [store.load(path) for path in captures]
+    if seen := _seen_anew(verdict):
+        rest["note"] = "; ".join(part for part in (rest.get("note", ""), seen) if part)
     record = from_verdict(verdict, loaded, kind=kind, limits=product.text, **rest)
     return history.add(record)
+
+
+def _seen_anew(verdict: Verdict) -> str:
+    """Which rig and calibration captures were re-analysed with, in place of their own."""
+    from motorid.report.words import instruments
+
+    found = [instruments(one) for one in verdict.inputs if one.get("reanalysed")]
+    return "; ".join(dict.fromkeys(found))
 
 
 def remember_inspection(

@@ -17,6 +17,7 @@ from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.cli import main
 from motorid.errors import DataError, RigError
+from motorid.quality.history import Query, open_history
 from motorid.quality.history.records import capture_record
 from motorid.report.json_ import schema
 from motorid.rig import Rig, load_rig
@@ -188,3 +189,17 @@ def test_the_history_keeps_the_calibration_of_a_capture(
     assert kept["calibration_text"] == rig.calibrated.text
     assert kept["calibration_file"]["sha256"] == rig.calibrated.sha256
     assert "calibration_text" not in json.loads(capture_record(store.load(stored)).calibration)
+
+
+def test_the_history_says_when_a_verdict_was_given_under_another_rig(
+    stored: Path, folder: Path, tmp_path: Path
+) -> None:
+    base = str(tmp_path / "line.db")
+    words = ["check", "--product", "sim-disc", "--capture", str(stored), "--history", base]
+    main.run(words)
+    main.run([*words, "--rig", str(folder / "corrected.toml")])
+    with open_history(base, create=False) as history:
+        notes = [row.note for row in history.results(Query())]
+    assert notes[0] == ""
+    assert notes[1].startswith("re-analysed with calibration corrected.calibration.toml")
+    assert "taken with rig file" in notes[1]
