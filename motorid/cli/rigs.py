@@ -7,10 +7,19 @@ import click
 from motorid.cli.options import example
 
 
-@click.command("rigs", epilog=example("motorid rigs", "motorid run --rig sim -o out"))
-def command() -> None:
+@click.command(
+    "rigs",
+    epilog=example(
+        "motorid rigs", "motorid run --rig sim -o out", "motorid rigs --show sim > bench.toml"
+    ),
+)
+@click.option("--show", metavar="NAME", help="Print this rig's file, to make one of your own of.")
+def command(show: str | None) -> None:
     """List the rigs that come with motorid; each name works as --rig NAME."""
-    from motorid.rig_file import presets
+    from motorid.rig_file import find, presets
 
+    if show:
+        click.echo(find(show).read_text(encoding="utf-8"), nl=False)
+        return
     for name in presets():
         click.echo(name)

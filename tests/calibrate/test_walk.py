@@ -221,7 +221,10 @@ def test_the_disc_passes_a_calibrated_chain_and_catches_a_wrong_gain(tmp_path: P
 
 def test_it_is_told_what_it_cannot_do(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main.run(["calibrate", "sim"]) == 2
-    assert "copy" in capsys.readouterr().err
+    assert "motorid rigs --show sim > bench.toml" in capsys.readouterr().err
+    assert main.run(["rigs", "--show", "sim"]) == 0
+    (tmp_path / "copy.toml").write_text(capsys.readouterr().out, encoding="utf-8")
+    assert load_rig(str(tmp_path / "copy.toml")) == load_rig("sim")
     file = rig_file(tmp_path, more="[calibration.current]\ngain = 1.01\n")
     assert main.run(["calibrate", str(file), "--simulated", "--step", "current"]) == 3
     assert "take it out" in capsys.readouterr().err

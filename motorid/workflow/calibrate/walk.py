@@ -50,8 +50,8 @@ def open_rig(
     path = find(name_or_path)
     if str(path) != name_or_path and path.stem == name_or_path:
         raise UsageError(
-            f"{name_or_path} is a packaged rig: copy {path} to a file of yours, beside which its "
-            "calibration will lie"
+            f"{name_or_path} is a packaged rig, beside which no calibration is written: make a "
+            f"file of your own with `motorid rigs --show {name_or_path} > bench.toml`"
         )
     return path, adjusted(load_plain(path), port=port, speed=speed)
 
