@@ -14,20 +14,21 @@ from bench.coverage.bound import NAMES, Brush, relative_bound
 from bench.coverage.naive import forget_chain
 from bench.coverage.rigs import Bench, draw_bench
 from bench.coverage.runs import Runs, kept, record, save
+from bench.coverage.tables import COLD
 from motorid.capture.model import Capture
 from motorid.errors import MotoridError
-from motorid.estimate import fit
-from motorid.estimate.types import Estimate, Parameter
+from motorid.estimate import AUTO, SIX, fit
+from motorid.estimate.types import Parameter
 
 Row = dict[str, Any]
-COLD = "R_25"  # R at 25 °C
 
 
 @dataclass(frozen=True)
 class How:
     """How rigs are scored: in which ``folder`` captures go and stay, and without which effects.
 
-    ``parts`` of a record that are made: "bound", "fit" and "naive".
+    ``parts`` of a record that are made: "bound", "fit", "naive", and "better", what a report
+    recommends: the better model's answer where one is offered, else the six parameters' again.
     """
 
     folder: Path
@@ -51,6 +52,8 @@ def score(seed: int, how: How) -> Row:
             row["bound"], row["wide_bound"] = relative_bound(runs.captures, runs.truth, late, brush)
         if "fit" in how.parts:
             row["fit"] = _fitted(runs.captures, runs)
+        if "better" in how.parts:
+            row["better"] = _fitted(runs.captures, runs, AUTO)
         if "naive" in how.parts:
             row["naive"] = _fitted([forget_chain(c) for c in runs.captures], runs)
     except MotoridError as error:
@@ -71,29 +74,26 @@ def _runs(bench: Bench, how: How) -> Runs:
     return runs
 
 
-def _fitted(captures: Sequence[Capture], runs: Runs) -> Row:
-    began = time.perf_counter()
+def _fitted(captures: Sequence[Capture], runs: Runs, model: str = SIX) -> Row:
+    began = time.process_time()
     try:
-        estimate = fit(captures)
+        estimate = fit(captures, model=model)
     except MotoridError as error:
         return {"refused": f"{type(error).__name__}: {error}"}
     except Exception as error:
         return {"crashed": "".join(traceback.format_exception(error))[-2000:]}
+    better = estimate.alternative
     return {
-        "seconds": round(time.perf_counter() - began, 3),
-        "model": estimate.model,
-        "parameters": _parameters(estimate, runs.truth),
+        "seconds": round(time.process_time() - began, 3),
+        "terms": [] if better is None else list(better.terms),
+        "parameters": _parameters((better or estimate).parameters, runs),
         "diagnostics": [d.code for d in estimate.diagnostics],
         "budget": {name: dict(shares) for name, shares in estimate.budget.items()},
     }
 
 
-def _parameters(estimate: Estimate, truth: Mapping[str, float]) -> Row:
-    given = {name: estimate.parameters[name] for name in NAMES}
-    for table in (estimate.parameters, estimate.derived):
-        if COLD in table:
-            given[COLD] = table[COLD]
-    return {name: _one(p, truth[name]) for name, p in given.items()}
+def _parameters(found: Mapping[str, Parameter], runs: Runs) -> Row:
+    return {name: _one(found[name], runs.truth[name]) for name in (*NAMES, COLD) if name in found}
 
 
 def _one(p: Parameter, truth: float) -> Row:

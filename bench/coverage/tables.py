@@ -14,6 +14,12 @@ from bench.coverage.bound import NAMES
 Row = dict[str, Any]
 DECADES = ((0.0, 5.0), (5.0, 50.0), (50.0, math.inf))
 DECADE_NAMES = ("0.5 to 5 W", "5 to 50 W", "50 to 500 W")
+COLD = "R_25"  # R at 25 °C
+TITLES = {
+    "fit": "The six parameters",
+    "better": "What the report recommends: the better model where one is offered",
+    "naive": "The same fit without the chain",
+}
 NORMAL_95 = 1.959963984540054
 UNKNOWABLE = 0.30  # relative: a bound beyond it excuses "not identifiable"
 
@@ -48,12 +54,12 @@ def width_ratio(rows: Sequence[Row], which: str, name: str) -> float:
     return float(np.median(ratios)) if ratios else math.nan
 
 
-def standing(rows: Sequence[Row], name: str) -> tuple[int, int]:
+def standing(rows: Sequence[Row], which: str, name: str) -> tuple[int, int]:
     """How often ``name`` was called not identifiable, and how often of these the bound agrees."""
     unknown = [
         row["bound"][name]
         for row in rows
-        if row.get("fit", {}).get("parameters", {}).get(name, {}).get("status")
+        if row.get(which, {}).get("parameters", {}).get(name, {}).get("status")
         == "not_identifiable"
     ]
     return len(unknown), sum(bound > UNKNOWABLE for bound in unknown)
@@ -61,32 +67,34 @@ def standing(rows: Sequence[Row], name: str) -> tuple[int, int]:
 
 def summary(rows: Sequence[Row]) -> str:
     """All tables."""
-    parts = [_coverage_table(rows), _refusals(rows)]
-    return "\n\n".join(part for part in parts if part)
+    parts = []
+    for which, title in TITLES.items():
+        if any(which in row for row in rows):
+            parts.append(f"{title}\n\n{_coverage_table(rows, which)}")
+    parts.append(_refusals(rows))
+    return "\n\n".join(parts)
 
 
-def _coverage_table(rows: Sequence[Row]) -> str:
-    head = ("", "95 % holds", "of", *DECADE_NAMES, "width/bound", "median u", "not ident.", "naive")
+def _coverage_table(rows: Sequence[Row], which: str) -> str:
+    head = ("", "95 % holds", "of", *DECADE_NAMES, "width/bound", "median u", "not identifiable")
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    names = (*NAMES, "R_25") if any(given(rows, "fit", "R_25")) else NAMES
-    for name in names:
-        held, count = coverage(rows, "fit", name)
+    for name in (*NAMES, COLD):
+        held, count = coverage(rows, which, name)
+        if not count:
+            continue
         low, high = interval_of_share(held, count)
         cells = [name, f"{_share(held, count)} ({low:.1%} to {high:.1%})", str(count)]
         for lower, upper in DECADES:
             part = [row for row in rows if lower <= row.get("power_w", -1.0) < upper]
-            cells.append(_share(*coverage(part, "fit", name)))
+            cells.append(_share(*coverage(part, which, name)))
         if name in NAMES:
-            unknown, excused = standing(rows, name)
-            totals = [p["total"] for _, p in given(rows, "fit", name)]
+            unknown, excused = standing(rows, which, name)
+            totals = [p["total"] for _, p in given(rows, which, name)]
             cells += [
-                f"{width_ratio(rows, 'fit', name):.2f}",
-                f"{np.median(totals):.2%}" if totals else "",
-                f"{unknown}, bound above 30 % in {excused}",
+                f"{width_ratio(rows, which, name):.2f}",
+                f"{np.median(totals):.2%}",
+                f"{unknown}, the bound above 30 % in {excused}" if unknown else "0",
             ]
-        else:
-            cells += ["", "", ""]
-        cells.append(_share(*coverage(rows, "naive", name)))
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
@@ -99,7 +107,7 @@ def _refusals(rows: Sequence[Row]) -> str:
     """How many rigs gave no fit, by what was said."""
     said: Counter[str] = Counter()
     for row in rows:
-        fitted = row.get("fit", {})
+        fitted = row.get("fit", row.get("better", {}))
         for place, kind in ((row, "refused"), (row, "crashed"), (fitted, "refused"),
                             (fitted, "crashed")):  # fmt: skip
             if kind in place:

@@ -49,7 +49,7 @@ def test_not_identifiable_is_held_against_the_bound() -> None:
     rows = [row(0, 0.0), row(1, 0.0, status="not_identifiable")]
     rows.append(row(2, 0.0, status="not_identifiable"))
     rows[2]["bound"] = dict.fromkeys(rows[2]["bound"], 0.5)
-    assert standing(rows, "L") == (2, 1)
+    assert standing(rows, "fit", "L") == (2, 1)
 
 
 def test_the_cause_of_misses_comes_first() -> None:
