@@ -113,7 +113,7 @@ def fit_options(command: Command) -> Command:
 
 
 def search_options(command: Command) -> Command:
-    """--model, --budget and --seed: of a method that searches."""
+    """--model, and --budget and --seed of a method that searches."""
     for option in (
         click.option("--seed", type=click.IntRange(min=0), help="Of a search's random numbers: 0."),
         click.option(
@@ -121,8 +121,9 @@ def search_options(command: Command) -> Command:
         ),
         click.option(
             "--model",
-            type=click.Choice(["linear", "quadratic-load", "two-masses"]),
-            help="What a search fits: linear is the six parameters.",
+            metavar="auto|six|NAME[+NAME]",
+            help="Model beside the six parameters: auto, where the data ask for one. A search fits "
+            "six, quadratic-load or two-masses instead.",
         ),
     ):
         command = option(command)

@@ -43,9 +43,10 @@ def fit(
         _check(known, without)
         search |= {"model": "linear"} if model in (SIX, AUTO) else {}
         return by_name(captures, method, fix=known, without=without, **search)
-    if search.keys() - {"model"}:
+    foreign = [name for name in search if name != "model"]
+    if foreign:
         raise UsageError(
-            f"the method ml takes no {', '.join(search)}: choose another by --method, such as nls"
+            f"the method ml takes no {', '.join(foreign)}: choose another by --method, such as nls"
         )
     if mechanical.suits(captures):
         if model not in (SIX, AUTO, "linear"):

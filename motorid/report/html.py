@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from motorid.estimate.types import Estimate, Parameter
-from motorid.report import curves
+from motorid.report import alternative, curves, suspects
 from motorid.report.numbers import (
     aligned,
     fixed,
@@ -47,8 +47,10 @@ def render(estimate: Estimate) -> str:
     body = [
         _head(estimate, title),
         section("Parameters", _parameters(estimate), _notes(estimate)),
+        alternative.as_html(estimate),
         section("Combinations", _figures(estimate.combinations.values()), _together(estimate)),
         section("Findings", _findings(estimate)),
+        section("Suspects", suspects.as_html(estimate)),
         section("Derived figures", _figures(estimate.derived.values())),
         section("Measured against fitted", *curves.captures(estimate)),
         section(

@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from motorid.estimate.alternative import Alternative, ChannelFit, TermTrial
 from motorid.estimate.types import Curve, Estimate, Parameter, SegmentRow, SteadyRow
+from motorid.report import suspects
 
 SCHEMA = "motorid-estimate-1"
 
@@ -41,7 +43,8 @@ def to_dict(estimate: Estimate) -> dict[str, Any]:
             "names": list(estimate.free),
             "matrix": plain(np.asarray(estimate.correlation)),
         },
-        "models": [_model(estimate)],
+        "models": _models(estimate),
+        "alternative": _alternative(estimate.alternative),
         "residuals": [_residual(curve) for curve in estimate.curves],
         "steady_state": [_row(row) for row in estimate.steady],
         "segments": [_row(row) for row in estimate.segments],
@@ -49,6 +52,7 @@ def to_dict(estimate: Estimate) -> dict[str, Any]:
             {"code": d.code, "severity": d.severity, "message": d.message}
             for d in estimate.diagnostics
         ],
+        "suspects": suspects.as_data(estimate),
         "inputs": [plain(dict(i)) for i in estimate.inputs],
         "options": plain(dict(estimate.options)),
         "versions": plain(dict(estimate.versions)),
@@ -89,13 +93,37 @@ def _parameter(p: Parameter) -> dict[str, Any]:
     return out | ({"note": p.note} if p.note else {})
 
 
-def _model(estimate: Estimate) -> dict[str, Any]:
+def _models(estimate: Estimate) -> list[dict[str, Any]]:
+    """The model of ``parameters``, which is the chosen one, and the better one where there is."""
+    models: list[tuple[str, Estimate | Alternative, bool]] = [(estimate.model, estimate, True)]
+    if estimate.alternative:
+        models.append((estimate.alternative.name, estimate.alternative, False))
+    return [
+        {
+            "name": name,
+            "chi_square": plain(fit.chi_square),
+            "degrees_of_freedom": fit.degrees_of_freedom,
+            "evaluations": fit.evaluations,
+            "chosen": chosen,
+        }
+        for name, fit, chosen in models
+    ]
+
+
+def _alternative(better: Alternative | None) -> dict[str, Any] | None:
+    if better is None:
+        return None
     return {
-        "name": estimate.model,
-        "chi_square": plain(estimate.chi_square),
-        "degrees_of_freedom": estimate.degrees_of_freedom,
-        "evaluations": estimate.evaluations,
-        "chosen": True,
+        "name": better.name,
+        "asked": better.asked,
+        "terms": [
+            {"name": n, "title": t, "equation": e}
+            for n, t, e in zip(better.terms, better.titles, better.equations, strict=True)
+        ],
+        "parameters": _parameters(better.parameters),
+        "nuisance": _parameters(better.nuisance),
+        "lack_of_fit": [_row(fit) for fit in better.lack_of_fit],
+        "trials": [_row(trial) for trial in better.trials],
     }
 
 
@@ -112,5 +140,5 @@ def _residual(curve: Curve) -> dict[str, Any]:
     }
 
 
-def _row(row: SteadyRow | SegmentRow) -> dict[str, Any]:
+def _row(row: SteadyRow | SegmentRow | ChannelFit | TermTrial) -> dict[str, Any]:
     return {name: plain(getattr(row, name)) for name in row.__dataclass_fields__}

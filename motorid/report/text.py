@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterable
 
 from motorid.estimate.types import Estimate, Parameter
+from motorid.report import alternative, suspects
 from motorid.report.numbers import aligned, in_rpm, percent, relative, shown
 from motorid.report.words import (
     COVERAGE,
@@ -28,13 +29,18 @@ HEADER = ("", "", "value ± 95 %", "statistical", "instrument", "status")
 def render(estimate: Estimate) -> str:
     """The whole report as text, ending in a newline."""
     parts = [_table(six(estimate) + others(estimate))]
+    parts += alternative.as_text(estimate)
     parts += _section("combinations", estimate.combinations.values())
     parts += _section("derived", estimate.derived.values())
     parts += _section("estimated on the way", estimate.nuisance.values())
     notes = remarks(estimate)
     if notes:
         parts.append("\n".join(_wrap(note, "  ") for note in notes))
+    if estimate.alternative:
+        said = alternative.sentences(estimate.alternative)
+        parts.append("\n".join(_wrap(text, "  ") for text in said))
     parts.append(_findings(estimate))
+    parts += _suspects(estimate)
     parts.append("\n".join(_wrap(line, "  ") for line in _closing(estimate)))
     return "\n\n".join(parts) + "\n"
 
@@ -102,6 +108,15 @@ def _findings(estimate: Estimate) -> str:
     if not found:
         return "  · No finding about the data or the fit."
     return "\n".join(_wrap(sentence(d.message), f"  {MARKS[d.severity]} ") for d in found)
+
+
+def _suspects(estimate: Estimate) -> list[str]:
+    """Faults of the measuring chain that the fit names, and scales that it cannot check."""
+    named = [_wrap(said, "  ! ") for said in suspects.as_sentences(estimate)]
+    unseen = suspects.hidden(estimate)
+    lines = ["suspects", *named] if named else []
+    lines += [_wrap(unseen, "  ")] if unseen else []
+    return ["\n".join(lines)] if lines else []
 
 
 def _closing(estimate: Estimate) -> list[str]:

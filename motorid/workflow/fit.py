@@ -29,7 +29,7 @@ def fit_files(
 ) -> Estimate:
     """The estimate that the captures at ``paths`` give together, under another ``rig`` if given.
 
-    ``search``: ``model``, ``budget`` and ``seed`` of a method that searches.
+    ``search``: ``model``, and ``budget`` and ``seed`` of a method that searches.
 
     Raises DataError where a file is no capture or holds too little, UsageError on a bad option,
     RigError where the rig is not of these captures.
@@ -43,14 +43,14 @@ def fit_files(
 def fit_captures(
     captures: Sequence[Capture], *, rig: Rig | None = None, **options: Any
 ) -> Estimate:
-    """As ``fit_files``, for captures that are loaded already."""
-    from motorid.estimate import fit
+    """As ``fit_files``, for captures that are loaded already. The model is auto unless given."""
+    from motorid.estimate import AUTO, fit
 
     if rig is not None:
         from motorid.workflow.recalibrate import recalibrated
 
         captures = [recalibrated(capture, rig) for capture in captures]
-    estimate = fit(captures, **options)
+    estimate = fit(captures, **{"model": AUTO, **options})
     return replace(estimate, diagnostics=(*estimate.diagnostics, *_old(estimate)))
 
 

@@ -84,7 +84,7 @@ ADDED = {
 NAMES = (*PARAMETERS, *ADDED)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # each is itself
 class Term:
     """One effect. ``free``: the parameters that it adds; ``size``: the one that is 0 without it.
 
