@@ -169,6 +169,7 @@ def judge_files(
     Captures that cannot be fitted give INVALID; a file that is none raises DataError.
     """
     from motorid.capture import store
+    from motorid.estimate import SIX
     from motorid.quality.judge import judge, not_measured
     from motorid.workflow.fit import fit_captures
 
@@ -178,7 +179,7 @@ def judge_files(
     if serial and stored and serial != stored:
         raise UsageError(f"{paths[0]} is of motor {stored}, not of {serial}: name the right one")
     try:
-        estimate = fit_captures(captures, rig=rig)
+        estimate = fit_captures(captures, rig=rig, model=SIX)  # limits are on these
     except DataError as error:
         verdict = not_measured(product, serial or stored, str(error))
         return verdict, time.perf_counter() - start

@@ -138,6 +138,8 @@ def test_a_product_gets_steady_turns_in_both_directions() -> None:
             if step.kind is StepKind.DRIVE_VOLTS and step.level * way > 0
         )
     assert all(p.met for p in plan.promises)
+    # what the packaged product runs came from such a plan
+    assert plan.program.duration_s == pytest.approx(product.program.duration_s, rel=0.15)
 
 
 def test_corners_are_orthogonal_and_cover_the_label() -> None:
