@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Channel
+from motorid.capture.model import CURRENT, POSITION, Capture, Channel
+from motorid.program import StepKind
 
 Floats = NDArray[np.float64]
-BITS = 12
 
 
 def _requantised(channel: Channel, values: Floats) -> Channel:
@@ -37,6 +36,15 @@ def replaced(capture: Capture, channel: Channel) -> Capture:
 def offset(capture: Capture, amount: float, name: str = CURRENT) -> Capture:
     """A channel whose zero is off by ``amount`` (SI)."""
     return changed(capture, name, capture.channels[name].values + amount)
+
+
+def offset_driven(capture: Capture, amount: float) -> Capture:
+    """A current whose zero is off by ``amount`` while the bridge connects the motor."""
+    steps = capture.program.steps if capture.program else ()
+    driven = np.zeros(len(capture))
+    for phase in capture.phases:
+        driven[capture.ticks > phase.tick] = steps[phase.index].kind != StepKind.COAST
+    return changed(capture, CURRENT, capture.channels[CURRENT].values + amount * driven)
 
 
 def lag(capture: Capture, name: str, samples: int) -> Capture:
@@ -138,24 +146,9 @@ def decimated(capture: Capture, factor: int = 2) -> Capture:
     return replace(capture, ticks=capture.ticks[::factor], channels=channels, sha256="", path="")
 
 
-def without(capture: Capture, *names: str) -> Capture:
-    """The capture without these channels."""
-    left = {n: c for n, c in capture.channels.items() if n not in names}
-    return replace(capture, channels=left, sha256="", path="")
-
-
 def _moving(capture: Capture) -> NDArray[np.intp]:
     """Samples at which the shaft turns at a tenth of its top speed at least."""
     speed = np.abs(np.gradient(capture.channels[POSITION].values))
     smooth = np.convolve(speed, np.ones(21) / 21, "same")
     found = np.flatnonzero(smooth > 0.1 * smooth.max())
     return found[(found > 100) & (found < len(speed) - 100)]
-
-
-def bench_of(capture: Capture) -> dict[str, Any]:
-    """Figures that sizes of faults are stated in."""
-    current, volts = capture.channels[CURRENT].values, capture.channels.get(VOLTAGE)
-    return {
-        "peak_current": float(np.abs(current).max()),
-        "peak_voltage": 0.0 if volts is None else float(np.abs(volts.values).max()),
-    }

@@ -12,6 +12,8 @@ from motorid.estimate.solution import Solution
 from motorid.estimate.suspects import look, scale
 from motorid.estimate.types import Parameter, Suspect
 
+_Fit = tuple[list[MotorRecord], Solution, Mapping[str, Parameter]]
+
 
 class Suspects(Sequence[Suspect]):
     """The suspects of one fit, found at the first question and kept."""
@@ -22,15 +24,21 @@ class Suspects(Sequence[Suspect]):
         solution: Solution,
         parameters: Mapping[str, Parameter],
     ) -> None:
-        self._of = [record.twin() for record in records], solution, parameters
+        self._of: _Fit | None = ([record.twin() for record in records], solution, parameters)
         self._found: tuple[Suspect, ...] | None = None
+
+    def look(self) -> tuple[Suspect, ...]:
+        """The suspects, looked for anew as long as nobody has asked for them."""
+        if self._of is None:
+            return self._all()
+        records, solution, parameters = self._of
+        plate = scale.read_nameplate(nameplate(records[0].capture))
+        return look.suspects(records, solution) + scale.suspects(parameters, plate)
 
     def _all(self) -> tuple[Suspect, ...]:
         if self._found is None:
-            records, solution, parameters = self._of
-            plate = scale.read_nameplate(nameplate(records[0].capture))
-            self._found = look.suspects(records, solution) + scale.suspects(parameters, plate)
-            del self._of  # the records are large
+            self._found = self.look()
+            self._of = None  # the records are large
         return self._found
 
     @overload
