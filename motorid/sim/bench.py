@@ -178,12 +178,14 @@ def plant_params(options: Options, chain: Chain) -> Any:
     p: Any = ffi.new("plant_params *")
     p.resistance, p.inductance = motor.resistance_ohm, motor.inductance_h
     p.torque_constant = motor.torque_constant_nm_a
-    fast = 0.0 if options.coupling else options.load_inertia
+    fast = 0.0 if options.coupling or options.shaft_stiffness else options.load_inertia
     p.inertia = motor.inertia_kg_m2 + fast
     p.load_inertia, p.coupling_torque = options.load_inertia - fast, options.coupling
     p.unbalance, p.brush_bounce = options.unbalance, options.brush_bounce
     p.short_depth, p.segments = options.shorted_turn, motor.commutator_segments
     p.viscous, p.coulomb = motor.viscous_nm_s, motor.coulomb_nm
+    p.shaft_stiffness, p.shaft_damping = options.shaft_stiffness, options.shaft_damping
+    p.quadratic, p.asymmetry = options.quadratic, options.asymmetry
     p.stiction = options.stiction * motor.coulomb_nm
     p.stribeck_speed = options.stribeck
     p.cogging = options.cogging

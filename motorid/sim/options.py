@@ -48,6 +48,8 @@ class Options:
     heating: bool = _switch(True, "winding and magnets warm up")
     stiction: float = _number(1.15, 1, 10, "breakaway torque over Coulomb torque")
     stribeck: float = _number(1.0, 0, 1e3, "rad/s over which the excess of stiction decays")
+    quadratic: float = _number(0.0, 0, 1e3, "N·m·s²/rad², friction with the square of speed")
+    asymmetry: float = _number(0.0, -0.9, 0.9, "Coulomb torque forwards over its mean, less 1")
     load_inertia: float = _number(0.0, 0, 1e3, "kg·m² added to the rotor's")
     cogging: float = _number(0.0, 0, 1e3, "N·m, amplitude of the cogging torque")
     cogging_per_turn: float = _number(None, 1, 1000, "periods a turn (as the commutation)")
@@ -63,6 +65,8 @@ class Options:
     unbalance: float = _number(0.0, 0, 1e3, "N·m, amplitude of a weight off the axis")
     brush_bounce: float = _number(0.0, 0, 1e3, "ohm that 3 of 10 commutations add, at random")
     coupling: float = _number(0.0, 0, 1e3, "N·m at which load_inertia slips; 0: it is fast")
+    shaft_stiffness: float = _number(0.0, 0, 1e6, "N·m/rad, joins load_inertia; 0: it is fast")
+    shaft_damping: float = _number(0.0, 0, 1e3, "N·m·s/rad, of that shaft")
     # bridge and supply
     supply: float = _number(None, 0, 1000, "V, unloaded")
     supply_resistance: float = _number(None, 0, 100, "ohm")
@@ -186,6 +190,8 @@ def _checked(options: Options) -> Options:
         raise UsageError("sim://: supply_limit needs a supply_capacitance above 0")
     if resistance == 0 and capacitance != 0:
         raise UsageError("sim://: supply_resistance=0 needs supply_capacitance=0")
+    if options.shaft_stiffness and (options.coupling or not options.load_inertia):
+        raise UsageError("sim://: shaft_stiffness needs a load_inertia above 0, and no coupling")
     if options.coupling and not options.load_inertia:
         raise UsageError("sim://: coupling needs a load_inertia above 0")
     decay_mask(options.decay_modes)

@@ -11,7 +11,7 @@ static const double LONGEST_STEP = 12.5e-6;
 static const double SHORTEST_STEP = 1e-9; /* keeps chatter at an event from stopping time */
 static const double ROOT_TOLERANCE = 1e-12;
 static const double BRUSH_BEND = 4.0; /* currents within which the brushes' drop bends */
-enum { STATES = 5 };
+enum { STATES = 6 };
 static const double SLIP_SPEED = 1.0;   /* rad/s over which a slipping coupling takes hold */
 static const double BOUNCING = 0.3;     /* share of commutations with a bad contact */
 static const double TURN = 6.283185307179586;
@@ -19,7 +19,7 @@ static const double STRIBECK_REACH = 6.0; /* exp(-36): nothing left */
 
 /* What the equations say at one point of a step. */
 typedef struct rates {
-    double d[STATES]; /* of current, speed, angle, bus, load speed */
+    double d[STATES]; /* of current, speed, angle, bus, load speed, twist */
     double terminal;
     double bus;
     double heat;
@@ -51,13 +51,13 @@ static double bus_voltage(const plant *p, const double x[STATES])
 static double sliding_friction(const plant *p, double speed)
 {
     const plant_params *m = &p->par;
-    double torque = m->coulomb;
+    double torque = m->coulomb * (1.0 + p->direction * m->asymmetry);
     if (m->stiction > m->coulomb && m->stribeck_speed > 0.0) {
         double ratio = speed / m->stribeck_speed;
         if (fabs(ratio) < STRIBECK_REACH)
             torque += (m->stiction - m->coulomb) * exp(-ratio * ratio);
     }
-    return p->direction * torque + m->viscous * speed;
+    return p->direction * torque + (m->viscous + m->quadratic * fabs(speed)) * speed;
 }
 
 /* The same number from 0 to 1 for the same commutation, and no pattern from one to the next. */
@@ -120,11 +120,18 @@ static void evaluate(const plant *p, const double x[STATES], rates *out)
         torque -= m->cogging * sin(m->cogging_per_turn * x[2]);
     if (m->unbalance != 0.0)
         torque -= m->unbalance * sin(x[2]);
-    out->d[4] = slip = 0.0;
+    out->d[4] = out->d[5] = slip = 0.0;
     if (m->coupling_torque > 0.0) {
         double carried = m->coupling_torque * tanh((speed - x[4]) / SLIP_SPEED);
         out->d[4] = carried / m->load_inertia;
         slip = carried * (speed - x[4]);
+        torque -= carried;
+    } else if (m->shaft_stiffness > 0.0) {
+        double damping = m->shaft_damping * (speed - x[4]);
+        double carried = m->shaft_stiffness * x[5] + damping;
+        out->d[4] = carried / m->load_inertia;
+        out->d[5] = speed - x[4];
+        slip = damping * (speed - x[4]);
         torque -= carried;
     }
     out->torque = torque;
@@ -150,11 +157,13 @@ static void load_state(const plant *p, double x[STATES])
     x[2] = p->angle;
     x[3] = p->bus;
     x[4] = p->load_speed;
+    x[5] = p->twist;
 }
 
-static double breakaway(const plant *p)
+static double breakaway(const plant *p, double torque)
 {
-    return p->par.stiction > p->par.coulomb ? p->par.stiction : p->par.coulomb;
+    double sign = torque > 0.0 ? 1.0 : -1.0, more = p->par.coulomb * sign * p->par.asymmetry;
+    return (p->par.stiction > p->par.coulomb ? p->par.stiction : p->par.coulomb) + more;
 }
 
 /* At zero speed: hold, or slide the way the torque pushes. */
@@ -170,7 +179,7 @@ static void settle_friction(plant *p)
     } else {
         load_state(p, x);
         evaluate(p, x, &r);
-        p->direction = fabs(r.torque) > breakaway(p) ? (r.torque > 0.0 ? 1 : -1) : 0;
+        p->direction = fabs(r.torque) > breakaway(p, r.torque) ? (r.torque > 0.0 ? 1 : -1) : 0;
     }
 }
 
@@ -230,7 +239,7 @@ static double overshoot(const plant *p, const step *s)
     if (p->direction)
         worst = fmax(worst, -p->direction * s->x[1]);
     else if (!p->locked)
-        worst = fmax(worst, fabs(s->end.torque) - breakaway(p));
+        worst = fmax(worst, fabs(s->end.torque) - breakaway(p, s->end.torque));
     return worst;
 }
 
@@ -239,7 +248,7 @@ static double locate_event(const plant *p, const double x[STATES], const rates *
 {
     double low = 0.0, high = h, f_high = overshoot(p, s), f_low;
     int side = 0, n;
-    step start = {.x = {x[0], x[1], x[2], x[3], x[4]}, .end = *first};
+    step start = {.x = {x[0], x[1], x[2], x[3], x[4], x[5]}, .end = *first};
     f_low = fmin(overshoot(p, &start), -1e-300);
     for (n = 0; n < 60 && high - low > ROOT_TOLERANCE; n++) {
         double middle = (low * f_high - high * f_low) / (f_high - f_low), f;
@@ -291,6 +300,7 @@ static void accept(plant *p, const step *s, double h)
     p->speed = !p->direction || p->direction * s->x[1] <= 0.0 ? 0.0 : s->x[1];
     p->angle = s->x[2];
     p->load_speed = s->x[4];
+    p->twist = s->x[5];
     p->bus = s->end.bus;
     p->terminal = s->end.terminal;
     p->i_dt += s->i_dt;
@@ -415,6 +425,12 @@ static double choose_step(const plant_params *m)
         step = fmin(step, 0.25 * m->supply_resistance * m->supply_capacitance);
     if (m->coupling_torque > 0.0)
         step = fmin(step, SLIP_SPEED * fmin(m->load_inertia, m->inertia) / m->coupling_torque);
+    if (m->shaft_stiffness > 0.0) { /* a fifth of a radian of its own swing */
+        double lighter = fmin(m->load_inertia, m->inertia);
+        step = fmin(step, 0.2 * sqrt(lighter / m->shaft_stiffness));
+        if (m->shaft_damping > 0.0)
+            step = fmin(step, 0.2 * lighter / m->shaft_damping);
+    }
     return step;
 }
 
@@ -445,5 +461,6 @@ double plant_stored_energy(const plant *p)
 {
     return 0.5 * (p->par.inductance * p->current * p->current
                   + p->par.inertia * p->speed * p->speed
-                  + p->par.load_inertia * p->load_speed * p->load_speed);
+                  + p->par.load_inertia * p->load_speed * p->load_speed
+                  + p->par.shaft_stiffness * p->twist * p->twist);
 }

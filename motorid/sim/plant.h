@@ -32,6 +32,8 @@ typedef struct plant_params {
     double inertia;         /* rotor and load */
     double viscous;
     double coulomb;
+    double quadratic;       /* N·m s²/rad², of a fan */
+    double asymmetry;       /* Coulomb torque forwards over its mean, less 1 */
     double stiction;        /* breakaway torque; below coulomb means equal to it */
     double stribeck_speed;  /* decay of stiction into coulomb with speed; 0: at once */
     double cogging;         /* amplitude of the torque */
@@ -46,8 +48,10 @@ typedef struct plant_params {
     double short_depth;     /* relative drop of K and R where the shorted coil carries current */
     double segments;        /* of the commutator */
     double brush_bounce;    /* ohm that some commutations add, at random */
-    double load_inertia;    /* that a slipping coupling joins to the rotor */
+    double load_inertia;    /* that a slipping coupling or a flexible shaft joins to the rotor */
     double coupling_torque; /* at which it slips */
+    double shaft_stiffness; /* N·m/rad */
+    double shaft_damping;   /* N·m s/rad */
     /* heat */
     double ambient;
     double copper_coefficient; /* 1/K */
@@ -80,7 +84,8 @@ typedef struct plant {
     double current;
     double speed;
     double angle;
-    double load_speed; /* behind a slipping coupling */
+    double load_speed; /* behind a slipping coupling or a flexible shaft */
+    double twist;      /* of that shaft */
     double bus;     /* supply voltage at the bridge */
     double winding; /* °C */
     double housing; /* °C */
