@@ -63,8 +63,15 @@ def board(open_board: Callable[..., Board]) -> Board:
 @pytest.fixture
 def client(board: Board) -> Client:
     """A client of the board under test, brought up: identified, described, idle or configured."""
+    return brought_up(board)
+
+
+def brought_up(board: Board) -> Client:
+    """A client of a board whose motor stands still: a test before may have turned it."""
     client = Client(board.port)
     client.bring_up()
+    if "fresh" not in board.traits:
+        client.rest()
     return client
 
 
@@ -73,8 +80,6 @@ def make_client(open_board: Callable[..., Board]) -> Callable[..., Client]:
     """The same on a bench with options."""
 
     def make(**options: Any) -> Client:
-        client = Client(open_board(**options).port)
-        client.bring_up()
-        return client
+        return brought_up(open_board(**options))
 
     return make

@@ -65,7 +65,9 @@ def test_only_the_last_reply_is_kept(client: Client) -> None:
 
 def test_identify_is_always_answered_afresh(client: Client) -> None:
     hello = {"host_major": 1, "host_minor": 0}
-    assert client.ask("identify", 1000, **hello).fields["state"] == State.IDLE
+    assert client.ask("identify", 1000, **hello).fields["state"] == client.state
+    client.load([client.drive(1)])
+    assert client.ask("identify", 1000, **hello).fields["state"] == State.LOADED
     client.configure()
     assert client.ask("identify", 1000, **hello).fields["state"] == State.CONFIGURED
     assert client.ask("identify", 1000, **hello).fields["state"] == State.CONFIGURED
