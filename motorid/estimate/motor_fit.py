@@ -293,9 +293,7 @@ def correlation(covariance: Floats) -> Floats:
     return np.asarray(np.clip(covariance / np.outer(scale, scale), -1.0, 1.0))
 
 
-def nuisance_parameters(
-    solution: Solution, records: Sequence[MotorRecord]
-) -> dict[str, Parameter]:
+def nuisance_parameters(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, Parameter]:
     """What was estimated of each capture on the way."""
     out = {}
     for k, record in enumerate(records):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, POSITION, SPEED, Capture, Channel
 from motorid.estimate.likelihood import Unknown
 from motorid.estimate.readings import EMF, Measured, motion
+from motorid.estimate.unrest import Unrest
 from motorid.estimate.voltage import Sense
 
 Floats = NDArray[np.float64]
@@ -32,11 +33,29 @@ class Nuisances:
     initial_warmth: int = -1
     cogging_phase: int = -1
     ripple_phase: int = -1
+    levels: dict[int, int] = field(default_factory=dict)  # place by part of the program
+    coasts: dict[int, int] = field(default_factory=dict)
 
     def add(self, unknown: Unknown) -> None:
         """Take one more."""
         setattr(self, unknown.name, len(self.unknowns))
         self.unknowns.append(unknown)
+
+    def add_unrest(self, unrest: Unrest, volts: float, speed: float) -> None:
+        """The level of every part and the speed every coast begins with, about the model's.
+
+        ``volts`` and ``speed`` (rad/s) are typical of the capture.
+        """
+        for k in unrest.levels:
+            self.levels[k] = len(self.unknowns)
+            self.unknowns.append(Unknown(f"source_level_{k}", 0.0, scale=volts))
+        for k in unrest.coasts if speed else ():
+            self.coasts[k] = len(self.unknowns)
+            self.unknowns.append(Unknown(f"coast_start_{k}", 0.0, scale=speed))
+
+    def expect(self, place: int, deviation: float) -> None:
+        """Give an unknown about zero another prior."""
+        self.unknowns[place] = replace(self.unknowns[place], prior_sd=deviation)
 
     def of(self, own: Floats, name: str) -> float:
         """Its value among the record's own (SI), 0 where it has none."""
@@ -49,6 +68,7 @@ def nuisances(
     period_s: float,
     driven: NDArray[np.bool_],
     sensed: Sense,
+    unrest: Unrest,
     measured: Sequence[Measured],
 ) -> Nuisances:
     """Those that this capture can tell, or whose uncertainty its channels declare."""
@@ -74,7 +94,20 @@ def nuisances(
         if current is not None and driven[0]:
             first = float(current.values[0])
             found.add(Unknown("initial_current", first, scale=_extent(current.values)))
+    moving = names.get(POSITION) or names.get(SPEED)
+    found.add_unrest(unrest, _extent(sensed.volts), _speed(moving, period_s))
     return found
+
+
+def _speed(moving: Measured | None, period_s: float) -> float:
+    """Highest mean speed (rad/s) over a twentieth of the readings; 0: no motion was measured."""
+    if moving is None:
+        return 0.0
+    if moving.block.name == SPEED:
+        return float(np.abs(moving.values).max())
+    step = max(len(moving.values) // 20, 1)
+    turned, ticks = np.diff(moving.values[::step]), np.diff(moving.keep[::step])
+    return float(np.abs(turned / ticks).max(initial=0.0)) / period_s
 
 
 def _extent(values: Floats) -> float:

@@ -23,6 +23,7 @@ from motorid.estimate.readings import EMF, Measured, read
 from motorid.estimate.solution import Unknown
 from motorid.estimate.timeline import Part, lay
 from motorid.estimate.types import PARAMETERS
+from motorid.estimate.unrest import Unrest
 from motorid.estimate.voltage import Sense, Source, sense, source_resistance, sources
 from motorid.motor.response import Output, Quantity, Response, Stretch
 
@@ -63,10 +64,13 @@ class MotorRecord:
         self.measured, self._outputs = read(capture, self.timeline, self.driven, sensed.shows_emf)
         if not self.measured:
             raise DataError("the capture holds neither a current nor a position or speed to fit")
-        self._own = nuisances(capture, self.timeline.period_s, self.driven, sensed, self.measured)
+        self._unrest = Unrest(capture, self.timeline, sensed)
+        self._own = nuisances(
+            capture, self.timeline.period_s, self.driven, sensed, self._unrest, self.measured
+        )
         self.unknowns = tuple(self._own.unknowns)
         self.blocks = tuple(m.block for m in self.measured)
-        self._filters: tuple[Floats | None, ...] = tuple(None for _ in self.measured)
+        self.filters: tuple[Floats | None, ...] = tuple(None for _ in self.measured)
         self.simulated = 0  # responses computed so far
         pwm = capture.wiring.pwm_hz
         self.response = self.respond(
@@ -129,6 +133,9 @@ class MotorRecord:
         self._memory: dict[tuple[float, ...], Floats] = {}
         self.response.excite(volts, stretches)
         self.stretches = tuple(stretches)
+        for k, place in self._own.levels.items():
+            self._own.expect(place, self._unrest.level_deviation(k, self.sources[k]))
+        self.unknowns = tuple(self._own.unknowns)
 
     def _stretch(self, part: Part, ohms: float, volts: Floats) -> Stretch:
         level = float(np.mean(volts[part.slice]))
@@ -144,13 +151,19 @@ class MotorRecord:
         over = self.respond(self.timeline.period_s, self.volts, [window], self.stretches)
         current = over(self.motor(shared), self._initial(own))[0]
         self.simulated += 1
-        if not self.sensed.shows_emf:  # the voltage follows from the command
-            lost = dead_time_loss(
-                self.capture, self.timeline.parts, current, float(self.motor(shared)[1])
-            )
+        lost = dead_time_loss(
+            self.capture, self.timeline.parts, current, float(self.motor(shared)[1])
+        )
+        if self.sensed.commanded:
             self._heard = replace(self.sensed, volts=self.sensed.volts - lost)
+        else:  # the readings show the loss: only their line must know of it
+            self._heard = replace(self.sensed, lost=lost)
         prior = bridge_prior(self.capture) if self.sensed.shows_emf else (0.0, np.inf)
         ohms = source_resistance(self._heard, current, self.timeline.parts, self._lost, prior)
+        motor = self.motor(shared)
+        for k, place in self._own.coasts.items():
+            spread = self._unrest.speed_deviation(k, self.sources[k - 1], motor)
+            self._own.expect(place, spread)
         self.take_sources(current, ohms)
 
     # ---- the model ----------------------------------------------------------------------------
@@ -178,18 +191,36 @@ class MotorRecord:
 
     def readings(self, shared: Floats, own: Floats) -> Floats:
         """The response (outputs, count) before offsets; remembers the last few."""
-        bias = self._own.of(own, "voltage_offset")
         initial = self._initial(own)
-        key = (*shared, bias, *initial)
+        volts, kicks = self._levels(own), [float(own[j]) for j in self._own.coasts.values()]
+        key = (*shared, *volts, *kicks, *initial)
         readings = self._memory.pop(key, None)
         if readings is None:
-            self.response.shift(-bias)
+            self._drive(volts, kicks)
             readings = self.response(self.motor(shared), initial)
             self.simulated += 1
             if len(self._memory) >= REMEMBERED:
                 del self._memory[next(iter(self._memory))]
         self._memory[key] = readings  # the latest used is the last to go
         return readings
+
+    def _levels(self, own: Floats) -> list[float]:
+        """V that the offset and their own uncertainty add to every part's voltage."""
+        bias = self._own.of(own, "voltage_offset")
+        volts = [-bias] * len(self.timeline.parts)
+        for k, place in self._own.levels.items():
+            volts[k] += float(own[place])
+        return volts
+
+    def _drive(self, volts: Sequence[float], kicks: Sequence[float]) -> None:
+        """Shift the voltage of every part, and the speed at the start of every coast."""
+        if len(set(volts)) == 1:
+            self.response.shift(volts[0])
+        else:
+            lengths = [part.stop - part.start for part in self.timeline.parts]
+            self.response.shift(np.repeat(volts, lengths))
+        for k, kick in zip(self._own.coasts, kicks, strict=True):
+            self.response.kick(k, kick)
 
     def _initial(self, own: Floats) -> tuple[float, ...]:
         return self._own.of(own, "initial_current"), self._own.of(own, "initial_speed"), 0.0
@@ -263,7 +294,7 @@ class MotorRecord:
 
     def whiten(self, filters: Sequence[Floats | None]) -> None:
         """Pass every block's residuals through a filter 1, -c1, -c2 .. from now on; None: as is."""
-        self._filters = tuple(filters)
+        self.filters = tuple(filters)
         self.blocks = tuple(
             m.block
             if f is None
@@ -278,7 +309,7 @@ class MotorRecord:
     def weighed(self, parts: Sequence[Floats], filtered: bool = True) -> list[Floats]:
         """Changes of the readings, one array per block, as the likelihood counts them."""
         out = []
-        for m, f, part in zip(self.measured, self._filters, parts, strict=True):
+        for m, f, part in zip(self.measured, self.filters, parts, strict=True):
             r = part if m.root_weights is None else part * m.root_weights
             out.append(r if f is None or not filtered else np.convolve(r, f, "valid"))
         return out

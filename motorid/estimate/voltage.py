@@ -30,6 +30,10 @@ HEAD = 8  # samples after a command that are too few to smooth, and no line is d
 FEWEST = 24  # samples that a line needs
 EXCESS = 1.3  # variance about the line, in units of that between neighbours, still called noise
 ODD_HEAD = 2.5  # the same of the few samples after a step
+BLOCKS, SLOW = 8, 28.0  # stretches of a part, and chi-square of their means: 1 in 2,000 by noise
+SURE = 3.0  # standard errors of a slope that is taken for one
+ODD_SAMPLE = 3.5  # standard deviations from the line of one of them
+NEAR = 32  # samples that tell where the source was just before them
 WINDOWS = (64, 32, 16, 8, 4)  # half-widths in samples
 
 
@@ -48,6 +52,8 @@ class Sense:
     channel: Channel | None
     resolution: float = 0.0
     lag: int = 0  # samples by which the readings came late; ``volts`` is without them
+    commanded: bool = False  # volts by the program, or duty times the supply
+    lost: Floats | float = 0.0  # V that the readings lack of the source, for its dead time
 
 
 @dataclass(frozen=True)
@@ -57,6 +63,7 @@ class Source:
     volts: Floats
     ohms: float
     noise: float  # standard deviation of a reading about it
+    head: int = 0  # first intervals that have the readings themselves, noise and all
 
     def near(self, other: Source) -> bool:
         """The two would drive a motor alike."""
@@ -99,7 +106,7 @@ def _from_command(
         elif part.kind == StepKind.DRIVE_DUTY and rail is not None:
             volts[part.slice] = part.level * rail[part.slice]
     none = np.zeros(timeline.count, dtype=bool)
-    return Sense(volts, none, *series, False, supply, 0.0)
+    return Sense(volts, none, *series, False, supply, commanded=True)
 
 
 def _on_time(grid: Floats, channel: Channel, timeline: Timeline) -> tuple[Floats, int]:
@@ -151,7 +158,8 @@ def source_resistance(
     for part in parts:
         if not _drawn(part, current, lost):
             continue
-        dv, di = np.diff(sensed.volts[part.slice]), np.diff(current[part.slice])
+        dv = np.diff((sensed.volts + sensed.lost)[part.slice])
+        di = np.diff(current[part.slice])
         known = ~lost[part.slice]
         good = np.isfinite(dv) & np.isfinite(di) & known[1:] & known[:-1]
         weight += square(di[good])
@@ -192,35 +200,82 @@ def _source(
     sensed: Sense, current: Floats, good: NDArray[np.bool_], part: Part, ohms: float
 ) -> Source | None:
     known = np.flatnonzero(good[part.slice])
-    open_circuit = (sensed.volts + ohms * current)[part.slice]
+    lost = np.broadcast_to(sensed.lost, len(current))[part.slice]
+    open_circuit = (sensed.volts + ohms * current)[part.slice] + lost
     open_circuit = np.interp(np.arange(len(open_circuit)), known, open_circuit[known])
     level = float(open_circuit[HEAD:].mean())
     left = open_circuit - level
     between = np.diff(left[HEAD:])
     noise = square(between) / (2 * len(between))
-    trend = _trend(left, noise, EXCESS * noise + sensed.resolution**2 / 12)
+    sag = _sag(left, current[part.slice], noise)
+    trend = _trend(left - sag, noise, EXCESS * noise + sensed.resolution**2 / 12)
     if trend is None:
         return None
-    return Source(level + trend, ohms, float(np.sqrt(noise)))
+    return Source(level + sag + trend[0] - lost, ohms, float(np.sqrt(noise)), trend[1])
 
 
-def _trend(left: Floats, noise: float, allowed: float) -> Floats | None:
-    """What the source does beyond its line; None when no window leaves only noise behind."""
-    head, late = left[:HEAD], left[HEAD:]
+def _sag(left: Floats, current: Floats, noise: float) -> Floats | float:
+    """What follows the current after the head: a supply that gives way more slowly than a bridge.
+
+    0 where noise would explain it.
+    """
+    if not np.isfinite(current).all():
+        return 0.0
+    flow = current - current[HEAD:].mean()
+    weight = square(flow[HEAD:])
+    if weight == 0.0:
+        return 0.0
+    slope = dot(flow[HEAD:], left[HEAD:]) / weight
+    return slope * flow if abs(slope) > SURE * np.sqrt(noise / weight) else 0.0
+
+
+def _trend(left: Floats, noise: float, allowed: float) -> tuple[Floats, int] | None:
+    """What the source does beyond its line, and how many samples of the head are as read.
+
+    None when no window leaves only noise behind.
+    """
+    late = left[HEAD:]
     trend = np.zeros_like(left)
-    if square(head) / len(head) > ODD_HEAD * noise:
-        trend[:HEAD] = head
-    if square(late) / len(late) <= allowed:
-        return trend
-    trend[:HEAD] = head
+    if square(late) / len(late) > allowed or _slow(late) > SLOW * noise:
+        if not _wanders(late, allowed, trend[HEAD:]):
+            return None
+        trend[:HEAD] = _carried_back(late)
+    odd = left[:HEAD] - trend[:HEAD]
+    out = np.flatnonzero(np.abs(odd) > ODD_SAMPLE * np.sqrt(noise))
+    head = int(out[-1]) + 1 if len(out) else 0
+    if square(odd[head:]) > ODD_HEAD * noise * len(odd):
+        head = HEAD
+    trend[:head] = left[:head]
+    return trend, head
+
+
+def _slow(late: Floats) -> float:
+    """Sum of squares of the means of BLOCKS stretches, times their length: noise alone has BLOCKS
+    times its variance.
+    """
+    length = len(late) // BLOCKS
+    sums: Floats = late[: BLOCKS * length].reshape(BLOCKS, length) @ np.ones(length)
+    return square(sums) / max(length, 1)
+
+
+def _wanders(late: Floats, allowed: float, trend: Floats) -> bool:
+    """Writes the smoothest curve that leaves only noise; False when there is none."""
     for half in WINDOWS:
         if 4 * half > len(late):
             continue
-        trend[HEAD:] = _smoothed(late, half)
-        rest = late - trend[HEAD:]
+        trend[:] = _smoothed(late, half)
+        rest = late - trend
         if square(rest) / len(rest) <= allowed:
-            return trend
-    return None
+            return True
+    return False
+
+
+def _carried_back(late: Floats) -> Floats:
+    """The head (HEAD,) on the straight line through the samples that follow it."""
+    near = late[:NEAR]
+    place: Floats = np.arange(len(near), dtype=np.float64) - (len(near) - 1) / 2
+    slope = dot(place, near) / square(place)
+    return np.asarray(near.mean() + slope * (np.arange(-HEAD, 0) - (len(near) - 1) / 2))
 
 
 def _smoothed(values: Floats, half: int) -> Floats:
