@@ -174,10 +174,11 @@ def of_capture(capture: Capture) -> Excitation:
 def of_program(program: Program, channels: Sequence[str], *, fine: bool = True) -> Excitation:
     """What a program will show through ``channels``, before it has run.
 
+    One that never drives is a coast-down of a motor that something else has turned.
     ``fine``: the samples are dense enough to show starts and steps.
     """
     drives = [step for step in program.steps if step.level]
-    first = next((k for k, step in enumerate(program.steps) if step.level), len(program.steps))
+    first = next((k for k, step in enumerate(program.steps) if step.level), 0)
     return Excitation(
         channels=frozenset(channels),
         levels=len({(step.kind, step.level) for step in drives}),

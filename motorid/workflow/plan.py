@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 
 ROOM = 0.9  # of a rig's limit: what a plan uses at most
 LINE_SHARE = 0.85  # of the link that samples may fill
-ZERO_SAMPLES = 1000.0
+ZERO_SAMPLES = 1000  # of the run's own offsets, at most rates
+SAMPLES_OF_A_START = 3.0  # in a mechanical time constant: fewer show levels only
 Fields = Mapping[str, Any]
 
 
@@ -138,7 +139,7 @@ def _templates(rig: Rig, board: Board) -> dict[str, Channel]:
         known = rig.calibration.get(name, Calibration())
         key = channels.ZEROED.get(name)
         zero = {f"{key}_offset": fact["offset"], f"{key}_noise": fact["noise"]} if key else {}
-        counts = channels.offset_of(name, fact, zero, int(ZERO_SAMPLES), known)
+        counts = channels.offset_of(name, fact, zero, ZERO_SAMPLES, known)
         found[name] = channels.analogue(name, np.zeros(1), fact, known, counts, rig.voltage_sense)
     return found
 
@@ -238,5 +239,8 @@ def _decay(board: Board) -> Decay:
 def excitation(rig: Rig, program: Program) -> Excitation:
     """What the rig's channels and a program show, before any run."""
     from motorid.estimate.identifiability import of_program
+    from motorid.rig import settling_s
 
-    return of_program(program, rig.sampling.channels)
+    tau_s = settling_s(rig.nameplate) / 8  # a guess where the nameplate does not know it
+    fine = rig.sampling.rate_hz * tau_s > SAMPLES_OF_A_START
+    return of_program(program, rig.sampling.channels, fine=fine)
