@@ -11,9 +11,10 @@ from typing import Any
 from numpy.typing import NDArray
 
 from motorid.acquire import channels
+from motorid.acquire.doubts import doubts
 from motorid.acquire.journal import JournalReader, Kind, Record
 from motorid.acquire.timeline import Timeline
-from motorid.capture.model import POSITION, Capture, Channel, Phase, Wiring
+from motorid.capture.model import NOTES, POSITION, Capture, Channel, Phase, Wiring
 from motorid.errors import DataError, UsageError
 from motorid.program import Program
 from motorid.rig import Calibration
@@ -203,11 +204,13 @@ def assemble(journal: JournalReader) -> Capture:
     try:
         for record in journal:
             assembler.feed(record)
-        return assembler.capture()
+        run = assembler.capture()
     except (KeyError, TypeError, ValueError, ArithmeticError, UsageError) as error:
         raise DataError(
             f"the journal does not hold a whole beginning of a run ({error!r})"
         ) from None
+    notes = doubts(run)
+    return replace(run, provenance={**run.provenance, NOTES: notes}) if notes else run
 
 
 def clock_of(

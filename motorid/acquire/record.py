@@ -25,7 +25,7 @@ from motorid.acquire.ports import serial_of
 from motorid.acquire.resets import BoardResetError
 from motorid.acquire.safety import check_program
 from motorid.capture import store
-from motorid.capture.model import Capture
+from motorid.capture.model import NOTES, Capture
 from motorid.capture.whole import refuse_existing
 from motorid.errors import DataError, LinkError, MotoridError, RigError
 from motorid.program import Program
@@ -130,6 +130,11 @@ def recover(path: Path) -> Path:
     else:
         journal.unlink()
     return target
+
+
+def remarks(capture: Capture) -> list[str]:
+    """What a person should know of a capture: what it lacks, and which of its sensors failed."""
+    return [said for said in (missing(capture), *capture.provenance.get(NOTES, ())) if said]
 
 
 def missing(capture: Capture) -> str:

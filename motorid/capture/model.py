@@ -36,6 +36,9 @@ QUANTITIES = {
 }
 
 
+NOTES = "notes"  # provenance: what import or capture noticed, as sentences
+
+
 @dataclass(frozen=True)
 class Channel:
     """One measured quantity.

@@ -15,6 +15,7 @@ from motorid import __version__
 from motorid.capture import table_checks as checks
 from motorid.capture.columns import Source
 from motorid.capture.mapping import ROW, SHORTHAND, ChannelMap, Formula, parse_maps
+from motorid.capture.model import NOTES as NOTES
 from motorid.capture.model import VOLTAGE, Capture, Channel, Sense, Wiring
 from motorid.capture.units import TIME
 from motorid.errors import DataError, UsageError, nearest
@@ -22,7 +23,6 @@ from motorid.errors import DataError, UsageError, nearest
 Floats = NDArray[np.float64]
 CLOCK_HZ = 1e9  # ticks are integers, and nanoseconds lose nothing that a file's stamps hold
 STATIC = "static"  # provenance: True where the rows are steady points without an order in time
-NOTES = "notes"  # provenance: what the import noticed, as sentences
 HELD = "held"  # provenance: channel -> for how many samples each of its readings is repeated
 
 

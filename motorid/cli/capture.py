@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from motorid.cli.options import capture_options, example, force_option, make_way, warned
+from motorid.cli.options import capture_options, example, force_option, make_way, warned, wrote
 
 
 @click.command(
@@ -55,4 +55,4 @@ def command(
             progress=progress,
         )
     for path in paths:
-        click.echo(f"wrote {path}", err=True)
+        wrote(path)

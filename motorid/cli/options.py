@@ -77,6 +77,15 @@ def warned(rig: Rig) -> Rig:
     return rig
 
 
+def wrote(path: Path) -> None:
+    """Says that a capture is in ``path``, and what is wrong with it."""
+    from motorid.workflow import record
+
+    click.echo(f"wrote {path}", err=True)
+    for remark in record.remarks(path):
+        click.echo(f"note: {remark}", err=True)
+
+
 def make_way(path: Path, runs: int, force: bool) -> None:
     """With ``--force``, moves aside what an earlier run left in a journal, and says so."""
     from motorid.workflow import record

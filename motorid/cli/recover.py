@@ -18,10 +18,10 @@ def command(path: Path) -> None:
     journal as it arrives, so that a crash, a pulled cable or a full disk loses nothing that was
     read.
     """
-    from motorid.acquire.record import missing, recover
+    from motorid.acquire.record import recover, remarks
     from motorid.capture.store import load
 
     capture = load(recover(path))
     click.echo(f"wrote {capture.path}: {len(capture)} samples", err=True)
-    if lacks := missing(capture):
-        click.echo(f"note: {lacks}", err=True)
+    for remark in remarks(capture):
+        click.echo(f"note: {remark}", err=True)

@@ -13,6 +13,7 @@ from motorid.cli.options import (
     force_option,
     make_way,
     warned,
+    wrote,
 )
 
 
@@ -69,5 +70,7 @@ def command(
         )
     estimate = fit.fit_files(paths, fix=dict(fix), without=without, method=method)
     click.echo(fit.as_text(estimate))
-    for path in (*paths, *fit.write_report(estimate, output, force=force)):
+    for path in paths:
+        wrote(path)
+    for path in fit.write_report(estimate, output, force=force):
         click.echo(f"wrote {path}", err=True)

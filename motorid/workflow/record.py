@@ -99,6 +99,14 @@ def make_way(path: Path, runs: int = 1) -> list[str]:
     return [said for one in numbered(path, runs) if (said := leftover.make_way(one))]
 
 
+def remarks(path: Path) -> list[str]:
+    """What a person should know of a capture before using it, in sentences."""
+    from motorid.acquire import record
+    from motorid.capture import store
+
+    return record.remarks(store.load(path))
+
+
 def capture_into(folder: Path) -> Path:
     """The capture file of a ``motorid run`` into ``folder``, which is made if need be."""
     folder.mkdir(parents=True, exist_ok=True)

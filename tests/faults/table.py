@@ -53,7 +53,7 @@ def seen(outcome: Outcome, says: str) -> str:
     if says:
         return says
     capture = outcome.capture
-    lacks = record.missing(capture) if capture is not None else ""
+    lacks = "; ".join(record.remarks(capture)) if capture is not None else ""
     if outcome.exit_code:
         return f"then `motorid recover`: {lacks.partition(';')[0]}"
     return f"written; {lacks}" if lacks else "written"
