@@ -55,6 +55,12 @@ ADDITIONS = {  # the dearest last
     COAST: "a coast-down with the bridge open",
 }
 
+# Runs that tell them: level as a share of the highest voltage (None: the bridge is open), and
+# duration in mechanical time constants. Plans begin their search with these.
+Shape = tuple[tuple[float | None, float], ...]
+STEP_DOWN: Shape = ((1.0, 3.0), (0.4, 3.0))  # currents that change much: R and L
+CLIMB: Shape = ((0.5, 3.0), (1.0, 4.0), (None, 3.0))  # speeds, and a coast: K, B, J, T0
+
 
 @dataclass(frozen=True)
 class Excitation:
@@ -131,6 +137,25 @@ def advice(run: Excitation, motor: Motor | None = None) -> str:
             needed = fewer
     what = _list([ADDITIONS[name] for name in needed])
     return f"To tell {_list(missing)} as well, add a run with {what}."
+
+
+def run_to_add(names: Sequence[str], volts: float, tau_s: float) -> str:
+    """A concrete run that tells ``names`` of a motor of this time constant, as a sentence."""
+    shape = STEP_DOWN if set(names) <= {"R", "L"} else CLIMB
+    stages = [
+        f"{_time(turns * tau_s)} of coasting"
+        if share is None
+        else f"{_time(turns * tau_s)} at {share * volts:.3g} V"
+        for share, turns in shape
+    ]
+    return (
+        f"A run such as {', '.join(stages)} from rest would tell {_list(tuple(names))}; "
+        "`motorid plan --rig RIG --capture THIS` finds the shortest."
+    )
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.2g} s" if seconds >= 1 else f"{seconds * 1e3:.2g} ms"
 
 
 def _with(run: Excitation, added: tuple[str, ...]) -> Excitation:

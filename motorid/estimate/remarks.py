@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, VOLTAGE, Capture
 from motorid.estimate.algebra import square
+from motorid.estimate.identifiability import run_to_add
 from motorid.estimate.intervals import Findings
 from motorid.estimate.likelihood import Solution
 from motorid.estimate.record import EMF, Measured, MotorRecord
 from motorid.estimate.suspects.where import place
 from motorid.estimate.types import Diagnostic, Parameter
 from motorid.estimate.uncertainty import autocovariance
+from motorid.motor.parameters import Motor, mechanical_time_constant
 from motorid.segment import Segment
 
 Floats = NDArray[np.float64]
@@ -68,7 +70,14 @@ def diagnostics(
         for m, residual in zip(record.measured, left, strict=True):
             out += _block(record, m, residual, segments, where)
         out += _data(record, where)
-    out += _statistics(found, parameters)
+    out += _statistics(found)
+    pairs = _inseparable(found, parameters)
+    out += _told_apart(pairs)
+    unknown = [n for n, p in parameters.items() if p.status == "not_identifiable"]
+    doubtful = [n for n in unknown if n not in found.doubts] + [
+        n for a, b, _ in pairs for n in (a, b)
+    ]
+    out += _run_to_add([n for n in parameters if n in doubtful], found.motor(), records)
     order = {"error": 0, "warning": 1, "info": 2}
     return tuple(sorted(out, key=lambda d: order[d.severity]))
 
@@ -148,7 +157,7 @@ def _data(record: MotorRecord, where: str) -> list[Diagnostic]:
     return out
 
 
-def _statistics(found: Findings, parameters: Mapping[str, Parameter]) -> list[Diagnostic]:
+def _statistics(found: Findings) -> list[Diagnostic]:
     out = []
     if found.statistical.coloured > COLOURED:
         out.append(
@@ -167,11 +176,12 @@ def _statistics(found: Findings, parameters: Mapping[str, Parameter]) -> list[Di
                 f"{said} no spread between runs; three or more would enter it in the intervals",
             )
         )  # fmt: skip
-    out += _inseparable(found, parameters)
     return out
 
 
-def _inseparable(found: Findings, parameters: Mapping[str, Parameter]) -> list[Diagnostic]:
+def _inseparable(
+    found: Findings, parameters: Mapping[str, Parameter]
+) -> list[tuple[str, str, float]]:
     """Pairs that share what is not known of them, where that is worth telling apart."""
     names, covariance = found.names, found.statistical.covariance
     scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
@@ -180,13 +190,30 @@ def _inseparable(found: Findings, parameters: Mapping[str, Parameter]) -> list[D
         p.value is not None and (p.statistical or 0.0) > WORTH_SEPARATING * p.value
         for p in (parameters[n] for n in names)
     ]
-    pairs = [
-        f"{names[a]} and {names[b]} ({table[a, b]:+.3f})"
+    return [
+        (names[a], names[b], float(table[a, b]))
         for a in range(len(names))
         for b in range(a + 1, len(names))
         if loose[a] and loose[b] and abs(table[a, b]) > INSEPARABLE
     ]
+
+
+def _told_apart(pairs: Sequence[tuple[str, str, float]]) -> list[Diagnostic]:
     if not pairs:
         return []
-    message = f"These data hardly tell apart, by their correlation: {', '.join(pairs)}."
+    said = ", ".join(f"{a} and {b} ({correlation:+.3f})" for a, b, correlation in pairs)
+    message = f"These data hardly tell apart, by their correlation: {said}."
     return [Diagnostic("inseparable", "info", message)]
+
+
+def _run_to_add(
+    names: Sequence[str], motor: Motor, records: Sequence[MotorRecord]
+) -> list[Diagnostic]:
+    """The run that would tell what these did not, in the motor's own voltage and time."""
+    if not names:
+        return []
+    volts = max(float(np.abs(record.volts).max()) for record in records)
+    periods = [record.timeline.period_s for record in records]
+    longest = max(record.timeline.count for record in records) * max(periods)
+    tau_s = float(np.clip(mechanical_time_constant(motor), 20 * min(periods), longest))
+    return [Diagnostic("run_to_add", "info", run_to_add(names, volts, tau_s))]

@@ -69,6 +69,8 @@ def peak_efficiency(motor: Motor, voltage_v: float) -> float:
     # d/dw [w (a - b w) / (v - K w)] = 0  ->  b K w² - 2 b v w + a v = 0
     root = math.sqrt(max(0.0, (b * v) ** 2 - b * m.K * a * v))
     w = (b * v - root) / (b * m.K)
+    if m.K * w >= v:  # no friction: all of it at no load, where no current flows
+        return 1.0
     return w * (a - b * w) * m.R / (v * (v - m.K * w))
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from motorid.estimate.identifiability import CLIMB, STEP_DOWN
 from motorid.motor.parameters import Motor, mechanical_time_constant, no_load_speed
 from motorid.program import Decay, Program, Step, StepKind
 
@@ -70,12 +71,11 @@ def seeds(motor: Motor, hold_s: float = 0.0) -> tuple[tuple[Stage, ...], ...]:
         up, down = Stage(1.0, hold_s), Stage(-1.0, hold_s)
         return ((up, stop, down), (start, up, stop, down, end), (start, up, end, down, end))
     up, down = Stage(1.0, 3 * tau), Stage(-1.0, 3 * tau)
-    return (
-        (up, end),
-        (start, up, end),
-        (up, replace(start, level=0.4)),
-        (start, up, stop, down, end),
+    climb, steps = (
+        tuple(Stage(COAST if level is None else level, turns * tau) for level, turns in shape)
+        for shape in (CLIMB, STEP_DOWN)
     )
+    return ((up, end), climb, steps, (up, down), (start, up, stop, down, end))
 
 
 def neighbours(
