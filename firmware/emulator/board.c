@@ -142,7 +142,8 @@ int board_hang(struct board *b) {
     enum { CLI = 0x94F8, LOOP = 0xCFFF };
     const uint8_t *const flash = b->avr->flash;
     for (avr_flashaddr_t at = 0; at + 4 <= b->avr->codeend; at += 2) {
-        if ((flash[at] | flash[at + 1] << 8) == CLI && (flash[at + 2] | flash[at + 3] << 8) == LOOP) {
+        const int first = flash[at] | flash[at + 1] << 8, next = flash[at + 2] | flash[at + 3] << 8;
+        if (first == CLI && next == LOOP) {
             b->avr->pc = at;
             b->avr->sreg[S_I] = 0;
             b->avr->state = cpu_Running;
@@ -157,8 +158,8 @@ static void connect(struct board *b) {
     uint32_t no_flags = 0;
     avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &no_flags);
     b->input = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT);
-    avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), on_said,
-                            b);
+    avr_irq_t *const said = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT);
+    avr_irq_register_notify(said, on_said, b);
     watch(b, 0, b->pins->slot_interrupt, BUSY_SLOT, TIMED_SLOT);
     watch(b, 1, INT0_VECTOR, BUSY_EDGE, TIMED_EDGE);
     watch(b, 2, INT1_VECTOR, BUSY_EDGE, TIMED_EDGE);

@@ -33,7 +33,7 @@ BUILD = FIRMWARE / "build"
 CHIPS = {"uno": "atmega328p", "mega": "atmega2560"}
 SHUNTS_OHM = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
 DIVIDERS = (4, 8, 16)
-SHUNT_GAIN, REFERENCE_V, FILTER_S = 20.0, 4.096, 58.75e-6
+SHUNT_GAIN, REFERENCE_V, FILTER_S, CURRENT_FILTER_S = 20.0, 4.096, 58.75e-6, 22e-6
 HEADROOM = 1.25  # of the converter's range over stall current and supply
 COUNTS_PER_TURN = 256  # what a small board's encoder input can follow
 CURRENT_GAIN, VOLTAGE_GAIN = 0.004, 0.001  # standard uncertainties, as the firmware's shield.h
@@ -165,6 +165,7 @@ def parameters(setting: Setting) -> dict[str, float]:
         "shunt": setting.shunt_ohm * SHUNT_GAIN,
         "divider": setting.divider,
         "filter": FILTER_S,
+        "current_filter": CURRENT_FILTER_S,
         "noise": options.noise,
         "counts_per_turn": options.counts_per_turn,
         "encoder_angle": chain.encoder_angle,

@@ -13,7 +13,7 @@ enum { LOOK = 250 };                   /* cycles between looks at pins and encod
 enum { PORT_B = 0x25, DDR_B = 0x24, OCR0A = 0x47, ADMUX = 0x7C, TCCR1A = 0x80, TCCR1B = 0x81,
        TCNT1 = 0x84, ICR1 = 0x86, OCR1A = 0x88, OCR1B = 0x8A,
        MCUSR = 0x54 }; /* data addresses, the same on both chips */
-enum { CLOCK_SELECT = 7, INVERTING_A = 0xC0, INVERTING_B = 0x30 };
+enum { CLOCK_SELECT = 7, OUTPUT_A = 0xC0, PLAIN_A = 0x80, OUTPUT_B = 0x30, PLAIN_B = 0x20 };
 enum { VECTORS = 64 };
 enum { SCOPE = 4 };    /* bit of port C: high while a sample is dealt with */
 enum { PAINT = 0xA5 }; /* of the unused stack */

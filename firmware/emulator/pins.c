@@ -21,7 +21,8 @@ static void look_at_enable(struct board *b) {
     const int driven = data[DDR_B] & data[PORT_B] & 1 << b->pins->enable;
     if (driven && !b->rig->enabled) {
         const int64_t after = (int64_t)(b->avr->cycle - b->period_start);
-        meter_note(&b->meter, TIMED_ENABLE, after > b->rig->period / 2 ? after - b->rig->period : after);
+        const int64_t early = after - b->rig->period;
+        meter_note(&b->meter, TIMED_ENABLE, after < -early ? after : early);
     }
     rig_enable(b->rig, b->avr->cycle, driven != 0);
 }
@@ -31,9 +32,9 @@ static void on_enable(avr_irq_t *irq, uint32_t value, void *param) {
     look_at_enable(param);
 }
 
-/* Ticks high at the end of a period: of an inverting output, those after its compare match. */
-static int high(const struct board *b, int com, int compare) {
-    return (b->avr->data[TCCR1A] & com) == com ? word(b, ICR1) - word(b, compare) : 0;
+/* Ticks high at the beginning of a period: until the compare match. */
+static int high(const struct board *b, int output, int plain, int compare) {
+    return (b->avr->data[TCCR1A] & output) == plain ? word(b, compare) + 1 : 0;
 }
 
 static avr_cycle_count_t on_period(avr_t *avr, avr_cycle_count_t when, void *param) {
@@ -41,7 +42,7 @@ static avr_cycle_count_t on_period(avr_t *avr, avr_cycle_count_t when, void *par
     (void)avr;
     b->period_start = when;
     look_at_enable(b);
-    rig_period(b->rig, when, high(b, INVERTING_A, OCR1A), high(b, INVERTING_B, OCR1B));
+    rig_period(b->rig, when, high(b, OUTPUT_A, PLAIN_A, OCR1A), high(b, OUTPUT_B, PLAIN_B, OCR1B));
     return when + (avr_cycle_count_t)b->rig->period;
 }
 

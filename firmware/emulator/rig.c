@@ -46,10 +46,10 @@ void rig_init(struct rig *r, const struct rig_params *par, int pwm_ticks) {
     memset(r, 0, sizeof *r);
     r->par = *par;
     r->period = pwm_ticks;
-    r->rise = NEVER;
+    r->fall = NEVER;
     r->par.plant.pwm_period = pwm_ticks / par->clock_hz;
     plant_init(&r->plant, &r->par.plant);
-    r->filtered[2] = r->plant.bus;
+    r->filtered[SUPPLY] = r->plant.bus;
     seed(r, par->seed);
 }
 
@@ -62,52 +62,52 @@ static void split(const struct rig *r, double volts, double *a, double *b) {
     *b = volts >= 0.0 ? low : high;
 }
 
-/* The dividers' filters over a stretch in which what they see is nearly constant. */
-static void run_filters(struct rig *r, double dt, double volts, double supply) {
-    const double keep = exp(-dt / r->par.filter);
-    double now[3];
-    split(r, volts, &now[0], &now[1]);
-    now[2] = supply;
-    for (int n = 0; n < 3; n++) {
-        r->filtered[n] = now[n] + (r->filtered[n] - now[n]) * keep;
+/* The filters over a stretch in which what they see is nearly constant. */
+static void run_filters(struct rig *r, double dt, double volts, double supply, double current) {
+    const double divider = exp(-dt / r->par.filter), sensor = exp(-dt / r->par.current_filter);
+    double now[RIG_INPUTS];
+    split(r, volts, &now[TERMINAL_A], &now[TERMINAL_B]);
+    now[SUPPLY] = supply;
+    now[CURRENT] = current;
+    for (int n = 0; n < RIG_INPUTS; n++) {
+        r->filtered[n] = now[n] + (r->filtered[n] - now[n]) * (n == CURRENT ? sensor : divider);
     }
 }
 
-static void run_plant(struct rig *r, uint64_t cycle) {
+static void run(struct rig *r, uint64_t cycle) {
     if (cycle <= r->at) {
         return;
     }
     const double dt = (double)(cycle - r->at) / r->par.clock_hz;
     r->plant.i_dt = r->plant.v_dt = r->plant.supply_dt = 0.0;
     plant_advance(&r->plant, dt);
-    run_filters(r, dt, r->plant.v_dt / dt, r->plant.supply_dt / dt);
+    run_filters(r, dt, r->plant.v_dt / dt, r->plant.supply_dt / dt, r->plant.i_dt / dt);
     r->extra += r->par.extra_edges * dt;
     r->at = cycle;
 }
 
+/* The terminals' voltage changes at a falling edge, so a stretch ends there. */
+void rig_advance(struct rig *r, uint64_t cycle) {
+    if (r->fall < cycle) {
+        run(r, r->fall);
+        r->fall = NEVER;
+    }
+    run(r, cycle);
+}
+
 static double duty(const struct rig *r) { return (double)r->level / r->period; }
 
-/* The plant's PWM period begins with the on part, so its periods begin at our rising edges. */
-static void rising_edge(struct rig *r) {
-    r->rise = NEVER;
+static void command(struct rig *r) {
     if (!r->enabled) {
-        return;
-    }
-    if (r->plant.mode == PLANT_DRIVE && r->plant.duty == duty(r)) {
-        plant_new_period(&r->plant);
-    } else {
+        plant_command(&r->plant, PLANT_COAST, 0.0, 0);
+    } else if (r->level != 0) {
         plant_command(&r->plant, PLANT_DRIVE, duty(r), PLANT_SYNCHRONOUS_SLOW);
+    } else {
+        plant_command(&r->plant, PLANT_BRAKE, 0.0, 0);
     }
 }
 
-void rig_advance(struct rig *r, uint64_t cycle) {
-    if (r->rise <= cycle) {
-        run_plant(r, r->rise);
-        rising_edge(r);
-    }
-    run_plant(r, cycle);
-}
-
+/* In mid-period the plant begins one of its own: where it should end, rig_period() comes. */
 void rig_enable(struct rig *r, uint64_t cycle, int level) {
     if (r->enabled == level) {
         return;
@@ -115,22 +115,17 @@ void rig_enable(struct rig *r, uint64_t cycle, int level) {
     rig_advance(r, cycle);
     r->enabled = level;
     r->opened_at = cycle;
-    if (!level) {
-        plant_command(&r->plant, PLANT_COAST, 0.0, 0);
-    } else if (r->level != 0 && r->rise == NEVER) {
-        plant_command(&r->plant, PLANT_DRIVE, r->level > 0 ? 1.0 : -1.0, PLANT_SYNCHRONOUS_SLOW);
-    } else {
-        plant_command(&r->plant, PLANT_BRAKE, 0.0, 0);
-    }
+    command(r);
 }
 
 void rig_period(struct rig *r, uint64_t cycle, int high_a, int high_b) {
     rig_advance(r, cycle);
     r->level = high_a - high_b; /* both high shorts the motor as both low do */
-    r->rise = r->level == 0 ? NEVER : cycle + (uint64_t)(r->period - abs(r->level));
-    const int goes_on = r->level != 0 && r->plant.mode == PLANT_DRIVE && r->plant.duty == duty(r);
-    if (r->enabled && !goes_on) {
-        plant_command(&r->plant, PLANT_BRAKE, 0.0, 0);
+    r->fall = cycle + (uint64_t)abs(r->level);
+    if (r->enabled && r->plant.mode == PLANT_DRIVE && r->plant.duty == duty(r)) {
+        plant_new_period(&r->plant);
+    } else if (r->enabled) {
+        command(r);
     }
 }
 
@@ -138,11 +133,9 @@ void rig_period(struct rig *r, uint64_t cycle, int high_a, int high_b) {
 
 static double input_volts(const struct rig *r, int input) {
     const struct rig_params *p = &r->par;
-    if (input == 1) {
-        return p->reference / 2.0 + p->gain[1] * p->shunt * r->plant.current;
-    }
-    const double volts = r->filtered[input == 0 ? 0 : input == 2 ? 1 : 2];
-    return p->reference / 16.0 + p->gain[input] * volts / p->divider;
+    const double seen = p->gain[input] * r->filtered[input];
+    return input == CURRENT ? p->reference / 2.0 + p->shunt * seen
+                            : p->reference / 16.0 + seen / p->divider;
 }
 
 int rig_convert(struct rig *r, uint64_t cycle, int input) {

@@ -9,7 +9,7 @@
 
 #include "plant.h"
 
-enum { RIG_INPUTS = 4 }; /* terminal A, current, terminal B, supply */
+enum { TERMINAL_A, CURRENT, TERMINAL_B, SUPPLY, RIG_INPUTS }; /* the converter's inputs */
 
 struct rig_params {
     plant_params plant;
@@ -17,7 +17,8 @@ struct rig_params {
     double reference;  /* V, of the converter */
     double shunt;      /* V of the sensor's output to an ampere */
     double divider;
-    double filter;     /* s, of the dividers */
+    double filter;         /* s, of the dividers */
+    double current_filter; /* s, of the current sensor's output */
     double gain[RIG_INPUTS];   /* true over nominal */
     double offset[RIG_INPUTS]; /* LSB */
     double noise;              /* LSB rms */
@@ -33,10 +34,10 @@ struct rig {
     plant plant;
     uint64_t at;        /* cycle that the plant has reached */
     int enabled;
-    int level;          /* signed ticks high in each PWM period, at its end */
-    uint64_t rise;      /* cycle of the next rising edge; UINT64_MAX: none */
+    int level;          /* signed ticks high in each PWM period, at its beginning */
+    uint64_t fall;      /* cycle of the next falling edge; UINT64_MAX: none */
     int period;         /* ticks of a PWM period */
-    double filtered[3]; /* V: terminal A, terminal B, supply */
+    double filtered[RIG_INPUTS]; /* V or A, as the inputs' filters show it */
     uint64_t random[2];
     double spare;       /* second normal number of a pair */
     int has_spare;
@@ -53,7 +54,7 @@ void rig_advance(struct rig *r, uint64_t cycle);
 /* The enable pin is so from `cycle` on. */
 void rig_enable(struct rig *r, uint64_t cycle, int level);
 
-/* A PWM period begins at `cycle`: both inputs low, then high for so many ticks at its end. */
+/* A PWM period begins at `cycle`: the inputs are high for so many ticks, then low. */
 void rig_period(struct rig *r, uint64_t cycle, int high_a, int high_b);
 
 /* Convert an input at `cycle`: 0 to 1023. */

@@ -230,13 +230,19 @@ def emulator_lacks() -> str:
     return str(module_of(path).missing()) if path.exists() else "there is no firmware/emulator"
 
 
+# what that register says of each reset cause, by the data sheet
+MCUSR = {
+    ResetCause.POWER_ON: 1,
+    ResetCause.EXTERNAL: 2,
+    ResetCause.BROWN_OUT: 4,
+    ResetCause.WATCHDOG: 8,
+}
+
+
 class EmulatedBoard:
     """The firmware that a real board is flashed with, on an emulated processor."""
 
     traits = frozenset({"fresh", "exact", "bridge", "reset"})
-    # what MCUSR says of each reset cause, by the data sheet
-    flags = {ResetCause.POWER_ON: 1, ResetCause.EXTERNAL: 2, ResetCause.BROWN_OUT: 4}
-    flags |= {ResetCause.WATCHDOG: 8}
 
     def __init__(self, name: str, **options: Any) -> None:
         self.name = name
@@ -248,7 +254,7 @@ class EmulatedBoard:
         return not self.port.board.facts()["enabled"]
 
     def reset(self, cause: int) -> None:
-        self.port.board.set("reset", self.flags[ResetCause(cause)])
+        self.port.board.set("reset", MCUSR[ResetCause(cause)])
 
     def break_(self, fault: int, value: int) -> None:
         raise NotImplementedError

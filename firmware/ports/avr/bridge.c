@@ -3,12 +3,10 @@
  * What core_sample() asks for is kept, and the slot interrupts carry it to the timer and to the
  * enable pin so that it acts at the sample's tick (timing.h, slots.S).
  *
- * Both outputs are low first and high at the end of each PWM period: with inverting compare outputs
- * a level of TOP is low without a glitch and every change is double-buffered. 100 % does not exist:
- * the longest pulse is 799 of 800 ticks.
- *
- * A DRV8871 (-DBRIDGE_DRV8871) has two inputs and no enable: both low lets go, both high brakes. It
- * gets the complements, crossed over, and "enable" is connecting the outputs to the timer.
+ * The input that switches is high first in each PWM period, so that the current begins to rise at
+ * the tick. It is connected to the timer in the period before, where it stays low until the tick;
+ * the other input is disconnected and low. An input that is let go after its last period has one
+ * pulse of one clock, 62.5 ns, for OCR 0 is not quite low: less than any bridge notices.
  */
 #include <avr/interrupt.h>
 #include <util/atomic.h>
@@ -17,79 +15,68 @@
 #include "chip.h"
 #include "timing.h"
 
-#define TOP (PWM_TICKS - 1)
-#define LOW TOP
+#define MODE _BV(WGM11) /* of TCCR1A: fast PWM up to ICR1 */
+#define CONNECT_A _BV(COM1A1)
+#define CONNECT_B _BV(COM1B1)
 
 struct levels {
-    uint16_t a, b; /* as OCR1A and OCR1B; TOP is low (or high: see above) throughout */
+    uint16_t a, b; /* as OCR1A and OCR1B */
 };
 
 /* Read by slots.S. */
-volatile struct levels next_levels = {LOW, LOW};
+volatile struct levels next_levels;
+volatile uint8_t next_connecting = MODE; /* TCCR1A from the levels' slot on, and from the tick on */
+volatile uint8_t next_connected = MODE;
 volatile uint8_t next_enable;
 volatile uint8_t next_swapped; /* 2 when terminal B is to be watched closely */
-
-#ifdef BRIDGE_DRV8871
-#define ENABLE (_BV(COM1A1) | _BV(COM1B1) | _BV(WGM11)) /* non-inverting */
-#define DISABLE _BV(WGM11)
-#define LEVELS(forward, reverse) {reverse, forward}
-#else
-#define ENABLE 1u
-#define DISABLE 0u
-#define LEVELS(forward, reverse) {forward, reverse}
-#endif
 
 void bridge_begin(void) {
     BRIDGE_PORT &= (uint8_t)~(_BV(LEVEL_A_BIT) | _BV(LEVEL_B_BIT) | _BV(ENABLE_BIT));
     BRIDGE_DDR |= _BV(LEVEL_A_BIT) | _BV(LEVEL_B_BIT) | _BV(ENABLE_BIT);
-    ICR1 = TOP;
-    OCR1A = OCR1B = LOW;
-    TCCR1B = _BV(WGM13) | _BV(WGM12); /* fast PWM up to ICR1; its clock starts with the slots */
-#ifdef BRIDGE_DRV8871
-    TCCR1A = DISABLE;
-#else
-    TCCR1A = _BV(COM1A1) | _BV(COM1A0) | _BV(COM1B1) | _BV(COM1B0) | _BV(WGM11);
-#endif
-    next_enable = DISABLE;
+    ICR1 = PWM_TICKS - 1;
+    TCCR1A = MODE;
+    TCCR1B = _BV(WGM13) | _BV(WGM12); /* its clock starts with the slots */
 }
 
-static void keep(struct levels levels, uint8_t enable) {
+/* Between a window's end and its levels' slot, so TCCR1A is as the last tick left it. */
+static void keep(struct levels levels, uint8_t connected, uint8_t enable) {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
         next_levels.a = levels.a;
         next_levels.b = levels.b;
+        next_connecting = TCCR1A | connected;
+        next_connected = MODE | connected;
         next_enable = enable;
     }
 }
 
 void bridge_cut(void) {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
-        next_levels.a = next_levels.b = LOW;
-        next_enable = DISABLE;
-#ifdef BRIDGE_DRV8871
-        TCCR1A = DISABLE;
-#else
         BRIDGE_PORT &= (uint8_t)~_BV(ENABLE_BIT);
-#endif
+        TCCR1A = MODE;
+        next_connecting = next_connected = MODE;
+        next_enable = 0;
     }
 }
 
 /* From core_sample(), with interrupts on, it acts at the tick; else at once. */
 void bridge_open(void) {
     if (SREG & _BV(SREG_I)) {
-        keep((struct levels){LOW, LOW}, DISABLE);
+        keep((struct levels){0, 0}, 0, 0);
     } else {
         bridge_cut();
     }
 }
 
-void bridge_brake(void) { keep((struct levels){LOW, LOW}, ENABLE); }
+void bridge_brake(void) { keep((struct levels){0, 0}, 0, 1); }
 
 void bridge_drive(int16_t level, uint8_t decay) {
     (void)decay; /* synchronous slow, the only one that is offered */
-    const uint16_t high = (uint16_t)(level < 0 ? -level : level);
-    const uint16_t compare = high >= TOP ? 0u : (uint16_t)(TOP - high);
-    const struct levels forward = LEVELS(compare, LOW);
-    const struct levels reverse = LEVELS(LOW, compare);
-    keep(level < 0 ? reverse : forward, ENABLE);
+    if (level > 0) {
+        keep((struct levels){(uint16_t)(level - 1), 0}, CONNECT_A, 1);
+    } else if (level < 0) {
+        keep((struct levels){0, (uint16_t)(-level - 1)}, CONNECT_B, 1);
+    } else {
+        bridge_brake();
+    }
     next_swapped = level < 0 ? 2u : 0u;
 }

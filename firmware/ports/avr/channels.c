@@ -16,11 +16,18 @@
 #define NOISE_LSB 0.577f /* of a conversion: 0.5 LSB, and 0.29 LSB of rounding */
 #define SYNCHRONISED_MEAN 65535u
 
+/* A filter of first order delays by its time constant. It also spreads a little, which is not told:
+ * the window stays a whole number of PWM periods, over which the ripple has no mean. */
+static void declare_mean(wire_describe_channel_reply_t *out, uint16_t middle, uint32_t filter_ns) {
+    out->aperture_ns = TICKS_TO_NS(WINDOW_TICKS);
+    out->delay_ns = TICKS_TO_NS(MEAN_DELAY(middle)) + filter_ns;
+}
+
 static void describe_current(wire_describe_channel_reply_t *out) {
     out->unit = WIRE_UNIT_AMPERE;
     out->scale = LSB_V / CONVERSIONS / (SHUNT_OHM * SHUNT_GAIN);
     out->offset = CONVERSIONS * 512;
-    out->delay_ns = TICKS_TO_NS(MEAN_DELAY(7));
+    declare_mean(out, 7, CURRENT_FILTER_NS);
     out->gain_uncertainty = CURRENT_GAIN_UNCERTAINTY;
     out->raw_max = FULL - 4;
     out->raw_min = 4;
@@ -33,7 +40,7 @@ static void describe_terminals(wire_describe_channel_reply_t *out) {
     out->offset = 0.0f;
     out->offset_uncertainty = MISMATCH_LSB * 2 * CONVERSIONS * 1.414f;
     out->noise = NOISE_LSB * 6.32f; /* root of 8 + 16 times 2 */
-    out->delay_ns = TICKS_TO_NS(MEAN_DELAY(7)) + FILTER_NS;
+    declare_mean(out, 7, FILTER_NS);
     out->raw_max = 2 * (FULL - LIFT) - 8;
     out->raw_min = -(2 * (FULL - LIFT) - 8);
 }
@@ -42,7 +49,7 @@ static void describe_supply(wire_describe_channel_reply_t *out) {
     out->scale = LSB_V / CONVERSIONS * DIVIDER;
     out->offset = LIFT;
     out->noise = NOISE_LSB * 2.83f; /* two conversions, doubled */
-    out->delay_ns = TICKS_TO_NS(MEAN_DELAY(11)) + FILTER_NS;
+    declare_mean(out, 11, FILTER_NS);
     out->raw_max = FULL - 4;
     out->raw_min = 4;
 }
@@ -51,7 +58,6 @@ void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out) {
     out->unit = WIRE_UNIT_VOLT;
     out->kind = WIRE_CHANNEL_KIND_MEAN;
     out->bits = 12; /* four conversions of 10 bits */
-    out->aperture_ns = TICKS_TO_NS(WINDOW_TICKS);
     out->pwm_phase_permille = SYNCHRONISED_MEAN;
     out->gain_uncertainty = VOLTAGE_GAIN_UNCERTAINTY;
     out->offset_uncertainty = OFFSET_LSB * CONVERSIONS;

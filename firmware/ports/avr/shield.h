@@ -35,6 +35,12 @@
 #define FILTER_NS 58750u
 #endif
 
+/* The current input's filter: 1 kohm and 22 nF. Without it the ripple's 4th harmonic would be read as
+ * a mean: 80 kHz, which the four conversions of a window all meet at one phase. */
+#ifndef CURRENT_FILTER_NS
+#define CURRENT_FILTER_NS 22000u
+#endif
+
 /* Bridge: dead time of the half-bridges, told to the host. */
 #ifndef BRIDGE_DEAD_TIME_NS
 #define BRIDGE_DEAD_TIME_NS 200

@@ -137,7 +137,8 @@ more:
         rjmp tick
 
 /* The duties that core_sample() asked for; the timer takes them over when its period ends. High
- * byte first: it waits in TEMP for the low one. (The emulator has no TEMP.) */
+ * byte first: it waits in TEMP for the low one. (The emulator has no TEMP.) An input that is to
+ * switch is connected now, and low until that period ends. */
         lds  r0, next_levels + 1
         sts  OCR1AH, r0
         lds  r0, next_levels
@@ -146,22 +147,22 @@ more:
         sts  OCR1BH, r0
         lds  r0, next_levels + 2
         sts  OCR1BL, r0
+        lds  r0, next_connecting
+        sts  TCCR1A, r0
         rjmp add
 
 /* The tick: the bridge closes or opens. From the next window on the terminal that now switches is
  * the active one. */
 tick:
-        lds  r0, next_swapped
-        sts  terminals_swapped, r0
         lds  r0, next_enable
-#ifdef BRIDGE_DRV8871
-        sts  TCCR1A, r0         ; both inputs low let go of the motor
-#else
         sbrc r0, 0
         sbi  BRIDGE_PORT, ENABLE_BIT
         sbrs r0, 0
         cbi  BRIDGE_PORT, ENABLE_BIT
-#endif
+        lds  r0, next_connected
+        sts  TCCR1A, r0
+        lds  r0, next_swapped
+        sts  terminals_swapped, r0
         rjmp add
 
 /* ---------------------------------------------------------------- encoder, both edges of both

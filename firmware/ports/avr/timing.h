@@ -2,7 +2,7 @@
  *
  * Three clocks run off one crystal and never drift apart:
  *
- *   PWM     timer 1, 800 ticks: 20 kHz. Off first, then on until the period ends.
+ *   PWM     timer 1, 800 ticks: 20 kHz. On first, then off until the period ends.
  *   slots   timer 0, 250 ticks: each triggers one conversion (in hardware, so without jitter).
  *   window  16 slots, 4000 ticks, five PWM periods: four conversions of each input.
  *
