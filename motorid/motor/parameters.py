@@ -59,19 +59,14 @@ def peak_efficiency(motor: Motor, voltage_v: float) -> float:
 
     With a load the speed is w, the current i = (V - K w)/R and the shaft's torque
     K i - B w - T0; the ratio w (K i - B w - T0) / (V i) is largest where its derivative
-    in w vanishes, a quadratic in w.
+    in w vanishes, at w = (1 - s) V/K with s² = (B V + K T0) R / ((K² + R B) V): it is then
+    (1 + R B/K²) (1 - s)².
     """
     m, v = motor, voltage_v
-    top = no_load_speed(m, v)
-    if top <= 0:
+    if no_load_speed(m, v) <= 0:
         return 0.0
-    a, b = m.K * v / m.R - m.T0, m.K**2 / m.R + m.B  # torque = a - b w
-    # d/dw [w (a - b w) / (v - K w)] = 0  ->  b K w² - 2 b v w + a v = 0
-    root = math.sqrt(max(0.0, (b * v) ** 2 - b * m.K * a * v))
-    w = (b * v - root) / (b * m.K)
-    if m.K * w >= v:  # no friction: all of it at no load, where no current flows
-        return 1.0
-    return w * (a - b * w) * m.R / (v * (v - m.K * w))
+    s = math.sqrt((m.B * v + m.K * m.T0) * m.R / ((m.K**2 + m.R * m.B) * v))
+    return (1.0 + m.R * m.B / m.K**2) * (1.0 - s) ** 2
 
 
 def mechanical_time_constant(motor: Motor, voltage_v: float = 0.0) -> float:
