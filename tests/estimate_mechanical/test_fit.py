@@ -273,7 +273,7 @@ def test_steady_points_of_a_measured_table() -> None:
     table = replace(capture(np.arange(27.0), **measured), provenance={"static": True})
     estimate = mechanical.fit([table])
     assert inside(estimate, {"R": R, "K": K, "T0": T0})
-    assert not estimate.diagnostics
+    assert [d.code for d in estimate.diagnostics] == ["no_instrument_uncertainty"]
     few = replace(
         capture(np.arange(3.0), current=("A", np.arange(3.0))), provenance={"static": True}
     )
