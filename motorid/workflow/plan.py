@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -217,7 +218,10 @@ def _allows(rig: Rig, program: Program, board: Board, period: int) -> bool:
 
 
 def _top_volts(rig: Rig, spread: Spread, product: Product | None) -> float:
-    """The highest voltage from rest: of label or product, supply, current and speed limits."""
+    """The highest voltage from rest: of label or product, supply, current and speed limits.
+
+    In whole millivolts, as levels are, and rounded down: a limit is a limit.
+    """
     limits = rig.limits
     most = [
         ROOM * limits.current_a * spread["R"][0],
@@ -225,7 +229,7 @@ def _top_volts(rig: Rig, spread: Spread, product: Product | None) -> float:
         ROOM * (rig.supply_voltage_v or limits.supply_min_v),
     ]
     label = product.voltage_v if product else rig.nameplate.voltage_v
-    return min([*most, label] if label else most)
+    return math.floor(min([*most, label] if label else most) * 1e3) / 1e3
 
 
 def _decay(board: Board) -> Decay:
