@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from motorid import __version__
 from motorid.capture.model import CURRENT, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
-from motorid.estimate import instrument, intervals, remarks, tables
+from motorid.estimate import colour, input_noise, instrument, intervals, remarks, tables
 from motorid.estimate.algebra import square
 from motorid.estimate.bridge import discontinuous, refuse_discontinuous
 from motorid.estimate.closed_form import start_values
@@ -20,7 +21,7 @@ from motorid.estimate.record import MotorRecord
 from motorid.estimate.suspects import signs
 from motorid.estimate.suspects.lazy import Suspects
 from motorid.estimate.types import PARAMETERS, Estimate, Parameter
-from motorid.estimate.uncertainty import statistical, whitener
+from motorid.estimate.uncertainty import statistical
 from motorid.estimate.voltage import Source
 from motorid.segment import segment
 
@@ -92,7 +93,7 @@ def report(
     simulated = max(record.simulated for record in records)
     found = intervals.Findings(
         solution,
-        statistical(solution),
+        statistical(solution, input_noise.shifts(solution, records)),
         instrument.budget(solution, records),
         fixed,
         without,
@@ -191,30 +192,16 @@ def whitened(
     start: Mapping[str, float],
     solution: Solution,
 ) -> Solution:
-    """The fit again with every block's noise as an autoregressive process, where it is one."""
+    """The fit again with the memory of every kind of residual in its weights, where it has one."""
     for _ in range(COLOUR_PASSES):
-        kinds: dict[str, list[Floats]] = {}  # one process for all readings of one kind
-        floors: dict[str, float] = {}
-        for record, own in zip(records, solution.own, strict=True):
-            left = record.weighed(record.departures(solution.values, own), filtered=False)
-            for m, r in zip(record.measured, left, strict=True):
-                kinds.setdefault(m.block.group, []).append(r)
-                floors[m.block.group] = max(m.block.floor, floors.get(m.block.group, 0.0))
-        filters = {
-            group: whitener(*left) if _noisy(left, floors[group]) else None
-            for group, left in kinds.items()
-        }
-        for record in records:
-            record.whiten([filters[m.block.group] for m in record.measured])
+        coloured = colour.whiten(records, solution)
+        wandering = colour.thin(records, solution)
+        if wandering:
+            solution = replace(solution, derivatives=None)  # they are of readings as weighed before
         solution = again(records, free, start, solution)
-        if not any(f is not None for f in filters.values()):
+        if not coloured:
             break
     return solution
-
-
-def _noisy(residuals: Sequence[Floats], floor: float) -> bool:
-    """Above the least that their converter shows: what rounding leaves has no colour to model."""
-    return sum(square(r) for r in residuals) > floor**2 * sum(len(r) for r in residuals)
 
 
 def _same(a: Source | None, b: Source | None) -> bool:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture
 from motorid.errors import DataError
+from motorid.estimate.algebra import square
 from motorid.estimate.bridge import (
     bridge_prior,
     clamp_voltage,
@@ -20,7 +21,7 @@ from motorid.estimate.bridge import (
 )
 from motorid.estimate.nuisance import nuisances, starts_at_rest
 from motorid.estimate.readings import EMF, Measured, read
-from motorid.estimate.solution import Unknown
+from motorid.estimate.solution import Block, Unknown
 from motorid.estimate.timeline import Part, lay
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.unrest import Unrest
@@ -71,6 +72,7 @@ class MotorRecord:
         self.unknowns = tuple(self._own.unknowns)
         self.blocks = tuple(m.block for m in self.measured)
         self.filters: tuple[Floats | None, ...] = tuple(None for _ in self.measured)
+        self.thinned = self.filters
         self.simulated = 0  # responses computed so far
         pwm = capture.wiring.pwm_hz
         self.response = self.respond(
@@ -295,22 +297,24 @@ class MotorRecord:
     def whiten(self, filters: Sequence[Floats | None]) -> None:
         """Pass every block's residuals through a filter 1, -c1, -c2 .. from now on; None: as is."""
         self.filters = tuple(filters)
+        self.thin([None] * len(self.measured))
+
+    def thin(self, roots: Sequence[Floats | None]) -> None:
+        """Multiply every block's readings (n,) by the roots of weights from now on; None: by 1."""
+        self.thinned = tuple(roots)
         self.blocks = tuple(
-            m.block
-            if f is None
-            else replace(
-                m.block,
-                floor=m.block.floor * INNOVATION,
-                count=max(m.block.count - len(f) + 1, 1.0),
-            )
-            for m, f in zip(self.measured, filters, strict=True)
+            _worth(m, filter_, root)
+            for m, filter_, root in zip(self.measured, self.filters, roots, strict=True)
         )
 
     def weighed(self, parts: Sequence[Floats], filtered: bool = True) -> list[Floats]:
         """Changes of the readings, one array per block, as the likelihood counts them."""
         out = []
-        for m, f, part in zip(self.measured, self.filters, parts, strict=True):
+        each = zip(self.measured, self.filters, self.thinned, parts, strict=True)
+        for m, f, thinned, part in each:
             r = part if m.root_weights is None else part * m.root_weights
+            if filtered and thinned is not None:
+                r = r * thinned
             out.append(r if f is None or not filtered else np.convolve(r, f, "valid"))
         return out
 
@@ -322,3 +326,15 @@ class MotorRecord:
         """Measured less fitted in SI units, one array per block."""
         fitted = self.fitted(shared, own)
         return [m.values - y for m, y in zip(self.measured, fitted, strict=True)]
+
+
+def _worth(m: Measured, filter_: Floats | None, thinned: Floats | None) -> Block:
+    """A block whose readings pass through a filter, and are worth less."""
+    block = m.block
+    if thinned is not None:
+        roots = thinned if m.root_weights is None else m.root_weights * thinned
+        block = replace(block, count=square(roots))
+    if filter_ is None:
+        return block
+    count = max(block.count - len(filter_) + 1, 1.0)
+    return replace(block, floor=block.floor * INNOVATION, count=count)

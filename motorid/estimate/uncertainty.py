@@ -9,6 +9,7 @@ nothing. Three runs or more also show their own spread: their scores are compare
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,8 +52,11 @@ def covariance_of(information: Floats) -> Floats:
     return np.asarray(inverse * np.outer(scale, scale))
 
 
-def statistical(solution: Solution) -> Statistical:
-    """Covariance of the shared parameters, those at a bound taken as free."""
+def statistical(solution: Solution, shifts: Sequence[Floats] = ()) -> Statistical:
+    """Covariance of the shared parameters, those at a bound taken as free.
+
+    ``shifts`` (p,) each are what one standard deviation of noise does that no residual shows.
+    """
     inverse = covariance_of(solution.information)
     rows = sum(len(r.residual) for r in solution.records)
     few = rows / max(rows - len(solution.values) - sum(len(o) for o in solution.own), 1)
@@ -64,6 +68,8 @@ def statistical(solution: Solution) -> Statistical:
     before, after = np.diag(white), np.diag(coloured)
     # The residuals' colour may widen an interval; it is not trusted to narrow one.
     within = _with_variances(coloured, np.maximum(before, after))
+    for shift in shifts:
+        within = within + np.outer(shift, shift)
     widening = float(np.sqrt(np.max(after / np.maximum(before, 1e-300), initial=1.0)))
     freedom = np.full(len(before), np.inf)
     if len(solution.records) < FEWEST_RUNS:

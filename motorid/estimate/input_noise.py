@@ -1,0 +1,46 @@
+"""Noise taken in with the voltage: the few readings after a step that drive the fit as read.
+
+An error in the input leaves its mark on current and motion alike, where no residual shows it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.algebra import project
+from motorid.estimate.likelihood import Linearised, Solution
+from motorid.estimate.record import MotorRecord
+from motorid.estimate.uncertainty import covariance_of
+
+Floats = NDArray[np.float64]
+
+UNIT_V = 1e-3  # by which a reading is tried
+
+
+def shifts(solution: Solution, records: Sequence[MotorRecord]) -> list[Floats]:
+    """What one standard deviation of each such reading does to the parameters, (p,) each.
+
+    In search coordinates; the readings are independent of each other.
+    """
+    inverse = covariance_of(solution.information)
+    return [
+        inverse @ pull
+        for record, line, own in zip(records, solution.records, solution.own, strict=True)
+        for pull in _pulls(record, line, solution.values, own)
+    ]
+
+
+def _pulls(record: MotorRecord, line: Linearised, values: Floats, own: Floats) -> Iterator[Floats]:
+    base = record.fitted(values, own)
+    for part, source in zip(record.timeline.parts, record.sources, strict=True):
+        for n in range(source.head if source is not None else 0):
+            volts = record.volts.copy()
+            volts[part.start + n] += UNIT_V
+            moved = record.fitted_with(values, own, volts)
+            left = record.weighed([new - y for y, new in zip(base, moved, strict=True)])
+            scaled = np.concatenate([d / s for d, s in zip(left, line.sigmas, strict=True)])
+            noise = source.noise if source is not None else 0.0
+            yield project(line.orthogonal.T, scaled) * noise / UNIT_V
