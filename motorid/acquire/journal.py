@@ -176,7 +176,8 @@ class JournalWriter:
     ) -> None:
         self.path = path
         self._error: OSError | None = None
-        self._queue: queue.Queue[bytes | None] = queue.Queue(BACKLOG)
+        # of the simple kind, which has no lock that a writer without processor time could hold
+        self._queue: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         try:
             self._file = (open_file or _create)(path)
             lock.hold(self._file)
@@ -202,11 +203,11 @@ class JournalWriter:
     def append(self, kind: Kind, time_s: float, data: bytes) -> None:
         """Queues one record; waits only when the disk is far behind."""
         record = encode_record(kind, time_s, data)
-        while True:
+        self._check()
+        while self._queue.qsize() >= BACKLOG:
+            time.sleep(FLUSH_S)
             self._check()
-            with contextlib.suppress(queue.Full):
-                self._queue.put(record, timeout=FLUSH_S)
-                return
+        self._queue.put(record)
 
     def mark(self, time_s: float, **what: Any) -> None:
         """Notes what the host does from here on."""
@@ -214,9 +215,8 @@ class JournalWriter:
 
     def close(self) -> None:
         """Waits until all is synced to disk. May be called twice."""
+        self._queue.put(None)
         while self._thread.is_alive():
-            with contextlib.suppress(queue.Full):
-                self._queue.put(None, timeout=FLUSH_S)
             self._thread.join(FLUSH_S)  # not for ever: Ctrl-C must be heard
         self._check()
 
