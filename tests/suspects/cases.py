@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture
+from motorid.capture.model import CURRENT, POSITION, SUPPLY, VOLTAGE, Capture
 from tests.suspects import inject
 from tests.suspects.rigs import FINE_HZ, Bench
 
@@ -49,11 +49,10 @@ class Runs:
         return float(np.abs(np.diff(smooth)).max() / self.good.period_s)
 
     def slipping(self) -> Capture:
-        """A load as heavy as the rotor, whose joint holds half of what the start asks of it."""
+        """A load as heavy as the rotor, whose joint holds half of what the run asks of it."""
         m = self.bench.preset
-        start = 0.7 * m.torque_constant_nm_a * m.stall_current_a / (2 * m.inertia_kg_m2)
-        torque = 0.5 * m.inertia_kg_m2 * start
-        return self.bench.capture(f"&load_inertia={m.inertia_kg_m2:g}&coupling={torque:g}")
+        asked = 0.5 * m.torque_constant_nm_a * self.peak_a
+        return self.bench.capture(f"&load_inertia={m.inertia_kg_m2:g}&coupling={0.5 * asked:g}")
 
     def limited(self, *channels: str) -> Capture:
         """A supply that gives 55 % of the current that the run asks of it."""
@@ -103,7 +102,7 @@ CHAIN = (
     Case("voltage reversed", "voltage_sign", "", _plain(inject.reversed_, VOLTAGE)),
     Case("supply limit, measured", "supply_limited", "55 % of the current asked of it",
          lambda r: r.limited(CURRENT, VOLTAGE, POSITION)),
-    Case("slipping load", "load_slips", "as heavy as the rotor; its joint holds half the torque",
+    Case("slipping load", "load_slips", "as heavy as the rotor; joint holds half the torque asked",
          Runs.slipping),
     Case("samples dropped", "samples_dropped", "12 times 1 to 6 samples",
          lambda r: inject.dropped(r.good, r.bench.seed, 12, 6)),
@@ -116,10 +115,10 @@ CHAIN = (
     Case("fast edges lost", "encoder_loses_counts", "above 85 % of the highest speed",
          lambda r: inject.slow_edges(r.good, 0.85 * r.top_counts_s)),
 )  # fmt: skip
-# a supply that is commanded in volts, and its voltage measured nowhere
+# where volts are commanded, and only the supply's are measured
 COMMANDED = Case(
-    "supply limit, not measured", "supply_limited", "55 % of the current asked of it",
-    lambda r: r.limited(CURRENT, POSITION),
+    "supply limit, volts commanded", "supply_limited", "55 % of the current asked of it",
+    lambda r: r.limited(CURRENT, SUPPLY, POSITION),
 )  # fmt: skip
 SCALES = (
     Case("counts per turn x 2", "speed_scale", "2", _plain(inject.scaled, POSITION, 2.0)),

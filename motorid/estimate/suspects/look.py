@@ -39,13 +39,14 @@ SEEN = (
     encoder,
     supply,
 )  # in blocks: they mislead a fit too far for its derivatives
-WORTH = 0.01  # chi-square for each reading that a hypothesis must promise, to be fitted
+WORTH = 0.08  # fall of F for each reading that a hypothesis must promise, to be fitted
 RIVAL = 0.1  # of the best promise, that makes a rival
 MOST = 4  # rivals
 SURELY = 0.7  # fall of F for each reading that names a suspect,
 LIKELY = 0.1  # or this much,
 NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
 SHARE = 0.3  # and this share of all that there is to explain
+VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
 HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: others are sought too
 HARM = 0.002  # relative shift of a parameter that makes a fault worth naming
 
@@ -115,10 +116,10 @@ def tried(records: Sequence[MotorRecord], solution: Solution, known: set[str]) -
 def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:
     """Every hypothesis that promises enough, after its own fit, the best first."""
     left = misfit.residuals(records, solution)
-    if not misfit.rough(records, left):
-        return []
     readings = sum(m.block.count for r in records for m in r.measured)
     excess = misfit.excess(records, left)
+    if excess < LIKELY:
+        return []
     rivals = list(_rivals(records, solution, WORTH * readings))
     if not rivals:
         return []
@@ -143,12 +144,13 @@ def _rivals(
 ) -> Iterator[tuple[Hypothesis, Size, list[Solution] | None, bool]]:
     """Hypotheses worth a fit, with the size and the motors to begin with (None: the usual)."""
     some = False
+    period = min(r.timeline.period_s for r in records)
     for module in SEEN:
         seen = module.seen(records)
         if seen is not None:
             some = True
             hypothesis, start = seen
-            yield hypothesis, start.size, [_at(solution, start.motor), solution], True
+            yield hypothesis, start.size, [_at(solution, start.motor, period), solution], True
     screen = Screen(records, solution)
     scores = [screen.best(h) for module in SCREENED for h in module.hypotheses(records)]
     scores.sort(key=lambda s: -s.gain)
@@ -170,16 +172,21 @@ def _starts(records: Sequence[MotorRecord], solution: Solution) -> list[Solution
         for name, value in zip(records[0].names, records[0].motor(solution.values), strict=True)
         if name not in free
     }
+    period = min(r.timeline.period_s for r in records)
     try:
-        return [solution, _at(solution, start_values(records, fixed))]
+        closed = start_values(records, fixed)
     except DataError:  # the closed forms need a current and a motion
-        return [solution]
+        return [_at(solution, {}, period)]
+    return [_at(solution, {}, period), _at(solution, closed, period)]
 
 
-def _at(solution: Solution, motor: Mapping[str, float]) -> Solution:
-    """The same with the motor's values in place of the solution's."""
-    values = [
-        motor.get(u.name) or float(v)
-        for u, v in zip(solution.unknowns, solution.values, strict=True)
-    ]
-    return replace(solution, values=np.array(values))
+def _at(solution: Solution, motor: Mapping[str, float], period_s: float) -> Solution:
+    """The same with the motor's values in place of the solution's.
+
+    An inductance that has all but vanished gets one that the data can tell: no fit finds back.
+    """
+    values = {u.name: float(v) for u, v in zip(solution.unknowns, solution.values, strict=True)}
+    values |= {name: v for name, v in motor.items() if name in values and v > 0}
+    if "L" in values and "R" in values and values["L"] < VANISHED * values["R"] * period_s:
+        values["L"] = AGAIN * values["R"] * period_s
+    return replace(solution, values=np.array([values[u.name] for u in solution.unknowns]))

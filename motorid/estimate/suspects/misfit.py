@@ -13,11 +13,6 @@ from motorid.estimate.solution import Solution
 
 Floats = NDArray[np.float64]
 
-EDGE = 0.02  # of the largest residuals: what a few samples beside steps leave
-ROUGH = 1.3  # variance of a channel in units of its noise, below which nothing is sought
-BURST = 64  # samples of a stretch
-TALL = 2.5  # variance of the worst stretches in units of the noise
-
 
 def residuals(records: Sequence[MotorRecord], solution: Solution) -> list[list[Floats]]:
     """Every record's residuals as the likelihood counts them, not whitened; SI units."""
@@ -28,7 +23,7 @@ def residuals(records: Sequence[MotorRecord], solution: Solution) -> list[list[F
 
 
 def noise_variance(m: Measured, residual: Floats) -> float:
-    """Of a reading: by differences of neighbours, the least of what is declared and the floor."""
+    """Of a reading: by what neighbours differ, and not below the floor that its block declares."""
     between = np.diff(residual)
     usual = float(np.median(np.abs(between))) / 0.6745 if len(between) else 0.0
     return max(usual**2 / 2.0, m.block.floor**2 * _weight(m))
@@ -39,7 +34,10 @@ def _weight(m: Measured) -> float:
 
 
 def excess(records: Sequence[MotorRecord], left: Sequence[Sequence[Floats]]) -> float:
-    """Fall of F, for each reading, if the residuals were but noise; about 0 when they are."""
+    """Fall of F, for each reading, if the residuals were but noise; about 0 when they are.
+
+    No hypothesis can explain more than this.
+    """
     total = count = 0.0
     for record, blocks in zip(records, left, strict=True):
         for m, r in zip(record.measured, blocks, strict=True):
@@ -47,17 +45,3 @@ def excess(records: Sequence[MotorRecord], left: Sequence[Sequence[Floats]]) -> 
             total += m.block.count * max(float(np.log(max(ratio, 1e-300))), 0.0)
             count += m.block.count
     return total / max(count, 1.0)
-
-
-def rough(records: Sequence[MotorRecord], left: Sequence[Sequence[Floats]]) -> bool:
-    """Whether any channel departs from noise anywhere: the cheap look before the dear one."""
-    for record, blocks in zip(records, left, strict=True):
-        for m, r in zip(record.measured, blocks, strict=True):
-            noise = noise_variance(m, r)
-            if square(r) / max(len(r), 1) > ROUGH * noise:
-                return True
-            whole = len(r) // BURST * BURST
-            stretches = (r[:whole] ** 2).reshape(-1, BURST).mean(axis=1)
-            if len(stretches) and float(stretches.max()) > TALL * noise:
-                return True
-    return False

@@ -64,6 +64,16 @@ def refit(
     return min(found, key=lambda f: f.objective)
 
 
+def plain(records: Sequence[MotorRecord], solution: Solution) -> Solution:
+    """The derivatives at ``solution`` in white noise: what a fit weighs down is seen again."""
+    shared = [
+        replace(u, start=float(v), log=u.log or (u.lower == 0.0 and v > 0))
+        for u, v in zip(solution.unknowns, solution.values, strict=True)
+    ]
+    widened = [Widened(r, own, None) for r, own in zip(records, solution.own, strict=True)]
+    return maximise(shared, widened, max_iterations=0)
+
+
 def _from(
     records: Sequence[MotorRecord],
     start: Solution,

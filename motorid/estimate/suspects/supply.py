@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT
+from motorid.capture.model import CURRENT, SUPPLY
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.suspects.hypothesis import Hypothesis, Words, changed_voltage
 from motorid.estimate.suspects.laws import Start, blocks, mechanical, usual
@@ -23,7 +23,7 @@ BACK = 0.9  # of a fall: where the supply has recovered
 SMOOTH = 8  # samples
 HEAD = 16  # samples after a command, which a late voltage shows wrongly
 FEWEST = 24  # samples of a recovery
-FLAT = 0.5  # fall of the current meanwhile, in units of what a resistance would make of it
+FLAT = 0.7  # fall of the current meanwhile, in units of what a resistance would make of it
 MISSING = 0.05  # of the commanded voltage, that the motor must answer as if it lacked
 BLOCKS = 3  # that must lack it
 
@@ -55,16 +55,29 @@ def suspects(record: MotorRecord) -> list[Suspect]:
 def sag(record: MotorRecord) -> Sag | None:
     """The first stretch of a measured voltage that shows a limit of the supply's current."""
     current = next((m for m in record.measured if m.block.name == CURRENT), None)
-    if current is None or record.sensed.channel is None:
+    volts = _measured(record)
+    if current is None or volts is None:
         return None
     place = np.arange(record.timeline.count)
     amperes = np.interp(place, current.keep, current.values)
     for part in record.timeline.parts:
         if not part.open and part.kind is not None:
-            found = _in_part(part, np.abs(record.sensed.volts), np.abs(amperes), record)
+            found = _in_part(part, volts, np.abs(amperes), record)
             if found is not None:
                 return found
     return None
+
+
+def _measured(record: MotorRecord) -> Floats | None:
+    """The voltage at the motor or else at the bridge's supply, at every tick, (count,)."""
+    if record.sensed.shows_emf:
+        return np.abs(record.sensed.volts)
+    supply = record.capture.get(SUPPLY)
+    if supply is None:
+        return None
+    known = record.timeline.spread(supply.values)
+    kept = np.flatnonzero(np.isfinite(known))
+    return np.interp(np.arange(len(known)), kept, known[kept]) if len(kept) else None
 
 
 def _in_part(part: Part, volts: Floats, amperes: Floats, record: MotorRecord) -> Sag | None:
@@ -85,9 +98,9 @@ def _in_part(part: Part, volts: Floats, amperes: Floats, record: MotorRecord) ->
 
 
 def seen(records: Sequence[MotorRecord]) -> tuple[Hypothesis, Start] | None:
-    """A limit where the voltage was commanded only: for a while the motor gets less of it."""
+    """A limit where the motor's voltage was commanded only: for a while it gets less of it."""
     b = blocks(records)
-    if b is None or any(r.sensed.channel is not None for r in records):
+    if b is None or any(r.sensed.shows_emf for r in records):
         return None
     motor = usual(b)
     if motor is None:

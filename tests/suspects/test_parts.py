@@ -1,0 +1,119 @@
+"""The pieces: score test, laziness, direct looks, and how the report says it."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from motorid.estimate import fit
+from motorid.estimate.motor_fit import solved
+from motorid.estimate.suspects import held, jumps, look
+from motorid.estimate.suspects.hypothesis import Hypothesis, Words
+from motorid.estimate.suspects.low_pass import filtered
+from motorid.estimate.suspects.screen import Screen
+from motorid.estimate.suspects.slip import followed
+from motorid.estimate.timeline import lay
+from motorid.estimate.types import Suspect
+from motorid.report import html, json_, text
+from tests.report.example import estimate as example
+from tests.suspects import inject
+from tests.suspects.cases import Runs
+from tests.suspects.rigs import DUTIES, Bench
+
+NAMED = Suspect("current_lag", "current", "the current comes 200 µs late", "declare it", "named")
+HIDDEN = Suspect("speed_scale", "encoder or speed", "it leaves none", "turn it", "not excluded")
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
+    return Runs(Bench("faulhaber-2338s006s", 2, DUTIES, tmp_path_factory.mktemp("rig")))
+
+
+def test_what_a_parameter_explains_scores_nothing(runs: Runs) -> None:
+    """The signature is cleared of R: one that is R's own has nothing left."""
+    records, solution = solved([runs.good], {}, ())
+
+    def like_resistance(record, values, own, size):  # type: ignore[no-untyped-def]
+        moved = values.copy()
+        moved[0] *= 1.0 + 1e-6 * size[0]
+        pairs = zip(record.fitted(moved, own), record.fitted(values, own), strict=True)
+        return [1e6 * (a - b) for a, b in pairs]
+
+    words = Words("", "", "")
+    same = Hypothesis("R", like_resistance, ((1.0,),), (1.0,), (-9.0,), (9.0,), lambda s: words)
+    assert Screen(records, solution).best(same).gain < 1.0
+
+
+def test_nothing_is_looked_for_before_somebody_asks(
+    runs: Runs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls = []
+    usual = look.suspects
+    monkeypatch.setattr(look, "suspects", lambda *a: calls.append(1) or usual(*a))
+    estimate = fit([runs.good])
+    assert not calls
+    assert len(estimate.suspects) == len(list(estimate.suspects))
+    assert len(calls) == 1
+
+
+def test_a_filter_is_that_of_its_differential_equation() -> None:
+    """A ramp comes tau late; a step of the readings rises by 1 - exp(-t/tau)."""
+    n = np.arange(400.0)
+    ramp = filtered(np.maximum(n - 50, 0.0), 8.0)
+    assert ramp[-1] == pytest.approx(349 - 8.0, abs=1e-6)
+    step = filtered((n >= 100).astype(float), 8.0)
+    # the reading's flank is one sample long: as a step half a sample before
+    assert step[116] == pytest.approx(1 - np.exp(-16.5 / 8.0), abs=1e-3)
+
+
+def test_what_follows_is_limited_and_catches_up() -> None:
+    speed = np.concatenate([np.zeros(5), np.full(40, 10.0)])
+    load = followed(speed, 0.5)
+    assert np.diff(load).max() == pytest.approx(0.5)
+    assert load[-1] == 10.0
+
+
+def test_missing_samples_are_told_from_lost_counts(runs: Runs) -> None:
+    good = runs.good
+    assert len(jumps.find(good, lay(good)).places) == 0
+    dropped = inject.dropped(good, 3, 10, 4)
+    missing = len(good) - len(dropped)
+    assert jumps.short_of_program(dropped) == missing
+    assert jumps.find(dropped, lay(dropped)).dropped == pytest.approx(missing, abs=6)
+    lost = inject.lost_counts(good, 3, 10, 40)
+    found = jumps.find(lost, lay(lost))
+    assert found.dropped == 0
+    assert len(found.places) == 10
+
+
+def test_every_second_reading_held_is_seen_as_such(runs: Runs) -> None:
+    channel = runs.good.channels["current"]
+    raw = np.repeat(np.asarray(channel.raw)[::2], 2)[: len(runs.good)]
+    twice = inject.replaced(runs.good, dataclasses.replace(channel, raw=raw))
+    assert [f.repeat for f in held.find(twice)] == [2]
+    assert held.find(runs.good) == []
+
+
+def test_the_report_says_it() -> None:
+    estimate = dataclasses.replace(example(), suspects=(NAMED, HIDDEN))
+    rendered = text.render(estimate)
+    assert "! The current comes 200 µs late. Declare it." in rendered
+    assert "a wrong scale of encoder or speed" in " ".join(rendered.split())
+    page = html.render(estimate)
+    assert "The current comes 200 µs late." in page
+    plain = json.loads(json_.dumps(estimate))
+    jsonschema.validate(plain, json_.schema())
+    assert [s["strength"] for s in plain["suspects"]] == ["named", "not excluded"]
+
+
+def test_a_stored_capture_is_judged_alike(runs: Runs, tmp_path: Path) -> None:
+    from motorid.capture import store
+
+    late = inject.clip(runs.good, 0.7 * runs.peak_a)
+    store.save(late, tmp_path / "late.h5")
+    assert fit([store.load(tmp_path / "late.h5")]).suspects == fit([late]).suspects

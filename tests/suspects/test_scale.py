@@ -1,0 +1,88 @@
+"""Scale errors: how they move the parameters, and what a nameplate or a disc tells of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from motorid.capture.model import CURRENT, POSITION, VOLTAGE
+from motorid.estimate import fit
+from motorid.estimate.suspects import scale
+from motorid.estimate.types import Parameter
+from tests.exact_capture import FAULHABER, Plan, clean_capture
+from tests.suspects import inject
+from tests.suspects.cases import SCALES, Case, Runs
+from tests.suspects.rigs import DUTIES, Bench, without_nameplate
+
+FACTOR = 1.25
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
+    return Runs(Bench("qube-servo", 2, DUTIES, tmp_path_factory.mktemp("rig")))
+
+
+@pytest.mark.parametrize(
+    ("channel", "cause"),
+    [(POSITION, scale.SPEED), (CURRENT, scale.AMPERES), (VOLTAGE, scale.VOLTS)],
+)
+def test_the_powers_are_those_of_the_fit(channel: str, cause: scale.Cause) -> None:
+    """A capture of the exact model with one channel scaled fits as well, with these powers."""
+    good = clean_capture(FAULHABER, Plan(volts=(6.0, 3.0), count=3000))
+    before, after = (fit([c]).parameters for c in (good, inject.scaled(good, channel, FACTOR)))
+    for name in ("R", "L", "K", "B", "J", "T0"):
+        a, b = before[name].value, after[name].value
+        assert a is not None
+        assert b is not None
+        assert b / a == pytest.approx(FACTOR ** cause.powers.get(name, 0), rel=5e-3), name
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(c, marks=[pytest.mark.slow] if c.code == "voltage_scale" else [], id=c.name)
+        for c in SCALES
+    ],
+)
+def test_a_nameplate_names_the_scale(case: Case, runs: Runs) -> None:
+    capture = case.capture(runs)
+    found = [s for s in fit([capture]).suspects if s.code in {c.code for c in scale.CAUSES}]
+    assert [(s.code, s.strength) for s in found] == [(case.code, "named")]
+    bare = fit([without_nameplate(capture)]).suspects
+    hidden = {s.code for s in bare if s.strength == "not excluded"}
+    assert hidden == {c.code for c in scale.CAUSES}
+
+
+@pytest.mark.parametrize("options", ["", "&magnet=1.06&copper=0.93", "&load_inertia=8e-6"])
+def test_a_motor_within_its_tolerance_is_not_blamed(options: str, tmp_path: Path) -> None:
+    """Nor is a load on its shaft."""
+    estimate = fit([Bench("qube-servo", 4, DUTIES, tmp_path).capture(options)])
+    assert all(s.strength == "not excluded" for s in estimate.suspects)
+    assert all("below a factor of" in s.evidence for s in estimate.suspects)
+
+
+def inertia(value: float) -> Parameter:
+    u = 0.002 * value
+    return Parameter("J", "kg·m²", value, u, 0.0, u, (value - 2 * u, value + 2 * u), "estimated")
+
+
+@pytest.mark.parametrize(
+    ("factor", "code"),
+    [
+        (1 / 4, "speed_scale"),  # counts per turn x 2
+        (1 / 16, "speed_scale"),
+        ((6.283185307 / 60) ** 2, "speed_scale"),
+        (1e3, "current_scale or voltage_scale"),  # either makes the same of a disc
+        (1.2, "gain"),
+    ],
+)
+def test_a_disc_names_the_scale(factor: float, code: str) -> None:
+    rotor, disc = 4e-6, 1e-5
+    pair = inertia(rotor * factor), inertia((rotor + disc) * factor)
+    found = scale.by_disc(*pair, disc, 0.002 * disc)
+    assert [s.code for s in found] == [code]
+
+
+def test_a_disc_that_fits_blames_nothing() -> None:
+    assert scale.by_disc(inertia(4e-6), inertia(1.401e-5), 1e-5) == ()
