@@ -48,7 +48,8 @@ def terminal(options: str = "seed=1") -> Iterator[str]:
         text=True,
         cwd=ROOT,
     )
-    with contextlib.suppress(PermissionError):  # it stands for hardware, which nobody slows down
+    # it stands for hardware, which nobody slows down
+    with contextlib.suppress(PermissionError, AttributeError):
         os.sched_setscheduler(process.pid, os.SCHED_RR, os.sched_param(1))
     try:
         assert process.stdout is not None
