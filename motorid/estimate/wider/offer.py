@@ -77,7 +77,7 @@ def asked_for(
     """The fit with terms that a person names; the screen finds where each begins."""
     names = {u.name for u in solution.unknowns}
     candidates = {c.term: c for c in screen(records, solution, values)}
-    candidates |= {c.term: c for c in springs(records, solution, values, ())}
+    candidates |= {c.term: c for c in springs(records, solution, values, (), asked=True)}
     start: dict[str, float] = dict(values)
     own: list[dict[str, float]] = [{} for _ in records]
     for term in terms:

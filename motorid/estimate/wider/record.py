@@ -56,16 +56,24 @@ class WideRecord(MotorRecord):
     def adopt(self, other: MotorRecord) -> None:
         """Be driven as another record of the same capture is."""
         self._heard, self.sources = other._heard, other.sources
+        self.switched_late = other.switched_late
         self._excite()
         spreads = {u.name: u.prior_sd for u in other.unknowns}
         self._renew(lambda u: replace(u, prior_sd=spreads.get(u.name, u.prior_sd)))
 
     def follow(self, other: MotorRecord) -> None:
         """Take over how another record of the same capture sees noise, and its steps."""
-        self.whiten(other._filters)
-        if isinstance(other, WideRecord):
+        self.whiten(other.filters)
+        self.thin(other.thinned)
+        self.step_as(other)
+
+    def step_as(self, other: MotorRecord) -> None:
+        """Integrate with the steps of another record of the same capture."""
+        if isinstance(other, WideRecord) and other._steps is not None:
             self._steps = other._steps
-            self._excite()
+            assert isinstance(self.response, WideResponse)
+            self.response.levels = other._steps
+            self._memory.clear()
 
     def starting(self, values: Mapping[str, float]) -> None:
         """Begin nuisances at these values, those that are named."""

@@ -9,11 +9,15 @@ from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.wider.fit import Fitted, fit_with
 from motorid.estimate.wider.judge import Evidence, weigh
+from motorid.estimate.wider.plain import plain
 from motorid.estimate.wider.screen import Candidate, screen
 from motorid.estimate.wider.shaft import springs
 from motorid.estimate.wider.terms import Term
 
 WORTH = 30.0  # of chi-square that a term must promise to be fitted
+HINT = 0.5  # of what matters, that it must promise to move some parameter by
+GROSS = 1000.0  # of chi-square: fitted whatever it moves
+LINEAR = ("B", "T0")  # whose search coordinate is their value
 REFITTED = 3  # candidates a round
 ROUNDS = 5
 RIVAL = 0.5  # of a supported term's promise, from which another is fitted beside it
@@ -83,7 +87,8 @@ def _round(
         (records, solution, values) if best is None else (best.records, best.solution, best.values)
     )
     taken = () if best is None else best.terms
-    asked = [c for c in screen(*now, taken) if c.gain > WORTH][:REFITTED]
+    bare = (*plain(*now, taken), now[2])
+    asked = [c for c in screen(*bare, taken) if _is_worth(c, now[2], reach)][:REFITTED]
     found: list[tuple[Fitted, Trial]] = []
     supported = 0.0  # gain promised by the most promising term that the data support
     for candidate in asked:
@@ -93,8 +98,22 @@ def _round(
         if found[-1][1].earns:
             supported = max(supported, candidate.gain)
     if not supported:
-        found += [_tried(*now, taken, candidate, reach) for candidate in springs(*now, taken)]
+        found += [_tried(*now, taken, candidate, reach) for candidate in springs(*bare, taken)]
     return found
+
+
+def _is_worth(
+    candidate: Candidate, values: Mapping[str, float], reach: Mapping[str, float]
+) -> bool:
+    """It promises much, and to move what matters."""
+    moves = max(
+        (
+            abs(candidate.shift.get(n, 0.0)) * (1.0 if n in LINEAR else values[n]) / limit
+            for n, limit in reach.items()
+        ),
+        default=0.0,
+    )
+    return candidate.gain > GROSS or (candidate.gain > WORTH and moves > HINT)
 
 
 def _tried(

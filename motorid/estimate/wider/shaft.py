@@ -1,13 +1,34 @@
-"""Where a fit of two masses begins: a stiff shaft is no point to take a derivative at."""
+"""Where a fit of two masses begins: a stiff shaft is no point to take a derivative at.
+
+Shares of inertia, and resonances where the residuals' spectrum has peaks, are tried; the
+parameters follow linearly.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
 
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.algebra import project, square
 from motorid.estimate.record import MotorRecord
-from motorid.estimate.solution import Solution
+from motorid.estimate.solution import Linearised, Solution
+from motorid.estimate.uncertainty import covariance_of, whitener
+from motorid.estimate.wider.fit import scales_of
+from motorid.estimate.wider.record import WideRecord
 from motorid.estimate.wider.screen import Candidate
-from motorid.estimate.wider.terms import Term
+from motorid.estimate.wider.terms import ADDED, TERMS, Term
+
+Floats = NDArray[np.float64]
+
+SHARES = (0.3, 0.6, 0.85)
+SWINGS = 5.0  # of the slowest resonance in a capture
+PEAKS = 3  # of the residuals' spectrum that are tried
+ABOUT = (0.98, 0.99, 1.0, 1.01, 1.02)  # times a peak's frequency
+DAMPED = 0.02  # of critical
+WORTH = 30.0  # of chi-square, that it must promise
 
 
 def springs(
@@ -15,6 +36,93 @@ def springs(
     solution: Solution,
     values: Mapping[str, float],
     taken: Sequence[Term],
+    asked: bool = False,
 ) -> list[Candidate]:
-    """The stiffness and share of inertia that leave the least, if they leave less."""
-    return []
+    """The stiffness and share of inertia that leave the least, if they leave less or are ``asked``.
+
+    Where residuals are like noise there is nothing to explain.
+    """
+    term = TERMS["two-masses"]
+    if term in taken or not (asked or _is_coloured(solution)):
+        return []
+    before = sum(square(line.residual) for line in solution.records)
+    starts = _grid(records, solution, values)
+    tried = ((_left(records, solution, values, start), start) for start in starts)
+    found = min(tried, key=lambda one: one[0], default=(before, {}))
+    gain = before - found[0]
+    if gain < WORTH and not asked:
+        return []
+    return [Candidate(term, gain, {}, found[1], ())]
+
+
+def _is_coloured(solution: Solution) -> bool:
+    """Some channel's residuals have a spectrum that whitening would change."""
+    return any(
+        whitener(line.residual[part]) is not None
+        for line in solution.records
+        for part in line.slices
+    )
+
+
+def _grid(
+    records: Sequence[MotorRecord], solution: Solution, values: Mapping[str, float]
+) -> Iterator[dict[str, float]]:
+    """Resonances where the residuals' spectrum has its peaks."""
+    peaks = {
+        float(peak)
+        for k, record in enumerate(records)
+        for left, m in zip(
+            record.departures(solution.values, solution.own[k]), record.measured, strict=True
+        )
+        for peak in _peaks(left, (m.keep[-1] - m.keep[0]) * record.timeline.period_s)
+    }
+    for share, peak, about in product(SHARES, sorted(peaks), ABOUT):
+        resonance = peak * about
+        stiffness = values["J"] * share * (1 - share) * resonance**2
+        yield {"J2_share": share, "Ks": stiffness, "b": 2 * DAMPED * stiffness / resonance}
+
+
+def _peaks(residual: Floats, duration_s: float) -> Floats:
+    """The strongest frequencies (rad/s) of a residual whose slow part is taken off."""
+    n = len(residual)
+    wave = np.abs(np.fft.rfft((residual - residual.mean()) * np.hanning(n)))
+    wave[: int(SWINGS) + 1] = 0.0
+    top = 1 + np.flatnonzero((wave[1:-1] > wave[:-2]) & (wave[1:-1] >= wave[2:]))
+    best = top[np.argsort(-wave[top])][:PEAKS]
+    return np.asarray(2 * np.pi * best / duration_s, dtype=np.float64)
+
+
+def _left(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    values: Mapping[str, float],
+    start: Mapping[str, float],
+) -> float:
+    """Chi-square with such a shaft, once the shared parameters and nuisances have followed."""
+    names = tuple(u.name for u in solution.unknowns)
+    absent = {name: added.absent for name, added in ADDED.items()}
+    fixed = {**absent, **{n: v for n, v in values.items() if n not in names}, **start}
+    scales = scales_of(records, values)
+    total, pull = 0.0, np.zeros(len(names))
+    for k, (record, line) in enumerate(zip(records, solution.records, strict=True)):
+        taken = [t for t in TERMS.values() if t.phase and _has(record, t.phase)]
+        wide = WideRecord(record, names, fixed, taken, scales, {}, first=False)
+        wide.follow(record)
+        parts = wide.residuals(solution.values, solution.own[k])
+        r = np.concatenate([p / s for p, s in zip(parts, line.sigmas, strict=True)])
+        total += square(r) - _explained(line, r)
+        pull += project(line.orthogonal.T, r)
+    return total - float(pull @ covariance_of(solution.information) @ pull)
+
+
+def _has(record: MotorRecord, nuisance: str) -> bool:
+    return any(u.name == nuisance for u in record.unknowns)
+
+
+def _explained(line: Linearised, residual: Floats) -> float:
+    """What the record's own nuisances take of it."""
+    own = line.own.T
+    if not len(own):
+        return 0.0
+    pull = project(own, residual)
+    return float(pull @ covariance_of(own @ own.T + np.diag(line.own_precision)) @ pull)
