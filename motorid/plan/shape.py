@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from motorid.estimate.identifiability import CLIMB, STEP_DOWN
 from motorid.motor.parameters import Motor, mechanical_time_constant, no_load_speed
 from motorid.program import Decay, Program, Step, StepKind
@@ -97,6 +99,15 @@ def neighbours(
                 level = min(max(stage.level + step, -1.0), 1.0)
                 if level not in (stage.level, 0.0):
                     yield (*before, replace(stage, level=level), *after)
+
+
+def shake(stage: Stage, chance: np.random.Generator, least_s: float) -> Stage:
+    """The stage with its duration and its level a little elsewhere."""
+    seconds = max(stage.seconds * float(np.exp(0.3 * chance.standard_normal())), least_s)
+    if isinstance(stage.level, str):
+        return replace(stage, seconds=seconds)
+    level = float(np.clip(stage.level + 0.1 * chance.standard_normal(), -1.0, 1.0))
+    return Stage(level or stage.level, seconds)
 
 
 def holding_s(motor: Motor, volts: float, turns: float) -> float:

