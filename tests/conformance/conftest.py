@@ -28,6 +28,17 @@ TRAITS = {
 }
 
 
+EMULATED = ("uno", "mega")  # a processor simulated instruction by instruction
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Emulated boards take most of the time: the quick run leaves them out."""
+    for item in items:
+        callspec = getattr(item, "callspec", None)
+        if callspec is not None and callspec.params.get("board_name") in EMULATED:
+            item.add_marker(pytest.mark.slow)
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--device", help="port of a real board whose motor may turn")
 

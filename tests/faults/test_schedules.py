@@ -43,6 +43,7 @@ def test_without_faults_everything_is_kept(tmp_path: Path) -> None:
     assert outcome.sent == outcome.read == outcome.kept == 3800
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", range(1, 61, 10))
 def test_the_laws_hold(first: int, tmp_path: Path) -> None:
     for seed in range(first, first + 10):

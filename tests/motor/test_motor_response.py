@@ -64,6 +64,7 @@ def cases(draw):
     return (R, L, K, B, J, T0), period, v, stretches
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(cases())
 def test_response_agrees_with_an_adaptive_integrator(case) -> None:

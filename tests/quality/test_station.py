@@ -200,6 +200,7 @@ def test_the_operators_screen_in_tmux(tmp_path: Path) -> None:
         subprocess.run([*server, "kill-server"], check=False)
 
 
+@pytest.mark.slow
 def test_the_scanner_works_through_a_pipe(tmp_path: Path) -> None:
     call = [*COMMAND, "--rig", "sim-line", "--speed", "max", "--no-listen", "-o", str(tmp_path)]
     typed = "D000001\r\nwhat\nD000002"

@@ -30,6 +30,7 @@ def test_exact_data_give_the_exact_motor(motor, period):
     assert found.values == pytest.approx(motor, rel=1e-5)
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(scales=st.lists(st.floats(0.5, 2.0), min_size=5, max_size=5))
 def test_any_motor_near_is_found(scales):
@@ -38,6 +39,7 @@ def test_any_motor_near_is_found(scales):
     assert steiglitz_mcbride(step(motor, 1e-4, 1500)).values == pytest.approx(motor, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_noise_costs_percents_and_no_more():
     clean = step(UNDERDAMPED, 1e-4, 5000)
     misses = []
