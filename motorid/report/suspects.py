@@ -25,7 +25,7 @@ def hidden(estimate: Estimate) -> str:
     found = _of(estimate, "not excluded")
     if not found:
         return ""
-    plated = any("nameplate" in s.evidence and "no nameplate" not in s.evidence for s in found)
+    plated = any("nameplate" in s.evidence for s in found)
     what = ", ".join(s.where for s in found[:-1]) + (" or " if len(found) > 1 else "")
     return (BOUNDED if plated else HIDDEN).format(what=what + found[-1].where)
 

@@ -78,6 +78,13 @@ def test_one_bad_run_of_several_is_pointed_at(runs: Runs) -> None:
     assert "(run 2)" in first.evidence
 
 
+def test_the_one_run_that_misfits_is_looked_at_alone(runs: Runs) -> None:
+    bad = inject.clip(runs.good, 0.7 * runs.peak_a)
+    first = fit([runs.good, bad]).suspects[0]
+    assert first.code == "current_saturated"
+    assert "(run 2)" in first.evidence
+
+
 def test_a_lack_of_fit_says_where(runs: Runs) -> None:
     """The current is high, and so clipped, where the motor accelerates."""
     estimate = fit([inject.clip(runs.good, 0.7 * runs.peak_a)])

@@ -32,8 +32,10 @@ class Suspects(Sequence[Suspect]):
         if self._of is None:
             return self._all()
         records, solution, parameters = self._of
-        plate = scale.read_nameplate(nameplate(records[0].capture))
-        return look.suspects(records, solution) + scale.suspects(parameters, plate)
+        found = look.suspects(records, solution)
+        spoiled = look.spoiling(found)  # then the parameters say nothing of scales
+        plate = {} if spoiled else scale.read_nameplate(nameplate(records[0].capture))
+        return found + scale.suspects(parameters, plate)
 
     def _all(self) -> tuple[Suspect, ...]:
         if self._found is None:

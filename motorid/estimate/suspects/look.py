@@ -46,6 +46,7 @@ SURELY = 0.7  # fall of F for each reading that names a suspect,
 LIKELY = 0.1  # or this much,
 NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
 SHARE = 0.3  # and this share of all that there is to explain
+ODD = 2.0  # excess of one run over that of any other, which makes it the one to look at
 VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
 HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: others are sought too
 HARM = 0.002  # relative shift of a parameter that makes a fault worth naming
@@ -76,10 +77,38 @@ class Trial:
 def suspects(records: Sequence[MotorRecord], solution: Solution) -> tuple[Suspect, ...]:
     """What in the measuring chain spoils these captures, the surest first; empty: nothing seen."""
     found = direct(records)
-    spoiled = {s.code for s in found} - HARMLESS
-    if not spoiled:
-        found += tried(records, solution, {s.code for s in found})
+    if not spoiling(found):
+        some, alone, where = _odd_one_out(records, solution)
+        found += [
+            replace(s, evidence=s.evidence + where)
+            for s in tried(some, alone)
+            if s.code not in {f.code for f in found}
+        ]
     return tuple(found)
+
+
+def spoiling(found: Sequence[Suspect]) -> bool:
+    """Whether one of these makes the parameters worthless as long as it is there."""
+    return any(s.code not in HARMLESS for s in found)
+
+
+def _odd_one_out(
+    records: Sequence[MotorRecord], solution: Solution
+) -> tuple[Sequence[MotorRecord], Solution, str]:
+    """The one run that misfits far more than the others, or all of them."""
+    left = misfit.residuals(records, solution)
+    each = [misfit.excess([r], [part]) for r, part in zip(records, left, strict=True)]
+    k = int(np.argmax(each))
+    others = max(each[:k] + each[k + 1 :], default=np.inf)
+    if each[k] < ODD * others + LIKELY:
+        return records, solution, ""
+    alone = replace(
+        solution,
+        own=solution.own[k : k + 1],
+        own_covariance=solution.own_covariance[k : k + 1],
+        records=solution.records[k : k + 1],
+    )
+    return records[k : k + 1], alone, f" (run {k + 1})"
 
 
 def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
@@ -97,20 +126,19 @@ def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
     return found
 
 
-def tried(records: Sequence[MotorRecord], solution: Solution, known: set[str]) -> list[Suspect]:
+def tried(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect]:
     """What a fit with its size as an unknown convicts: the best of all, if it convinces."""
-    for trial in trials(records, solution):
-        h = trial.hypothesis
-        if h.guard or not trial.convincing or h.code in known:
-            return []
-        words = h.words(trial.found.size)
-        name, most = max(trial.shift.items(), key=lambda s: abs(s[1]))
-        evidence = (
-            f"{words.evidence}; that explains {min(trial.share, 1.0):.0%} of the misfit, and "
-            f"taken into account moves {name} by {most:+.1%}"
-        )
-        return [Suspect(h.code, words.where, evidence, words.action, "named")]
-    return []
+    found = trials(records, solution)
+    if not found or found[0].hypothesis.guard or not found[0].convincing:
+        return []
+    best = found[0]
+    words = best.hypothesis.words(best.found.size)
+    name, most = max(best.shift.items(), key=lambda s: abs(s[1]))
+    evidence = (
+        f"{words.evidence}; that explains {min(best.share, 1.0):.0%} of the misfit, and "
+        f"taken into account moves {name} by {most:+.1%}"
+    )
+    return [Suspect(best.hypothesis.code, words.where, evidence, words.action, "named")]
 
 
 def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:

@@ -31,6 +31,7 @@ KEYS = {
 }
 CLEAR = 12.0  # chi-square that a wrong scale must explain
 ALONE = 4.0  # and by how much more than any other cause does
+PAIR = 2  # causes that may be named together
 LOAD = 2.0  # chi-square of an inertia above the nameplate's, at most: a load is no fault
 ODD = 9.0  # of any one figure, at most: nameplates are wrong too
 ROUGHLY = 0.1  # of a large factor's logarithm: a fit of such readings is none too good
@@ -156,12 +157,13 @@ def departures(
 
 
 def by_nameplate(known: Mapping[str, tuple[float, float]]) -> tuple[Verdict, ...]:
-    """The cause that explains the departures, with those that do so as well; empty: none needed."""
+    """The cause that explains the departures, with one that does so as well; empty: none."""
     without = sum(_cost(name, d, s, math.inf) for name, (d, s) in known.items())
     found = sorted((v for c in CAUSES if (v := _best(c, known))), key=lambda v: v.left)
     if not found or without - found[0].left < CLEAR:
         return ()
-    return tuple(v for v in found if v.left - found[0].left < ALONE)
+    alike = tuple(v for v in found if v.left - found[0].left < ALONE)
+    return alike if len(alike) <= PAIR else ()
 
 
 def _best(cause: Cause, known: Mapping[str, tuple[float, float]]) -> Verdict | None:
@@ -203,7 +205,7 @@ def _unseen(cause: Cause, known: Mapping[str, tuple[float, float]]) -> str:
     """How large an error of this scale would go unseen."""
     weight = sum(cause.powers.get(n, 0) ** 2 / s**2 for n, (_, s) in known.items() if n != "J")
     if not weight:
-        return "it would leave no residual, and there is no nameplate to compare with"
+        return "it would leave no residual, and nothing here tells what the figures should be"
     factor = math.exp(math.sqrt(CLEAR / weight))
     return f"an error below a factor of {factor:.2g} would not stand out against the nameplate"
 
