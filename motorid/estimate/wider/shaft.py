@@ -48,7 +48,8 @@ def springs(
     before = sum(square(line.residual) for line in solution.records)
     starts = _grid(records, solution, values)
     tried = ((_left(records, solution, values, start), start) for start in starts)
-    found = min(tried, key=lambda one: one[0], default=(before, {}))
+    nothing: tuple[float, dict[str, float]] = (before, {})
+    found = min(tried, key=lambda one: one[0], default=nothing)
     gain = before - found[0]
     if gain < WORTH and not asked:
         return []
