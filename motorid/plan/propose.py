@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from motorid.errors import RigError
 from motorid.motor.parameters import Motor
@@ -17,6 +17,8 @@ from motorid.program import Decay, Program
 
 WORTH = 0.9  # of the price: what another rate must save to be taken
 CYCLES = 5  # times at most that the number of cycles is raised
+STRETCH = 1.04  # steps in which stages are made longer
+Predicted = tuple[Program, tuple[Prediction, ...]]
 Allowed = Callable[[Program, int], bool]  # program, ticks between samples
 
 
@@ -103,25 +105,41 @@ def propose(
 
 
 def _whole(search: Search, stages: Stages, tried: int) -> Plan:
-    """In whole cycles within one run as far as the rig lets them, then in whole repeats."""
-    cycles = 1
-    program, predictions = _predicted(search, stages, cycles)
-    for _ in range(CYCLES):
-        runs = search.runs(predictions)
-        more = math.ceil(cycles * runs)
-        longer = search.frame.program(stages, max(more, 1))
-        if runs <= 1.0 or not search.allowed(longer):
-            break
-        cycles = more
-        program, predictions = _predicted(search, stages, cycles)
+    """A little longer or in whole cycles, as far as one run may go; then in whole repeats."""
+    program, predictions = _predicted(search, stages)
+    runs = search.runs(predictions)
+    if runs > 1.0:
+        longer = _longer(search, stages, runs)
+        program, predictions = longer or (program, predictions)
     repeats = max(1, math.ceil(search.runs(predictions) - 1e-9))
     promises = tuple(_promise(want, predictions, repeats) for want in search.demand.wants)
     return Plan(program, search.bench, repeats, promises, predictions, tried)
 
 
-def _predicted(
-    search: Search, stages: Stages, cycles: int
-) -> tuple[Program, tuple[Prediction, ...]]:
+def _longer(search: Search, stages: Stages, runs: float) -> Predicted | None:
+    """The shorter of the stretched and the repeated stages that need one run; else what fits."""
+    factor, cycles = 1.0, 1
+    while factor < math.ceil(runs):
+        factor *= STRETCH
+        longer = tuple(replace(stage, seconds=factor * stage.seconds) for stage in stages)
+        found = _predicted(search, longer)
+        if not search.allowed(found[0]):
+            break
+        if search.runs(found[1]) <= 1.0:
+            return found
+    best = None
+    for _ in range(CYCLES):
+        cycles = math.ceil(cycles * runs)
+        found = _predicted(search, stages, cycles)
+        if not search.allowed(found[0]):
+            break
+        best, runs = found, search.runs(found[1])
+        if runs <= 1.0:
+            break
+    return best
+
+
+def _predicted(search: Search, stages: Stages, cycles: int = 1) -> Predicted:
     program = search.frame.program(stages, cycles)
     found = (predict(search.bench, program, motor) for motor in search.motors)
     return program, tuple(p for p in found if p is not None)
