@@ -7,6 +7,7 @@ import io
 import json
 from collections.abc import Mapping
 from dataclasses import fields
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -159,12 +160,27 @@ def describe(capture: Capture) -> Mapping[str, Any]:
 def _instruments(known: Mapping[str, Any]) -> dict[str, Any]:
     """What the readings' meaning rests on: rig and calibration, as captured and as re-analysed."""
     found: dict[str, Any] = {}
-    if known.get("created"):
+    if isinstance(known.get("created"), str):
         found["created"] = known["created"]
     if known.get("rig"):
         found["rig_sha256"] = hashlib.sha256(str(known["rig"]).encode()).hexdigest()
-    if known.get("calibration_file"):
+    if _cites(known.get("calibration_file")):
         found["calibration"] = known["calibration_file"]
     if known.get("reanalysed"):
         found["reanalysed"] = known["reanalysed"]
     return found
+
+
+def _cites(what: Any) -> bool:
+    """Whether a file's provenance cites a calibration in the words that a reader needs."""
+    texts = ("name", "sha256", "date", "oldest", "oldest_part")
+    if not isinstance(what, Mapping) or not all(isinstance(what.get(t), str) for t in texts):
+        return False
+    try:
+        return float(what["max_age_days"]) >= 0 and _zoned(what["oldest"])
+    except (KeyError, TypeError, ValueError):
+        return False
+
+
+def _zoned(text: str) -> bool:
+    return datetime.fromisoformat(text).tzinfo is not None

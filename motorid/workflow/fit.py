@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,12 +62,22 @@ def _old(estimate: Estimate) -> Iterator[Diagnostic]:
     said: set[str] = set()
     for one in estimate.inputs:
         cited = {**one, **one.get("reanalysed", {})}.get("calibration")
-        if not cited or not one.get("created"):
+        taken = _moment(one.get("created"))
+        if not cited or taken is None:
             continue
-        sentence = too_old(cited, datetime.fromisoformat(str(one["created"])))
+        sentence = too_old(cited, taken)
         if sentence and sentence not in said:
             said.add(sentence)
             yield Diagnostic("calibration_old", "warning", sentence)
+
+
+def _moment(text: Any) -> datetime | None:
+    """When a capture was taken; None where its file does not say it in words that can be read."""
+    try:
+        found = datetime.fromisoformat(str(text))
+    except ValueError:
+        return None
+    return found if found.tzinfo else found.replace(tzinfo=UTC)
 
 
 def as_text(estimate: Estimate) -> str:

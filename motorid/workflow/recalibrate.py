@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -23,8 +22,6 @@ def recalibrated(capture: Capture, rig: Rig) -> Capture:
     uncertain that was stays too, unless the rig says. Raises DataError for a capture that was not
     taken from a board, RigError for a rig of another board or with channels that the capture lacks.
     """
-    from motorid.acquire.assemble import clock_of
-
     known = capture.provenance
     where = capture.path or "the capture"
     if any(name not in known for name in CAPTURED):
@@ -32,9 +29,21 @@ def recalibrated(capture: Capture, rig: Rig) -> Capture:
             f"{where} was imported, not taken from a board, so no rig explains its columns: import "
             "it again with other units or facts"
         )
-    identity: Mapping[str, Any] = known["identity"]
-    _refuse_other(capture, rig, where)
-    clock_hz, clock_uncertainty = clock_of(identity, rig.clock_rate, rig.clock_uncertainty)
+    try:
+        _refuse_other(capture, rig, where)
+        return _under(capture, rig)
+    except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
+        raise DataError(
+            f"{where}: what it keeps of its board's channels is damaged ({error!r}), so no rig can "
+            "explain it"
+        ) from None
+
+
+def _under(capture: Capture, rig: Rig) -> Capture:
+    from motorid.acquire.assemble import clock_of
+
+    known = capture.provenance
+    clock_hz, clock_uncertainty = clock_of(known["identity"], rig.clock_rate, rig.clock_uncertainty)
     return replace(
         capture,
         clock_hz=clock_hz,

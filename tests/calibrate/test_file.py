@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from motorid.acquire.record import capture
 from motorid.calibration.gain import Meter
@@ -16,7 +18,7 @@ from motorid.capture import store
 from motorid.cli import main
 from motorid.errors import RigError
 from motorid.rig import load_rig
-from motorid.rig_calibration import FORMAT, parse_calibration
+from motorid.rig_calibration import FORMAT, apply, parse_calibration
 from motorid.workflow.calibrate.person import Resistor, disc_of, reference_of
 from motorid.workflow.calibrate.steps import STEPS
 from tests.acquire.rigs import SHORT
@@ -164,6 +166,23 @@ def test_a_damaged_file_is_one_clear_sentence(
         load_rig(str(path))
     assert sentence in str(caught.value)
     assert "bench.calibration.toml" in str(caught.value)
+
+
+def complaint(text: str) -> str:
+    """What is said of such a calibration file; nothing where it is taken."""
+    try:
+        apply(load_rig("sim"), parse_calibration(text, "x"))
+    except RigError as error:
+        return str(error)
+    return ""
+
+
+@given(st.integers(0, 2000), st.integers(0, 30), st.text(max_size=12))
+def test_no_damage_is_worse_than_a_sentence(start: int, length: int, put: str) -> None:
+    text = calibration(encoder={"date": NOW, "counts_per_turn": 2048.0, "uncertainty": 1.0})
+    start %= len(text)
+    spoilt = text[:start] + put + text[start + length :]
+    assert "\n" not in complaint(spoilt)
 
 
 def test_one_channel_is_calibrated_in_one_place(tmp_path: Path) -> None:

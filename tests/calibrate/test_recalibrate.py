@@ -171,6 +171,35 @@ def test_an_imported_capture_has_no_rig(stored: Path, rig: Rig) -> None:
         recalibrated(replace(own, provenance={"note": "from a table"}), rig)
 
 
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"descriptors": {}},
+        {"descriptors": {"current": 3}},
+        {"identity": "nobody"},
+        {"identity": {}},
+        {"configuration": []},
+    ],
+)
+def test_damaged_provenance_is_one_sentence(
+    stored: Path, rig: Rig, damage: dict[str, object]
+) -> None:
+    own = store.load(stored)
+    with pytest.raises(DataError, match="damaged"):
+        recalibrated(replace(own, provenance={**own.provenance, **damage}), rig)
+
+
+@pytest.mark.parametrize(
+    "said", ["yesterday", {"name": "x"}, {"name": "x", "oldest": "2026"}, [1], {"oldest": 3}]
+)
+def test_a_calibration_that_is_cited_badly_is_not_cited(stored: Path, said: object) -> None:
+    own = store.load(stored)
+    odd = replace(own, provenance={**own.provenance, "calibration_file": said, "created": "noon"})
+    estimate = motorid.fit(odd)
+    assert "calibration" not in estimate.inputs[0]
+    assert "calibration_old" not in [d.code for d in estimate.diagnostics]
+
+
 def test_a_capture_from_before_calibrations_still_works(stored: Path, rig: Rig) -> None:
     """Captures of the first version carry no serial, and no date that could be held against one."""
     own = store.load(stored)
