@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,6 +62,7 @@ def plan_run(
             demand = replace(demand, wants=wanted(wants, middle(spread)))
     else:
         demand = Demand(wanted(wants or USUAL, middle(spread)))
+    _refuse_hidden([want.name for want in demand.wants], templates)
     benches = _benches(rig, board, templates)
     worst = _worst(rig, spread)
     return propose(
@@ -105,6 +106,20 @@ def _of_values(told: Estimate) -> Spread:
             "figures to go by: complete [nameplate], roughly"
         )
     return {n: (float(told.parameters[n].value or 0),) * 2 for n in PARAMETERS}
+
+
+def _refuse_hidden(names: Sequence[str], channels: Iterable[str]) -> None:
+    """Raises RigError where these channels hide a parameter however the motor is driven."""
+    from motorid.capture.model import SUPPLY
+    from motorid.estimate.identifiability import Excitation, advice, assess
+
+    run = Excitation(frozenset((*channels, SUPPLY)))  # a plan commands volts, so they are known
+    hidden = [name for name in names if name in assess(run).missing]
+    if hidden:
+        raise RigError(
+            f"no program tells {', '.join(hidden)} through {', '.join(sorted(channels))}. "
+            f"{advice(run)}"
+        )
 
 
 def ask(rig: Rig) -> Board:

@@ -154,6 +154,22 @@ def test_a_label_that_says_too_little_is_said() -> None:
         of_nameplate(Nameplate(resistance_ohm=1.0, voltage_v=12.0))
 
 
+@pytest.mark.parametrize(
+    ("channels", "words"),
+    [
+        (("terminal_voltage", "position"), "tells R, L, B, J, T0 .* the current measured"),
+        (("current", "terminal_voltage"), "the speed or the position measured"),
+    ],
+)
+def test_channels_that_hide_a_parameter_are_refused_at_once(
+    channels: tuple[str, ...], words: str
+) -> None:
+    rig = rig_of()
+    rig = replace(rig, sampling=replace(rig.sampling, channels=channels))
+    with pytest.raises(RigError, match=words):
+        plan_run(rig, ())
+
+
 def test_no_program_within_impossible_limits() -> None:
     rig = rig_of()
     rig = replace(rig, limits=replace(rig.limits, run_time_s=0.01))
