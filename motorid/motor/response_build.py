@@ -15,9 +15,20 @@ from cffi import FFI
 
 ROOM = Path(__file__).parent
 SOURCES = (
-    "response.c", "wide.c", "wide_map.c", "phi.c", "taps.c", "affine.c", "wave.c", "root.c",
+    "response.c", "wide.c", "wide_step.c", "wide_map.c", "phi.c",
+    "taps.c", "affine.c", "wave.c", "root.c",
 )  # fmt: skip
-HEADERS = ("response.h", "wide.h", "wide_map.h", "phi.h", "taps.h", "affine.h", "wave.h", "root.h")
+HEADERS = (
+    "response.h",
+    "wide.h",
+    "wide_step.h",
+    "wide_map.h",
+    "phi.h",
+    "taps.h",
+    "affine.h",
+    "wave.h",
+    "root.h",
+)
 
 
 def declarations(header: str) -> str:

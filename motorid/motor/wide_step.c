@@ -1,0 +1,150 @@
+#include "wide_step.h"
+
+#include <math.h>
+
+#define SWEEPS 2           /* of successive approximation in a step */
+#define STRIBECK_REACH 6.0 /* exp(-36): nothing left */
+
+/* ---- equations ---------------------------------------------------------------------------- */
+
+double wide_coulomb(const mw_motor *p, int s)
+{
+    return s * p->T0 * (1.0 + p->asymmetry * s);
+}
+
+/* i / sqrt(i^2 + knee^2), mean over a triangular ripple of half the width `swing`. */
+static double smooth_sign(double i, double knee, double swing)
+{
+    const double up = i + swing, down = i - swing, square = knee * knee;
+    if (swing < 1e-3 * knee) return i / sqrt(i * i + square);
+    return (sqrt(up * up + square) - sqrt(down * down + square)) / (2.0 * swing);
+}
+
+/* What the linear part lacks: volts against the current, torque upon the rotor. */
+static void forces(const wide_run *r, const wide_state *x, double warmth, double f[FORCES])
+{
+    const mw_motor *p = r->motor;
+    const double i = x->x[WI], w = x->x[WW];
+    const int s = r->now.mode.s;
+    double volts = -p->R * warmth * i, torque = 0.0;
+    if (p->brush != 0.0 && r->now.mode.circuit != OPEN)
+        volts -= p->brush * smooth_sign(i, p->brush_current, r->swing);
+    if (p->quadratic != 0.0) torque -= p->quadratic * w * fabs(w);
+    if (p->stiction != 0.0 && s && fabs(w) < STRIBECK_REACH * p->stribeck) {
+        const double ratio = w / p->stribeck;
+        torque -= s * p->stiction * exp(-ratio * ratio);
+    }
+    if (p->cogging != 0.0)
+        torque -= p->cogging * sin(p->cogging_per_turn * x->x[WTH] + r->cogging_phase);
+    if (p->k_ripple != 0.0 || p->r_ripple != 0.0) {
+        const double c = cos(p->ripple_per_turn * x->x[WTH] + r->ripple_phase);
+        volts -= c * (p->r_ripple * p->R * i + p->k_ripple * p->K * (1.0 + p->emf) * w);
+        torque += c * p->k_ripple * p->K * i;
+    }
+    f[VOLTS] = volts, f[TORQUE] = torque;
+}
+
+/* Torque that friction must hold at standstill. */
+double wide_push(const wide_run *r, const wide_state *x)
+{
+    const mw_motor *p = r->motor;
+    double f[FORCES];
+    forces(r, x, r->now.warmth, f);
+    double coupling = p->load_inertia > 0.0
+                          ? p->stiffness * x->x[WTWIST] - p->damping * x->x[WLOAD]
+                          : 0.0;
+    return p->K * x->x[WI] + f[TORQUE] - coupling;
+}
+
+double wide_breakaway(const mw_motor *p, double torque)
+{
+    return p->T0 * (1.0 + (torque > 0.0 ? p->asymmetry : -p->asymmetry)) + p->stiction;
+}
+
+/* The voltage of interval n. */
+double wide_source(const wide_run *r, int n)
+{
+    const mode *m = &r->now.mode;
+    return m->circuit == FREEWHEEL ? -m->fi * m->clamp : r->v[n];
+}
+
+/* ---- one step ----------------------------------------------------------------------------- */
+
+static double warming(const wide_run *r, double current, double warmth)
+{
+    const double square = current * current + r->swing * r->swing / 3.0;
+    return r->motor->warming * (1.0 + warmth) * square - r->motor->cooling * warmth;
+}
+
+/* The warmth at the nodes: its rate is a parabola through them, as the forces are. */
+static void warm(const wide_run *r, const double current[NODES], double length, double warmth[NODES])
+{
+    double rate[NODES];
+    for (int n = 0; n < NODES; n++) rate[n] = warming(r, current[n], warmth[n]);
+    warmth[MIDDLE] =
+        warmth[BEGIN] + length * (5.0 * rate[BEGIN] + 8.0 * rate[MIDDLE] - rate[END]) / 24.0;
+    warmth[END] = warmth[BEGIN] + length * (rate[BEGIN] + 4.0 * rate[MIDDLE] + rate[END]) / 6.0;
+}
+
+static inline wide_state step_of(const wide_run *r, const int rows, const wide_map *half,
+                                 const wide_map *full, double length, double v, drive *d)
+{
+    const wide_state *x = &r->now.x;
+    const wide_state to_middle = wide_linear(half, rows, x, v);
+    const wide_state to_end = wide_linear(full, rows, x, v);
+    double warmth[NODES] = {r->now.warmth, r->now.warmth, r->now.warmth};
+    forces(r, x, warmth[BEGIN], d->f[BEGIN]);
+    for (int k = 0; k < FORCES; k++) d->f[MIDDLE][k] = d->f[END][k] = d->f[BEGIN][k];
+    for (int sweep = 0; sweep < SWEEPS; sweep++) {
+        const wide_state middle = wide_forced(half, rows, &to_middle, d->f);
+        const wide_state end = wide_forced(full, rows, &to_end, d->f);
+        const double current[NODES] = {x->x[WI], middle.x[WI], end.x[WI]};
+        if (r->motor->warming != 0.0 || warmth[BEGIN] != 0.0)
+            warm(r, current, length, warmth);
+        forces(r, &middle, warmth[MIDDLE], d->f[MIDDLE]);
+        forces(r, &end, warmth[END], d->f[END]);
+    }
+    d->warmth = warmth[END];
+    return wide_forced(full, rows, &to_end, d->f);
+}
+
+wide_state wide_step(const wide_run *r, const wide_map *half, const wide_map *full, double length,
+                       double v, drive *d)
+{
+    if (r->two) return step_of(r, WROWS, half, full, length, v, d);
+    return step_of(r, ONE_MASS, half, full, length, v, d);
+}
+
+/* The same for any length, without prepared maps. */
+wide_state wide_free_step(const wide_run *r, double length, double v, drive *d)
+{
+    wide_map half, full;
+    const double torque = wide_coulomb(r->motor, r->now.mode.s);
+    make_wide_map(r->motor, &r->now.mode, torque, 0.5 * length, length, &half);
+    make_wide_map(r->motor, &r->now.mode, torque, length, length, &full);
+    return wide_step(r, &half, &full, length, v, d);
+}
+
+/* ---- taps --------------------------------------------------------------------------------- */
+
+void wide_tap_row(const wide_run *r, const tap *t, double at, double length, tap_map *out)
+{
+    wide_map m;
+    const int row = wide_row(t);
+    make_wide_map(r->motor, &r->now.mode, wide_coulomb(r->motor, r->now.mode.s), at, length, &m);
+    for (int k = 0; k < PHI_STATES; k++) out->P[k] = m.P[k][row];
+    out->g = m.g[row], out->c = m.c[row];
+    for (int f = 0; f < FORCES; f++)
+        for (int node = 0; node < NODES; node++) out->F[f][node] = m.F[f][node][row];
+}
+
+double wide_tapped(const wide_run *r, const tap *t, const tap_map *m, double v, const drive *d)
+{
+    const wide_state *x = &r->now.x;
+    double y = m->g * v + m->c + t->extra + (t->integral ? x->x[wide_row(t)] : 0.0);
+    y += m->P[0] * x->x[WI] + m->P[1] * x->x[WW];
+    if (r->two) y += m->P[2] * x->x[WLOAD] + m->P[3] * x->x[WTWIST];
+    for (int f = 0; f < FORCES; f++)
+        for (int node = 0; node < NODES; node++) y += m->F[f][node] * d->f[node][f];
+    return y;
+}

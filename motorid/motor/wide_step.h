@@ -1,0 +1,79 @@
+/* One step of the wider motor: its equations, the step, the readings inside it. Internal. */
+#ifndef MOTORID_WIDE_STEP_H
+#define MOTORID_WIDE_STEP_H
+
+#include "taps.h"
+#include "wide.h"
+#include "wide_map.h"
+
+#define FINEST 8 /* levels of halving an interval */
+
+/* The row of a map that one tap needs. */
+typedef struct {
+    int step; /* of the interval in which the tap lies */
+    double P[PHI_STATES], g, c, F[FORCES][NODES];
+} tap_map;
+
+typedef struct {
+    int made; /* for the present mode */
+    double length;
+    wide_map half, full;
+    tap_map taps[MAX_TAPS];
+} level_maps;
+
+/* Where the motor is. */
+typedef struct {
+    mode mode;
+    wide_state x;
+    double warmth;
+    int events;
+} moment;
+
+typedef struct {
+    const mw_motor *motor;
+    mr_motor six;
+    int two; /* masses */
+    double h;
+    int count;
+    const double *v;
+    double cogging_phase, ripple_phase;
+    double swing; /* A, half the width of the PWM ripple */
+    taps taps;
+    moment now;
+    level_maps levels[FINEST + 2];
+} wide_run;
+
+/* The forces in a step, and how warm it leaves the winding. */
+typedef struct {
+    double f[NODES][FORCES];
+    double warmth;
+} drive;
+
+/* Torque that friction must hold at standstill, and the most that it can against such a torque. */
+double wide_push(const wide_run *r, const wide_state *x);
+double wide_breakaway(const mw_motor *p, double torque);
+
+/* Coulomb torque while moving in direction s, N m. */
+double wide_coulomb(const mw_motor *p, int s);
+
+/* The voltage of interval n. */
+double wide_source(const wide_run *r, int n);
+
+/* From the present state through a step that the maps are for, under v. */
+wide_state wide_step(const wide_run *r, const wide_map *half, const wide_map *full, double length,
+                     double v, drive *d);
+
+/* The same for any length, without prepared maps. */
+wide_state wide_free_step(const wide_run *r, double length, double v, drive *d);
+
+/* What a tap needs of a map `at` seconds into a step of `length`, and its value in such a step. */
+void wide_tap_row(const wide_run *r, const tap *t, double at, double length, tap_map *out);
+double wide_tapped(const wide_run *r, const tap *t, const tap_map *m, double v, const drive *d);
+
+static inline int wide_row(const tap *t)
+{
+    if (t->integral) return t->row ? WTH : WQ;
+    return t->row ? WW : WI;
+}
+
+#endif
