@@ -63,6 +63,18 @@ def pwm_shape(part: Part, level_v: float, rail: float | None) -> tuple[float, fl
     return (duty, level_v / duty) if duty else (0.0, 0.0)
 
 
+def switched_late(capture: Capture, part: Part, current: Floats, inductance_h: float) -> int:
+    """Interval up to which dead time delays the on part while ``current`` (count,) flows.
+
+    As a motor speeds up its current falls. Once ripple turns it around within the PWM period, a
+    diode begins the on part in time.
+    """
+    if part.decay != Decay.SYNCHRONOUS_SLOW or not part.level or not capture.wiring.pwm_hz:
+        return part.start
+    late = np.flatnonzero(np.abs(current[part.slice]) >= half_ripple(capture, part, inductance_h))
+    return part.start + int(late[-1]) + 1 if len(late) else part.start
+
+
 def half_ripple(capture: Capture, part: Part, inductance_h: float) -> float:
     """A, half the swing of the current within a PWM period: below it, it passes through zero."""
     rail, pwm = supply_voltage(capture), capture.wiring.pwm_hz

@@ -53,8 +53,13 @@ class Coordinates:
         return np.exp(np.where(self.log, x, 0.0))
 
     def difference(self, x: Floats, j: int) -> float:
-        """A finite difference's step: forward, or backward where forward leaves the bounds."""
+        """A finite difference's step: forward, or backward where forward leaves the bounds.
+
+        A value may lie far above what was thought its scale.
+        """
         step = float(self.step[j])
+        if not self.log[j]:
+            step = max(step, STEP * abs(float(x[j])))
         return -step if x[j] + step > self.upper[j] else step
 
     def inward(self, values: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Noise taken in with the voltage: the few readings after a step that drive the fit as read.
+"""Noise taken in with the voltage: readings after a step that drive the fit as read, and slopes.
 
 An error in the input leaves its mark on current and motion alike, where no residual shows it.
 """
@@ -14,6 +14,7 @@ from motorid.estimate.algebra import project
 from motorid.estimate.likelihood import Linearised, Solution
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.uncertainty import covariance_of
+from motorid.estimate.voltage import Source
 
 Floats = NDArray[np.float64]
 
@@ -21,9 +22,9 @@ UNIT_V = 1e-3  # by which a reading is tried
 
 
 def shifts(solution: Solution, records: Sequence[MotorRecord]) -> list[Floats]:
-    """What one standard deviation of each such reading does to the parameters, (p,) each.
+    """What one standard deviation of each such error does to the parameters, (p,) each.
 
-    In search coordinates; the readings are independent of each other.
+    In search coordinates; the errors are independent of each other.
     """
     inverse = covariance_of(solution.information)
     return [
@@ -36,11 +37,24 @@ def shifts(solution: Solution, records: Sequence[MotorRecord]) -> list[Floats]:
 def _pulls(record: MotorRecord, line: Linearised, values: Floats, own: Floats) -> Iterator[Floats]:
     base = record.fitted(values, own)
     for part, source in zip(record.timeline.parts, record.sources, strict=True):
-        for n in range(source.head if source is not None else 0):
+        for error in _errors(source, part.stop - part.start):
+            largest = float(np.abs(error).max(initial=0.0))
+            if largest == 0.0:
+                continue
             volts = record.volts.copy()
-            volts[part.start + n] += UNIT_V
+            volts[part.slice] += error * (UNIT_V / largest)
             moved = record.fitted_with(values, own, volts)
             left = record.weighed([new - y for y, new in zip(base, moved, strict=True)])
             scaled = np.concatenate([d / s for d, s in zip(left, line.sigmas, strict=True)])
-            noise = source.noise if source is not None else 0.0
-            yield project(line.orthogonal.T, scaled) * noise / UNIT_V
+            yield project(line.orthogonal.T, scaled) * largest / UNIT_V
+
+
+def _errors(source: Source | None, count: int) -> Iterator[Floats]:
+    """Independent errors (V) of a part's voltage that the fit has no unknown for, (count,) each."""
+    if source is None:
+        return
+    for n in range(source.head):
+        error = np.zeros(count)
+        error[n] = source.noise
+        yield error
+    yield np.broadcast_to(source.tilt, count)

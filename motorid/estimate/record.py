@@ -18,6 +18,7 @@ from motorid.estimate.bridge import (
     dead_time_loss,
     pwm_shape,
     supply_voltage,
+    switched_late,
 )
 from motorid.estimate.nuisance import nuisances, starts_at_rest
 from motorid.estimate.readings import EMF, Measured, read
@@ -62,6 +63,7 @@ class MotorRecord:
         self._lost = sensed.filled | np.isnan(self.timeline.spread(np.zeros(len(capture))))
         self.driven = self._driven()
         self.sources: tuple[Source | None, ...] = tuple(None for _ in self.timeline.parts)
+        self.switched_late = tuple(0 for _ in self.timeline.parts)  # interval up to which it is
         self.measured, self._outputs = read(capture, self.timeline, self.driven, sensed.shows_emf)
         if not self.measured:
             raise DataError("the capture holds neither a current nor a position or speed to fit")
@@ -125,12 +127,20 @@ class MotorRecord:
 
     def _excite(self) -> None:
         volts = self._heard.volts.copy()
-        stretches = []
-        for part, source in zip(self.timeline.parts, self.sources, strict=True):
+        stretches: list[Stretch] = []
+        self._first = []  # stretch of every part
+        for part, source, late in zip(
+            self.timeline.parts, self.sources, self.switched_late, strict=True
+        ):
             if source is not None:
                 volts[part.slice] = source.volts
             ohms = self.sensed.series_ohm + (source.ohms if source else 0.0)
-            stretches.append(self._stretch(part, ohms, volts))
+            self._first.append(len(stretches))
+            edge = max(min(late, part.stop), part.start)
+            if edge > part.start:
+                stretches.append(self._stretch(part, part.start, ohms, volts[part.start : edge]))
+            if edge < part.stop:
+                stretches.append(self._stretch(part, edge, ohms, volts[edge : part.stop], True))
         self.volts = volts
         self._memory: dict[tuple[float, ...], Floats] = {}
         self.response.excite(volts, stretches)
@@ -139,10 +149,19 @@ class MotorRecord:
             self._own.expect(place, self._unrest.level_deviation(k, self.sources[k]))
         self.unknowns = tuple(self._own.unknowns)
 
-    def _stretch(self, part: Part, ohms: float, volts: Floats) -> Stretch:
-        level = float(np.mean(volts[part.slice]))
+    def _stretch(
+        self, part: Part, start: int, ohms: float, volts: Floats, in_time: bool = False
+    ) -> Stretch:
+        """From ``start`` under a part's command, whose PWM begins in time or a dead time late."""
+        wiring = self.capture.wiring
+        late_s = 0.0 if in_time else wiring.dead_time_s
+        level = float(np.mean(volts))
         duty, swing = pwm_shape(part, level, self.supply_v)
-        return Stretch(part.start, part.open, ohms, self.clamp_v, duty, swing)
+        left = duty - late_s * wiring.pwm_hz
+        if not 0.0 < left < duty < 1.0:
+            return Stretch(start, part.open, ohms, self.clamp_v, duty, swing)
+        swing *= duty / left  # the level is the mean of what is left
+        return Stretch(start, part.open, ohms, self.clamp_v, left, swing, late_s)
 
     def retake_sources(self, shared: Floats, own: Floats) -> None:
         """Judge the source lines with the model's own current over the voltage's windows."""
@@ -153,9 +172,12 @@ class MotorRecord:
         over = self.respond(self.timeline.period_s, self.volts, [window], self.stretches)
         current = over(self.motor(shared), self._initial(own))[0]
         self.simulated += 1
-        lost = dead_time_loss(
-            self.capture, self.timeline.parts, current, float(self.motor(shared)[1])
+        inductance = float(self.motor(shared)[1])
+        parts = self.timeline.parts
+        self.switched_late = tuple(
+            switched_late(self.capture, part, current, inductance) for part in parts
         )
+        lost = dead_time_loss(self.capture, parts, current, inductance)
         if self.sensed.commanded:
             self._heard = replace(self.sensed, volts=self.sensed.volts - lost)
         else:  # the readings show the loss: only their line must know of it
@@ -222,7 +244,7 @@ class MotorRecord:
             lengths = [part.stop - part.start for part in self.timeline.parts]
             self.response.shift(np.repeat(volts, lengths))
         for k, kick in zip(self._own.coasts, kicks, strict=True):
-            self.response.kick(k, kick)
+            self.response.kick(self._first[k], kick)
 
     def _initial(self, own: Floats) -> tuple[float, ...]:
         return self._own.of(own, "initial_current"), self._own.of(own, "initial_speed"), 0.0

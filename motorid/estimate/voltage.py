@@ -31,7 +31,6 @@ FEWEST = 24  # samples that a line needs
 EXCESS = 1.3  # variance about the line, in units of that between neighbours, still called noise
 ODD_HEAD = 2.5  # the same of the few samples after a step
 BLOCKS, SLOW = 8, 28.0  # stretches of a part, and chi-square of their means: 1 in 2,000 by noise
-SURE = 3.0  # standard errors of a slope that is taken for one
 ODD_SAMPLE = 3.5  # standard deviations from the line of one of them
 NEAR = 32  # samples that tell where the source was just before them
 WINDOWS = (64, 32, 16, 8, 4)  # half-widths in samples
@@ -64,6 +63,7 @@ class Source:
     ohms: float
     noise: float  # standard deviation of a reading about it
     head: int = 0  # first intervals that have the readings themselves, noise and all
+    tilt: Floats | float = 0.0  # V (n,) that one standard deviation of its slope would add
 
     def near(self, other: Source) -> bool:
         """The two would drive a motor alike."""
@@ -207,26 +207,26 @@ def _source(
     left = open_circuit - level
     between = np.diff(left[HEAD:])
     noise = square(between) / (2 * len(between))
-    sag = _sag(left, current[part.slice], noise)
+    slope, flow, deviation = _slope(left, current[part.slice], noise)
+    sag = slope * flow
     trend = _trend(left - sag, noise, EXCESS * noise + sensed.resolution**2 / 12)
     if trend is None:
         return None
-    return Source(level + sag + trend[0] - lost, ohms, float(np.sqrt(noise)), trend[1])
+    volts = level + sag + trend[0] - lost
+    return Source(volts, ohms, float(np.sqrt(noise)), trend[1], deviation * flow)
 
 
-def _sag(left: Floats, current: Floats, noise: float) -> Floats | float:
-    """What follows the current after the head: a supply that gives way more slowly than a bridge.
+def _slope(left: Floats, current: Floats, noise: float) -> tuple[float, Floats, float]:
+    """How the source follows the current after the head, the current about its mean (n,), and the
+    standard deviation of that slope.
 
-    0 where noise would explain it.
+    A supply gives way more slowly than a bridge, and the bridge's resistance is known only so well.
     """
-    if not np.isfinite(current).all():
-        return 0.0
-    flow = current - current[HEAD:].mean()
+    flow = np.nan_to_num(current - np.nanmean(current[HEAD:]))
     weight = square(flow[HEAD:])
     if weight == 0.0:
-        return 0.0
-    slope = dot(flow[HEAD:], left[HEAD:]) / weight
-    return slope * flow if abs(slope) > SURE * np.sqrt(noise / weight) else 0.0
+        return 0.0, flow, 0.0
+    return dot(flow[HEAD:], left[HEAD:]) / weight, flow, float(np.sqrt(noise / weight))
 
 
 def _trend(left: Floats, noise: float, allowed: float) -> tuple[Floats, int] | None:

@@ -26,6 +26,7 @@ typedef struct {
     double clamp;  /* V, that drives a freewheeling current back to zero; 0: cut at once */
     double duty;   /* on part of the PWM period, 0 .. 1 (ripple of instant currents only) */
     double swing;  /* V, on level minus off level of the PWM; 0: no ripple */
+    double late;   /* s, by which dead time delays the on part; `duty` is what is left of it */
     double kick;   /* rad/s, by which the speed jumps at the start if it turns; never a reversal */
 } mr_stretch;
 

@@ -49,6 +49,7 @@ class Stretch:
     ``series_ohm`` lies between the source of the voltage and the motor's terminals. ``open``: the
     bridge is open; ``clamp_v`` drives the current that flows then to zero (0: it is cut at once).
     ``duty`` (0 to 1) and ``swing_v`` (on level less off level) describe the PWM for its ripple.
+    ``late_s``: dead time that delays the on part, of which ``duty`` is what is left.
     ``kick_rad_s``: by which a motor that turns changes its speed at the start, never its direction.
     """
 
@@ -58,6 +59,7 @@ class Stretch:
     clamp_v: float = 0.0
     duty: float = 0.0
     swing_v: float = 0.0
+    late_s: float = 0.0
     kick_rad_s: float = 0.0
 
 
@@ -102,7 +104,16 @@ class Response:
         self._stretches = ffi.new(
             "mr_stretch[]",
             [
-                (s.start, s.open, s.series_ohm, s.clamp_v, s.duty, s.swing_v, s.kick_rad_s)
+                (
+                    s.start,
+                    s.open,
+                    s.series_ohm,
+                    s.clamp_v,
+                    s.duty,
+                    s.swing_v,
+                    s.late_s,
+                    s.kick_rad_s,
+                )
                 for s in stretches
             ],
         )

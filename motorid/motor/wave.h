@@ -5,12 +5,13 @@
 #include "response.h"
 
 /* Current about its mean over the PWM period T, in periodic state: the electrical circuit alone
- * under a square wave that is on from 0 to duty * T, the back-EMF being constant over T. */
+ * under a square wave that is on from late to late + duty * T, the back-EMF being constant. */
 typedef struct {
     double high, low; /* currents that the on and the off part tend to */
     double a, b;      /* at the start of the on part, of the off part */
     double rate;      /* Rt / L */
     double on, T;     /* s */
+    double late;      /* s, where the on part begins */
 } wave;
 
 wave make_wave(const mr_motor *p, const mr_stretch *s, double T);

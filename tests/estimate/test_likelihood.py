@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from motorid.estimate.coordinates import Coordinates
 from motorid.estimate.likelihood import Block, Unknown, maximise
 
 RNG = np.random.default_rng(20)
@@ -114,3 +115,8 @@ def test_a_curved_valley_is_walked_to_its_end() -> None:
     solution = maximise(start, [Valley()])
     np.testing.assert_allclose(solution.values, [3.0, 1.5], rtol=1e-6)
     assert solution.converged
+
+
+def test_a_value_far_above_its_scale_keeps_a_step_that_rounding_leaves_alone() -> None:
+    frame = Coordinates([Unknown("B", 1.0, lower=0.0, scale=1e-12)])
+    assert frame.difference(frame.start, 0) == pytest.approx(1e-6)

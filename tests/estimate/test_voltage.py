@@ -16,6 +16,7 @@ from motorid.estimate.bridge import (
     pwm_shape,
     refuse_discontinuous,
     supply_voltage,
+    switched_late,
 )
 from motorid.estimate.timeline import Part, lay
 from motorid.estimate.voltage import sense, source_resistance, sources
@@ -72,7 +73,8 @@ def test_a_resistive_source_is_a_line_without_the_noise() -> None:
     noise = np.random.default_rng(1).normal(0, 0.01, N)
     part, source = heard(capture(6.0 - 0.2 * CURRENT_A + noise), 0.2)
     assert source is not None
-    assert np.ptp(source.volts) == 0.0
+    assert np.ptp(source.volts) < 3 * np.ptp(source.tilt)  # a line, as well as its slope is known
+    assert np.ptp(source.tilt) < 0.01 / 4  # far below the noise of a reading
     assert source.volts[0] == pytest.approx(6.0, abs=0.002)
     assert source.noise == pytest.approx(0.01, rel=0.1)
     assert part.stop - part.start == len(source.volts)
@@ -211,3 +213,30 @@ def test_pwm_shape_of_each_decay() -> None:
     assert pwm_shape(volts, 2.0, 8.0) == (0.25, 8.0)
     assert pwm_shape(volts, 2.0, None) == (0.0, 0.0)
     assert pwm_shape(replace(part, decay=Decay.FAST), -2.0, 8.0) == (0.0, 0.0)
+
+
+def test_the_slope_of_a_source_is_stated_with_its_noise() -> None:
+    """A slope that the resistance does not explain is found, and scatters as it says."""
+    found, said = [], []
+    for seed in range(60):
+        noise = np.random.default_rng(seed).normal(0, 0.01, N)
+        _, source = heard(capture(6.0 - 0.2 * CURRENT_A + noise), 0.15)
+        assert source is not None
+        flow = CURRENT_A[8:] - CURRENT_A[8:].mean()
+        slope = np.polyfit(flow, source.volts[8:], 1)[0]
+        found.append(slope)
+        said.append(np.ptp(source.tilt[8:]) / np.ptp(flow))
+    assert np.mean(found) == pytest.approx(-0.05, abs=4 * np.mean(said) / np.sqrt(60))
+    assert np.std(found) == pytest.approx(np.mean(said), rel=0.3)
+
+
+def test_dead_time_delays_the_on_part_until_ripple_turns_the_current() -> None:
+    late = Wiring(pwm_hz=20e3, dead_time_s=1e-6)
+    one = capture(None, supply=12.0, wiring=late)
+    part = lay(one).parts[1]
+    current = np.concatenate([np.zeros(100), CURRENT_A])
+    # half the ripple: 12 V * 0.5 * 0.5 / (2 L 20 kHz) = 0.5 A at L = 150 uH
+    edge = switched_late(one, part, current, 150e-6)
+    assert abs(current[edge - 1]) >= 0.5 > abs(current[edge])
+    assert switched_late(one, part, current, 1.0) == part.stop
+    assert switched_late(one, part, 0.0 * current, 150e-6) == part.start

@@ -205,3 +205,20 @@ def test_a_kick_changes_the_speed_of_a_turning_motor_and_never_its_direction() -
     late = np.exp(-3e-7 / 3.9e-7 * 190 * h)
     np.testing.assert_allclose(kicked[390] - plain[390], 5.0 * late, rtol=1e-3)
     np.testing.assert_array_equal(speed(-1e4), plain)
+
+
+def test_a_late_on_part_is_the_same_wave_later() -> None:
+    """Steady ripple of an instant current, read at a phase, against one that begins on time."""
+    R, L, h, period = 1.0, 1e-3, 1e-4, 5e-5
+    volts, late = np.full(2000, 3.0), 2e-6
+
+    def settled(late_s: float, phase: float) -> float:
+        stretch = Stretch(0, duty=0.3, swing_v=10.0, late_s=late_s)
+        response = Response(
+            h, volts, [Output(Quantity.CURRENT, pwm_phase=phase)], [stretch], period
+        )
+        return float(response((R, L, 1e-6, 0.0, 1.0, 0.0))[0][-1])
+
+    for phase in (0.0, 0.02, 0.2, 0.33, 0.9):
+        later = (phase + late / period) % 1.0
+        assert settled(late, later) == pytest.approx(settled(0.0, phase), rel=1e-9)
