@@ -16,7 +16,7 @@ from pathlib import Path
 
 from tests.fuzz.targets import FILES, PARSERS
 
-INPUT_S = 10  # an input that takes longer is a hang
+INPUT_S = 60  # of wall time; an input that takes longer is a hang, also on a busy computer
 MEMORY_MB = 1500
 
 
