@@ -29,7 +29,7 @@ from motorid.rig import Sampling, load_rig
 from motorid.sim import truth
 
 MATTERS = 0.02
-RATE_HZ = 10_000.0
+RATE_HZ = 5_000.0
 BARE = "heating=0&stiction=1&current_range=6"
 LIMIT_A = 5.5  # of a reversal at full speed
 T0_NM = 4.3e-4  # of the preset

@@ -48,6 +48,10 @@ def parameters(found: Findings, fitted: Fitted) -> dict[str, Parameter]:
                 out |= _masses(found)
             elif name in found.names:
                 out[name] = _added(found, name)
+        if term.size in out and out[term.size].value in (None, 0.0):
+            for name in set(term.free) - {term.size}:
+                note = f"it means nothing without {term.size}"
+                out[name] = intervals.unknown(name, ADDED[name].unit, note)
     return out
 
 

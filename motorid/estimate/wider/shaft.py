@@ -19,13 +19,15 @@ from motorid.estimate.uncertainty import covariance_of, whitener
 from motorid.estimate.wider.fit import scales_of
 from motorid.estimate.wider.record import WideRecord
 from motorid.estimate.wider.screen import Candidate
-from motorid.estimate.wider.terms import ADDED, TERMS, Term
+from motorid.estimate.wider.terms import TERMS, Term
 
 Floats = NDArray[np.float64]
 
 SHARES = (0.3, 0.6, 0.85)
 SWINGS = 5.0  # of the slowest resonance in a capture
 PEAKS = 3  # of the residuals' spectrum that are tried
+STANDS_OUT = 25.0  # a peak's power over the middle of its neighbours': noise reaches half of that
+NEIGHBOURS = 100  # frequencies on either side
 ABOUT = (0.98, 0.99, 1.0, 1.01, 1.02)  # times a peak's frequency
 DAMPED = 0.02  # of critical
 WORTH = 30.0  # of chi-square, that it must promise
@@ -47,7 +49,8 @@ def springs(
         return []
     before = sum(square(line.residual) for line in solution.records)
     starts = _grid(records, solution, values)
-    tried = ((_left(records, solution, values, start), start) for start in starts)
+    bare = _bare(records, solution, values)
+    tried = ((_left(bare, solution, start), start) for start in starts)
     nothing: tuple[float, dict[str, float]] = (before, {})
     found = min(tried, key=lambda one: one[0], default=nothing)
     gain = before - found[0]
@@ -86,30 +89,37 @@ def _grid(
 def _peaks(residual: Floats, duration_s: float) -> Floats:
     """The strongest frequencies (rad/s) of a residual whose slow part is taken off."""
     n = len(residual)
-    wave = np.abs(np.fft.rfft((residual - residual.mean()) * np.hanning(n)))
-    wave[: int(SWINGS) + 1] = 0.0
-    top = 1 + np.flatnonzero((wave[1:-1] > wave[:-2]) & (wave[1:-1] >= wave[2:]))
-    best = top[np.argsort(-wave[top])][:PEAKS]
-    return np.asarray(2 * np.pi * best / duration_s, dtype=np.float64)
+    power = np.abs(np.fft.rfft((residual - residual.mean()) * np.hanning(n))) ** 2
+    top = 1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:]))
+    top = top[top > SWINGS]
+    best = top[np.argsort(-power[top])][:PEAKS]
+    middle = [np.median(power[max(k - NEIGHBOURS, 1) : k + NEIGHBOURS]) for k in best]
+    stands = best[power[best] > STANDS_OUT * np.array(middle)]
+    return np.asarray(2 * np.pi * stands / duration_s, dtype=np.float64)
 
 
-def _left(
-    records: Sequence[MotorRecord],
-    solution: Solution,
-    values: Mapping[str, float],
-    start: Mapping[str, float],
-) -> float:
-    """Chi-square with such a shaft, once the shared parameters and nuisances have followed."""
-    names = tuple(u.name for u in solution.unknowns)
-    absent = {name: added.absent for name, added in ADDED.items()}
-    fixed = {**absent, **{n: v for n, v in values.items() if n not in names}, **start}
+def _bare(
+    records: Sequence[MotorRecord], solution: Solution, values: Mapping[str, float]
+) -> list[WideRecord]:
+    """The records with a shaft that may be given, as they see noise."""
+    free = (*(u.name for u in solution.unknowns), *TERMS["two-masses"].free)
+    fixed = {n: v for n, v in values.items() if n not in free}
     scales = scales_of(records, values)
-    total, pull = 0.0, np.zeros(len(names))
-    for k, (record, line) in enumerate(zip(records, solution.records, strict=True)):
+    out = []
+    for record in records:
         taken = [t for t in TERMS.values() if t.phase and _has(record, t.phase)]
-        wide = WideRecord(record, names, fixed, taken, scales, {}, first=False)
+        wide = WideRecord(record, free, fixed, taken, scales, {}, first=False)
         wide.follow(record)
-        parts = wide.residuals(solution.values, solution.own[k])
+        out.append(wide)
+    return out
+
+
+def _left(records: Sequence[WideRecord], solution: Solution, start: Mapping[str, float]) -> float:
+    """Chi-square with such a shaft, once the shared parameters and nuisances have followed."""
+    total, pull = 0.0, np.zeros(len(solution.values))
+    shared = np.array([*solution.values, *(start[n] for n in TERMS["two-masses"].free)])
+    for record, own, line in zip(records, solution.own, solution.records, strict=True):
+        parts = record.residuals(shared, own)
         r = np.concatenate([p / s for p, s in zip(parts, line.sigmas, strict=True)])
         total += square(r) - _explained(line, r)
         pull += project(line.orthogonal.T, r)
