@@ -29,7 +29,13 @@ def serve(
     the wall clock's, less what a busy computer kept this process waiting. Raises UsageError where
     there are no pseudo terminals.
     """
-    device = Device(parse_url(url))
+    offer(Device(parse_url(url)), announce, is_over)
+
+
+def offer(
+    device: Device, announce: Callable[[str], None], is_over: Callable[[], bool] = lambda: False
+) -> None:
+    """The same of any board that hears, says and lets time pass as ``Device`` does."""
     with _terminal() as (master, path):
         announce(path)
         with contextlib.suppress(KeyboardInterrupt, LinkError):

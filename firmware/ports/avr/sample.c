@@ -11,6 +11,7 @@
 #define MOST_EDGES 30u
 #define MASKED_WINDOWS 40u /* before a masked encoder is heard again: 10 ms */
 
+_Static_assert(EDGES_A_WINDOW <= MOST_EDGES, "at the ceiling none is refused");
 _Static_assert(MOST_EDGES < 128u, "COUNT_REGISTER's change over a window is taken as signed");
 _Static_assert(PWM_PRESET > 0 && PWM_PRESET < PWM_TICKS, "timer 1 starts within a period");
 
@@ -150,10 +151,12 @@ void __vector_window(void) {
     link_release();
     SCOPE_PORT &= (uint8_t)~_BV(SCOPE_BIT);
     now.sampling = false;
-    if (!in_step) {
-        timers_begin();
-    } else if (CONVERSION % SLOTS >= LEVELS_SLOT - 1) {
+    const bool late = in_step && CONVERSION % SLOTS >= LEVELS_SLOT - 1;
+    if (late && EDGES_REGISTER > 0) {
         overrun();
+    } else if (late || !in_step) { /* late by a storm, which the next window sees and trips */
+        bridge_cut();
+        timers_begin();
     }
     sei(); /* what follows, mostly registers restored, need not keep a slot waiting */
 }

@@ -1,0 +1,98 @@
+"""Motors identified through the real firmware, beside the simulated board and the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import motorid
+from motorid.sim.motor import find_motor
+from motorid.workflow.record import bench, capture_runs
+
+# electrical time constants of 0.28 to 1.6 ms: a window is 0.25 ms
+MOTORS = ("dunkermotoren-gr42", "maxon-re35", "pittman-14204s004")
+NAMES = ("R", "L", "K", "B", "J", "T0")
+MOST = {"R": 0.02, "L": 0.05, "K": 0.02, "B": 0.05, "J": 0.02, "T0": 0.05}
+COUNTS_PER_TURN = 256
+SURE = 1.96
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One parameter of one run: its true value, the estimate, half of its 95 % interval."""
+
+    truth: float
+    value: float
+    half: float
+
+    @property
+    def error(self) -> float:
+        """Relative."""
+        return self.value / self.truth - 1
+
+    @property
+    def relative_half(self) -> float:
+        """The interval's half width, relative."""
+        return self.half / self.truth
+
+
+def rig_text(board: str, motor: str, seed: int) -> str:
+    """A rig file: the motor does not warm up, so that R and K have one true value each."""
+    name, m = find_motor(motor)
+    scheme = "sim://" if board == "sim" else f"emu://{board}"
+    options = f"motor={name}&heating=0&ambient=25&counts_per_turn={COUNTS_PER_TURN}&seed={seed}"
+    options += "&speed=max"
+    return f"""
+name = "{board}-{name}"
+port = "{scheme}?{options}"
+[wiring]
+counts_per_turn = {COUNTS_PER_TURN}
+bridge_resistance_ohm = {2 * m.switch_resistance_ohm}
+bridge_resistance_uncertainty_ohm = {0.2 * m.switch_resistance_ohm}
+voltage_sense = "terminals"
+supply_voltage_v = {m.supply_v}
+[limits]
+current_a = {1.05 * m.supply_v / m.resistance_ohm:.3f}
+speed_rad_s = {1.05 * m.supply_v / m.torque_constant_nm_a:.1f}
+supply_min_v = {0.66 * m.supply_v:.2f}
+supply_max_v = {1.2 * m.supply_v:.2f}
+run_time_s = 20
+[nameplate]
+voltage_v = {m.voltage_v}
+resistance_ohm = {m.resistance_ohm}
+inductance_h = {m.inductance_h}
+torque_constant_nm_a = {m.torque_constant_nm_a}
+inertia_kg_m2 = {m.inertia_kg_m2}
+[sampling]
+rate_hz = 4000
+channels = ["current", "terminal_voltage", "position"]
+[conditions]
+ambient_c = 25
+ambient_uncertainty_c = 1
+"""
+
+
+def truth(motor: str) -> dict[str, float]:
+    """What the plant was given."""
+    m = find_motor(motor)[1]
+    values = (
+        m.resistance_ohm,
+        m.inductance_h,
+        m.torque_constant_nm_a,
+        m.viscous_nm_s,
+        m.inertia_kg_m2,
+        m.coulomb_nm,
+    )
+    return dict(zip(NAMES, values, strict=True))
+
+
+def identify(folder: Path, board: str, motor: str, seed: int = 1) -> dict[str, Figure]:
+    """Capture one run and fit it, as ``motorid run`` does."""
+    path = folder / f"{board}-{motor}.toml"
+    path.write_text(rig_text(board, motor, seed), encoding="utf-8")
+    (capture,) = capture_runs(bench(str(path)), folder / f"{board}-{motor}.h5")
+    found = motorid.fit(capture).parameters
+    return {
+        name: Figure(true, found[name].value, SURE * found[name].total)
+        for name, true in truth(motor).items()
+    }
