@@ -76,6 +76,7 @@ def moved(good: Estimate, bad: Estimate | None) -> tuple[float, float]:
 
 def confusion(folder: Path, cases: Sequence[Case], args: argparse.Namespace) -> bool:
     """Puts every case into every bench's capture, and prints what it was called."""
+    scales, cases = cases is SCALES, [c for c in cases if c.name.startswith(args.case)]
     table: dict[str, Counter[str]] = defaultdict(Counter)
     biased: dict[str, list[tuple[float, float]]] = defaultdict(list)
     for bench in benches(folder, range(1, args.seeds + 1), args.motor):
@@ -83,7 +84,7 @@ def confusion(folder: Path, cases: Sequence[Case], args: argparse.Namespace) -> 
         good = fit([runs.good])
         for case in cases:
             try:
-                code, estimate = named(case.capture(runs), cases is SCALES)
+                code, estimate = named(case.capture(runs), scales)
             except MotoridError as error:  # the rig refuses or trips
                 print(f"  {bench.motor} {bench.program} {case.name}: {error}", file=sys.stderr)
                 continue
@@ -195,6 +196,7 @@ def main() -> int:
     parser.add_argument("--part", choices=parts, action="append")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--motor", action="append", default=[])
+    parser.add_argument("--case", default="", help="only cases whose name begins so")
     parser.add_argument("--both", action="store_true", help="clean: each with and without cogging")
     args = parser.parse_args()
     good = True

@@ -55,10 +55,12 @@ class Runs:
         return self.bench.capture(f"&load_inertia={m.inertia_kg_m2:g}&coupling={0.5 * asked:g}")
 
     def limited(self, *channels: str) -> Capture:
-        """A supply that gives 55 % of the current that the run asks of it."""
+        """A supply, with a small capacitor, that gives 40 % of the current asked of it."""
         c = self.good.channels
         asked = np.abs(c[CURRENT].values * c[VOLTAGE].values).max() / self.bench.preset.supply_v
-        return self.bench.capture(f"&supply_limit={0.55 * asked:.3g}", channels)
+        return self.bench.capture(
+            f"&supply_capacitance=5e-4&supply_limit={0.4 * asked:.3g}", channels
+        )
 
     def in_series(self, share: float) -> Capture:
         """Leads of that share of R, and the voltage sensed before them."""
@@ -100,7 +102,7 @@ CHAIN = (
     Case("current reversed", "current_sign", "", _plain(inject.reversed_, CURRENT)),
     Case("encoder reversed", "encoder_sign", "", _plain(inject.reversed_, POSITION)),
     Case("voltage reversed", "voltage_sign", "", _plain(inject.reversed_, VOLTAGE)),
-    Case("supply limit, measured", "supply_limited", "55 % of the current asked of it",
+    Case("supply limit, measured", "supply_limited", "40 % of the current asked of it; 0.5 mF",
          lambda r: r.limited(CURRENT, VOLTAGE, POSITION)),
     Case("slipping load", "load_slips", "as heavy as the rotor; joint holds half the torque asked",
          Runs.slipping),
@@ -117,7 +119,7 @@ CHAIN = (
 )  # fmt: skip
 # where volts are commanded, and only the supply's are measured
 COMMANDED = Case(
-    "supply limit, volts commanded", "supply_limited", "55 % of the current asked of it",
+    "supply limit, volts commanded", "supply_limited", "40 % of the current asked of it; 0.5 mF",
     lambda r: r.limited(CURRENT, SUPPLY, POSITION),
 )  # fmt: skip
 SCALES = (

@@ -32,10 +32,14 @@ class Suspects(Sequence[Suspect]):
         if self._of is None:
             return self._all()
         records, solution, parameters = self._of
+        plate = scale.read_nameplate(nameplate(records[0].capture))
+        scales = scale.suspects(parameters, plate)
+        if scale.absurd(parameters, plate) and scales[0].strength == "named":
+            return scales  # volts a thousand times too high misfit in every other way as well
         found = look.suspects(records, solution)
-        spoiled = look.spoiling(found)  # then the parameters say nothing of scales
-        plate = {} if spoiled else scale.read_nameplate(nameplate(records[0].capture))
-        return found + scale.suspects(parameters, plate)
+        if look.spoiling(found):  # then the parameters say nothing of scales
+            scales = scale.suspects(parameters, {})
+        return found + scales
 
     def _all(self) -> tuple[Suspect, ...]:
         if self._found is None:

@@ -31,6 +31,7 @@ KEYS = {
 }
 CLEAR = 12.0  # chi-square that a wrong scale must explain
 ALONE = 4.0  # and by how much more than any other cause does
+ABSURD = math.log(30.0)
 PAIR = 2  # causes that may be named together
 LOAD = 2.0  # chi-square of an inertia above the nameplate's, at most: a load is no fault
 ODD = 9.0  # of any one figure, at most: nameplates are wrong too
@@ -154,6 +155,11 @@ def departures(
         for name, value in nameplate.items()
         if name in fitted and name in TOLERANCE
     }
+
+
+def absurd(parameters: Mapping[str, Parameter], nameplate: Mapping[str, float]) -> bool:
+    """No motor departs so far from its nameplate, whatever else is wrong with its capture."""
+    return any(abs(d) > ABSURD for d, _ in departures(parameters, nameplate).values())
 
 
 def by_nameplate(known: Mapping[str, tuple[float, float]]) -> tuple[Verdict, ...]:

@@ -33,7 +33,7 @@ Floats = NDArray[np.float64]
 COARSE = 8  # samples at which the load is followed
 RATES = np.geomspace(0.03, 0.9, 16)  # of the steepest acceleration, at which a slipping load goes
 LEAST_SHARE = 0.05  # of the inertia
-EXPLAINS = 0.3  # of the squares that the law of a fast load leaves: worth a fit
+EXPLAINS = 0.15  # of the squares that the law of a fast load leaves: worth a fit
 
 
 def seen(records: Sequence[MotorRecord]) -> tuple[Hypothesis, Start] | None:
