@@ -121,6 +121,8 @@ def _left(records: Sequence[WideRecord], solution: Solution, start: Mapping[str,
     for record, own, line in zip(records, solution.own, solution.records, strict=True):
         parts = record.residuals(shared, own)
         r = np.concatenate([p / s for p, s in zip(parts, line.sigmas, strict=True)])
+        if not np.isfinite(r).all():
+            return float("inf")  # a spring too stiff to be followed
         total += square(r) - _explained(line, r)
         pull += project(line.orthogonal.T, r)
     return total - float(pull @ covariance_of(solution.information) @ pull)
