@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tests.conformance.boards import opened
-from tests.conformance.client import Client, Record
+from tests.conformance.client import BEAT_S, Client, Record
 
 CLOCK_HZ = 16_000_000
 MOTOR = "dunkermotoren-gr42"
@@ -53,13 +53,28 @@ class Figures:
         return self.link_bytes_s / self.rate_hz
 
 
+def follow(client: Client, record: Record, seconds: float) -> Record:
+    """Hear a run to its end. Raises TimeoutError where a reset leaves it without."""
+    beat_at, until = 0.0, client.port.now() + seconds
+    while not record.all("done"):
+        if (now := client.port.now()) >= beat_at:
+            beat_at = now + BEAT_S
+            client.send("heartbeat", sequence=0)
+        client.wait(1e-3)
+        record.told += client.told
+        client.told.clear()
+        if now > until:
+            raise TimeoutError("the run did not end in its time")
+    return record
+
+
 def run(
     board: str, rate_hz: float, edges_hz: float, seconds: float = 0.5, defines: str = ""
 ) -> Figures:
     """A run with a turning encoder: coasts, and short drives so that the bridge acts.
 
     A rate of 0 is the board's highest. ``edges_hz`` come from the encoder alone, so the motor need
-    not follow. ``defines`` go to the firmware's compiler.
+    not follow. ``defines`` go to the firmware's compiler. Raises TimeoutError where it has no end.
     """
     extra = {"defines": defines} if defines else {}
     with opened(board, motor=MOTOR, **extra) as emulated:
@@ -77,7 +92,7 @@ def run(
         client.wait(SETTLE_S)
         port.board.times()
         client.told.clear()
-        record = client.follow(Record(client.get("start", **hashes)["start_tick"]))
+        record = follow(client, Record(client.get("start", **hashes)["start_tick"]), 2 * seconds)
         times = port.board.times()
         return Figures(board, actual, edges_hz, times, port.board.facts(), record)
 

@@ -15,6 +15,7 @@ SAMPLE_JITTER = 250  # cycles from a window's end to core_sample()
 ENABLE_JITTER = 160  # cycles from the tick to enable
 HANDS = 3250  # cycles that core_sample() may take: until the levels' slot
 LEAST_IDLE = 0.05
+LEAST_STACK = 128  # bytes never used
 
 
 @pytest.fixture(autouse=True)
@@ -37,6 +38,7 @@ def test_the_highest_rate_with_the_encoder_at_full_speed(board: str) -> None:
     assert times["sample"]["most"] < HANDS
     assert figures.share("asleep") > LEAST_IDLE
     assert figures.link_bytes_s < 0.3 * rates.LINK_BYTES_S
+    assert figures.facts["stack_left"] > LEAST_STACK
     position = figures.record.channel(Channel.POSITION).view("u2")
     moved = (position[1:] - position[:-1]).view("i2")
     assert moved.min() >= 8  # 9.875 counts a sample: an edge lost or a window out of step shows
