@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, VOLTAGE, Capture
 from motorid.estimate.algebra import square
 from motorid.estimate.identifiability import run_to_add
-from motorid.estimate.intervals import Findings
+from motorid.estimate.intervals import Findings, budget_shares
 from motorid.estimate.likelihood import Solution
 from motorid.estimate.record import EMF, Measured, MotorRecord
 from motorid.estimate.suspects.where import place
@@ -25,6 +25,17 @@ LACK_OF_FIT = 1.5  # residuals in units of the declared noise
 COLOURED = 1.3  # widening of an interval that is worth saying
 INSEPARABLE = 0.98  # correlation
 WORTH_SEPARATING = 0.01  # relative statistical uncertainty
+IMPROVE = {  # what to do about a cause
+    "noise": "take more runs or livelier ones",
+    "current gain": "calibrate the current's gain (motorid calibrate)",
+    "voltage gain": "calibrate the voltage's gain (motorid calibrate)",
+    "encoder or speed gain": "calibrate the encoder's counts or the speed's gain",
+    "clock": "calibrate the board's clock (motorid calibrate)",
+    "current delay": "measure the delay of the current's channel",
+    "voltage delay": "measure the delay of the voltage's channel",
+    "voltage resolution": "measure the voltage with a finer converter or a smaller range",
+    "wiring resistance": "measure the leads' and the bridge's resistance",
+}
 WORDS = {EMF: "back-EMF while coasting"}
 
 
@@ -56,6 +67,7 @@ def diagnostics(
 ) -> tuple[Diagnostic, ...]:
     """Findings about data and fit, the gravest first. ``named``: the captures' segments."""
     out: list[Diagnostic] = []
+    coloured: dict[str, list[float]] = {}
     if not found.solution.converged:
         out.append(
             Diagnostic(
@@ -69,8 +81,11 @@ def diagnostics(
         segments = named[k][1] if named else ()
         for m, residual in zip(record.measured, left, strict=True):
             out += _block(record, m, residual, segments, where)
+            coloured.setdefault(m.block.name, []).extend(_memory(residual))
         out += _data(record, where)
+    out += [_coloured(name, rhos) for name, rhos in coloured.items() if rhos]
     out += _statistics(found)
+    out += _budget(found, parameters)
     pairs = _inseparable(found, parameters)
     out += _told_apart(pairs)
     unknown = [n for n, p in parameters.items() if p.status == "not_identifiable"]
@@ -99,17 +114,25 @@ def _block(
                 f"{f', {mostly}' if mostly else ''}: the model lacks something",
             )
         )  # fmt: skip
+    return out
+
+
+def _memory(residual: Floats) -> list[float]:
+    """The correlation of neighbours, where it stands out."""
     lags = autocovariance(residual, 1)
     rho = float(lags[1] / lags[0]) if lags[0] > 0 else 0.0
-    if abs(rho) > max(0.1, 4.0 / np.sqrt(len(residual))):
-        out.append(
-            Diagnostic(
-                "coloured_residuals", "info",
-                f"neighbouring residuals of the {name} are correlated ({rho:+.2f}){where}; "
-                "the intervals allow for it",
-            )
-        )  # fmt: skip
-    return out
+    return [rho] if abs(rho) > max(0.1, 4.0 / np.sqrt(len(residual))) else []
+
+
+def _coloured(name: str, rhos: Sequence[float]) -> Diagnostic:
+    """One sentence for all runs."""
+    size = f"{rhos[0]:+.2f}" if len(rhos) == 1 else f"{min(rhos):+.2f} to {max(rhos):+.2f}"
+    runs = f" in {len(rhos)} runs" if len(rhos) > 1 else ""
+    return Diagnostic(
+        "coloured_residuals", "info",
+        f"neighbouring residuals of the {WORDS.get(name, name)} are correlated ({size}){runs}; "
+        "the intervals allow for it",
+    )  # fmt: skip
 
 
 def _data(record: MotorRecord, where: str) -> list[Diagnostic]:
@@ -217,3 +240,24 @@ def _run_to_add(
     longest = max(record.timeline.count for record in records) * max(periods)
     tau_s = float(np.clip(mechanical_time_constant(motor), 20 * min(periods), longest))
     return [Diagnostic("run_to_add", "info", run_to_add(names, volts, tau_s))]
+
+
+def _budget(found: Findings, parameters: Mapping[str, Parameter]) -> list[Diagnostic]:
+    """Which cause gives most of each parameter's uncertainty, and what to improve first."""
+    by_cause: dict[str, list[tuple[str, float]]] = {}
+    for name, shares in budget_shares(found).items():
+        total = sum(share**2 for share in shares.values())
+        if parameters[name].value is None or total <= 0.0:
+            continue
+        cause = max(shares, key=lambda c: shares[c])
+        by_cause.setdefault(cause, []).append((name, shares[cause] ** 2 / total))
+    if not by_cause:
+        return []
+    first = max(by_cause, key=lambda c: len(by_cause[c]))
+    said = "; ".join(
+        f"{cause} for {', '.join(f'{n} ({100 * share:.0f} %)' for n, share in names)}"
+        for cause, names in sorted(by_cause.items(), key=lambda item: -len(item[1]))
+    )
+    remedy = IMPROVE.get(first, f"reduce what is unknown of the {first}")
+    message = f"Largest part of each variance: {said}. To narrow most, {remedy}."
+    return [Diagnostic("budget", "info", message)]

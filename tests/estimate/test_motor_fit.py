@@ -276,3 +276,27 @@ def test_import_is_cheap_and_knows_no_serial_port() -> None:
         "sys.exit(str(bad) if bad else 0)"
     )
     subprocess.run([sys.executable, "-c", script], check=True)
+
+
+def test_the_report_says_which_cause_to_improve_first() -> None:
+    current = run().channels[CURRENT]
+    doubtful = changed(run(), **{CURRENT: replace(current, gain_uncertainty=0.02)})
+    (said,) = (d.message for d in fit([doubtful]).diagnostics if d.code == "budget")
+    assert "current gain for R (" in said
+    assert "calibrate the current's gain" in said
+    (said,) = (d.message for d in fit([run()]).diagnostics if d.code == "budget")
+    assert "noise for R (100 %), L (100 %)" in said
+
+
+def test_correlated_residuals_are_said_once_however_many_runs_show_them() -> None:
+    rng = np.random.default_rng(5)
+    runs = []
+    for seed in (1, 2, 3):
+        one = run(seed)
+        raw = one.channels[CURRENT].raw
+        walk = np.convolve(rng.normal(0, 0.01, len(raw) + 4), np.ones(5) / 5, "valid")
+        runs.append(with_raw(one, CURRENT, raw + walk))
+    said = [d.message for d in fit(runs).diagnostics if d.code == "coloured_residuals"]
+    assert len(said) == len(set(said)) <= 3
+    assert sum("residuals of the current" in text for text in said) == 1
+    assert any("in 3 runs" in text for text in said)
