@@ -49,7 +49,7 @@ def two_masses():
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["ml", "nls"])
 def test_a_quadratic_load_is_found_within_its_uncertainty(loaded, method):
-    found = fit([loaded], method=method, model="quadratic-load")
+    found = search_fit([loaded], method, model="quadratic-load")
     truth = table(4)[0].truth
     assert list(found.parameters) == [*"RLKBJ", "T0", "T_lc"]
     for name, theirs in LOAD.items():
@@ -63,7 +63,7 @@ def test_a_quadratic_load_is_found_within_its_uncertainty(loaded, method):
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["ml", "nls"])
 def test_two_masses_are_found_within_their_uncertainty(two_masses, method):
-    found = fit([two_masses], method=method, model="two-masses", seed=1)
+    found = search_fit([two_masses], method, model="two-masses", seed=1)
     assert list(found.parameters)[6:] == ["J1", "J2", "Ks", "b"]
     for name, true in {**MASSES, "J": MASSES["J1"] + MASSES["J2"]}.items():
         p = found.parameters[name]
