@@ -134,8 +134,8 @@ set-up that the review does not print and we propose; [D] one that follows from 
 
 Records are made by the model that is searched, in finer steps where it takes steps: the question
 is what a search does with a record, not what a model lacks. "motorid (default)" is what
-`motorid fit` does, given the record as a capture; in Tables 4 and 5 it is the same likelihood on the
-searches' response, from the middle of the bounds. It counts every response that it simulates.
+`motorid fit` does, given the record as a capture; in Tables 4 and 5 it is the same likelihood on
+the searches' response, from the middle of the bounds. It counts every response that it simulates.
 "NLS (ours)" is a trust-region least squares on the same residuals from the middle of the bounds,
 started again until two starts agree. The review has no such rows.
 """
