@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+MISFIT = 4.0  # residuals in units of the scatter between neighbours: more than noise
 SMALL_PRODUCT = 200_000  # multiplications that a BLAS leaves to one core
 
 
@@ -39,3 +40,10 @@ def gram(a: Floats, b: Floats) -> Floats:
         part = slice(start, start + width)
         total += a[:, part] @ b[:, part].T
     return total
+
+
+def misfits(residual: Floats, least: float) -> bool:
+    """More than noise: beyond ``least`` rms, and beyond the scatter between neighbours."""
+    total = square(residual) / len(residual)
+    between = square(np.diff(residual)) / (2 * len(residual))
+    return total > max(MISFIT**2 * between, least**2)

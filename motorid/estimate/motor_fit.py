@@ -13,7 +13,7 @@ from motorid.capture.model import CURRENT, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
 from motorid.estimate import colour, input_noise, instrument, intervals, remarks, tables
-from motorid.estimate.algebra import square
+from motorid.estimate.algebra import misfits
 from motorid.estimate.bridge import discontinuous, refuse_discontinuous
 from motorid.estimate.closed_form import start_values
 from motorid.estimate.likelihood import ENOUGH, Solution, Unknown, maximise
@@ -33,7 +33,6 @@ SOURCE_PASSES = 3  # at most, of fit and source lines in turn
 SHORTEST_ELECTRICAL = 1e-3  # L/R in sample periods: below it the data know no inductance
 ROUGH = 1.0  # change of chi-square that is near enough while sources and noise are unsettled
 COLOUR_PASSES = 2  # of noise model and fit in turn
-MISFIT = 4.0  # residuals in units of the scatter between neighbours: more than noise
 GROSS = 0.02  # residuals in units of a channel's range: worth another start
 OTHER_STARTS: tuple[dict[str, float], ...] = (
     {"L": 0.2},
@@ -254,9 +253,7 @@ def _misfits(solution: Solution, records: Sequence[MotorRecord]) -> bool:
     """
     for record, own in zip(records, solution.own, strict=True):
         for m, left in zip(record.measured, record.departures(solution.values, own), strict=True):
-            total = square(left) / len(left)
-            between = square(np.diff(left)) / (2 * len(left))
-            if total > max(MISFIT**2 * between, (GROSS * float(np.ptp(m.values))) ** 2):
+            if misfits(left, GROSS * float(np.ptp(m.values))):
                 return True
     return not solution.converged
 

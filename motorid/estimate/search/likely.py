@@ -10,14 +10,13 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import qmc
 
-from motorid.estimate.algebra import square
+from motorid.estimate.algebra import misfits
 from motorid.estimate.likelihood import Block, Solution, Unknown, maximise
 from motorid.estimate.search.objective import Objective
 from motorid.estimate.search.population import SearchResult
 from motorid.estimate.types import Floats
 
 ROUNDING = 1e-7  # of a channel's scale: the floor of a noise level
-MISFIT = 4.0  # residuals in units of the scatter between neighbours: more than noise
 GROSS = 1e-3  # of a channel's scale, below which a misfit is the model's and not the search's
 SCOUTS = 16  # points among which another start is chosen
 STARTS = 4  # at most
@@ -90,9 +89,4 @@ def _from(readings: Readings, u: Floats) -> Solution:
 def _misfits(readings: Readings, found: Solution) -> bool:
     if not found.converged:
         return True
-    for left in readings.residuals(found.values, np.zeros(0)):
-        total = square(left) / len(left)
-        between = square(np.diff(left)) / (2 * len(left))
-        if total > max(MISFIT**2 * between, GROSS**2):
-            return True
-    return False
+    return any(misfits(left, GROSS) for left in readings.residuals(found.values, np.zeros(0)))
