@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -61,27 +61,42 @@ def compare_table(
     progress: Progress | None = None,
 ) -> TableResult:
     """Rebuild table ``number``; ``folder`` keeps each run. Raises UsageError outside 2 to 9."""
-    places = [
-        (experiment, noise, index, row)
-        for experiment in tables.table(number)
-        for noise in experiment.noise
-        for index, row in enumerate(experiment.rows)
-    ]
+    cases = [(e, noise) for e in tables.table(number) for noise in e.noise]
+    found = run_cases(cases, folder, seeds=seeds, jobs=jobs, progress=progress)
+    blocks = tuple(
+        Block(
+            experiment,
+            noise,
+            tuple(
+                Line(row, summarise(experiment, row, noise, runs), median_convergence(runs))
+                for row, runs in zip(experiment.rows, by_row, strict=True)
+            ),
+        )
+        for (experiment, noise), by_row in zip(cases, found, strict=True)
+    )
+    return TableResult(number, seeds, blocks, remarks.remarks(number))
+
+
+def run_cases(
+    cases: Sequence[tuple[Experiment, float]],
+    folder: Path,
+    *,
+    seeds: int = SEEDS,
+    jobs: int = -1,
+    progress: Progress | None = None,
+) -> list[list[list[Solution]]]:
+    """Solutions by experiment at one noise, row and seed; ``folder`` keeps each run."""
     tasks = [
-        Task(_work, (number, e.key, index, noise, seed), _definition(e, row, noise, seed))
-        for e, noise, index, row in places
+        Task(_work, (e.table, e.key, index, noise, seed), _definition(e, row, noise, seed))
+        for e, noise in cases
+        for index, row in enumerate(e.rows)
         for seed in range(seeds)
     ]
-    results = run_all(tasks, folder, jobs, progress)
-    lines: dict[tuple[str, float], list[Line]] = {}
-    for place, (experiment, noise, _, row) in enumerate(places):
-        runs = [solution_of(r) for r in results[place * seeds : (place + 1) * seeds]]
-        summary = summarise(experiment, row, noise, runs)
-        line = Line(row, summary, median_convergence(runs))
-        lines.setdefault((experiment.key, noise), []).append(line)
-    by_key = {experiment.key: experiment for experiment, *_ in places}
-    blocks = tuple(Block(by_key[key], noise, tuple(ls)) for (key, noise), ls in lines.items())
-    return TableResult(number, seeds, blocks, remarks.remarks(number))
+    results = iter(run_all(tasks, folder, jobs, progress))
+    return [
+        [[solution_of(next(results)) for _ in range(seeds)] for _ in experiment.rows]
+        for experiment, _ in cases
+    ]
 
 
 def _definition(experiment: Experiment, row: Row, noise: float, seed: int) -> dict[str, Any]:

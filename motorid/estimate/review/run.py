@@ -86,20 +86,28 @@ class Summary:
     seconds: float
 
 
+def figures_found(experiment: Experiment, solutions: Sequence[Solution]) -> dict[str, Floats]:
+    """What each solution says of each figure, (solutions,); NaN where it says nothing."""
+    said = [experiment.figures(s.values) if s.values else {} for s in solutions]
+    return {
+        name: np.array([figures.get(name, np.nan) for figures in said])
+        for name in experiment.figures(experiment.truth)
+    }
+
+
 def summarise(
     experiment: Experiment, row: Row, noise: float, solutions: Sequence[Solution]
 ) -> Summary:
     """Medians, quartiles and rms over the seeds that gave an answer."""
     good = [solution for solution in solutions if solution.values]
     truth = experiment.figures(experiment.truth)
-    found = [experiment.figures(solution.values) for solution in good]
     nominal, estimate, rms = {}, {}, {}
-    for name, true in truth.items():
-        values = np.array([figures[name] for figures in found if name in figures])
+    for name, found in figures_found(experiment, good).items():
+        values = found[~np.isnan(found)]
         if len(values):
-            misses = relative_to_nominal(values, np.array(true))
+            misses = relative_to_nominal(values, np.array(truth[name]))
             nominal[name] = Quartiles.of(misses)
-            estimate[name] = Quartiles.of(relative_to_estimate(values, np.array(true)))
+            estimate[name] = Quartiles.of(relative_to_estimate(values, np.array(truth[name])))
             rms[name] = float(np.sqrt(np.mean(misses**2)))
     costs = np.array([s.cost for s in good if np.isfinite(s.cost)])
     return Summary(
