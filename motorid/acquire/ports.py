@@ -35,7 +35,7 @@ def list_ports() -> tuple[PortInfo, ...]:
 def serial_of(url: str) -> str:
     """The serial number of the board behind a port, without opening it; "" where none is told.
 
-    A USB device tells it to the system; a simulated board has one for each seed.
+    A USB device tells it to the system; a simulated board has one for each seed of boards.
     """
     kind, _, rest = url.partition("://")
     if kind == "relay":
@@ -44,7 +44,7 @@ def serial_of(url: str) -> str:
     if kind == "sim":
         from motorid.sim.options import parse_url
 
-        return f"sim-{parse_url(url).seed}"
+        return f"sim-{parse_url(url).board_seed}"
     return "" if rest else _usb_serial(url.partition("?")[0])
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motorid.sim.options import CLOCK_HZ, Options
 from motorid.wire.enums import Channel, ChannelKind, Unit
 
+Floats = NDArray[np.float64]
 UNSYNCHRONISED = 65_535
 IDLE_TICKS = CLOCK_HZ // 10_000
 
@@ -65,12 +67,12 @@ class Chain:
 
 
 def draw_chain(options: Options) -> Chain:
-    """The chain of that seed: errors drawn from the declared uncertainties unless given."""
-    rng = np.random.default_rng([options.seed, 1])
-    gains, offsets = rng.standard_normal(3), rng.standard_normal(3)
-    ppm = rng.uniform(-options.clock_uncertainty, options.clock_uncertainty)
-    angle = rng.uniform(0.0, 2 * np.pi)
-    late = options.delay_uncertainty * rng.standard_normal(3)
+    """The chain of that board: errors drawn from the declared uncertainties unless given.
+
+    How its encoder happens to lie is no error, and the seed's.
+    """
+    gains, offsets, ppm, _, late = _drawn(options, options.board_seed)
+    angle = _drawn(options, options.seed)[3]
     middle, codes = 2.0 ** (options.bits - 1), 2.0**options.bits
     amps = options.current_range or 1.5 * options.preset.stall_current_a
     volts = options.voltage_range or 1.25 * options.supply_v or 1.0
@@ -110,6 +112,15 @@ def draw_chain(options: Options) -> Chain:
     )
 
 
+def _drawn(options: Options, seed: int) -> tuple[Floats, Floats, float, float, Floats]:
+    """Gains, offsets, clock in 1e-6, the encoder's angle in rad, delays in s, by one seed."""
+    rng = np.random.default_rng([seed, 1])
+    gains, offsets = rng.standard_normal(3), rng.standard_normal(3)
+    ppm = rng.uniform(-options.clock_uncertainty, options.clock_uncertainty)
+    angle = rng.uniform(0.0, 2 * np.pi)
+    return gains, offsets, ppm, angle, options.delay_uncertainty * rng.standard_normal(3)
+
+
 def shortest_period(options: Options, chain: Chain) -> int:
     """Least sample period in ticks: every window fits two of them, every delay one."""
     pwm_ticks = CLOCK_HZ // options.pwm
@@ -119,6 +130,13 @@ def shortest_period(options: Options, chain: Chain) -> int:
         for late in (c.delay_s, c.true_delay_s)
     )
     return pwm_ticks * max(1, int(-(-longest // pwm_ticks)))
+
+
+def burst_samples(options: Options, chain: Chain) -> int:
+    """Samples of a fast burst in the shortest period, so that they are whole ticks apart; or 0."""
+    shortest = shortest_period(options, chain)
+    fit = next(n for n in range(options.burst, 0, -1) if shortest % n == 0)
+    return fit if fit > 1 else 0
 
 
 def idle_period(options: Options, chain: Chain) -> int:

@@ -19,7 +19,7 @@ def _number(default: float | None, low: float, high: float, doc: str) -> Any:
     return field(default=default, metadata={"low": low, "high": high, "doc": doc, "type": float})
 
 
-def _integer(default: int, low: int, high: int, doc: str) -> Any:
+def _integer(default: int | None, low: int, high: int, doc: str) -> Any:
     return field(default=default, metadata={"low": low, "high": high, "doc": doc, "type": int})
 
 
@@ -41,6 +41,7 @@ class Options:
 
     motor: str = _text("faulhaber-2338s006s", "motor preset, or the beginning of its name")
     seed: int = _integer(1, 0, 2**63 - 1, "of noise, errors of the measuring chain and faults")
+    board: int = _integer(None, 0, 2**63 - 1, "seed of the chain's errors and serial number alone")
     speed: str = _choice("realtime", ("realtime", "max"), "pace; max runs on simulated time")
     fault: str = _text("", "faults, comma-separated: NAME[:VALUE][@SECONDS of the first run]")
     # motor
@@ -105,8 +106,14 @@ class Options:
     # board and link
     baud: int = _integer(1_000_000, 0, 100_000_000, "of the link to the host; 0: no limit")
     buffer: int = _integer(2048, 32, 65_535, "samples the board keeps for the link or a burst")
+    burst: int = _integer(4, 1, 16, "samples of a fast burst in the shortest period; 1: none")
     max_steps: int = _integer(64, 1, 255, "steps a program may have")
     max_step: float = _number(0.0, 0, 1e-3, "s, longest integration step; 0: chosen")
+
+    @property
+    def board_seed(self) -> int:
+        """Which board this is: of its chain's errors, and its serial number."""
+        return self.seed if self.board is None else self.board
 
     @property
     def preset(self) -> Motor:

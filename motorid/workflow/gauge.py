@@ -12,10 +12,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from urllib.parse import parse_qsl, urlencode, urlsplit
+from urllib.parse import parse_qsl
 
 from motorid.errors import DataError, UsageError
-from motorid.workflow.record import SIM
+from motorid.workflow.record import SIM, sim_url
 
 if TYPE_CHECKING:
     from motorid.quality.gauge import GaugeResult, Method
@@ -72,9 +72,8 @@ def measure(
     """Makes the runs that are not on disk yet; ``ask`` waits until the part is mounted.
 
     ``rigs`` by operator or fixture. ``options`` by part: what a simulated rig is told of its motor,
-    as ``load_inertia=1e-8``. A simulated rig gets another seed for every run, so its noise differs;
-    errors of its chain stay only where its URL fixes them: gain_error, voltage_gain_error,
-    offset_error and clock_ppm.
+    as ``load_inertia=1e-8``. A simulated rig gets another seed for every run, so its noise differs,
+    and stays the board that its port names, with the errors and the calibration of that one.
     """
     from motorid.acquire.record import capture
 
@@ -92,16 +91,18 @@ def measure(
 
 
 def _port(port: str, options: str, run: Run) -> str:
+    from motorid.sim.options import parse_url
+
     if not port.startswith(SIM):
         if options:
             raise UsageError(
                 f"part {run.part}: {options} is for simulated rigs, {port} is a real one"
             )
         return port
-    known = dict(parse_qsl(urlsplit(port).query, keep_blank_values=True))
-    known |= dict(parse_qsl(options, keep_blank_values=True))
-    seed = zlib.crc32(f"{run.part}/{run.operator}/{run.repeat}".encode())
-    return f"{SIM}?{urlencode({**known, 'seed': seed}, safe=',:')}"
+    told = dict(parse_qsl(options, keep_blank_values=True))
+    told["board"] = str(parse_url(port).board_seed)
+    told["seed"] = str(zlib.crc32(f"{run.part}/{run.operator}/{run.repeat}".encode()))
+    return sim_url(port, **told)
 
 
 def readings(

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from motorid.capture import store
 from motorid.cli.main import run
 from motorid.errors import UsageError
 from motorid.workflow.gauge import plan
@@ -147,12 +148,16 @@ def test_the_order_of_a_study_is_shuffled_and_repeatable(tmp_path: Path) -> None
 def test_a_study_on_the_simulated_rig(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Two fixtures whose current gains differ by 2 %, three discs: J's parts and R's fixtures show.
 
-    Interrupted or not, a second call measures nothing again.
+    Interrupted or not, a second call measures nothing again. One fixture is calibrated, and every
+    run of it is one with that board.
     """
     out = tmp_path / "study"
-    chain = "gain_error={}&voltage_gain_error=0&offset_error=0&clock_ppm=0&speed=max"
-    (tmp_path / "left.toml").write_text(rig_text(chain.format(0.0)))
-    (tmp_path / "right.toml").write_text(rig_text(chain.format(0.02)))
+    chain = "board={}&gain_error={}&voltage_gain_error=0&offset_error=0&clock_ppm=0&speed=max"
+    (tmp_path / "left.toml").write_text(rig_text(chain.format(7, 0.0)))
+    (tmp_path / "right.toml").write_text(rig_text(chain.format(8, 0.02)))
+    calibrated = '[board]\nname = "motorid-sim"\nserial = "{}"\n'
+    head = 'format = "motorid calibration 1"\ndate = 2026-11-21T12:00:00Z\n'
+    (tmp_path / "left.calibration.toml").write_text(head + calibrated.format("sim-7"))
     words = ["gauge", "run", "--yes", "-o", str(out), "--repeats", "2"]
     words += ["-f", f"left={tmp_path / 'left.toml'}", "-f", f"right={tmp_path / 'right.toml'}"]
     for k in (1, 2, 3):
@@ -170,6 +175,8 @@ def test_a_study_on_the_simulated_rig(tmp_path: Path, capsys: pytest.CaptureFixt
     assert len(before) == 12
     assert run(words) == 2
     assert run([*words, "--force"]) == 0
+    left = [store.load(path).provenance for path in before if "_left_" in path.name]
+    assert {one["board_serial"] for one in left} == {"sim-7"}
     assert before == {path: path.stat().st_mtime_ns for path in (out / "captures").iterdir()}
     capsys.readouterr()
 

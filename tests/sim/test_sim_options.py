@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from motorid.acquire.ports import serial_of
 from motorid.errors import UsageError
 from motorid.sim import truth
+from motorid.sim.chain import draw_chain
 from motorid.sim.motor import motors
 from motorid.sim.options import parse_url
 from motorid.sim.port import RealTimePort, SimPort, open_sim
@@ -70,3 +72,12 @@ def test_truth_is_as_run() -> None:
     assert facts["J"] == pytest.approx(1.39e-6)
     assert facts["chain"]["current"]["gain_error"] == pytest.approx(0.01)
     assert facts["chain"]["clock_ppm"] == 7
+
+
+def test_a_board_keeps_its_errors_whatever_the_noise() -> None:
+    own, again, other = (truth(f"sim://?seed={s}&board=7")["chain"] for s in (7, 1, 2))
+    assert own == truth("sim://?seed=7")["chain"] == again == other
+    assert truth("sim://?seed=1")["chain"] != own
+    assert serial_of("sim://?seed=1&board=7") == serial_of("sim://?seed=7") == "sim-7"
+    lies = {draw_chain(parse_url(f"sim://?seed={s}&board=7")).encoder_angle for s in (1, 2)}
+    assert len(lies) == 2
