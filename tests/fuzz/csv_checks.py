@@ -21,7 +21,10 @@ MAPS = (
     ("time=t:s", "current=i:A", "voltage=u:V"),
     ("speed=column1:rad/s", "voltage=column2*column2:V"),
 )
-_folder = tempfile.TemporaryDirectory(prefix="motorid-fuzz-")
+MEMORY = Path("/dev/shm")  # Linux: files that cost no disk
+_folder = tempfile.TemporaryDirectory(
+    prefix="motorid-fuzz-", dir=MEMORY if MEMORY.is_dir() else None
+)
 _path = Path(_folder.name, f"table{os.getpid()}.csv")
 
 
