@@ -131,6 +131,7 @@ class _Run:
         stopping = False
         while True:
             board.hear(POLL_S)
+            self.expect_life()  # just after listening: this computer's own delays are no silence
             while board.news:
                 progressed = now()
                 reason = self.take(board.news.popleft())
@@ -142,15 +143,19 @@ class _Run:
             if now() >= beat_at:
                 beat_at = now() + self.beat_s
                 board.tell("heartbeat", sequence=self.sequence)
-            if now() - board.heard_at > self.patience_s:
-                raise LinkError(
-                    f"{board.port.name}: the board went silent in mid-run; it stops the motor by "
-                    "itself: check the cable and the board's power"
-                )
             if now() - progressed > (LULL_S if stopping else self.lull_s):
                 if reason := self.ended_unheard(stopping or now() > over_at):
                     return reason
                 progressed = now()
+
+    def expect_life(self) -> None:
+        """Raises LinkError when nothing has come for too long."""
+        port = self.board.port
+        if port.now() - self.board.heard_at > self.patience_s:
+            raise LinkError(
+                f"{port.name}: the board went silent in mid-run; it stops the motor by itself: "
+                "check the cable and the board's power"
+            )
 
     def ended_unheard(self, should: bool) -> str:
         """Why the run ended when the word of it was lost on the link; "" when it goes on.

@@ -9,6 +9,7 @@ from motorid.sim.device import Device
 from motorid.sim.options import Options, parse_url
 
 POLL_S = 1e-3
+HICCUP_S = 0.02  # a poll that takes longer was kept waiting by the system
 STRETCH = 32  # samples by which simulated time moves while nothing has arrived
 STRETCH_S = 5e-3  # and the longest such stretch: a reply comes no later
 
@@ -67,37 +68,43 @@ class SimPort:
 
 
 class RealTimePort(SimPort):
-    """The same at the pace of the wall clock."""
+    """The same at the pace of the wall clock, while this process runs.
+
+    Board and client share a process. Where the system lets it wait for a core in the middle of a
+    ``read``, in which the client does nothing but listen, no time passes on the rig, or the board
+    would take the computer's pause for a silent host. A client that is long about other things
+    between two calls is a silent host.
+    """
 
     def __init__(self, name: str, options: Options) -> None:
         super().__init__(name, options)
         self._began = time.monotonic()
-
-    def _sync(self) -> None:
-        self._device.advance_to(time.monotonic() - self._began)
+        self._stood_still = 0.0
 
     def read(self, size: int, timeout_s: float) -> bytes:
         """See SimPort.read."""
         device = self._check()
-        deadline = time.monotonic() + timeout_s
+        last = self.now()
+        deadline = last + timeout_s
         while True:
-            self._sync()
+            self._stood_still += max(self.now() - last - HICCUP_S, 0.0)
+            last = self.now()
+            device.advance_to(last)
             if data := device.take(size):
                 return data
             device.check()
-            left = deadline - time.monotonic()
-            if left <= 0:
+            if last >= deadline:
                 return b""
-            time.sleep(min(left, POLL_S))
+            time.sleep(min(deadline - last, POLL_S))
 
     def write(self, data: bytes) -> None:
         """See SimPort.write."""
-        self._sync()
+        self._device.advance_to(self.now())
         super().write(data)
 
     def now(self) -> float:
-        """Seconds of the wall clock since the port was opened."""
-        return time.monotonic() - self._began
+        """Seconds of the wall clock since the port was opened, less what this process missed."""
+        return time.monotonic() - self._began - self._stood_still
 
 
 def open_sim(url: str) -> SimPort:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import threading
 import time
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -18,7 +20,8 @@ from motorid.acquire.journal import JournalWriter
 from motorid.acquire.live import Live
 from motorid.acquire.port import open_port
 from motorid.capture import store
-from motorid.errors import LinkError, MotoridError
+from motorid.errors import LinkError, MotoridError, RigError
+from motorid.rig import Rig
 from tests.acquire.rigs import sim_rig
 from tests.faults.scenarios import SCENARIOS
 from tests.load import day
@@ -66,10 +69,45 @@ def test_a_slow_disk_holds_up_no_heartbeat(tmp_path: Path, monkeypatch: pytest.M
         fsync(handle)
 
     monkeypatch.setattr("motorid.acquire.journal.os.fsync", slow)
-    rig = sim_rig(speed="realtime")
-    rig = replace(rig, limits=replace(rig.limits, host_silence_s=0.25))
+    rig = impatient_rig()
     kept = store.load(record.capture(rig, rig.program, tmp_path / "run.h5"))
     assert (len(kept), kept.gaps, kept.end_reason) == (3800, (), "completed")
+
+
+def impatient_rig() -> Rig:
+    """In real time, on a board that waits a quarter of a second for the host."""
+    rig = sim_rig(speed="realtime")
+    return replace(rig, limits=replace(rig.limits, host_silence_s=0.25))
+
+
+def test_a_process_that_gets_no_core_is_no_silent_host(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Twice in the run the system leaves client and simulated board waiting for half a second."""
+    polls = itertools.count()
+
+    def held_up(seconds: float) -> None:
+        time.sleep(0.5 if next(polls) in (200, 300) else seconds)
+
+    monkeypatch.setattr("motorid.sim.port.time", SimpleNamespace(
+        sleep=held_up, monotonic=time.monotonic
+    ))  # fmt: skip
+    rig = impatient_rig()
+    kept = store.load(record.capture(rig, rig.program, tmp_path / "run.h5"))
+    assert next(polls) > 300
+    assert (len(kept), kept.gaps, kept.end_reason) == (3800, (), "completed")
+
+
+def test_a_host_long_about_other_things_is_a_silent_one(tmp_path: Path) -> None:
+    """And the board is not blamed for it, although nothing was heard of it meanwhile."""
+    rig, calls = impatient_rig(), itertools.count()
+
+    def busy_once(live: Live) -> None:
+        if next(calls) == 1:
+            time.sleep(1.5)
+
+    with pytest.raises(RigError, match="too busy to send heartbeats"):
+        record.capture(rig, rig.program, tmp_path / "run.h5", progress=busy_once)
 
 
 def test_a_disk_far_behind_slows_the_reader_and_loses_nothing(
