@@ -35,10 +35,11 @@ DEFECTS = {
     "bad brush": {"brush_bounce": 0.5},
     "loose coupling": {"coupling": 1e-3},
     "poor joint": {"copper": 1.1},
+    "binds one way": {"asymmetry": 0.1},
 }
 SPREAD = {"copper": 0.02, "magnet": 0.01, "winding": 0.003, "friction": 0.08}  # standard, relative
 DRIFT = 0.03  # of the copper, from the first motor to the last
-STATION = {"gain_error": 0.0015, "voltage_gain_error": -0.0006, "offset_error": 1.2}
+STATION = {"board": 11, "gain_error": 0.0015, "voltage_gain_error": -0.0006, "offset_error": 1.2}
 DISC, DISC_SPREAD = 6.4e-8, 6e-9  # kg·m²
 
 

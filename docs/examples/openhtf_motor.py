@@ -32,7 +32,7 @@ def motor(test):
     """Measures the motor and hands every figure over; stops the test where it is INVALID."""
     with motorid.connect(os.environ.get("MOTORID_RIG", "sim-line")) as board:
         capture = board.run(PRODUCT.program, serial=test.test_record.dut_id)
-    verdict = motorid.judge(motorid.fit(capture), PRODUCT)
+    verdict = motorid.judge(motorid.fit(capture, model="six"), PRODUCT)
     test.measurements.verdict = str(verdict.outcome)
     for name in PRODUCT.limits:
         value = verdict[name].reading.value

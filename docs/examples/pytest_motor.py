@@ -20,7 +20,7 @@ def verdict():
     serial = os.environ.get("MOTORID_SERIAL", "D000000")
     with motorid.connect(os.environ.get("MOTORID_RIG", "sim-line")) as board:
         capture = board.run(PRODUCT.program, serial=serial)
-    return motorid.judge(motorid.fit(capture), PRODUCT)
+    return motorid.judge(motorid.fit(capture, model="six"), PRODUCT)
 
 
 @pytest.mark.parametrize("quantity", PRODUCT.limits)

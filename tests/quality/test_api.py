@@ -29,7 +29,7 @@ def test_connect_run_fit_judge(line_rig: Rig, product: Product, tmp_path: Path) 
     verdict = motorid.judge(motorid.fit(first, second), product)
     assert verdict.outcome == "PASS", verdict.reasons
     assert verdict.serial == "D000007"
-    assert motorid.judge(motorid.fit(second), "sim-disc")["K_25"].outcome == "PASS"
+    assert motorid.judge(motorid.fit(second, model="six"), "sim-disc")["K_25"].outcome == "PASS"
     with pytest.raises(motorid.MotoridError, match="closed"):
         board.run()
 

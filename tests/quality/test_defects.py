@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,9 @@ from motorid.quality.judge import judge
 from motorid.quality.product import Product
 from motorid.quality.ripple import segment_ripple, turn_torque, windows
 from motorid.quality.verdict import Outcome
+from motorid.workflow.check import judge_files
+
+six = partial(motorid.fit, model="six")  # as a station fits
 
 DEFECTS = [
     ("magnet=0.93", {"K_25"}, {"R_25", "T0"}),
@@ -23,20 +27,16 @@ DEFECTS = [
     ("brush_bounce=0.5", {"brush_noise"}, {"K_25", "J"}),
     ("coupling=1e-3", {"shape_position", "friction_turn"}, {"R_25", "K_25"}),
     ("copper=1.1", {"R_25"}, {"K_25", "T0", "J"}),
+    ("asymmetry=0.1", {"direction_current"}, {"R_25", "K_25", "J", "ripple_segment"}),
+    ("asymmetry=-0.3", {"direction_current", "direction_speed"}, {"R_25", "K_25"}),
 ]
 
 
-SLOW = ("brush_bounce=0.5", "coupling=1e-3")  # what the fit's model lacks costs it passes
-
-
-@pytest.mark.parametrize(
-    ("options", "found", "good"),
-    [pytest.param(*d, id=d[0], marks=[pytest.mark.slow] if d[0] in SLOW else []) for d in DEFECTS],
-)
+@pytest.mark.parametrize(("options", "found", "good"), DEFECTS, ids=[d[0] for d in DEFECTS])
 def test_a_defect_is_found(
     measure: Any, product: Product, options: str, found: set[str], good: set[str]
 ) -> None:
-    verdict = judge(motorid.fit(measure(options)), product)
+    verdict, _ = judge_files([measure(options)], product)
     assert verdict.outcome is Outcome.FAIL
     failed = {m.quantity for m in verdict.measurements if m.outcome is Outcome.FAIL}
     assert found <= failed
@@ -45,12 +45,12 @@ def test_a_defect_is_found(
 
 @pytest.mark.parametrize("seed", [2, 3, 4])
 def test_good_motors_pass_whatever_the_noise(measure: Any, product: Product, seed: int) -> None:
-    verdict = judge(motorid.fit(measure(f"seed={seed}")), product)
+    verdict, _ = judge_files([measure(f"seed={seed}")], product)
     assert verdict.outcome is Outcome.PASS, verdict.reasons
 
 
 def test_the_unbalance_is_measured_right(measure: Any) -> None:
-    estimate = motorid.fit(measure("unbalance=1e-4"))
+    estimate = six(measure("unbalance=1e-4"))
     K, J = (estimate.parameters[n].value for n in ("K", "J"))
     assert K is not None
     assert J is not None
@@ -59,9 +59,8 @@ def test_the_unbalance_is_measured_right(measure: Any) -> None:
     assert found.unbalance_sd < 1e-5
 
 
-@pytest.mark.slow
 def test_commutation_ripple_is_measured_right(measure: Any, product: Product) -> None:
-    estimate = motorid.fit(measure("ripple=0.02"))
+    estimate = six(measure("ripple=0.02"))
     verdict = judge(estimate, product)
     value = verdict["ripple_commutation"].reading.value
     # K and R ripple together, so all of the voltage does; the winding passes 1/sqrt(1 + (w L/R)²)
@@ -73,7 +72,7 @@ def test_commutation_ripple_is_measured_right(measure: Any, product: Product) ->
 
 def test_the_short_is_in_its_segment(measure: Any) -> None:
     """The ripple of a fifth of a turn, found as such: other divisions see it less."""
-    estimate = motorid.fit(measure("shorted_turn=0.05"))
+    estimate = six(measure("shorted_turn=0.05"))
     found, R = windows(estimate), estimate.parameters["R"].value
     assert R is not None
     ripple, deviation, _ = segment_ripple(found, R, 5)
