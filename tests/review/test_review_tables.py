@@ -11,7 +11,12 @@ from motorid.estimate.motor_fit import fit
 from motorid.estimate.review import tables
 from motorid.estimate.review.as_capture import capture_of
 from motorid.estimate.review.experiment import Experiment, Row
-from motorid.estimate.review.run import run, summarise
+from motorid.estimate.review.run import (
+    figures_found,
+    relative_to_estimate,
+    run,
+    summarise,
+)
 from motorid.estimate.review.tables import PERCENT_ORDER, table
 
 # Medians of 11 trials on Motor 2 with weight 100, recovered before this code was written: percent
@@ -47,31 +52,45 @@ def errors(of: Experiment, which: Row, noise: float, seeds: int, estimate: bool 
     return {name: q.median for name, q in chosen.items()}
 
 
+TRIALS = 11  # behind each recovered median
+CLOSE = 1.1  # a ratio that two digits of a median do not show
+IMPROBABLE = 1e-3  # of 55 medians, one in twenty times
+
+
 @cache
-def ratios_to_recovered(method: str, n: int) -> tuple[float, ...]:
-    """Our median errors over 60 seeds against the recovered ones, R K L J B."""
+def misses(method: str, n: int) -> dict[str, np.ndarray]:
+    """Percent errors over 60 seeds, relative to the estimate, by parameter."""
     of = experiment("9-w100")
     each = 2 if method.startswith("cuckoo") else 1
     trial = Row("trial", method, n * (1 + each * ITERATIONS[n]), n, "printed")
-    found = errors(of, trial, 0.0, 60, estimate=True)
-    return tuple(found[p] / r for p, r in zip(PERCENT_ORDER, RECOVERED[method, n], strict=True))
+    found = figures_found(of, [run(of, trial, 0.0, seed) for seed in range(60)])
+    return {p: relative_to_estimate(found[p], np.array(of.truth[p])) for p in PERCENT_ORDER}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("method", "n"), RECOVERED)
 def test_medians_of_table_9_are_the_recovered_ones(method, n):
-    """Within a factor of 2 over the five parameters together, and none worse than 2.5 times.
+    """Within a factor of 2 over the five parameters together, and each could be of our runs.
 
-    Medians of 11 trials scatter by that much themselves; a smaller error is no fault.
+    Medians of 11 trials scatter themselves, by a factor of 2 or 3 where a search has not ended.
     """
-    ratios = np.array(ratios_to_recovered(method, n))
+    rng, ratios = np.random.default_rng(0), []
+    for name, recovered in zip(PERCENT_ORDER, RECOVERED[method, n], strict=True):
+        ours = misses(method, n)[name]
+        ratios.append(float(np.median(ours)) / recovered)
+        medians = np.median(rng.choice(ours, (10_000, TRIALS)), axis=1)
+        below, above = medians <= CLOSE * recovered, medians >= recovered / CLOSE
+        assert 2.0 * min(below.mean(), above.mean()) > IMPROBABLE, (name, ratios)
     assert np.exp(np.abs(np.log(ratios)).mean()) < 2.0, ratios
-    assert ratios.max() < 2.5, ratios
 
 
 @pytest.mark.slow
 def test_nine_tenths_of_the_recovered_medians_are_within_a_factor_of_two():
-    ratios = np.array([ratios_to_recovered(*key) for key in RECOVERED])
+    ratios = [
+        np.median(misses(*key)[name]) / recovered
+        for key, medians in RECOVERED.items()
+        for name, recovered in zip(PERCENT_ORDER, medians, strict=True)
+    ]
     assert np.mean(np.abs(np.log(ratios)) < np.log(2.0)) >= 0.9
 
 
