@@ -24,14 +24,16 @@ def fit(
     without: Sequence[str] = (),
     method: str = "ml",
     model: str = "auto",
+    ambient: tuple[float, float] | None = None,
 ) -> Estimate:
     """The estimate that captures of one motor, or the files that hold them, give together.
 
     ``rig``: re-analyse them under this rig (its name, its file), with its calibration, in place of
     the one that they were taken with. ``fix`` holds parameters at known SI values; ``without``
     leaves some out of the model. ``model``: six, auto (a better one beside the answer, where the
-    data ask for it), or terms joined by +. Raises DataError where a capture is none or too little,
-    UsageError on an unknown name, RigError where the rig is not of these captures.
+    data ask for it), or terms joined by +. ``ambient``: °C and standard uncertainty (K), in place
+    of what the captures hold. Raises DataError where a capture is none or too little, UsageError on
+    an unknown name, RigError where the rig is not of these captures.
     """
     from motorid.capture import store
     from motorid.rig import load_rig
@@ -40,8 +42,9 @@ def fit(
     loaded = [store.load(Path(c)) if isinstance(c, str | PathLike) else c for c in captures]
     bench = load_rig(rig) if isinstance(rig, str) else rig
     return fit_captures(
-        loaded, rig=bench, fix=fix or {}, without=without, method=method, model=model
-    )
+        loaded, rig=bench, ambient=ambient, fix=fix or {}, without=without, method=method,
+        model=model,
+    )  # fmt: skip
 
 
 def record(

@@ -80,6 +80,7 @@ class Rig:
     supply_voltage_v: float | None = None  # nominal
     ambient_c: float | None = None
     ambient_uncertainty_c: float = 0.0
+    thermal: Mapping[str, float] = field(default_factory=dict)  # of the motor, as the file has it
     calibration: Mapping[str, Calibration] = field(default_factory=dict)  # by channel
     clock_rate: float = 1.0  # true ticks a second over the nominal ones
     clock_uncertainty: float | None = None  # standard, relative; None: believe the board

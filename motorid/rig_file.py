@@ -131,6 +131,7 @@ class _Reader:
             program=self._program(sections["program"], steps, nameplate),
             **{k: v for k, v in wiring.items() if k in apart},
             **sections["conditions"],
+            thermal=sections["thermal"],
             calibration=calibration,
             text=text,
         )

@@ -102,6 +102,14 @@ SECTIONS: Mapping[str, Mapping[str, Key]] = {
         "no_load_current_a": Number(1e-6, 1e4),
         "voltage_v": Number(0.1, 1e3),
     },
+    "thermal": {
+        "winding_k_w": Number(1e-4, 1e4),
+        "winding_s": Number(1e-2, 1e5),
+        "copper_per_k": Number(0, 0.01),
+        "copper_uncertainty_per_k": Number(0, 0.01),
+        "magnet_per_k": Number(-0.02, 0.02),
+        "magnet_uncertainty_per_k": Number(0, 0.02),
+    },
     "sampling": {
         "rate_hz": Number(0.1, 1e6),
         "channels": List(Text(CHANNELS), 4),

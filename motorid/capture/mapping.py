@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.columns import unknown_column
-from motorid.capture.units import QUANTITIES, TIME, Unit, unit_of
+from motorid.capture.units import AMBIENT, QUANTITIES, TIME, Unit, unit_of
 from motorid.errors import UsageError, nearest
 
 Floats = NDArray[np.float64]
@@ -46,7 +46,7 @@ def parse_maps(maps: Sequence[str], counts_per_turn: float = 0.0) -> dict[str, C
         if one.quantity in parsed:
             raise UsageError(f"{one.quantity} is mapped twice: give each quantity one --map")
         parsed[one.quantity] = one
-    if not parsed.keys() - {TIME}:
+    if not parsed.keys() - {TIME, AMBIENT}:
         raise UsageError("nothing is mapped: give --map QUANTITY=COLUMN:UNIT, such as current=i:mA")
     return parsed
 

@@ -17,7 +17,7 @@ from motorid.capture.columns import Source
 from motorid.capture.mapping import ROW, SHORTHAND, ChannelMap, Formula, parse_maps
 from motorid.capture.model import NOTES as NOTES
 from motorid.capture.model import VOLTAGE, Capture, Channel, Sense, Wiring
-from motorid.capture.units import TIME
+from motorid.capture.units import AMBIENT, TIME
 from motorid.errors import DataError, UsageError, nearest
 
 Floats = NDArray[np.float64]
@@ -45,6 +45,7 @@ class TableOptions:
     start_s: float = -np.inf  # of the file's own time
     stop_s: float = np.inf
     ambient_c: float | None = None
+    ambient_uncertainty_c: float = 0.0  # standard
     serial: str = ""
     note: str = ""
 
@@ -75,8 +76,11 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
     values = _read(path, source, formulas, chosen, notes)
     ticks, values, static = _in_order(path, source, mapped, values, chosen, notes)
     channels = {
-        name: _channel(one, values[name], chosen) for name, one in mapped.items() if name != TIME
+        name: _channel(one, values[name], chosen)
+        for name, one in mapped.items()
+        if name not in (TIME, AMBIENT)
     }
+    ambient, doubt = _ambient(values.get(AMBIENT), chosen)
     held = {} if static else checks.held_samples(channels)
     capture = Capture(
         ticks=ticks,
@@ -84,7 +88,8 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
         channels=checks.with_unsigned_current(channels, notes),
         wiring=Wiring(gear_ratio=chosen.gear_ratio, counts_per_turn=chosen.counts_per_turn),
         gaps=() if static else checks.gaps(ticks, notes),
-        ambient_c=chosen.ambient_c,
+        ambient_c=ambient,
+        ambient_uncertainty_c=doubt,
     )
     notes += checks.capture_notes(capture, held, static)
     provenance = _provenance(path, maps, source, chosen)
@@ -198,6 +203,17 @@ def _channel(one: ChannelMap, raw: Floats, chosen: TableOptions) -> Channel:
         sense=cast(Sense, chosen.sense) if voltage else None,
         unsigned=one.quantity in chosen.unsigned,
     )
+
+
+def _ambient(sensed: Floats | None, chosen: TableOptions) -> tuple[float | None, float]:
+    """°C and standard uncertainty: as given, or the mean of a thermometer's readings.
+
+    A thermometer's own uncertainty is its offset's; how far the room drifted adds to that.
+    """
+    if sensed is None or chosen.ambient_c is not None:
+        return chosen.ambient_c, chosen.ambient_uncertainty_c
+    own = max(chosen.offset_uncertainty.get(AMBIENT, 0.0), chosen.ambient_uncertainty_c)
+    return float(sensed.mean()), float(np.hypot(own, sensed.std()))
 
 
 def _provenance(

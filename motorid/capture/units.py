@@ -10,6 +10,7 @@ from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, TORQUE, VOLT
 from motorid.errors import UsageError, nearest
 
 TIME = "time"
+AMBIENT = "ambient"  # °C, beside the motor: kept as its mean
 COMMAND = "command"  # what the drive was told, where nobody measured what it did
 SET_SPEED = "set_speed"  # what a closed loop was told to hold
 SET_POSITION = "set_position"
@@ -38,6 +39,7 @@ _TORQUES = {
     "lb·in": 0.112984829,
 }
 _FORCES = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
+_DEGREES = {"°C": 1.0}
 _COMMANDS = {"1": 1.0, "%": 1e-2}
 
 # For each quantity: unit in SI -> the spellings that lead to it.
@@ -50,6 +52,7 @@ _FAMILIES = MappingProxyType(
         SPEED: {"rad/s": _SPEEDS, "m/s": _LINEAR_SPEEDS},
         POSITION: {"rad": _ANGLES, "m": _LENGTHS},
         TORQUE: {"N·m": _TORQUES, "N": _FORCES},
+        AMBIENT: {"°C": _DEGREES},
         COMMAND: {"1": _COMMANDS, "V": _VOLTS},
         SET_SPEED: {"rad/s": _SPEEDS, "m/s": _LINEAR_SPEEDS},
         SET_POSITION: {"rad": _ANGLES, "m": _LENGTHS},
@@ -84,6 +87,8 @@ _ALIASES = MappingProxyType(
         "ozin": "oz·in",
         "lbin": "lb·in",
         "percent": "%",
+        "degC": "°C",
+        "C": "°C",
         "pwm": "1",
         "": "1",
     }

@@ -32,6 +32,16 @@ if TYPE_CHECKING:
     "rig_name",
     help="Re-analyse the captures under this rig, with its calibration, in place of their own.",
 )
+@click.option(
+    "--ambient",
+    type=click.FloatRange(-100, 300),
+    help="Ambient in °C, in place of what the captures hold of it.",
+)
+@click.option(
+    "--ambient-uncertainty",
+    type=click.FloatRange(0, 100),
+    help="Its standard uncertainty in K.  [default: 0]",
+)
 @fit_options
 @search_options
 @click.option(
@@ -57,6 +67,8 @@ if TYPE_CHECKING:
 def command(
     files: tuple[str, ...],
     rig_name: str | None,
+    ambient: float | None,
+    ambient_uncertainty: float | None,
     fix: tuple[tuple[str, float], ...],
     without: tuple[str, ...],
     method: str,
@@ -93,7 +105,8 @@ def command(
         raise click.UsageError("Missing argument 'FILES...': name captures, or a --history.")
     if files and history:
         raise click.UsageError("name captures or a --history: one of the two.")
-    given = {"model": model, "budget": budget, "seed": seed}
+    room = _ambient(ambient, ambient_uncertainty)
+    given = {"model": model, "budget": budget, "seed": seed, "ambient": room}
     search: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if history or jobs is not None or any(Path(name).is_dir() for name in files):
         if as_json or output is None:
@@ -118,6 +131,13 @@ def _rig(name: str | None) -> Rig | None:
     from motorid.rig import load_rig
 
     return load_rig(name) if name else None
+
+
+def _ambient(degrees: float | None, uncertainty: float | None) -> tuple[float, float] | None:
+    """°C and K as given. Raises click.UsageError for the second without the first."""
+    if degrees is None and uncertainty is not None:
+        raise click.UsageError("--ambient-uncertainty goes with --ambient: give both.")
+    return None if degrees is None else (degrees, uncertainty or 0.0)
 
 
 def _of_history(history: str, serial: str, since: datetime | None) -> list[Path]:

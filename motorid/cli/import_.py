@@ -75,7 +75,15 @@ PairsT = tuple[tuple[str, float], ...]
 @click.option("--drop-bad", is_flag=True, help="Leave out rows with text, gaps or sentinels.")
 @click.option("--separator", help="Between columns, where it is not found by itself.")
 @click.option("--decimal", help="Decimal mark, where it is not found by itself.")
-@click.option("--ambient", "ambient_c", type=float, help="Ambient temperature in °C.")
+@click.option(
+    "--ambient", "ambient_c", type=click.FloatRange(-100, 300), help="Ambient temperature in °C."
+)
+@click.option(
+    "--ambient-uncertainty",
+    "ambient_uncertainty_c",
+    type=click.FloatRange(0, 100),
+    help="Its standard uncertainty in K.  [default: 0]",
+)
 @click.option("--serial", default="", help="Serial number of the motor.")
 @click.option("--note", default="", help="Free text kept in the capture.")
 @force_option
@@ -98,6 +106,7 @@ def command(
     separator: str | None,
     decimal: str | None,
     ambient_c: float | None,
+    ambient_uncertainty_c: float | None,
     serial: str,
     note: str,
     force: bool,
@@ -128,6 +137,7 @@ def command(
         start_s=start_s,
         stop_s=stop_s,
         ambient_c=ambient_c,
+        ambient_uncertainty_c=ambient_uncertainty_c,
         serial=serial,
         note=note,
     )

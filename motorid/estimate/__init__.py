@@ -30,11 +30,24 @@ def fit(
     (``search.fit``). Raises UsageError on an unknown name, method or model, DataError where the
     captures hold too little.
     """
-    from motorid.errors import DataError, UsageError
-    from motorid.estimate import mechanical
+    from motorid.errors import DataError
+    from motorid.estimate.temperature import with_reference
 
     if not captures:
         raise DataError("there is no capture to fit: name at least one file")
+    return with_reference(_fit(captures, fix, without, method, search), captures)
+
+
+def _fit(
+    captures: Sequence[Capture],
+    fix: Mapping[str, float] | None,
+    without: Sequence[str],
+    method: str,
+    search: dict[str, Any],
+) -> Estimate:
+    from motorid.errors import UsageError
+    from motorid.estimate import mechanical
+
     known = {name: float(value) for name, value in (fix or {}).items()}
     model = search.get("model", SIX)
     if method != "ml":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from motorid.estimate.types import Parameter
 
@@ -59,3 +59,4 @@ class Alternative:
     evaluations: int
     lack_of_fit: tuple[ChannelFit, ...]
     trials: tuple[TermTrial, ...] = ()
+    at_25: Mapping[str, Parameter] = field(default_factory=dict)  # as of ``Estimate``

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from motorid.estimate.alternative import Alternative
+    from motorid.estimate.temperature import Rise
 
 Floats = NDArray[np.float64]
 Status = Literal["estimated", "fixed", "at_bound", "not_identifiable"]
@@ -119,6 +120,7 @@ class Estimate:
     not known. ``derived`` are figures such as the no-load speed. ``nuisance`` are the offsets and
     delays estimated on the way. ``correlation`` is over ``free`` (names, in order). ``budget``
     holds, for each free parameter, the standard uncertainty in its unit that each cause gives.
+    ``at_25`` has R_25, and K_25 where the magnets' coefficient is stated: R and K at 25 °C.
     """
 
     model: str
@@ -142,3 +144,5 @@ class Estimate:
     budget: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     suspects: Sequence[Suspect] = ()
     alternative: Alternative | None = None  # a better model beside this answer
+    at_25: Mapping[str, Parameter] = field(default_factory=dict)
+    rise: Rise | None = None  # how warm the runs made the winding

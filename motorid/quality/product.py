@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from motorid.errors import MotoridError, UsageError, nearest
+from motorid.estimate.temperature import Coefficients, Rise
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.quality.guard_band import RULES, Rule
 from motorid.quality.limits import Limit
@@ -44,15 +45,21 @@ class SerialRule:
 
 
 @dataclass(frozen=True)
-class Temperature:
-    """How R and K follow the temperature, and how warm the run makes the winding."""
+class Temperature(Coefficients):
+    """How R and K follow the temperature, and how warm the run makes the winding.
 
-    copper_per_k: float = 0.00393
-    copper_uncertainty_per_k: float = 5e-5
+    ``rise_k``: of the winding over ambient, in the mean of the run; None: as the estimate has it.
+    """
+
     magnet_per_k: float = 0.0
-    magnet_uncertainty_per_k: float = 0.0
-    rise_k: float = 0.0  # of the winding over ambient, in the mean of the run
+    rise_k: float | None = None
     rise_uncertainty_k: float = 0.5
+
+    def rise(self, of_estimate: Rise | None) -> Rise | None:
+        """The product's own word, else what the estimate found."""
+        if self.rise_k is None:
+            return of_estimate
+        return Rise(self.rise_k, self.rise_uncertainty_k, 0.0, "by the product")
 
 
 @dataclass(frozen=True)
@@ -247,8 +254,9 @@ def _ambient(table: dict[str, Any]) -> Limit:
 def _temperature(table: dict[str, Any]) -> Temperature:
     usual = asdict(Temperature())
     _known(table, tuple(usual), "temperature")
+    known = {n: default for n, default in usual.items() if n in table or default is not None}
     return Temperature(
-        **{n: _number(table, n, "temperature", default, -200, 200) for n, default in usual.items()}
+        **{n: _number(table, n, "temperature", default, -200, 200) for n, default in known.items()}
     )
 
 

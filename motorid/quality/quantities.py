@@ -1,7 +1,7 @@
 """Everything a product may limit: how each quantity follows from an estimate.
 
-Parameters and figures are at 25 °C, by the product's temperature coefficients; the uncertainty of
-the temperature is in theirs.
+Parameters and figures are at 25 °C, as the estimate has them (``estimate.temperature``) but by the
+product's own coefficients; the uncertainty of the temperature is in theirs.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION
+from motorid.estimate.temperature import COLD, Warmth, ambient_of, at_25, warmth_of
 from motorid.estimate.types import MEANING, PARAMETERS, UNITS, Estimate, Parameter
 from motorid.motor.parameters import FIGURES, Motor
 from motorid.quality import ripple
@@ -23,7 +24,6 @@ from motorid.quality.verdict import Reading
 if TYPE_CHECKING:
     from motorid.quality.product import Product
 
-REFERENCE_C = 25.0
 NOT_STEADY = (
     "the run holds no steady stretch of two turns with current and position: drive longer at a "
     "constant level"
@@ -51,19 +51,12 @@ class Context:
         return ripple.windows(self.estimate)
 
     @cached_property
-    def warmth(self) -> tuple[float, float] | None:
-        """K above 25 °C of the winding, and its standard uncertainty; None: not known."""
-        inputs = self.estimate.inputs
-        known = [i for i in inputs if i.get("ambient_c") is not None]
-        if not known or len(known) < len(inputs):
+    def warmth(self) -> Warmth | None:
+        """K above 25 °C; None where the ambient was not given, or the self-heating is unknown."""
+        rise = self.product.temperature.rise(self.estimate.rise)
+        if rise is None or not ambient_of(self.estimate.inputs)[2]:
             return None
-        t = self.product.temperature
-        ambient = sum(float(i["ambient_c"]) for i in known) / len(known)
-        doubt = max(float(i.get("ambient_uncertainty_c") or 0.0) for i in known)
-        return (
-            ambient + t.rise_k - REFERENCE_C,
-            math.hypot(doubt, t.rise_uncertainty_k),
-        )
+        return warmth_of(self.estimate.inputs, rise)
 
     @cached_property
     def motor(self) -> Motor | None:
@@ -75,8 +68,8 @@ class Context:
         return Motor.of(
             {n: v for n, v in values.items() if v is not None}
             | {
-                "R": _cold(float(values["R"] or 0), t.copper_per_k, self.warmth[0]),
-                "K": _cold(float(values["K"] or 0), t.magnet_per_k, self.warmth[0]),
+                "R": float(values["R"] or 0) / (1.0 + t.copper_per_k * self.warmth.winding),
+                "K": float(values["K"] or 0) / (1.0 + t.magnet_per_k * self.warmth.magnets),
             }
         )
 
@@ -84,10 +77,6 @@ class Context:
     def resistance(self) -> float | None:
         """As run, ohm."""
         return self.estimate.parameters["R"].value
-
-
-def _cold(value: float, per_k: float, warmth_k: float) -> float:
-    return value / (1.0 + per_k * warmth_k)
 
 
 def of_parameter(p: Parameter) -> Reading:
@@ -104,24 +93,14 @@ def _plain(name: str) -> Callable[[Context], Reading]:
 
 
 def _at_25(name: str) -> Callable[[Context], Reading]:
-    """By y25 = y/(1 + a d): u² = u_y² + (a u_d)² + (d u_a)², relative."""
-
     def read(c: Context) -> Reading:
         hot = of_parameter(c.estimate.parameters[name])
         if hot.value is None or hot.uncertainty is None:
             return hot
         if c.warmth is None:
             return Reading(hot.unit, problem="the ambient is not known: give it in the rig file")
-        t, (warmth, doubt) = c.product.temperature, c.warmth
-        a, ua = (
-            (t.copper_per_k, t.copper_uncertainty_per_k)
-            if name == "R"
-            else (t.magnet_per_k, t.magnet_uncertainty_per_k)
-        )
-        value = _cold(hot.value, a, warmth)
-        factor = 1.0 + a * warmth
-        relative = math.hypot(hot.uncertainty / hot.value, a * doubt / factor, warmth * ua / factor)
-        return Reading(hot.unit, value, value * relative)
+        cold = at_25(c.estimate.parameters, c.warmth, c.product.temperature)[0][COLD[name]]
+        return Reading(cold.unit, cold.value, cold.total)
 
     return read
 
@@ -135,7 +114,8 @@ def _figure(name: str) -> Callable[[Context], Reading]:
             return Reading(FIGURES[name].unit, problem="the parameters it follows from are unknown")
         of, volts = FIGURES[name].of, c.product.voltage_v
         value = of(c.motor, volts)
-        t, doubt = c.product.temperature, c.warmth[1] if c.warmth else 0.0
+        t, w = c.product.temperature, c.warmth
+        doubt = math.hypot(w.ambient_uncertainty, w.rise_uncertainty) if w else 0.0
         warmer = Motor.of(
             dict(zip(PARAMETERS, c.motor.values, strict=True))
             | {

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from motorid.estimate.types import Estimate, Parameter
-from motorid.report import alternative, curves, suspects
+from motorid.report import alternative, budget, curves, suspects
 from motorid.report.numbers import (
     aligned,
     fixed,
@@ -30,6 +30,7 @@ from motorid.report.words import (
     name_of,
     one_run,
     others,
+    reference,
     remarks,
     sentence,
     six,
@@ -61,6 +62,7 @@ def render(estimate: Estimate) -> str:
         ),
         section("Steady state", steady_state(estimate)),
         section("Found on the way", _figures(estimate.nuisance.values())),
+        section("Budget", budget.as_html(estimate)),
         section("Correlation", _correlation(estimate)),
         section("Where it comes from", _inputs(estimate), _record(estimate)),
         "<footer>Made by motorid. Nothing on this page is loaded from elsewhere.</footer>",
@@ -87,7 +89,7 @@ def _head(estimate: Estimate, title: str) -> str:
 
 
 def _parameters(estimate: Estimate) -> str:
-    rows = six(estimate) + others(estimate)
+    rows = six(estimate) + reference(estimate) + others(estimate)
     widest = max((_share(p) for p in rows), default=0.0)
     seen = [shown(p) for p in rows]
     values = aligned([s.value for s in seen], FIGURE_SPACE, DOT_SPACE)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from motorid.estimate.alternative import Alternative, ChannelFit, TermTrial
+from motorid.estimate.temperature import Rise
 from motorid.estimate.types import Curve, Estimate, Parameter, SegmentRow, SteadyRow
 from motorid.report import suspects
 
@@ -36,6 +37,9 @@ def to_dict(estimate: Estimate) -> dict[str, Any]:
         "model": estimate.model,
         "method": estimate.method,
         "parameters": _parameters(estimate.parameters),
+        "at_25": _parameters(estimate.at_25),
+        "self_heating": _self_heating(estimate.rise),
+        "budget": plain(estimate.budget),
         "combinations": _parameters(estimate.combinations),
         "derived": _parameters(estimate.derived),
         "nuisance": _parameters(estimate.nuisance),
@@ -121,9 +125,21 @@ def _alternative(better: Alternative | None) -> dict[str, Any] | None:
             for n, t, e in zip(better.terms, better.titles, better.equations, strict=True)
         ],
         "parameters": _parameters(better.parameters),
+        "at_25": _parameters(better.at_25),
         "nuisance": _parameters(better.nuisance),
         "lack_of_fit": [_row(fit) for fit in better.lack_of_fit],
         "trials": [_row(trial) for trial in better.trials],
+    }
+
+
+def _self_heating(rise: Rise | None) -> dict[str, Any] | None:
+    if rise is None:
+        return None
+    return {
+        "rise_k": plain(rise.kelvin),
+        "uncertainty_k": plain(rise.uncertainty_k),
+        "heat_j": plain(rise.heat_j),
+        "basis": rise.basis,
     }
 
 

@@ -16,6 +16,7 @@ from motorid.report.words import (
     name_of,
     one_run,
     others,
+    reference,
     remarks,
     sentence,
     six,
@@ -28,7 +29,7 @@ HEADER = ("", "", "value ± 95 %", "statistical", "instrument", "status")
 
 def render(estimate: Estimate) -> str:
     """The whole report as text, ending in a newline."""
-    parts = [_table(six(estimate) + others(estimate))]
+    parts = [_table(six(estimate) + reference(estimate) + others(estimate))]
     parts += alternative.as_text(estimate)
     parts += _section("combinations", estimate.combinations.values())
     parts += _section("derived", estimate.derived.values())

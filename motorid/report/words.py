@@ -16,6 +16,8 @@ NAMES = {
     "B": "viscous friction",
     "J": "inertia",
     "T0": "Coulomb torque",
+    "R_25": "resistance at 25 °C",
+    "K_25": "constant at 25 °C",
     "no_load_speed": "no-load speed",
     "no_load_current": "no-load current",
     "Kv": "speed constant Kv",
@@ -61,6 +63,11 @@ def others(estimate: Estimate) -> list[Parameter]:
     return [p for name, p in estimate.parameters.items() if name not in PARAMETERS]
 
 
+def reference(estimate: Estimate) -> list[Parameter]:
+    """R, and K where it is known, at 25 °C."""
+    return list(estimate.at_25.values())
+
+
 def summary(estimate: Estimate) -> str:
     """One sentence: what was found, and what was not."""
     found = [p for p in six(estimate) if p.status == "estimated"]
@@ -84,7 +91,7 @@ def summary(estimate: Estimate) -> str:
 def remarks(estimate: Estimate) -> list[str]:
     """Notes of parameters that were not simply estimated: why, and which run would help."""
     notes: dict[str, list[str]] = {}
-    for p in estimate.parameters.values():
+    for p in (*estimate.parameters.values(), *reference(estimate)):
         if p.note:
             notes.setdefault(p.note, []).append(p.name)
     return [f"{', '.join(names)}: {_stopped(note)}" for note, names in notes.items()]

@@ -25,11 +25,13 @@ def fit_files(
     fix: Mapping[str, float],
     without: Sequence[str] = (),
     method: str = "ml",
+    ambient: tuple[float, float] | None = None,
     **search: Any,
 ) -> Estimate:
     """The estimate that the captures at ``paths`` give together, under another ``rig`` if given.
 
-    ``search``: ``model``, and ``budget`` and ``seed`` of a method that searches.
+    ``ambient``: °C and standard uncertainty (K), in place of what the captures hold. ``search``:
+    ``model``, and ``budget`` and ``seed`` of a method that searches.
 
     Raises DataError where a file is no capture or holds too little, UsageError on a bad option,
     RigError where the rig is not of these captures.
@@ -37,11 +39,17 @@ def fit_files(
     from motorid.capture import store
 
     captures = [store.load(path) for path in paths]
-    return fit_captures(captures, rig=rig, fix=fix, without=without, method=method, **search)
+    return fit_captures(
+        captures, rig=rig, ambient=ambient, fix=fix, without=without, method=method, **search
+    )
 
 
 def fit_captures(
-    captures: Sequence[Capture], *, rig: Rig | None = None, **options: Any
+    captures: Sequence[Capture],
+    *,
+    rig: Rig | None = None,
+    ambient: tuple[float, float] | None = None,
+    **options: Any,
 ) -> Estimate:
     """As ``fit_files``, for captures that are loaded already. The model is auto unless given."""
     from motorid.estimate import AUTO, fit
@@ -50,6 +58,11 @@ def fit_captures(
         from motorid.workflow.recalibrate import recalibrated
 
         captures = [recalibrated(capture, rig) for capture in captures]
+    if ambient is not None:
+        degrees, doubt = ambient
+        captures = [
+            replace(capture, ambient_c=degrees, ambient_uncertainty_c=doubt) for capture in captures
+        ]
     estimate = fit(captures, **{"model": AUTO, **options})
     return replace(estimate, diagnostics=(*estimate.diagnostics, *_old(estimate)))
 

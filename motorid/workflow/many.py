@@ -144,7 +144,7 @@ def _fit(path: Path, sha256: str, options: Mapping[str, Any], rig: Rig | None) -
             raise DataError(f"{path} changed while it was fitted: run again")
         result["serial"] = str(capture.provenance.get("serial", ""))
         estimate = fit_captures([capture], rig=rig, **options)
-        result["values"] = _values({**estimate.parameters, **estimate.derived})
+        result["values"] = _values({**estimate.parameters, **estimate.at_25, **estimate.derived})
         worth = [d for d in estimate.diagnostics if d.severity != "info"]
         result["findings"] = [d.code for d in worth]
     except MotoridError as error:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from motorid.capture.model import POSITION, Capture, Channel
 from motorid.errors import DataError, RigError
+from motorid.estimate.temperature import THERMAL
 
 if TYPE_CHECKING:
     from motorid.rig import Rig
@@ -59,7 +60,7 @@ def _under(capture: Capture, rig: Rig) -> Capture:
         ambient_uncertainty_c=(
             capture.ambient_uncertainty_c if rig.ambient_c is None else rig.ambient_uncertainty_c
         ),
-        provenance={**known, "reanalysed": cited(rig)},
+        provenance={**known, "reanalysed": cited(rig), THERMAL: dict(rig.thermal)},
     )
 
 

@@ -131,8 +131,8 @@ def _instant(text: Any) -> datetime | None:
 def from_estimate(
     estimate: Estimate, captures: Sequence[Capture], estimate_json: str = "", **rest: Any
 ) -> ResultRecord:
-    """The record of a fit: its parameters and derived figures, without limits."""
-    named = {**estimate.parameters, **estimate.derived}
+    """The record of a fit: its parameters, also at 25 °C, and derived figures, without limits."""
+    named = {**estimate.parameters, **estimate.at_25, **estimate.derived}
     found = tuple(
         MeasurementRecord(name, p.unit, _finite(p.value), _finite(p.total), reason=p.note)
         for name, p in named.items()
