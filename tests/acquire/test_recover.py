@@ -1,0 +1,143 @@
+"""What a journal gives back: the same file, or what it holds, or one sentence."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motorid.acquire import leftover, record
+from motorid.acquire.journal import Kind, encode_record, journal_path, parse_journal
+from motorid.acquire.live import Live
+from motorid.capture import store
+from motorid.errors import DataError, LinkError
+from tests.acquire.rigs import SAMPLES, run, sim_rig
+
+
+@pytest.mark.usefixtures("keep_journal")
+def test_a_replay_gives_the_same_file(tmp_path: Path) -> None:
+    path = run("seed=5&fault=flip:2e-4", tmp_path / "live.h5")
+    rig = replace(sim_rig(), port=f"replay://{journal_path(path)}")
+    again = record.capture(rig, rig.program, tmp_path / "again.h5")
+    assert again.read_bytes() == path.read_bytes()
+
+
+@pytest.mark.usefixtures("keep_journal")
+def test_a_torn_journal_replays_as_it_recovers(tmp_path: Path) -> None:
+    path = run("", tmp_path / "run.h5")
+    data = journal_path(path).read_bytes()
+    torn = tmp_path / "torn.h5"
+    journal_path(torn).write_bytes(data[: 3 * len(data) // 4])
+    rig = replace(sim_rig(), port=f"replay://{journal_path(torn)}")
+    with pytest.raises(LinkError, match="the journal ends here"):
+        record.capture(rig, rig.program, tmp_path / "again.h5")
+    record.recover(torn)
+    assert (tmp_path / "again.h5").read_bytes() == torn.read_bytes()
+
+
+@pytest.mark.usefixtures("keep_journal")
+def test_recovery_gives_the_same_file(tmp_path: Path) -> None:
+    path = run("", tmp_path / "run.h5")
+    live = path.read_bytes()
+    path.unlink()
+    assert record.recover(journal_path(path)) == path
+    assert path.read_bytes() == live
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.usefixtures("keep_journal")
+def test_a_torn_journal_gives_what_it_holds(tmp_path: Path) -> None:
+    path = run("", tmp_path / "run.h5")
+    whole = store.load(path)
+    data = journal_path(path).read_bytes()
+    for share in (0.6, 0.8, 0.99):
+        target = tmp_path / f"{share}.h5"
+        journal_path(target).write_bytes(data[: int(share * len(data))])
+        capture = store.load(record.recover(target))
+        assert capture.end_reason == "interrupted"
+        assert "ended early" in record.missing(capture)
+        n = len(capture)
+        assert 0 < n < SAMPLES
+        for name, channel in capture.channels.items():
+            np.testing.assert_array_equal(channel.raw, whole.channels[name].raw[:n])
+
+
+@pytest.mark.usefixtures("keep_journal")
+def test_a_journal_without_a_sample_says_so(tmp_path: Path) -> None:
+    path = run("", tmp_path / "run.h5")
+    found = parse_journal(journal_path(path).read_bytes())
+    early = tmp_path / "early.h5.journal"
+    whole = journal_path(path).read_bytes()
+    head = whole[: whole.index(b'"measure"') - 20]
+    early.write_bytes(head)
+    with pytest.raises(DataError, match="not one sample"):
+        record.recover(early)
+    assert any(r.kind is Kind.MARK and "measure" in r.json for r in found.records)
+    assert not (tmp_path / "early.h5").exists()
+
+
+@pytest.mark.usefixtures("keep_journal")
+def test_a_hostile_journal_is_one_sentence(tmp_path: Path) -> None:
+    path = run("", tmp_path / "run.h5")
+    found = parse_journal(journal_path(path).read_bytes())
+    tail = b"".join(encode_record(r.kind, r.time_s, r.data) for r in found.records)
+    for number, header in enumerate([b"{}", b'{"program": 3}', b'{"wiring": {"x": 1}}']):
+        bad = tmp_path / f"bad{number}.h5.journal"
+        bad.write_bytes(b"motorid journal 1\n" + encode_record(Kind.HEADER, 0, header) + tail)
+        with pytest.raises(DataError) as caught:
+            record.recover(bad)
+        assert "\n" not in str(caught.value)
+
+
+def test_a_full_disk_stops_the_motor_and_keeps_what_fits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The journal's disk fills in mid-run; room is made; the journal holds the beginning."""
+    full = threading.Event()
+    fsync = os.fsync
+
+    def sync(handle: int) -> None:
+        if full.is_set():
+            raise OSError(28, "No space left on device")
+        fsync(handle)
+
+    monkeypatch.setattr("motorid.acquire.journal.os.fsync", sync)
+    monkeypatch.setattr("motorid.acquire.journal.SYNC_S", 0.0)
+    rig = sim_rig()
+
+    def fill(live: Live) -> None:
+        full.set()
+        time.sleep(0.2)
+
+    with pytest.raises(DataError, match=r"No space left.*the motor was stopped"):
+        record.capture(rig, rig.program, tmp_path / "run.h5", progress=fill)
+    assert not (tmp_path / "run.h5").exists()
+    full.clear()
+    monkeypatch.setattr(leftover, "STILL_GROWING_S", 0.0)
+    capture = store.load(record.recover(tmp_path / "run.h5"))
+    assert 0 < len(capture) < SAMPLES
+
+
+def test_no_room_for_the_file_keeps_the_journal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(handle: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    def no_name(sibling: Path, path: Path) -> None:
+        full(0)
+
+    monkeypatch.setattr(leftover, "STILL_GROWING_S", 0.0)
+    with monkeypatch.context() as patch:
+        patch.setattr("motorid.capture.whole.os.replace", no_name)
+        patch.setattr("motorid.capture.whole.os.link", no_name)
+        patch.setattr("motorid.capture.whole.os.rename", no_name)
+        with pytest.raises(DataError, match=r"cannot be written.*motorid recover"):
+            run("", tmp_path / "run.h5")
+    assert list(tmp_path.iterdir()) == [tmp_path / "run.h5.journal"]
+    assert len(store.load(record.recover(tmp_path / "run.h5"))) == SAMPLES
