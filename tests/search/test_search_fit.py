@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -70,6 +72,8 @@ def test_the_m_methods_say_that_friction_went_into_b(capture):
     found = search_fit([capture], "jaya-m", budget=3000)
     assert any(d.code == "linear_model" for d in found.diagnostics)
     assert found.parameters["T0"].status == "fixed"
+    (ended,) = [d.message for d in found.diagnostics if d.code == "search"]
+    assert float(re.search(r"3000 evaluations \((.+) % answered from memory\)", ended)[1]) > 1.0
     assert found.parameters["K"].value == pytest.approx(FAULHABER["K"], rel=0.05)
 
 

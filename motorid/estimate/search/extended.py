@@ -24,7 +24,7 @@ from motorid.estimate.search import models
 from motorid.estimate.search.curvature import curvature, instrument, outputs
 from motorid.estimate.search.models import Extended
 from motorid.estimate.search.objective import peaks
-from motorid.estimate.search.problem import Problem, Solution, solve
+from motorid.estimate.search.problem import Problem, Solution, remark, solve
 from motorid.estimate.types import PARAMETERS, UNITS, Curve, Diagnostic, Estimate, Floats, Parameter
 from motorid.estimate.uncertainty import Statistical, statistical
 from motorid.motor.batch import Record
@@ -48,7 +48,7 @@ def fit(
     _refuse(model, fixed)
     records = [MotorRecord(capture, PARAMETERS, {}) for capture in captures]
     problem = _problem(records, model, fixed)
-    found = solve(problem, method, budget=budget, seed=seed)
+    found = solve(problem, method, budget=budget, seed=seed, memory=True)
     likely = curvature(problem, found)
     named = [(capture, segment(capture)) for capture in captures]
     spread = statistical(likely)
@@ -193,13 +193,8 @@ def _whole_inertia(
 
 
 def _remarks(problem: Problem, model: Extended, found: Solution) -> tuple[Diagnostic, ...]:
-    said = {"budget": "spent its budget", "converged": "settled", "target": "met its target"}
     out = [
-        Diagnostic(
-            "search", "info",
-            f"the search {said.get(found.reason, found.reason)} after {found.evaluations} "
-            f"evaluations at a cost of {found.cost:.4g} (rms, in units of the peaks)",
-        ),
+        remark(found),
         Diagnostic(
             "driven_part", "info",
             "the model is fitted to each capture up to where its bridge first opens",

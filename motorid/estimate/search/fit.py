@@ -21,7 +21,7 @@ from motorid.estimate.likelihood import maximise
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.search import captures as capture_problem
 from motorid.estimate.search import closed, extended, models, registry
-from motorid.estimate.search.problem import DIRECT, Problem, Solution, solve
+from motorid.estimate.search.problem import DIRECT, ENDS, Problem, Solution, remark, solve
 from motorid.estimate.search.problem import names as problem_names
 from motorid.estimate.types import PARAMETERS, Diagnostic, Estimate
 from motorid.estimate.uncertainty import covariance_of
@@ -127,7 +127,12 @@ def search(
 ) -> Solution:
     """The search alone; its values hold all six parameters (SI, resistance of the motor alone)."""
     return solve(
-        problem(records, start, free, method), method, budget=budget, seed=seed, rule="integral"
+        problem(records, start, free, method),
+        method,
+        budget=budget,
+        seed=seed,
+        rule="integral",
+        memory=True,
     )
 
 
@@ -180,16 +185,7 @@ def _title(method: str, found: Solution) -> str:
 
 
 def _remarks(found: Solution, likely: Likely, linear: bool) -> list[Diagnostic]:
-    said = {"budget": "spent its budget", "converged": "settled", "target": "met its target"}
-    out = []
-    if found.reason in said:
-        out.append(
-            Diagnostic(
-                "search", "info",
-                f"the search {said[found.reason]} after {found.evaluations} evaluations at a cost "
-                f"of {found.cost:.4g} (rms, in units of the peaks)",
-            )
-        )  # fmt: skip
+    out = [remark(found)] if found.reason in ENDS else []
     gain, moves = newton(likely)
     if gain > SETTLED:
         shares = ", ".join(

@@ -18,9 +18,10 @@ from motorid.estimate.search.nls import nls
 from motorid.estimate.search.objective import Objective
 from motorid.estimate.search.population import SearchResult
 from motorid.estimate.steiglitz_mcbride import steiglitz_mcbride
-from motorid.estimate.types import Floats
+from motorid.estimate.types import Diagnostic, Floats
 from motorid.motor.batch import LINEAR, Model, Record
 
+ENDS = {"budget": "spent its budget", "converged": "settled", "target": "met its target"}
 DIRECT = ("ml", "nls", "steiglitz-mcbride")  # methods that are no search of the cube
 
 
@@ -100,6 +101,18 @@ class Solution:
     seed: int
     history: Floats
     hit_rate: float = 0.0
+
+
+def remark(found: Solution) -> Diagnostic:
+    """How a search ended, in a sentence."""
+    ended = ENDS.get(found.reason, found.reason)
+    repeated = f" ({100 * found.hit_rate:.2g} % answered from memory)" if found.hit_rate else ""
+    return Diagnostic(
+        "search",
+        "info",
+        f"the search {ended} after {found.evaluations} evaluations{repeated} at a cost of "
+        f"{found.cost:.4g} (rms, in units of the peaks)",
+    )
 
 
 def names() -> tuple[str, ...]:
