@@ -31,6 +31,15 @@ void blocks_begin(struct blocks *b, uint8_t channels, bool burst, uint32_t age) 
     b->open = (wire_event_sample_block_t){.channels = channels};
 }
 
+void blocks_begin_one(struct blocks *b, uint16_t bytes) {
+    const uint8_t n = channels_in(b->open.channels);
+    const uint16_t fit = (uint16_t)((bytes - BLOCK_FRAME(0u, 0u)) / (2u * n));
+    b->size = (uint8_t)(fit < b->size ? fit : b->size);
+    b->bytes = bytes;
+    b->count = 1;
+    b->burst = false;
+}
+
 static uint8_t *block_at(struct blocks *b, uint8_t place) {
     return b->memory + (uint16_t)(place * b->bytes);
 }
@@ -41,7 +50,7 @@ static uint8_t place_after(const struct blocks *b, uint8_t place) {
 
 /* ------------------------------------------------------------------ producer */
 
-static bool has_room(const struct blocks *b) {
+bool blocks_have_room(const struct blocks *b) {
     if (b->burst && b->kept == 0) {
         return false;
     }
@@ -57,7 +66,7 @@ static void drop(struct blocks *b) {
 }
 
 void blocks_add(struct blocks *b, const struct reading *now, uint32_t tick) {
-    if (!has_room(b)) {
+    if (!blocks_have_room(b)) {
         drop(b);
         return;
     }

@@ -42,6 +42,12 @@ struct blocks {
 /* Begin a run: `channels` as configure, blocks that fill in at most `age` samples (0: any time). */
 void blocks_begin(struct blocks *b, uint8_t channels, bool burst, uint32_t age);
 
+/* After that: one block only, in the first `bytes` of the memory, for any number of samples. */
+void blocks_begin_one(struct blocks *b, uint16_t bytes);
+
+/* Whether the next sample finds room. Producer. */
+bool blocks_have_room(const struct blocks *b);
+
 /* One sample, taken at `tick`. Producer. */
 void blocks_add(struct blocks *b, const struct reading *now, uint32_t tick);
 

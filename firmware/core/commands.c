@@ -12,11 +12,11 @@
 
 /* ------------------------------------------------------------------ acceptance */
 
-/* Length of a command's fields and the states that accept it; false: no such command. */
+/* Least length of a command's fields and the states that accept it; false: no such command. */
 static bool rule_of(uint8_t code, uint8_t *size, uint8_t *states) {
 #define RULE(name) \
     case WIRE_##name##_CODE: \
-        *size = WIRE_##name##_SIZE; \
+        *size = WIRE_##name##_LEAST; \
         *states = WIRE_##name##_STATES; \
         return true
     switch (code) {
@@ -109,6 +109,8 @@ static struct answer do_identify(const uint8_t *fields, uint8_t *out) {
         .max_current_ma = port.max_current_ma,
         .max_host_silence_ms = port.max_host_silence_ms,
         .buffer_samples = BLOCKS_SAMPLES,
+        .burst_sample_period_ticks = port.burst_sample_period_ticks,
+        .burst_samples = burst_most(),
     };
     memcpy(reply.board, port.board, sizeof reply.board);
     for (uint8_t mask = port.channels; mask != 0; mask >>= 1) {
@@ -128,30 +130,52 @@ static void describe_position(wire_describe_channel_reply_t *d) {
     d->raw_max = INT16_MAX;
 }
 
-static struct answer do_describe_channel(const uint8_t *fields, uint8_t *out) {
-    uint8_t skip = wire_get_u8(fields);
+static void describe_measured(uint8_t mode, wire_describe_channel_reply_t *d) {
+    port.describe(d->channel, d);
+    if (mode == WIRE_MODE_BURST) {
+        port.describe_burst(d->channel, d);
+    }
+}
+
+static bool has_mode(uint8_t mode) {
+    return mode == WIRE_MODE_STREAM
+           || (mode == WIRE_MODE_BURST && port.burst_sample_period_ticks != 0);
+}
+
+static struct answer do_describe_channel(const uint8_t *fields, uint8_t length, uint8_t *out) {
+    wire_describe_channel_t asked = {0};
+    (void)wire_get_describe_channel(fields, length, &asked);
+    uint8_t skip = asked.index;
     for (uint8_t channel = 0; channel < CORE_CHANNELS; channel++) {
         if (!(port.channels & (1u << channel)) || skip-- > 0) {
             continue;
+        }
+        if (!has_mode(asked.mode)) {
+            return NO_FIELDS(WIRE_STATUS_NOT_SUPPORTED);
         }
         wire_describe_channel_reply_t reply = {.channel = channel};
         if (channel == WIRE_CHANNEL_POSITION) {
             describe_position(&reply);
         } else {
-            port.describe(channel, &reply);
+            describe_measured(asked.mode, &reply);
         }
-        const size_t length = wire_put_describe_channel_reply(out, &reply);
-        return (struct answer){WIRE_STATUS_OK, (uint8_t)length};
+        return (struct answer){WIRE_STATUS_OK,
+                               (uint8_t)wire_put_describe_channel_reply(out, &reply)};
     }
     return NO_FIELDS(WIRE_STATUS_BAD_VALUE);
 }
 
 /* ------------------------------------------------------------------ configuration */
 
+static bool is_fast(const wire_configure_t *c) {
+    return c->mode == WIRE_MODE_BURST && c->sample_period_ticks != 0
+           && c->sample_period_ticks == port.burst_sample_period_ticks;
+}
+
 static uint8_t check_config(const wire_configure_t *c) {
-    if (c->sample_period_ticks < port.min_sample_period_ticks
-        || c->sample_period_ticks % port.sample_period_step_ticks != 0 || c->encoder_reversed > 1
-        || c->channels == 0) {
+    const bool has_period = c->sample_period_ticks >= port.min_sample_period_ticks
+                            && c->sample_period_ticks % port.sample_period_step_ticks == 0;
+    if (!(has_period || is_fast(c)) || c->encoder_reversed > 1 || c->channels == 0) {
         return WIRE_STATUS_BAD_VALUE;
     }
     if ((c->channels & (uint8_t)~port.channels) != 0 || c->mode > WIRE_MODE_BURST) {
@@ -167,13 +191,17 @@ static uint8_t check_config(const wire_configure_t *c) {
     return limits_hold ? WIRE_STATUS_OK : WIRE_STATUS_BAD_VALUE;
 }
 
+/* A fast burst is looked at, guarded and stepped at the shortest period of a stream. */
 static void take_config(const wire_configure_t *config) {
+    const bool fast = is_fast(config);
+    const uint32_t period = fast ? port.min_sample_period_ticks : config->sample_period_ticks;
     core.config = *config;
     core.configured = true;
     program_clear(&core.program);
-    guard_set(&core.guard, config);
+    guard_set(&core.guard, config, period);
     const port_lock before = port.lock();
-    core.period = config->sample_period_ticks;
+    core.period = period;
+    core.burst.fast = (uint8_t)(fast ? period / config->sample_period_ticks : 0u);
     port.set_sample_period(core.period);
     if (core.reversed != (config->encoder_reversed != 0)) {
         core.reversed = !core.reversed;
@@ -307,12 +335,13 @@ static struct answer do_read_status(uint8_t *out) {
     return (struct answer){WIRE_STATUS_OK, (uint8_t)wire_put_read_status_reply(out, &reply)};
 }
 
-struct answer execute(uint8_t code, uint16_t request, const uint8_t *fields, uint8_t *out) {
+struct answer execute(uint8_t code, uint16_t request, const uint8_t *fields, uint8_t length,
+                      uint8_t *out) {
     switch (code) {
     case WIRE_IDENTIFY_CODE:
         return do_identify(fields, out);
     case WIRE_DESCRIBE_CHANNEL_CODE:
-        return do_describe_channel(fields, out);
+        return do_describe_channel(fields, length, out);
     case WIRE_CONFIGURE_CODE:
         return do_configure(fields, out);
     case WIRE_READ_CONFIG_CODE:

@@ -57,10 +57,10 @@ static void set_window(struct guard *g, uint32_t period) {
     g->ticks_in_window = g->window * period;
 }
 
-void guard_set(struct guard *g, const wire_configure_t *limits) {
+void guard_set(struct guard *g, const wire_configure_t *limits, uint32_t period) {
     set_current(g, limits->current_limit_ma);
     set_supply(g, limits->supply_min_mv, limits->supply_max_mv);
-    set_window(g, limits->sample_period_ticks);
+    set_window(g, period);
     g->speed_counts = counts_in_window(g, limits->speed_limit_counts_s);
 }
 

@@ -21,8 +21,8 @@ struct trip {
     int32_t value;
 };
 
-/* Take the limits of a configuration, while nothing runs. */
-void guard_set(struct guard *g, const wire_configure_t *limits);
+/* Take the limits of a configuration, while nothing runs; samples come every `period` ticks. */
+void guard_set(struct guard *g, const wire_configure_t *limits, uint32_t period);
 
 /* Forget the speed: the encoder has stood at `position`. With the interrupt locked out. */
 void guard_rest(struct guard *g, uint32_t position);

@@ -7,7 +7,7 @@
 #ifndef PORT_H
 #define PORT_H
 
-#include "wire_gen.h"
+#include "core.h"
 
 /* The interrupt state that `lock` found, for `unlock`. */
 typedef uint8_t port_lock;
@@ -25,6 +25,9 @@ struct port {
     uint32_t min_sample_period_ticks;
     uint32_t sample_period_step_ticks; /* ticks of one PWM period, as a rule */
     uint32_t idle_sample_period_ticks; /* until the first configure */
+    uint32_t burst_sample_period_ticks; /* of a fast burst: min_sample_period_ticks is a whole
+                                         * number of them, at most 255; 0: there is none */
+    uint16_t burst_bytes;              /* that burst_keep() fills */
     uint32_t encoder_edge_ceiling_hz;
     uint32_t position_delay_ns;        /* from when the encoder is read to the sample's tick */
     uint32_t max_current_ma;           /* below what saturates the converter */
@@ -35,6 +38,16 @@ struct port {
     /* Descriptor of a measured channel other than position; the fields are describe_channel's and
      * come zeroed, `channel` set. No scale is 0, and the supply's is positive. */
     void (*describe)(uint8_t channel, wire_describe_channel_reply_t *out);
+
+    /* ---- fast burst; both unused without a burst_sample_period_ticks.
+     * What of that descriptor is otherwise in a fast burst: kind, aperture, delay, bits, noise. */
+    void (*describe_burst)(uint8_t channel, wire_describe_channel_reply_t *out);
+    /* The sample period that ended was min_sample_period_ticks long, and the readings of a fast
+     * burst in it were taken beside the one for core_sample(): put what is needed of them into
+     * `burst_bytes` bytes. During core_sample(), so it should be quick. */
+    void (*burst_keep)(uint8_t *bytes);
+    /* And take reading n out of those bytes, the oldest is 0. From the main loop, after the run. */
+    void (*burst_reading)(const uint8_t *bytes, uint8_t n, struct reading *out);
 
     /* ---- bridge. Called from the sample interrupt; bridge_open also from the main loop, locked.
      * A command acts at the tick of the sample that is being taken: see docs/porting.md. */

@@ -92,26 +92,23 @@ uint8_t program_add(struct program *p, const wire_add_step_t *step, const uint8_
 
 /* ------------------------------------------------------------------ running */
 
-/* size / by, at most `most`. The supply hardly changes from sample to sample, so it starts from the
- * last quotient: a division takes 700 cycles on an 8-bit board. */
+/* size / by, at most `most`; both positive and below 2^15. Bit by bit, from the highest that `most` has:
+ * the remainder stands in the upper half of `x`, and the quotient grows in the lower one. (The
+ * library's division takes 700 cycles on an 8-bit board, in every sample.) */
 static uint16_t quotient(uint32_t size, uint16_t by, uint16_t most) {
-    static uint16_t last;
     if ((uint32_t)by * most <= size) {
         return most;
     }
-    uint32_t product = (uint32_t)last * by;
-    const uint32_t apart = product > size ? product - size : size - product;
-    if (apart > 8ul * by) {
-        last = (uint16_t)(size / by);
-        return last;
+    uint8_t bits = (uint8_t)(8 * sizeof(long) - (uint8_t)__builtin_clzl(most));
+    uint32_t x = size << (16u - bits);
+    for (; bits > 0; bits--) {
+        x <<= 1;
+        if ((uint16_t)(x >> 16) >= by) {
+            x -= (uint32_t)by << 16;
+            x |= 1u;
+        }
     }
-    for (; product > size; product -= by) {
-        last--;
-    }
-    for (; size - product >= by; product += by) {
-        last++;
-    }
-    return last;
+    return (uint16_t)(x & 0xFFFFu);
 }
 
 static int16_t follow_supply(const struct program *p, int32_t level, int16_t supply) {

@@ -29,6 +29,7 @@ void run_begin(void) {
                        ? samples_in(core.config.run_time_limit_ms) + 1u
                        : NEVER;
     blocks_begin(&core.blocks, core.config.channels, burst, burst ? 0 : samples_until_old());
+    burst_begin(&core.burst);
     const port_lock before = port.lock();
     r->start_tick = core.tick + core.period;
     core.state = WIRE_STATE_RUNNING;
@@ -80,7 +81,9 @@ static void run_sample(void) {
     }
     const bool boundary = r->left == 0;
     const bool end = boundary && r->begun == core.program.count;
-    if (!end) {
+    if (core.burst.fast > 0) {
+        burst_keep(&core.burst);
+    } else if (!end) {
         blocks_add(&core.blocks, &core.latest, core.tick);
     }
     struct trip trip = guard_check(&core.guard, &core.latest);

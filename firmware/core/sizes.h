@@ -18,6 +18,11 @@
 #define CORE_BLOCK_BYTES (3 * 243)
 #endif
 
+/* Of that memory, the block in which a fast burst sends what the rest of it has kept. */
+#ifndef CORE_BURST_BLOCK_BYTES
+#define CORE_BURST_BLOCK_BYTES 83
+#endif
+
 /* Remembered positions: speed is taken over about 2 ms, but over fewer samples than this.
  * A power of two, at most 128. */
 #ifndef CORE_SPEED_SAMPLES

@@ -9,6 +9,7 @@
 #define STATE_H
 
 #include "blocks.h"
+#include "burst.h"
 #include "frame.h"
 #include "guard.h"
 #include "program.h"
@@ -38,7 +39,7 @@ struct told {
 struct core {
     volatile uint8_t state; /* WIRE_STATE_ */
     volatile uint8_t fault; /* WIRE_FAULT_, latched */
-    uint32_t period;        /* ticks between samples */
+    uint32_t period;        /* ticks from one core_sample() to the next */
     uint32_t tick;          /* of the latest sample */
     struct reading latest;
     bool reversed;
@@ -46,6 +47,7 @@ struct core {
     struct guard guard;
     struct zero zero;
     struct blocks blocks;
+    struct burst burst;
 
     /* the main loop's alone, but for the program, which the interrupt reads while it runs */
     struct program program;
@@ -82,9 +84,10 @@ struct answer {
 /* Why a command is not accepted now, or WIRE_STATUS_OK; `length` is that of its fields. */
 uint8_t refusal(uint8_t code, uint8_t length);
 
-/* Execute a command that is accepted; `out` has room for its reply's fields. The answer to zero
- * comes when zero_answer has one. */
-struct answer execute(uint8_t code, uint16_t request, const uint8_t *fields, uint8_t *out);
+/* Execute a command that is accepted, with `length` bytes of fields; `out` has room for its reply's.
+ * The answer to zero comes when zero_answer has one. */
+struct answer execute(uint8_t code, uint16_t request, const uint8_t *fields, uint8_t length,
+                      uint8_t *out);
 
 /* The answer to zero, once it is measured. */
 struct answer zero_answer(uint8_t *out);

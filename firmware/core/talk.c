@@ -71,7 +71,7 @@ static bool answer_first(uint8_t code, uint16_t request) {
         if (needs_quiet(code)) {
             return false;
         }
-        answer = execute(code, request, fields, reply_fields());
+        answer = execute(code, request, fields, length, reply_fields());
     }
     if (!is_zeroing(request)) { /* zero is answered when it is measured */
         send_reply(code, request, answer);
@@ -193,6 +193,10 @@ static enum source choose(void) {
         tell(ending);
     }
     if (link.event_length == 0 && (core.config.mode == WIRE_MODE_STREAM || ending)) {
+        if (ending && core.burst.fast > 0) {
+            burst_send(&core.burst, core.run.start_tick,
+                       core.run.reason == WIRE_END_REASON_COMPLETED);
+        }
         link.next = blocks_next(&core.blocks, &link.left);
         if (link.next != NULL) {
             return BLOCK;

@@ -16,8 +16,8 @@
 #include <string.h>
 
 #define WIRE_MAJOR 1u
-#define WIRE_MINOR 0u
-#define WIRE_LAYOUT_HASH 0xB6E2A9F9ul
+#define WIRE_MINOR 1u
+#define WIRE_LAYOUT_HASH 0x1807D37Bul
 #define WIRE_BAUD 1000000ul
 #define WIRE_DELIMITER 0u
 #define WIRE_MAX_PAYLOAD 240u
@@ -211,6 +211,7 @@ static inline size_t wire_put_event_header(uint8_t *p, uint8_t code) {
 /* First message on a link; changes nothing. */
 #define WIRE_IDENTIFY_CODE 0x01u
 #define WIRE_IDENTIFY_STATES 0x7Fu /* bit n: accepted in state n */
+#define WIRE_IDENTIFY_LEAST 2u /* fields that every host of this major sends */
 #define WIRE_IDENTIFY_SIZE 2u /* fields, without the header */
 
 typedef struct {
@@ -237,7 +238,7 @@ static inline bool wire_get_identify(const uint8_t *p, size_t length,
     return true;
 }
 
-#define WIRE_IDENTIFY_REPLY_SIZE 66u /* fields, without the header */
+#define WIRE_IDENTIFY_REPLY_SIZE 72u /* fields, without the header */
 
 typedef struct {
     /* protocol major the board speaks */
@@ -286,6 +287,11 @@ typedef struct {
     uint16_t max_host_silence_ms;
     /* samples buffered for the link (stream) or kept (burst) */
     uint16_t buffer_samples;
+    /* sample period of a fast burst, a whole fraction of min_sample_period_ticks; 0: there is none */
+    /* [tick] */
+    uint32_t burst_sample_period_ticks;
+    /* samples that a fast burst keeps */
+    uint16_t burst_samples;
 } wire_identify_reply_t;
 
 static inline size_t wire_put_identify_reply(uint8_t *p,
@@ -313,6 +319,8 @@ static inline size_t wire_put_identify_reply(uint8_t *p,
     wire_put_u32(p + 58, m->max_current_ma);
     wire_put_u16(p + 62, m->max_host_silence_ms);
     wire_put_u16(p + 64, m->buffer_samples);
+    wire_put_u32(p + 66, m->burst_sample_period_ticks);
+    wire_put_u16(p + 70, m->burst_samples);
     return WIRE_IDENTIFY_REPLY_SIZE;
 }
 
@@ -344,22 +352,37 @@ static inline bool wire_get_identify_reply(const uint8_t *p, size_t length,
     m->max_current_ma = wire_get_u32(p + 58);
     m->max_host_silence_ms = wire_get_u16(p + 62);
     m->buffer_samples = wire_get_u16(p + 64);
+    if (length >= 70u) {
+        m->burst_sample_period_ticks = wire_get_u32(p + 66);
+    } else {
+        m->burst_sample_period_ticks = 0;
+    }
+    if (length >= 72u) {
+        m->burst_samples = wire_get_u16(p + 70);
+    } else {
+        m->burst_samples = 0;
+    }
     return true;
 }
 
 /* One channel's descriptor. SI value = scale * (raw - offset). */
 #define WIRE_DESCRIBE_CHANNEL_CODE 0x02u
 #define WIRE_DESCRIBE_CHANNEL_STATES 0x7Fu /* bit n: accepted in state n */
-#define WIRE_DESCRIBE_CHANNEL_SIZE 1u /* fields, without the header */
+#define WIRE_DESCRIBE_CHANNEL_LEAST 1u /* fields that every host of this major sends */
+#define WIRE_DESCRIBE_CHANNEL_SIZE 2u /* fields, without the header */
 
 typedef struct {
     /* 0 to channel_count - 1 */
     uint8_t index;
+    /* stream: as sampled at min_sample_period_ticks and above; burst: as a fast burst samples it */
+    /* [enum mode] */
+    uint8_t mode;
 } wire_describe_channel_t;
 
 static inline size_t wire_put_describe_channel(uint8_t *p,
         const wire_describe_channel_t *m) {
     wire_put_u8(p + 0, m->index);
+    wire_put_u8(p + 1, m->mode);
     return WIRE_DESCRIBE_CHANNEL_SIZE;
 }
 
@@ -369,6 +392,11 @@ static inline bool wire_get_describe_channel(const uint8_t *p, size_t length,
         return false;
     }
     m->index = wire_get_u8(p + 0);
+    if (length >= 2u) {
+        m->mode = wire_get_u8(p + 1);
+    } else {
+        m->mode = 0;
+    }
     return true;
 }
 
@@ -449,10 +477,11 @@ static inline bool wire_get_describe_channel_reply(const uint8_t *p, size_t leng
 /* Limits, rate and channels. The bridge stays open; the program is cleared. */
 #define WIRE_CONFIGURE_CODE 0x03u
 #define WIRE_CONFIGURE_STATES 0x0Eu /* bit n: accepted in state n */
+#define WIRE_CONFIGURE_LEAST 29u /* fields that every host of this major sends */
 #define WIRE_CONFIGURE_SIZE 29u /* fields, without the header */
 
 typedef struct {
-    /* ticks between samples [tick] */
+    /* ticks between samples; in burst mode also burst_sample_period_ticks [tick] */
     uint32_t sample_period_ticks;
     /* bit n set: channel n is streamed, in ascending order [bits] */
     uint8_t channels;
@@ -532,6 +561,7 @@ static inline bool wire_get_configure_reply(const uint8_t *p, size_t length,
 /* The configuration in force, for the host to compare before anything turns. */
 #define WIRE_READ_CONFIG_CODE 0x04u
 #define WIRE_READ_CONFIG_STATES 0x7Fu /* bit n: accepted in state n */
+#define WIRE_READ_CONFIG_LEAST 0u /* fields that every host of this major sends */
 #define WIRE_READ_CONFIG_SIZE 0u /* fields, without the header */
 
 #define WIRE_READ_CONFIG_REPLY_SIZE 33u /* fields, without the header */
@@ -599,6 +629,7 @@ static inline bool wire_get_read_config_reply(const uint8_t *p, size_t length,
 /* Forget the program. */
 #define WIRE_CLEAR_PROGRAM_CODE 0x05u
 #define WIRE_CLEAR_PROGRAM_STATES 0x0Cu /* bit n: accepted in state n */
+#define WIRE_CLEAR_PROGRAM_LEAST 0u /* fields that every host of this major sends */
 #define WIRE_CLEAR_PROGRAM_SIZE 0u /* fields, without the header */
 
 #define WIRE_CLEAR_PROGRAM_REPLY_SIZE 0u /* fields, without the header */
@@ -606,6 +637,7 @@ static inline bool wire_get_read_config_reply(const uint8_t *p, size_t length,
 /* Append one step. */
 #define WIRE_ADD_STEP_CODE 0x06u
 #define WIRE_ADD_STEP_STATES 0x0Cu /* bit n: accepted in state n */
+#define WIRE_ADD_STEP_LEAST 11u /* fields that every host of this major sends */
 #define WIRE_ADD_STEP_SIZE 11u /* fields, without the header */
 
 typedef struct {
@@ -674,6 +706,7 @@ static inline bool wire_get_add_step_reply(const uint8_t *p, size_t length,
 /* Run the program; refused unless both hashes match. Heartbeats are due from now on. */
 #define WIRE_START_CODE 0x07u
 #define WIRE_START_STATES 0x08u /* bit n: accepted in state n */
+#define WIRE_START_LEAST 8u /* fields that every host of this major sends */
 #define WIRE_START_SIZE 8u /* fields, without the header */
 
 typedef struct {
@@ -725,6 +758,7 @@ static inline bool wire_get_start_reply(const uint8_t *p, size_t length,
 /* Open the bridge now; ends a run with reason stopped. */
 #define WIRE_STOP_CODE 0x08u
 #define WIRE_STOP_STATES 0x7Fu /* bit n: accepted in state n */
+#define WIRE_STOP_LEAST 0u /* fields that every host of this major sends */
 #define WIRE_STOP_SIZE 0u /* fields, without the header */
 
 #define WIRE_STOP_REPLY_SIZE 1u /* fields, without the header */
@@ -752,6 +786,7 @@ static inline bool wire_get_stop_reply(const uint8_t *p, size_t length,
 /* The host is alive. Sent only by the loop that consumes samples. */
 #define WIRE_HEARTBEAT_CODE 0x09u
 #define WIRE_HEARTBEAT_STATES 0x7Fu /* bit n: accepted in state n */
+#define WIRE_HEARTBEAT_LEAST 2u /* fields that every host of this major sends */
 #define WIRE_HEARTBEAT_SIZE 2u /* fields, without the header */
 
 typedef struct {
@@ -780,6 +815,7 @@ static inline bool wire_get_heartbeat(const uint8_t *p, size_t length,
  * done. */
 #define WIRE_ZERO_CODE 0x0Au
 #define WIRE_ZERO_STATES 0x0Cu /* bit n: accepted in state n */
+#define WIRE_ZERO_LEAST 2u /* fields that every host of this major sends */
 #define WIRE_ZERO_SIZE 2u /* fields, without the header */
 
 typedef struct {
@@ -839,6 +875,7 @@ static inline bool wire_get_zero_reply(const uint8_t *p, size_t length,
 /* State, latched fault and live readings. */
 #define WIRE_READ_STATUS_CODE 0x0Bu
 #define WIRE_READ_STATUS_STATES 0x7Fu /* bit n: accepted in state n */
+#define WIRE_READ_STATUS_LEAST 0u /* fields that every host of this major sends */
 #define WIRE_READ_STATUS_SIZE 0u /* fields, without the header */
 
 #define WIRE_READ_STATUS_REPLY_SIZE 20u /* fields, without the header */
@@ -895,6 +932,7 @@ static inline bool wire_get_read_status_reply(const uint8_t *p, size_t length,
  * is cleared. */
 #define WIRE_CLEAR_FAULT_CODE 0x0Cu
 #define WIRE_CLEAR_FAULT_STATES 0x40u /* bit n: accepted in state n */
+#define WIRE_CLEAR_FAULT_LEAST 0u /* fields that every host of this major sends */
 #define WIRE_CLEAR_FAULT_SIZE 0u /* fields, without the header */
 
 #define WIRE_CLEAR_FAULT_REPLY_SIZE 1u /* fields, without the header */

@@ -19,6 +19,16 @@ static void describe(uint8_t channel, wire_describe_channel_reply_t *out) {
     *out = fake_channels[channel];
 }
 
+static void describe_burst(uint8_t channel, wire_describe_channel_reply_t *out) {
+    out->delay_ns = 1000u + channel;
+}
+
+static void keep_burst(uint8_t *bytes) { memcpy(bytes, fake.fast, sizeof fake.fast); }
+
+static void reading_of_burst(const uint8_t *bytes, uint8_t n, struct reading *out) {
+    memcpy(out, bytes + n * sizeof *out, sizeof *out);
+}
+
 static void strike(void) {
     if (fake.interrupt != NULL && !fake.locked) {
         fake.interrupt();
@@ -94,11 +104,16 @@ static const struct port DEFAULT = {
     .min_sample_period_ticks = 800,
     .sample_period_step_ticks = 800,
     .idle_sample_period_ticks = 1600,
+    .burst_sample_period_ticks = 800 / FAKE_FAST,
+    .burst_bytes = sizeof fake.fast,
     .encoder_edge_ceiling_hz = 100000,
     .max_current_ma = 4000,
     .max_host_silence_ms = 5000,
     .full_duty = 400,
     .describe = describe,
+    .describe_burst = describe_burst,
+    .burst_keep = keep_burst,
+    .burst_reading = reading_of_burst,
     .bridge_open = bridge_open,
     .bridge_brake = bridge_brake,
     .bridge_drive = bridge_drive,

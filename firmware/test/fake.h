@@ -9,6 +9,8 @@
 #define FAKE_BYTES 65536 /* that a link holds each way */
 #endif
 
+enum { FAKE_FAST = 4 };
+
 struct fake {
     enum { OPEN, BRAKE, DRIVE } bridge;
     int16_t level;
@@ -22,6 +24,7 @@ struct fake {
      * of the core begins or ends (the tests compile it with -finstrument-functions). */
     void (*interrupt)(void);
     struct reading now;     /* what the next sample reads */
+    struct reading fast[FAKE_FAST]; /* and a fast burst before it */
     uint8_t in[FAKE_BYTES], out[FAKE_BYTES];
     size_t in_begin, in_end, out_begin, out_end;
 };

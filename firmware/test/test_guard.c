@@ -10,7 +10,7 @@ static uint8_t fault_of(int16_t current, int16_t supply) {
 }
 
 static void set(wire_configure_t config) {
-    guard_set(&guard, &config);
+    guard_set(&guard, &config, config.sample_period_ticks);
     guard_rest(&guard, 0);
 }
 

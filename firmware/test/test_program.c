@@ -63,6 +63,22 @@ static void the_largest_volts_do_not_overflow(void) {
     }
 }
 
+/* Against the division that the core does not make. */
+static void volts_are_divided_exactly(void) {
+    const uint16_t full[] = {1, 255, 400, 800, 1023, 1024, 32000, 32767};
+    fake_start();
+    for (size_t n = 0; n < sizeof full / sizeof *full; n++) {
+        port.full_duty = full[n];
+        program_clear(&program);
+        CHECK(add(WIRE_STEP_KIND_DRIVE_VOLTS, 6000) == WIRE_STATUS_OK);
+        for (int supply = 1; supply <= INT16_MAX; supply++) {
+            program_drive(&program, 0, (int16_t)supply);
+            const int32_t duty = program.steps[0].level / supply;
+            CHECK(fake.level == (duty < full[n] ? duty : full[n]));
+        }
+    }
+}
+
 static void a_board_without_a_supply_channel_has_no_volts(void) {
     fake_start();
     port.channels = 0x0B;
@@ -87,6 +103,7 @@ const struct test program_tests[] = {
     TEST(volts_follow_the_supply),
     TEST(without_a_supply_there_is_no_duty),
     TEST(the_largest_volts_do_not_overflow),
+    TEST(volts_are_divided_exactly),
     TEST(a_board_without_a_supply_channel_has_no_volts),
     TEST(a_whole_program_may_last_longer_than_a_tick_counter),
     {0},

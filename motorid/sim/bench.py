@@ -71,8 +71,13 @@ class Bench:
         self._c.limits.current_zero = self.chain.current.offset
         self._c.limits.supply_zero = self.chain.supply.offset
 
-    def set_period(self, ticks: int) -> None:
-        """Sample every so many ticks from now on. Raises UsageError when a window does not fit."""
+    def set_period(self, ticks: int, fast: int = 0) -> None:
+        """Sample every so many ticks from now on, with so many readings of a fast burst in each.
+
+        Raises UsageError when a window does not fit.
+        """
+        self.period_ticks, self.fast = ticks, fast
+        self._c.fast = fast
         self.period_s = ticks / self.chain.clock_hz
         self._c.sample_period = self.period_s
         window = round(SPEED_WINDOW_S / self.period_s)
@@ -107,15 +112,26 @@ class Bench:
 
     def run(self, samples: int) -> tuple[Raw, Counts]:
         """Take up to ``samples`` samples: raw readings (n, 3) and counts (n,); short at a trip."""
-        noise = self._rng.standard_normal((samples, 3))
-        raw = np.zeros((samples, 3), np.int16)
-        counts = np.zeros(samples, np.int64)
-        taken = lib.bench_run(
-            self._c,
-            samples,
-            ffi.cast("double *", noise.ctypes.data),
-            ffi.cast("short *", raw.ctypes.data),
-            ffi.cast("long long *", counts.ctypes.data),
+        return self._run(samples, ffi.NULL)
+
+    def run_fast(self, samples: int) -> tuple[Raw, Counts, Raw, Counts]:
+        """The same with a fast burst beside it: its readings (n·fast, 3) and counts (n·fast,)."""
+        burst: Any = ffi.new("bench_burst *")
+        noise, raw, counts = self._rows(samples * self.fast)
+        burst.noise, burst.raw, burst.count = _noise_at(noise), _raw_at(raw), _counts_at(counts)
+        watched = self._run(samples, burst)
+        kept = len(watched[1]) * self.fast
+        return *watched, raw[:kept], counts[:kept]
+
+    def _rows(self, rows: int) -> tuple[NDArray[np.float64], Raw, Counts]:
+        """Room for so many readings, and their noise."""
+        noise = self._rng.standard_normal((rows, 3))
+        return noise, np.zeros((rows, 3), np.int16), np.zeros(rows, np.int64)
+
+    def _run(self, samples: int, burst: Any) -> tuple[Raw, Counts]:
+        noise, raw, counts = self._rows(samples)
+        taken = lib.bench_run_fast(
+            self._c, samples, _noise_at(noise), _raw_at(raw), _counts_at(counts), burst
         )
         if taken:
             self.raw = raw[taken - 1].copy()
@@ -170,6 +186,18 @@ class Bench:
         """Every reading repeats the last one."""
         for index in range(lib.BENCH_CHANNELS):
             self._c.channel[index].frozen = 1
+
+
+def _noise_at(array: NDArray[np.float64]) -> Any:
+    return ffi.cast("double *", array.ctypes.data)
+
+
+def _raw_at(array: Raw) -> Any:
+    return ffi.cast("short *", array.ctypes.data)
+
+
+def _counts_at(array: Counts) -> Any:
+    return ffi.cast("long long *", array.ctypes.data)
 
 
 def plant_params(options: Options, chain: Chain) -> Any:

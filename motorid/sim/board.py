@@ -208,15 +208,17 @@ class Board:
         index = command.fields["index"]
         if index >= identity.CHANNELS:
             return Status.BAD_VALUE, {}
-        return OK, identity.describe(self, index)
+        if not identity.has_mode(self, command.fields["mode"]):
+            return Status.NOT_SUPPORTED, {}
+        return OK, identity.describe(self, index, command.fields["mode"])
 
     def _do_configure(self, command: Command) -> Answer:
         config = command.fields
         if problem := identity.check_config(self, config):
             return problem, {}
         self.config, self.steps = dict(config), []
-        self._period = config["sample_period_ticks"]
-        self.bench.set_period(self._period)
+        self._period, fast = identity.pace(self, config)
+        self.bench.set_period(self._period, fast)
         self.state = State.CONFIGURED
         return OK, {"config_hash": config_hash(config)}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from motorid.sim.chain import UNSYNCHRONISED, Converter, shortest_period
+from motorid.sim.chain import UNSYNCHRONISED, Converter, burst_samples, shortest_period
 from motorid.sim.options import CLOCK_HZ, decay_mask
 from motorid.sim.stream import U32
 from motorid.wire.enums import Channel, ChannelKind, Decay, Mode, Status, StepKind, Unit
@@ -53,7 +53,23 @@ def identify(board: Board) -> Fields:
         "max_current_ma": max_current_ma(board),
         "max_host_silence_ms": MAX_HOST_SILENCE_MS,
         "buffer_samples": options.buffer,
+        "burst_sample_period_ticks": _burst_period(board),
+        "burst_samples": options.buffer if _burst_period(board) else 0,
     }
+
+
+def _burst_period(board: Board) -> int:
+    fast = burst_samples(board.options, board.chain)
+    return shortest_period(board.options, board.chain) // fast if fast else 0
+
+
+def pace(board: Board, config: Fields) -> tuple[int, int]:
+    """Ticks between the samples that the guard sees, and samples of a fast burst in them or 0."""
+    period: int = config["sample_period_ticks"]
+    if config["mode"] == Mode.BURST and period and period == _burst_period(board):
+        fast = burst_samples(board.options, board.chain)
+        return period * fast, fast
+    return period, 0
 
 
 def max_current_ma(board: Board) -> int:
@@ -62,11 +78,23 @@ def max_current_ma(board: Board) -> int:
     return int(converter.scale * (converter.raw_max - converter.offset) * 1000)
 
 
-def describe(board: Board, index: int) -> Fields:
+def has_mode(board: Board, mode: int) -> bool:
+    """Whether channels are described in this mode: a burst's where there is a fast one."""
+    return mode == Mode.STREAM or (mode == Mode.BURST and _burst_period(board) > 0)
+
+
+def describe(board: Board, index: int, mode: int = Mode.STREAM) -> Fields:
     """Fields of the reply to describe_channel."""
     if index == Channel.POSITION:
         return _describe_position()
-    converter = board.chain.converters[index]
+    fields = _describe_converter(board.chain.converters[index])
+    if mode == Mode.BURST:  # which takes instants at its ticks
+        at_once = {"kind": ChannelKind.INSTANT, "aperture_ns": 0, "delay_ns": 0}
+        return fields | at_once | {"pwm_phase_permille": UNSYNCHRONISED}
+    return fields
+
+
+def _describe_converter(converter: Converter) -> Fields:
     return {
         "channel": converter.channel,
         "unit": converter.unit,
@@ -128,7 +156,7 @@ def status(board: Board) -> Fields:
 def check_config(board: Board, config: Fields) -> Status:
     """OK, or why this configuration is refused."""
     step = CLOCK_HZ // board.options.pwm
-    period = config["sample_period_ticks"]
+    period, _ = pace(board, config)
     if (
         period < shortest_period(board.options, board.chain)
         or period % step
@@ -175,5 +203,5 @@ def _check_drive(board: Board, step: Fields) -> Status:
 def _check_duration(board: Board, step: Fields) -> Status:
     assert board.config is not None  # steps are accepted only in configured and loaded
     ticks = step["ticks"]
-    whole = ticks > 0 and ticks % board.config["sample_period_ticks"] == 0
+    whole = ticks > 0 and ticks % board.bench.period_ticks == 0
     return Status.OK if whole else Status.BAD_VALUE

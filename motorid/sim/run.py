@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from motorid.sim.bench import Bench, Guard
+from motorid.sim.bench import Bench, Counts, Guard, Raw
 from motorid.sim.stream import U32, Stream
 from motorid.wire.codec import encode_event
 from motorid.wire.enums import Decay, EndReason, Fault, StepKind
@@ -40,7 +40,7 @@ class Run:
     ) -> None:
         self._bench, self._config, self._steps = bench, config, steps
         self.stream, self._send = stream, send
-        self._period = config["sample_period_ticks"]
+        self._period, self._fast = bench.period_ticks, bench.fast
         self._sign = -1 if config["encoder_reversed"] else 1
         self.tick = start_tick  # of the next sample
         self._start = start_tick
@@ -62,17 +62,15 @@ class Run:
     def advance(self, samples: int) -> int:
         """Take at most ``samples`` samples, fewer at a boundary; returns how many were taken.
 
+        In a fast burst those are the guard's, and what is kept was taken between them.
+
         A sample at the tick at which a step begins is taken before the step acts; the run's end is
         no sample.
         """
-        samples = min(samples, self.stream.space, self._to_boundary())
-        raw, counts = self._bench.run(samples)
-        taken = len(counts)
-        first, last = self.tick, self.tick + (taken - 1) * self._period
+        first = self.tick
+        taken = self._take(min(samples, self._to_boundary()))
+        last = first + (taken - 1) * self._period
         self.tick += taken * self._period
-        kept = taken - (last == self._end)
-        if kept:
-            self.stream.add(first, raw[:kept], self._sign * counts[:kept])
         if trip := self._trip(last):
             self._finish(EndReason.FAULT, last, trip)
         elif last == self._end:
@@ -80,6 +78,25 @@ class Run:
         elif last == self._step_end:
             self._next_step()
         return taken
+
+    def _take(self, samples: int) -> int:
+        if not self._fast:
+            raw, counts = self._bench.run(min(samples, self.stream.space))
+            self._keep(self.tick, self._period, raw, counts)
+            return len(counts)
+        watched = self._bench.run_fast(samples)
+        apart = self._period // self._fast
+        self._keep(self.tick - (self._fast - 1) * apart, apart, *watched[2:])
+        return len(watched[1])
+
+    def _keep(self, tick: int, apart: int, raw: Raw, counts: Counts) -> None:
+        """Readings (n, 3) and counts (n,), ``apart`` ticks apart: those within the run."""
+        begin = max(0, (self._start - tick) // apart)
+        stop = min(len(counts), (self._end - tick) // apart)
+        while begin < stop:
+            end = min(stop, begin + self.stream.space)
+            self.stream.add(tick + begin * apart, raw[begin:end], self._sign * counts[begin:end])
+            begin = end
 
     def _to_boundary(self) -> int:
         """Samples up to the next one at which something may happen."""

@@ -5,6 +5,8 @@
 
 static const double TURN = 6.283185307179586476925;
 
+enum { FAST = BENCH_CHANNELS }; /* a probe's channel: all of them, for a fast burst */
+
 static int add_probe(bench *b, int channel, int is_end, double time)
 {
     int place = b->probes++;
@@ -37,6 +39,15 @@ static int place_window(bench *b, int channel)
     return a->aperture > 0.0 ? add_probe(b, channel, 0, start) : 0;
 }
 
+static int place_fast(bench *b)
+{
+    int n;
+    for (n = 1; n <= b->fast; n++)
+        if (add_probe(b, FAST, 1, n < b->fast ? b->sample_period * n / b->fast : b->sample_period))
+            return -1;
+    return 0;
+}
+
 static long long true_count(const bench *b)
 {
     const encoder *e = &b->encoder;
@@ -57,7 +68,7 @@ int bench_init(bench *b)
     }
     for (n = 0; n < BENCH_HISTORY; n++)
         b->history[n] = b->encoder.count;
-    return 0;
+    return place_fast(b);
 }
 
 /* ------------------------------------------------------------------ one sample */
@@ -86,14 +97,39 @@ static void take_probe(bench *b, const bench_probe *probe)
     }
 }
 
+static void count_edges(encoder *e, long long edges)
+{
+    long long moved = edges - e->edges, lost;
+    e->edges = edges;
+    e->missed += e->loss * fabs((double)moved);
+    lost = (long long)floor(e->missed);
+    e->missed -= (double)lost;
+    if (moved < 0)
+        lost = -lost;
+    e->count += e->sign * (moved - lost);
+}
+
+static void take_fast(bench *b)
+{
+    int n;
+    for (n = 0; n < BENCH_CHANNELS; n++)
+        b->fast_value[b->fasts][n] = instant(&b->plant, n);
+    count_edges(&b->encoder, true_count(b));
+    b->fast_count[b->fasts++] = b->encoder.count;
+}
+
 static void run_one_period(bench *b)
 {
     double now = 0.0;
     int n;
+    b->fasts = 0;
     for (n = 0; n < b->probes; n++) {
         plant_advance(&b->plant, b->probe[n].time - now);
         now = b->probe[n].time;
-        take_probe(b, &b->probe[n]);
+        if (b->probe[n].channel == FAST)
+            take_fast(b);
+        else
+            take_probe(b, &b->probe[n]);
     }
     plant_advance(&b->plant, b->sample_period - now);
 }
@@ -117,23 +153,21 @@ static double measured(const bench *b, const adc *a)
     return (a->at_end - (starts_early(b, a) ? a->at_last_start : a->at_start)) / a->aperture;
 }
 
-static void convert(adc *a, double value, double normal)
+static int converted(const adc *a, double value, double normal)
 {
     double raw = floor(a->gain * value / a->scale + a->offset + a->noise * normal + 0.5);
-    if (!a->frozen)
-        a->raw = (int)fmin(fmax(raw, a->raw_min), a->raw_max);
+    return a->frozen ? a->raw : (int)fmin(fmax(raw, a->raw_min), a->raw_max);
 }
 
-static void count_edges(encoder *e, long long edges)
+static void tell_fast(bench *b, bench_burst *burst)
 {
-    long long moved = edges - e->edges, lost;
-    e->edges = edges;
-    e->missed += e->loss * fabs((double)moved);
-    lost = (long long)floor(e->missed);
-    e->missed -= (double)lost;
-    if (moved < 0)
-        lost = -lost;
-    e->count += e->sign * (moved - lost);
+    int n, c;
+    for (n = 0; n < b->fast; n++) {
+        for (c = 0; c < BENCH_CHANNELS; c++)
+            *burst->raw++ =
+                (short)converted(&b->channel[c], b->fast_value[n][c], *burst->noise++);
+        *burst->count++ = b->fast_count[n];
+    }
 }
 
 /* ------------------------------------------------------------------ trips */
@@ -195,6 +229,12 @@ void bench_command(bench *b, int mode, double duty, int decay)
 
 int bench_run(bench *b, int n, const double *noise, short *raw, long long *count)
 {
+    return bench_run_fast(b, n, noise, raw, count, 0);
+}
+
+int bench_run_fast(bench *b, int n, const double *noise, short *raw, long long *count,
+                   bench_burst *burst)
+{
     int k, c;
     for (k = 0; k < n && !b->trip; k++) {
         run_one_period(b);
@@ -202,9 +242,11 @@ int bench_run(bench *b, int n, const double *noise, short *raw, long long *count
         b->samples++;
         for (c = 0; c < BENCH_CHANNELS; c++) {
             adc *a = &b->channel[c];
-            convert(a, measured(b, a), noise[BENCH_CHANNELS * k + c]);
+            a->raw = converted(a, measured(b, a), noise[BENCH_CHANNELS * k + c]);
             raw[BENCH_CHANNELS * k + c] = (short)a->raw;
         }
+        if (burst)
+            tell_fast(b, burst);
         count[k] = b->encoder.count;
         rebase(b);
         if (b->limits.armed)

@@ -15,7 +15,7 @@ enum bench_channel { BENCH_CURRENT = 0, BENCH_VOLTAGE = 1, BENCH_SUPPLY = 2, BEN
 enum bench_trip { TRIP_NONE = 0, TRIP_CURRENT = 1, TRIP_SPEED = 2, TRIP_SUPPLY_LOW = 3,
                   TRIP_SUPPLY_HIGH = 4, TRIP_ENCODER_EDGES = 7 };
 
-enum { BENCH_HISTORY = 64 };
+enum { BENCH_HISTORY = 64, BENCH_FAST = 16 };
 
 /* raw = round(gain * value / scale + offset + noise * normal), clipped to raw_min .. raw_max. */
 typedef struct adc {
@@ -77,10 +77,22 @@ typedef struct bench {
     long long samples; /* taken since bench_init */
     double total[BENCH_CHANNELS]; /* integral of each true quantity, for meters beside the board */
     int probes;
-    bench_probe probe[2 * BENCH_CHANNELS];
+    bench_probe probe[24]; /* two a channel, and those of a fast burst */
+    int fast;   /* readings of a fast burst in a sample period, at most BENCH_FAST; 0: none */
+    int fasts;  /* of those, taken in this one */
+    double fast_value[BENCH_FAST][3];
+    long long fast_count[BENCH_FAST];
 } bench;
 
-/* Set up channels' windows after filling plant (by plant_init), channel, encoder, limits and
+/* What a fast burst reads beside n samples: rows of three instants, evenly spaced, the last at the
+ * sample's tick, so n times bench.fast rows of noise and readings, and as many counts. */
+typedef struct bench_burst {
+    const double *noise;
+    short *raw;
+    long long *count;
+} bench_burst;
+
+/* Set up channels' windows after filling plant (by plant_init), channel, encoder, limits, fast and
  * sample_period. Returns 0, or -1 when a window does not fit. */
 int bench_init(bench *b);
 
@@ -93,5 +105,9 @@ void bench_command(bench *b, int mode, double duty, int decay);
 /* Take up to n samples; stop at a trip, with the bridge open. noise: n rows of three standard
  * normal numbers; raw: n rows of three readings; count: n encoder counts. Returns samples taken. */
 int bench_run(bench *b, int n, const double *noise, short *raw, long long *count);
+
+/* The same, with a fast burst beside it. */
+int bench_run_fast(bench *b, int n, const double *noise, short *raw, long long *count,
+                   bench_burst *burst);
 
 #endif

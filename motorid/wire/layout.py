@@ -50,10 +50,15 @@ class Layout:
         self.names = tuple(field.name for field in fields)
         self.struct = struct.Struct("<" + "".join(FORMATS[field.type] for field in fields))
         self.lengths = _lengths(fields)
+        self.appended = {f.name: "" if f.type == "text16" else 0 for f in fields if f.since}
         self.readers = {f.name: reader for f in fields if (reader := _reader(f))}
 
     def pack(self, values: Mapping[str, Any]) -> bytes:
-        """The fields' bytes. Raises ValueError naming what is absent, foreign or too big."""
+        """The fields' bytes; those that a later minor appended may be absent, and are 0 then.
+
+        Raises ValueError naming what is absent, foreign or too big.
+        """
+        values = {**self.appended, **values}
         if values.keys() != set(self.names):
             absent = sorted(set(self.names) - values.keys())
             foreign = sorted(values.keys() - set(self.names))

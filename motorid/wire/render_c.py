@@ -172,10 +172,12 @@ def _command(spec: Spec, command: Message) -> str:
     macro = f"WIRE_{command.name.upper()}"
     states = spec.enums["state"]
     mask = sum(1 << states[state] for state in command.states or states)
+    least = wire.required_size(command.fields)
     return _comment(command.doc) + "\n".join(
         [
             f"#define {macro}_CODE 0x{command.code:02X}u",
             f"#define {macro}_STATES 0x{mask:02X}u /* bit n: accepted in state n */",
+            f"#define {macro}_LEAST {least}u /* fields that every host of this major sends */",
             _group(command.name, command.fields),
             _group(f"{command.name}_reply", command.reply),
         ]

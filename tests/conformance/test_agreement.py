@@ -145,6 +145,26 @@ def test_bursts_agree(pair: Callable[..., Pair]) -> None:
     compare(pair(**QUIET), all_kinds, EXACT, mode=1)
 
 
+def brief(client: Client) -> Sequence[Fields]:
+    """As all_kinds, so short that a fast burst of it is kept."""
+    watch = client.identity["min_sample_period_ticks"]
+    kinds = [client.coast(3), client.drive(120, 0.5), client.coast(31), client.drive(90, -0.25)]
+    return [step | {"ticks": step["ticks"] // client.period * watch} for step in kinds]
+
+
+def test_fast_bursts_agree(pair: Callable[..., Pair]) -> None:
+    boards = pair(**QUIET)
+    period = boards[0].identity["burst_sample_period_ticks"]
+    compare(boards, brief, EXACT, mode=1, sample_period_ticks=period)
+
+
+def test_fast_bursts_that_trip_agree(pair: Callable[..., Pair]) -> None:
+    boards = pair(**QUIET)
+    period = boards[0].identity["burst_sample_period_ticks"]
+    fast = {"mode": 1, "sample_period_ticks": period, "current_limit_ma": 900}
+    compare(boards, brief, EXACT, **fast)
+
+
 def test_another_rate_agrees(pair: Callable[..., Pair]) -> None:
     compare(pair(**QUIET), all_kinds, EXACT, sample_period_ticks=4000)
 

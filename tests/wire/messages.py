@@ -35,6 +35,19 @@ class Sent:
     payload: bytes
     message: codec.Command | codec.Reply | codec.Event | codec.SampleBlock
 
+    @property
+    def ends(self) -> set[int]:
+        """Lengths at which the payload of an older minor ends."""
+        match self.message:
+            case codec.Command(name=name):
+                fields = SPEC.commands[name].fields
+            case codec.Reply(name=name, fields=found) if found:
+                fields = SPEC.commands[name].reply
+            case _:
+                return set()
+        new = [field.size for field in fields if field.since]
+        return {len(self.payload) - sum(new[n:]) for n in range(len(new))}
+
 
 def values(fields: tuple[Field, ...]) -> st.SearchStrategy[dict[str, Any]]:
     """Any value in every field."""

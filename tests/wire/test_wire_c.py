@@ -89,7 +89,7 @@ def check(number: int, vector: dict[str, Any]) -> str:
     """
     struct, fields, head = group(vector)
     payload = bytes.fromhex(vector["payload"])
-    values = dict(vector["fields"])
+    values = {f.name: 0 for f in fields if f.since} | vector["fields"]  # an older minor's vector
     samples = values.pop("samples") if vector["name"] == "sample_block" else []
     values["count"] = len(samples)
     lines = [
@@ -106,7 +106,7 @@ def check(number: int, vector: dict[str, Any]) -> str:
             "    const size_t begin = at;",
             f"    at += wire_put_{struct}(buffer + at, &m);",
             f"    CHECK(at - begin == WIRE_{struct.upper()}_SIZE);",
-            f"    CHECK(wire_get_{struct}(buffer + begin, at - begin, &got));",
+            f"    CHECK(wire_get_{struct}(buffer + begin, sizeof wire + 1 - begin, &got));",
             *(f"    CHECK({equal(field)});" for field in fields),
             f"    CHECK(wire_get_{struct}(buffer + begin, at - begin + 1, &got));",
             f"    CHECK(!wire_get_{struct}(buffer + begin, {required_size(fields)}u - 1u, &got));",
@@ -118,7 +118,7 @@ def check(number: int, vector: dict[str, Any]) -> str:
             "    at += 2;",
         ]
     lines += [
-        "    CHECK(at - 1 == sizeof wire);",
+        "    CHECK(at - 1 >= sizeof wire);",
         "    CHECK(memcmp(buffer + 1, wire, sizeof wire) == 0);",
         "    return 0;",
         "}\n",
@@ -167,11 +167,11 @@ def test_header_sizes_are_the_specifications() -> None:
 
 
 def test_fields_of_a_later_minor_read_as_zero_in_c(tmp_path: Path) -> None:
-    text = PATH.read_text(encoding="utf-8").replace("minor = 0", "minor = 1", 1)
+    text = PATH.read_text(encoding="utf-8").replace("minor = 1", "minor = 2", 1)
     old = '["samples", "u16", "", "readings to average (1 to 4096)"]'
     assert old in text
     newer = parse(
-        text.replace(old, old + ', ["more", "u32", "", "", 1], ["t", "text16", "", "", 1]')
+        text.replace(old, old + ', ["more", "u32", "", "", 2], ["t", "text16", "", "", 2]')
     )
     (tmp_path / "wire_gen.h").write_text(render_c.render(newer), encoding="utf-8")
     source, binary = tmp_path / "newer.c", tmp_path / "newer"

@@ -39,16 +39,16 @@ def test_load_is_cached_and_frozen() -> None:
         ("code = 0x44", "code = 0x04", "hello has the code of read_config"),
         ('["host_minor", "u8"', '["host_major", "u8"', "identify names a field twice"),
         ('["host_minor", "u8"', '["host_minor", "u64"', "unknown type u64"),
-        ('"enum mode"', '"enum mood"', "configure.mode names the unknown enum mood"),
+        ('"enum mode"', '"enum mood"', "describe_channel.mode names the unknown enum mood"),
         ('["host_minor", "u8"', '["host_minor", "text16"', None),
         ("max_command = 64", "max_command = 31", "configure has 29 bytes of fields"),
-        ("max_payload = 240", "max_payload = 60", "identify reply has 66 bytes"),
+        ("max_payload = 240", "max_payload = 60", "identify reply has 72 bytes"),
         ("max_payload = 240", "max_payload = 252", "one COBS group"),
         ("fault_latched = 7", "fault_latched = 6", "enum status repeats a value"),
         ("fault_latched = 7", "fault_latched = 256", "leaves 0 to 255"),
         ('states = ["loaded"]', 'states = ["ready"]', "start names unknown states"),
         ('ok = "done', 'okay = "done', "must explain each value of .enum.status"),
-        ('speaks"]', 'speaks", 1]', "newer than minor 0"),
+        ('speaks"]', 'speaks", 2]', "newer than minor 1"),
     ],
 )
 def test_contradictions_are_named(old: str, new: str, complaint: str | None) -> None:
@@ -59,19 +59,19 @@ def test_contradictions_are_named(old: str, new: str, complaint: str | None) -> 
         parse(changed(old, new))
 
 
-def with_minor_1(order: str) -> str:
-    return changed("minor = 0", "minor = 1").replace(
+def with_minor_2(order: str) -> str:
+    return changed("minor = 1", "minor = 2").replace(
         '["samples", "u16", "", "readings to average (1 to 4096)"]', order, 1
     )
 
 
 def test_an_appended_field_comes_last_and_not_before_a_tail() -> None:
-    good = parse(with_minor_1('["samples", "u16", "", ""], ["more", "u32", "", "", 1]'))
-    assert good.commands["zero"].fields[1].since == 1
+    good = parse(with_minor_2('["samples", "u16", "", ""], ["more", "u32", "", "", 2]'))
+    assert good.commands["zero"].fields[1].since == 2
     with pytest.raises(SpecError, match="appended field before an older one"):
-        parse(with_minor_1('["more", "u32", "", "", 1], ["samples", "u16", "", ""]'))
-    text = changed("minor = 0", "minor = 1").replace(
-        '"samples in the block"]', '"samples in the block", 1]', 1
+        parse(with_minor_2('["more", "u32", "", "", 2], ["samples", "u16", "", ""]'))
+    text = changed("minor = 1", "minor = 2").replace(
+        '"samples in the block"]', '"samples in the block", 2]', 1
     )
     with pytest.raises(SpecError, match="has a tail"):
         parse(text)

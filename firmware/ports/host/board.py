@@ -34,6 +34,7 @@ FACTS = (
     "encoder_edge_ceiling_hz",
     "max_current_ma",
     "max_host_silence_ms",
+    "burst_sample_period_ticks",
 )
 OWN = ("fault", "buffer", "max_steps")  # of the simulated board, or fixed when this one is compiled
 

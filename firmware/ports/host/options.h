@@ -31,7 +31,7 @@ struct options {
     /* facts of the board, as identify names them */
     double clock_hz, clock_uncertainty_ppm, pwm_hz, dead_time_ns, decay_modes;
     double min_sample_period_ticks, sample_period_step_ticks, encoder_edge_ceiling_hz;
-    double max_current_ma, max_host_silence_ms;
+    double max_current_ma, max_host_silence_ms, burst_sample_period_ticks;
     /* the rest */
     double true_clock_hz;   /* ticks in a true second */
     double counts_per_turn; /* of the encoder */

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "core.h"
 #include "link.h"
@@ -59,6 +60,37 @@ static void describe(uint8_t channel, wire_describe_channel_reply_t *d) {
     d->raw_max = (int16_t)c->raw_max;
 }
 
+/* Instants at their ticks. */
+static void describe_burst(uint8_t channel, wire_describe_channel_reply_t *d) {
+    (void)channel;
+    d->kind = WIRE_CHANNEL_KIND_INSTANT;
+    d->aperture_ns = d->delay_ns = 0;
+    d->pwm_phase_permille = UINT16_MAX;
+}
+
+/* ------------------------------------------------------------------ a fast burst */
+
+static double fast_noise[BENCH_FAST * BENCH_CHANNELS];
+static short fast_raw[BENCH_FAST][BENCH_CHANNELS];
+static long long fast_count[BENCH_FAST];
+
+static struct reading reading_of(const short *raw, long long count) {
+    return (struct reading){{raw[0], raw[1], raw[2]}, (uint32_t)count};
+}
+
+static void keep_burst(uint8_t *bytes) {
+    for (int n = 0; n < rig.fast; n++) {
+        const struct reading reading = reading_of(fast_raw[n], fast_count[n]);
+        memcpy(bytes + (size_t)n * sizeof reading, &reading, sizeof reading);
+    }
+}
+
+static void reading_of_burst(const uint8_t *bytes, uint8_t n, struct reading *out) {
+    memcpy(out, bytes + n * sizeof *out, sizeof *out);
+}
+
+/* ------------------------------------------------------------------ bridge and samples */
+
 static void bridge_open(void) { bench_command(&rig, PLANT_COAST, 0.0, 0); }
 
 static void bridge_brake(void) { bench_command(&rig, PLANT_BRAKE, 0.0, 0); }
@@ -69,6 +101,7 @@ static void bridge_drive(int16_t level, uint8_t decay) {
 
 static void set_sample_period(uint32_t ticks) {
     rig.sample_period = ticks / options->true_clock_hz;
+    rig.fast = core.burst.fast;
     window_fits = bench_init(&rig) == 0;
 }
 
@@ -88,6 +121,9 @@ struct port port = {
     .full_duty = FULL_DUTY,
     .channels = 0x0F,
     .describe = describe,
+    .describe_burst = describe_burst,
+    .burst_keep = keep_burst,
+    .burst_reading = reading_of_burst,
     .bridge_open = bridge_open,
     .bridge_brake = bridge_brake,
     .bridge_drive = bridge_drive,
@@ -112,6 +148,11 @@ static void set_facts(const struct options *o) {
     port.encoder_edge_ceiling_hz = (uint32_t)o->encoder_edge_ceiling_hz;
     port.max_current_ma = (uint32_t)o->max_current_ma;
     port.max_host_silence_ms = (uint16_t)o->max_host_silence_ms;
+    port.burst_sample_period_ticks = (uint32_t)o->burst_sample_period_ticks;
+    if (port.burst_sample_period_ticks != 0) {
+        const uint32_t fast = port.min_sample_period_ticks / port.burst_sample_period_ticks;
+        port.burst_bytes = (uint16_t)(fast * sizeof(struct reading));
+    }
 }
 
 /* ------------------------------------------------------------------ the bench */
@@ -151,17 +192,22 @@ double rig_sample(void) {
     double noise[BENCH_CHANNELS];
     short raw[BENCH_CHANNELS];
     long long count;
+    bench_burst burst = {fast_noise, fast_raw[0], fast_count};
     for (int n = 0; n < BENCH_CHANNELS; n++) {
         noise[n] = normal();
     }
-    (void)bench_run(&rig, 1, noise, raw, &count);
+    for (int n = 0; n < rig.fast * BENCH_CHANNELS; n++) {
+        fast_noise[n] = normal();
+    }
+    (void)bench_run_fast(&rig, 1, noise, raw, &count, &burst);
     const double baud = options->baud > 0.0 ? options->baud : BAUD_WITHOUT_LIMIT;
     link_grant(rig.sample_period * baud / BITS_PER_BYTE);
     if (broken.fault != WIRE_FAULT_NONE) {
         core_trip(broken.fault, broken.value);
         broken.fault = WIRE_FAULT_NONE;
     }
-    core_sample(&(struct reading){{raw[0], raw[1], raw[2]}, (uint32_t)count});
+    const struct reading reading = reading_of(raw, count);
+    core_sample(&reading);
     return rig.sample_period;
 }
 
