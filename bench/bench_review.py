@@ -1,19 +1,12 @@
 """The default estimator against the best method of every table of the review, at 1 % noise.
 
-python bench/bench_review.py [--seeds 100] [--experiments 2 3 8-w100] [--folder DIR] [--jobs N]
+python bench/bench_review.py [--experiments 2 3 8-w100:400] [--folder DIR] [--jobs N] [--page FILE]
 
 RMS error over the seeds, parameter by parameter, in units of the best method's, and evaluations in
-units of the smallest population's. Experiments whose data do not tell the parameters are left out:
-one step under a quadratic load or of two masses, and Table 6 with noise. Ends with 1 when a goal is
-missed. Finished runs are kept in the folder; give a new one after the estimator has changed.
-
-The goal compares with the smallest of up to forty rms errors that all scatter with the seeds, and
-the smallest of many is small by luck too. So two more figures stand beside each ratio: the 90 %
-interval of the ratio to that one row (bootstrap over the seeds, the same seeds for both), and the
-ratio where half of the seeds choose the best row and the other half judge it (median over splits).
-The first says what the ratio is worth, the second what is left of it without the luck. Last stands
-the rms error in units of the Cramer-Rao bound, below which no unbiased method stays for long; with
-n seeds it scatters by 1/sqrt(2 n) of itself.
+units of the smallest population's. An experiment is run over 100 seeds, or over those after its
+colon. Experiments whose data do not tell the parameters are left out: one step under a quadratic
+load or of two masses, and Table 6 with noise. Ends with 1 when a goal is missed. Finished runs are
+kept in the folder; give a new one after the estimator has changed.
 """
 
 from __future__ import annotations
@@ -21,6 +14,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,9 +31,31 @@ NOISE = 0.01
 WORST_RATIO = 1.03
 SHARE_OF_EVALUATIONS = 1 / 50
 EXPERIMENTS = ("2", "3", "4-staircase", "5-prbs", "7", "8-w100", "8-w1", "9-w100", "9-w1")
+SEEDS = 100
 RESAMPLES = 1000
 INTERVAL = (0.05, 0.95)
 DERIVATIVE_STEP = 1e-5  # relative, on either side of the truth
+
+INTRODUCTION = """# The default estimator beside the best method of each table
+
+Written by `python bench/bench_review.py --page docs/review-best.md`; do not edit it. The
+experiments are those of [review.md](review.md), at 1 % noise.
+
+*rms* is the default's error over the seeds, in percent of the nominal value. *× the best* is the
+goal: at most 1.03 of the smallest rms error of all other rows. Up to forty rows stand in a table,
+their errors scatter with the seeds, and the smallest of many is small by luck too. Therefore:
+
+- *90 %* is the interval of that ratio to that one row, by bootstrap over the seeds, the same
+  seeds for both;
+- *apart* is the ratio where one half of the seeds chooses the best row and the other half judges it
+  (median over splits);
+- *× the ideal* is against what no method can be told to beat: maximum likelihood that knows the
+  noise, to first order about the truth, on the same records. Near 1, the default gives what these
+  records hold, and a row that is better on them is so by their luck;
+- *searches × the ideal* is what the table's own cost gives at its minimum in the long run. Above 1
+  it weighs the channels otherwise than their noise does.
+"""
+HEAD = "| | rms, % | × the best | 90 % | apart | × the ideal | searches × the ideal |"
 
 Floats = NDArray[np.float64]
 
@@ -49,98 +65,181 @@ class Ratio:
     """rms of the default in units of the best row's: as seen, its interval, without the luck."""
 
     rms: float  # %
-    best: int  # which rival
+    best: str
     seen: float
     low: float
     high: float
-    chosen_apart: float
+    apart: float
+    ideal: float  # rms in units of the ideal's on the same records
+    searches: float  # of the table's own cost, in units of the ideal's, in the long run
 
-    @classmethod
-    def of(cls, squares: Floats) -> Ratio:
-        """Of squared errors, (rows, seeds), the default first; NaN where a run gave no answer."""
-        rms = _rms(squares)
-        best = int(np.argmin(rms[1:]))
-        rng = np.random.default_rng(1)
-        seeds = squares.shape[1]
-        again = [_rms(squares[:, rng.integers(seeds, size=seeds)]) for _ in range(RESAMPLES)]
-        low, high = np.quantile([r[0] / r[1 + best] for r in again], INTERVAL)
-        orders = [rng.permutation(seeds) for _ in range(RESAMPLES)]
-        apart = float(np.median([_chosen_apart(squares[:, order]) for order in orders]))
-        seen = float(rms[0] / rms[1 + best])
-        return cls(float(rms[0]), best, seen, float(low), float(high), apart)
+
+@dataclass(frozen=True)
+class Verdict:
+    """One experiment: evaluations of the default, and what part of the smallest population's."""
+
+    experiment: Experiment
+    seeds: int
+    evaluations: float
+    share: float
+    ratios: dict[str, Ratio]
+    good: bool
+
+
+def judge(experiment: Experiment, by_row: Sequence[Sequence[Solution]]) -> Verdict:
+    """Of the runs by row and seed, the default's row first."""
+    fewest = min((row.budget for row in experiment.rows if row.n), default=0)
+    evaluations = float(np.mean([run.evaluations for run in by_row[0]]))
+    share = evaluations / fewest if fewest else 0.0
+    labels = np.array([row.label for row in experiment.rows])
+    found = [figures_found(experiment, runs) for runs in by_row]
+    linear = Linear.of(experiment)
+    ideal = linear.ideal(experiment, len(by_row[0]))
+    ratios = {}
+    for index, (name, truth) in enumerate(experiment.truth.items()):
+        misses = np.array([relative_to_nominal(f[name], np.array(truth)) for f in found])
+        told = ~np.isnan(misses).all(axis=1)
+        best, rms, seen, low, high, apart = _ratio(misses[told] ** 2)
+        against = rms / float(np.sqrt(np.mean(ideal[index] ** 2)))
+        label, searches = str(labels[told][1 + best]), float(linear.searches()[index])
+        ratios[name] = Ratio(rms, label, seen, low, high, apart, against, searches)
+    good = (
+        all(run.values for run in by_row[0])
+        and share <= SHARE_OF_EVALUATIONS
+        and max(ratio.seen for ratio in ratios.values()) <= WORST_RATIO
+    )
+    return Verdict(experiment, len(by_row[0]), evaluations, share, ratios, good)
+
+
+def _ratio(squares: Floats) -> tuple[int, float, float, float, float, float]:
+    """Best rival, rms, ratio, its interval, ratio apart: of squared errors (rows, seeds)."""
+    rms = _rms(squares)
+    best = int(np.argmin(rms[1:]))
+    rng = np.random.default_rng(1)
+    seeds = squares.shape[1]
+    again = [_rms(squares[:, rng.integers(seeds, size=seeds)]) for _ in range(RESAMPLES)]
+    low, high = np.quantile([r[0] / r[1 + best] for r in again], INTERVAL)
+    orders = [rng.permutation(seeds) for _ in range(RESAMPLES)]
+    apart = np.median([_apart(squares[:, order]) for order in orders])
+    seen = rms[0] / rms[1 + best]
+    return best, float(rms[0]), float(seen), float(low), float(high), float(apart)
 
 
 def _rms(squares: Floats) -> Floats:
     return np.asarray(np.sqrt(np.nanmean(squares, axis=1)))
 
 
-def _chosen_apart(squares: Floats) -> float:
+def _apart(squares: Floats) -> float:
     """Each half of the seeds chooses the best row, and the other half judges it."""
     half = squares.shape[1] // 2
-    halves = squares[:, :half], squares[:, half : 2 * half]
+    first, second = squares[:, :half], squares[:, half : 2 * half]
     rivals = [
-        judge[1 + int(np.argmin(_rms(choose)[1:]))]
-        for choose, judge in (halves, halves[::-1])
-    ]  # fmt: skip
+        judges[1 + int(np.argmin(_rms(chooses)[1:]))]
+        for chooses, judges in ((first, second), (second, first))
+    ]
     return float(np.sqrt(np.nanmean(squares[0, : 2 * half]) / np.nanmean(np.concatenate(rivals))))
 
 
-def bounds(experiment: Experiment) -> dict[str, float]:
-    """Cramer-Rao bounds of the parameters from the record and its noise, percent of nominal."""
-    model, record = experiment.truth_model or experiment.model, experiment.clean()
-    truth = np.array(list(experiment.truth.values()))
-    steps = DERIVATIVE_STEP * np.eye(len(truth))
-    outputs = model.outputs(truth * np.concatenate([1.0 + steps, 1.0 - steps]), record)
-    slopes = (outputs[: len(truth)] - outputs[len(truth) :]) / (2.0 * DERIVATIVE_STEP)
-    deviations = [
-        NOISE * experiment.noise_share.get(name, 1.0) * np.abs(record.measured[name]).max()
-        for name in experiment.channels
+@dataclass(frozen=True)
+class Linear:
+    """An experiment to first order about the truth. Channels first, then samples.
+
+    ``slopes`` (parameters, channels, samples): of the outputs by relative changes. ``noise`` and
+    ``scale`` (channels, 1): standard deviations, and what the searches divide residuals by.
+    """
+
+    clean: Floats
+    slopes: Floats
+    noise: Floats
+    scale: Floats
+
+    @classmethod
+    def of(cls, experiment: Experiment) -> Linear:
+        """By differences on either side of the truth."""
+        model, record = experiment.truth_model or experiment.model, experiment.clean()
+        truth = np.array(list(experiment.truth.values()))
+        steps = DERIVATIVE_STEP * np.eye(len(truth))
+        high, low = (model.outputs(truth * (1.0 + s), record) for s in (steps, -steps))
+        clean = np.array([record.measured[name] for name in experiment.channels])
+        peaks = np.abs(clean).max(axis=1)
+        shares = [experiment.noise_share.get(name, 1.0) for name in experiment.channels]
+        own = experiment.scale
+        scale = peaks if own is None else np.array([own[name] for name in experiment.channels])
+        noise = NOISE * np.array(shares) * peaks
+        slopes = (high - low) / (2.0 * DERIVATIVE_STEP)
+        return cls(clean, slopes, noise[:, None], scale[:, None])
+
+    def ideal(self, experiment: Experiment, seeds: int) -> Floats:
+        """Errors (parameters, seeds) in percent: each residual by its noise, known."""
+        errors = np.empty((len(self.slopes), seeds))
+        for seed in range(seeds):
+            measured = experiment.problem(NOISE, seed).step.measured
+            noise = np.array([measured[name] for name in experiment.channels]) - self.clean
+            errors[:, seed] = self._flat(1.0 / self.noise) @ (noise / self.noise).ravel()
+        return np.asarray(100.0 * np.linalg.inv(self._squares(1.0 / self.noise)) @ errors)
+
+    def searches(self) -> Floats:
+        """Deviations of least squares with the searches' weights, in units of the ideal's."""
+        ideal = np.linalg.inv(self._squares(1.0 / self.noise))
+        inverse = np.linalg.inv(self._squares(1.0 / self.scale))
+        theirs = inverse @ self._squares(self.noise / self.scale**2) @ inverse
+        return np.asarray(np.sqrt(np.diag(theirs) / np.diag(ideal)))
+
+    def _flat(self, weight: Floats) -> Floats:
+        return np.asarray((self.slopes * weight).reshape(len(self.slopes), -1))
+
+    def _squares(self, weight: Floats) -> Floats:
+        return np.asarray(self._flat(weight) @ self._flat(weight).T)
+
+
+def markdown(verdict: Verdict) -> str:
+    """One experiment's section."""
+    lines = [
+        f"## {verdict.experiment.key}, {verdict.seeds} seeds",
+        "",
+        f"{verdict.evaluations:.0f} evaluations"
+        + (
+            f", {100 * verdict.share:.1f} % of the smallest population's." if verdict.share else "."
+        ),
+        "",
+        HEAD,
+        "|" + "---|" * (HEAD.count("|") - 1),
     ]
-    scaled = (slopes / np.array(deviations)[:, None]).reshape(len(truth), -1)
-    deviation = np.sqrt(np.diag(np.linalg.inv(scaled @ scaled.T)))
-    return dict(zip(experiment.truth, (100.0 * deviation).tolist(), strict=True))
-
-
-def judged(experiment: Experiment, by_row: list[list[Solution]]) -> bool:
-    """Prints one experiment's lines; true where the goals are met."""
-    fewest = min((row.budget for row in experiment.rows if row.n), default=0)
-    evaluations = float(np.mean([run.evaluations for run in by_row[0]]))
-    share = evaluations / fewest if fewest else 0.0
-    good = all(run.values for run in by_row[0]) and share <= SHARE_OF_EVALUATIONS
-    print(f"{experiment.key}: {len(by_row[0])} seeds, {evaluations:.0f} evaluations, "
-          f"{100 * share:.1f} % of the smallest population's")  # fmt: skip
-    found, bound = [figures_found(experiment, runs) for runs in by_row], bounds(experiment)
-    for name, truth in experiment.truth.items():
-        misses = [relative_to_nominal(figures[name], np.array(truth)) for figures in found]
-        told = [index for index, miss in enumerate(misses) if not np.isnan(miss).all()]
-        ratio = Ratio.of(np.array([misses[index] for index in told]) ** 2)
-        good &= ratio.seen <= WORST_RATIO
-        label = experiment.rows[told[1 + ratio.best]].label
-        print(f"  {name:<4}{ratio.rms:9.4f} %   {ratio.seen:6.3f} x the best ({label}); "
-              f"90 % {ratio.low:.3f} to {ratio.high:.3f}; chosen apart {ratio.chosen_apart:.3f}; "
-              f"{ratio.rms / bound[name]:.3f} x the bound",
-              flush=True)  # fmt: skip
-    return good
+    for name, r in verdict.ratios.items():
+        lines.append(
+            f"| {name} | {r.rms:.4f} | {r.seen:.3f} ({r.best}) | {r.low:.3f} to {r.high:.3f} | "
+            f"{r.apart:.3f} | {r.ideal:.3f} | {r.searches:.3f} |"
+        )
+    return "\n".join(lines) + "\n"
 
 
 def main() -> int:
     """Print every experiment's lines."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=100)
-    parser.add_argument("--experiments", nargs="*", default=EXPERIMENTS, choices=EXPERIMENTS)
+    parser.add_argument("--experiments", nargs="*", default=EXPERIMENTS, metavar="KEY[:SEEDS]")
     parser.add_argument("--folder", type=Path)
     parser.add_argument("--jobs", type=int, default=-1)
+    parser.add_argument("--page", type=Path)
     options = parser.parse_args()
     every = {e.key: e for number in tables.TABLES for e in tables.table(number)}
+    verdicts = []
     with tempfile.TemporaryDirectory() as scratch:
         folder = options.folder or Path(scratch)
-        good = True
-        for key in options.experiments:
-            case = every[key], NOISE
-            (by_row,) = run_cases([case], folder, seeds=options.seeds, jobs=options.jobs)
-            good &= judged(every[key], by_row)
-    print("goals met" if good else f"MISSED: {WORST_RATIO} x, 1/50 of the evaluations")
-    return 0 if good else 1
+        for asked in options.experiments:
+            key, _, seeds = asked.partition(":")
+            if key not in EXPERIMENTS:
+                parser.error(f"no experiment {key}: choose from {', '.join(EXPERIMENTS)}")
+            case, count = (every[key], NOISE), int(seeds or SEEDS)
+            (by_row,) = run_cases([case], folder, seeds=count, jobs=options.jobs)
+            verdicts.append(judge(every[key], by_row))
+            print(markdown(verdicts[-1]), flush=True)
+    if options.page:
+        sections = "\n".join(markdown(verdict) for verdict in verdicts)
+        options.page.write_text(f"{INTRODUCTION}\n{sections}", encoding="utf-8")
+    missed = [f"{v.experiment.key} over {v.seeds} seeds" for v in verdicts if not v.good]
+    goals = f"{WORST_RATIO} x, 1/50 of the evaluations"
+    print(f"MISSED ({goals}): {', '.join(missed)}" if missed else f"goals met ({goals})")
+    return 1 if missed else 0
 
 
 if __name__ == "__main__":
