@@ -53,7 +53,7 @@ def main(arguments: list[str]) -> int:
         results = analyse_rows(
             read_rows(table), table.name, quantities=QUANTITIES, units=units_known()
         )
-        fits = fit_many([run.path for run in runs], folder, jobs=jobs)
+        fits = fit_many([run.path for run in runs], folder, model="six", jobs=jobs)
     print(text(results), end="\n\n")
     wrong = 0
     head = f"{'':<4}{'EV foretold':>14}{'found':>12}{'95 %':>26}"

@@ -2,8 +2,9 @@
 
     python bench/bench_many.py [CAPTURES=60] [JOBS=cores]        (10000 for the full line)
 
-The captures are different runs of simulated motors; CAPTURES of them are fitted on one process
-and on several, both from empty folders, then once more from a finished folder.
+The captures are inspections of the simulated line (rigs/sim-line.toml, products/sim-disc.toml,
+0.31 s at 10 kHz); CAPTURES of them are fitted with the six parameters, as a station does, on one
+process and on several, both from empty folders, then once more from a finished folder.
 """
 
 from __future__ import annotations
@@ -12,10 +13,14 @@ import os
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
+from motorid.acquire.record import capture
 from motorid.capture import store
-from motorid.cli.main import run
+from motorid.estimate import SIX
+from motorid.quality.product import load_product
+from motorid.rig import load_rig
 from motorid.workflow.many import Fitted, fit_many
 
 MOST_PER_CAPTURE_MS = 5.0  # what may come on top of the fits themselves, a capture
@@ -25,15 +30,13 @@ DIFFERENT = 12  # simulated runs; the rest repeat them with another note, as oth
 
 def captures(folder: Path, count: int) -> list[Path]:
     """So many capture files, all of different bytes."""
-    from dataclasses import replace
-
+    rig, program = load_rig("sim-line"), load_product("sim-disc").program
     for seed in range(min(count, DIFFERENT)):
-        port = f"sim://?seed={seed + 1}&speed=max"
-        words = ["capture", "--rig", "sim", "--port", port, "-o", str(folder / f"{seed:05d}.h5")]
-        assert run(words) == 0
+        one = replace(rig, port=f"{rig.port}&seed={seed + 1}&speed=max")
+        capture(one, program, folder / f"{seed:05d}.h5")
     for k in range(DIFFERENT, count):
-        one = store.load(folder / f"{k % DIFFERENT:05d}.h5")
-        other = replace(one, provenance={**one.provenance, "note": f"copy {k}"})
+        first = store.load(folder / f"{k % DIFFERENT:05d}.h5")
+        other = replace(first, provenance={**first.provenance, "note": f"copy {k}"})
         store.save(other, folder / f"{k:05d}.h5")
     return sorted(folder.glob("*.h5"))
 
@@ -41,7 +44,7 @@ def captures(folder: Path, count: int) -> list[Path]:
 def timed(paths: list[Path], folder: Path, jobs: int) -> tuple[float, list[Fitted]]:
     """Seconds of one whole call, and its answers."""
     began = time.perf_counter()
-    fits = fit_many(paths, folder, jobs=jobs)
+    fits = fit_many(paths, folder, model=SIX, jobs=jobs)
     return time.perf_counter() - began, fits
 
 

@@ -90,7 +90,8 @@ def command(
 
     With --jobs, a folder among FILES, or --history, every capture is fitted by itself, into
     fits.csv, a row a capture. Finished fits are kept, so an interrupted run goes on where it
-    stopped; captures that cannot be fitted are listed and stop nothing.
+    stopped; captures that cannot be fitted are listed and stop nothing. --model six does without
+    the search for a better model, which adds findings to the table and no values.
 
     With --rig, stored captures are given the meaning that a corrected rig file and its calibration
     give them: their raw readings and their files stay as they are, and the estimate cites both.
@@ -111,10 +112,11 @@ def command(
     if history or jobs is not None or any(Path(name).is_dir() for name in files):
         if as_json or output is None:
             raise click.UsageError("many fits go to a folder: give -o, and no --json.")
-        if search:
-            raise click.UsageError(f"--{next(iter(search))} goes with one fit, not with many.")
+        alone = next((name for name in search if name != "model"), "")
+        if alone:
+            raise click.UsageError(f"--{alone} goes with one fit, not with many.")
         places = _of_history(history, serial, since) if history else expand(files)
-        _fit_many(places, output, force, {**options, "jobs": 1 if jobs is None else jobs})
+        _fit_many(places, output, force, {**options, **search, "jobs": jobs or 1})
         return
     from motorid.workflow import fit as workflow
 

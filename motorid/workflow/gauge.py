@@ -133,9 +133,11 @@ _Row = dict[str, tuple[Any, Any]]  # quantity -> value and standard uncertainty
 
 
 def _fitted(runs: Sequence[Run], folder: Path, jobs: int, progress: Progress | None) -> list[_Row]:
+    from motorid.estimate import SIX
     from motorid.workflow.many import fit_many
 
-    fits = fit_many([run.path for run in runs], folder, jobs=jobs, progress=progress)
+    paths = [run.path for run in runs]
+    fits = fit_many(paths, folder, model=SIX, jobs=jobs, progress=progress)
     for fit in fits:
         if fit.failure:
             raise DataError(f"{fit.path}: {fit.failure}; remove it and run the study again")

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from motorid import __version__
 from motorid.capture.whole import refuse_existing, write_whole
 from motorid.errors import DataError, MotoridError
+from motorid.estimate import AUTO
 from motorid.workflow.recalibrate import cited
 from motorid.workflow.tasks import Progress, Result, Task, run_all
 
@@ -83,6 +84,7 @@ def fit_many(
     fix: Mapping[str, float] | None = None,
     without: Sequence[str] = (),
     method: str = "ml",
+    model: str = AUTO,
     rig: Rig | None = None,
     jobs: int = 1,
     progress: Progress | None = None,
@@ -91,8 +93,9 @@ def fit_many(
 
     ``folder`` keeps every finished answer, by the capture's SHA-256, the options and the ``rig`` to
     re-analyse them with: interrupt and call again. ``jobs``: processes (-1: one a core).
+    ``model``: six does without the search for a better one, which adds findings and no values.
     """
-    options = {"fix": dict(fix or {}), "without": list(without), "method": method}
+    options = {"fix": dict(fix or {}), "without": list(without), "method": method, "model": model}
     under = {"rig": cited(rig)} if rig is not None else {}
     known = {path: _sha256(path) for path in paths}
     tasks = [
