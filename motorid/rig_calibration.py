@@ -5,9 +5,7 @@
 
 from __future__ import annotations
 
-import difflib
 import hashlib
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -18,10 +16,10 @@ from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE
 from motorid.errors import RigError
 from motorid.rig import Calibration, Rig
 from motorid.rig_keys import Key, List, Number, Text, show
+from motorid.toml_file import closest, dotted, read_text, tables_of, unknown
 
 FORMAT = "motorid calibration 1"
 SUFFIX = ".calibration.toml"
-MAX_FILE_BYTES = 1 << 20
 ANALOGUE = (CURRENT, VOLTAGE, SUPPLY)
 NEAR = 3.0  # standard uncertainties
 DAY_S = 86_400.0
@@ -170,23 +168,12 @@ def path_beside(rig_path: Path) -> Path:
 
 def read_calibration(path: Path) -> CalibrationFile:
     """The calibration in ``path``. Raises RigError naming file and key."""
-    try:
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise RigError(f"{path}: larger than a calibration file may be (1 MiB): is it one?")
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise RigError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise RigError(f"{path}: not UTF-8 text: is it a calibration file?") from None
-    return parse_calibration(text, str(path))
+    return parse_calibration(read_text(path, "a calibration file", RigError), str(path))
 
 
 def parse_calibration(text: str, where: str) -> CalibrationFile:
     """The calibration that ``text`` (TOML) holds; ``where`` names it in errors. Raises RigError."""
-    try:
-        document = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
-        raise RigError(f"{where}: not valid TOML: {error}") from None
+    document = tables_of(text, where, RigError)
     split: dict[str, dict[str, Any]] = {"": {}}
     for name, value in document.items():
         split.setdefault(name if isinstance(value, dict) else "", {}).update(
@@ -201,20 +188,16 @@ def parse_calibration(text: str, where: str) -> CalibrationFile:
 
 def _table(name: str, table: Mapping[str, Any], where: str) -> dict[str, Any]:
     if name not in TABLES:
-        near = difflib.get_close_matches(name[:60], list(TABLES), n=1, cutoff=0.0)[0]
+        near = closest(name, TABLES)
         raise RigError(f"{where}: unknown table [{name[:60]}]; the nearest is [{near}]")
+    if problem := unknown(table, TABLES[name], name):
+        raise RigError(f"{where}: {problem}")
     found = {}
     for key, value in table.items():
-        known = TABLES[name].get(key)
-        dotted = f"{name}.{key[:60]}" if name else key[:60]
-        if known is None:
-            near = difflib.get_close_matches(key[:60], list(TABLES[name]), n=1, cutoff=0.0)[0]
-            near = f"{name}.{near}" if name else near
-            raise RigError(f"{where}: unknown key {dotted}; the nearest is {near}")
         try:
-            found[key] = known.read(value)
+            found[key] = TABLES[name][key].read(value)
         except ValueError as error:
-            raise RigError(f"{where}: {dotted} {error}") from None
+            raise RigError(f"{where}: {dotted(name, key)} {error}") from None
     return found
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import tomllib
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
@@ -33,8 +32,8 @@ from motorid.rig_keys import (
     Text,
     show,
 )
+from motorid.toml_file import dotted, read_text, tables_of, unknown
 
-MAX_FILE_BYTES = 1 << 20
 TOP = ("name", "port", "board_serial")
 
 
@@ -46,15 +45,7 @@ def load(name_or_path: str) -> Rig:
 
 def load_plain(path: Path) -> Rig:
     """The rig of a file as it stands, whatever calibration lies beside it. Raises RigError."""
-    try:
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise RigError(f"{path}: larger than a rig file may be (1 MiB): is it one?")
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise RigError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise RigError(f"{path}: not UTF-8 text: is it a rig file?") from None
-    return parse(text, str(path))
+    return parse(read_text(path, "a rig file", RigError), str(path))
 
 
 def _calibrated(rig: Rig, path: Path) -> Rig:
@@ -69,11 +60,7 @@ def _calibrated(rig: Rig, path: Path) -> Rig:
 
 def parse(text: str, where: str = "rig") -> Rig:
     """The rig that ``text`` (TOML) describes; ``where`` names it in errors. Raises RigError."""
-    try:
-        document = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
-        raise RigError(f"{where}: not valid TOML: {error}") from None
-    return _Reader(where).rig(document, text)
+    return _Reader(where).rig(tables_of(text, where, RigError), text)
 
 
 def presets() -> tuple[str, ...]:
@@ -160,15 +147,12 @@ class _Reader:
             try:
                 values[key] = keys[key].read(value)
             except ValueError as error:
-                raise self.fail(f"{_dotted(name, key)} {error}") from None
+                raise self.fail(f"{dotted(name, key)} {error}") from None
         return values
 
     def _known(self, table: Mapping[str, Any], keys: tuple[str, ...], name: str) -> None:
-        for key in table:
-            if key not in keys:
-                near = difflib.get_close_matches(key[:60], keys, n=1, cutoff=0.0)[0]
-                wrong, right = _dotted(name, key[:60]), _dotted(name, near)
-                raise self.fail(f"unknown key {wrong}; the nearest is {right}")
+        if problem := unknown(table, keys, name):
+            raise self.fail(problem)
 
     def _calibration(self, document: dict[str, Any]) -> dict[str, Calibration]:
         tables = document.get("calibration", {})
@@ -265,7 +249,3 @@ def _preset_folder() -> Path:
     """rigs/ inside an installed package, else beside the package in a working copy."""
     inside = Path(__file__).parent / "rigs"
     return inside if inside.is_dir() else Path(__file__).parent.parent / "rigs"
-
-
-def _dotted(section: str, key: str) -> str:
-    return f"{section}.{key}" if section else key

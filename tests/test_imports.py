@@ -11,12 +11,13 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).resolve().parent.parent / "motorid"
-BASE = {"errors"}
+BASE = {"errors", "toml"}
 DATA = BASE | {"program", "capture"}
 FIT = DATA | {"motor", "segment", "estimate", "plan"}
 DRIVE = DATA | {"rig", "wire", "sim", "acquire"}
 MAY_IMPORT = {
     "errors": set[str](),
+    "toml": {"errors"},
     "wire": BASE,
     "program": BASE,
     "capture": DATA,

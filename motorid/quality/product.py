@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import math
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -17,8 +16,8 @@ from motorid.program import Decay, Program, Step, StepKind
 from motorid.quality.guard_band import RULES, Rule
 from motorid.quality.limits import Limit
 from motorid.quality.quantities import QUANTITIES
+from motorid.toml_file import read_text, tables_of, unknown
 
-MAX_FILE_BYTES = 1 << 20
 LONGEST_SERIAL = 64
 ATOM = r"(?:\[[A-Za-z0-9 _./:#-]+\]|\\d|\\\.|[A-Za-z0-9 _/:#-])"
 COUNT = r"(?:\{\d{1,2}(?:,\d{1,2})?\}|\?)"
@@ -92,15 +91,7 @@ def load_product(name_or_path: str | Path) -> Product:
     Raises UsageError, naming file and key, when it is absent, unreadable or absurd.
     """
     path = _find(str(name_or_path))
-    try:
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise UsageError(f"{path}: larger than a product file may be (1 MiB)")
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError:
-        raise UsageError(f"{path}: not UTF-8 text: is it a product file?") from None
-    return parse(text, str(path))
+    return parse(read_text(path, "a product file", UsageError), str(path))
 
 
 def presets() -> tuple[str, ...]:
@@ -110,10 +101,7 @@ def presets() -> tuple[str, ...]:
 
 def parse(text: str, where: str = "product") -> Product:
     """The product that ``text`` (TOML) describes. Raises UsageError."""
-    try:
-        document = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, ValueError, RecursionError) as error:
-        raise UsageError(f"{where}: not valid TOML: {error}") from None
+    document = tables_of(text, where, UsageError)
     try:
         return _product(document, text, Path(where).stem)
     except MotoridError as error:
@@ -290,10 +278,8 @@ def _step(table: Any, where: str) -> Step:
 
 
 def _known(table: Mapping[str, Any], keys: tuple[str, ...], where: str) -> None:
-    for key in table:
-        if key not in keys:
-            place = f"{where}.{key[:60]}" if where else key[:60]
-            raise UsageError(f"unknown key {place}{nearest(key, keys)}")
+    if problem := unknown(table, keys, where):
+        raise UsageError(problem)
 
 
 def _table(document: Mapping[str, Any], name: str) -> dict[str, Any]:

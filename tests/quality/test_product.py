@@ -37,7 +37,7 @@ def test_the_packaged_products_are_products() -> None:
     ("old", "new", "says"),
     [
         ("[limits.R_25]", "[limits.R25]", "no such quantity, did you mean 'R_25'"),
-        ("low = 2.4", "lwo = 2.4", "unknown key limits.R_25.lwo, did you mean 'low'"),
+        ("low = 2.4", "lwo = 2.4", "unknown key limits.R_25.lwo; the nearest is limits.R_25.low"),
         ("low = 2.4", "low = 3.4", "needs a low below its high"),
         ("low = 2.4", 'unit = "mohm"', "must be ohm"),
         ("low = 2.4", 'rule = "global_risk"', "process_mean and process_sd"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from motorid.calibration.disc import Disc
 from motorid.calibration.gain import RECTANGULAR, Meter, meter
-from motorid.errors import DataError, UsageError
+from motorid.errors import UsageError
+from motorid.toml_file import read_text, tables_of
 
 if TYPE_CHECKING:
     from motorid.acquire.port import Port
@@ -140,12 +140,7 @@ class Filed:
 
 def read_answers(path: Path) -> Mapping[str, Any]:
     """The answers in a TOML file. Raises UsageError where it is none."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise UsageError(f"{path}: not valid TOML: {error}") from None
+    return tables_of(read_text(path, "a file of answers", UsageError), str(path), UsageError)
 
 
 def reference_of(table: Mapping[str, Any], where: str) -> Reference:
