@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from motorid.estimate.review import tables
 from motorid.estimate.review.experiment import Experiment
+from motorid.estimate.review.ideal import Ideal
 from motorid.estimate.review.run import figures_found, relative_to_nominal
 from motorid.estimate.search.problem import Solution
 from motorid.workflow.compare_tables import run_cases
@@ -34,7 +35,6 @@ EXPERIMENTS = ("2", "3", "4-staircase", "5-prbs", "7", "8-w100", "8-w1", "9-w100
 SEEDS = 100
 RESAMPLES = 1000
 INTERVAL = (0.05, 0.95)
-DERIVATIVE_STEP = 1e-5  # relative, on either side of the truth
 
 INTRODUCTION = """# The default estimator beside the best method of each table
 
@@ -93,15 +93,15 @@ def judge(experiment: Experiment, by_row: Sequence[Sequence[Solution]]) -> Verdi
     share = evaluations / fewest if fewest else 0.0
     labels = np.array([row.label for row in experiment.rows])
     found = [figures_found(experiment, runs) for runs in by_row]
-    linear = Linear.of(experiment)
-    ideal = linear.ideal(experiment, len(by_row[0]))
+    ideal = Ideal.of(experiment, NOISE)
+    errors = ideal.errors(len(by_row[0]))
     ratios = {}
     for index, (name, truth) in enumerate(experiment.truth.items()):
         misses = np.array([relative_to_nominal(f[name], np.array(truth)) for f in found])
         told = ~np.isnan(misses).all(axis=1)
         best, rms, seen, low, high, apart = _ratio(misses[told] ** 2)
-        against = rms / float(np.sqrt(np.mean(ideal[index] ** 2)))
-        label, searches = str(labels[told][1 + best]), float(linear.searches()[index])
+        against = rms / float(np.sqrt(np.mean(errors[index] ** 2)))
+        label, searches = str(labels[told][1 + best]), float(ideal.searches()[index])
         ratios[name] = Ratio(rms, label, seen, low, high, apart, against, searches)
     good = (
         all(run.values for run in by_row[0])
@@ -138,58 +138,6 @@ def _apart(squares: Floats) -> float:
         for chooses, judges in ((first, second), (second, first))
     ]
     return float(np.sqrt(np.nanmean(squares[0, : 2 * half]) / np.nanmean(np.concatenate(rivals))))
-
-
-@dataclass(frozen=True)
-class Linear:
-    """An experiment to first order about the truth. Channels first, then samples.
-
-    ``slopes`` (parameters, channels, samples): of the outputs by relative changes. ``noise`` and
-    ``scale`` (channels, 1): standard deviations, and what the searches divide residuals by.
-    """
-
-    clean: Floats
-    slopes: Floats
-    noise: Floats
-    scale: Floats
-
-    @classmethod
-    def of(cls, experiment: Experiment) -> Linear:
-        """By differences on either side of the truth."""
-        model, record = experiment.truth_model or experiment.model, experiment.clean()
-        truth = np.array(list(experiment.truth.values()))
-        steps = DERIVATIVE_STEP * np.eye(len(truth))
-        high, low = (model.outputs(truth * (1.0 + s), record) for s in (steps, -steps))
-        clean = np.array([record.measured[name] for name in experiment.channels])
-        peaks = np.abs(clean).max(axis=1)
-        shares = [experiment.noise_share.get(name, 1.0) for name in experiment.channels]
-        own = experiment.scale
-        scale = peaks if own is None else np.array([own[name] for name in experiment.channels])
-        noise = NOISE * np.array(shares) * peaks
-        slopes = (high - low) / (2.0 * DERIVATIVE_STEP)
-        return cls(clean, slopes, noise[:, None], scale[:, None])
-
-    def ideal(self, experiment: Experiment, seeds: int) -> Floats:
-        """Errors (parameters, seeds) in percent: each residual by its noise, known."""
-        errors = np.empty((len(self.slopes), seeds))
-        for seed in range(seeds):
-            measured = experiment.problem(NOISE, seed).step.measured
-            noise = np.array([measured[name] for name in experiment.channels]) - self.clean
-            errors[:, seed] = self._flat(1.0 / self.noise) @ (noise / self.noise).ravel()
-        return np.asarray(100.0 * np.linalg.inv(self._squares(1.0 / self.noise)) @ errors)
-
-    def searches(self) -> Floats:
-        """Deviations of least squares with the searches' weights, in units of the ideal's."""
-        ideal = np.linalg.inv(self._squares(1.0 / self.noise))
-        inverse = np.linalg.inv(self._squares(1.0 / self.scale))
-        theirs = inverse @ self._squares(self.noise / self.scale**2) @ inverse
-        return np.asarray(np.sqrt(np.diag(theirs) / np.diag(ideal)))
-
-    def _flat(self, weight: Floats) -> Floats:
-        return np.asarray((self.slopes * weight).reshape(len(self.slopes), -1))
-
-    def _squares(self, weight: Floats) -> Floats:
-        return np.asarray(self._flat(weight) @ self._flat(weight).T)
 
 
 def markdown(verdict: Verdict) -> str:
