@@ -18,7 +18,14 @@ PARSERS = {
     "wire": Parser("tests.fuzz.wire_checks", ("motorid.wire",), 300),
     "rig": Parser(
         "tests.fuzz.rig_checks",
-        ("motorid.rig_file", "motorid.rig_keys", "motorid.rig", "motorid.program", "tomllib"),
+        (
+            "motorid.rig_file",
+            "motorid.rig_keys",
+            "motorid.rig",
+            "motorid.program",
+            "motorid.toml_file",
+            "tomllib",
+        ),
         2000,
     ),
     "csv": Parser("tests.fuzz.csv_checks", ("motorid.capture",), 1000),
