@@ -1,154 +1,18 @@
 /* plant.c: see plant.h. Fourth-order Runge-Kutta between events; events are located, not stepped
- * over. It shares nothing with the fit's model. */
+ * over. What it integrates is in equations.c. */
 #include "plant.h"
 
 #include "bridge.h"
+#include "equations.h"
 
 #include <math.h>
 
-static const double REFERENCE_C = 25.0;
 static const double LONGEST_STEP = 12.5e-6;
 static const double SHORTEST_STEP = 1e-9; /* keeps chatter at an event from stopping time */
 static const double ROOT_TOLERANCE = 1e-12;
 static const double BRUSH_BEND = 4.0; /* currents within which the brushes' drop bends */
-enum { STATES = 6 };
-static const double SLIP_SPEED = 1.0;   /* rad/s over which a slipping coupling takes hold */
-static const double BOUNCING = 0.3;     /* share of commutations with a bad contact */
-static const double TURN = 6.283185307179586;
-static const double STRIBECK_REACH = 6.0; /* exp(-36): nothing left */
 
-/* What the equations say at one point of a step. */
-typedef struct rates {
-    double d[STATES]; /* of current, speed, angle, bus, load speed, twist */
-    double terminal;
-    double bus;
-    double heat;
-    double friction;
-    double torque; /* electromagnetic and cogging, without friction */
-    double emf;
-} rates;
-
-/* ------------------------------------------------------------------ equations */
-
-static double supply_current(const plant *p, double bus)
-{
-    const plant_params *m = &p->par;
-    double amps = (m->supply_voltage - bus) / m->supply_resistance;
-    if (!m->supply_sinks && amps < 0.0)
-        amps = 0.0;
-    if (m->supply_limit > 0.0 && amps > m->supply_limit)
-        amps = m->supply_limit;
-    return amps;
-}
-
-static double bus_voltage(const plant *p, const double x[STATES])
-{
-    if (p->par.supply_capacitance > 0.0)
-        return x[3];
-    return p->par.supply_voltage - p->par.supply_resistance * p->via * x[0];
-}
-
-static double sliding_friction(const plant *p, double speed)
-{
-    const plant_params *m = &p->par;
-    double torque = m->coulomb * (1.0 + p->direction * m->asymmetry);
-    if (m->stiction > m->coulomb && m->stribeck_speed > 0.0) {
-        double ratio = speed / m->stribeck_speed;
-        if (fabs(ratio) < STRIBECK_REACH)
-            torque += (m->stiction - m->coulomb) * exp(-ratio * ratio);
-    }
-    return p->direction * torque + (m->viscous + m->quadratic * fabs(speed)) * speed;
-}
-
-/* The same number from 0 to 1 for the same commutation, and no pattern from one to the next. */
-static double chance(double index)
-{
-    unsigned long long h = (unsigned long long)(long long)index * 0x9E3779B97F4A7C15ull;
-    h = (h ^ (h >> 30)) * 0xBF58476D1CE4E5B9ull;
-    h ^= h >> 27;
-    return (double)(h >> 11) * 0x1p-53;
-}
-
-/* Depth of the dip that a shorted coil makes in its segment, 0 to 1. */
-static double in_shorted_segment(const plant_params *m, double angle)
-{
-    double at = (angle / TURN - floor(angle / TURN)) * m->segments;
-    return at < 1.0 ? 0.5 * (1.0 - cos(TURN * at)) : 0.0;
-}
-
-static double bad_contact(const plant_params *m, double angle)
-{
-    double place = angle / TURN * m->ripple_per_turn, index = floor(place), wave;
-    if (chance(index) >= BOUNCING)
-        return 0.0;
-    wave = sin(0.5 * TURN * (place - index));
-    return m->brush_bounce * wave * wave;
-}
-
-static void evaluate(const plant *p, const double x[STATES], rates *out)
-{
-    const plant_params *m = &p->par;
-    double i = p->open ? 0.0 : x[0], speed = x[1];
-    double k = p->k_now, r = p->r_now, brush = 0.0, torque, slip;
-    if (m->k_ripple != 0.0 || m->r_ripple != 0.0) {
-        double wave = cos(m->ripple_per_turn * x[2]);
-        k *= 1.0 + m->k_ripple * wave;
-        r *= 1.0 + m->r_ripple * wave;
-    }
-    if (m->short_depth != 0.0) {
-        double left = 1.0 - m->short_depth * in_shorted_segment(m, x[2]);
-        k *= left;
-        r *= left;
-    }
-    if (m->brush_bounce != 0.0)
-        r += bad_contact(m, x[2]);
-    if (m->brush_drop != 0.0)
-        brush = m->brush_drop * i / sqrt(i * i + m->brush_current * m->brush_current);
-    out->emf = k * speed;
-    out->bus = bus_voltage(p, x);
-    if (p->open) {
-        out->terminal = out->emf;
-        out->d[0] = 0.0;
-    } else {
-        double bridge = p->via * out->bus + p->drop - p->path_resistance * i;
-        double motor = bridge - m->lead_resistance * i;
-        out->terminal = m->sense_at_bridge ? bridge : motor;
-        out->d[0] = (motor - r * i - brush - out->emf) / m->inductance;
-    }
-    torque = k * i;
-    if (m->cogging != 0.0)
-        torque -= m->cogging * sin(m->cogging_per_turn * x[2]);
-    if (m->unbalance != 0.0)
-        torque -= m->unbalance * sin(x[2]);
-    out->d[4] = out->d[5] = slip = 0.0;
-    if (m->coupling_torque > 0.0) {
-        double carried = m->coupling_torque * tanh((speed - x[4]) / SLIP_SPEED);
-        out->d[4] = carried / m->load_inertia;
-        slip = carried * (speed - x[4]);
-        torque -= carried;
-    } else if (m->shaft_stiffness > 0.0) {
-        double damping = m->shaft_damping * (speed - x[4]);
-        double carried = m->shaft_stiffness * x[5] + damping;
-        out->d[4] = carried / m->load_inertia;
-        out->d[5] = speed - x[4];
-        slip = damping * (speed - x[4]);
-        torque -= carried;
-    }
-    out->torque = torque;
-    out->heat = (r * i + brush) * i;
-    if (p->direction) {
-        double friction = sliding_friction(p, speed);
-        out->friction = friction * speed + slip;
-        out->d[1] = (torque - friction) / m->inertia;
-        out->d[2] = speed;
-    } else {
-        out->friction = slip;
-        out->d[1] = out->d[2] = 0.0;
-    }
-    out->d[3] = 0.0;
-    if (m->supply_capacitance > 0.0)
-        out->d[3] = (supply_current(p, x[3]) - p->via * i) / m->supply_capacitance;
-}
+/* ------------------------------------------------------------------ state */
 
 static void load_state(const plant *p, double x[STATES])
 {
@@ -158,12 +22,6 @@ static void load_state(const plant *p, double x[STATES])
     x[3] = p->bus;
     x[4] = p->load_speed;
     x[5] = p->twist;
-}
-
-static double breakaway(const plant *p, double torque)
-{
-    double sign = torque > 0.0 ? 1.0 : -1.0, more = p->par.coulomb * sign * p->par.asymmetry;
-    return (p->par.stiction > p->par.coulomb ? p->par.stiction : p->par.coulomb) + more;
 }
 
 /* At zero speed: hold, or slide the way the torque pushes. */
@@ -178,8 +36,8 @@ static void settle_friction(plant *p)
         p->direction = p->speed > 0.0 ? 1 : -1;
     } else {
         load_state(p, x);
-        evaluate(p, x, &r);
-        p->direction = fabs(r.torque) > breakaway(p, r.torque) ? (r.torque > 0.0 ? 1 : -1) : 0;
+        equations_evaluate(p, x, &r);
+        p->direction = fabs(r.torque) > equations_breakaway(p, r.torque) ? (r.torque > 0.0 ? 1 : -1) : 0;
     }
 }
 
@@ -218,14 +76,14 @@ static void try_step(const plant *p, const double x[STATES], const rates *first,
     for (stage = 1; stage < 4; stage++) {
         for (n = 0; n < STATES; n++)
             y[n] = x[n] + h * place[stage - 1] * r.d[n];
-        evaluate(p, y, &r);
+        equations_evaluate(p, y, &r);
         tally(s, p, &r, y[0], h * share[stage]);
         for (n = 0; n < STATES; n++)
             sum[n] += share[stage] * r.d[n];
     }
     for (n = 0; n < STATES; n++)
         s->x[n] = x[n] + h * sum[n];
-    evaluate(p, s->x, &s->end);
+    equations_evaluate(p, s->x, &s->end);
 }
 
 /* Above zero: an event lies behind the end of this step. */
@@ -239,7 +97,7 @@ static double overshoot(const plant *p, const step *s)
     if (p->direction)
         worst = fmax(worst, -p->direction * s->x[1]);
     else if (!p->locked)
-        worst = fmax(worst, fabs(s->end.torque) - breakaway(p, s->end.torque));
+        worst = fmax(worst, fabs(s->end.torque) - equations_breakaway(p, s->end.torque));
     return worst;
 }
 
@@ -275,25 +133,6 @@ static double locate_event(const plant *p, const double x[STATES], const rates *
     return h;
 }
 
-static void warm(plant *p, double heat, double dt)
-{
-    const plant_params *m = &p->par;
-    double flow, away;
-    if (m->winding_resistance <= 0.0)
-        return;
-    flow = dt * (p->winding - p->housing) / m->winding_resistance;
-    away = dt * (p->housing - m->ambient) / m->housing_resistance;
-    p->winding += (heat - flow) / m->winding_capacity;
-    p->housing += (flow - away) / m->housing_capacity;
-}
-
-static void follow_temperature(plant *p)
-{
-    const plant_params *m = &p->par;
-    p->r_now = m->resistance * (1.0 + m->copper_coefficient * (p->winding - REFERENCE_C));
-    p->k_now = m->torque_constant * (1.0 + m->magnet_coefficient * (p->housing - REFERENCE_C));
-}
-
 static void accept(plant *p, const step *s, double h)
 {
     p->current = p->open || (p->diode && p->diode * s->x[0] <= 0.0) ? 0.0 : s->x[0];
@@ -310,8 +149,7 @@ static void accept(plant *p, const step *s, double h)
     p->heat_energy += s->heat;
     p->friction_energy += s->friction;
     p->supply_energy += s->supply;
-    warm(p, s->heat, h);
-    follow_temperature(p);
+    equations_warm(p, s->heat, h);
 }
 
 static void settle(plant *p)
@@ -319,13 +157,13 @@ static void settle(plant *p)
     double x[STATES];
     rates r;
     load_state(p, x);
-    evaluate(p, x, &r);
+    equations_evaluate(p, x, &r);
     if (p->par.supply_capacitance > 0.0)
         bridge_settle(p, p->bus, r.emf);
     else
         bridge_settle(p, p->par.supply_voltage, r.emf);
     settle_friction(p);
-    evaluate(p, x, &r);
+    equations_evaluate(p, x, &r);
     p->terminal = r.terminal;
     p->bus = r.bus;
 }
@@ -346,7 +184,7 @@ static void run(plant *p, double dt)
     double x[STATES];
     rates first;
     load_state(p, x);
-    evaluate(p, x, &first);
+    equations_evaluate(p, x, &first);
     while (dt > 0.0) {
         double whole = ceil(dt / step_here(p, &first)), h = dt / whole;
         step s;
@@ -356,7 +194,7 @@ static void run(plant *p, double dt)
             accept(p, &s, h);
             settle(p);
             load_state(p, x);
-            evaluate(p, x, &first);
+            equations_evaluate(p, x, &first);
             dt -= h;
         } else {
             accept(p, &s, h);
@@ -441,7 +279,7 @@ void plant_init(plant *p, const plant_params *par)
     p->winding = p->housing = par->ambient;
     p->step = par->max_step > 0.0 ? par->max_step : choose_step(par);
     p->fine_step = 0.1 * p->step;
-    follow_temperature(p);
+    equations_warm(p, 0.0, 0.0);
     plant_command(p, PLANT_COAST, 0.0, 0);
 }
 

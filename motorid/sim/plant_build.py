@@ -10,8 +10,8 @@ from cffi import FFI
 
 ROOM = Path(__file__).parent
 HEADERS = ("plant.h", "sensors.h")
-PRIVATE = ("bridge.h",)
-SOURCES = ("plant.c", "bridge.c", "sensors.c")
+PRIVATE = ("bridge.h", "equations.h")
+SOURCES = ("plant.c", "equations.c", "bridge.c", "sensors.c")
 
 
 def _declarations(header: str) -> str:
