@@ -15,13 +15,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.algebra import gram, project, square
+from motorid.estimate.algebra import project, square
 from motorid.estimate.coordinates import Coordinates
+from motorid.estimate.normal_equations import Normal, Products, products
 from motorid.estimate.solution import (
     Block,
     Derivatives,
@@ -69,20 +71,6 @@ class _Point:
         return float(((self.totals - other.totals) / self.variances).sum())
 
 
-@dataclass
-class _Normal:
-    """Normal equations of one record, its nuisances apart."""
-
-    shared: Floats
-    own: Floats
-    ss: Floats
-    so: Floats
-    oo: Floats
-    gs: Floats
-    go: Floats
-    residual: Floats
-
-
 class _Search:
     def __init__(
         self, shared: Sequence[Unknown], records: Sequence[Record], before: Solution | None = None
@@ -105,6 +93,7 @@ class _Search:
         if before is not None:
             own = [f.clipped(x) for f, x in zip(self.own, before.own, strict=True)]
         self.start = self.point(self.frame.start, own)
+        self._summed: tuple[Derivatives, list[Products]] | None = None
         lent = before.derivatives if before else None
         self.known = lent if lent is not None and self.fits(lent) else None
 
@@ -161,36 +150,44 @@ class _Search:
         lengths = [sum(len(r) for r in blocks) for blocks in self.start.residuals]
         return [A.shape[1] for A in known.shared] == lengths
 
-    def normals(self, at: _Point, known: Derivatives) -> list[_Normal]:
+    def normals(self, at: _Point, known: Derivatives) -> list[Normal]:
         """Normal equations at a point with derivatives taken there, or near it."""
         out = []
-        for k, frame in enumerate(self.own):
-            weights = np.concatenate(
-                [
-                    np.full(len(r), 1.0 / s)
-                    for r, s in zip(at.residuals[k], at.sigmas[k], strict=True)
-                ]
-                or [np.zeros(0)]
-            )
-            residual = np.concatenate(at.residuals[k] or [np.zeros(0)]) * weights
-            A = known.shared[k] * self.frame.growth(known.at, at.shared) * weights
-            C = known.own_slopes[k] * frame.growth(known.own[k], at.own[k]) * weights
-            prior = frame.precision
+        for k, (frame, sums) in enumerate(zip(self.own, self._products(known), strict=True)):
+            residual, prior = self.weighed_residual(at, k, 2), frame.precision
+            shared = self.frame.growth(known.at, at.shared)
+            own = frame.growth(known.own[k], at.own[k])
+            ss, so, oo = sums.weighed(at.sigmas[k] ** -2.0)
             out.append(
-                _Normal(
-                    A, C, gram(A, A), gram(A, C), gram(C, C) + np.diag(prior), project(A, residual),
-                    project(C, residual) - prior * (at.own[k] - frame.mean), residual,
+                Normal(
+                    ss * shared * shared.T, so * shared * own.T, oo * own * own.T + np.diag(prior),
+                    project(known.shared[k], residual) * shared[:, 0],
+                    project(known.own_slopes[k], residual) * own[:, 0]
+                    - prior * (at.own[k] - frame.mean),
                 )
             )  # fmt: skip
         return out
 
-    def step(self, at: _Point, normals: list[_Normal], damping: float) -> tuple[_Point, float]:
+    def weighed_residual(self, at: _Point, k: int, power: int = 1) -> Floats:
+        """The residuals of record k over a power of their sigmas, (n,)."""
+        each = zip(at.residuals[k], at.sigmas[k], strict=True)
+        return np.concatenate([r / s**power for r, s in each] or [np.zeros(0)])
+
+    def _products(self, known: Derivatives) -> list[Products]:
+        """They stay as long as the derivatives do, whatever becomes of the noise."""
+        if self._summed is None or self._summed[0] is not known:
+            lengths = [[len(r) for r in blocks] for blocks in self.start.residuals]
+            each = zip(known.shared, known.own_slopes, lengths, strict=True)
+            self._summed = known, [products(A, C, n) for A, C, n in each]
+        return self._summed[1]
+
+    def step(self, at: _Point, normals: list[Normal], damping: float) -> tuple[_Point, float]:
         """The damped step, and the decrease of F that the linear model promises."""
         shared, own, promise = self.move(at, normals, damping)
         return self.point(shared, own), promise
 
     def move(
-        self, at: _Point, normals: list[_Normal], damping: float
+        self, at: _Point, normals: list[Normal], damping: float
     ) -> tuple[Floats, list[Floats], float]:
         """Where the damped step ends, and its promise."""
         frame = self.frame
@@ -337,29 +334,15 @@ def _solution(search: _Search, at: _Point, converged: bool) -> Solution:
     normals = search.normals(at, known)
     frame = search.frame
     information = np.diag(frame.precision.astype(np.float64))
-    linearised, own_covariance, followed = [], [], []
-    gradient = -frame.precision * (at.shared - frame.mean)
-    for k, (normal, record) in enumerate(zip(normals, search.records, strict=True)):
+    own_covariance, followed, explained = [], [], []
+    blocks = [tuple(record.blocks) for record in search.records]  # as they are now
+    for k, normal in enumerate(normals):
         held = search.own[k].blocked(at.own[k], normal.go)
         inverse = bounded_inverse(normal.oo, held)
         information = information + normal.ss - normal.so @ inverse @ normal.so.T
-        gradient = gradient + normal.gs - normal.so @ (inverse @ normal.go)
         own_covariance.append(inverse)
         followed.append(inverse @ normal.so.T)
-        explained = normal.so @ inverse
-        edges = np.cumsum([0, *(len(r) for r in at.residuals[k])])
-        linearised.append(
-            Linearised(
-                residual=normal.residual,
-                shared=normal.shared.T,
-                own=normal.own.T,
-                orthogonal=(normal.shared - np.einsum("pm,mn->pn", explained, normal.own)).T,
-                own_precision=search.own[k].precision,
-                blocks=tuple(record.blocks),
-                slices=tuple(slice(int(a), int(b)) for a, b in pairwise(edges)),
-                sigmas=at.sigmas[k],
-            )
-        )
+        explained.append(normal.so @ inverse)
     at_bound = (at.shared <= frame.lower) | (at.shared >= frame.upper)
     covariance = bounded_inverse(information, at_bound)
     own_covariance = [
@@ -373,9 +356,38 @@ def _solution(search: _Search, at: _Point, converged: bool) -> Solution:
         own_covariance=tuple(own_covariance),
         information=information,
         at_bound=at_bound,
-        records=tuple(linearised),
+        linearise=partial(_linearised, search, at, known, explained, blocks),
         objective=at.objective,
         evaluations=search.evaluations,
         converged=converged,
         derivatives=known,
     )
+
+
+def _linearised(
+    search: _Search,
+    at: _Point,
+    known: Derivatives,
+    explained: Sequence[Floats],
+    blocks: Sequence[tuple[Block, ...]],
+) -> tuple[Linearised, ...]:
+    """Every record at a point; ``explained`` (p, m): by how much its nuisances follow."""
+    out = []
+    for k in range(len(blocks)):
+        edges = np.cumsum([0, *(len(r) for r in at.residuals[k])])
+        weights = np.repeat(1.0 / at.sigmas[k], np.diff(edges))
+        shared = known.shared[k] * search.frame.growth(known.at, at.shared) * weights
+        own = known.own_slopes[k] * search.own[k].growth(known.own[k], at.own[k]) * weights
+        out.append(
+            Linearised(
+                residual=search.weighed_residual(at, k),
+                shared=shared.T,
+                own=own.T,
+                orthogonal=(shared - np.einsum("pm,mn->pn", explained[k], own)).T,
+                own_precision=search.own[k].precision,
+                blocks=blocks[k],
+                slices=tuple(slice(int(a), int(b)) for a, b in pairwise(edges)),
+                sigmas=at.sigmas[k],
+            )
+        )
+    return tuple(out)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -104,11 +105,16 @@ class Solution:
     own_covariance: tuple[Floats, ...]  # of each record's nuisances, for white residuals
     information: Floats  # (p, p) in search coordinates, nuisances eliminated
     at_bound: NDArray[np.bool_]  # (p,)
-    records: tuple[Linearised, ...]
+    linearise: Callable[[], tuple[Linearised, ...]]
     objective: float  # F
     evaluations: int  # of all records together
     converged: bool
     derivatives: Derivatives | None = None  # as far as another search may lend them
+
+    @cached_property
+    def records(self) -> tuple[Linearised, ...]:
+        """Every record at the solution; many a search on the way is not asked for them."""
+        return self.linearise()
 
     @property
     def chi_square(self) -> float:

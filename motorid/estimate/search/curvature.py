@@ -37,7 +37,7 @@ def curvature(problem: Problem, found: Solution) -> Likely:
         own_covariance=tuple(covariance_of(line.own.T @ line.own) for line in lines),
         information=information,
         at_bound=(u < AT_WALL) | (u > 1.0 - AT_WALL),
-        records=lines,
+        linearise=lambda: lines,
         objective=found.cost,
         evaluations=found.evaluations,
         converged=True,

@@ -106,7 +106,7 @@ def _odd_one_out(
         solution,
         own=solution.own[k : k + 1],
         own_covariance=solution.own_covariance[k : k + 1],
-        records=solution.records[k : k + 1],
+        linearise=lambda: solution.records[k : k + 1],
     )
     return records[k : k + 1], alone, f" (run {k + 1})"
 

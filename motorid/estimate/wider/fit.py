@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motorid.estimate import motor_fit
+from motorid.estimate.likelihood import maximise
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.types import PARAMETERS
@@ -48,7 +49,37 @@ def scales_of(records: Sequence[MotorRecord], values: Mapping[str, float]) -> Sc
     return Scales(volts, volts / values["R"], speed, torque, values["R"], values["J"], duration)
 
 
-def fit_with(
+@dataclass(frozen=True)
+class Begun:
+    """A fit with terms that has a start: the records under it, ``fixed`` values among its start."""
+
+    terms: tuple[Term, ...]
+    records: tuple[WideRecord, ...]
+    free: tuple[str, ...]
+    start: Mapping[str, float]
+
+    def roughly(self) -> Solution:
+        """The best in white noise, with the voltage sources as they are."""
+        unknowns = motor_fit.unknowns(self.records, self.free, self.start)
+        return maximise(unknowns, self.records, enough=motor_fit.ROUGH)
+
+    def wholly(self, before: Solution | None = None) -> Fitted:
+        """Sources, noise and all; ``before``: what ``roughly`` gave."""
+        first = before or self.roughly()
+        start = motor_fit.merged(self.start, first)
+        for record, own in zip(self.records, first.own, strict=True):
+            record.plan(first.values, own)
+            names = (u.name for u in record.unknowns)
+            record.starting(dict(zip(names, own.tolist(), strict=True)))
+        solution = motor_fit.with_sources(self.records, self.free, start)
+        for record, own in zip(self.records, solution.own, strict=True):
+            record.plan(solution.values, own)
+        start = motor_fit.merged(start, solution)
+        solution = motor_fit.whitened(self.records, self.free, start, solution)
+        return Fitted(self.terms, self.records, solution, self.free, start)
+
+
+def begin(
     records: Sequence[MotorRecord],
     before: Solution,
     terms: Sequence[Term],
@@ -57,8 +88,8 @@ def fit_with(
     start: Mapping[str, float] | None = None,
     own: Sequence[Mapping[str, float]] | None = None,
     priors: Priors | None = None,
-) -> Fitted:
-    """The parameters of the records and of ``terms``, from ``before``, the records' own fit.
+) -> Begun:
+    """A fit of the records and of ``terms``, from ``before``, the records' own solution.
 
     ``fixed`` are those that are not searched; ``start`` and ``own`` begin others elsewhere than
     their terms say (``own`` nuisances, one mapping a record). ``priors``: (mean, sd) of an added
@@ -69,35 +100,34 @@ def fit_with(
     free = [n for n in (*PARAMETERS, *names) if n not in fixed]
     values = {**dict.fromkeys(PARAMETERS, 0.0), **fixed, **motor_fit.merged({}, before)}
     scales = scales_of(records, values)
-    begin = {name: ADDED[name].part * scales.of(name) for name in names}
-    begin = {**begin, **values, **(start or {}), **fixed}
+    first = {name: ADDED[name].part * scales.of(name) for name in names}
+    first = {**first, **values, **(start or {}), **fixed}
     known = {"i_b": (float(np.log(ADDED["i_b"].part * scales.current)), KNEE_SD), **(priors or {})}
     wide = []
     for k, record in enumerate(records):
         wider = WideRecord(record, free, fixed, terms, scales, known, first=k == 0)
         named = zip((u.name for u in record.unknowns), before.own[k].tolist(), strict=True)
         wider.starting({**dict(named), **(own[k] if own else {})})
+        wider.plan(np.array([first[n] for n in free]), np.array([u.start for u in wider.unknowns]))
         wide.append(wider)
-    return _search(tuple(wide), tuple(terms), tuple(free), begin)
+    return Begun(tuple(terms), tuple(wide), tuple(free), first)
+
+
+def fit_with(
+    records: Sequence[MotorRecord],
+    before: Solution,
+    terms: Sequence[Term],
+    *,
+    fixed: Mapping[str, float] | None = None,
+    start: Mapping[str, float] | None = None,
+    own: Sequence[Mapping[str, float]] | None = None,
+    priors: Priors | None = None,
+) -> Fitted:
+    """The parameters of the records and of ``terms``; arguments as ``begin``'s."""
+    begun = begin(records, before, terms, fixed=fixed, start=start, own=own, priors=priors)
+    return begun.wholly()
 
 
 def _counted(terms: Sequence[Term], start: Mapping[str, float]) -> dict[str, float]:
     """Periods a turn are whole numbers: given, never searched."""
     return {t.per_turn: start[t.per_turn] for t in terms if t.per_turn}
-
-
-def _search(
-    records: tuple[WideRecord, ...],
-    terms: tuple[Term, ...],
-    free: tuple[str, ...],
-    start: Mapping[str, float],
-) -> Fitted:
-    shared = np.array([start[name] for name in free])
-    for record in records:
-        record.plan(shared, np.array([u.start for u in record.unknowns]))
-    solution = motor_fit.with_sources(records, free, start)
-    for record, own in zip(records, solution.own, strict=True):
-        record.plan(solution.values, own)
-    start = motor_fit.merged(start, solution)
-    solution = motor_fit.whitened(records, free, start, solution)
-    return Fitted(terms, records, solution, free, start)

@@ -38,30 +38,42 @@ class Evidence:
     gain: float
     inflation: float
     needed: float
-    size: float
-    left_out: float | None
+    size: float = np.inf
+    left_out: float | None = None
+
+    @property
+    def suffices(self) -> bool:
+        """The likelihood rises by more than the unknowns cost."""
+        return self.gain / self.inflation > self.needed
 
     @property
     def supports(self) -> bool:
         """All of it speaks for the term."""
         better = self.left_out is None or self.left_out > 0.0
-        return self.gain / self.inflation > self.needed and self.size > SURE and better
+        return self.suffices and self.size > SURE and better
 
 
 def weigh(wider: Fitted, narrower: Sequence[Term], before: Solution, added: Term) -> Evidence:
     """The evidence for ``added`` over the terms ``narrower``, whose own fit was ``before``."""
     null = _nested(wider, narrower, before)
-    inflation = _inflation(wider.solution)
-    blocks = [b for line in wider.solution.records for b in line.blocks]
-    readings = sum(block.count for block in blocks) / inflation
     own = sum(len(a) - len(b) for a, b in zip(wider.solution.own, null.solution.own, strict=True))
     more = len(wider.free) - len(null.free) + own
+    found = evidence(wider.solution, null.solution, more)
+    found = replace(found, size=size_of(wider.solution, wider.free.index(added.size)))
+    if len(wider.records) > 1 and found.suffices:
+        return replace(found, left_out=_left_out(null) - _left_out(wider))
+    return found
+
+
+def evidence(wider: Solution, narrower: Solution, more: int) -> Evidence:
+    """What speaks for ``more`` unknowns, the noise of both solutions being the wider one's.
+
+    Without a size of its own, or captures left out.
+    """
+    inflation = _inflation(wider)
+    readings = sum(b.count for line in wider.records for b in line.blocks) / inflation
     needed = more * float(np.log(readings)) + MARGIN
-    gain = null.solution.objective - wider.solution.objective
-    left_out = None
-    if len(wider.records) > 1 and gain / inflation > needed:
-        left_out = _left_out(null) - _left_out(wider)
-    return Evidence(gain, inflation, needed, size_of(wider, added), left_out)
+    return Evidence(narrower.objective - wider.objective, inflation, needed)
 
 
 def _nested(wider: Fitted, terms: Sequence[Term], before: Solution) -> Fitted:
@@ -82,13 +94,12 @@ def _nested(wider: Fitted, terms: Sequence[Term], before: Solution) -> Fitted:
     return Fitted(tuple(terms), tuple(records), solution, free, start)
 
 
-def size_of(wider: Fitted, term: Term) -> float:
-    """A term's size in standard deviations."""
-    k = wider.free.index(term.size)
-    if wider.solution.at_bound[k]:
+def size_of(solution: Solution, k: int) -> float:
+    """The k-th unknown in standard deviations, by its distance from 0 or as a factor."""
+    if solution.at_bound[k]:
         return 0.0
-    deviation = float(statistical(wider.solution).deviations[k])
-    size = 1.0 if wider.solution.unknowns[k].log else abs(float(wider.solution.values[k]))
+    deviation = float(statistical(solution).deviations[k])
+    size = 1.0 if solution.unknowns[k].log else abs(float(solution.values[k]))
     return size / max(deviation, 1e-300)
 
 

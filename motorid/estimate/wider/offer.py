@@ -14,13 +14,14 @@ from motorid.estimate import AUTO, SIX, motor_fit
 from motorid.estimate.alternative import TermTrial
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
+from motorid.estimate.suspects.refit import plain
 from motorid.estimate.types import Diagnostic, Estimate, Parameter
 from motorid.estimate.wider.fit import Fitted, fit_with
 from motorid.estimate.wider.results import alternative, findings
 from motorid.estimate.wider.screen import screen
 from motorid.estimate.wider.select import Trial, select
 from motorid.estimate.wider.shaft import springs
-from motorid.estimate.wider.terms import Term, parse
+from motorid.estimate.wider.terms import TERMS, Term, parse
 
 COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
 HALF = 0.5  # of that, from which a term is worth offering
@@ -76,8 +77,10 @@ def asked_for(
 ) -> Fitted:
     """The fit with terms that a person names; the screen finds where each begins."""
     names = {u.name for u in solution.unknowns}
-    candidates = {c.term: c for c in screen(records, solution, values)}
-    candidates |= {c.term: c for c in springs(records, solution, values, (), asked=True)}
+    white = plain(records, solution)
+    candidates = {c.term: c for c in screen(records, white, values)}
+    if TERMS["two-masses"] in terms:
+        candidates |= {c.term: c for c in springs(records, white, values, (), asked=True)}
     start: dict[str, float] = dict(values)
     own: list[dict[str, float]] = [{} for _ in records]
     for term in terms:

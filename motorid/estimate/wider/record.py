@@ -55,7 +55,7 @@ class WideRecord(MotorRecord):
 
     def adopt(self, other: MotorRecord) -> None:
         """Be driven as another record of the same capture is."""
-        self._heard, self.sources = other._heard, other.sources
+        self.sensed, self._heard, self.sources = other.sensed, other._heard, other.sources
         self.switched_late = other.switched_late
         self._excite()
         spreads = {u.name: u.prior_sd for u in other.unknowns}

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
-from motorid.estimate.wider.fit import Fitted, fit_with
+from motorid.estimate.suspects.refit import plain
+from motorid.estimate.wider.fit import Begun, Fitted, begin
+from motorid.estimate.wider.foresee import foresee
 from motorid.estimate.wider.judge import Evidence, weigh
-from motorid.estimate.wider.plain import plain
 from motorid.estimate.wider.screen import Candidate, screen
 from motorid.estimate.wider.shaft import springs
 from motorid.estimate.wider.terms import Term
@@ -17,10 +18,10 @@ from motorid.estimate.wider.terms import Term
 WORTH = 30.0  # of chi-square that a term must promise to be fitted
 HINT = 0.5  # of what matters, that it must promise to move some parameter by
 GROSS = 1000.0  # of chi-square: fitted whatever it moves
-LINEAR = ("B", "T0")  # whose search coordinate is their value
-REFITTED = 3  # candidates a round
+FORESEEN = 5  # candidates a round
+REFITTED = 3
 ROUNDS = 5
-RIVAL = 0.5  # of a supported term's promise, from which another is fitted beside it
+RIVAL = 0.5  # of the best promise, from which another is tried beside it
 
 
 @dataclass(frozen=True)
@@ -62,82 +63,77 @@ def select(
     """
     best: Fitted | None = None
     trials: list[Trial] = []
+    now = _Model(records, solution, values)
     for _ in range(ROUNDS):
-        found = _round(records, solution, values, best, reach)
-        taken = max(
-            (f for f, trial in found if trial.earns),
-            key=lambda f: -f.solution.objective,
-            default=None,
-        )
-        trials += [replace(t, taken=fitted is taken) for fitted, t in found]
-        if taken is None:
+        found = _round(now, reach)
+        trials += [replace(t, taken=t.earns) for _, t in found]
+        if not (found and found[-1][1].earns):
             break
-        best = taken
+        best = found[-1][0]
+        now = _Model(best.records, best.solution, best.values, best.terms)
     return Selection(best, tuple(trials))
 
 
-def _round(
-    records: Sequence[MotorRecord],
-    solution: Solution,
-    values: Mapping[str, float],
-    best: Fitted | None,
-    reach: Mapping[str, float],
-) -> list[tuple[Fitted, Trial]]:
-    now = (
-        (records, solution, values) if best is None else (best.records, best.solution, best.values)
-    )
-    taken = () if best is None else best.terms
-    bare = (*plain(*now, taken), now[2])
-    asked = [c for c in screen(*bare, taken) if _is_worth(c, now[2], reach)][:REFITTED]
+@dataclass(frozen=True)
+class _Model:
+    """What the next term is added to. ``values`` of all parameters, those held among them."""
+
+    records: Sequence[MotorRecord]
+    solution: Solution
+    values: Mapping[str, float]
+    taken: tuple[Term, ...] = ()
+
+
+def _round(now: _Model, reach: Mapping[str, float]) -> list[tuple[Fitted, Trial]]:
+    """The candidates that were fitted; the last earns its place, if one does."""
     found: list[tuple[Fitted, Trial]] = []
-    supported = 0.0  # gain promised by the most promising term that the data support
-    for candidate in asked:
-        if candidate.gain < RIVAL * supported:
-            break
-        found.append(_tried(*now, taken, candidate, reach))
+    for candidate, begun, rough in _rivals(now, _asked(now, reach)):
+        fitted = begun.wholly(rough)
+        evidence = weigh(fitted, now.taken, now.solution, candidate.term)
+        then = fitted.values
+        moves = max((abs(then[n] - now.values[n]) / r for n, r in reach.items()), default=0.0)
+        found.append((fitted, Trial(candidate.term, now.taken, evidence, moves)))
         if found[-1][1].earns:
-            supported = max(supported, candidate.gain)
-    if not supported:
-        found += [_tried(*now, taken, candidate, reach) for candidate in springs(*bare, taken)]
+            break
     return found
 
 
-def _is_worth(
-    candidate: Candidate, values: Mapping[str, float], reach: Mapping[str, float]
-) -> bool:
+def _asked(now: _Model, reach: Mapping[str, float]) -> list[Candidate]:
+    """The terms that the residuals ask for, and that a fit is foreseen to support."""
+    white = plain(now.records, now.solution)
+    bare = (now.records, white, now.values)
+    worth = [c for c in screen(*bare, now.taken) if _is_worth(c, reach)][:FORESEEN]
+    asked = [c for c in worth if foresee(now.records, white, c).supports]
+    asked += springs(*bare, now.taken)
+    return sorted(asked, key=lambda c: -c.gain)
+
+
+def _rivals(now: _Model, asked: Sequence[Candidate]) -> list[tuple[Candidate, Begun, Solution]]:
+    """Those that promise about as much as the best, each roughly fitted, the best of them first."""
+    rivals = [c for c in asked if c.gain > RIVAL * asked[0].gain][:REFITTED]
+    begun = [(c, _begun(now, c)) for c in rivals]
+    tried = [(c, b, b.roughly()) for c, b in begun]
+    return sorted(tried, key=lambda one: one[2].objective)
+
+
+def _is_worth(candidate: Candidate, reach: Mapping[str, float]) -> bool:
     """It promises much, and to move what matters."""
-    moves = max(
-        (
-            abs(candidate.shift.get(n, 0.0)) * (1.0 if n in LINEAR else values[n]) / limit
-            for n, limit in reach.items()
-        ),
-        default=0.0,
-    )
+    shift = candidate.shift
+    moves = max((abs(shift.get(n, 0.0)) / limit for n, limit in reach.items()), default=0.0)
     return candidate.gain > GROSS or (candidate.gain > WORTH and moves > HINT)
 
 
-def _tried(
-    records: Sequence[MotorRecord],
-    solution: Solution,
-    values: Mapping[str, float],
-    taken: tuple[Term, ...],
-    candidate: Candidate,
-    reach: Mapping[str, float],
-) -> tuple[Fitted, Trial]:
-    names = {u.name for u in solution.unknowns}
-    fixed = {n: v for n, v in values.items() if n not in names}
+def _begun(now: _Model, candidate: Candidate) -> Begun:
+    names = {u.name for u in now.solution.unknowns}
+    fixed = {n: v for n, v in now.values.items() if n not in names}
     own = [
         {u.name: float(v) for u, v in zip(r.unknowns, o, strict=True)}
-        for r, o in zip(records, solution.own, strict=True)
+        for r, o in zip(now.records, now.solution.own, strict=True)
     ]
     if candidate.own:
         own = [{**a, **b} for a, b in zip(own, candidate.own, strict=True)]
-    fitted = fit_with(
-        records, solution, (*taken, candidate.term),
+    return begin(
+        now.records, now.solution, (*now.taken, candidate.term),
         fixed={n: v for n, v in fixed.items() if n not in candidate.term.free},
-        start={**values, **candidate.start}, own=own,
+        start={**now.values, **candidate.start}, own=own,
     )  # fmt: skip
-    evidence = weigh(fitted, taken, solution, candidate.term)
-    now = fitted.values
-    moves = max((abs(now[n] - values[n]) / limit for n, limit in reach.items()), default=0.0)
-    return fitted, Trial(candidate.term, taken, evidence, moves)

@@ -27,7 +27,8 @@ SHARES = (0.3, 0.6, 0.85)
 SWINGS = 5.0  # of the slowest resonance in a capture
 PEAKS = 3  # of the residuals' spectrum that are tried
 STANDS_OUT = 25.0  # a peak's power over the middle of its neighbours': noise reaches half of that
-NEIGHBOURS = 100  # frequencies on either side
+NEIGHBOURS = 100  # frequencies on either side, at most
+NEAR = 2 / 3  # of a frequency: its neighbours reach from there to as far above; noise may be red
 ABOUT = (0.98, 0.99, 1.0, 1.01, 1.02)  # times a peak's frequency
 DAMPED = 0.02  # of critical
 WORTH = 30.0  # of chi-square, that it must promise
@@ -93,9 +94,13 @@ def _peaks(residual: Floats, duration_s: float) -> Floats:
     top = 1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:]))
     top = top[top > SWINGS]
     best = top[np.argsort(-power[top])][:PEAKS]
-    middle = [np.median(power[max(k - NEIGHBOURS, 1) : k + NEIGHBOURS]) for k in best]
+    middle = [np.median(power[_neighbours(int(k))]) for k in best]
     stands = best[power[best] > STANDS_OUT * np.array(middle)]
     return np.asarray(2 * np.pi * stands / duration_s, dtype=np.float64)
+
+
+def _neighbours(k: int) -> slice:
+    return slice(max(k - NEIGHBOURS, int(k * NEAR)), min(k + NEIGHBOURS, int(k / NEAR)) + 1)
 
 
 def _bare(
@@ -109,7 +114,7 @@ def _bare(
     for record in records:
         taken = [t for t in TERMS.values() if t.phase and _has(record, t.phase)]
         wide = WideRecord(record, free, fixed, taken, scales, {}, first=False)
-        wide.follow(record)
+        wide.step_as(record)
         out.append(wide)
     return out
 

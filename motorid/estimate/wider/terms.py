@@ -101,6 +101,11 @@ class Term:
     phase: str = ""
     per_turn: str = ""  # the parameter that is counted, not searched
 
+    @property
+    def sizes(self) -> tuple[str, ...]:
+        """Those of ``free`` that are 0 without it."""
+        return self.free if self.per_turn else (self.size,)
+
 
 TERMS = {
     term.name: term
