@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -104,7 +105,45 @@ def test_a_child_that_hangs_is_stopped(
 def test_a_child_that_eats_memory_is_refused(
     foreign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    body = "from motorid.capture.child import serve\nserve(lambda s, t: bytearray(6 << 30))"
+    body = "from motorid.capture.child import serve\nserve(lambda s, t: bytearray(6 << 30), [])"
     replace_child(monkeypatch, tmp_path, body)
     with pytest.raises(DataError, match="MemoryError"):
         store.load(foreign)
+
+
+NURSERY = """
+import os, time
+import numpy as np
+from motorid.capture.child import serve
+
+def main(source, target):
+    if "dies" in source:
+        os.abort()
+    if "hangs" in source:
+        time.sleep(60)
+    print("not for the parent")
+    np.savez(target, ids=np.array([os.getpid(), os.getppid()]))
+
+serve(main, ["json"])
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows forks no process")
+def test_one_warm_child_forks_one_for_each_file(tmp_path: Path) -> None:
+    """So libraries are loaded once, and what kills or stops the reader of a file is its alone."""
+    program = tmp_path / "nursery.py"
+    program.write_text(NURSERY)
+
+    def ids(name: str, time_s: float = 60.0) -> list[int]:
+        found = child.arrays_from(str(program), tmp_path / name, time_s=time_s)
+        return [int(one) for one in found["ids"]]
+
+    first = ids("a.h5")
+    with pytest.raises(child.ChildFailedError, match="code -6"):
+        ids("dies.h5")
+    second = ids("b.h5")
+    assert first[0] != second[0]
+    assert first[1] == second[1] != os.getpid()
+    with pytest.raises(DataError, match="was stopped"):
+        ids("hangs.h5", time_s=0.5)
+    assert ids("c.h5")[1] != first[1]  # the one that waited for it went with it

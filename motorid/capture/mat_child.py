@@ -112,4 +112,4 @@ def _walk_references(name: str, node: Any, arrays: dict[str, Any], depth: int) -
 
 
 if __name__ == "__main__":
-    serve(main)
+    serve(main, ["h5py", "scipy.io"])

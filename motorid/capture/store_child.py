@@ -67,4 +67,4 @@ def unpack(arrays: Any) -> Capture:
 
 
 if __name__ == "__main__":
-    serve(main)
+    serve(main, ["motorid.capture.store_read"])

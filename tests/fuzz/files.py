@@ -1,30 +1,26 @@
 """HDF5 captures and MAT files with changed bytes, read as a user's file is: by a limited child.
 
-The children are forked from a process that has the libraries loaded, so that hundreds can be had in
-a minute; everything else is as in ``motorid.capture.child``. Linux and macOS.
+The children are forked from a warm one, so that hundreds can be had in a minute. Linux and macOS.
 """
 
 from __future__ import annotations
 
 import contextlib
 import io
-import os
 import random
-import signal
 import sys
 import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NoReturn
 from unittest import mock
 
 import h5py
 import numpy as np
 import scipy.io
 
-from motorid.capture import child, mat_child, store, store_child
+from motorid.capture import child, store
 from motorid.capture.mat_reader import MatSource
 from motorid.errors import DataError
 from tests.exact_capture import FAULHABER, Plan, clean_capture
@@ -33,7 +29,7 @@ from tests.fuzz.sentence import check_sentence
 HANG_S = 5.0  # in place of a user's minute
 MEMORY = 1 << 30
 LONGEST_WAIT_S = HANG_S + 3.0
-MAINS = {store_child.__file__: store_child.main, mat_child.__file__: mat_child.main}
+RUN = child._run
 
 
 def read_capture(path: Path) -> None:
@@ -93,45 +89,9 @@ def changed(data: bytes, rng: random.Random) -> bytes:
     return bytes(out)
 
 
-def forked(program: str, source: Path, target: Path, time_s: float, memory: int) -> None:
-    """Stands for ``child._run``: the same limits and outcomes, without starting Python anew."""
-    said = target.with_name("said")
-    process = os.fork()
-    if not process:
-        _be_child(program, source, target, said)
-    code = _exit_code(process, source)
-    text = said.read_text("utf-8", "replace").strip() if said.exists() else ""
-    if code == child.REFUSED:
-        raise DataError(text)
-    if code or not target.exists():
-        raise child.ChildFailedError(text or f"the reader ended with code {code}")
-
-
-def _exit_code(process: int, source: Path) -> int:
-    """The child's, or minus the signal that ended it. Raises DataError when it hangs."""
-    until = time.monotonic() + HANG_S
-    while time.monotonic() < until:
-        found, status = os.waitpid(process, os.WNOHANG)
-        if found:
-            return os.waitstatus_to_exitcode(status)
-        time.sleep(5e-4)
-    os.kill(process, signal.SIGKILL)
-    os.waitpid(process, 0)
-    raise DataError(f"{source}: reading it took more than {HANG_S:g} s and was stopped")
-
-
-def _be_child(program: str, source: Path, target: Path, said: Path) -> NoReturn:
-    """Runs a reader and leaves, whatever happens."""
-    code = 1
-    try:
-        sys.argv = [program, str(source), str(target), str(MEMORY)]
-        with said.open("w", encoding="utf-8") as out, contextlib.redirect_stdout(out):
-            child.serve(MAINS[program])
-        code = 0
-    except SystemExit as end:
-        code = int(end.code or 0)
-    finally:
-        os._exit(code)
+def limited(program: str, source: Path, target: Path, time_s: float, memory: int) -> None:
+    """``child._run`` with less time and memory than a user's file is given."""
+    RUN(program, source, target, HANG_S, MEMORY)
 
 
 def _inputs(target: str, seed: int) -> Iterator[bytes]:
@@ -149,7 +109,7 @@ def fuzz(target: str, seconds: float, runs: int, seed: int, folder: Path) -> int
     until = time.monotonic() + seconds
     seen: Counter[str] = Counter()
     path = folder / f"last.{'mat' if target == 'mat' else 'h5'}"
-    with mock.patch.object(child, "_run", forked), tempfile.TemporaryDirectory() as scratch:
+    with mock.patch.object(child, "_run", limited), tempfile.TemporaryDirectory() as scratch:
         tempfile.tempdir = scratch
         for number, data in enumerate(_inputs(target, seed)):
             if number == runs or time.monotonic() > until:
