@@ -43,7 +43,7 @@ def test_run_writes_capture_estimate_and_report(
 
 
 def test_fit_prints_json_alone(capture_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("fit", capture_file, "--json", "--fix", "K=0.0077") == 0
+    assert run("fit", capture_file, "--json", "--fix", "K=0.0077", "--model", "six") == 0
     estimate = json.loads(capsys.readouterr().out)
     assert list(estimate["parameters"])[:6] == ["R", "L", "K", "B", "J", "T0"]
     assert estimate["parameters"]["K"]["status"] == "fixed"
