@@ -40,6 +40,9 @@ struct meter *board_meter(struct board *b);
 /* Encoder lines at these levels from now on, without moving the motor: -1 follows it again. */
 void board_force_encoder(struct board *b, int pins);
 
+/* The bridge driver's fault output: 1 pulls its line low. */
+void board_complain(struct board *b, int complains);
+
 /* A line that chatters so fast from now on; 0: no more. */
 void board_chatter(struct board *b, double edges_per_second);
 

@@ -229,7 +229,7 @@ class Emulator:
             raise LinkError("emu://: the emulator died")
 
     def set(self, name: str, value: float) -> None:
-        """Change the rig now: supply, locked, encoder, extra_edges, chatter, gain[1] …"""
+        """Change the rig now: supply, locked, encoder, chatter, complain, gain[1] …"""
         text = f"{name}={value!r}".encode()
         self._ask(b"S" + struct.pack("<I", len(text)) + text)
 

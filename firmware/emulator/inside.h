@@ -16,6 +16,7 @@ enum { PORT_B = 0x25, DDR_B = 0x24, OCR0A = 0x47, ADMUX = 0x7C, TCCR1A = 0x80, T
 enum { CLOCK_SELECT = 7, OUTPUT_A = 0xC0, PLAIN_A = 0x80, OUTPUT_B = 0x30, PLAIN_B = 0x20 };
 enum { VECTORS = 64 };
 enum { SCOPE = 4 };    /* bit of port C: high while a sample is dealt with */
+enum { FAULT = 3 };    /* bit of port B: low while the driver reports a fault */
 enum { PAINT = 0xA5 }; /* of the unused stack */
 
 /* What the two chips do not share. */
@@ -37,6 +38,7 @@ struct board {
     int pwm_runs;
     long long count;  /* encoder count that the pins show */
     int forced;       /* encoder pins, -1: the motor's */
+    int complains;    /* the driver, by its fault output */
     int chatters;     /* level of a chattering A */
     avr_cycle_count_t chatter;
     int chosen, code; /* input of the conversion under way, and its result */

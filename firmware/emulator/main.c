@@ -116,6 +116,8 @@ static int change(struct board *b, struct rig *rig, FILE *out) {
         board_reset(b, (int)value);
     } else if (strcmp(text, "hang") == 0) {
         return board_hang(b) && answer(out, b, "", 0);
+    } else if (strcmp(text, "complain") == 0) {
+        board_complain(b, (int)value);
     } else if (strcmp(text, "chatter") == 0) {
         board_chatter(b, value);
     } else if (!set_parameter(&rig->par, text, value)) {

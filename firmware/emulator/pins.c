@@ -59,6 +59,19 @@ static void on_timer1(avr_irq_t *irq, uint32_t value, void *param) {
     }
 }
 
+/* An open drain, and the firmware's pull-up, which libsimavr would let win. */
+static void show_complaint(struct board *b) {
+    avr_ioport_external_t line = {.name = 'B', .mask = 1u << FAULT, .value = 0};
+    line.value = b->complains ? 0 : line.mask;
+    avr_ioctl(b->avr, AVR_IOCTL_IOPORT_SET_EXTERNAL('B'), &line);
+    avr_raise_irq(avr_io_getirq(b->avr, AVR_IOCTL_IOPORT_GETIRQ('B'), FAULT), !b->complains);
+}
+
+void board_complain(struct board *b, int complains) {
+    b->complains = complains;
+    show_complaint(b);
+}
+
 /* ------------------------------------------------------------------ converter */
 
 static avr_cycle_count_t on_hold(avr_t *avr, avr_cycle_count_t when, void *param) {
@@ -182,6 +195,7 @@ void board_chatter(struct board *b, double edges_per_second) {
 void pins_reset(struct board *b) {
     b->pwm_runs = 0;
     look_at_enable(b); /* all pins are inputs */
+    show_complaint(b);
     rig_period(b->rig, b->avr->cycle, 0, 0);
     avr_cycle_timer_register(b->avr, LOOK, on_look, b);
 }
@@ -207,4 +221,5 @@ void pins_connect(struct board *b) {
     avr_cycle_timer_register(avr, LOOK, on_look, b);
     b->count = rig_count(b->rig);
     show_count(b, b->count);
+    show_complaint(b);
 }

@@ -99,6 +99,13 @@ class Board:
             samples -= taken
             self.seconds += taken * self.bench.period_s
 
+    def notice(self, fault: Fault, value: int = 0) -> None:
+        """The board sees a fault of its own: the bridge opens, and a run ends."""
+        self.bench.command(StepKind.COAST)
+        if self.run is not None:
+            self.run.trip(fault, value)
+            self._end_run(self.run)
+
     def _advance_run(self, run: Run, samples: int) -> int:
         taken = run.advance(samples)
         self.tick = run.tick - self._period

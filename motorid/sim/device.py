@@ -13,6 +13,7 @@ from motorid.sim.faults import Fault
 from motorid.sim.link import Cable
 from motorid.sim.options import Options
 from motorid.wire.enums import Channel, ResetCause
+from motorid.wire.enums import Fault as WireFault
 from motorid.wire.framing import DELIMITER, Decoder, Frame, encode
 from motorid.wire.spec import load
 
@@ -171,6 +172,8 @@ class Device:
                 self.board.reset(ResetCause.EXTERNAL)
             case "watchdog":
                 self.board.reset(ResetCause.WATCHDOG)
+            case "driver":
+                self.board.notice(WireFault.DRIVER)
             case "brownout":
                 self.board.bench.set_supply(0.0)
                 self.board.reset(ResetCause.BROWN_OUT)

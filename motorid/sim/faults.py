@@ -37,6 +37,7 @@ KINDS = {
     "major": Kind(2, "the board speaks another protocol major"),
     "reset": Kind(None, "the board's processor resets"),
     "watchdog": Kind(None, "the firmware hangs, and its watchdog resets the board"),
+    "driver": Kind(None, "the bridge's driver reports a fault of its own"),
     "brownout": Kind(0.05, "supply away for so many seconds, and the processor resets"),
     # the bench
     "supply": Kind(0.0, "the motor supply goes to so many volts"),

@@ -127,7 +127,15 @@ class Run:
 
     def stop(self) -> None:
         """End the run now: the host said so."""
-        self._finish(EndReason.STOPPED, max(self.tick - self._period, self._start))
+        self._finish(EndReason.STOPPED, self._latest())
+
+    def trip(self, fault: Fault, value: int) -> None:
+        """End the run now: the board saw a fault of its own."""
+        self._finish(EndReason.FAULT, self._latest(), (fault, value))
+
+    def _latest(self) -> int:
+        """Tick of the last sample."""
+        return max(self.tick - self._period, self._start)
 
     def _finish(self, reason: EndReason, tick: int, trip: Trip | None = None) -> None:
         self.over = True

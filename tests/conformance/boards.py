@@ -19,7 +19,7 @@ import pytest
 from motorid.acquire.port import Port, open_port
 from motorid.errors import LinkError
 from motorid.sim.port import SimPort, open_sim
-from motorid.wire.enums import ResetCause
+from motorid.wire.enums import Fault, ResetCause
 
 ROOT = Path(__file__).resolve().parents[2]
 FIRMWARE = ROOT / "firmware"
@@ -31,8 +31,8 @@ class Board(Protocol):
     """A board under test, freshly started, with its motor at rest.
 
     ``traits`` says what can be done to it: "fresh" (every test has its own, so that hello is
-    seen), "exact" (time moves only in ``read``), "bridge" (``is_open`` knows), "reset" and
-    "break" (faults of its own).
+    seen), "exact" (time moves only in ``read``), "bridge" (``is_open`` knows), "reset", "driver"
+    (its driver's fault output) and "break" (any fault of its own).
     """
 
     name: str
@@ -48,6 +48,9 @@ class Board(Protocol):
     def break_(self, fault: int, value: int) -> None:
         """Let it notice a fault of its own at the next sample."""
 
+    def complain(self, on: bool) -> None:
+        """Let the bridge's driver report a fault, or no more."""
+
     def close(self) -> None:
         """Done with it."""
 
@@ -61,7 +64,7 @@ class SimulatedBoard:
     """The simulated board of sim://."""
 
     name = "sim"
-    traits = frozenset({"fresh", "exact", "bridge", "reset", "options"})
+    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver", "break", "options"})
 
     def __init__(self, **options: Any) -> None:
         self.port: SimPort = open_sim(query(options))
@@ -77,7 +80,11 @@ class SimulatedBoard:
         self._board.reset(ResetCause(cause))
 
     def break_(self, fault: int, value: int) -> None:
-        raise NotImplementedError
+        self._board.notice(Fault(fault), value)
+
+    def complain(self, on: bool) -> None:
+        if on:
+            self._board.notice(Fault.DRIVER)
 
     def close(self) -> None:
         self.port.close()
@@ -197,7 +204,7 @@ class HostBoard:
     """The portable core on this computer, in lock step."""
 
     name = "host"
-    traits = frozenset({"fresh", "exact", "bridge", "reset", "break", "options"})
+    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver", "break", "options"})
 
     def __init__(self, more: tuple[str, ...] = (), **options: Any) -> None:
         binary = build_firmware() / "host" / "board"
@@ -218,6 +225,10 @@ class HostBoard:
 
     def break_(self, fault: int, value: int) -> None:
         self.port.order(f"break {fault} {value}")
+
+    def complain(self, on: bool) -> None:
+        if on:
+            self.break_(Fault.DRIVER, 0)
 
     def close(self) -> None:
         self.port.close()
@@ -242,7 +253,7 @@ MCUSR = {
 class EmulatedBoard:
     """The firmware that a real board is flashed with, on an emulated processor."""
 
-    traits = frozenset({"fresh", "exact", "bridge", "reset"})
+    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver"})
 
     def __init__(self, name: str, **options: Any) -> None:
         self.name = name
@@ -258,6 +269,9 @@ class EmulatedBoard:
 
     def break_(self, fault: int, value: int) -> None:
         raise NotImplementedError
+
+    def complain(self, on: bool) -> None:
+        self.port.board.set("complain", float(on))
 
     def close(self) -> None:
         self.port.close()
@@ -279,6 +293,9 @@ class DeviceBoard:
         raise NotImplementedError
 
     def break_(self, fault: int, value: int) -> None:
+        raise NotImplementedError
+
+    def complain(self, on: bool) -> None:
         raise NotImplementedError
 
     def close(self) -> None:

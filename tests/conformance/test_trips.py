@@ -211,3 +211,26 @@ def test_faults_of_the_board_itself(board: Any, fault: Fault) -> None:
     client.follow(record)
     event = check_trip(client, record, fault)
     assert event["value"] == 123_456
+
+
+@pytest.mark.needs("driver")
+def test_a_fault_of_the_driver_trips_and_is_latched(board: Any) -> None:
+    client = Client(board.port)
+    client.bring_up()
+    board.complain(True)
+    client.wait(0.01)
+    board.complain(False)
+    assert client.state is State.IDLE  # nothing runs: nothing is latched
+    record = client.start(client.drive(4000))
+    client.wait(client.seconds(40))
+    assert not board.is_open()
+    board.complain(True)
+    client.wait(client.seconds(2))
+    assert board.is_open()
+    client.follow(record)
+    assert check_trip(client, record, Fault.DRIVER)["value"] == 0
+    board.complain(False)
+    client.wait(client.seconds(20))
+    assert client.fault is Fault.DRIVER
+    assert client.get("clear_fault")["state"] == State.CONFIGURED
+    assert client.run(client.drive(20)).one("done")["reason"] == EndReason.COMPLETED

@@ -128,6 +128,32 @@ def test_a_few_edges_too_close_together_trip_too(rig: Rig) -> None:
     assert not rig.facts["enabled"]
 
 
+def test_a_fault_of_the_driver_cuts_the_bridge_at_once(rig: Rig) -> None:
+    record = rig.drive()
+    rig.client.wait(0.01)
+    began = rig.emulator.now
+    rig.emulator.set("complain", 1)
+    rig.client.wait(20e-6)
+    assert not rig.facts["enabled"]
+    assert 0 < (rig.facts["changed"] - began) * CLOCK_HZ <= ACTS_WITHIN
+    rig.client.wait(2e-3)  # nor does a later sample close it
+    assert (rig.facts["changed"] - began) * CLOCK_HZ <= ACTS_WITHIN
+    rig.client.follow(record)
+    assert record.one("fault")["fault"] is Fault.DRIVER
+
+
+def test_a_driver_that_complains_before_the_bridge_closes_trips_when_it_does(rig: Rig) -> None:
+    """A pin that the driver holds low while it is off is no fault: many share it with enable."""
+    rig.emulator.set("complain", 1)
+    client = rig.client
+    assert not client.run(client.coast(40)).all("fault")
+    record = client.run(client.coast(40), client.drive(4000))
+    ticks = (record.one("fault")["tick"] - record.all("phase")[1]["tick"]) & U32
+    assert record.one("fault")["fault"] is Fault.DRIVER
+    assert 0 < ticks <= 2 * client.period
+    assert not rig.facts["enabled"]
+
+
 @pytest.mark.parametrize("cause", [ResetCause.EXTERNAL, ResetCause.BROWN_OUT])
 def test_through_a_reset_the_bridge_is_off(rig: Rig, cause: ResetCause) -> None:
     rig.drive()

@@ -11,14 +11,19 @@ void bridge_brake(void);
 void bridge_drive(int16_t level, uint8_t decay);
 /* Off at this instant, whatever is going on; from any context. */
 void bridge_cut(void);
+/* The driver has reported a fault since the last window; the bridge is off since then. Once a window. */
+bool bridge_complains(void);
 
 /* ---- sample.c */
 void sampling_begin(void);
 void sampling_set_period(uint32_t ticks);
-/* Windows complete, and none overran. */
-bool sampling_is_well(void);
-/* True once for each window. */
+/* A window has completed since the last one was forgotten, and none ever took too long. */
 bool sampling_has_news(void);
+void sampling_forget_news(void);
+/* See port.h. */
+#define BURST_BYTES 32
+void sampling_burst_keep(uint8_t *bytes);
+void sampling_burst_reading(const uint8_t *bytes, uint8_t n, struct reading *out);
 
 /* ---- link.c */
 void link_begin(void);
@@ -35,6 +40,7 @@ uint32_t reset_boot_id(void);
 
 /* ---- channels.c */
 void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out);
+void channels_describe_burst(uint8_t channel, wire_describe_channel_reply_t *out);
 #ifndef ENCODER_EDGE_CEILING
 #define ENCODER_EDGE_CEILING 40000u /* a second; found by bench/bench_emulated_boards.py to hold */
 #endif

@@ -15,6 +15,7 @@
 #include "chip.h"
 #include "timing.h"
 
+#define FAULT_INTERRUPT _BV(PCINT3)
 #define MODE _BV(WGM11) /* of TCCR1A: fast PWM up to ICR1 */
 #define CONNECT_A _BV(COM1A1)
 #define CONNECT_B _BV(COM1B1)
@@ -30,9 +31,14 @@ volatile uint8_t next_connected = MODE;
 volatile uint8_t next_enable;
 volatile uint8_t next_swapped; /* 2 when terminal B is to be watched closely */
 
+static volatile bool complained; /* the driver, by its fault output */
+
 void bridge_begin(void) {
     BRIDGE_PORT &= (uint8_t)~(_BV(LEVEL_A_BIT) | _BV(LEVEL_B_BIT) | _BV(ENABLE_BIT));
     BRIDGE_DDR |= _BV(LEVEL_A_BIT) | _BV(LEVEL_B_BIT) | _BV(ENABLE_BIT);
+    BRIDGE_PORT |= _BV(FAULT_BIT); /* pull-up: an open drain, or nothing at all */
+    PCMSK0 = FAULT_INTERRUPT;
+    PCICR = _BV(PCIE0);
     ICR1 = PWM_TICKS - 1;
     TCCR1A = MODE;
     TCCR1B = _BV(WGM13) | _BV(WGM12); /* its clock starts with the slots */
@@ -45,7 +51,7 @@ static void keep(struct levels levels, uint8_t connected, uint8_t enable) {
         next_levels.b = levels.b;
         next_connecting = TCCR1A | connected;
         next_connected = MODE | connected;
-        next_enable = enable;
+        next_enable = complained ? 0 : enable;
     }
 }
 
@@ -57,6 +63,33 @@ void bridge_cut(void) {
         next_enable = 0;
     }
 }
+
+/* ------------------------------------------------------------------ the driver's fault output
+ * Low is a fault, and only while the bridge is enabled: drivers that share one pin for both pull it low
+ * when they are off, too. A change cuts the bridge at once, and once a window, so that a line that
+ * chatters starves nobody; a level that was there before the bridge closed is found at a window's end. */
+static bool is_complaining(void) {
+    return (BRIDGE_PORT & _BV(ENABLE_BIT)) && !(BRIDGE_PIN & _BV(FAULT_BIT));
+}
+
+ISR(PCINT0_vect) {
+    if (is_complaining()) {
+        bridge_cut();
+        complained = true;
+        PCMSK0 = 0;
+    }
+}
+
+bool bridge_complains(void) {
+    static bool was_enabled; /* a window ago: an input that shares the pin has risen since */
+    const bool found = complained || (was_enabled && is_complaining());
+    was_enabled = BRIDGE_PORT & _BV(ENABLE_BIT);
+    complained = false;
+    PCMSK0 = FAULT_INTERRUPT;
+    return found;
+}
+
+/* ------------------------------------------------------------------ what the core asks for */
 
 /* From core_sample(), with interrupts on, it acts at the tick; else at once. */
 void bridge_open(void) {

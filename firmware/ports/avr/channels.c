@@ -54,6 +54,17 @@ static void describe_supply(wire_describe_channel_reply_t *out) {
     out->raw_min = 4;
 }
 
+/* Single conversions, each one worth four: an instant, behind the input's filter. */
+void channels_describe_burst(uint8_t channel, wire_describe_channel_reply_t *out) {
+    const bool is_current = channel == WIRE_CHANNEL_CURRENT;
+    const uint16_t slot = channel == WIRE_CHANNEL_SUPPLY_VOLTAGE ? 5 : 1;
+    out->kind = WIRE_CHANNEL_KIND_INSTANT;
+    out->bits = 10;
+    out->aperture_ns = 0;
+    out->delay_ns = TICKS_TO_NS(GROUP_DELAY(slot)) + (is_current ? CURRENT_FILTER_NS : FILTER_NS);
+    out->noise = NOISE_LSB * (channel == WIRE_CHANNEL_TERMINAL_VOLTAGE ? 9.8f : 4.0f);
+}
+
 void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out) {
     out->unit = WIRE_UNIT_VOLT;
     out->kind = WIRE_CHANNEL_KIND_MEAN;

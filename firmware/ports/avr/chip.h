@@ -4,6 +4,7 @@
  *   level A    D9   PB1 OC1A      D11  PB5 OC1A
  *   level B    D10  PB2 OC1B      D12  PB6 OC1B
  *   enable     D8   PB0           D10  PB4
+ *   fault      D11  PB3           D50  PB3: low while the driver reports one
  *   encoder A  D2   PD2 INT0      D21  PD0 INT0
  *   encoder B  D3   PD3 INT1      D20  PD1 INT1
  *   ADC        A0 terminal A, A1 current, A2 terminal B, A3 supply, on both
@@ -17,6 +18,8 @@
 
 #define BRIDGE_PORT PORTB
 #define BRIDGE_DDR DDRB
+#define BRIDGE_PIN PINB
+#define FAULT_BIT 3 /* PCINT3 on both */
 #define SCOPE_PORT PORTC
 #define SCOPE_DDR DDRC
 #define SCOPE_BIT 4
@@ -48,7 +51,7 @@
 #endif
 
 /* Registers that reach by IN and OUT, kept for the interrupts in slots.S. */
-#define SLOT_REGISTER GPIOR0    /* twice the conversion that the next slot interrupt reads, 0 to 31 */
+#define SLOT_REGISTER GPIOR0    /* the conversion that the next slot interrupt reads, 0 to 31 */
 #define EDGES_REGISTER GPIOR1   /* encoder edges that are still allowed */
 #define COUNT_REGISTER GPIOR2   /* encoder count, modulo 256 */
 

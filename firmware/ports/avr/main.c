@@ -28,12 +28,17 @@ const struct port port = {
     .min_sample_period_ticks = WINDOW_TICKS,
     .sample_period_step_ticks = WINDOW_TICKS,
     .idle_sample_period_ticks = WINDOW_TICKS,
+    .burst_sample_period_ticks = GROUP_TICKS,
+    .burst_bytes = BURST_BYTES,
     .encoder_edge_ceiling_hz = ENCODER_EDGE_CEILING,
     .position_delay_ns = TICKS_TO_NS(POSITION_DELAY),
     .max_current_ma = (uint32_t)(REFERENCE_V / 2.0f / (SHUNT_OHM * SHUNT_GAIN) * 990.0f),
     .max_host_silence_ms = 5000,
     .full_duty = PWM_TICKS,
     .describe = channels_describe,
+    .describe_burst = channels_describe_burst,
+    .burst_keep = sampling_burst_keep,
+    .burst_reading = sampling_burst_reading,
     .bridge_open = bridge_open,
     .bridge_brake = bridge_brake,
     .bridge_drive = bridge_drive,
@@ -67,7 +72,8 @@ int main(void) {
         if (!core_poll()) {
             sleep_until_news();
         }
-        if (sampling_is_well()) { /* it is: only its windows end the sleep */
+        if (sampling_has_news()) { /* not what a host sends keeps the watchdog quiet, but samples */
+            sampling_forget_news();
             wdt_reset();
         }
     }

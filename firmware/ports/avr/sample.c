@@ -15,26 +15,26 @@ _Static_assert(EDGES_A_WINDOW <= MOST_EDGES, "at the ceiling none is refused");
 _Static_assert(MOST_EDGES < 128u, "COUNT_REGISTER's change over a window is taken as signed");
 _Static_assert(PWM_PRESET > 0 && PWM_PRESET < PWM_TICKS, "timer 1 starts within a period");
 
-struct sums {
-    uint16_t active, current, other, supply; /* of 8, 4, 2 and 2 conversions */
-};
-
-/* slots.S: it adds to the sums of this window while those of the last are read, keeps the encoder's
- * count and timer 1's at the window's end, and changes which terminal is the active one when it sets
- * the multiplexer for a new window. */
-extern struct sums sums[2];
-extern volatile uint8_t terminals_swapped, window_count;
+/* slots.S: it fills one window while the other is read, keeps the encoder's count after each group and
+ * timer 1's at the window's end, and changes which terminal is the active one when it sets the
+ * multiplexer for a new window. A group's count stands where the next group's number says. */
+extern volatile uint16_t conversions[2 * SLOTS];
+extern volatile uint8_t counts[2 * GROUPS];
+extern volatile uint8_t terminals_swapped;
 extern volatile uint16_t window_phase;
 
-#define CONVERSION (SLOT_REGISTER >> 1) /* that the next slot reads; window 1's follow window 0's */
+#define IN_WINDOW (SLOT_REGISTER % SLOTS) /* conversion that the next slot reads */
 
 static struct {
     uint32_t position;
     uint32_t period, left;   /* ticks of a sample, and until the next one */
-    uint8_t count;           /* COUNT_REGISTER at the last window */
-    uint8_t swapped;         /* terminals_swapped of the window that now fills */
+    uint8_t window;          /* 0 or 1: the one that is complete */
+    uint8_t count;           /* COUNT_REGISTER at its end */
+    uint8_t swapped;         /* its terminals_swapped, and that of the one that now fills */
+    uint8_t next_swapped;
     uint8_t masked;          /* windows until the encoder is heard again */
     volatile bool sampling;  /* core_sample() is at work */
+    volatile bool skipped;   /* and was so when the next window was complete */
     volatile bool overran;   /* it took too long: the bridge stays open until the watchdog bites */
     volatile bool news;      /* a window completed */
     bool starting;           /* the window that now ends began before the timers did */
@@ -47,13 +47,9 @@ void sampling_set_period(uint32_t ticks) {
     now.left = ticks;
 }
 
-bool sampling_is_well(void) { return !now.overran; }
+bool sampling_has_news(void) { return now.news; }
 
-bool sampling_has_news(void) {
-    const bool news = now.news;
-    now.news = false;
-    return news;
-}
+void sampling_forget_news(void) { now.news = false; }
 
 /* ------------------------------------------------------------------ encoder */
 
@@ -87,20 +83,77 @@ static bool watch_encoder(void) {
 
 /* ------------------------------------------------------------------ samples */
 
-/* The sums and the count of the window that is complete. */
+static const volatile uint16_t *complete(void) { return conversions + SLOTS * now.window; }
+
+static uint8_t count_after(uint8_t group) {
+    const uint8_t next = (uint8_t)(GROUPS * now.window + group + 1);
+    return counts[next % (2u * GROUPS)];
+}
+
+/* The signed voltage of the motor: eight times the active terminal's conversion less the other's. */
+static int16_t volts_of(uint16_t eight_active, uint16_t eight_others, bool swapped) {
+    const int16_t volts = (int16_t)(eight_active - eight_others);
+    return swapped ? (int16_t)-volts : volts;
+}
+
+/* The window that is complete: means of eight conversions, four, two and two. */
 static void take(struct reading *reading) {
-    struct sums *const done = &sums[CONVERSION < SLOTS ? 1 : 0];
-    const uint8_t count = window_count;
+    now.window = SLOT_REGISTER < SLOTS ? 1 : 0;
+    now.swapped = now.next_swapped;
+    now.next_swapped = terminals_swapped;
+    const volatile uint16_t *const c = complete();
+    const uint16_t active = c[0] + c[2] + c[4] + c[6] + c[8] + c[10] + c[12] + c[14];
+    const uint16_t others = (uint16_t)(4u * (c[3] + c[11]));
+    const uint8_t count = count_after(GROUPS - 1);
     now.position += (uint32_t)(int32_t)(int8_t)(uint8_t)(count - now.count);
     now.count = count;
-    reading->raw[WIRE_CHANNEL_CURRENT] = (int16_t)done->current;
-    const int16_t volts = (int16_t)(done->active - 4u * done->other);
-    reading->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = now.swapped != 0 ? (int16_t)-volts : volts;
-    reading->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = (int16_t)(2u * done->supply);
-    now.swapped = terminals_swapped;
+    reading->raw[WIRE_CHANNEL_CURRENT] = (int16_t)(c[1] + c[5] + c[9] + c[13]);
+    reading->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = volts_of(active, others, now.swapped != 0);
+    reading->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = (int16_t)(2u * (c[7] + c[15]));
     reading->position = now.position;
-    *done = (struct sums){0, 0, 0, 0};
 }
+
+/* ------------------------------------------------------------------ a fast burst
+ * Of each group its current, the active terminal twice, the other or the supply, and the count; then
+ * the position at the window's end. */
+enum { CURRENT_AT = 0, ACTIVE_AT = 2, REST_AT = 4, COUNT_AT = 6, GROUP_BYTES = 7 };
+enum { POSITION_AT = GROUPS * GROUP_BYTES };
+#define SWAPPED 0x8000u /* in the rest, where no conversion reaches */
+_Static_assert(POSITION_AT + 4 == BURST_BYTES, "as main.c tells the core");
+
+void sampling_burst_keep(uint8_t *bytes) {
+    const volatile uint16_t *c = complete();
+    const uint16_t swapped = now.swapped != 0 ? SWAPPED : 0;
+    for (uint8_t group = 0; group < GROUPS; group++) {
+        wire_put_u16(bytes + CURRENT_AT, c[1]);
+        wire_put_u16(bytes + ACTIVE_AT, c[0] + c[2]);
+        wire_put_u16(bytes + REST_AT, c[3] | swapped);
+        bytes[COUNT_AT] = count_after(group);
+        bytes += GROUP_BYTES;
+        c += SLOTS / GROUPS;
+    }
+    wire_put_u32(bytes, now.position);
+}
+
+static uint16_t rest_of(const uint8_t *bytes, uint8_t group) {
+    return wire_get_u16(bytes + GROUP_BYTES * group + REST_AT);
+}
+
+/* The raw counts are worth what a window's are: one conversion of four. */
+void sampling_burst_reading(const uint8_t *bytes, uint8_t n, struct reading *out) {
+    const uint8_t *const group = bytes + GROUP_BYTES * n;
+    const uint16_t other = rest_of(bytes, n & (uint8_t)~1u);
+    const uint16_t supply = rest_of(bytes, n | 1u);
+    const uint16_t others = (uint16_t)(8u * (other & (uint16_t)~SWAPPED));
+    const uint8_t since = (uint8_t)(bytes[POSITION_AT - GROUP_BYTES + COUNT_AT] - group[COUNT_AT]);
+    out->raw[WIRE_CHANNEL_CURRENT] = (int16_t)(4u * wire_get_u16(group + CURRENT_AT));
+    out->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] =
+        volts_of((uint16_t)(4u * wire_get_u16(group + ACTIVE_AT)), others, (other & SWAPPED) != 0);
+    out->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = (int16_t)(4u * (supply & (uint16_t)~SWAPPED));
+    out->position = wire_get_u32(bytes + POSITION_AT) - (uint32_t)(int32_t)(int8_t)since;
+}
+
+/* ------------------------------------------------------------------ windows */
 
 /* Nothing that core_sample() now decides would act in time, and the ticks no longer hold. */
 static void overrun(void) {
@@ -116,6 +169,9 @@ static bool lost_slots(void) {
 /* False when edges came too many or too close: slots and PWM may be out of step. */
 static bool deal_with(const struct reading *reading) {
     const bool storm = watch_encoder();
+    if (bridge_complains()) {
+        core_trip(WIRE_FAULT_DRIVER, 0);
+    }
     now.left -= WINDOW_TICKS;
     if (now.left == 0) {
         now.left = now.period;
@@ -136,6 +192,10 @@ static bool deal_with(const struct reading *reading) {
 void __vector_window(void) __attribute__((interrupt, used, externally_visible));
 void __vector_window(void) {
     struct reading reading;
+    if (now.sampling && EDGES_REGISTER == 0) { /* a storm: the one that is interrupted sees to it */
+        now.skipped = true;
+        return;
+    }
     if (now.sampling || now.overran) {
         overrun();
         return;
@@ -151,7 +211,8 @@ void __vector_window(void) {
     link_release();
     SCOPE_PORT &= (uint8_t)~_BV(SCOPE_BIT);
     now.sampling = false;
-    const bool late = in_step && CONVERSION % SLOTS >= LEVELS_SLOT - 1;
+    const bool late = in_step && (now.skipped || IN_WINDOW >= LEVELS_SLOT);
+    now.skipped = false;
     if (late && EDGES_REGISTER > 0) {
         overrun();
     } else if (late || !in_step) { /* late by a storm, which the next window sees and trips */
@@ -196,8 +257,7 @@ static void timers_begin(void) {
     TCCR0B = 0;
     TCCR1B = _BV(WGM13) | _BV(WGM12);
     TCNT0 = 0;
-    SLOT_REGISTER = 2 * (SLOTS - 1);
-    sums[0] = sums[1] = (struct sums){0, 0, 0, 0};
+    SLOT_REGISTER = SLOTS - 1;
     now.starting = true;
     TIFR0 = _BV(OCF0A) | _BV(OCF0B);
     TIMSK0 = _BV(OCIE0B);

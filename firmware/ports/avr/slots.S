@@ -6,52 +6,23 @@
 #include "timing.h"
 
 .section .bss
-.balign 16                      ; an index never carries out of the low address byte
-.global sums
-sums:   .skip 2 * 8             ; two windows, one fills while the other is read: active terminal,
-                                ; current, other terminal, supply
+.global conversions
+conversions: .skip 2 * 2 * SLOTS ; two windows, one fills while the other is read
+.global counts
+counts: .skip 2 * GROUPS        ; COUNT_REGISTER after every fourth of them; see timing.h
 .global terminals_swapped
 terminals_swapped: .skip 1      ; 2 when terminal B is the active one, else 0
-.global window_count
-window_count: .skip 1           ; COUNT_REGISTER at the window's end
 .global window_phase
-window_phase: .skip 2           ; and TCNT1
+window_phase: .skip 2           ; TCNT1 at the window's end
 
-/* For each conversion of two windows: the input of the one after the next, and the low address byte
- * of the sum that takes it; odd where more is to be done. */
+/* For each conversion of a window: the input of the one after the next. */
 #define A 0
 #define I 1
 #define B 2
 #define S 3
 .section .data
-.balign 2 * 2 * SLOTS
-turns:
-.macro turn window, later, input, more=0
-        .byte \later, lo8(sums + 8 * \window + 2 * \input + \more)
-.endm
-.macro turns_of window
-        turn \window, A, A
-        turn \window, B, I
-        turn \window, A, A
-        turn \window, I, B
-        turn \window, A, A
-        turn \window, S, I
-        turn \window, A, A
-        turn \window, I, S
-        turn \window, A, A
-        turn \window, B, I
-        turn \window, A, A
-        turn \window, I, B
-        turn \window, A, A, 1    ; LEVELS_SLOT - 1
-        turn \window, S, I, 1    ; TICK_SLOT - 1
-        turn \window, A, A
-        turn \window, I, S
-.endm
-        turns_of 0
-        turns_of 1
-.if (LEVELS_SLOT - 13) | (TICK_SLOT - 14)
-.error "turns has these slots' marks elsewhere"
-.endif
+.balign SLOTS                   ; an index never carries out of the low address byte
+turns:  .byte A, B, A, I, A, S, A, I, A, B, A, I, A, S, A, I
 #undef A
 #undef I
 #undef B
@@ -70,100 +41,104 @@ TIMER0_COMPB_vect:
         push r24
         in   r24, SREG
         push r24
-        push r25
-        push r0
         push r30
         push r31
         in   r30, SLOT_REGISTER
+        andi r30, SLOTS - 1
         subi r30, lo8(-(turns))
         ldi  r31, hi8(turns)
-        ld   r24, Z+
-        lds  r0, terminals_swapped
+        ld   r24, Z
+        lds  r31, terminals_swapped
         sbrs r24, 0             ; only the terminals change places
-        eor  r24, r0
+        eor  r24, r31
         sts  ADMUX, r24         ; both REFS bits zero: AREF
-        ld   r0, Z+
-        subi r30, lo8(turns)
-        andi r30, 4 * SLOTS - 1
-        out  SLOT_REGISTER, r30
+        in   r30, SLOT_REGISTER
+        lsl  r30
+        ldi  r31, 0
+        subi r30, lo8(-(conversions))
+        sbci r31, hi8(-(conversions))
         lds  r24, ADCL          ; the low byte first: reading it holds the high one
-        lds  r25, ADCH
-        mov  r30, r0
-        ldi  r31, hi8(sums)
-        sbrc r30, 0
-        rjmp more
-add:
-        ld   r0, Z
-        add  r24, r0
         st   Z+, r24
-        ld   r0, Z
-        adc  r25, r0
-        st   Z, r25
+        lds  r24, ADCH
+        st   Z, r24
         ldi  r24, 1 << OCF0A
         out  TIFR0, r24
-        in   r24, SLOT_REGISTER
-        andi r24, 2 * SLOTS - 1
-        breq window
+        in   r30, SLOT_REGISTER
+        inc  r30
+        andi r30, 2 * SLOTS - 1
+        out  SLOT_REGISTER, r30
+        mov  r24, r30
+        andi r24, SLOTS - 1     ; this slot's number
+        cpi  r24, LEVELS_SLOT
+        brsh late
+        andi r24, 3
+        breq group
+done:
         pop  r31
         pop  r30
-        pop  r0
-        pop  r25
         pop  r24
         out  SREG, r24
         pop  r24
         reti
 
-/* The window is complete: on to C, as if its interrupt had come (sample.c). */
-window:
+/* Four conversions are complete: where the encoder is. */
+group:
+        lsr  r30
+        lsr  r30
+        ldi  r31, 0
+        subi r30, lo8(-(counts))
+        sbci r31, hi8(-(counts))
         in   r24, COUNT_REGISTER
-        sts  window_count, r24
+        st   Z, r24
+        in   r24, SLOT_REGISTER
+        andi r24, SLOTS - 1
+        brne done
+
+/* The window is complete: on to C, as if its interrupt had come (sample.c). */
         lds  r24, TCNT1L        ; the low byte first, as with ADCL
         sts  window_phase, r24
         lds  r24, TCNT1H
         sts  window_phase + 1, r24
         pop  r31
         pop  r30
-        pop  r0
-        pop  r25
         pop  r24
         out  SREG, r24
         pop  r24
         jmp  __vector_window
 
-more:
-        dec  r30
-        in   r0, SLOT_REGISTER  ; of the turn after this one
-        sbrs r0, 1
-        rjmp tick
+late:
+        cpi  r24, TICK_SLOT
+        breq tick
+        brsh done
 
 /* The duties that core_sample() asked for; the timer takes them over when its period ends. High
  * byte first: it waits in TEMP for the low one. (The emulator has no TEMP.) An input that is to
  * switch is connected now, and low until that period ends. */
-        lds  r0, next_levels + 1
-        sts  OCR1AH, r0
-        lds  r0, next_levels
-        sts  OCR1AL, r0
-        lds  r0, next_levels + 3
-        sts  OCR1BH, r0
-        lds  r0, next_levels + 2
-        sts  OCR1BL, r0
-        lds  r0, next_connecting
-        sts  TCCR1A, r0
-        rjmp add
+        lds  r24, next_levels + 1
+        sts  OCR1AH, r24
+        lds  r24, next_levels
+        sts  OCR1AL, r24
+        lds  r24, next_levels + 3
+        sts  OCR1BH, r24
+        lds  r24, next_levels + 2
+        sts  OCR1BL, r24
+        lds  r24, next_connecting
+        sts  TCCR1A, r24
+        rjmp done
 
 /* The tick: the bridge closes or opens. From the next window on the terminal that now switches is
  * the active one. */
 tick:
-        lds  r0, next_enable
-        sbrc r0, 0
+        lds  r24, next_enable
+        sbrc r24, 0
         sbi  BRIDGE_PORT, ENABLE_BIT
-        sbrs r0, 0
+        sbrs r24, 0
         cbi  BRIDGE_PORT, ENABLE_BIT
-        lds  r0, next_connected
-        sts  TCCR1A, r0
-        lds  r0, next_swapped
-        sts  terminals_swapped, r0
-        rjmp add
+        lds  r24, next_connected
+        sts  TCCR1A, r24
+        lds  r24, next_swapped
+        sts  terminals_swapped, r24
+        rjmp done
 
 /* ---------------------------------------------------------------- encoder, both edges of both
  * A and B equal after an edge of A means the one direction, after an edge of B the other. Each edge

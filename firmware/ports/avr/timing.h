@@ -31,8 +31,14 @@
 #define SLOTS 16
 #define WINDOW_TICKS (SLOTS * SLOT_TICKS)
 
-/* The slot's interrupt comes so long after the slot began. It takes 30 more to reach ADMUX; the
- * slot's conversion has taken its input after 19. After another 10 it reads the result of the slot
+/* A fast burst keeps the window's groups: A I A B or A I A S, a sample each. What a group has not, the
+ * other terminal or the supply, is its neighbour's; the two terminals' conversions lie evenly about
+ * slot 1 of a group. A group's tick is as far from its end as a window's is. */
+#define GROUPS 4
+#define GROUP_TICKS (WINDOW_TICKS / GROUPS)
+
+/* The slot's interrupt comes so long after the slot began. It takes 28 more to write ADMUX; the
+ * slot's conversion has taken its input after 19. After another 7 it reads the result of the slot
  * before, which must not be after 216: so other interrupts may hold it up by READ_LATENCY. */
 #define READ_TICKS 6
 #define READ_LATENCY 160
@@ -59,8 +65,12 @@
  * have theirs at slot 7 but the supply, at slot 11. */
 #define MEAN_END(slot) ((slot) * SLOT_TICKS + HOLD_TICKS + WINDOW_TICKS / 2)
 #define MEAN_DELAY(slot) (WINDOW_TICKS + TICK_AT - MEAN_END(slot))
-/* Edges count until the interrupt begins that ends the window: those after it wait for their turn. */
+/* Edges count until the interrupt begins that ends the window or the group: those after it wait for
+ * their turn. */
 #define POSITION_DELAY (TICK_AT - READ_TICKS)
+/* From a conversion in that slot of a group to the group's tick. All are at slot 1 but the supply, which
+ * on the mean of two groups is at 5: slot 3 of its own is slot 7 of the one before. */
+#define GROUP_DELAY(slot) (GROUP_TICKS + TICK_AT - ((slot) * SLOT_TICKS + HOLD_TICKS))
 
 #define TICKS_TO_NS(ticks) ((uint32_t)((ticks) * 1000ull / (CLOCK_HZ / 1000000u)))
 
