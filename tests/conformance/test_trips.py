@@ -222,7 +222,7 @@ def test_a_fault_of_the_driver_trips_and_is_latched(board: Any) -> None:
     board.complain(False)
     assert client.state is State.IDLE  # nothing runs: nothing is latched
     record = client.start(client.drive(4000))
-    client.wait(client.seconds(40))
+    client.wait(client.seconds(45))
     assert not board.is_open()
     board.complain(True)
     client.wait(client.seconds(2))
