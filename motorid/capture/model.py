@@ -36,6 +36,7 @@ QUANTITIES = {
 }
 
 
+HELD = "held"  # provenance: channel -> for how many samples each of its readings is repeated
 NOTES = "notes"  # provenance: what import or capture noticed, as sentences
 
 

@@ -15,6 +15,7 @@ from motorid import __version__
 from motorid.capture import table_checks as checks
 from motorid.capture.columns import Source
 from motorid.capture.mapping import ROW, SHORTHAND, ChannelMap, Formula, parse_maps
+from motorid.capture.model import HELD as HELD
 from motorid.capture.model import NOTES as NOTES
 from motorid.capture.model import VOLTAGE, Capture, Channel, Sense, Wiring
 from motorid.capture.units import AMBIENT, TIME
@@ -23,7 +24,6 @@ from motorid.errors import DataError, UsageError, nearest
 Floats = NDArray[np.float64]
 CLOCK_HZ = 1e9  # ticks are integers, and nanoseconds lose nothing that a file's stamps hold
 STATIC = "static"  # provenance: True where the rows are steady points without an order in time
-HELD = "held"  # provenance: channel -> for how many samples each of its readings is repeated
 
 
 @dataclass(frozen=True)
@@ -138,12 +138,11 @@ def _read(
     """Each quantity in its own unit, good rows only, and ``row``: their places in the file."""
     wanted = dict.fromkeys(column for formula in formulas.values() for column in formula.columns)
     columns = source.read([name for name in wanted if name != ROW])
-    keep = checks.good_rows(path, source, columns, chosen.drop_bad, notes)
+    columns = checks.good_cells(path, source, columns, chosen.drop_bad, notes)
     values = {
-        name: formula.evaluate(columns.values, columns.rows)[keep]
-        for name, formula in formulas.items()
+        name: formula.evaluate(columns.values, columns.rows) for name, formula in formulas.items()
     }
-    rows = np.flatnonzero(keep)
+    rows = np.arange(columns.rows)
     finite = np.all([np.isfinite(column) for column in values.values()], axis=0)
     if not finite.all() and not chosen.drop_bad:
         bad = next(name for name, column in values.items() if not np.isfinite(column).all())
@@ -152,7 +151,17 @@ def _read(
             f"{path}: {source.place(int(row))}: {bad} = {formulas[bad].text} is not finite there "
             "(a division by zero?): repair it, or leave such rows out with --drop-bad"
         )
-    return {ROW: rows[finite].astype(np.float64)} | {n: v[finite] for n, v in values.items()}
+    usable = _usable(values)
+    return {ROW: rows[usable].astype(np.float64)} | {n: v[usable] for n, v in values.items()}
+
+
+def _usable(values: Mapping[str, Floats]) -> NDArray[np.bool_]:
+    """Rows with a time and any reading beside it; steady points need every one. Shape (rows,)."""
+    finite = {name: np.isfinite(column) for name, column in values.items()}
+    time = finite.pop(TIME, None)
+    if time is None:
+        return np.asarray(np.all(list(finite.values()), axis=0))
+    return np.asarray(time & np.any(list(finite.values()), axis=0))
 
 
 def _in_order(
@@ -199,7 +208,8 @@ def _channel(one: ChannelMap, raw: Floats, chosen: TableOptions) -> Channel:
         delay_s=given(chosen.delay),
         gain_uncertainty=given(chosen.gain_uncertainty),
         offset_uncertainty=given(chosen.offset_uncertainty),
-        resolution=(1.0 if one.unit.counts else checks.quantum(raw)) * one.unit.scale,
+        resolution=(1.0 if one.unit.counts else checks.quantum(raw[np.isfinite(raw)]))
+        * one.unit.scale,
         sense=cast(Sense, chosen.sense) if voltage else None,
         unsigned=one.quantity in chosen.unsigned,
     )
@@ -213,7 +223,7 @@ def _ambient(sensed: Floats | None, chosen: TableOptions) -> tuple[float | None,
     if sensed is None or chosen.ambient_c is not None:
         return chosen.ambient_c, chosen.ambient_uncertainty_c
     own = max(chosen.offset_uncertainty.get(AMBIENT, 0.0), chosen.ambient_uncertainty_c)
-    return float(sensed.mean()), float(np.hypot(own, sensed.std()))
+    return float(np.nanmean(sensed)), float(np.hypot(own, np.nanstd(sensed)))
 
 
 def _provenance(

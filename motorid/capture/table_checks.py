@@ -49,32 +49,35 @@ def header_notes(
     return notes
 
 
-def good_rows(
+def good_cells(
     path: Path, source: Source, columns: Columns, drop_bad: bool, notes: list[str]
-) -> Bools:
-    """Which rows hold a number in every mapped column, shape (rows,).
+) -> Columns:
+    """The columns with NaN for every cell that holds no number, or a mark for a missing one.
 
     Raises DataError, naming the first bad cell's place, unless ``drop_bad``.
     """
     bad = (*columns.bad, *_sentinels(columns))
-    keep = np.ones(columns.rows, dtype=np.bool_)
     if not bad:
-        return keep
+        return columns
     first = min(bad, key=lambda cell: cell.row)
     what = f"holds {first.text!r}, not a number" if first.text else "is empty"
     if first.text.startswith("sentinel"):
         what = f"holds {first.text.removeprefix('sentinel ')}, which looks like a mark for missing"
+    values = {name: column.copy() for name, column in columns.values.items()}
     for cell in bad:
-        keep[cell.row] = False
-    lost = int((~keep).sum())
+        values[cell.column][cell.row] = np.nan
+    lost = len({cell.row for cell in bad})
     rows = "1 row is" if lost == 1 else f"{lost} rows are"
     if not drop_bad:
         raise DataError(
             f"{path}: {source.place(first.row)}, column {first.column!r} {what}; {rows} bad in "
             "all: repair the file, or leave such rows out with --drop-bad"
         )
-    notes.append(f"{rows} left out; the first: {source.place(first.row)}, {first.column} {what}")
-    return keep
+    notes.append(
+        f"{rows} bad, and their bad readings left out; the first: {source.place(first.row)}, "
+        f"{first.column} {what}"
+    )
+    return replace(columns, values=values)
 
 
 def _sentinels(columns: Columns) -> list[BadCell]:
@@ -158,7 +161,8 @@ def held_samples(channels: Mapping[str, Channel]) -> dict[str, int]:
     """Channels whose readings only ever change every n samples (n > 1): channel -> n."""
     found = {}
     for name, channel in channels.items():
-        changes = np.flatnonzero(np.diff(channel.raw))
+        values = channel.values
+        changes = np.flatnonzero(np.diff(values[np.isfinite(values)]))
         if len(changes) < 20:
             continue
         steps = np.diff(changes)
@@ -171,10 +175,14 @@ def held_samples(channels: Mapping[str, Channel]) -> dict[str, int]:
 def with_unsigned_current(channels: Mapping[str, Channel], notes: list[str]) -> dict[str, Channel]:
     """Marks a current as a magnitude that is never negative though the motor ran both ways."""
     current, speed = channels.get(CURRENT), channels.get(SPEED)
-    if current is None or speed is None or current.unsigned or current.values.min() < 0:
+    if current is None or speed is None or current.unsigned:
         return dict(channels)
-    fast = 0.2 * np.abs(speed.values).max()
-    forward, backward = current.values[speed.values > fast], current.values[speed.values < -fast]
+    known = np.isfinite(current.values) & np.isfinite(speed.values)
+    amperes, turns = current.values[known], speed.values[known]
+    if amperes.min(initial=0.0) < 0:
+        return dict(channels)
+    fast = 0.2 * np.abs(turns).max(initial=0.0)
+    forward, backward = amperes[turns > fast], amperes[turns < -fast]
     few = min(len(forward), len(backward)) < 5
     if few or min(np.median(forward), np.median(backward)) <= 0:
         return dict(channels)
@@ -186,13 +194,15 @@ def capture_notes(capture: Capture, held: Mapping[str, int], static: bool) -> li
     """Notes on channels: constant, held, at odds with each other."""
     notes = []
     for name, channel in capture.channels.items():
-        if np.ptp(channel.values) == 0:
+        if np.nanmax(channel.values) == np.nanmin(channel.values):
             notes.append(f"{name} never changes: is it the right column?")
     for name, period in held.items():
         notes.append(f"{name} is held: it changes only every {period} samples")
     position, speed = capture.get(POSITION), capture.get(SPEED)
     if position is not None and speed is not None and not static:
-        ratio = _speed_over_derivative(capture.time_s, position.values, speed.values)
+        known = np.isfinite(position.values) & np.isfinite(speed.values)
+        seen = capture.time_s[known], position.values[known], speed.values[known]
+        ratio = _speed_over_derivative(*seen) if known.sum() > 1 else None
         if ratio is not None and abs(ratio - 1) > 0.1:
             notes.append(
                 f"speed is {ratio:.3g} times the derivative of position: one of the two units, "

@@ -69,9 +69,10 @@ def _fit(
             )
         return mechanical.fit(captures, fix=known, without=without)
     _check(known, without)
+    from motorid.estimate.pieces import pieces
     from motorid.estimate.wider import offer
 
-    return offer.fit(captures, known, without, SIX if model == "linear" else model)
+    return offer.fit(pieces(captures), known, without, SIX if model == "linear" else model)
 
 
 def _check(fix: Mapping[str, float], without: Sequence[str]) -> None:

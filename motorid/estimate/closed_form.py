@@ -54,6 +54,8 @@ def signals(record: MotorRecord) -> Signals:
         grid[name] = np.interp(np.arange(line.count), m.keep, m.values)
     starts = {u.name: u.start for u in record.unknowns}
     amperes = grid[CURRENT] - starts.get("current_offset", 0.0)
+    if named[CURRENT].unsigned:  # near enough for a start
+        amperes = amperes * np.sign(record.sensed.volts)
     amperes = np.where(record.driven, amperes, 0.0)
     speed = grid.get(SPEED) if POSITION not in named else None
     angle = grid[POSITION] if POSITION in named else np.cumsum(grid[SPEED]) * line.period_s

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, POSITION, SPEED, TORQUE, VOLTAGE, Capture, Channel
+from motorid.capture.model import CURRENT, HELD, POSITION, SPEED, TORQUE, VOLTAGE, Capture, Channel
 from motorid.errors import DataError
 
 Floats = NDArray[np.float64]
@@ -22,6 +22,7 @@ STANDSTILL = 0.01  # of the top speed: below it, friction's sign is not trusted
 NOISES = 3.0  # speeds within so many standard deviations of zero may be standstill
 QUANTA = 2.0  # and speeds within so many steps of the sensor
 FEWEST_SAMPLES = 8  # in a stretch of motion
+PAUSE = 2.5  # usual periods without a reading that part what lies before from what lies after
 SMOOTHING = 0.25  # of a bump's half-width: the span over which a position becomes a speed
 
 
@@ -152,11 +153,12 @@ def of_capture(capture: Capture, drive: str) -> Motion:
         raise DataError(f"{name}: {source.unit} drives {output.unit}: map both linear or both not")
     if stands_still(capture):
         raise DataError(f"{name}: {output.name} never changes, so nothing can be fitted")
-    kept = _fresh(np.flatnonzero(good), output, capture.provenance.get("held", {}))
-    breaks = (~good).astype(np.int64)
+    kept = _fresh(np.flatnonzero(good), output, capture.provenance.get(HELD, {}))
+    breaks = np.zeros(len(good), dtype=np.int64)
     breaks[[gap.index for gap in capture.gaps if gap.index < len(good)]] = 1
-    broken = np.diff(np.cumsum(breaks)[kept]) > 0
     stamps = time[kept]
+    paused = np.diff(stamps) > PAUSE * float(np.median(np.diff(stamps)))
+    broken = (np.diff(np.cumsum(breaks)[kept]) > 0) | paused
     values = output.values[kept] * gear
     shifted = _shifted(stamps, values, output.delay_s - source.delay_s)
     averaged = _averaged(stamps, shifted, source.aperture_s)

@@ -12,7 +12,7 @@ from motorid import __version__
 from motorid.capture.model import CURRENT, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
-from motorid.estimate import colour, input_noise, instrument, intervals, remarks, tables
+from motorid.estimate import colour, input_noise, instrument, intervals, log_noise, remarks, tables
 from motorid.estimate.algebra import misfits
 from motorid.estimate.bridge import discontinuous, refuse_discontinuous
 from motorid.estimate.closed_form import start_values
@@ -23,6 +23,7 @@ from motorid.estimate.suspects.lazy import Suspects
 from motorid.estimate.types import PARAMETERS, Estimate, Parameter
 from motorid.estimate.uncertainty import statistical
 from motorid.estimate.voltage import Source
+from motorid.estimate.waveform import SHAPES, Rival
 from motorid.segment import segment
 
 Floats = NDArray[np.float64]
@@ -46,6 +47,7 @@ NUISANCE_UNITS = {
     "voltage_offset": "V",
     "initial_speed": "rad/s",
     "initial_current": "A",
+    "voltage_late": "s",
     "initial_warmth": "1",
     "cogging_phase": "rad",
     "ripple_phase": "rad",
@@ -77,7 +79,36 @@ def solved(
     start = start_values(records, fixed)
     for record in records:
         refuse_discontinuous(record.capture, record.timeline, max(start["L"], 1e-9))
-    return records, solve(records, free, start)
+    solution = settled(records, free, start)
+    if any(record.sensed.waveform for record in records):
+        records, solution = _best_shaped(records, solution, free, start, fixed)
+    return records, whitened(records, free, merged(start, solution), solution)
+
+
+def _best_shaped(
+    records: list[MotorRecord],
+    solution: Solution,
+    free: Sequence[str],
+    start: Mapping[str, float],
+    fixed: Mapping[str, float],
+) -> tuple[list[MotorRecord], Solution]:
+    """Of the shapes that a log's voltage may have had between readings, the most likely.
+
+    A voltage that jumps makes bad ground for a search, so each begins where the smoothest ended.
+    """
+    near = merged(start, solution)
+    found = [(records, solution)]
+    for shape in SHAPES[1:]:
+        others = [MotorRecord(record.capture, free, fixed, shape) for record in records]
+        found.append((others, settled(others, free, near)))
+    records, solution = best = min(found, key=lambda one: one[1].objective)
+    for record in records:
+        record.rivals = tuple(
+            Rival(other.values, other.objective - solution.objective)
+            for _, other in found
+            if other is not solution
+        )
+    return best
 
 
 def report(
@@ -92,7 +123,9 @@ def report(
     simulated = max(record.simulated for record in records)
     found = intervals.Findings(
         solution,
-        statistical(solution, input_noise.shifts(solution, records)),
+        statistical(
+            solution, [*input_noise.shifts(solution, records), *log_noise.shifts(solution, records)]
+        ),
         instrument.budget(solution, records),
         fixed,
         without,
@@ -143,7 +176,15 @@ def doubts(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, str]
 def solve(
     records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
 ) -> Solution:
-    """The most likely parameters: other starts where one misfits, then correlated noise allowed."""
+    """The most likely parameters: as ``settled``, then correlated noise allowed."""
+    solution = settled(records, free, start)
+    return whitened(records, free, merged(start, solution), solution)
+
+
+def settled(
+    records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
+) -> Solution:
+    """The most likely parameters for white noise: other starts are tried where one misfits."""
     solution = with_sources(records, free, start)
     if _misfits(solution, records):
         for factors in OTHER_STARTS:
@@ -152,7 +193,7 @@ def solve(
             if trial.objective < solution.objective - 1.0:
                 solution = trial
         solution = with_sources(records, free, merged(start, solution))
-    return whitened(records, free, merged(start, solution), solution)
+    return solution
 
 
 def with_sources(

@@ -17,6 +17,7 @@ from motorid.estimate.voltage import Sense
 Floats = NDArray[np.float64]
 
 HEAD = 8  # samples that show whether a record begins at rest
+EVEN = 12.0**-0.5  # standard deviation of what lies anywhere from 0 to 1
 QUIET_SAMPLES = 10  # that tell an offset
 
 
@@ -30,11 +31,13 @@ class Nuisances:
     voltage_offset: int = -1
     initial_speed: int = -1
     initial_current: int = -1
+    voltage_late: int = -1
     initial_warmth: int = -1
     cogging_phase: int = -1
     ripple_phase: int = -1
     levels: dict[int, int] = field(default_factory=dict)  # place by part of the program
     coasts: dict[int, int] = field(default_factory=dict)
+    jumps: list[int] = field(default_factory=list)  # of a log's voltage
 
     def add(self, unknown: Unknown) -> None:
         """Take one more."""
@@ -52,6 +55,13 @@ class Nuisances:
         for k in unrest.coasts if speed else ():
             self.coasts[k] = len(self.unknowns)
             self.unknowns.append(Unknown(f"coast_start_{k}", 0.0, scale=speed))
+
+    def add_jumps(self, count: int) -> None:
+        """How early each of a log's jumps came, as a share of the time that hides it."""
+        for k in range(count):
+            self.jumps.append(len(self.unknowns))
+            share = Unknown(f"jump_{k}", 0.5, lower=0.0, upper=1.0, prior_mean=0.5, prior_sd=EVEN)
+            self.unknowns.append(share)
 
     def expect(self, place: int, deviation: float) -> None:
         """Give an unknown about zero another prior."""
@@ -89,6 +99,12 @@ def nuisances(
         sd = sensed.channel.offset_uncertainty or np.inf
         if np.isfinite(sd) or (emf is not None and len(emf.values) >= QUIET_SAMPLES):
             found.add(Unknown("voltage_offset", 0.0, scale=_extent(sensed.volts), prior_sd=sd))
+    if sensed.waveform is not None:  # stamps of a log are often off by a sample
+        period = sensed.waveform.period_s
+        stated = sensed.channel.delay_uncertainty_s if sensed.channel is not None else 0.0
+        late = max(period, stated)
+        found.add(Unknown("voltage_late", 0.0, scale=period, prior_sd=late))
+        found.add_jumps(len(sensed.waveform.jumps))
     if not starts_at_rest(capture, driven):
         _moving_start(found, names.get(POSITION) or names.get(SPEED), period_s)
         if current is not None and driven[0]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel
+from motorid.capture.model import CURRENT, HELD, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.likelihood import Block
 from motorid.estimate.timeline import Timeline
 from motorid.motor.response import Output, Quantity
@@ -33,6 +34,14 @@ class Measured:
     row: int  # of the response
     channel: Channel
     unsigned: bool = False
+    past: Floats | None = None  # share of a grid period by which each is later than its tick
+
+    def of(self, response: Floats) -> Floats:
+        """What the response (outputs, count) shows at these readings."""
+        at_tick = response[self.row, self.where]
+        if self.past is None:
+            return at_tick
+        return np.asarray(at_tick + self.past * (response[self.row, self.keep + 1] - at_tick))
 
 
 def read(
@@ -44,10 +53,13 @@ def read(
     gear = capture.wiring.gear_ratio or 1.0
 
     def add(channel: Channel, name: str, quantity: Quantity, keep: Bools, scale: float) -> None:
-        kept = np.flatnonzero(keep & np.isfinite(timeline.spread(channel.values)))
+        shown = timeline.spread(np.where(_fresh(capture, channel), channel.values, np.nan))
+        kept = np.flatnonzero(keep & np.isfinite(shown))
         if len(kept) >= FEWEST:
-            values = timeline.spread(channel.values)[kept] * scale
-            measured.append(_block(channel, name, values, kept, scale, len(outputs)))
+            block = _block(channel, name, shown[kept] * scale, kept, scale, len(outputs))
+            if timeline.past is not None:
+                block = replace(block, past=timeline.spread(timeline.past)[kept])
+            measured.append(block)
             outputs.append(Output(quantity, _aperture(channel), channel.delay_s, channel.pwm_phase))
 
     everywhere = ~_clipped(capture, timeline)
@@ -73,6 +85,18 @@ def motion(capture: Capture) -> Channel | None:
         if channel is not None and np.isfinite(channel.values).any():
             return channel
     return None
+
+
+def _fresh(capture: Capture, channel: Channel) -> Bools:
+    """Samples (n,) at which a channel that repeats its readings has a new one."""
+    held = capture.provenance.get(HELD, {})
+    period = held.get(channel.name, 1) if isinstance(held, Mapping) else 1
+    fresh = np.ones(len(capture), dtype=bool)
+    if isinstance(period, int) and period > 1:
+        changes = np.flatnonzero(np.diff(channel.raw)) + 1
+        phase = int(np.bincount(changes % period, minlength=1).argmax())
+        fresh = np.arange(len(capture)) % period == phase
+    return fresh
 
 
 def _clipped(capture: Capture, timeline: Timeline) -> Bools:

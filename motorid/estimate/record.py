@@ -27,6 +27,7 @@ from motorid.estimate.timeline import Part, lay
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.unrest import Unrest
 from motorid.estimate.voltage import Sense, Source, sense, source_resistance, sources
+from motorid.estimate.waveform import JOINED, Rival, Shape
 from motorid.motor.response import Output, Quantity, Response, Stretch
 
 Floats = NDArray[np.float64]
@@ -41,16 +42,23 @@ __all__ = ["EMF", "Measured", "MotorRecord"]
 class MotorRecord:
     """Residuals of one capture as a function of the free motor parameters and its nuisances.
 
-    ``free`` names the shared vector; ``fixed`` holds the other parameters. Raises DataError when
+    ``free`` names the shared vector; ``fixed`` holds the other parameters; ``shape`` is that of
+    a log's voltage between its readings. Raises DataError when
     the capture has no voltage, or neither current nor motion.
     """
 
     names: tuple[str, ...] = PARAMETERS  # what ``free`` and ``fixed`` may name, in order
 
-    def __init__(self, capture: Capture, free: Sequence[str], fixed: Mapping[str, float]) -> None:
+    def __init__(
+        self,
+        capture: Capture,
+        free: Sequence[str],
+        fixed: Mapping[str, float],
+        shape: Shape = JOINED,
+    ) -> None:
         self.capture = capture
         self.timeline = lay(capture)
-        sensed = sense(capture, self.timeline)
+        sensed = sense(capture, self.timeline, shape)
         if sensed is None:
             raise DataError("the capture holds no voltage: R, L and K cannot be known from it")
         self.sensed: Sense = sensed
@@ -76,6 +84,7 @@ class MotorRecord:
         self.filters: tuple[Floats | None, ...] = tuple(None for _ in self.measured)
         self.thinned = self.filters
         self.simulated = 0  # responses computed so far
+        self.rivals: tuple[Rival, ...] = ()
         pwm = capture.wiring.pwm_hz
         self.response = self.respond(
             self.timeline.period_s,
@@ -217,10 +226,11 @@ class MotorRecord:
         """The response (outputs, count) before offsets; remembers the last few."""
         initial = self._initial(own)
         volts, kicks = self._levels(own), [float(own[j]) for j in self._own.coasts.values()]
-        key = (*shared, *volts, *kicks, *initial)
+        late = [self._own.of(own, "voltage_late"), *(float(own[j]) for j in self._own.jumps)]
+        key = (*shared, *volts, *kicks, *late, *initial)
         readings = self._memory.pop(key, None)
         if readings is None:
-            self._drive(volts, kicks)
+            self._drive(volts, kicks, late)
             readings = self.response(self.motor(shared), initial)
             self.simulated += 1
             if len(self._memory) >= REMEMBERED:
@@ -236,9 +246,15 @@ class MotorRecord:
             volts[k] += float(own[place])
         return volts
 
-    def _drive(self, volts: Sequence[float], kicks: Sequence[float]) -> None:
-        """Shift the voltage of every part, and the speed at the start of every coast."""
-        if len(set(volts)) == 1:
+    def _drive(self, volts: Sequence[float], kicks: Sequence[float], late: Sequence[float]) -> None:
+        """Shift the voltage of every part, and the speed at the start of every coast; and a log's
+        voltage and jumps in time.
+        """
+        waveform = self.sensed.waveform
+        if waveform is not None and any(late):
+            moved = waveform.means(self.timeline, late[0], late[1:]) - self.sensed.volts
+            self.response.shift(moved + volts[0])
+        elif len(set(volts)) == 1:
             self.response.shift(volts[0])
         else:
             lengths = [part.stop - part.start for part in self.timeline.parts]
@@ -259,7 +275,7 @@ class MotorRecord:
         K = self.emf_constant(shared)
         models = []
         for m in self.measured:
-            y = readings[m.row, m.where]
+            y = m.of(readings)
             match m.block.name:
                 case "current":
                     y = (np.abs(y) if m.unsigned else y) + self._own.of(own, "current_offset")

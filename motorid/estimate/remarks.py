@@ -14,6 +14,7 @@ from motorid.estimate.intervals import Findings, budget_shares
 from motorid.estimate.likelihood import Solution
 from motorid.estimate.record import EMF, Measured, MotorRecord
 from motorid.estimate.suspects.where import place
+from motorid.estimate.timeline import IRREGULAR
 from motorid.estimate.types import Diagnostic, Parameter
 from motorid.estimate.uncertainty import autocovariance
 from motorid.motor.parameters import Motor, mechanical_time_constant
@@ -137,16 +138,24 @@ def _coloured(name: str, rhos: Sequence[float]) -> Diagnostic:
 
 def _data(record: MotorRecord, where: str) -> list[Diagnostic]:
     out = []
-    lost = record.timeline.count - len(record.capture)
+    lost = record.timeline.lost
     if lost:
         out.append(
             Diagnostic(
                 "lost_samples", "warning",
-                f"{lost} of {record.timeline.count} samples are missing{where}; the fit passes "
-                "over them, with the voltage taken from their neighbours",
+                f"{lost} of {len(record.capture) + lost} samples are missing{where}; the fit "
+                "passes over them, with the voltage taken from their neighbours",
             )
         )  # fmt: skip
-    if record.timeline.jitter > 0.02:
+    if record.timeline.past is not None and record.timeline.jitter > IRREGULAR:
+        out.append(
+            Diagnostic(
+                "irregular_stamps", "info",
+                f"the time stamps are irregular{where}: every reading is compared with the model "
+                "at its own stamp",
+            )
+        )  # fmt: skip
+    elif record.timeline.jitter > IRREGULAR:
         out.append(
             Diagnostic(
                 "jitter", "warning",

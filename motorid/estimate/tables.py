@@ -27,7 +27,8 @@ def curves(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Curve, .
         fitted = record.fitted(solution.values, own)
         left = record.weighed(record.departures(solution.values, own), filtered=False)
         for m, model, r in zip(record.measured, fitted, left, strict=True):
-            time = np.asarray(m.keep * record.timeline.period_s, dtype=np.float64)
+            place = m.keep if m.past is None else m.keep + m.past
+            time = np.asarray(place * record.timeline.period_s, dtype=np.float64)
             name, sigma = m.block.name, float(np.sqrt(square(r) / m.block.count))
             out.append(
                 Curve(k, name, UNITS[name], time, m.values, model, max(sigma, m.block.floor))

@@ -1,7 +1,9 @@
-"""A capture laid on the uniform grid of samples that the response model walks along.
+"""A capture laid on the uniform grid that the response model walks along.
 
 Interval n ends at grid tick n. A step that begins at tick t governs the intervals after it. Lost
-samples keep their place on the grid and carry no reading.
+samples keep their place on the grid and carry no reading. The grid of a log, whose voltage changed
+when it liked and whose stamps may be irregular, is several times finer than its samples, which lie
+between two ticks.
 """
 
 from __future__ import annotations
@@ -20,6 +22,10 @@ Floats = NDArray[np.float64]
 
 JITTER = 0.25  # of a period, by which a time stamp may miss the grid
 LARGEST_LOSS = 4.0  # grid ticks for one sample
+IRREGULAR = 0.02  # of a period, beyond which a log's stamps are called so
+FINER, QUICK = 4.0, 5.0  # ticks in a usual period of a log; percentile of periods that has two
+ON_TICK = 1e-6  # of a grid period
+MOST_TICKS = 400_000
 
 
 @dataclass(frozen=True)
@@ -48,17 +54,23 @@ class Part:
 
 @dataclass(frozen=True)
 class Timeline:
-    """``count`` grid ticks, one each ``period_s``; sample k of the capture sits on ``index[k]``."""
+    """``count`` grid ticks, one each ``period_s``; sample k of the capture sits on ``index[k]``.
+
+    ``past`` (samples,): share of a period by which a sample lies after its tick; None: none does.
+    ``lost`` samples are missing.
+    """
 
     period_s: float
     count: int
     index: NDArray[np.intp]
     parts: tuple[Part, ...]
-    jitter: float  # largest miss of a time stamp, in periods
+    jitter: float  # largest miss of a time stamp, in usual periods
+    lost: int = 0
+    past: Floats | None = None
 
     @property
     def complete(self) -> bool:
-        """No sample is missing."""
+        """A sample on every tick."""
         return self.count == len(self.index)
 
     def spread(self, values: Floats) -> Floats:
@@ -87,6 +99,8 @@ def lay(capture: Capture) -> Timeline:
     place = (capture.ticks - capture.ticks[0]) / (capture.clock_hz * period)
     index = np.rint(place).astype(np.intp)
     jitter = float(np.abs(place - index).max())
+    if capture.program is None:
+        return _of_log(capture, jitter)
     if jitter > JITTER or np.diff(index).min() < 1:
         raise DataError(
             f"time stamps miss a uniform grid of {period:.6g} s by up to {jitter:.2f} periods: "
@@ -98,7 +112,24 @@ def lay(capture: Capture) -> Timeline:
             f"{count - len(capture)} of {count} samples are missing: too many to fit across; "
             "cut the capture to an unbroken part"
         )
-    return Timeline(period, count, index, _parts(capture, period, count), jitter)
+    lost = count - len(capture)
+    return Timeline(period, count, index, _parts(capture, period, count), jitter, lost)
+
+
+def _of_log(capture: Capture, jitter: float) -> Timeline:
+    """The timeline of stamps as they come. Raises DataError where they do not advance."""
+    steps = np.diff(capture.time_s)
+    if steps.min() <= 0:
+        raise DataError("the capture's time stamps do not advance: check its time column")
+    finest = capture.period_s / FINER
+    if jitter > IRREGULAR:
+        finest = min(finest, float(np.percentile(steps, QUICK)) / 2)
+    period = max(finest, float(capture.time_s[-1]) / MOST_TICKS)
+    place = capture.time_s / period
+    index = np.floor(place + ON_TICK).astype(np.intp)
+    count = int(index[-1]) + 2
+    lost = sum(gap.samples for gap in capture.gaps)
+    return Timeline(period, count, index, (Part(0, count),), jitter, lost, place - index)
 
 
 def _parts(capture: Capture, period: float, count: int) -> tuple[Part, ...]:

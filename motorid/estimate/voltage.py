@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import SUPPLY, VOLTAGE, Capture, Channel
 from motorid.estimate.algebra import dot, square
 from motorid.estimate.timeline import Part, Timeline
+from motorid.estimate.waveform import JOINED, Shape, Waveform, of_log
 from motorid.program import StepKind
 
 Floats = NDArray[np.float64]
@@ -53,6 +54,7 @@ class Sense:
     lag: int = 0  # samples by which the readings came late; ``volts`` is without them
     commanded: bool = False  # volts by the program, or duty times the supply
     lost: Floats | float = 0.0  # V that the readings lack of the source, for its dead time
+    waveform: Waveform | None = None  # of a log whose program is not known
 
 
 @dataclass(frozen=True)
@@ -72,8 +74,8 @@ class Source:
         return apart < SAME * scale and abs(self.ohms - other.ohms) <= 1e-3 * self.ohms + 1e-9
 
 
-def sense(capture: Capture, timeline: Timeline) -> Sense | None:
-    """Where the voltage comes from, or None when nothing tells it."""
+def sense(capture: Capture, timeline: Timeline, shape: Shape = JOINED) -> Sense | None:
+    """Where the voltage comes from, or None when nothing tells it. ``shape``: of a log's."""
     wiring, channel = capture.wiring, capture.get(VOLTAGE)
     leads = wiring.lead_resistance_ohm, wiring.lead_resistance_uncertainty_ohm
     bridge = wiring.bridge_resistance_ohm, wiring.bridge_resistance_uncertainty_ohm
@@ -81,9 +83,13 @@ def sense(capture: Capture, timeline: Timeline) -> Sense | None:
     if channel is not None and np.isfinite(channel.values).any():
         where = channel.sense or "terminals"
         series = {"terminals": (0.0, 0.0), "bridge": leads}.get(where, both)
+        emf = where in ("terminals", "bridge")
+        waveform = of_log(capture, channel, shape)
+        if waveform is not None:
+            volts, none = waveform.means(timeline), np.zeros(timeline.count, dtype=bool)
+            return Sense(volts, none, *series, emf, channel, channel.resolution, waveform=waveform)
         readings, lag = _on_time(timeline.spread(channel.values), channel, timeline)
         volts = _filled(readings, timeline.parts)
-        emf = where in ("terminals", "bridge")
         return Sense(volts, np.isnan(readings), *series, emf, channel, channel.resolution, lag)
     return _from_command(capture, timeline, both)
 

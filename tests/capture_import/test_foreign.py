@@ -1,0 +1,135 @@
+"""Logs with one awkward habit each, of a motor that is known: what the fit makes of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.bench_foreign import estimate, truths
+from bench.foreign.cases import ALL, CASES, LENGTH_S, Case, prbs, regular, steps
+from motorid.capture.model import VOLTAGE, Capture, Channel
+from motorid.estimate.pieces import pieces
+from motorid.estimate.timeline import lay
+from motorid.estimate.waveform import Waveform, quiet, scatter
+
+WHOLE = tuple(case for case in CASES if tuple(case.told) == ALL)
+QUICK = ("steps, regular stamps", "sentinels", "a logger that slows down")
+# bounds on errors, relative: what the log can tell at all is wider for friction and inductance
+WITHIN = {"R": 0.01, "K": 0.01, "J": 0.015}
+
+
+def case_of(name: str) -> Case:
+    return next(case for case in CASES if case.name == name)
+
+
+def check(case: Case, folder: Path) -> None:
+    found, true = estimate(case, folder), truths()
+    for name in case.told:
+        p = {**found.parameters, **found.combinations}[name]
+        if p.interval_95 is None:
+            assert name in ("B", "T0", "L"), name
+            continue
+        low, high = p.interval_95
+        half = (high - low) / 2
+        assert abs(p.value - true[name]) < 2 * half, name  # 95 %: one seed may be a little outside
+        if name in WITHIN:
+            assert abs(p.value / true[name] - 1) < WITHIN[name], name
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_a_log_gives_the_motor(name: str, tmp_path: Path) -> None:
+    check(case_of(name), tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [case.name for case in WHOLE if case.name not in QUICK])
+def test_an_awkward_log_gives_the_motor(name: str, tmp_path: Path) -> None:
+    check(case_of(name), tmp_path)
+
+
+def test_each_file_has_an_onset_delay_of_its_own(tmp_path: Path) -> None:
+    case = next(case for case in CASES if case.late_s)
+    found = estimate(case, tmp_path)
+    late = [found.nuisance[f"voltage late of run {k}"] for k in (1, 2, 3)]
+    for p, true in zip(late, (0.0, case.late_s, 2 * case.late_s), strict=True):
+        assert p.value == pytest.approx(true, abs=1e-4)
+
+
+def test_irregular_stamps_are_said_and_kept(tmp_path: Path) -> None:
+    case = case_of("stamps off by up to a fifth of a period")
+    found = estimate(replace(case, drive=steps), tmp_path)
+    assert any(d.code == "irregular_stamps" for d in found.diagnostics)
+    assert not any(d.code == "lost_samples" for d in found.diagnostics)
+    current = next(c for c in found.curves if c.channel == "current")
+    gaps = np.diff(current.time_s)
+    assert gaps.min() < 0.8e-3
+    assert gaps.max() > 1.2e-3
+
+
+STAMPS = np.array([0.0, 0.9e-3, 2.1e-3, 3.0e-3])
+VOLTS = np.array([1.0, 3.0, -1.0, 2.0])
+
+
+def log(stamps: np.ndarray, volts: np.ndarray) -> Capture:
+    ticks = np.rint(stamps * 1e9).astype(np.int64)
+    return Capture(ticks, 1e9, {VOLTAGE: Channel(VOLTAGE, "V", volts, sense="terminals")})
+
+
+@pytest.mark.parametrize("shape", ["held", "joined", "curved"])
+@pytest.mark.parametrize("late_s", [0.0, 4e-4, -7e-4])
+def test_a_waveforms_means_are_its_integral(shape: str, late_s: float) -> None:
+    from scipy.interpolate import CubicSpline
+
+    waveform = Waveform(STAMPS, VOLTS, shape, 1e-3)  # type: ignore[arg-type]
+    stamps = np.concatenate([STAMPS, 4e-3 + np.arange(16) * 1e-3])
+    line = lay(log(stamps, np.zeros(len(stamps))))
+    means = waveform.means(line, late_s)
+    fine = (np.arange(200) + 0.5) / 200 - 1
+    for tick in range(line.count):
+        at = np.clip((tick + fine) * line.period_s - late_s, STAMPS[0], STAMPS[-1])
+        if shape == "held":
+            v = VOLTS[np.searchsorted(STAMPS, at, side="right") - 1]
+        elif shape == "joined":
+            v = np.interp(at, STAMPS, VOLTS)
+        else:
+            v = CubicSpline(STAMPS, VOLTS)(at)
+        assert means[tick] == pytest.approx(v.mean(), abs=0.02)
+
+
+def test_a_jump_may_come_before_its_reading() -> None:
+    stamps = np.array([0.0, 1.0, 2.0, 3.4, 4.4, 5.4, 6.4, 7.4])
+    volts = np.array([0.0, 0.0, 0.0, 5.0, 5.0, 5.0, 5.0, 5.0])
+    waveform = Waveform(stamps, volts, "held", 1.0)
+    assert waveform.jumps.tolist() == [3]
+    assert Waveform(np.arange(8.0), volts, "held", 1.0).jumps.tolist() == []
+    line = replace(lay(log(np.arange(20.0), np.zeros(20))), period_s=1.0, count=8)
+    total = [waveform.means(line, early=[share]).sum() for share in (0.0, 0.5, 1.0)]
+    assert total == pytest.approx([5.0 * 3.6, 5.0 * 4.3, 5.0 * 5.0])
+
+
+def test_noise_of_a_voltage_is_averaged_and_its_jumps_stay() -> None:
+    rng = np.random.default_rng(5)
+    true = np.repeat([0.0, 6.0, -4.0, 6.0], 100)
+    read = true + 0.05 * rng.standard_normal(400)
+    calm = quiet(read)
+    assert scatter(read) == pytest.approx(0.05, rel=0.3)
+    left = (calm - true).reshape(4, 100)
+    assert np.std(left[:, 40:60]) < 0.05 / np.sqrt(65) * 1.6  # windows of 65 in the middle
+    assert np.array_equal(calm[98:102], read[98:102])  # and none over a jump
+    assert np.std(left) < 0.05
+    exact = quiet(true)
+    assert np.array_equal(exact, true)
+
+
+def test_a_pause_parts_a_log_and_a_slower_rate_does_not() -> None:
+    grid = regular(1e-3)
+    paused = np.delete(grid, slice(600, 640))
+    slower = np.concatenate([grid[:900], grid[900::6]])
+    cut = pieces([log(paused, np.zeros(len(paused)))])
+    assert [len(piece) for piece in cut] == [600, len(grid) - 640]
+    assert len(pieces([log(slower, np.zeros(len(slower)))])) == 1
+    assert grid[-1] < LENGTH_S
+    assert prbs()(0.0, 0.0) in (6.0, -4.0)
