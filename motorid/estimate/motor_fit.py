@@ -34,6 +34,7 @@ SOURCE_PASSES = 3  # at most, of fit and source lines in turn
 SHORTEST_ELECTRICAL = 1e-3  # L/R in sample periods: below it the data know no inductance
 ROUGH = 1.0  # change of chi-square that is near enough while sources and noise are unsettled
 COLOUR_PASSES = 2  # of noise model and fit in turn
+HIGH = 95  # percentile of a log's voltages that counts as its highest level
 GROSS = 0.02  # residuals in units of a channel's range: worth another start
 OTHER_STARTS: tuple[dict[str, float], ...] = (
     {"L": 0.2},
@@ -302,7 +303,7 @@ def _misfits(solution: Solution, records: Sequence[MotorRecord]) -> bool:
 def nominal_voltage(records: Sequence[MotorRecord]) -> float:
     """V, the highest steady level among the captures. Raises DataError when none was driven."""
     levels = [
-        abs(float(np.median(record.volts[part.slice])))
+        _level(record.volts[part.slice], of_log=part.kind is None)
         for record in records
         for part in record.timeline.parts
         if not part.open
@@ -310,6 +311,13 @@ def nominal_voltage(records: Sequence[MotorRecord]) -> float:
     if not levels or max(levels) == 0:
         raise DataError("the motor was never driven in these captures: capture a run with a step")
     return max(levels)
+
+
+def _level(volts: Floats, of_log: bool) -> float:
+    """V of a part: its usual one, or the highest that a log held for a while."""
+    if of_log:
+        return float(np.percentile(np.abs(volts), HIGH))
+    return abs(float(np.median(volts)))
 
 
 def correlation(covariance: Floats) -> Floats:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Unknown
 from motorid.estimate.types import PARAMETERS
+from motorid.estimate.waveform import JOINED
 from motorid.estimate.wider.terms import ADDED, COPPER_PER_K, NAMES, Scales, Term, unknown
 from motorid.motor.response import Output, Quantity, Response, Stretch
 from motorid.motor.wide import WideResponse
@@ -39,7 +40,9 @@ class WideRecord(MotorRecord):
         first: bool,
     ) -> None:
         absent = {name: added.absent for name, added in ADDED.items()}
-        super().__init__(six.capture, free, {**absent, **fixed})
+        log = six.sensed.waveform
+        shape = log.shape if log is not None else JOINED
+        super().__init__(six.capture, free, {**absent, **fixed}, shape)
         self.scales, self.priors = scales, priors
         for term in terms:
             if term.phase and not (first and term.phase == "initial_warmth"):
@@ -55,7 +58,7 @@ class WideRecord(MotorRecord):
 
     def adopt(self, other: MotorRecord) -> None:
         """Be driven as another record of the same capture is."""
-        self.sensed, self._heard, self.sources = other.sensed, other._heard, other.sources
+        self._heard, self.sources = other._heard, other.sources
         self.switched_late = other.switched_late
         self._excite()
         spreads = {u.name: u.prior_sd for u in other.unknowns}
