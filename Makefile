@@ -11,7 +11,7 @@ export PYTHON
 
 VENV := .venv
 PY := $(VENV)/bin/python
-PYTEST := $(PY) -m pytest -q -n $(JOBS)
+PYTEST := $(PY) -m pytest -q -n $(JOBS) --dist worksteal
 # what cffi writes itself begins with an underscore
 C_SOURCES := $(filter-out $(wildcard motorid/*/_*), \
     $(wildcard motorid/*/*_build.py motorid/*/*.c motorid/*/*.h))

@@ -61,6 +61,7 @@ def test_lint_is_quiet() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_fuzzer_finds_nothing_in_the_receiver(tmp_path: Path) -> None:
     said = make("fuzz", "clang", f"BUILD={tmp_path}", f"FUZZ_SECONDS={FUZZ_SECONDS}", also="stderr")
     runs = re.search(r"number_of_executed_units: (\d+)", said)

@@ -106,11 +106,13 @@ def fuzz(target: str, seconds: float, runs: int, seed: int, folder: Path) -> int
 
     The last input is in ``folder`` when it broke something.
     """
-    until = time.monotonic() + seconds
     seen: Counter[str] = Counter()
     path = folder / f"last.{'mat' if target == 'mat' else 'h5'}"
     with mock.patch.object(child, "_run", limited), tempfile.TemporaryDirectory() as scratch:
         tempfile.tempdir = scratch
+        path.write_bytes(seeds(target)[0])
+        READERS[target](path)  # the warm child loads its libraries
+        until = time.monotonic() + seconds
         for number, data in enumerate(_inputs(target, seed)):
             if number == runs or time.monotonic() > until:
                 break

@@ -63,6 +63,7 @@ def fuzz(target: str, seconds: int, folder: Path, root: Path) -> int:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("target", PARSERS)
 def test_a_fuzzer_finds_nothing(target: str, repo_root: Path, tmp_path: Path) -> None:
     pytest.importorskip("atheris", reason="no atheris: the fuzzer is not installed")
@@ -71,6 +72,7 @@ def test_a_fuzzer_finds_nothing(target: str, repo_root: Path, tmp_path: Path) ->
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's memory")
 @pytest.mark.parametrize("target", FILES)
 def test_changed_files_cost_one_sentence(target: str, repo_root: Path, tmp_path: Path) -> None:
