@@ -83,18 +83,24 @@ def impatient_rig() -> Rig:
 def test_a_process_that_gets_no_core_is_no_silent_host(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Twice in the run the system leaves client and simulated board waiting for half a second."""
-    polls = itertools.count()
+    """In the run the system leaves client and simulated board waiting for half a second."""
+    waits: list[float] = []  # to come
+    waited: list[float] = []
 
     def held_up(seconds: float) -> None:
-        time.sleep(0.5 if next(polls) in (200, 300) else seconds)
+        waited.extend(waits)
+        time.sleep(waits.pop() if waits else seconds)
 
-    monkeypatch.setattr("motorid.sim.port.time", SimpleNamespace(
-        sleep=held_up, monotonic=time.monotonic
-    ))  # fmt: skip
+    def in_mid_run(live: Live) -> None:
+        if live.done_s > 0 and not waited:
+            waits.append(0.5)
+
+    clock = SimpleNamespace(sleep=held_up, monotonic=time.monotonic)
+    monkeypatch.setattr("motorid.sim.port.time", clock)
     rig = impatient_rig()
-    kept = store.load(record.capture(rig, rig.program, tmp_path / "run.h5"))
-    assert next(polls) > 300
+    path = record.capture(rig, rig.program, tmp_path / "run.h5", progress=in_mid_run)
+    kept = store.load(path)
+    assert waited
     assert (len(kept), kept.gaps, kept.end_reason) == (3800, (), "completed")
 
 

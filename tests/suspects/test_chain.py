@@ -51,6 +51,7 @@ def test_a_reversed_channel_is_refused_before_the_fit(case: Case, runs: Runs) ->
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_supply_limit_is_named_where_volts_are_commanded(tmp_path: Path) -> None:
     bench = Runs(Bench("faulhaber-2338s006s", 1, DIRECTIONS, tmp_path))
     assert named(fit([COMMANDED.capture(bench)]))[:1] == [COMMANDED.code]

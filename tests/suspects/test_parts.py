@@ -111,6 +111,7 @@ def test_the_report_says_it() -> None:
     assert [s["strength"] for s in plain["suspects"]] == ["named", "not excluded"]
 
 
+@pytest.mark.slow
 def test_a_stored_capture_is_judged_alike(runs: Runs, tmp_path: Path) -> None:
     from motorid.capture import store
 
