@@ -14,7 +14,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from bench.foreign.cases import ALL, CASES, MAPS, MOTOR, Case, logs
+from bench.foreign.cases import CASES, MAPS, MOTOR, Case, logs
 from motorid.capture.table import read_table
 from motorid.errors import MotoridError
 from motorid.estimate import fit
@@ -39,7 +39,7 @@ def truths() -> dict[str, float]:
     return m | {
         "J/K": J / K, "B/K": B / K, "T0/K": T0 / K, "B/J": B / J, "T0/J": T0 / J,
         "JR/(K²+RB)": J * R / (K**2 + R * B), "K/(K²+RB)": K / (K**2 + R * B),
-        "T0·R/K": T0 * R / K,
+        "T0·R/K": T0 * R / K, "K·T0/J": K * T0 / J,
     }  # fmt: skip
 
 
@@ -64,8 +64,11 @@ def main() -> int:
     parser.add_argument("--only", default="")
     parser.add_argument("--runs", type=int, default=1)
     chosen = parser.parse_args()
-    print("| log | " + " | ".join(ALL) + " |\n|---|" + "---|" * len(ALL))
+    told: tuple[str, ...] = ()
     for case in CASES:
+        if chosen.only in case.name and tuple(case.told) != told:
+            told = tuple(case.told)
+            print("\n| log | " + " | ".join(told) + " |\n|---|" + "---|" * len(told))
         for seed in range(chosen.runs if chosen.only in case.name else 0):
             with tempfile.TemporaryDirectory() as folder:
                 try:

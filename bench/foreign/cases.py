@@ -160,7 +160,20 @@ CASES = (
     Case("10-bit readings", steps, spoil=quantised),
     Case("a magnitude for a current", steps, spoil=unsigned, options={"unsigned": ("current",)}),
     Case("an onset delay of its own in each of 3 files", steps, runs=3, late_s=2.5e-3),
-)
+    Case("no voltage", closed_loop, "iw", told=("J/K", "B/K", "T0/K")),
+    Case("no voltage, stamps off by 0.9 periods", closed_loop, "iw", jittered(0.9),
+         told=("J/K", "B/K", "T0/K")),
+    Case("no current", ramp, "vw", told=("JR/(K²+RB)", "K/(K²+RB)", "T0·R/K")),
+    Case("no current, stamps at random", ramp, "vw", at_random,
+         told=("JR/(K²+RB)", "K/(K²+RB)", "T0·R/K")),
+    Case("a coast-down, speed alone", then_open, "w", told=("B/J", "T0/J"), begins=120.0),
+    Case("a coast-down, stamps at random", then_open, "w", at_random, told=("B/J", "T0/J"),
+         begins=120.0),
+    Case("a coast-down, voltage as tachometer", then_open, "v", told=("B/J", "K·T0/J"),
+         begins=120.0),
+    Case("the same with its K", then_open, "v", fix={"K": MOTOR.K}, told=("B/J", "T0/J"),
+         begins=120.0),
+)  # fmt: skip
 
 
 @cache

@@ -18,7 +18,13 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, TORQUE, Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate import balance, mechanical_findings, mechanical_results, static_points
+from motorid.estimate import (
+    balance,
+    mechanical_findings,
+    mechanical_results,
+    static_points,
+    tachometer,
+)
 from motorid.estimate.motion import (
     COASTING,
     FEWEST_SAMPLES,
@@ -70,6 +76,8 @@ def fit(
         raise DataError("no capture was given: nothing to fit")
     if static_points.suits(captures):
         return static_points.fit(captures, fix=known)
+    if all(tachometer.is_tachometer(capture) for capture in captures):
+        return _by_voltage(captures, known, without)
     drive = _common_drive(captures)
     moving = [capture for capture in captures if not stands_still(capture)] or captures[:1]
     motions = [of_capture(capture, drive) for capture in moving]
@@ -84,6 +92,18 @@ def fit(
     if len(moving) < len(captures):
         findings = (mechanical_findings.standing_still(len(captures) - len(moving)), *findings)
     return mechanical_results.estimate(moving, motions, best, drive, known, without, findings)
+
+
+def _by_voltage(
+    captures: Sequence[Capture], known: Mapping[str, float], without: Sequence[str]
+) -> Estimate:
+    """A coast-down by the voltage of the open motor. T0 and J need K."""
+    constant = known.get("K")
+    if constant is None and "J" in known:
+        raise UsageError("a coast-down by its voltage alone needs --fix K=VALUE beside --fix J")
+    turning = [tachometer.speed_from_voltage(capture, constant) for capture in captures]
+    found = fit(turning, fix=known, without=without)
+    return found if constant is not None else tachometer.in_volts(found)
 
 
 def _check(fix: Mapping[str, float], without: Sequence[str]) -> None:

@@ -22,7 +22,7 @@ STANDSTILL = 0.01  # of the top speed: below it, friction's sign is not trusted
 NOISES = 3.0  # speeds within so many standard deviations of zero may be standstill
 QUANTA = 2.0  # and speeds within so many steps of the sensor
 FEWEST_SAMPLES = 8  # in a stretch of motion
-PAUSE = 2.5  # usual periods without a reading that part what lies before from what lies after
+PAUSE = 5.0  # usual periods without a reading that part what lies before from what lies after
 SMOOTHING = 0.25  # of a bump's half-width: the span over which a position becomes a speed
 
 
@@ -154,11 +154,9 @@ def of_capture(capture: Capture, drive: str) -> Motion:
     if stands_still(capture):
         raise DataError(f"{name}: {output.name} never changes, so nothing can be fitted")
     kept = _fresh(np.flatnonzero(good), output, capture.provenance.get(HELD, {}))
-    breaks = np.zeros(len(good), dtype=np.int64)
-    breaks[[gap.index for gap in capture.gaps if gap.index < len(good)]] = 1
     stamps = time[kept]
-    paused = np.diff(stamps) > PAUSE * float(np.median(np.diff(stamps)))
-    broken = (np.diff(np.cumsum(breaks)[kept]) > 0) | paused
+    steps = np.diff(stamps)
+    broken = steps > PAUSE * float(np.median(steps))
     values = output.values[kept] * gear
     shifted = _shifted(stamps, values, output.delay_s - source.delay_s)
     averaged = _averaged(stamps, shifted, source.aperture_s)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from motorid.capture.csv_reader import CsvSource
@@ -277,6 +277,7 @@ def test_any_bytes_read_or_are_refused(
 def test_numbers_survive(
     tmp_path_factory: pytest.TempPathFactory, numbers: list[float], separator: str
 ) -> None:
+    assume(sum(value not in SENTINELS for value in numbers) >= 2)  # fewer are no capture
     path = tmp_path_factory.mktemp("numbers") / "x.csv"
     rows = [f"{k}{separator}{value!r}" for k, value in enumerate(numbers)]
     path.write_text("\n".join([f"t{separator}x", *rows]))

@@ -11,12 +11,15 @@ import pytest
 from bench.bench_foreign import estimate, truths
 from bench.foreign.cases import ALL, CASES, LENGTH_S, Case, prbs, regular, steps
 from motorid.capture.model import VOLTAGE, Capture, Channel
+from motorid.errors import UsageError
 from motorid.estimate.pieces import pieces
 from motorid.estimate.timeline import lay
 from motorid.estimate.waveform import Waveform, quiet, scatter
 
-WHOLE = tuple(case for case in CASES if tuple(case.told) == ALL)
-QUICK = ("steps, regular stamps", "sentinels", "a logger that slows down")
+QUICK = (
+    *("steps, regular stamps", "sentinels", "a logger that slows down"),
+    *(case.name for case in CASES if tuple(case.told) != ALL),
+)
 # bounds on errors, relative: what the log can tell at all is wider for friction and inductance
 WITHIN = {"R": 0.01, "K": 0.01, "J": 0.015}
 
@@ -45,7 +48,7 @@ def test_a_log_gives_the_motor(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [case.name for case in WHOLE if case.name not in QUICK])
+@pytest.mark.parametrize("name", [case.name for case in CASES if case.name not in QUICK])
 def test_an_awkward_log_gives_the_motor(name: str, tmp_path: Path) -> None:
     check(case_of(name), tmp_path)
 
@@ -56,6 +59,14 @@ def test_each_file_has_an_onset_delay_of_its_own(tmp_path: Path) -> None:
     late = [found.nuisance[f"voltage late of run {k}"] for k in (1, 2, 3)]
     for p, true in zip(late, (0.0, case.late_s, 2 * case.late_s), strict=True):
         assert p.value == pytest.approx(true, abs=1e-4)
+
+
+def test_a_coast_down_by_voltage_needs_its_constant_beside_an_inertia(tmp_path: Path) -> None:
+    case = case_of("a coast-down, voltage as tachometer")
+    with pytest.raises(UsageError, match="--fix K"):
+        estimate(replace(case, fix={"J": 5e-5}), tmp_path)
+    both = estimate(replace(case, fix={"J": 5e-5, "K": 0.05}), tmp_path)
+    assert both.parameters["T0"].value == pytest.approx(truths()["T0"], rel=0.02)
 
 
 def test_irregular_stamps_are_said_and_kept(tmp_path: Path) -> None:
