@@ -158,6 +158,11 @@ def markdown(verdict: Verdict) -> str:
             f"| {name} | {r.rms:.4f} | {r.seen:.3f} ({r.best}) | {r.low:.3f} to {r.high:.3f} | "
             f"{r.apart:.3f} | {r.ideal:.3f} | {r.searches:.3f} |"
         )
+    lines += [
+        f"\n{name}: the ideal itself is {r.seen / r.ideal:.3f} × that row on these records."
+        for name, r in verdict.ratios.items()
+        if r.seen > WORST_RATIO
+    ]
     return "\n".join(lines) + "\n"
 
 

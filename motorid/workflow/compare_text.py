@@ -137,7 +137,8 @@ is what a search does with a record, not what a model lacks. "motorid (default)"
 `motorid fit` does, given the record as a capture; in Tables 4 and 5 it is the same likelihood on
 the searches' response, from the middle of the bounds. It counts every response that it simulates.
 "NLS (ours)" is a trust-region least squares on the same residuals from the middle of the bounds,
-started again until two starts agree. The review has no such rows.
+started again until two starts agree. The review has no such rows. How near the default comes to
+the best row of each table with noise, and what that says: [review-best.md](review-best.md).
 """
 
 
