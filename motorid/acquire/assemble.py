@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from motorid.acquire import channels
 from motorid.acquire.doubts import doubts
 from motorid.acquire.journal import JournalReader, Kind, Record
+from motorid.acquire.plan import is_fast
 from motorid.acquire.timeline import Timeline
 from motorid.capture.model import NOTES, POSITION, Capture, Channel, Phase, Wiring
 from motorid.errors import DataError, UsageError
@@ -194,6 +195,8 @@ class Assembler:
         known = Calibration(**self.header.get("calibration", {}).get(name, {}))
         zero, samples = self.replies.get("zero", {}), int(self.marks.get("zero_samples", 1))
         counts = channels.offset_of(name, fact, zero, samples, known)
+        if is_fast(self.replies["read_config"]["sample_period_ticks"], self.replies["identify"]):
+            counts = *counts[:2], max(counts[2], fact["noise"])  # zero was measured in a stream
         sense = self.header.get("voltage_sense", "terminals")
         return channels.analogue(name, raw, fact, known, counts, sense)
 

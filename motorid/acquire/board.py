@@ -18,7 +18,7 @@ from motorid.wire.codec import (
     decode,
     encode_command,
 )
-from motorid.wire.enums import Channel, State, Status
+from motorid.wire.enums import Channel, Mode, State, Status
 from motorid.wire.framing import DELIMITER, BadFrame, Decoder, encode
 from motorid.wire.hashes import layout_hash
 from motorid.wire.spec import load
@@ -196,10 +196,14 @@ class Board:
                 f"say protocol {spec.major}.{spec.minor}: rebuild its firmware"
             )
         self.identity = found
-        for index in range(found["channel_count"]):
-            fact = self.ask("describe_channel", index=index)
-            self.descriptors[name_of(Channel, fact["channel"])] = fact
+        self.describe(Mode.STREAM)
         return found
+
+    def describe(self, mode: Mode) -> None:
+        """Asks how the channels are sampled: as in a stream, or as in a fast burst."""
+        for index in range(self.identity["channel_count"]):
+            fact = self.ask("describe_channel", index=index, mode=mode)
+            self.descriptors[name_of(Channel, fact["channel"])] = fact
 
     def check_same(self) -> None:
         """Raises LinkError when the board was reset since ``identify``, or another one answers."""

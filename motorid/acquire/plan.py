@@ -14,6 +14,7 @@ from motorid.wire.enums import Channel, Mode
 from motorid.wire.hashes import config_hash, program_hash
 
 U32 = (1 << 32) - 1
+NEAR = 1e-3  # of a rate that a person rounds
 LEVEL_UNIT = {StepKind.DRIVE_DUTY: 1e6, StepKind.DRIVE_VOLTS: 1e3}  # millionths, millivolts
 Fields = dict[str, Any]
 
@@ -76,20 +77,50 @@ def configuration(rig: Rig, identity: Mapping[str, Any], known: Mapping[str, Any
 
 
 def sample_period(rig: Rig, identity: Mapping[str, Any]) -> int:
-    """Ticks between samples: what the rig asks, as near as the board's steps allow."""
+    """Ticks between samples: what the rig asks, as near as the board's steps allow.
+
+    A burst that is asked for more than a stream can do is the board's fast one.
+    """
     step = max(1, int(identity["sample_period_step_ticks"]))
     wanted = identity["clock_hz"] / rig.sampling.rate_hz
-    period: int = max(1, round(wanted / step)) * step
+    period: int = round(wanted / step) * step
     shortest = int(identity["min_sample_period_ticks"])
-    if period < shortest:
-        fastest = identity["clock_hz"] / shortest
-        raise RigError(
-            f"sampling.rate_hz is {rig.sampling.rate_hz:g}, and the board samples at "
-            f"{fastest:g} Hz at most: lower it"
-        )
+    bursts = rig.sampling.mode == "burst" and identity.get("burst_sample_period_ticks", 0)
+    if period < shortest or (bursts and wanted < shortest * (1 - NEAR)):
+        return _fastest(rig, identity, wanted)
     if period > U32:
         raise RigError(f"sampling.rate_hz is {rig.sampling.rate_hz:g}: too slow for this board")
     return period
+
+
+def _fastest(rig: Rig, identity: Mapping[str, Any], wanted: float) -> int:
+    """Period of the fastest burst where that is asked for and is fast enough."""
+    clock_hz, asked_hz = identity["clock_hz"], rig.sampling.rate_hz
+    shortest = int(identity["min_sample_period_ticks"])
+    fast = int(identity.get("burst_sample_period_ticks", 0))  # none before minor 1
+    if rig.sampling.mode == "burst":
+        if math.isinf(asked_hz):
+            return fast or shortest
+        if fast and wanted > fast * (1 - NEAR):
+            return fast
+        shortest, fast = fast or shortest, 0
+    hint = ""
+    if fast:
+        hint = f', or set sampling.mode = "burst" for a short run at {clock_hz / fast:g} Hz'
+    raise RigError(
+        f"sampling.rate_hz is {asked_hz:g}, and the board samples at {clock_hz / shortest:g} Hz "
+        f"at most: lower it{hint}"
+    )
+
+
+def is_fast(period: int, identity: Mapping[str, Any]) -> bool:
+    """Whether samples come faster than a stream's can: a fast burst."""
+    return period < int(identity["min_sample_period_ticks"])
+
+
+def step_ticks(period: int, identity: Mapping[str, Any]) -> int:
+    """What the durations of steps are multiples of: where the board's guard looks."""
+    return max(period, int(identity["min_sample_period_ticks"]))
 
 
 def differing(sent: Mapping[str, Any], read: Mapping[str, Any]) -> str | None:
@@ -103,7 +134,7 @@ def differing(sent: Mapping[str, Any], read: Mapping[str, Any]) -> str | None:
 
 
 def wire_program(program: Program, identity: Mapping[str, Any], period: int) -> WireProgram:
-    """``program`` in whole sample periods. Raises RigError where the board cannot run it."""
+    """``program`` in whole periods, of ``step_ticks``. Raises RigError where the board cannot."""
     steps: list[Fields] = []
     origin: list[int] = []
     longest = U32 // period * period
@@ -138,10 +169,13 @@ def wire_program(program: Program, identity: Mapping[str, Any], period: int) -> 
 def check_burst(rig: Rig, wire: WireProgram, identity: Mapping[str, Any], period: int) -> None:
     """Raises RigError where a burst does not fit the board's memory."""
     samples = wire.ticks // period
-    if rig.sampling.mode == "burst" and samples > identity["buffer_samples"]:
+    fast = is_fast(period, identity)
+    most = identity["burst_samples" if fast else "buffer_samples"]
+    if rig.sampling.mode == "burst" and samples > most:
+        longest_ms = 1e3 * most * period / identity["clock_hz"]
         raise RigError(
-            f"the program takes {samples} samples, and the board keeps "
-            f"{identity['buffer_samples']} in burst mode: shorten it, or lower sampling.rate_hz"
+            f"the program takes {samples} samples, and the board keeps {most} in burst mode: "
+            f"shorten it to {longest_ms:.3g} ms, or lower sampling.rate_hz"
         )
 
 

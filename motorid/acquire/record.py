@@ -6,7 +6,7 @@ import contextlib
 import platform
 import random
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,15 @@ from motorid.acquire.drive import Stop, drive, interruptible, load, tripped
 from motorid.acquire.journal import JournaledPort, JournalWriter, journal_path, open_journal
 from motorid.acquire.leftover import is_journal, make_way, refuse_growing, set_aside, target_of
 from motorid.acquire.live import Live, LiveView
-from motorid.acquire.plan import check_burst, configuration, differing, wire_program
+from motorid.acquire.plan import (
+    check_burst,
+    configuration,
+    differing,
+    is_fast,
+    sample_period,
+    step_ticks,
+    wire_program,
+)
 from motorid.acquire.port import Port, open_port
 from motorid.acquire.ports import serial_of
 from motorid.acquire.resets import BoardResetError
@@ -31,6 +39,7 @@ from motorid.errors import DataError, LinkError, MotoridError, RigError
 from motorid.program import Program
 from motorid.rig import Rig
 from motorid.rig_calibration import citation, refuse_other_board
+from motorid.wire.enums import Mode
 
 Progress = Callable[[Live], None]
 ZERO_S = 0.2
@@ -203,7 +212,7 @@ class _Recorder:
             serial = rig.board_serial or serial_of(rig.port)
             refuse_other_board(rig.calibrated, board.identity["board"], serial)
         board.make_ready()
-        config = configure(board, rig)
+        config = configure(board, streaming(rig, board))
         zero = self._zero(board, journal, config)
         supply_v = check_supply(board, rig)
         pulse = {} if checked else check_signs(board, rig, config, zero, supply_v, self.stop)
@@ -215,9 +224,12 @@ class _Recorder:
             resistance_ohm=pulse.get("resistance_bound_ohm"),
             supply_v=supply_v,
         )
-        period = config["sample_period_ticks"]
-        wire = wire_program(self.program, board.identity, period)
+        period = sample_period(rig, board.identity)
+        wire = wire_program(self.program, board.identity, step_ticks(period, board.identity))
         check_burst(rig, wire, board.identity, period)
+        if is_fast(period, board.identity):
+            board.describe(Mode.BURST)
+            config = configure(board, rig)
         load(board, wire)
         journal.mark(
             board.port.now(),
@@ -261,6 +273,17 @@ class _Recorder:
             ) from None
         journal.discard()
         return len(run)
+
+
+def streaming(rig: Rig, board: Board) -> Rig:
+    """``rig``, with a stream at the board's best in place of a fast burst.
+
+    Zero and the first pulse last longer than a fast burst is kept.
+    """
+    if not is_fast(sample_period(rig, board.identity), board.identity):
+        return rig
+    rate_hz = board.identity["clock_hz"] / board.identity["min_sample_period_ticks"]
+    return replace(rig, sampling=replace(rig.sampling, mode="stream", rate_hz=rate_hz))
 
 
 def configure(board: Board, rig: Rig) -> Fields:

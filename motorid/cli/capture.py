@@ -14,6 +14,7 @@ from motorid.cli.options import capture_options, example, force_option, make_way
     epilog=example(
         "motorid capture --rig sim -o run.h5",
         "motorid capture --rig bench.toml -o m17.h5 --serial M17 --repeat 3",
+        "motorid capture --rig emulated-uno-burst -o start.h5 --burst",
     ),
 )
 @capture_options
@@ -24,6 +25,11 @@ from motorid.cli.options import capture_options, example, force_option, make_way
     type=click.Path(dir_okay=False, path_type=Path),
     help="Capture file; --repeat 3 writes NAME-1.h5 to NAME-3.h5.",
 )
+@click.option(
+    "--burst",
+    is_flag=True,
+    help="Sample as fast as the board can, for some milliseconds, from its memory.",
+)
 @force_option
 def command(
     rig_name: str,
@@ -33,20 +39,26 @@ def command(
     note: str,
     speed: str | None,
     output: Path,
+    burst: bool,
     force: bool,
 ) -> None:
     """Drive the motor of a rig through its program and record the run.
 
     Begins with a short weak pulse that checks signs, encoder and current. Ctrl-C stops the motor
     and keeps what was measured.
+
+    --burst samples faster than the link could carry, for the inductance of a motor whose current
+    settles fast. The program must fit the board's memory; one that does not is refused, and told
+    what fits.
     """
     from motorid.cli.progress import ProgressLine
     from motorid.workflow import record
 
     make_way(output, repeat, force)
+    rig = warned(record.bench(rig_name, port=port, speed=speed))
     with ProgressLine() as progress:
         paths = record.capture_runs(
-            warned(record.bench(rig_name, port=port, speed=speed)),
+            record.bursting(rig) if burst else rig,
             output,
             repeat=repeat,
             force=force,

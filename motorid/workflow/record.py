@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -31,6 +32,11 @@ def adjusted(rig: Rig, *, port: str | None = None, speed: str | None = None) -> 
     """``rig`` on another port or at another simulated pace. Raises UsageError for a real one."""
     url = port or rig.port
     return replace(rig, port=_at_speed(url, speed) if speed else url)
+
+
+def bursting(rig: Rig) -> Rig:
+    """``rig``, sampled in a burst as fast as the board can."""
+    return replace(rig, sampling=replace(rig.sampling, mode="burst", rate_hz=math.inf))
 
 
 def old_calibration(rig: Rig) -> str:

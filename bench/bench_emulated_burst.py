@@ -1,0 +1,60 @@
+"""L of motors whose current settles fast, through the emulated Uno.
+
+A run at 4 kHz, alone and beside fast bursts of 4.75 ms at 16 kHz: docs/emulated-rig.md's table.
+
+Each cell is L's error in percent and, in brackets, half of its 95 % interval.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+import motorid
+from motorid.program import Decay, Program, Step, StepKind
+from motorid.sim.motor import find_motor
+from motorid.workflow.record import bench, bursting, capture_runs
+from tests.emulated.motors import SURE, rig_text
+
+MOTORS = ("maxon-amax22-110147", "faulhaber-2338s006s", "qube-servo", "maxon-re35")
+START = Program(
+    (
+        Step(StepKind.COAST, 0.5e-3),
+        Step(StepKind.DRIVE_DUTY, 2e-3, 1.0, Decay.SYNCHRONOUS_SLOW),
+        Step(StepKind.BRAKE, 1.25e-3),
+        Step(StepKind.COAST, 1e-3),
+    )
+)
+
+
+def cell(captures: list[Path], truth: float) -> str:
+    found = motorid.fit(*captures).parameters["L"]
+    return f"{100 * (found.value / truth - 1):+.2f} ({100 * SURE * found.total / truth:.2f})"
+
+
+def main() -> int:
+    board = sys.argv[1] if len(sys.argv) > 1 else "uno"
+    print("| motor | L/R | run | run and burst | run and four bursts |\n|---|---:|---:|---:|---:|")
+    for motor in MOTORS:
+        m = find_motor(motor)[1]
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            (folder / "rig.toml").write_text(rig_text(board, motor, 1), encoding="utf-8")
+            rig = bench(str(folder / "rig.toml"))
+            run = capture_runs(rig, folder / "run.h5")
+            bursts = capture_runs(
+                replace(bursting(rig), program=START), folder / "burst.h5", repeat=4
+            )
+            sets = (run, [*run, bursts[0]], [*run, *bursts])
+            cells = " | ".join(cell(captures, m.inductance_h) for captures in sets)
+        tau_ms = 1e3 * m.inductance_h / m.resistance_ohm
+        print(f"| {motor} | {tau_ms:.3f} ms | {cells} |", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
