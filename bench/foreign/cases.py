@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any
 
@@ -43,6 +43,7 @@ class Case:
     told: Sequence[str] = ALL
     begins: float = 0.0  # rad/s
     runs: int = 1
+    behind_ohm: float = 0.0  # between the voltage that is logged and the motor
     late_s: float = 0.0  # by which every column but the voltage is logged late, run by run more
 
 
@@ -160,6 +161,11 @@ CASES = (
     Case("10-bit readings", steps, spoil=quantised),
     Case("a magnitude for a current", steps, spoil=unsigned, options={"unsigned": ("current",)}),
     Case("an onset delay of its own in each of 3 files", steps, runs=3, late_s=2.5e-3),
+    Case(
+        "the commanded voltage, behind a bridge of 0.2 ± 0.01 ohm", closed_loop, behind_ohm=0.195,
+        options={"sense": "command", "bridge_resistance": 0.2,
+                 "bridge_resistance_uncertainty": 0.01},
+    ),
     Case("no voltage", closed_loop, "iw", told=("J/K", "B/K", "T0/K")),
     Case("no voltage, stamps off by 0.9 periods", closed_loop, "iw", jittered(0.9),
          told=("J/K", "B/K", "T0/K")),
@@ -177,9 +183,10 @@ CASES = (
 
 
 @cache
-def trace(drive: Callable[[], Drive], begins: float) -> Trace:
+def trace(drive: Callable[[], Drive], begins: float, behind_ohm: float) -> Trace:
     """The motor under that drive."""
-    return turn(MOTOR, drive(), LENGTH_S, begins)
+    motor = replace(MOTOR, R=MOTOR.R + behind_ohm)
+    return turn(motor, drive(), LENGTH_S, begins)
 
 
 def logs(case: Case, seed: int = 0) -> list[str]:
@@ -189,7 +196,7 @@ def logs(case: Case, seed: int = 0) -> list[str]:
 
 def _log(case: Case, seed: int, run: int) -> str:
     rng = np.random.default_rng([seed, run])
-    true = trace(case.drive, case.begins)
+    true = trace(case.drive, case.begins, case.behind_ohm)
     stamps = case.stamps(rng)
     late = case.late_s * run
     table = {"t": stamps}

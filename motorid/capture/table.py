@@ -42,6 +42,8 @@ class TableOptions:
     counts_per_turn: float = 0.0
     gear_ratio: float = 1.0
     sense: str = "terminals"  # of the voltage
+    bridge_resistance: float = 0.0  # ohm between a commanded or supply voltage and the motor
+    bridge_resistance_uncertainty: float = 0.0  # standard
     start_s: float = -np.inf  # of the file's own time
     stop_s: float = np.inf
     ambient_c: float | None = None
@@ -86,7 +88,12 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
         ticks=ticks,
         clock_hz=CLOCK_HZ,
         channels=checks.with_unsigned_current(channels, notes),
-        wiring=Wiring(gear_ratio=chosen.gear_ratio, counts_per_turn=chosen.counts_per_turn),
+        wiring=Wiring(
+            gear_ratio=chosen.gear_ratio,
+            counts_per_turn=chosen.counts_per_turn,
+            bridge_resistance_ohm=chosen.bridge_resistance,
+            bridge_resistance_uncertainty_ohm=chosen.bridge_resistance_uncertainty,
+        ),
         gaps=() if static else checks.gaps(ticks, notes),
         ambient_c=ambient,
         ambient_uncertainty_c=doubt,

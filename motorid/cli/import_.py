@@ -68,6 +68,16 @@ PairsT = tuple[tuple[str, float], ...]
 )
 @click.option("--unsigned", multiple=True, help="A quantity that is a magnitude. Repeatable.")
 @click.option("--sense", help="Where the voltage was measured: terminals, bridge, supply, command.")
+@click.option(
+    "--bridge-resistance",
+    type=click.FloatRange(0, 1e4),
+    help="Ohms between a commanded or supply voltage and the motor: switches and leads.",
+)
+@click.option(
+    "--bridge-resistance-uncertainty",
+    type=click.FloatRange(0, 1e4),
+    help="Its standard uncertainty in ohms.  [default: 0]",
+)
 @click.option("--counts-per-turn", type=float, default=0.0, help="Of the encoder, after times 4.")
 @click.option("--gear-ratio", type=float, default=1.0, help="Motor turns for one of the encoder's.")
 @click.option("--start", "start_s", type=float, help="First second to keep, in the file's time.")
@@ -98,6 +108,8 @@ def command(
     constant: PairsT,
     unsigned: tuple[str, ...],
     sense: str | None,
+    bridge_resistance: float | None,
+    bridge_resistance_uncertainty: float | None,
     counts_per_turn: float,
     gear_ratio: float,
     start_s: float | None,
@@ -134,6 +146,8 @@ def command(
         counts_per_turn=counts_per_turn,
         gear_ratio=gear_ratio,
         sense=sense or "terminals",
+        bridge_resistance=bridge_resistance,
+        bridge_resistance_uncertainty=bridge_resistance_uncertainty,
         start_s=start_s,
         stop_s=stop_s,
         ambient_c=ambient_c,
