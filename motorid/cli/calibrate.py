@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from motorid.cli.options import example
+from motorid.cli.options import example, port_option, speed_option
 
 if TYPE_CHECKING:
     from motorid.acquire.port import Port
@@ -79,12 +79,8 @@ if TYPE_CHECKING:
     type=click.Path(file_okay=False, path_type=Path),
     help="Folder that keeps the runs with and without the disc.",
 )
-@click.option("--port", help="Port to use instead of the rig file's.")
-@click.option(
-    "--speed",
-    type=click.Choice(["realtime", "max"]),
-    help="Pace of a simulated rig; a real one has its own.",
-)
+@port_option
+@speed_option
 def command(
     rig_name: str,
     steps: tuple[str, ...],

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from motorid.cli.options import example, expand, warned
+from motorid.cli.options import (
+    example,
+    expand,
+    port_option,
+    product_option,
+    speed_option,
+    warned,
+)
 
 if TYPE_CHECKING:
     from motorid.workflow.check import Inspection
@@ -23,20 +30,14 @@ if TYPE_CHECKING:
         "motorid check --product sim-disc --capture run.h5 --json",
     ),
 )
-@click.option(
-    "--product", "product_name", required=True, help="Product file, or a packaged product's name."
-)
+@product_option
 @click.option(
     "--rig",
     "rig_name",
     help="Rig file, or the name of a packaged rig; with --capture, the one to re-analyse with.",
 )
-@click.option("--port", help="Port to use instead of the rig file's.")
-@click.option(
-    "--speed",
-    type=click.Choice(["realtime", "max"]),
-    help="Pace of a simulated rig; a real one has its own.",
-)
+@port_option
+@speed_option
 @click.option("--serial", default="", help="Serial number; asked for (or scanned) where not given.")
 @click.option(
     "--capture",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from motorid.cli.options import INSTANT, example, expand, force_option
+from motorid.cli.options import INSTANT, example, expand, force_option, product_option
 from motorid.errors import EXIT_DATA, EXIT_DONE
 
 if TYPE_CHECKING:
@@ -37,9 +37,6 @@ def command() -> None:
 
 
 WHERE = click.argument("where", metavar="HISTORY")
-PRODUCT_FILE = click.option(
-    "--product", "product_name", required=True, help="Product file, or a packaged product's name."
-)
 
 
 def query_options(command: Command) -> Command:
@@ -65,7 +62,7 @@ def _query(fields: dict[str, Any], product: str = "") -> Query:
 @command.command("add")
 @WHERE
 @click.argument("files", nargs=-1, required=True)
-@PRODUCT_FILE
+@product_option
 @click.option("--station", default="", help="Name of the station that measured.")
 @click.option("--operator", default="", help="Who measured.")
 def add(where: str, files: tuple[str, ...], product_name: str, station: str, operator: str) -> int:
@@ -89,7 +86,7 @@ def add(where: str, files: tuple[str, ...], product_name: str, station: str, ope
 
 @command.command("rejudge")
 @WHERE
-@PRODUCT_FILE
+@product_option
 @click.option(
     "--captures",
     "folders",

@@ -121,6 +121,21 @@ def fit_options(command: Command) -> Command:
     return command
 
 
+force_option = click.option("--force", is_flag=True, help="Replace files that exist.")
+port_option = click.option("--port", help="Port to use instead of the rig file's.")
+product_option = click.option(
+    "--product", "product_name", required=True, help="Product file, or a packaged product's name."
+)
+rig_option = click.option(
+    "--rig", "rig_name", required=True, help="Rig file, or the name of a packaged rig."
+)
+speed_option = click.option(
+    "--speed",
+    type=click.Choice(["realtime", "max"]),
+    help="Pace of a simulated rig; a real one has its own.",
+)
+
+
 def search_options(command: Command) -> Command:
     """--model, and --budget and --seed of a method that searches."""
     for option in (
@@ -142,11 +157,7 @@ def search_options(command: Command) -> Command:
 def capture_options(command: Command) -> Command:
     """--rig, --port, --serial, --note, --repeat and --speed: what to drive and how to label it."""
     for option in (
-        click.option(
-            "--speed",
-            type=click.Choice(["realtime", "max"]),
-            help="Pace of a simulated rig; a real one has its own.",
-        ),
+        speed_option,
         click.option("--note", default="", help="Free text kept in the capture."),
         click.option("--serial", default="", help="Serial number of the motor."),
         click.option(
@@ -156,13 +167,8 @@ def capture_options(command: Command) -> Command:
             show_default=True,
             help="Number of runs; each is a file of its own.",
         ),
-        click.option("--port", help="Port to use instead of the rig file's."),
-        click.option(
-            "--rig", "rig_name", required=True, help="Rig file, or the name of a packaged rig."
-        ),
+        port_option,
+        rig_option,
     ):
         command = option(command)
     return command
-
-
-force_option = click.option("--force", is_flag=True, help="Replace files that exist.")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from motorid.cli.options import example, force_option
+from motorid.cli.options import example, force_option, port_option
 
 
 @click.command(
@@ -19,7 +19,7 @@ from motorid.cli.options import example, force_option
     ),
 )
 @click.option("--rig", "rig_name", required=True, help="Rig file, or a packaged rig's name.")
-@click.option("--port", help="Port to use instead of the rig file's.")
+@port_option
 @click.option(
     "--want",
     "wants",

@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from motorid.cli.options import example, warned
+from motorid.cli.options import (
+    example,
+    port_option,
+    product_option,
+    rig_option,
+    speed_option,
+    warned,
+)
 
 if TYPE_CHECKING:
     from motorid.report.screen import Screen
@@ -26,16 +33,10 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
         "motorid station --product m17.toml --rig bench.toml --listen 7500 -o shift",
     ),
 )
-@click.option(
-    "--product", "product_name", required=True, help="Product file, or a packaged product's name."
-)
-@click.option("--rig", "rig_name", required=True, help="Rig file, or the name of a packaged rig.")
-@click.option("--port", help="Port to use instead of the rig file's.")
-@click.option(
-    "--speed",
-    type=click.Choice(["realtime", "max"]),
-    help="Pace of a simulated rig; a real one has its own.",
-)
+@product_option
+@rig_option
+@port_option
+@speed_option
 @click.option(
     "-o",
     "--output",
