@@ -22,8 +22,8 @@ Floats = NDArray[np.float64]
 Shape = Literal["joined", "curved", "held"]
 
 JOINED: Shape = "joined"
-HALF_WINDOWS = (2, 4, 8, 16, 32)  # samples
-STRAIGHT = 1.5  # variance about a line, in units of that between neighbours, still called noise
+HALF_WINDOWS = (4, 8, 16, 32)  # samples
+SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
 CALM = 16  # stretches of a log, of which the calmer ones tell its noise
 CLEAR, SHARE = 8.0, 0.05  # a jump in standard deviations of a reading, and of the range
 OFTEN, MOST_JUMPS = 0.5, 40  # share of stamps that makes a log irregular; unknowns for its jumps
@@ -122,10 +122,11 @@ def of_log(capture: Capture, channel: Channel, shape: Shape) -> Waveform | None:
 
 
 def quiet(volts: Floats) -> Floats:
-    """Readings (n,) freed of noise where they follow a straight line for a while; jumps stay.
+    """Readings (n,) freed of noise where they follow a parabola for a while; jumps stay.
 
-    Noise of the readings would drive the model. Each becomes the mean over the widest window about
-    it in which the readings leave a line by no more than they scatter.
+    Noise of the readings would drive the model. About each the widest window is sought in which the
+    readings leave a parabola by no more than they scatter; the parabola of its inner half, which
+    bends a sixteenth as much, says what the voltage was.
     """
     deviation = scatter(volts)
     out = volts.copy()
@@ -133,22 +134,25 @@ def quiet(volts: Floats) -> Floats:
         return out
     for half in (w for w in HALF_WINDOWS if 2 * w < len(volts)):  # the widest has the last word
         middle = slice(half, len(volts) - half)
-        mean, left = _lines(volts, half)
-        straight = left <= STRAIGHT * deviation**2
-        out[middle] = np.where(straight, mean, out[middle])
+        _, left = _parabolas(volts, half)
+        inner = half // 2
+        value = _parabolas(volts, inner)[0][half - inner : len(volts) - half - inner]
+        out[middle] = np.where(left <= SMOOTH * deviation**2, value, out[middle])
     return out
 
 
-def _lines(volts: Floats, half: int) -> tuple[Floats, Floats]:
-    """Mean of every window of 2·half + 1 readings, and the variance about the line through it."""
+def _parabolas(volts: Floats, half: int) -> tuple[Floats, Floats]:
+    """Through every window of 2·half + 1 readings a parabola: its middle, and the variance left."""
     size = 2 * half + 1
     place = np.arange(-half, half + 1.0)
+    bend = place**2 - (place**2).mean()
     windows = np.lib.stride_tricks.sliding_window_view(volts - volts.mean(), size)
     mean = windows.mean(axis=1)
-    slope = windows @ place / float(place @ place)
+    first, second = windows @ place, windows @ bend
     total = np.einsum("nk,nk->n", windows, windows) - size * mean**2
-    left = (total - slope**2 * float(place @ place)) / (size - 2)
-    return mean + volts.mean(), left
+    squares = float(place @ place), float(bend @ bend)
+    left = (total - first**2 / squares[0] - second**2 / squares[1]) / (size - 3)
+    return mean + volts.mean() + second / squares[1] * bend[half], left
 
 
 def scatter(volts: Floats) -> float:

@@ -61,6 +61,8 @@ def title(better: Alternative) -> str:
 def rows(estimate: Estimate, better: Alternative) -> list[Row]:
     """The six, then what the terms add."""
     out = [_row(estimate.parameters[n], better.parameters[n]) for n in PARAMETERS]
+    cold = (name for name in estimate.at_25 if name in better.at_25)
+    out += [_row(estimate.at_25[name], better.at_25[name]) for name in cold]
     added = (p for name, p in better.parameters.items() if name not in PARAMETERS)
     return out + [Row(p.name, _meaning(p), "", shown(p).text, "", "") for p in added]
 

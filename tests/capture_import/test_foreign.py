@@ -128,11 +128,15 @@ def test_noise_of_a_voltage_is_averaged_and_its_jumps_stay() -> None:
     calm = quiet(read)
     assert scatter(read) == pytest.approx(0.05, rel=0.3)
     left = (calm - true).reshape(4, 100)
-    assert np.std(left[:, 40:60]) < 0.05 / np.sqrt(65) * 1.6  # windows of 65 in the middle
-    assert np.array_equal(calm[98:102], read[98:102])  # and none over a jump
+    assert np.std(left[:, 40:60]) < 1.6 * 0.05 * np.sqrt(9 / 4 / 33)  # parabolas through 33
+    assert np.array_equal(calm[96:104], read[96:104])  # and none over a jump
     assert np.std(left) < 0.05
     exact = quiet(true)
     assert np.array_equal(exact, true)
+    time = np.arange(2000) * 1e-3
+    wave = 5.0 * np.sin(2 * np.pi * (0.5 + 15.0 * time) * time)  # to 60 Hz
+    clean = np.mean([quiet(wave + 0.01 * rng.standard_normal(2000)) for _ in range(40)], axis=0)
+    assert abs(clean @ wave / (wave @ wave) - 1) < 2e-4  # no smaller than it was
 
 
 def test_a_pause_parts_a_log_and_a_slower_rate_does_not() -> None:
