@@ -11,8 +11,41 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 
+class Solved:
+    """An integration piece by piece, and what channels read of it.
+
+    The first rows of a state are current, speed, charge, angle.
+    """
+
+    pieces: list[tuple[float, float, Any]]
+    rows = 4
+
+    def states(self, times: np.ndarray) -> np.ndarray:
+        """(rows, n) at ``times``; rest before time 0."""
+        out = np.zeros((self.rows, len(times)))
+        done = times <= 0
+        for begin, end, solution in self.pieces:
+            inside = ~done & (times > begin) & (times <= end + 1e-15)
+            if inside.any():
+                out[:, inside] = solution(times[inside])
+            done |= inside
+        if not done.all():
+            out[:, ~done] = self.pieces[-1][2](times[~done])
+        return out
+
+    def read(self, output: Any, times: np.ndarray) -> np.ndarray:
+        """What a channel (a response.Output) reads at ``times``."""
+        end = times - output.delay_s
+        row = {0: 0, 1: 1, 2: 3}[int(output.quantity)]
+        if output.aperture_s:
+            integral = {0: 2, 1: 3}[row]
+            change = self.states(end)[integral] - self.states(end - output.aperture_s)[integral]
+            return change / output.aperture_s
+        return self.states(end)[row]
+
+
 @dataclass
-class Reference:
+class Reference(Solved):
     """v = R i + L di/dt + K w and J dw/dt = K i - B w - T0 sign(w), from rest.
 
     ``motor`` is (R, L, K, B, J, T0). ``run`` integrates; ``read`` gives what a channel reads.
@@ -72,26 +105,3 @@ class Reference:
         if len(solved.t_events[1]):
             x[0], freewheels = 0.0, False
         return t, x, s, freewheels
-
-    def states(self, times: np.ndarray) -> np.ndarray:
-        """(4, n): current, speed, charge, angle; rest before time 0."""
-        out = np.zeros((4, len(times)))
-        done = times <= 0
-        for begin, end, solution in self.pieces:
-            inside = ~done & (times > begin) & (times <= end + 1e-15)
-            if inside.any():
-                out[:, inside] = solution(times[inside])
-            done |= inside
-        if not done.all():
-            out[:, ~done] = self.pieces[-1][2](times[~done])
-        return out
-
-    def read(self, output: Any, times: np.ndarray) -> np.ndarray:
-        """What a channel (a response.Output) reads at ``times``."""
-        end = times - output.delay_s
-        row = {0: 0, 1: 1, 2: 3}[int(output.quantity)]
-        if output.aperture_s:
-            integral = {0: 2, 1: 3}[row]
-            change = self.states(end)[integral] - self.states(end - output.aperture_s)[integral]
-            return change / output.aperture_s
-        return self.states(end)[row]

@@ -269,7 +269,7 @@ def _wanders(late: Floats, allowed: float, trend: Floats) -> bool:
     for half in WINDOWS:
         if 4 * half > len(late):
             continue
-        trend[:] = _smoothed(late, half)
+        trend[:] = smoothed(late, half)
         rest = late - trend
         if square(rest) / len(rest) <= allowed:
             return True
@@ -284,7 +284,7 @@ def _carried_back(late: Floats) -> Floats:
     return np.asarray(near.mean() + slope * (np.arange(-HEAD, 0) - (len(near) - 1) / 2))
 
 
-def _smoothed(values: Floats, half: int) -> Floats:
+def smoothed(values: Floats, half: int) -> Floats:
     """Mean over ``half`` samples on either side, fewer at the ends."""
     total = np.concatenate([[0.0], np.cumsum(values)])
     place = np.arange(len(values))

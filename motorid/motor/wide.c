@@ -93,6 +93,7 @@ static void eventful_part(wide_run *r, int n, double from, double length)
             r->taps.values[(size_t)j * r->count + n] = wide_tapped(r, t, &m, v, &d);
         }
         if (next == NO_EVENT || until > 0.0) r->now.x = y, r->now.warmth = d.warmth;
+        r->now.at += next == NO_EVENT ? rest : until;
         if (next == NO_EVENT) return;
         done += until;
         change_mode(r, n, next);
@@ -139,6 +140,7 @@ static void idle_interval(wide_run *r, int n)
 static void interval(wide_run *r, int n, int level)
 {
     const int steps = 1 << level;
+    r->n = n, r->now.at = 0.0;
     if (idle(r)) {
         idle_interval(r, n);
         return;
@@ -156,7 +158,7 @@ static void interval(wide_run *r, int n, int level)
             if (m->taps[j].step == k)
                 r->taps.values[(size_t)j * r->count + n] =
                     wide_tapped(r, &r->taps.tap[j], &m->taps[j], v, &d);
-        r->now.x = y, r->now.warmth = d.warmth;
+        r->now.x = y, r->now.warmth = d.warmth, r->now.at += m->length;
     }
 }
 
@@ -171,13 +173,14 @@ static void begin_stretch(wide_run *r, const mr_stretch *s)
 }
 
 static int begin(wide_run *r, const mw_motor *p, double period, int count, const double *v,
-                 const mw_start *start)
+                 const mw_start *start, const double *angle)
 {
     if (count < 1 || !(p->R > 0 && p->L >= 0 && p->J > 0 && period > 0)) return -1;
     if ((p->brush != 0.0 && !(p->brush_current > 0.0)) || (p->stiction != 0.0 && !(p->stribeck > 0.0)))
         return -1;
     r->motor = p, r->six = (mr_motor){p->R, p->L, p->K, p->B, p->J, p->T0};
     r->two = p->load_inertia > 0.0, r->h = period, r->count = count, r->v = v;
+    r->angle = angle, r->n = 1;
     r->cogging_phase = start->cogging_phase, r->ripple_phase = start->ripple_phase;
     r->now = (moment){.warmth = start->warmth};
     r->now.x.x[WI] = start->current, r->now.x.x[WTH] = start->position;
@@ -195,11 +198,11 @@ int mw_work_size(int count, int n_outputs)
 int mw_response(const mw_motor *motor, double period, double pwm_period, int count,
                 const double *v, const mr_stretch *stretches, int n_stretches,
                 const mw_start *start, const mr_output *outputs, int n_outputs,
-                const unsigned char *levels, double *y, double *work)
+                const unsigned char *levels, const double *angle, double *y, double *work)
 {
     wide_run r;
     const state x0 = {start->current, start->speed, 0.0, start->position};
-    if (n_stretches < 1 || begin(&r, motor, period, count, v, start)) return -1;
+    if (n_stretches < 1 || begin(&r, motor, period, count, v, start, angle)) return -1;
     if (place_taps(&r.taps, period, pwm_period, count, &x0, outputs, n_outputs, work)) return -1;
     for (int k = 0; k < n_stretches; k++) {
         const int first = stretches[k].start > 1 ? stretches[k].start : 1;
@@ -246,12 +249,12 @@ static int plan_interval(wide_run *r, int n, int level, double amperes, double s
 
 int mw_plan(const mw_motor *motor, double period, double pwm_period, int count, const double *v,
             const mr_stretch *stretches, int n_stretches, const mw_start *start,
-            double tolerance, unsigned char *levels)
+            const double *angle, double tolerance, unsigned char *levels)
 {
     wide_run r;
     double top = 0.0;
     int level = 0;
-    if (n_stretches < 1 || begin(&r, motor, period, count, v, start)) return -1;
+    if (n_stretches < 1 || begin(&r, motor, period, count, v, start, angle)) return -1;
     r.taps = (taps){.h = period, .pwm_period = pwm_period};
     for (int n = 1; n < count; n++) top = fmax(top, fabs(v[n]));
     if (top == 0.0) top = 1.0;

@@ -38,17 +38,18 @@ typedef struct {
     double current, speed, position, warmth, cogging_phase, ripple_phase;
 } mw_start;
 
-/* As mr_response; `levels` holds count entries. `work` holds mw_work_size doubles. */
+/* As mr_response; `levels` holds count entries. `work` holds mw_work_size doubles. `angle`: the
+ * rotor's at every tick, that cogging and ripple follow, a straight line in between; NULL: th. */
 int mw_response(const mw_motor *motor, double period, double pwm_period, int count,
                 const double *v, const mr_stretch *stretches, int n_stretches,
                 const mw_start *start, const mr_output *outputs, int n_outputs,
-                const unsigned char *levels, double *y, double *work);
+                const unsigned char *levels, const double *angle, double *y, double *work);
 
 /* Writes the levels that keep every interval's error below `tolerance` of the largest current and
  * speed, by comparing each with twice as many steps. Returns the number of events, or -1. */
 int mw_plan(const mw_motor *motor, double period, double pwm_period, int count, const double *v,
             const mr_stretch *stretches, int n_stretches, const mw_start *start,
-            double tolerance, unsigned char *levels);
+            const double *angle, double tolerance, unsigned char *levels);
 
 int mw_work_size(int count, int n_outputs);
 

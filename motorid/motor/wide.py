@@ -32,7 +32,8 @@ class WideResponse(Response):
     """``Response`` for motors of ``NAMES`` and states of ``START``.
 
     Steps within an interval are those of the last ``plan``, so that the readings are a smooth
-    function of the motor; before any, one step an interval.
+    function of the motor; before any, one step an interval. ``angle`` (count,), rad: the rotor's
+    at every tick, where it is known better than by the model; cogging and ripple follow it.
     """
 
     def __init__(
@@ -47,10 +48,18 @@ class WideResponse(Response):
         self._wide = ffi.new("mw_motor *")
         self._start = ffi.new("mw_start *")
         self.levels: NDArray[np.uint8] = np.zeros(self.count, dtype=np.uint8)
+        self.angle: Floats | None = None
 
     def _take(self, motor: Sequence[float] | Floats, initial: Sequence[float]) -> None:
         _fill(self._wide, motor, len(NAMES))
         _fill(self._start, initial, len(START))
+
+    def _known_angle(self) -> Any:
+        if self.angle is None:
+            return ffi.NULL
+        if self.angle.shape != (self.count,):
+            raise ValueError(f"{self.angle.shape} angles for {self.count} ticks")
+        return ffi.from_buffer("double[]", self.angle)
 
     def plan(
         self,
@@ -62,7 +71,7 @@ class WideResponse(Response):
         self._take(motor, initial)
         events = lib.mw_plan(
             self._wide, self.period_s, self.pwm_period_s, self.count, self._voltage_c,
-            self._stretches, len(self._stretches), self._start, tolerance,
+            self._stretches, len(self._stretches), self._start, self._known_angle(), tolerance,
             ffi.from_buffer("unsigned char[]", self.levels, require_writable=True),
         )  # fmt: skip
         _refuse(events, motor)
@@ -79,7 +88,7 @@ class WideResponse(Response):
         events = lib.mw_response(
             self._wide, self.period_s, self.pwm_period_s, self.count, self._voltage_c,
             self._stretches, len(self._stretches), self._start, self._outputs, self._n_outputs,
-            ffi.from_buffer("unsigned char[]", self.levels),
+            ffi.from_buffer("unsigned char[]", self.levels), self._known_angle(),
             ffi.cast("double *", ffi.from_buffer(readings)), self._work_c,
         )  # fmt: skip
         _refuse(events, motor)

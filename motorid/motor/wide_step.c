@@ -20,8 +20,16 @@ static double smooth_sign(double i, double knee, double swing)
     return (sqrt(up * up + square) - sqrt(down * down + square)) / (2.0 * swing);
 }
 
+/* The rotor's angle, for what repeats with it, `at` seconds into the interval. */
+static double turned(const wide_run *r, const wide_state *x, double at)
+{
+    if (!r->angle) return x->x[WTH];
+    const double before = r->angle[r->n - 1];
+    return before + (r->angle[r->n] - before) * at / r->h;
+}
+
 /* What the linear part lacks: volts against the current, torque upon the rotor. */
-static void forces(const wide_run *r, const wide_state *x, double warmth, double f[FORCES])
+static void forces(const wide_run *r, const wide_state *x, double at, double warmth, double f[FORCES])
 {
     const mw_motor *p = r->motor;
     const double i = x->x[WI], w = x->x[WW];
@@ -35,9 +43,9 @@ static void forces(const wide_run *r, const wide_state *x, double warmth, double
         torque -= s * p->stiction * exp(-ratio * ratio);
     }
     if (p->cogging != 0.0)
-        torque -= p->cogging * sin(p->cogging_per_turn * x->x[WTH] + r->cogging_phase);
+        torque -= p->cogging * sin(p->cogging_per_turn * turned(r, x, at) + r->cogging_phase);
     if (p->k_ripple != 0.0 || p->r_ripple != 0.0) {
-        const double c = cos(p->ripple_per_turn * x->x[WTH] + r->ripple_phase);
+        const double c = cos(p->ripple_per_turn * turned(r, x, at) + r->ripple_phase);
         volts -= c * (p->r_ripple * p->R * i + p->k_ripple * p->K * (1.0 + p->emf) * w);
         torque += c * p->k_ripple * p->K * i;
     }
@@ -49,7 +57,7 @@ double wide_push(const wide_run *r, const wide_state *x)
 {
     const mw_motor *p = r->motor;
     double f[FORCES];
-    forces(r, x, r->now.warmth, f);
+    forces(r, x, r->now.at, r->now.warmth, f);
     double coupling = p->load_inertia > 0.0
                           ? p->stiffness * x->x[WTWIST] - p->damping * x->x[WLOAD]
                           : 0.0;
@@ -93,7 +101,7 @@ static inline wide_state step_of(const wide_run *r, const int rows, const wide_m
     const wide_state to_middle = wide_linear(half, rows, x, v);
     const wide_state to_end = wide_linear(full, rows, x, v);
     double warmth[NODES] = {r->now.warmth, r->now.warmth, r->now.warmth};
-    forces(r, x, warmth[BEGIN], d->f[BEGIN]);
+    forces(r, x, r->now.at, warmth[BEGIN], d->f[BEGIN]);
     for (int k = 0; k < FORCES; k++) d->f[MIDDLE][k] = d->f[END][k] = d->f[BEGIN][k];
     for (int sweep = 0; sweep < SWEEPS; sweep++) {
         const wide_state middle = wide_forced(half, rows, &to_middle, d->f);
@@ -101,8 +109,8 @@ static inline wide_state step_of(const wide_run *r, const int rows, const wide_m
         const double current[NODES] = {x->x[WI], middle.x[WI], end.x[WI]};
         if (r->motor->warming != 0.0 || warmth[BEGIN] != 0.0)
             warm(r, current, length, warmth);
-        forces(r, &middle, warmth[MIDDLE], d->f[MIDDLE]);
-        forces(r, &end, warmth[END], d->f[END]);
+        forces(r, &middle, r->now.at + 0.5 * length, warmth[MIDDLE], d->f[MIDDLE]);
+        forces(r, &end, r->now.at + length, warmth[END], d->f[END]);
     }
     d->warmth = warmth[END];
     return wide_forced(full, rows, &to_end, d->f);

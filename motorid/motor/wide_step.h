@@ -26,6 +26,7 @@ typedef struct {
     mode mode;
     wide_state x;
     double warmth;
+    double at; /* s into its interval */
     int events;
 } moment;
 
@@ -35,7 +36,8 @@ typedef struct {
     int two; /* masses */
     double h;
     int count;
-    const double *v;
+    const double *v, *angle;
+    int n; /* the present interval */
     double cogging_phase, ripple_phase;
     double swing; /* A, half the width of the PWM ripple */
     taps taps;

@@ -98,6 +98,32 @@ def test_stiction_holds_until_it_is_overcome() -> None:
     assert held.max() == 0.0
 
 
+def test_cogging_at_an_angle_that_is_given_is_a_torque() -> None:
+    """A rotor said to stay at one angle: what cogging adds there is as constant as friction."""
+    v = np.concatenate([np.zeros(5), np.full(195, 4.0)])
+    plan, phase = [Stretch(0, True), Stretch(5)], 0.4
+    wide = WideResponse(PERIOD_S, v, READINGS, plan)
+    wide.angle = np.full(len(v), 0.3)
+    cogged = wide(vector(cogging=2e-4, cogging_per_turn=4.0), (*AT_REST[:4], phase, 0.0))
+    rubbed = {**MOTOR, "T0": MOTOR["T0"] + 2e-4 * np.sin(4 * 0.3 + phase)}
+    six = Response(PERIOD_S, v, READINGS, plan)(tuple(rubbed.values()))
+    np.testing.assert_allclose(cogged, six, rtol=1e-9, atol=1e-9 * np.abs(six).max())
+    wide.angle = np.zeros(3)
+    with pytest.raises(ValueError, match="angles"):
+        wide(vector())
+
+
+def test_the_models_own_angle_may_be_given_as_well() -> None:
+    start = (*AT_REST[:4], 0.4, 1.1)
+    wide = WideResponse(PERIOD_S, VOLTS, READINGS, PLAN)
+    wide.plan(vector(**TERMS["cogging"], **TERMS["ripple"]), start)
+    own = wide(vector(**TERMS["cogging"], **TERMS["ripple"]), start)
+    wide.angle = own[4].copy()
+    given = wide(vector(**TERMS["cogging"], **TERMS["ripple"]), start)
+    apart = np.abs(given - own).max(axis=1) / np.abs(own).max(axis=1)
+    assert 0.0 < apart.max() < 2e-3
+
+
 @pytest.mark.parametrize("added", [{"R": -1.0}, {"brush": 0.1}, {"stiction": 1e-4}])
 def test_refuses_a_motor_that_cannot_be(added: dict[str, float]) -> None:
     response = WideResponse(PERIOD_S, VOLTS, READINGS, PLAN)

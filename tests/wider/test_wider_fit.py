@@ -93,8 +93,22 @@ def test_the_report_shows_both_answers_in_every_form(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_motor_without_effects_is_offered_nothing(folder: Path) -> None:
-    assert fit([measured(folder, "stiction=1")], model="auto").alternative is None
+def test_a_motor_without_effects_is_offered_nothing_and_nothing_is_fitted(folder: Path) -> None:
+    estimate = fit([measured(folder, "stiction=1")], model="auto")
+    assert estimate.alternative is None
+    assert "model_tried" not in {d.code for d in estimate.diagnostics}
+
+
+@pytest.mark.slow
+def test_cogging_above_the_friction_is_counted_and_sized(folder: Path) -> None:
+    """It bends the start by more than a radian: the angle is the encoder's, not the model's."""
+    options = "stiction=1&cogging=6e-4&cogging_per_turn=4"
+    estimate = fit([measured(folder, options)], model="auto")
+    assert estimate.alternative is not None
+    assert estimate.alternative.terms == ("cogging",)
+    assert estimate.alternative.parameters["N_c"].value == 4.0
+    assert estimate.alternative.parameters["T_c"].value == pytest.approx(6e-4, rel=0.02)
+    assert within(estimate, options) == []
 
 
 @pytest.mark.slow

@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from tests.motor_reference import Solved
+
 STATES = ("i", "w", "charge", "angle", "warmth", "load_speed", "twist")
 
 
 @dataclass
-class WideReference:
+class WideReference(Solved):
     """``motor``: values by the names of ``motorid.motor.wide.NAMES``; those not named are 0."""
 
     motor: dict[str, float]
@@ -21,6 +23,8 @@ class WideReference:
     rtol: float = 1e-10
     phases: tuple[float, float] = (0.0, 0.0)  # of cogging and ripple
     pieces: list[tuple[float, float, Any]] = field(default_factory=list)
+
+    rows = len(STATES)
 
     def __getitem__(self, name: str) -> float:
         return self.motor.get(name, 0.0)
@@ -108,26 +112,3 @@ class WideReference:
         if len(solved.t_events[1]):
             x[0], freewheels = 0.0, False
         return t, x, s, freewheels
-
-    def states(self, times: np.ndarray) -> np.ndarray:
-        """(7, n) at ``times``; rest before time 0."""
-        out = np.zeros((len(STATES), len(times)))
-        done = times <= 0
-        for begin, end, solution in self.pieces:
-            inside = ~done & (times > begin) & (times <= end + 1e-15)
-            if inside.any():
-                out[:, inside] = solution(times[inside])
-            done |= inside
-        if not done.all():
-            out[:, ~done] = self.pieces[-1][2](times[~done])
-        return out
-
-    def read(self, output: Any, times: np.ndarray) -> np.ndarray:
-        """What a channel (a response.Output) reads at ``times``."""
-        end = times - output.delay_s
-        row = {0: 0, 1: 1, 2: 3}[int(output.quantity)]
-        if output.aperture_s:
-            integral = {0: 2, 1: 3}[row]
-            change = self.states(end)[integral] - self.states(end - output.aperture_s)[integral]
-            return change / output.aperture_s
-        return self.states(end)[row]

@@ -26,6 +26,8 @@ MARGIN = 10.0  # beyond Schwarz's penalty: odds of exp(-5)
 SURE = 4.0  # of a size, in standard deviations
 PINNED = 1e-9  # relative freedom of a parameter that is held
 FREQUENCIES = 512
+COARSE = 100.0  # change of F that is near enough for a narrower fit which is out of the question
+SETTLED = 20.0  # of that, from which it is
 FOLDS = 8  # captures left out in turn, at most
 
 
@@ -90,7 +92,11 @@ def _nested(wider: Fitted, terms: Sequence[Term], before: Solution) -> Fitted:
         named = zip((u.name for u in record.unknowns), wider.solution.own[k], strict=True)
         null.starting({name: float(v) for name, v in named})
         records.append(null)
-    solution = maximise(motor_fit.unknowns(records, free, start), records)
+    unknowns = motor_fit.unknowns(records, free, start)
+    solution = maximise(unknowns, records, enough=COARSE)
+    if solution.objective - wider.solution.objective < SETTLED * COARSE:
+        start = motor_fit.merged(start, solution)
+        solution = motor_fit.again(records, free, start, solution)
     return Fitted(tuple(terms), tuple(records), solution, free, start)
 
 

@@ -46,6 +46,8 @@ class Probe:
              **dict(zip((u.name for u in record.unknowns), own.tolist(), strict=True))}
             for wide, record, own in zip(self.records, records, solution.own, strict=True)
         ]  # fmt: skip
+        for k, wide in enumerate(self.records):
+            wide.locate(*self._vectors(k, {}, {}))
         self._base = [self._fitted(k, {}, {}) for k in range(len(records))]
 
     def changes(self, k: int, term: Term, shape: Mapping[str, float]) -> Floats:

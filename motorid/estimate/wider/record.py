@@ -8,9 +8,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.capture.model import POSITION
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Unknown
 from motorid.estimate.types import PARAMETERS
+from motorid.estimate.voltage import smoothed
 from motorid.estimate.waveform import JOINED
 from motorid.estimate.wider.terms import ADDED, COPPER_PER_K, NAMES, Scales, Term, unknown
 from motorid.motor.response import Output, Quantity, Response, Stretch
@@ -20,6 +22,8 @@ Floats = NDArray[np.float64]
 Priors = Mapping[str, tuple[float, float]]
 
 PLACE = {name: k for k, name in enumerate(NAMES)}
+FINE = 0.02  # rad of an encoder's step that shows what repeats 60 times a turn
+ABOUT = 16  # readings on either side that its rounding is smoothed over, about the model
 WARMTH_SD = 0.1  # of R, by which a run may begin warmer than the first
 
 
@@ -28,6 +32,7 @@ class WideRecord(MotorRecord):
 
     names = NAMES
     _steps: NDArray[np.uint8] | None = None
+    _rotor: Floats | None = None  # its angle (rad) at every tick, where it is measured
 
     def __init__(
         self,
@@ -44,6 +49,7 @@ class WideRecord(MotorRecord):
         shape = log.shape if log is not None else JOINED
         super().__init__(six.capture, free, {**absent, **fixed}, shape)
         self.scales, self.priors = scales, priors
+        self._repeats = any(term.per_turn for term in terms)
         for term in terms:
             if term.phase and not (first and term.phase == "initial_warmth"):
                 self._own.add(self._phase(term.phase))
@@ -73,9 +79,8 @@ class WideRecord(MotorRecord):
     def step_as(self, other: MotorRecord) -> None:
         """Integrate with the steps of another record of the same capture."""
         if isinstance(other, WideRecord) and other._steps is not None:
-            self._steps = other._steps
-            assert isinstance(self.response, WideResponse)
-            self.response.levels = other._steps
+            self._steps, self._rotor = other._steps, other._rotor
+            self._prepare(self.response)
             self._memory.clear()
 
     def starting(self, values: Mapping[str, float]) -> None:
@@ -96,15 +101,41 @@ class WideRecord(MotorRecord):
     ) -> Response:
         """The wider motor, with the steps that were planned last."""
         response = WideResponse(period_s, volts, outputs, stretches, pwm_period_s)
+        self._prepare(response)
+        return response
+
+    def _prepare(self, response: Response) -> None:
+        assert isinstance(response, WideResponse)
         if self._steps is not None:
             response.levels = self._steps
-        return response
+        response.angle = self._rotor
 
     def plan(self, shared: Floats, own: Floats) -> None:
         """Choose the integration's steps for these parameters, and keep them."""
         assert isinstance(self.response, WideResponse)
+        if self._repeats:
+            self.locate(shared, own)
         self.response.plan(self.motor(shared), self._initial(own))
         self._steps = self.response.levels
+        self._memory.clear()
+
+    def locate(self, shared: Floats, own: Floats) -> None:
+        """Let what repeats with the rotor follow its measured angle, where an encoder shows it.
+
+        The model's angle adds up what is wrong of a speed, many turns of it.
+        """
+        fine = [
+            k
+            for k, m in enumerate(self.measured)
+            if m.block.name == POSITION and 0.0 < m.channel.resolution * self.gear < FINE
+        ]
+        if not fine:
+            return
+        m, model = self.measured[fine[0]], self.fitted(shared, own)[fine[0]]
+        shown = model + smoothed(m.values - model, ABOUT) - self._own.of(own, "position_origin")
+        late = m.channel.delay_s / self.timeline.period_s
+        self._rotor = np.interp(np.arange(self.timeline.count), m.keep - late, shown)
+        self._prepare(self.response)
         self._memory.clear()
 
     def retake_sources(self, shared: Floats, own: Floats) -> None:
@@ -130,7 +161,9 @@ class WideRecord(MotorRecord):
         return float(values[PLACE["K"]] * (1.0 + values[PLACE["d_Ke"]]))
 
     def angle(self, shared: Floats, own: Floats) -> Floats:
-        """The model's position (count,), rad from the first tick."""
+        """The rotor's (count,), rad from the first tick: as measured, else the model's."""
+        if self._rotor is not None:
+            return self._rotor
         over = self.respond(
             self.timeline.period_s, self.volts, [Output(Quantity.POSITION)], self.stretches
         )

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.capture.model import POSITION
 from motorid.estimate.algebra import square
 from motorid.estimate.record import MotorRecord
 
@@ -18,7 +19,9 @@ STANDS_OUT = 15.0  # of a count's power over what noise gives: exp(-15), for eac
 PEAK = 4.0  # times the middle of its neighbours' powers
 TURNING = 0.02  # of the largest speed: below it the angle hardly changes
 SAMPLED = 2.0  # rad of a period in a sample that still show it
-BEST = 2
+BEST = 4
+LEAST_STEP = 1e-9  # rad
+TURN = 2 * np.pi
 
 
 @dataclass(frozen=True)
@@ -50,9 +53,20 @@ def turned(record: MotorRecord, departures: Sequence[Floats], angle: Floats) -> 
     out = []
     for m, left in zip(record.measured, departures, strict=True):
         at = turning[m.keep]
-        if int(at.sum()) >= MOST:
-            out.append(Turned(left[at] - left[at].mean(), angle[m.keep][at], speed[m.keep][at]))
+        if int(at.sum()) >= MOST and (m.block.name != POSITION or len(record.measured) == 1):
+            out.append(_less_its_turn(Turned(left[at], angle[m.keep][at], speed[m.keep][at])))
     return out
+
+
+def _less_its_turn(channel: Turned) -> Turned:
+    """The residual less its mean over the turn about each reading: what does not repeat goes."""
+    r, angle = channel.residual, channel.angle
+    path = np.concatenate([[0.0], np.cumsum(np.maximum(np.abs(np.diff(angle)), LEAST_STEP))])
+    total = np.concatenate([[0.0], np.cumsum(0.5 * (r[1:] + r[:-1]) * np.diff(path))])
+    ends = np.interp(path + TURN / 2, path, total), np.interp(path - TURN / 2, path, total)
+    whole = (path > TURN / 2) & (path < path[-1] - TURN / 2)
+    left = r - (ends[0] - ends[1]) / TURN
+    return Turned(left[whole], angle[whole], channel.step[whole])
 
 
 def _power(channels: Sequence[Turned]) -> Floats:

@@ -99,19 +99,25 @@ def _round(now: _Model, reach: Mapping[str, float]) -> list[tuple[Fitted, Trial]
 
 
 def _asked(now: _Model, reach: Mapping[str, float]) -> list[Candidate]:
-    """The terms that the residuals ask for, and that a fit is foreseen to support."""
+    """What the residuals ask for and a fit is foreseen to support, the most promising first.
+
+    Those that promise far less than the best wait for another round.
+    """
     white = plain(now.records, now.solution)
     bare = (now.records, white, now.values)
     worth = [c for c in screen(*bare, now.taken) if _is_worth(c, reach)][:FORESEEN]
-    asked = [c for c in worth if foresee(now.records, white, c).supports]
-    asked += springs(*bare, now.taken)
-    return sorted(asked, key=lambda c: -c.gain)
+    asked: list[Candidate] = []
+    for candidate in sorted([*worth, *springs(*bare, now.taken)], key=lambda c: -c.gain):
+        if asked and (len(asked) == REFITTED or candidate.gain < RIVAL * asked[0].gain):
+            break
+        if not candidate.changes or foresee(now.records, white, candidate).supports:
+            asked.append(candidate)
+    return asked
 
 
 def _rivals(now: _Model, asked: Sequence[Candidate]) -> list[tuple[Candidate, Begun, Solution]]:
-    """Those that promise about as much as the best, each roughly fitted, the best of them first."""
-    rivals = [c for c in asked if c.gain > RIVAL * asked[0].gain][:REFITTED]
-    begun = [(c, _begun(now, c)) for c in rivals]
+    """Each roughly fitted, the best of them first."""
+    begun = [(c, _begun(now, c)) for c in asked]
     tried = [(c, b, b.roughly()) for c, b in begun]
     return sorted(tried, key=lambda one: one[2].objective)
 
