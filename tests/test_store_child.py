@@ -147,3 +147,23 @@ def test_one_warm_child_forks_one_for_each_file(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="was stopped"):
         ids("hangs.h5", time_s=0.5)
     assert ids("c.h5")[1] != first[1]  # the one that waited for it went with it
+
+
+FRAIL = """
+import os, sys
+import numpy as np
+from motorid.capture.child import serve
+
+def main(source, target):
+    if len(sys.argv) == 1:
+        os.abort()  # as a library that bears no fork does
+    np.savez(target, ids=np.array([1]))
+
+serve(main, [])
+"""
+
+
+def test_a_fork_that_dies_condemns_no_file(tmp_path: Path) -> None:
+    program = tmp_path / "frail.py"
+    program.write_text(FRAIL)
+    assert child.arrays_from(str(program), tmp_path / "a.h5")["ids"][0] == 1

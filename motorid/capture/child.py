@@ -69,20 +69,26 @@ _warm: dict[str, WarmChild] = {}  # by program
 def _read_warm(
     program: str, source: Path, target: Path, time_s: float, memory: int
 ) -> tuple[int, str]:
-    """Exit code of the child that read ``source``, and what it said."""
+    """Exit code of the child that read ``source``, and what it said.
+
+    One that a signal ended is tried again without a fork: some systems' libraries do not bear it.
+    """
     if not FORKS:
         return _read_alone(program, source, target, time_s, memory)
     known = _warm.get(program)
     if known is None or known.owner != os.getpid():
         known = _warm[program] = WarmChild(program, _environment())
     try:
-        return known.read(str(source), str(target), memory, time_s)
+        code, said = known.read(str(source), str(target), memory, time_s)
     except TimeoutError:
         _warm.pop(program, None)
         raise
     except GoneError:
         _warm.pop(program, None)
+        code = -1
+    if code < 0:
         return _read_alone(program, source, target, time_s, memory)
+    return code, said
 
 
 def _read_alone(
