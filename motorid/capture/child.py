@@ -140,12 +140,18 @@ def _read_one(main: Callable[[str, str], None], source: str, target: str, memory
 
 
 def _limit(memory: int) -> None:
-    """Limits the process's address space, where the system can."""
+    """Limits the process's address space, where the system can, and its life if it is orphaned."""
     if sys.platform != "linux":  # macOS refuses such limits, Windows has none
         return
     import resource
 
-    hard = resource.getrlimit(resource.RLIMIT_AS)[1]
-    limit = memory if hard == resource.RLIM_INFINITY else min(memory, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    limits = {
+        resource.RLIMIT_AS: memory,
+        resource.RLIMIT_CORE: 0,
+        # of the processor: more than who waits for it would wait
+        resource.RLIMIT_CPU: int(TIME_LIMIT_S) + 1,
+    }
+    for which, most in limits.items():
+        hard = resource.getrlimit(which)[1]
+        limit = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(which, (limit, limit))
