@@ -76,6 +76,7 @@ class Findings:
     fixed: Mapping[str, float]
     without: Sequence[str]
     doubts: Mapping[str, str] = field(default_factory=dict)  # parameters not to be given, and why
+    profiles: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # of the likelihood
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -145,13 +146,20 @@ def _free(found: Findings, name: str) -> Parameter:
             return unknown(name, unit, found.doubts[name])
         if relative > UNKNOWN or found.solution.at_bound[k]:
             return unknown(name, unit, f"these data do not tell it; {REMEDY[name]} would")
-        reach = float(np.exp(student(freedom) * relative))
+        half = student(freedom) * relative, student(freedom) * relative
+        if name in found.profiles:
+            ends = (abs(float(np.log(end / value))) for end in found.profiles[name])
+            low, high = (float(np.hypot(end, student(freedom) * instrument)) for end in ends)
+            half = low, high
         return Parameter(
             name, unit, value, value * deviation, value * instrument, value * relative,
-            (value / reach, value * reach), "estimated",
+            (value * float(np.exp(-half[0])), value * float(np.exp(half[1]))), "estimated",
         )  # fmt: skip
     total = float(np.hypot(deviation, instrument))
-    reach = student(freedom) * total
+    reach = below = student(freedom) * total
+    if name in found.profiles:
+        ends = (abs(end - value) for end in found.profiles[name])
+        below, reach = (float(np.hypot(end, student(freedom) * instrument)) for end in ends)
     if found.solution.at_bound[k]:
         return Parameter(
             name, unit, value, deviation, instrument, total, (0.0, reach), "at_bound",
@@ -162,7 +170,7 @@ def _free(found: Findings, name: str) -> Parameter:
         return unknown(name, unit, f"{note} would tell it")
     return Parameter(
         name, unit, value, deviation, instrument, total,
-        (max(0.0, value - reach), value + reach), "estimated",
+        (max(0.0, value - below), value + reach), "estimated",
     )  # fmt: skip
 
 

@@ -12,7 +12,16 @@ from motorid import __version__
 from motorid.capture.model import CURRENT, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
-from motorid.estimate import colour, input_noise, instrument, intervals, log_noise, remarks, tables
+from motorid.estimate import (
+    colour,
+    input_noise,
+    instrument,
+    intervals,
+    log_noise,
+    profile,
+    remarks,
+    tables,
+)
 from motorid.estimate.algebra import misfits
 from motorid.estimate.bridge import discontinuous, refuse_discontinuous
 from motorid.estimate.closed_form import start_values
@@ -118,19 +127,24 @@ def report(
     solution: Solution,
     fix: Mapping[str, float],
     without: Sequence[str],
+    profiled: bool = True,
 ) -> Estimate:
-    """What a solution says, whichever method found it: uncertainty from its curvature."""
+    """What a solution says, whichever method found it: uncertainty from its curvature.
+
+    ``profiled``: it is the likelihood's own minimum, so that the profile may bound what leans.
+    """
     fixed = {**dict.fromkeys(without, 0.0), **fix}
     simulated = max(record.simulated for record in records)
+    hidden = [*input_noise.shifts(solution, records), *log_noise.shifts(solution, records)]
+    scatter = statistical(solution, hidden)
     found = intervals.Findings(
         solution,
-        statistical(
-            solution, [*input_noise.shifts(solution, records), *log_noise.shifts(solution, records)]
-        ),
+        scatter,
         instrument.budget(solution, records),
         fixed,
         without,
         doubts(solution, records),
+        profile.intervals(solution, records, scatter) if profiled and solution.converged else {},
     )
     parameters = intervals.parameters(found)
     voltage = nominal_voltage(records)

@@ -74,7 +74,7 @@ def fit(
     else:
         found = search(records, start, free, method, budget=budget, seed=seed)
     likely = hold(records, free, start, found)
-    estimate = motor_fit.report(captures, records, likely, fix or {}, left_out)
+    estimate = motor_fit.report(captures, records, likely, fix or {}, left_out, profiled=False)
     return replace(
         estimate,
         method=_title(method, found),
