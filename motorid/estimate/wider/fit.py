@@ -58,14 +58,15 @@ class Begun:
     free: tuple[str, ...]
     start: Mapping[str, float]
 
-    def roughly(self) -> Solution:
+    def roughly(self) -> Fitted:
         """The best in white noise, with the voltage sources as they are."""
         unknowns = motor_fit.unknowns(self.records, self.free, self.start)
-        return maximise(unknowns, self.records, enough=motor_fit.ROUGH)
+        solution = maximise(unknowns, self.records, enough=motor_fit.ROUGH)
+        return Fitted(self.terms, self.records, solution, self.free, self.start)
 
-    def wholly(self, before: Solution | None = None) -> Fitted:
-        """Sources, noise and all; ``before``: what ``roughly`` gave."""
-        first = before or self.roughly()
+    def wholly(self, rough: Fitted | None = None) -> Fitted:
+        """Sources, noise and all; ``rough``: what ``roughly`` gave."""
+        first = (rough or self.roughly()).solution
         start = motor_fit.merged(self.start, first)
         for record, own in zip(self.records, first.own, strict=True):
             record.plan(first.values, own)

@@ -16,7 +16,7 @@ from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.refit import plain
 from motorid.estimate.types import Diagnostic, Estimate, Parameter
-from motorid.estimate.wider.fit import Fitted, fit_with
+from motorid.estimate.wider.fit import Fitted, begin
 from motorid.estimate.wider.results import alternative, findings
 from motorid.estimate.wider.screen import screen
 from motorid.estimate.wider.select import Trial, select
@@ -75,14 +75,47 @@ def asked_for(
     values: Mapping[str, float],
     terms: Sequence[Term],
 ) -> Fitted:
-    """The fit with terms that a person names; the screen finds where each begins."""
+    """The fit with terms that a person names; the screen finds where each begins.
+
+    What repeats with the rotor shows once the others are in: they are fitted roughly before it.
+    """
     names = {u.name for u in solution.unknowns}
+    fixed = {n: v for n, v in values.items() if n not in names}
+    now = (records, solution, values)
+    taken: tuple[Term, ...] = ()
+    for stage in _stages(terms):
+        start, own = _starts(*now, taken, stage)
+        taken = (*taken, *stage)
+        begun = begin(now[0], now[1], taken, fixed=fixed, start=start, own=own)
+        rough = begun.roughly()
+        now = rough.records, rough.solution, rough.values
+    return begun.wholly(rough)
+
+
+def _stages(terms: Sequence[Term]) -> list[tuple[Term, ...]]:
+    """All that does not repeat with the rotor, then one by one what does: ripple shows more."""
+    still = tuple(t for t in terms if not t.per_turn)
+    turning = sorted((t for t in terms if t.per_turn), key=lambda t: t.name, reverse=True)
+    return [stage for stage in (still, *((t,) for t in turning)) if stage]
+
+
+def _starts(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    values: Mapping[str, float],
+    taken: Sequence[Term],
+    terms: Sequence[Term],
+) -> tuple[dict[str, float], list[dict[str, float]]]:
+    """Where the parameters and every record's nuisances begin, with ``terms`` beside ``taken``."""
     white = plain(records, solution)
-    candidates = {c.term: c for c in screen(records, white, values)}
+    candidates = {c.term: c for c in screen(records, white, values, taken)}
     if TERMS["two-masses"] in terms:
-        candidates |= {c.term: c for c in springs(records, white, values, (), asked=True)}
+        candidates |= {c.term: c for c in springs(records, white, values, taken, asked=True)}
     start: dict[str, float] = dict(values)
-    own: list[dict[str, float]] = [{} for _ in records]
+    own = [
+        {u.name: float(v) for u, v in zip(r.unknowns, o, strict=True)}
+        for r, o in zip(records, solution.own, strict=True)
+    ]
     for term in terms:
         candidate = candidates.get(term)
         if candidate is not None:
@@ -91,8 +124,7 @@ def asked_for(
                 mine.update(more)
         elif term.per_turn or term.name in ("ke-kt", "direction"):
             raise DataError(f"these captures cannot tell {term.name} ({term.title}){_why(term)}")
-    fixed = {n: v for n, v in values.items() if n not in names}
-    return fit_with(records, solution, terms, fixed=fixed, start=start, own=own)
+    return start, own
 
 
 def _why(term: Term) -> str:

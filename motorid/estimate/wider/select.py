@@ -115,11 +115,11 @@ def _asked(now: _Model, reach: Mapping[str, float]) -> list[Candidate]:
     return asked
 
 
-def _rivals(now: _Model, asked: Sequence[Candidate]) -> list[tuple[Candidate, Begun, Solution]]:
+def _rivals(now: _Model, asked: Sequence[Candidate]) -> list[tuple[Candidate, Begun, Fitted]]:
     """Each roughly fitted, the best of them first."""
     begun = [(c, _begun(now, c)) for c in asked]
     tried = [(c, b, b.roughly()) for c, b in begun]
-    return sorted(tried, key=lambda one: one[2].objective)
+    return sorted(tried, key=lambda one: one[2].solution.objective)
 
 
 def _is_worth(candidate: Candidate, reach: Mapping[str, float]) -> bool:
