@@ -26,6 +26,7 @@ WATCHDOG_S = 0.3  # 250 ms nominal, by an oscillator of its own
 # in each window first use up what is saved for uneven ones
 STORMS = ((60_000, 48_000), (200_000, 8000), (1_000_000, 8000))
 WORST_SLOT = 2000  # cycles that a burst of as many edges as are allowed may take
+LEVELS_AT = 3250  # cycles after a window's end at which the next duty must be known
 SILENCE_MS = 300
 REST = 40  # samples
 
@@ -152,6 +153,22 @@ def test_a_driver_that_complains_before_the_bridge_closes_trips_when_it_does(rig
     assert record.one("fault")["fault"] is Fault.DRIVER
     assert 0 < ticks <= 2 * client.period
     assert not rig.facts["enabled"]
+
+
+def test_volts_are_held_while_commands_come_at_full_speed(rig: Rig) -> None:
+    """What a sample takes longest for, at once: a division, heartbeats, and the encoder's edges."""
+    client = rig.client
+    rig.emulator.set("extra_edges", 30_000.0)
+    record = client.start(client.hold(2000, 9.0), client.hold(2000, 6.0))
+    until = client.port.now() + client.seconds(4100)
+    rig.emulator.times()
+    while client.port.now() < until:
+        client.send("heartbeat", sequence=0)
+        client.wait(3e-3)
+    client.follow(record)
+    assert not record.all("fault")
+    assert rig.facts["resets"] == 0
+    assert rig.emulator.times()["sample"]["most"] < LEVELS_AT
 
 
 @pytest.mark.parametrize("cause", [ResetCause.EXTERNAL, ResetCause.BROWN_OUT])

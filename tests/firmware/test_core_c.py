@@ -67,3 +67,22 @@ def test_a_fuzzer_finds_nothing_in_the_receiver(tmp_path: Path) -> None:
     runs = re.search(r"number_of_executed_units: (\d+)", said)
     assert runs
     assert int(runs[1]) > 2000  # far more where the computer is not busy
+
+
+@pytest.mark.slow
+def test_the_deepest_stack_of_the_ports_is_bounded_by_their_calls(tmp_path: Path) -> None:
+    """``check`` of the AVR port holds the bound; the emulator has seen 278 bytes of it."""
+    port = str(FIRMWARE / "ports" / "avr")
+    said = make("all", "avr-gcc", "-C", port, "BOARD=uno", f"OUT={tmp_path}")
+    found = re.search(r"stack: at most (\d+) of (\d+) bytes", said)
+    assert found
+    bound, room = map(int, found.groups())
+    assert 278 <= bound <= room
+    command = [
+        sys.executable,
+        str(FIRMWARE / "test" / "stack.py"),
+        str(tmp_path / "motorid-uno.elf"),
+    ]
+    short = subprocess.run([*command, str(2048 - room + bound - 1)], capture_output=True, text=True)
+    assert short.returncode != 0
+    assert "the stack may reach the data" in short.stderr

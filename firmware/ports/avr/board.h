@@ -27,8 +27,7 @@ void sampling_burst_reading(const uint8_t *bytes, uint8_t n, struct reading *out
 
 /* ---- link.c */
 void link_begin(void);
-/* Say nothing for a while, and go on; both with interrupts off. */
-void link_hold(void);
+/* Speak again, after slots.S has let it say nothing; with interrupts off. */
 void link_release(void);
 bool link_has_heard(void);
 bool link_read(uint8_t *byte);

@@ -54,14 +54,17 @@ static void describe_supply(wire_describe_channel_reply_t *out) {
     out->raw_min = 4;
 }
 
-/* Single conversions, each one worth four: an instant, behind the input's filter. */
+/* Single conversions behind the input's filter, each one worth four. Against a motor that settles within
+ * some samples the filter's spread counts as much as its delay, so it is told as the window that has the
+ * same mean and the same variance: the root of 12 time constants wide. */
+#define SPREAD_NS(filter_ns) ((uint32_t)(3.4641f * (float)(filter_ns)))
 void channels_describe_burst(uint8_t channel, wire_describe_channel_reply_t *out) {
     const bool is_current = channel == WIRE_CHANNEL_CURRENT;
     const uint16_t slot = channel == WIRE_CHANNEL_SUPPLY_VOLTAGE ? 5 : 1;
-    out->kind = WIRE_CHANNEL_KIND_INSTANT;
+    const uint32_t filter_ns = is_current ? CURRENT_FILTER_NS : FILTER_NS;
     out->bits = 10;
-    out->aperture_ns = 0;
-    out->delay_ns = TICKS_TO_NS(GROUP_DELAY(slot)) + (is_current ? CURRENT_FILTER_NS : FILTER_NS);
+    out->aperture_ns = SPREAD_NS(filter_ns);
+    out->delay_ns = TICKS_TO_NS(GROUP_DELAY(slot)) + filter_ns - out->aperture_ns / 2u;
     out->noise = NOISE_LSB * (channel == WIRE_CHANNEL_TERMINAL_VOLTAGE ? 9.8f : 4.0f);
 }
 

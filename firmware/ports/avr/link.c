@@ -41,8 +41,6 @@ ISR(LINK_UDRE_vect) {
     }
 }
 
-void link_hold(void) { UCSR0B &= (uint8_t)~_BV(UDRIE0); }
-
 void link_release(void) {
     if (said.tail != said.head) {
         UCSR0B |= _BV(UDRIE0);

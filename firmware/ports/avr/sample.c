@@ -185,7 +185,8 @@ static bool deal_with(const struct reading *reading) {
     return false;
 }
 
-/* Entered from slots.S as an interrupt: a window is complete. Other interrupts go on at once, so
+/* Entered from slots.S as an interrupt: a window is complete, and the link held: its interrupt might
+ * come 20 times meanwhile, and there is time for it after. Other interrupts go on at once, so
  * that none waits for longer than two of the slot's or the encoder's take: the next slot is due after
  * 250 cycles, and the receiver, which holds two characters, after 320. (The emulator's receiver holds
  * more, and would hide it if this grew.) */
@@ -203,7 +204,6 @@ void __vector_window(void) {
     SCOPE_PORT |= _BV(SCOPE_BIT);
     now.sampling = true;
     now.news = true;
-    link_hold(); /* its interrupt may come 20 times meanwhile, and there is time for it after */
     take(&reading);
     const bool in_step = now.starting || deal_with(&reading);
     now.starting = false;

@@ -94,7 +94,11 @@ group:
         andi r24, SLOTS - 1
         brne done
 
-/* The window is complete: on to C, as if its interrupt had come (sample.c). */
+/* The window is complete: on to C, as if its interrupt had come (sample.c). The link says nothing
+ * meanwhile; held only in C, its interrupts could keep C from getting there. */
+        lds  r24, UCSR0B
+        andi r24, lo8(~(1 << UDRIE0))
+        sts  UCSR0B, r24
         lds  r24, TCNT1L        ; the low byte first, as with ADCL
         sts  window_phase, r24
         lds  r24, TCNT1H
