@@ -163,7 +163,7 @@ def widest(folder: Path) -> None:
     """One fit with every term that one capture can tell, beside the six-parameter fit."""
     options = (
         "brush_drop=0.15&quadratic=2e-10&asymmetry=0.1&stiction=2&stribeck=60&ripple=0.02"
-        "&heating=1&cogging=3e-4&cogging_per_turn=4"
+        "&heating=1&cogging=6e-4&cogging_per_turn=4"
     )
     capture, _ = captured(folder, Effect("", options), 1)
     records, solution = motor_fit.solved([capture], {}, ())
