@@ -56,6 +56,12 @@ def test_the_core_fits_its_budget(tmp_path: Path) -> None:
     ]
 
 
+def test_a_second_compiler_has_no_warning_of_the_boards_sources() -> None:
+    if not shutil.which("avr-gcc"):
+        pytest.skip(f"{NEEDS['avr-gcc']}: make second takes its headers")
+    assert make("second", "clang") == ""
+
+
 def test_lint_is_quiet() -> None:
     assert make("lint", "cppcheck") == ""
 
