@@ -261,7 +261,43 @@ static void a_command_may_come_as_the_run_ends(void) {
     }
 }
 
+/* What was kept of each period comes after the run, from its first tick up to its end, in order. */
+static void a_fast_burst_is_kept_and_sent(void) {
+    enum { PERIODS = 3, CHANNELS = 3 };
+    uint8_t payload[WIRE_MAX_PAYLOAD];
+    wire_configure_t config = fake_config();
+    config.mode = WIRE_MODE_BURST;
+    config.sample_period_ticks = 800 / FAKE_FAST;
+    fake_start();
+    fake_settle();
+    CHECK(fake_configure(&config) == WIRE_STATUS_OK && core.period == 800);
+    CHECK(fake_add_step(0, WIRE_STEP_KIND_COAST, 0, PERIODS) == WIRE_STATUS_OK);
+    CHECK(fake_run() == WIRE_STATUS_OK);
+    for (int16_t n = 0; n <= PERIODS; n++) {
+        for (int16_t k = 0; k < FAKE_FAST; k++) {
+            fake.fast[k] = (struct reading){{(int16_t)(FAKE_FAST * n + k), 0, 2400}, 0};
+        }
+        fake_sample();
+    }
+    fake_settle();
+    int16_t next = FAKE_FAST - 1; /* the first period's last is at the first tick */
+    int length;
+    while ((length = fake_heard(payload)) != 0) {
+        wire_event_sample_block_t block;
+        const uint8_t *sample = payload + WIRE_EVENT_HEADER + WIRE_EVENT_SAMPLE_BLOCK_SIZE;
+        if (length < 0 || payload[0] != WIRE_EVENT_SAMPLE_BLOCK_CODE) {
+            continue;
+        }
+        CHECK(wire_get_event_sample_block(payload + WIRE_EVENT_HEADER, WIRE_MAX_PAYLOAD, &block));
+        for (uint8_t k = 0; k < block.count; k++, sample += 2 * CHANNELS) {
+            CHECK(wire_get_i16(sample) == next++);
+        }
+    }
+    CHECK(next == FAKE_FAST - 1 + PERIODS * FAKE_FAST);
+}
+
 const struct test core_tests[] = {
+    TEST(a_fast_burst_is_kept_and_sent),
     TEST(power_on_opens_the_bridge_and_says_hello),
     TEST(a_watchdog_reset_is_latched),
     TEST(a_hung_main_loop_does_not_keep_the_motor_running),
