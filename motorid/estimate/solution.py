@@ -14,6 +14,8 @@ from motorid.estimate.algebra import square
 
 Floats = NDArray[np.float64]
 
+LEAST = 1e-250  # of an information: its inverse is still a number
+
 
 @dataclass(frozen=True)
 class Unknown:
@@ -147,8 +149,11 @@ def bounded_inverse(information: Floats, at_bound: NDArray[np.bool_]) -> Floats:
     if not len(free):
         return inverse
     part = information[np.ix_(free, free)]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(part), 1e-300))
-    inverse[np.ix_(free, free)] = np.linalg.pinv(
-        part * np.outer(scale, scale), rcond=1e-14, hermitian=True
-    ) * np.outer(scale, scale)
+    diagonal = np.diag(part)
+    # rounding may leave nothing, or less, of what nuisances explain: such a one stays where it is
+    scale = np.where(diagonal > 0.0, np.maximum(diagonal, LEAST) ** -0.5, 0.0)
+    scaled = np.clip(part * scale[:, None] * scale, -1.0, 1.0)
+    inverse[np.ix_(free, free)] = np.linalg.pinv(scaled, rcond=1e-14, hermitian=True) * np.outer(
+        scale, scale
+    )
     return inverse
