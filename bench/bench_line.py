@@ -116,8 +116,9 @@ def main(arguments: list[str]) -> int:
         folder = Path(arguments[2]) if len(arguments) > 2 else Path(name)
         folder.mkdir(parents=True, exist_ok=True)
         line = motors(count)
+        limits = load_product("sim-disc").digest
         tasks = [
-            Task(inspect, (k, options, folder), {"motor": k, "options": options})
+            Task(inspect, (k, options, folder), {"motor": k, "options": options, "limits": limits})
             for k, (_, options) in enumerate(line)
         ]
         results = run_all(tasks, folder / "runs", jobs, show)
