@@ -26,6 +26,7 @@ from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Wiring
 from motorid.estimate import fit
+from motorid.estimate.loss import lossless
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.types import PARAMETERS, Estimate
 from motorid.motor.response import Output, Quantity, Response
@@ -89,7 +90,7 @@ def exact_model(captures: int, count: int) -> bool:
     ratios, covered = [], []
     each = -(-captures // len(MOTORS))
     for k, (motor, volts) in enumerate(zip(MOTORS, VOLTS, strict=True)):
-        clean = clean_capture(motor, Plan(volts=volts, count=count))
+        clean = lossless(clean_capture(motor, Plan(volts=volts, count=count)))
         stall = volts[0] / motor["R"]
         sd = {CURRENT: 2e-3 * stall, POSITION: 3e-3, VOLTAGE: 1e-3 * volts[0]}
         sigmas = {CURRENT: sd[CURRENT], POSITION: sd[POSITION], "back_emf": sd[VOLTAGE]}
@@ -173,7 +174,7 @@ def simulated(seeds: int) -> bool:
 
 def response_cost() -> bool:
     """One response of 10,000 samples against one pass of a second-order filter of that length."""
-    capture = clean_capture(FAULHABER, Plan(count=10_000))
+    capture = lossless(clean_capture(FAULHABER, Plan(count=10_000)))
     start = MotorRecord(capture, PARAMETERS, {})
     volts = start.volts.copy()
     outputs = [Output(Quantity.CURRENT, 5e-5, 2e-6), Output(Quantity.POSITION)]

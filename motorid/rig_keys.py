@@ -85,6 +85,8 @@ SECTIONS: Mapping[str, Mapping[str, Key]] = {
         "encoder_reversed": Flag(),
         "voltage_sense": Text(("terminals", "bridge", "supply")),
         "supply_voltage_v": Number(0.1, 1e3),
+        "brush_drop_v": Number(0, 1e2),
+        "brush_drop_uncertainty_v": Number(0, 1e2),
     },
     "limits": {
         "current_a": Number(1e-3, 1e4),

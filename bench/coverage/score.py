@@ -83,10 +83,11 @@ def _fitted(captures: Sequence[Capture], runs: Runs, model: str = SIX) -> Row:
     except Exception as error:
         return {"crashed": "".join(traceback.format_exception(error))[-2000:]}
     better = estimate.alternative
+    answer = better or estimate
     return {
         "seconds": round(time.process_time() - began, 3),
         "terms": [] if better is None else list(better.terms),
-        "parameters": _parameters((better or estimate).parameters, runs),
+        "parameters": _parameters({**answer.parameters, **answer.at_25}, runs),
         "diagnostics": [d.code for d in estimate.diagnostics],
         "budget": {name: dict(shares) for name, shares in estimate.budget.items()},
     }

@@ -112,6 +112,8 @@ class Wiring:
     pwm_hz: float = 0.0
     dead_time_s: float = 0.0
     supply_voltage_v: float = 0.0  # nominal; 0: unknown
+    brush_drop_v: float | None = None  # of the motor, over both brushes; None: not declared
+    brush_drop_uncertainty_v: float = 0.0  # standard
 
 
 @dataclass(frozen=True)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture
+from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture, Wiring
 from motorid.errors import DataError
 from motorid.estimate.timeline import Part, Timeline
+from motorid.motor.response import Stretch
 from motorid.program import Decay, StepKind
 
 Floats = NDArray[np.float64]
 
+NEARLY = 2.0  # times the current that ripple just turns around, up or down: it may or may not
+STRAIGHT = 1e-3  # PWM periods over L/R: below it the current runs straight between its ends
 DIODE_DROPS_V = 1.4  # of the two diodes that carry a freewheeling current
 
 
@@ -63,7 +67,33 @@ def pwm_shape(part: Part, level_v: float, rail: float | None) -> tuple[float, fl
     return (duty, level_v / duty) if duty else (0.0, 0.0)
 
 
-def switched_late(capture: Capture, part: Part, current: Floats, inductance_h: float) -> int:
+def stretch_of(
+    wiring: Wiring,
+    rail: float | None,
+    clamp_v: float,
+    part: Part,
+    start: int,
+    ohms: float,
+    volts: Floats,
+    in_time: bool = False,
+) -> Stretch:
+    """From ``start`` under a part's command, whose PWM begins in time or a dead time late."""
+    late_s = 0.0 if in_time else wiring.dead_time_s
+    duty, swing = pwm_shape(part, float(np.mean(volts)), rail)
+    left = duty - late_s * wiring.pwm_hz
+    if not 0.0 < left < duty < 1.0:
+        return Stretch(start, part.open, ohms, clamp_v, duty, swing)
+    swing *= duty / left  # the level is the mean of what is left
+    return Stretch(start, part.open, ohms, clamp_v, left, swing, late_s)
+
+
+def switched_late(
+    capture: Capture,
+    part: Part,
+    current: Floats,
+    inductance_h: float,
+    resistance_ohm: float = 0.0,
+) -> int:
     """Interval up to which dead time delays the on part while ``current`` (count,) flows.
 
     As a motor speeds up its current falls. Once ripple turns it around within the PWM period, a
@@ -71,19 +101,33 @@ def switched_late(capture: Capture, part: Part, current: Floats, inductance_h: f
     """
     if part.decay != Decay.SYNCHRONOUS_SLOW or not part.level or not capture.wiring.pwm_hz:
         return part.start
-    late = np.flatnonzero(np.abs(current[part.slice]) >= half_ripple(capture, part, inductance_h))
+    below, _ = ripple(capture, part, inductance_h, resistance_ohm)
+    late = np.flatnonzero(np.abs(current[part.slice]) >= below)
     return part.start + int(late[-1]) + 1 if len(late) else part.start
 
 
-def half_ripple(capture: Capture, part: Part, inductance_h: float) -> float:
-    """A, half the swing of the current within a PWM period: below it, it passes through zero."""
+def ripple(
+    capture: Capture, part: Part, inductance_h: float, resistance_ohm: float = 0.0
+) -> tuple[float, float]:
+    """A, how far the current swings below its mean within a PWM period, and how far above.
+
+    While the mean is less than the first, the current passes through zero. With a resistance it
+    bends on its way, and spends more of the period near one end.
+    """
     rail, pwm = supply_voltage(capture), capture.wiring.pwm_hz
     duty, _ = pwm_shape(part, 1.0, rail)
     if part.decay == Decay.FAST:
         duty = 0.5
-    if not rail or not pwm or not inductance_h:
-        return 0.0
-    return rail * duty * (1 - duty) / (2 * inductance_h * pwm)
+    if not rail or not pwm or not inductance_h or not 0.0 < duty < 1.0:
+        return 0.0, 0.0
+    decay = resistance_ohm / (inductance_h * pwm)  # per period
+    if decay < STRAIGHT:
+        half = rail * duty * (1 - duty) / (2 * inductance_h * pwm)
+        return half, half
+    on, off = -math.expm1(-decay * duty), -math.expm1(-decay * (1 - duty))
+    swing = rail / resistance_ohm / -math.expm1(-decay)
+    below = swing * (duty * off - (1 - duty) * on * (1 - off))
+    return below, swing * on * off - below
 
 
 def discontinuous(capture: Capture, timeline: Timeline, inductance_h: float) -> Part | None:
@@ -97,7 +141,7 @@ def discontinuous(capture: Capture, timeline: Timeline, inductance_h: float) -> 
             continue
         settled = amperes[(part.start + part.stop) // 2 : part.stop]
         mean = float(np.nanmean(settled)) if np.isfinite(settled).any() else 0.0
-        if abs(mean) < half_ripple(capture, part, inductance_h):
+        if abs(mean) < ripple(capture, part, inductance_h)[0]:
             return part
     return None
 
@@ -120,7 +164,11 @@ def refuse_discontinuous(capture: Capture, timeline: Timeline, inductance_h: flo
 
 
 def dead_time_loss(
-    capture: Capture, parts: Sequence[Part], current: Floats, inductance_h: float
+    capture: Capture,
+    parts: Sequence[Part],
+    current: Floats,
+    inductance_h: float,
+    resistance_ohm: float = 0.0,
 ) -> Floats:
     """V (count,) that the dead time of a synchronous bridge takes from duty times supply.
 
@@ -129,13 +177,33 @@ def dead_time_loss(
     and nothing is lost. ``current`` (count,) is the model's.
     """
     lost = np.zeros(len(current))
-    share = capture.wiring.dead_time_s * capture.wiring.pwm_hz
-    rail = supply_voltage(capture)
     for part in parts:
-        switches = part.decay == Decay.SYNCHRONOUS_SLOW and abs(part.level) > 0
-        if switches and rail and share:
+        most = _most_lost(capture, part)
+        if most:
             here = current[part.slice]
-            turns = np.abs(here) < half_ripple(capture, part, inductance_h)
-            direction = np.where(turns, 0.0, np.sign(here))
-            lost[part.slice] = share * (rail + DIODE_DROPS_V) * direction
+            below, _ = ripple(capture, part, inductance_h, resistance_ohm)
+            lost[part.slice] = np.where(np.abs(here) < below, 0.0, most * np.sign(here))
     return lost
+
+
+def dead_time_doubt(
+    capture: Capture, part: Part, current: Floats, inductance_h: float, resistance_ohm: float
+) -> float:
+    """Standard uncertainty (V) of what the dead time takes from a part, in its mean.
+
+    Near the current that ripple just turns around, cogging or a brush may turn it or not: what is
+    lost then lies between nothing and all.
+    """
+    below, _ = ripple(capture, part, inductance_h, resistance_ohm)
+    size = np.abs(current[part.slice])
+    near = (size > below / NEARLY) & (size < below * NEARLY)
+    return _most_lost(capture, part) / 2 * float(near.mean())
+
+
+def _most_lost(capture: Capture, part: Part) -> float:
+    """V that the dead time takes while the current never turns; 0 where nothing switches."""
+    rail = supply_voltage(capture)
+    duty, _ = pwm_shape(part, 1.0, rail)
+    if part.decay != Decay.SYNCHRONOUS_SLOW or not 0.0 < duty < 1.0 or not rail:
+        return 0.0
+    return capture.wiring.dead_time_s * capture.wiring.pwm_hz * (rail + DIODE_DROPS_V)

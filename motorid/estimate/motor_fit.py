@@ -26,6 +26,7 @@ from motorid.estimate.algebra import misfits
 from motorid.estimate.bridge import discontinuous, refuse_discontinuous
 from motorid.estimate.closed_form import start_values
 from motorid.estimate.likelihood import ENOUGH, Solution, Unknown, maximise
+from motorid.estimate.loss import lossless
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.suspects import signs
 from motorid.estimate.suspects.lazy import Suspects
@@ -40,6 +41,7 @@ Floats = NDArray[np.float64]
 MODEL = "v = R i + L di/dt + K w; J dw/dt = K i - B w - T0 sign(w)"
 METHOD = "output-error maximum likelihood"
 SOURCE_PASSES = 3  # at most, of fit and source lines in turn
+LOSS_PASSES = 7  # the same while what brushes take follows a current that still moves
 SHORTEST_ELECTRICAL = 1e-3  # L/R in sample periods: below it the data know no inductance
 ROUGH = 1.0  # change of chi-square that is near enough while sources and noise are unsettled
 COLOUR_PASSES = 2  # of noise model and fit in turn
@@ -58,6 +60,8 @@ NUISANCE_UNITS = {
     "initial_speed": "rad/s",
     "initial_current": "A",
     "voltage_late": "s",
+    "voltage_loss": "V",
+    "warming": "1",
     "initial_warmth": "1",
     "cogging_phase": "rad",
     "ripple_phase": "rad",
@@ -84,6 +88,8 @@ def solved(
     """The captures as the likelihood sees them, and their most likely parameters; as ``fit``."""
     fixed = {**dict.fromkeys(without, 0.0), **fix}
     free = [name for name in PARAMETERS if name not in fixed]
+    if fixed.get("L") == 0.0:  # the rise of the current would be taken for a drop
+        captures = [lossless(capture) for capture in captures]
     records = [MotorRecord(capture, free, fixed) for capture in captures]
     signs.insist(records)
     start = start_values(records, fixed)
@@ -214,14 +220,18 @@ def settled(
 def with_sources(
     records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
 ) -> Solution:
-    """The fit and the voltage sources in turn, until the sources stay."""
+    """The fit and what drives the motor in turn, until that stays."""
     solution = maximise(unknowns(records, free, start), records, enough=ROUGH)
-    for _ in range(SOURCE_PASSES - 1):
+    settled = True
+    for n in range(1, LOSS_PASSES):
+        if settled and n >= SOURCE_PASSES:
+            break
         before = [record.sources for record in records]
         for record, own in zip(records, solution.own, strict=True):
             record.retake_sources(solution.values, own)
         after = [record.sources for record in records]
-        if all(_same(a, b) for old, new in zip(before, after, strict=True)
+        settled = all(record.settled for record in records)
+        if settled and all(_same(a, b) for old, new in zip(before, after, strict=True)
                for a, b in zip(old, new, strict=True)):  # fmt: skip
             break
         solution = again(records, free, start, solution, ROUGH)

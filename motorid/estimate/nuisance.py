@@ -35,6 +35,9 @@ class Nuisances:
     initial_warmth: int = -1
     cogging_phase: int = -1
     ripple_phase: int = -1
+    voltage_loss: int = -1
+    loss_bend: int = -1
+    warming: int = -1
     levels: dict[int, int] = field(default_factory=dict)  # place by part of the program
     coasts: dict[int, int] = field(default_factory=dict)
     jumps: list[int] = field(default_factory=list)  # of a log's voltage
@@ -63,9 +66,11 @@ class Nuisances:
             share = Unknown(f"jump_{k}", 0.5, lower=0.0, upper=1.0, prior_mean=0.5, prior_sd=EVEN)
             self.unknowns.append(share)
 
-    def expect(self, place: int, deviation: float) -> None:
-        """Give an unknown about zero another prior."""
-        self.unknowns[place] = replace(self.unknowns[place], prior_sd=deviation)
+    def expect(self, place: int, deviation: float, mean: float = 0.0) -> None:
+        """Give an unknown another prior; one that is absent has none."""
+        if place >= 0:
+            known = self.unknowns[place]
+            self.unknowns[place] = replace(known, prior_mean=mean, prior_sd=deviation)
 
     def of(self, own: Floats, name: str) -> float:
         """Its value among the record's own (SI), 0 where it has none."""
@@ -80,8 +85,12 @@ def nuisances(
     sensed: Sense,
     unrest: Unrest,
     measured: Sequence[Measured],
+    lost: Sequence[Unknown] = (),
 ) -> Nuisances:
-    """Those that this capture can tell, or whose uncertainty its channels declare."""
+    """Those that this capture can tell, or whose uncertainty its channels declare.
+
+    ``lost``: those of the voltage that brushes and winding take.
+    """
     names = {m.block.name: m for m in measured}
     found = Nuisances()
     current, position, emf = names.get(CURRENT), names.get(POSITION), names.get(EMF)
@@ -105,6 +114,8 @@ def nuisances(
         late = max(period, stated)
         found.add(Unknown("voltage_late", 0.0, scale=period, prior_sd=late))
         found.add_jumps(len(sensed.waveform.jumps))
+    for unknown in lost:
+        found.add(unknown)
     if not starts_at_rest(capture, driven):
         _moving_start(found, names.get(POSITION) or names.get(SPEED), period_s)
         if current is not None and driven[0]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +17,17 @@ from motorid.estimate.algebra import square
 from motorid.estimate.bridge import (
     bridge_prior,
     clamp_voltage,
+    dead_time_doubt,
     dead_time_loss,
-    pwm_shape,
+    stretch_of,
     supply_voltage,
     switched_late,
 )
+from motorid.estimate.loss import Flow, Loss
 from motorid.estimate.nuisance import nuisances, starts_at_rest
 from motorid.estimate.readings import EMF, Measured, read
 from motorid.estimate.solution import Block, Unknown
-from motorid.estimate.timeline import Part, lay
+from motorid.estimate.timeline import lay
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.unrest import Unrest
 from motorid.estimate.voltage import Sense, Source, sense, source_resistance, sources
@@ -69,16 +73,20 @@ class MotorRecord:
         self.supply_v = supply_voltage(capture)
         self.clamp_v = clamp_voltage(capture, float(np.abs(sensed.volts).max()))
         self._lost = sensed.filled | np.isnan(self.timeline.spread(np.zeros(len(capture))))
-        self.driven = self._driven()
+        self.driven = self.timeline.driven
         self.sources: tuple[Source | None, ...] = tuple(None for _ in self.timeline.parts)
+        self._doubts = tuple(0.0 for _ in self.timeline.parts)  # V of what the dead time takes
         self.switched_late = tuple(0 for _ in self.timeline.parts)  # interval up to which it is
         self.measured, self._outputs = read(capture, self.timeline, self.driven, sensed.shows_emf)
         if not self.measured:
             raise DataError("the capture holds neither a current nor a position or speed to fit")
         self._unrest = Unrest(capture, self.timeline, sensed)
+        self.settled = True  # what is lost is that of the model's own current
+        self._loss = Loss.of(capture, self.timeline, self.driven, sensed.volts)
         self._own = nuisances(
-            capture, self.timeline.period_s, self.driven, sensed, self._unrest, self.measured
-        )
+            capture, self.timeline.period_s, self.driven, sensed, self._unrest, self.measured,
+            self._loss.unknowns if self._loss is not None else (),
+        )  # fmt: skip
         self.unknowns = tuple(self._own.unknowns)
         self.blocks = tuple(m.block for m in self.measured)
         self.filters: tuple[Floats | None, ...] = tuple(None for _ in self.measured)
@@ -100,13 +108,6 @@ class MotorRecord:
             self._excite()
 
     # ---- set-up ---------------------------------------------------------------------------
-
-    def _driven(self) -> NDArray[np.bool_]:
-        """Intervals in which the bridge connects the motor, (count,)."""
-        driven = np.ones(self.timeline.count, dtype=bool)
-        for part in self.timeline.parts:
-            driven[part.slice] = not part.open
-        return driven
 
     def twin(self) -> MotorRecord:
         """This record as it is now, whatever becomes of it; with a response of its own."""
@@ -137,6 +138,7 @@ class MotorRecord:
     def _excite(self) -> None:
         volts = self._heard.volts.copy()
         stretches: list[Stretch] = []
+        begin = partial(stretch_of, self.capture.wiring, self.supply_v, self.clamp_v)
         self._first = []  # stretch of every part
         for part, source, late in zip(
             self.timeline.parts, self.sources, self.switched_late, strict=True
@@ -147,30 +149,17 @@ class MotorRecord:
             self._first.append(len(stretches))
             edge = max(min(late, part.stop), part.start)
             if edge > part.start:
-                stretches.append(self._stretch(part, part.start, ohms, volts[part.start : edge]))
+                stretches.append(begin(part, part.start, ohms, volts[part.start : edge]))
             if edge < part.stop:
-                stretches.append(self._stretch(part, edge, ohms, volts[edge : part.stop], True))
+                stretches.append(begin(part, edge, ohms, volts[edge : part.stop], in_time=True))
         self.volts = volts
         self._memory: dict[tuple[float, ...], Floats] = {}
         self.response.excite(volts, stretches)
         self.stretches = tuple(stretches)
         for k, place in self._own.levels.items():
-            self._own.expect(place, self._unrest.level_deviation(k, self.sources[k]))
+            mean = self._unrest.level_deviation(k, self.sources[k])
+            self._own.expect(place, math.hypot(mean, self._doubts[k]))
         self.unknowns = tuple(self._own.unknowns)
-
-    def _stretch(
-        self, part: Part, start: int, ohms: float, volts: Floats, in_time: bool = False
-    ) -> Stretch:
-        """From ``start`` under a part's command, whose PWM begins in time or a dead time late."""
-        wiring = self.capture.wiring
-        late_s = 0.0 if in_time else wiring.dead_time_s
-        level = float(np.mean(volts))
-        duty, swing = pwm_shape(part, level, self.supply_v)
-        left = duty - late_s * wiring.pwm_hz
-        if not 0.0 < left < duty < 1.0:
-            return Stretch(start, part.open, ohms, self.clamp_v, duty, swing)
-        swing *= duty / left  # the level is the mean of what is left
-        return Stretch(start, part.open, ohms, self.clamp_v, left, swing, late_s)
 
     def retake_sources(self, shared: Floats, own: Floats) -> None:
         """Judge the source lines with the model's own current over the voltage's windows."""
@@ -178,16 +167,23 @@ class MotorRecord:
         aperture = (channel.aperture_s if channel else 0.0) or self.timeline.period_s
         late = channel.delay_s - self.sensed.lag * self.timeline.period_s if channel else 0.0
         window = Output(Quantity.CURRENT, aperture, max(late, 0.0))
-        over = self.respond(self.timeline.period_s, self.volts, [window], self.stretches)
-        current = over(self.motor(shared), self._initial(own))[0]
+        interval = Output(Quantity.CURRENT, self.timeline.period_s)
+        volts = self.volts - self._lost_volts(own)
+        over = self.respond(self.timeline.period_s, volts, [window, interval], self.stretches)
+        current, mean = over(self.motor(shared), self._initial(own))
         self.simulated += 1
-        inductance = float(self.motor(shared)[1])
+        resistance, inductance = (float(v) for v in self.motor(shared)[:2])
+        self._lose(mean, inductance, resistance, own)
         parts = self.timeline.parts
         self.switched_late = tuple(
-            switched_late(self.capture, part, current, inductance) for part in parts
+            switched_late(self.capture, part, current, inductance, resistance) for part in parts
         )
-        lost = dead_time_loss(self.capture, parts, current, inductance)
+        lost = dead_time_loss(self.capture, parts, current, inductance, resistance)
         if self.sensed.commanded:
+            self._doubts = tuple(
+                dead_time_doubt(self.capture, part, current, inductance, resistance)
+                for part in parts
+            )
             self._heard = replace(self.sensed, volts=self.sensed.volts - lost)
         else:  # the readings show the loss: only their line must know of it
             self._heard = replace(self.sensed, lost=lost)
@@ -198,6 +194,17 @@ class MotorRecord:
             spread = self._unrest.speed_deviation(k, self.sources[k - 1], motor)
             self._own.expect(place, spread)
         self.take_sources(current, ohms)
+
+    def _lose(self, mean: Floats, inductance_h: float, resistance_ohm: float, own: Floats) -> None:
+        """Judge what is lost with the model's own ``mean`` current (count,) over intervals."""
+        if self._loss is None:
+            return
+        flow = Flow.of(self.capture, self.timeline.parts, mean, inductance_h, resistance_ohm)
+        values = self._losing(own)
+        followed = self._loss.follow(flow, resistance_ohm, values)
+        self.settled = followed.near(self._loss, values)
+        self._loss = followed
+        self._own.expect(self._own.warming, *self._loss.rise[::-1])
 
     # ---- the model ----------------------------------------------------------------------------
 
@@ -227,10 +234,10 @@ class MotorRecord:
         initial = self._initial(own)
         volts, kicks = self._levels(own), [float(own[j]) for j in self._own.coasts.values()]
         late = [self._own.of(own, "voltage_late"), *(float(own[j]) for j in self._own.jumps)]
-        key = (*shared, *volts, *kicks, *late, *initial)
+        key = (*shared, *volts, *kicks, *late, *self._losing(own).values(), *initial)
         readings = self._memory.pop(key, None)
         if readings is None:
-            self._drive(volts, kicks, late)
+            self._drive(volts, kicks, late, self._lost_volts(own))
             readings = self.response(self.motor(shared), initial)
             self.simulated += 1
             if len(self._memory) >= REMEMBERED:
@@ -246,19 +253,34 @@ class MotorRecord:
             volts[k] += float(own[place])
         return volts
 
-    def _drive(self, volts: Sequence[float], kicks: Sequence[float], late: Sequence[float]) -> None:
-        """Shift the voltage of every part, and the speed at the start of every coast; and a log's
-        voltage and jumps in time.
+    def _losing(self, own: Floats) -> dict[str, float]:
+        """The unknowns of what brushes and a warming winding take."""
+        names = self._loss.shapes if self._loss is not None else ()
+        return {name: self._own.of(own, name) for name in names}
+
+    def _lost_volts(self, own: Floats) -> Floats | float:
+        """V (count,) that they take beyond R i."""
+        return 0.0 if self._loss is None else self._loss.volts(self._losing(own))
+
+    def _drive(
+        self,
+        volts: Sequence[float],
+        kicks: Sequence[float],
+        late: Sequence[float],
+        lost: Floats | float,
+    ) -> None:
+        """Shift the voltage of every part less what is lost, and the speed at the start of every
+        coast; and a log's voltage and jumps in time.
         """
         waveform = self.sensed.waveform
         if waveform is not None and any(late):
             moved = waveform.means(self.timeline, late[0], late[1:]) - self.sensed.volts
-            self.response.shift(moved + volts[0])
+            self.response.shift(moved + volts[0] - lost)
         elif len(set(volts)) == 1:
-            self.response.shift(volts[0])
+            self.response.shift(volts[0] - lost)
         else:
             lengths = [part.stop - part.start for part in self.timeline.parts]
-            self.response.shift(np.repeat(volts, lengths))
+            self.response.shift(np.repeat(volts, lengths) - lost)
         for k, kick in zip(self._own.coasts, kicks, strict=True):
             self.response.kick(self._first[k], kick)
 

@@ -69,6 +69,14 @@ class Timeline:
     past: Floats | None = None
 
     @property
+    def driven(self) -> NDArray[np.bool_]:
+        """Intervals in which the bridge connects the motor, (count,)."""
+        driven = np.ones(self.count, dtype=bool)
+        for part in self.parts:
+            driven[part.slice] = not part.open
+        return driven
+
+    @property
     def complete(self) -> bool:
         """A sample on every tick."""
         return self.count == len(self.index)

@@ -23,6 +23,7 @@ Floats = NDArray[np.float64]
 LARGEST_ORDER = 12  # of the autoregressive spectrum
 COLOURED = 2.0  # top of a spectrum over its mean that is worth whitening
 FEWEST_RUNS = 3  # that show a spread
+NOTHING = 1e-100  # information below it is none; the squares of its inverse can still be formed
 FLOOR = 1e-13  # of a scaled information's eigenvalues: beyond it nothing is known
 
 
@@ -46,7 +47,7 @@ class Statistical:
 
 def covariance_of(information: Floats) -> Floats:
     """Inverse that grows without end, and never vanishes, along directions nobody can see."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), NOTHING))
     values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
     inverse = (vectors / np.maximum(values, FLOOR * max(float(values[-1]), 1e-300))) @ vectors.T
     return np.asarray(inverse * np.outer(scale, scale))
@@ -79,8 +80,10 @@ def statistical(solution: Solution, shifts: Sequence[Floats] = ()) -> Statistica
 
 def _with_variances(covariance: Floats, variances: Floats) -> Floats:
     """The same correlations with other variances."""
-    ratio = np.sqrt(variances / np.maximum(np.diag(covariance), 1e-300))
-    return np.asarray(covariance * np.outer(ratio, ratio))
+    before = np.diag(covariance)
+    some = before > 0.0
+    ratio = np.sqrt(np.where(some, variances, 0.0) / np.where(some, before, 1.0))
+    return np.asarray(covariance * np.outer(ratio, ratio) + np.diag(np.where(some, 0.0, variances)))
 
 
 def _between(solution: Solution, inverse: Floats, within: Floats, widening: float) -> Statistical:

@@ -75,6 +75,9 @@ def predict(bench: Bench, program: Program, motor: Motor, seed: int = 0) -> Pred
     except DataError:
         return None
     start = dict(zip(PARAMETERS, motor.values, strict=True))
+    own = np.array([u.start for u in record.unknowns])
+    # what brushes might take follows the motor's current
+    record.retake_sources(np.array(motor.values), own)
     solution = maximise(unknowns([record], PARAMETERS, start), [record], enough=ROUGH)
     deviations = np.sqrt(np.diag(covariance_of(solution.information)))
     names = [u.name for u in solution.unknowns]

@@ -18,6 +18,7 @@ from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.errors import DataError, UsageError
 from motorid.estimate import fit
+from motorid.estimate.loss import lossless
 from motorid.estimate.types import PARAMETERS, Estimate
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.report import html, json_, text
@@ -71,8 +72,10 @@ def test_brush_drop_is_found_and_what_it_biased_is_put_right(folder: Path) -> No
     drop = estimate.alternative.parameters["V_b"]
     assert drop.value == pytest.approx(0.2, rel=0.03)
     assert within(estimate, "stiction=1&brush_drop=0.2") == []
-    off = estimate.parameters["R"].value / truth(url(""))["R"] - 1
-    assert off > 0.02  # so the six-parameter answer was biased, and still stands
+    true, six = truth(url(""))["R"], estimate.parameters["R"]
+    assert six.interval_95[0] < true < six.interval_95[1]  # the drop is a nuisance of the six
+    bare = fit([lossless(measured(folder, "stiction=1&brush_drop=0.2"))]).parameters["R"]
+    assert bare.value > 1.02 * true  # and what brushes that are declared to drop nothing cost
     for fitted in estimate.alternative.lack_of_fit:
         assert fitted.after < 0.5 * fitted.before
     assert "better_model" in {d.code for d in estimate.diagnostics}
@@ -84,7 +87,7 @@ def test_the_report_shows_both_answers_in_every_form(folder: Path) -> None:
     data = json.loads(json_.dumps(estimate))
     jsonschema.validate(data, json_.schema())
     six, better = data["parameters"]["R"]["value"], data["alternative"]["parameters"]["R"]["value"]
-    assert better < 0.98 * six
+    assert better == pytest.approx(six, rel=0.01)  # the six allow for a drop; this says how large
     assert data["alternative"]["asked"]
     assert [model["chosen"] for model in data["models"]] == [True, False]
     for form in (text.render(estimate), html.render(estimate)):

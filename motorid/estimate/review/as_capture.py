@@ -17,6 +17,7 @@ from motorid.capture.model import (
     Phase,
     Wiring,
 )
+from motorid.estimate.loss import lossless
 from motorid.estimate.motor_fit import fit
 from motorid.estimate.search.problem import Solution
 from motorid.estimate.types import Floats
@@ -45,7 +46,7 @@ def capture_of(record: Record) -> Capture:
         SPEED: Channel(SPEED, QUANTITIES[SPEED], speed),
     }
     steps, phases = _program(record)
-    return Capture(
+    capture = Capture(
         ticks=np.arange(len(held), dtype=np.int64),
         clock_hz=1.0 / period,
         channels=channels,
@@ -53,6 +54,7 @@ def capture_of(record: Record) -> Capture:
         program=Program(steps),
         phases=phases,
     )
+    return lossless(capture)  # as the review's motors are
 
 
 def _after_rest(y: Floats) -> Floats:

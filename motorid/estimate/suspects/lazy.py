@@ -7,12 +7,25 @@ from collections.abc import Mapping, Sequence
 from typing import Any, overload
 
 from motorid.capture.model import Capture
+from motorid.estimate.loss import lossless
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects import look, scale
 from motorid.estimate.types import Parameter, Suspect
 
 _Fit = tuple[list[MotorRecord], Solution, Mapping[str, Parameter]]
+
+
+def without_loss(
+    records: Sequence[MotorRecord], parameters: Mapping[str, Parameter]
+) -> Mapping[str, Parameter]:
+    """The parameters of a fit whose brushes drop nothing and whose winding stays as it is."""
+    from motorid.estimate.motor_fit import fit
+
+    held = {
+        n: p.value for n, p in parameters.items() if p.status == "fixed" and p.value is not None
+    }
+    return fit([lossless(record.capture) for record in records], fix=held).parameters
 
 
 class Suspects(Sequence[Suspect]):
@@ -33,6 +46,8 @@ class Suspects(Sequence[Suspect]):
             return self._all()
         records, solution, parameters = self._of
         plate = scale.read_nameplate(nameplate(records[0].capture))
+        if scale.absurd(parameters, plate):  # brushes would take what they can of such a misfit
+            parameters = without_loss(records, parameters)
         scales = scale.suspects(parameters, plate)
         if scale.absurd(parameters, plate) and scales[0].strength == "named":
             return scales  # volts a thousand times too high misfit in every other way as well

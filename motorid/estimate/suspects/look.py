@@ -95,20 +95,41 @@ def spoiling(found: Sequence[Suspect]) -> bool:
 def _odd_one_out(
     records: Sequence[MotorRecord], solution: Solution
 ) -> tuple[Sequence[MotorRecord], Solution, str]:
-    """The one run that misfits far more than the others, or all of them."""
-    left = misfit.residuals(records, solution)
-    each = [misfit.excess([r], [part]) for r, part in zip(records, left, strict=True)]
+    """The one run that misfits far more than the others, or all of them.
+
+    In the fit of all runs together, or where that has spread the misfit, each in its own.
+    """
+    alone = [_alone(solution, k) for k in range(len(records))]
+    together = misfit.excess(records, misfit.residuals(records, solution))
+    k = _odd(records, alone)
+    if k is None and together > LIKELY and len(records) > 1:
+        runs = zip(records, alone, strict=True)
+        alone = [refit([record], [start]).search for record, start in runs]
+        k = _odd(records, alone)
+    if k is None:
+        return records, solution, ""
+    return records[k : k + 1], alone[k], f" (run {k + 1})"
+
+
+def _odd(records: Sequence[MotorRecord], alone: Sequence[Solution]) -> int | None:
+    """Which run's residuals in its own solution stand out; None: no one's."""
+    each = [
+        misfit.excess([record], misfit.residuals([record], solution))
+        for record, solution in zip(records, alone, strict=True)
+    ]
     k = int(np.argmax(each))
     others = max(each[:k] + each[k + 1 :], default=np.inf)
-    if each[k] < ODD * others + LIKELY:
-        return records, solution, ""
-    alone = replace(
+    return k if each[k] >= ODD * others + LIKELY else None
+
+
+def _alone(solution: Solution, k: int) -> Solution:
+    """A solution as of its run ``k``."""
+    return replace(
         solution,
         own=solution.own[k : k + 1],
         own_covariance=solution.own_covariance[k : k + 1],
         linearise=lambda: solution.records[k : k + 1],
     )
-    return records[k : k + 1], alone, f" (run {k + 1})"
 
 
 def direct(records: Sequence[MotorRecord]) -> list[Suspect]:

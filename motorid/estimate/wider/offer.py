@@ -12,6 +12,7 @@ from motorid.capture.model import Capture
 from motorid.errors import DataError
 from motorid.estimate import AUTO, SIX, motor_fit
 from motorid.estimate.alternative import TermTrial
+from motorid.estimate.loss import lossless
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.refit import plain
@@ -24,6 +25,7 @@ from motorid.estimate.wider.shaft import springs
 from motorid.estimate.wider.terms import TERMS, Term, parse
 
 COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
+ALLOWED = {"brush-drop", "heating"}  # of which each capture has an unknown (loss.py)
 HALF = 0.5  # of that, from which a term is worth offering
 
 
@@ -43,6 +45,8 @@ def fit(
     estimate = motor_fit.report(captures, records, solution, fix, without)
     if model == SIX:
         return estimate
+    # the terms explain brushes and heat by themselves: they begin from a fit that does not
+    records, solution = motor_fit.solved([lossless(c) for c in captures], fix, without)
     held = {**dict.fromkeys(without, 0.0), **fix}
     values = motor_fit.merged(held, solution)
     if terms:
@@ -156,6 +160,13 @@ def _with_trials(estimate: Estimate, trials: Sequence[TermTrial]) -> Estimate:
     return replace(estimate, diagnostics=(*estimate.diagnostics, said))
 
 
+def _said_of(terms: Sequence[Term]) -> str:
+    """What lacking these means for the six parameters."""
+    if {term.name for term in terms} <= ALLOWED:
+        return "the six parameters allow for it, and this model says how large it is"
+    return "the six parameters are biased by what they lack"
+
+
 def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
     better = estimate.alternative
     assert better is not None
@@ -165,7 +176,6 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
     else:
         said = Diagnostic(
             "better_model", "warning",
-            f"the residuals ask for {what}: the six parameters are biased by what they lack; see "
-            "the better model",
+            f"the residuals ask for {what}: {_said_of(fitted.terms)}; see the better model",
         )  # fmt: skip
     return replace(estimate, diagnostics=(said, *estimate.diagnostics))

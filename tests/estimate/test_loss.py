@@ -1,0 +1,120 @@
+"""What brushes and a warming winding take: against brute force, and on the simulated rig."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motorid.acquire.record import capture as record
+from motorid.capture import store
+from motorid.capture.model import Capture, Wiring
+from motorid.estimate.bridge import dead_time_loss, ripple
+from motorid.estimate.loss import Flow, expected_drop, lossless
+from motorid.estimate.motor_fit import fit
+from motorid.estimate.record import MotorRecord
+from motorid.estimate.timeline import Part
+from motorid.estimate.types import PARAMETERS
+from motorid.program import Decay, Program, Step, StepKind
+from motorid.rig import Sampling, load_rig
+from motorid.sim import truth
+from tests.exact_capture import FAULHABER, clean_capture
+
+SLOW = Decay.SYNCHRONOUS_SLOW
+BRIDGE = Wiring(pwm_hz=20e3, dead_time_s=5e-7, supply_voltage_v=12.0)
+
+
+def switched(wiring: Wiring = BRIDGE) -> Capture:
+    return replace(clean_capture(FAULHABER), wiring=wiring)
+
+
+def driven(level: float, decay: Decay = SLOW) -> Part:
+    return Part(0, 4, StepKind.DRIVE_DUTY, level, decay)
+
+
+def test_without_ripple_the_drop_saturates() -> None:
+    current = np.array([0.0, 0.1, 5.0, -5.0])
+    share, bending = Flow(current).saturation(0.1)
+    assert share == pytest.approx(current / np.hypot(current, 0.1))
+    step = 1e-5
+    moved = [current / np.hypot(current, 0.1 * np.exp(s)) for s in (step, -step)]
+    assert bending == pytest.approx((moved[0] - moved[1]) / (2 * step), abs=1e-9)
+
+
+def waves(R: float, L: float, duty: float) -> np.ndarray:
+    """One period, in 20,000 steps, of the current that a switched winding settles to."""
+    steps = 20_000
+    t = np.arange(steps) / steps / BRIDGE.pwm_hz
+    on = round(duty * steps)
+    i, tau = 0.0, L / R
+    for _ in range(int(20 * tau * BRIDGE.pwm_hz) + 5):
+        rise = 12.0 / R + (i - 12.0 / R) * np.exp(-t[:on] / tau)
+        top = 12.0 / R + (i - 12.0 / R) * np.exp(-duty / BRIDGE.pwm_hz / tau)
+        fall = top * np.exp(-t[: steps - on] / tau)
+        i = top * np.exp(-(1 - duty) / BRIDGE.pwm_hz / tau)
+    return np.concatenate([rise, fall])
+
+
+@pytest.mark.parametrize("duty", [0.2, 0.5, 0.9])
+@pytest.mark.parametrize("periods", [0.2, 1.0, 20.0])  # of the PWM in L/R
+def test_the_drop_is_averaged_over_the_ripple(duty: float, periods: float) -> None:
+    """Near no-load, where the current turns round within a period, against brute force."""
+    R = 2.0
+    L = periods * R / BRIDGE.pwm_hz
+    wave = waves(R, L, duty)
+    swing = wave - wave.mean()
+    below, above = ripple(switched(), driven(duty), L, R)
+    assert (below, above) == pytest.approx((-swing.min(), swing.max()), rel=2e-3)
+    mean, bend = 0.3 * below, 0.3
+    flow = Flow.of(switched(), [driven(duty)], np.full(4, mean), L, R)
+    share, bending = flow.saturation(bend)
+    current = mean + swing
+    assert share == pytest.approx(np.mean(current / np.hypot(current, bend)), abs=5e-3)
+    exact = -np.mean(current * bend**2 / np.hypot(current, bend) ** 3)
+    assert bending == pytest.approx(exact, abs=1e-2)
+
+
+def test_a_diode_carries_its_drop_only_while_it_conducts() -> None:
+    R, L = 2.0, 2e-3
+    part = driven(0.5, Decay.DIODE)
+    below, _ = ripple(switched(), part, L, R)
+    means = np.array([0.25, 0.5, 1.0, 2.0]) * below
+    share, _ = Flow.of(switched(), [part], means, L, R).saturation(1e-9)
+    assert share == pytest.approx([0.25, 0.5, 1.0, 1.0], rel=1e-6)
+
+
+def test_a_bridge_that_does_not_switch_loses_no_dead_time() -> None:
+    current = np.full(4, 3.0)
+    for duty, lost in ((0.5, True), (1.0, False)):
+        volts = dead_time_loss(switched(), [driven(duty)], current, 1e-3)
+        assert bool(volts.any()) is lost
+
+
+def test_brushes_may_be_declared() -> None:
+    known = switched(replace(BRIDGE, brush_drop_v=0.2, brush_drop_uncertainty_v=0.05))
+    own = {u.name: u for u in MotorRecord(known, PARAMETERS, {}).unknowns}
+    assert (own["voltage_loss"].prior_mean, own["voltage_loss"].prior_sd) == (0.2, 0.05)
+    none = MotorRecord(switched(replace(BRIDGE, brush_drop_v=0.0)), PARAMETERS, {})
+    assert "voltage_loss" not in {u.name for u in none.unknowns}
+    bare = MotorRecord(lossless(switched()), PARAMETERS, {})
+    assert not {"voltage_loss", "loss_bend", "warming"} & {u.name for u in bare.unknowns}
+    assert expected_drop(Wiring(), 10.0) == (0.0, pytest.approx(0.3))
+
+
+@pytest.mark.slow
+def test_a_drop_is_within_the_interval(tmp_path: Path) -> None:
+    """A drop of 0.2 V of 5, which taken for a resistance is 7 % of R."""
+    rig = load_rig("sim")
+    url = f"{rig.port}&speed=max&seed=4&stiction=1&heating=0&brush_drop=0.2"
+    drives = tuple(Step(StepKind.DRIVE_VOLTS, 0.1, volts, SLOW) for volts in (2.0, 5.0))
+    program = Program((Step(StepKind.COAST, 0.02), *drives, Step(StepKind.COAST, 0.7)))
+    channels = ("current", "terminal_voltage", "position")
+    bench = replace(rig, port=url, program=program, sampling=Sampling(5000.0, channels))
+    run = store.load(record(bench, program, tmp_path / "run.h5"))
+    true = truth(url)["R"]
+    R = fit([run]).parameters["R"]
+    assert R.interval_95[0] < true < R.interval_95[1]
+    assert R.total < 0.01 * true
+    assert fit([lossless(run)]).parameters["R"].value > 1.02 * true
