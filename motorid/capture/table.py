@@ -58,8 +58,9 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
     ``maps`` are ``QUANTITY=EXPRESSION:UNIT``; an expression is a column's name or arithmetic over
     columns and constants (``torque=vir*gtau:N``). Quantities are ``units.QUANTITIES`` and
     ``voltage``. Without ``time`` the rows are steady points. ``options`` are the fields of
-    ``TableOptions`` (None: its default); ``drop_bad`` leaves out rows with text, empty cells,
-    sentinels or stamps that step back, which otherwise raise DataError with their place. A current
+    ``TableOptions`` (None: its default); ``drop_bad`` leaves out cells with text,
+    nothing or sentinels, and rows without a good cell or whose stamps step back, which otherwise
+    raise DataError with their place. A current
     that is never negative while the speed reverses is taken as a magnitude. What is odd but stops
     nothing is in ``provenance["notes"]``.
 

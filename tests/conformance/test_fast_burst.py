@@ -69,7 +69,10 @@ def test_it_is_faster_than_any_stream(client: Client) -> None:
     period, shortest = (
         client.identity[name] for name in ("burst_sample_period_ticks", "min_sample_period_ticks")
     )
-    assert 0 < period < shortest
+    if not period:  # a board without a fast burst, which it must say
+        assert not client.identity["burst_samples"]
+        return
+    assert period < shortest
     assert shortest % period == 0
     assert client.identity["burst_samples"] >= 2 * shortest // period
 

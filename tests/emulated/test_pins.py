@@ -236,9 +236,7 @@ def test_kill_9_of_the_host_stops_the_motor(repo_root: Path) -> None:
     command = [sys.executable, str(server), f"emu://uno?motor={MOTOR}"]
     with subprocess.Popen(command, cwd=repo_root, **pipes) as board:  # type: ignore[call-overload]
         try:
-            path = board.stdout.readline().strip()
-            while not path.startswith("/dev/"):  # libsimavr chats
-                path = board.stdout.readline().strip()
+            path = next(line.strip() for line in board.stdout if line.startswith("/dev/"))
             words = [sys.executable, "-c", HOST, path, str(SILENCE_MS)]
             with subprocess.Popen(words, cwd=repo_root, **pipes) as host:  # type: ignore[call-overload]
                 assert host.stdout.readline().strip() == "drives"
