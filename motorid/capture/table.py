@@ -78,6 +78,7 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
     notes = checks.header_notes(mapped, formulas, source.header_units)
     values = _read(path, source, formulas, chosen, notes)
     ticks, values, static = _in_order(path, source, mapped, values, chosen, notes)
+    checks.some_readings(path, values)
     channels = {
         name: _channel(one, values[name], chosen)
         for name, one in mapped.items()

@@ -119,6 +119,16 @@ def stamps_that_advance(
     return ahead
 
 
+def some_readings(path: Path, values: Mapping[str, Floats]) -> None:
+    """Raises DataError where a quantity has no good reading left in any usable row."""
+    for name, column in values.items():
+        if not np.isfinite(column).any():
+            raise DataError(
+                f"{path}: no usable row holds a number for {name}: is it the right column? "
+                "To do without it, leave its --map out"
+            )
+
+
 def gaps(ticks: NDArray[np.int64], notes: list[str]) -> tuple[Gap, ...]:
     """Pauses much longer than the usual period, as gaps; notes on how regular the stamps are."""
     steps = np.diff(ticks)

@@ -296,3 +296,9 @@ def test_an_instruments_uncertainty_is_kept(tmp_path: Path) -> None:
     assert channel.offset_uncertainty == 0.01
     with pytest.raises(UsageError, match="--gain-uncertainty speed: no such map"):
         read_table(path, maps, gain_uncertainty={"speed": 0.1})
+
+
+def test_a_column_without_a_number_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path, "t,i,u\n0,1,*2\n0.01,3,\n0.02,4,x\n")
+    with pytest.raises(DataError, match="no usable row holds a number for terminal_voltage"):
+        read_table(path, ["time=t:s", "current=i:A", "voltage=u:V"], drop_bad=True)
