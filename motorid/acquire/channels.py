@@ -9,6 +9,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SUPPLY, VOLTAGE, Channel
+from motorid.errors import DataError
 from motorid.rig import Calibration
 from motorid.wire.enums import ChannelKind
 
@@ -80,8 +81,14 @@ def offset_of(
 
 def _timing(fact: Mapping[str, Any]) -> dict[str, Any]:
     phase = fact["pwm_phase_permille"]
+    kinds = {int(kind): kind.name.lower() for kind in ChannelKind}
+    if fact["kind"] not in kinds:
+        raise DataError(
+            f"the board reads a channel in a way that this version does not know ({fact['kind']}): "
+            "update motorid; the journal keeps what was measured"
+        )
     return {
-        "kind": ChannelKind(fact["kind"]).name.lower(),
+        "kind": kinds[fact["kind"]],
         "aperture_s": fact["aperture_ns"] * 1e-9,
         "delay_s": fact["delay_ns"] * 1e-9,
         "pwm_phase": None if phase == UNSYNCHRONISED else phase / 1000,
