@@ -81,14 +81,15 @@ def offset_of(
 
 def _timing(fact: Mapping[str, Any]) -> dict[str, Any]:
     phase = fact["pwm_phase_permille"]
-    kinds = {int(kind): kind.name.lower() for kind in ChannelKind}
-    if fact["kind"] not in kinds:
+    try:
+        kind = ChannelKind(fact["kind"])
+    except ValueError:
         raise DataError(
             f"the board reads a channel in a way that this version does not know ({fact['kind']}): "
             "update motorid; the journal keeps what was measured"
-        )
+        ) from None
     return {
-        "kind": kinds[fact["kind"]],
+        "kind": kind.name.lower(),
         "aperture_s": fact["aperture_ns"] * 1e-9,
         "delay_s": fact["delay_ns"] * 1e-9,
         "pwm_phase": None if phase == UNSYNCHRONISED else phase / 1000,

@@ -5,14 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from motorid.acquire import record
 from motorid.acquire.assemble import Assembler
+from motorid.acquire.channels import position
 from motorid.capture import store
+from motorid.errors import DataError
 from motorid.wire.codec import Event, Reply, SampleBlock
 from motorid.wire.codec import decode as known
+from motorid.wire.enums import ChannelKind
 from tests.acquire.rigs import sim_rig
+
+FACT = {
+    "scale": 1.0, "pwm_phase_permille": 0, "aperture_ns": 0, "delay_ns": 0, "counts_per_turn": 4096,
+}  # fmt: skip
+COUNTS = np.arange(4)
 
 
 def test_an_end_reason_without_a_name_is_a_number(
@@ -75,3 +84,13 @@ def test_a_block_far_beyond_the_run_is_left_out_even_without_the_reply_to_start(
     line.add(block(6000, 2))
     assert (len(line.blocks), line.impossible) == (2, 1)
     assert line.arrays().gaps == ()
+
+
+def test_known_kinds_are_read() -> None:
+    for kind in ChannelKind:
+        assert position(COUNTS, FACT | {"kind": int(kind)}, 4096).kind == kind.name.lower()
+
+
+def test_an_unknown_kind_is_refused_in_a_sentence() -> None:
+    with pytest.raises(DataError, match=r"does not know \(206\): update motorid"):
+        position(COUNTS, FACT | {"kind": 206}, 4096)

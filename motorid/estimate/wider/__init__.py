@@ -4,7 +4,7 @@
 support, ``fit`` fits. See docs/wider-models.md.
 """
 
-from motorid.estimate.wider.fit import Fitted, fit_with
+from motorid.estimate.wider.fit import Fitted
 from motorid.estimate.wider.terms import TERMS, Term
 
-__all__ = ["TERMS", "Fitted", "Term", "fit_with"]
+__all__ = ["TERMS", "Fitted", "Term"]

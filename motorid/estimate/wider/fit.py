@@ -114,21 +114,6 @@ def begin(
     return Begun(tuple(terms), tuple(wide), tuple(free), first)
 
 
-def fit_with(
-    records: Sequence[MotorRecord],
-    before: Solution,
-    terms: Sequence[Term],
-    *,
-    fixed: Mapping[str, float] | None = None,
-    start: Mapping[str, float] | None = None,
-    own: Sequence[Mapping[str, float]] | None = None,
-    priors: Priors | None = None,
-) -> Fitted:
-    """The parameters of the records and of ``terms``; arguments as ``begin``'s."""
-    begun = begin(records, before, terms, fixed=fixed, start=start, own=own, priors=priors)
-    return begun.wholly()
-
-
 def _counted(terms: Sequence[Term], start: Mapping[str, float]) -> dict[str, float]:
     """Periods a turn are whole numbers: given, never searched."""
     return {t.per_turn: start[t.per_turn] for t in terms if t.per_turn}
