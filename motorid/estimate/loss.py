@@ -22,7 +22,14 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, Capture, Wiring
 from motorid.estimate.bridge import STRAIGHT, pwm_shape, ripple, supply_voltage
 from motorid.estimate.solution import Unknown
-from motorid.estimate.temperature import FIGURES, STALL_K_S, THERMAL, Coefficients, figures
+from motorid.estimate.temperature import (
+    FIGURES,
+    STALL_K_S,
+    THERMAL,
+    Coefficients,
+    by_figures,
+    figures,
+)
 from motorid.estimate.timeline import Part, Timeline
 from motorid.program import Decay
 
@@ -176,7 +183,8 @@ class Loss:
             return None
         if np.isfinite(timeline.spread(channel.values)[driven]).sum() < FEWEST:
             return None
-        drop, capacity = expected_drop(capture.wiring, top), _heat_capacity(capture)
+        drop, winding = expected_drop(capture.wiring, top), by_figures(figures(capture))
+        capacity = winding.capacity_j_k if winding is not None else None
         names = (DROP, BENT) if drop[1] > 0.0 else ()
         if capacity is None or capacity < HEAVIEST:
             names = (*names, WARMING)
@@ -238,11 +246,3 @@ class Loss:
     def volts(self, values: Mapping[str, float]) -> Floats:
         """V (count,) that are lost."""
         return np.asarray(sum(values[name] * shape for name, shape in self.shapes.items()))
-
-
-def _heat_capacity(capture: Capture) -> float | None:
-    """J/K of the winding by its stated figures."""
-    stated = figures(capture)
-    if stated.get("winding_k_w", 0.0) > 0 and stated.get("winding_s", 0.0) > 0:
-        return stated["winding_s"] / stated["winding_k_w"]
-    return None

@@ -186,7 +186,7 @@ def self_heating(
     ``stated``: figures of the data sheet. Without them ``shown`` serves, and without that a bound.
     """
     volts = max([stated.get("voltage_v", 0.0), *map(_highest, captures)])
-    body = _by_figures(stated) or shown or _lightest(resistance_ohm, volts)
+    body = by_figures(stated) or shown or _lightest(resistance_ohm, volts)
     warm, heat, above, ended = 0.0, 0.0, 0.0, -math.inf
     if body is None:
         return None
@@ -210,7 +210,8 @@ def self_heating(
     return Rise(mean / 2.0, mean / math.sqrt(12.0), heat, body.basis)
 
 
-def _by_figures(stated: Mapping[str, float]) -> Body | None:
+def by_figures(stated: Mapping[str, float]) -> Body | None:
+    """The winding of a motor's stated thermal figures; None where they do not tell it."""
     per_watt, seconds = stated.get("winding_k_w", 0.0), stated.get("winding_s", 0.0)
     if not (per_watt > 0 and seconds > 0):
         return None
