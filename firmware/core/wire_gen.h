@@ -16,8 +16,8 @@
 #include <string.h>
 
 #define WIRE_MAJOR 1u
-#define WIRE_MINOR 1u
-#define WIRE_LAYOUT_HASH 0x1807D37Bul
+#define WIRE_MINOR 2u
+#define WIRE_LAYOUT_HASH 0xE24851BAul
 #define WIRE_BAUD 1000000ul
 #define WIRE_DELIMITER 0u
 #define WIRE_MAX_PAYLOAD 240u
@@ -400,7 +400,7 @@ static inline bool wire_get_describe_channel(const uint8_t *p, size_t length,
     return true;
 }
 
-#define WIRE_DESCRIBE_CHANNEL_REPLY_SIZE 38u /* fields, without the header */
+#define WIRE_DESCRIBE_CHANNEL_REPLY_SIZE 42u /* fields, without the header */
 
 typedef struct {
     /* which quantity [enum channel] */
@@ -431,6 +431,9 @@ typedef struct {
     int16_t raw_min;
     /* a reading at or above this is saturated [count] */
     int16_t raw_max;
+    /* time constant of a first-order filter before the converter, which delay_ns counts; 0: none, */
+    /* or told as part of the window [ns] */
+    uint32_t filter_ns;
 } wire_describe_channel_reply_t;
 
 static inline size_t wire_put_describe_channel_reply(uint8_t *p,
@@ -449,6 +452,7 @@ static inline size_t wire_put_describe_channel_reply(uint8_t *p,
     wire_put_f32(p + 30, m->noise);
     wire_put_i16(p + 34, m->raw_min);
     wire_put_i16(p + 36, m->raw_max);
+    wire_put_u32(p + 38, m->filter_ns);
     return WIRE_DESCRIBE_CHANNEL_REPLY_SIZE;
 }
 
@@ -471,6 +475,11 @@ static inline bool wire_get_describe_channel_reply(const uint8_t *p, size_t leng
     m->noise = wire_get_f32(p + 30);
     m->raw_min = wire_get_i16(p + 34);
     m->raw_max = wire_get_i16(p + 36);
+    if (length >= 42u) {
+        m->filter_ns = wire_get_u32(p + 38);
+    } else {
+        m->filter_ns = 0;
+    }
     return true;
 }
 

@@ -92,5 +92,6 @@ def _timing(fact: Mapping[str, Any]) -> dict[str, Any]:
         "kind": kind.name.lower(),
         "aperture_s": fact["aperture_ns"] * 1e-9,
         "delay_s": fact["delay_ns"] * 1e-9,
+        "filter_s": fact["filter_ns"] * 1e-9,
         "pwm_phase": None if phase == UNSYNCHRONISED else phase / 1000,
     }

@@ -46,8 +46,9 @@ class Channel:
 
     ``values = scale * (raw - offset)``, in ``unit``. A ``mean`` channel's reading is the average
     over ``aperture_s`` ending ``delay_s`` before the sample's tick; an ``instant`` reading is the
-    value ``delay_s`` before it. ``resolution`` is the SI size of one count (0 for continuous
-    data). ``noise`` is the declared standard deviation of a reading (SI; 0: unknown).
+    value ``delay_s`` before it. ``filter_s`` is the time constant of a first-order filter before
+    the converter, which ``delay_s`` counts. ``resolution`` is the SI size of one count (0 for
+    continuous data). ``noise`` is the declared standard deviation of a reading (SI; 0: unknown).
     Uncertainties are standard ones: ``gain_uncertainty`` relative, the others SI.
     """
 
@@ -65,6 +66,7 @@ class Channel:
     gain_uncertainty: float = 0.0
     offset_uncertainty: float = 0.0
     delay_uncertainty_s: float = 0.0
+    filter_s: float = 0.0
     raw_min: float = -np.inf  # a reading at or beyond these is saturated
     raw_max: float = np.inf
     sense: Sense | None = None  # voltages only: where it is measured

@@ -53,8 +53,8 @@ def _errors(source: Source | None, count: int) -> Iterator[Floats]:
     """Independent errors (V) of a part's voltage that the fit has no unknown for, (count,) each."""
     if source is None:
         return
-    for n in range(source.head):
+    for head in source.errors:
         error = np.zeros(count)
-        error[n] = source.noise
+        error[: len(head)] = head
         yield error
     yield np.broadcast_to(source.tilt, count)

@@ -32,6 +32,7 @@ from motorid.estimate.types import PARAMETERS
 from motorid.estimate.unrest import Unrest
 from motorid.estimate.voltage import Sense, Source, sense, source_resistance, sources
 from motorid.estimate.waveform import JOINED, Rival, Shape
+from motorid.estimate.window import Window
 from motorid.motor.response import Output, Quantity, Response, Stretch
 
 Floats = NDArray[np.float64]
@@ -129,10 +130,9 @@ class MotorRecord:
 
     # ---- excitation -------------------------------------------------------------------------
 
-    def take_sources(self, current: Floats, ohms: float) -> None:
-        """Judge the sources with ``current`` (count,), the mean over their windows."""
-        parts = self.timeline.parts
-        self.sources = sources(self._heard, current, parts, self._lost, ohms)
+    def take_sources(self, current: Floats, ohms: float, mean: Floats | None = None) -> None:
+        """Judge the sources with the current (count,) over windows, and its mean over intervals."""
+        self.sources = sources(self._heard, current, self.timeline.parts, self._lost, ohms, mean)
         self._excite()
 
     def _excite(self) -> None:
@@ -163,14 +163,13 @@ class MotorRecord:
 
     def retake_sources(self, shared: Floats, own: Floats) -> None:
         """Judge the source lines with the model's own current over the voltage's windows."""
-        channel = self.sensed.channel
-        aperture = (channel.aperture_s if channel else 0.0) or self.timeline.period_s
-        late = channel.delay_s - self.sensed.lag * self.timeline.period_s if channel else 0.0
-        window = Output(Quantity.CURRENT, aperture, max(late, 0.0))
-        interval = Output(Quantity.CURRENT, self.timeline.period_s)
+        period_s = self.timeline.period_s
+        window = self.sensed.window or Window(period_s)
+        outputs = [*window.outputs, Output(Quantity.CURRENT, period_s)]
         volts = self.volts - self._lost_volts(own)
-        over = self.respond(self.timeline.period_s, volts, [window, interval], self.stretches)
-        current, mean = over(self.motor(shared), self._initial(own))
+        over = self.respond(period_s, volts, outputs, self.stretches)
+        *rows, mean = over(self.motor(shared), self._initial(own))
+        current = window.current(np.array(rows), mean, self.timeline)
         self.simulated += 1
         resistance, inductance = (float(v) for v in self.motor(shared)[:2])
         self._lose(mean, inductance, resistance, own)
@@ -193,7 +192,7 @@ class MotorRecord:
         for k, place in self._own.coasts.items():
             spread = self._unrest.speed_deviation(k, self.sources[k - 1], motor)
             self._own.expect(place, spread)
-        self.take_sources(current, ohms)
+        self.take_sources(current, ohms, mean)
 
     def _lose(self, mean: Floats, inductance_h: float, resistance_ohm: float, own: Floats) -> None:
         """Judge what is lost with the model's own ``mean`` current (count,) over intervals."""

@@ -6,11 +6,12 @@ noise, the fit is given the line (v0 as the voltage, r in series), and so none o
 v0 wanders (a supply that sags, a duty that follows it), the departure is added, smoothed over the
 widest window that leaves nothing but noise behind; and reading by reading just after a step. Where
 no window does, the fit is given the readings themselves.
+
+Through which window a reading saw, and what of it belongs to the command before, is window.py's.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -21,11 +22,11 @@ from motorid.capture.model import SUPPLY, VOLTAGE, Capture, Channel
 from motorid.estimate.algebra import dot, square
 from motorid.estimate.timeline import Part, Timeline
 from motorid.estimate.waveform import JOINED, Shape, Waveform, of_log
+from motorid.estimate.window import Window
 from motorid.program import StepKind
 
 Floats = NDArray[np.float64]
 
-EDGE = 1e-3  # of a period, by which a window may reach over a step
 SAME = 1e-5  # relative change of a source that a fit need not follow
 HEAD = 8  # samples after a command that are too few to smooth, and no line is drawn through
 FEWEST = 24  # samples that a line needs
@@ -33,6 +34,9 @@ EXCESS = 1.3  # variance about the line, in units of that between neighbours, st
 ODD_HEAD = 2.5  # the same of the few samples after a step
 BLOCKS, SLOW = 8, 28.0  # stretches of a part, and chi-square of their means: 1 in 2,000 by noise
 ODD_SAMPLE = 3.5  # standard deviations from the line of one of them
+FAINT = 0.02  # of a part's largest change of current: one that tells nothing of what it does
+MOST_SHARE = 1.5  # of a reading's departure that its interval may have
+DOUBT = 0.25  # of the departure that an interval is taken to have more or less than its reading
 NEAR = 32  # samples that tell where the source was just before them
 WINDOWS = (64, 32, 16, 8, 4)  # half-widths in samples
 
@@ -51,7 +55,7 @@ class Sense:
     shows_emf: bool  # the same channel shows K w while the bridge is open
     channel: Channel | None
     resolution: float = 0.0
-    lag: int = 0  # samples by which the readings came late; ``volts`` is without them
+    window: Window | None = None  # of the readings; ``volts`` are at the intervals they describe
     commanded: bool = False  # volts by the program, or duty times the supply
     lost: Floats | float = 0.0  # V that the readings lack of the source, for its dead time
     waveform: Waveform | None = None  # of a log whose program is not known
@@ -64,8 +68,9 @@ class Source:
     volts: Floats
     ohms: float
     noise: float  # standard deviation of a reading about it
-    head: int = 0  # first intervals that have the readings themselves, noise and all
+    head: int = 0  # first intervals that follow the readings themselves, noise and all
     tilt: Floats | float = 0.0  # V (n,) that one standard deviation of its slope would add
+    errors: tuple[Floats, ...] = ()  # V (head,): independent ones of what the head follows
 
     def near(self, other: Source) -> bool:
         """The two would drive a motor alike."""
@@ -88,9 +93,10 @@ def sense(capture: Capture, timeline: Timeline, shape: Shape = JOINED) -> Sense 
         if waveform is not None:
             volts, none = waveform.means(timeline), np.zeros(timeline.count, dtype=bool)
             return Sense(volts, none, *series, emf, channel, channel.resolution, waveform=waveform)
-        readings, lag = _on_time(timeline.spread(channel.values), channel, timeline)
+        window = Window.of(channel, timeline.period_s)
+        readings = window.readings(timeline.spread(channel.values), timeline)
         volts = _filled(readings, timeline.parts)
-        return Sense(volts, np.isnan(readings), *series, emf, channel, channel.resolution, lag)
+        return Sense(volts, np.isnan(readings), *series, emf, channel, channel.resolution, window)
     return _from_command(capture, timeline, both)
 
 
@@ -104,32 +110,18 @@ def _from_command(
         return None
     if supply is None and any(p.kind == StepKind.DRIVE_DUTY for p in driven):
         return None
-    volts = np.zeros(timeline.count)
-    rail = None if supply is None else _filled(timeline.spread(supply.values), timeline.parts)
+    volts, none = np.zeros(timeline.count), np.zeros(timeline.count, dtype=bool)
+    rail, window = None, None
+    if supply is not None:
+        window = Window.of(supply, timeline.period_s)
+        readings = window.readings(timeline.spread(supply.values), timeline)
+        rail = _filled(readings, timeline.parts)
     for part in driven:
         if part.kind == StepKind.DRIVE_VOLTS:
             volts[part.slice] = part.level
         elif part.kind == StepKind.DRIVE_DUTY and rail is not None:
             volts[part.slice] = part.level * rail[part.slice]
-    none = np.zeros(timeline.count, dtype=bool)
-    return Sense(volts, none, *series, False, supply, commanded=True)
-
-
-def _on_time(grid: Floats, channel: Channel, timeline: Timeline) -> tuple[Floats, int]:
-    """Readings (count,) at the intervals that they describe, and the samples they came late.
-
-    Those whose window reaches back into the command before are NaN: they show a mixture.
-    """
-    period = timeline.period_s
-    aperture = channel.aperture_s if channel.kind == "mean" else 0.0
-    lag = math.floor(channel.delay_s / period + EDGE)
-    mixed = math.ceil((channel.delay_s + aperture) / period - 1 - lag - EDGE)
-    if lag == 0 and mixed <= 0:
-        return grid, 0
-    early = np.concatenate([grid[lag:], np.full(lag, np.nan)])
-    for part in timeline.parts:
-        early[part.start : min(part.start + mixed, part.stop)] = np.nan
-    return early, lag
+    return Sense(volts, none, *series, False, supply, window=window, commanded=True)
 
 
 def _filled(grid: Floats, parts: Sequence[Part]) -> Floats:
@@ -185,11 +177,16 @@ def sources(
     parts: Sequence[Part],
     lost: NDArray[np.bool_],
     ohms: float,
+    mean: Floats | None = None,
 ) -> tuple[Source | None, ...]:
-    """The source of every part behind ``ohms``; ``current`` as in ``source_resistance``."""
+    """The source of every part behind ``ohms``; ``current`` as in ``source_resistance``.
+
+    ``mean`` (count,): the current over the intervals; None: they are the voltage's windows.
+    """
     good = np.isfinite(current) & ~lost
+    mean = current if mean is None else mean
     return tuple(
-        _source(sensed, current, good, part, ohms) if _drawn(part, current, lost) else None
+        _source(sensed, current, mean, good, part, ohms) if _drawn(part, current, lost) else None
         for part in parts
     )
 
@@ -203,7 +200,7 @@ def _drawn(part: Part, current: Floats, lost: NDArray[np.bool_]) -> bool:
 
 
 def _source(
-    sensed: Sense, current: Floats, good: NDArray[np.bool_], part: Part, ohms: float
+    sensed: Sense, current: Floats, mean: Floats, good: NDArray[np.bool_], part: Part, ohms: float
 ) -> Source | None:
     known = np.flatnonzero(good[part.slice])
     lost = np.broadcast_to(sensed.lost, len(current))[part.slice]
@@ -218,8 +215,44 @@ def _source(
     trend = _trend(left - sag, noise, EXCESS * noise + sensed.resolution**2 / 12)
     if trend is None:
         return None
-    volts = level + sag + trend[0] - lost
-    return Source(volts, ohms, float(np.sqrt(noise)), trend[1], deviation * flow)
+    curve, head = trend
+    volts = level + sag + curve - lost
+    steady = curve[:head] + _sure(slope, deviation) * flow[:head]
+    departure = left[:head] - steady
+    share = _shares(current, mean, known, part)[:head]
+    volts[:head] = level + steady + share * departure - lost[:head]
+    errors = _head_errors(known, share, departure, float(np.sqrt(noise)))
+    return Source(volts, ohms, float(np.sqrt(noise)), head, deviation * flow, errors)
+
+
+def _sure(slope: float, deviation: float) -> float:
+    """The slope as far as it is more than noise: the head lies far from what told it."""
+    return slope * max(1.0 - (deviation / slope) ** 2, 0.0) if slope else 0.0
+
+
+def _shares(current: Floats, mean: Floats, known: NDArray[np.intp], part: Part) -> Floats:
+    """Of a reading's departure from the line, what its interval has of it, (HEAD,).
+
+    A supply gives way by the current, which has only begun to flow at a command: in the first
+    interval it has sagged less than in a window at that interval's end, or than in the next
+    interval, whose reading stands for a first one that shows the command before.
+    """
+    here = slice(part.start, part.start + HEAD)
+    at_command = float(np.nan_to_num(mean[part.start - 1])) if part.start else 0.0
+    seen = np.interp(np.arange(HEAD), known, current[part.slice][known]) - at_command
+    grown = np.nan_to_num(mean[here]) - at_command
+    tells = np.abs(seen) > FAINT * np.abs(seen).max()
+    return np.clip(np.where(tells, grown, 1.0) / np.where(tells, seen, 1.0), 0.0, MOST_SHARE)
+
+
+def _head_errors(
+    known: NDArray[np.intp], share: Floats, departure: Floats, noise: float
+) -> tuple[Floats, ...]:
+    """V (head,): the noise of every reading that the head follows, and the doubt of its shares."""
+    place = np.arange(len(share))
+    own = known[: int(np.searchsorted(known, len(share))) + 1]
+    reach = [np.interp(place, own, unit) for unit in np.eye(len(own))]
+    return (*(noise * share * one for one in reach), DOUBT * (share - 1.0) * departure)
 
 
 def _slope(left: Floats, current: Floats, noise: float) -> tuple[float, Floats, float]:
@@ -236,7 +269,7 @@ def _slope(left: Floats, current: Floats, noise: float) -> tuple[float, Floats, 
 
 
 def _trend(left: Floats, noise: float, allowed: float) -> tuple[Floats, int] | None:
-    """What the source does beyond its line, and how many samples of the head are as read.
+    """What the source does beyond its line, (n,), and how many samples of the head depart from it.
 
     None when no window leaves only noise behind.
     """
@@ -251,7 +284,6 @@ def _trend(left: Floats, noise: float, allowed: float) -> tuple[Floats, int] | N
     head = int(out[-1]) + 1 if len(out) else 0
     if square(odd[head:]) > ODD_HEAD * noise * len(odd):
         head = HEAD
-    trend[:head] = left[:head]
     return trend, head
 
 

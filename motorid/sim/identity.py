@@ -110,6 +110,7 @@ def _describe_converter(converter: Converter) -> Fields:
         "noise": converter.noise,
         "raw_min": 0,
         "raw_max": converter.raw_max,
+        "filter_ns": 0,
     }
 
 
@@ -133,6 +134,7 @@ def _describe_position() -> Fields:
         "noise": 0.0,
         "raw_min": I16_MIN,
         "raw_max": I16_MAX,
+        "filter_ns": 0,
     }
 
 

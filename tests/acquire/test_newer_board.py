@@ -19,7 +19,8 @@ from motorid.wire.enums import ChannelKind
 from tests.acquire.rigs import sim_rig
 
 FACT = {
-    "scale": 1.0, "pwm_phase_permille": 0, "aperture_ns": 0, "delay_ns": 0, "counts_per_turn": 4096,
+    "scale": 1.0, "pwm_phase_permille": 0, "aperture_ns": 0, "delay_ns": 0, "filter_ns": 0,
+    "counts_per_turn": 4096,
 }  # fmt: skip
 COUNTS = np.arange(4)
 

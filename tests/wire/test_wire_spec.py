@@ -48,7 +48,7 @@ def test_load_is_cached_and_frozen() -> None:
         ("fault_latched = 7", "fault_latched = 256", "leaves 0 to 255"),
         ('states = ["loaded"]', 'states = ["ready"]', "start names unknown states"),
         ('ok = "done', 'okay = "done', "must explain each value of .enum.status"),
-        ('speaks"]', 'speaks", 2]', "newer than minor 1"),
+        ('speaks"]', 'speaks", 3]', "newer than minor 2"),
     ],
 )
 def test_contradictions_are_named(old: str, new: str, complaint: str | None) -> None:
@@ -59,19 +59,19 @@ def test_contradictions_are_named(old: str, new: str, complaint: str | None) -> 
         parse(changed(old, new))
 
 
-def with_minor_2(order: str) -> str:
-    return changed("minor = 1", "minor = 2").replace(
+def with_minor_3(order: str) -> str:
+    return changed("minor = 2", "minor = 3").replace(
         '["samples", "u16", "", "readings to average (1 to 4096)"]', order, 1
     )
 
 
 def test_an_appended_field_comes_last_and_not_before_a_tail() -> None:
-    good = parse(with_minor_2('["samples", "u16", "", ""], ["more", "u32", "", "", 2]'))
-    assert good.commands["zero"].fields[1].since == 2
+    good = parse(with_minor_3('["samples", "u16", "", ""], ["more", "u32", "", "", 3]'))
+    assert good.commands["zero"].fields[1].since == 3
     with pytest.raises(SpecError, match="appended field before an older one"):
-        parse(with_minor_2('["more", "u32", "", "", 2], ["samples", "u16", "", ""]'))
-    text = changed("minor = 1", "minor = 2").replace(
-        '"samples in the block"]', '"samples in the block", 2]', 1
+        parse(with_minor_3('["more", "u32", "", "", 3], ["samples", "u16", "", ""]'))
+    text = changed("minor = 2", "minor = 3").replace(
+        '"samples in the block"]', '"samples in the block", 3]', 1
     )
     with pytest.raises(SpecError, match="has a tail"):
         parse(text)

@@ -16,11 +16,12 @@
 #define NOISE_LSB 0.577f /* of a conversion: 0.5 LSB, and 0.29 LSB of rounding */
 #define SYNCHRONISED_MEAN 65535u
 
-/* A filter of first order delays by its time constant. It also spreads a little, which is not told:
- * the window stays a whole number of PWM periods, over which the ripple has no mean. */
+/* A filter of first order delays by its time constant. What it spreads is not made part of the window,
+ * which stays a whole number of PWM periods, over which the ripple has no mean. */
 static void declare_mean(wire_describe_channel_reply_t *out, uint16_t middle, uint32_t filter_ns) {
     out->aperture_ns = TICKS_TO_NS(WINDOW_TICKS);
     out->delay_ns = TICKS_TO_NS(MEAN_DELAY(middle)) + filter_ns;
+    out->filter_ns = filter_ns;
 }
 
 static void describe_current(wire_describe_channel_reply_t *out) {
@@ -65,6 +66,7 @@ void channels_describe_burst(uint8_t channel, wire_describe_channel_reply_t *out
     out->bits = 10;
     out->aperture_ns = SPREAD_NS(filter_ns);
     out->delay_ns = TICKS_TO_NS(GROUP_DELAY(slot)) + filter_ns - out->aperture_ns / 2u;
+    out->filter_ns = 0;
     out->noise = NOISE_LSB * (channel == WIRE_CHANNEL_TERMINAL_VOLTAGE ? 9.8f : 4.0f);
 }
 

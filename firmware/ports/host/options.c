@@ -43,7 +43,8 @@ static const struct place CONVERTER[] = {
     IN(struct converter, true_aperture), IN(struct converter, true_delay),
     IN(struct converter, unit), IN(struct converter, kind), IN(struct converter, bits),
     IN(struct converter, scale), IN(struct converter, offset), IN(struct converter, aperture_ns),
-    IN(struct converter, delay_ns), IN(struct converter, pwm_phase_permille),
+    IN(struct converter, delay_ns), IN(struct converter, filter_ns),
+    IN(struct converter, pwm_phase_permille),
     IN(struct converter, gain_uncertainty), IN(struct converter, offset_uncertainty),
     IN(struct converter, noise), IN(struct converter, raw_min), IN(struct converter, raw_max), {0},
 };

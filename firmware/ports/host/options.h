@@ -18,7 +18,7 @@ struct converter {
     /* true of it; SI, counts */
     double gain, true_offset, true_aperture, true_delay;
     /* declared: the fields of describe_channel */
-    double unit, kind, bits, scale, offset, aperture_ns, delay_ns, pwm_phase_permille;
+    double unit, kind, bits, scale, offset, aperture_ns, delay_ns, filter_ns, pwm_phase_permille;
     double gain_uncertainty, offset_uncertainty, noise, raw_min, raw_max;
 };
 

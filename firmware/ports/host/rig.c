@@ -52,6 +52,7 @@ static void describe(uint8_t channel, wire_describe_channel_reply_t *d) {
     d->offset = (float)c->offset;
     d->aperture_ns = (uint32_t)c->aperture_ns;
     d->delay_ns = (uint32_t)c->delay_ns;
+    d->filter_ns = (uint32_t)c->filter_ns;
     d->pwm_phase_permille = (uint16_t)c->pwm_phase_permille;
     d->gain_uncertainty = (float)c->gain_uncertainty;
     d->offset_uncertainty = (float)c->offset_uncertainty;
@@ -64,7 +65,7 @@ static void describe(uint8_t channel, wire_describe_channel_reply_t *d) {
 static void describe_burst(uint8_t channel, wire_describe_channel_reply_t *d) {
     (void)channel;
     d->kind = WIRE_CHANNEL_KIND_INSTANT;
-    d->aperture_ns = d->delay_ns = 0;
+    d->aperture_ns = d->delay_ns = d->filter_ns = 0;
     d->pwm_phase_permille = UINT16_MAX;
 }
 

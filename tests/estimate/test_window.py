@@ -1,0 +1,148 @@
+"""What a slow terminal filter does to the first readings after a command, and to L."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from motorid.sim._plant import ffi, lib
+from scipy.signal import lfilter
+
+import motorid
+from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Channel, Phase, Wiring
+from motorid.estimate.timeline import lay
+from motorid.estimate.window import Window
+from motorid.motor.response import Quantity
+from motorid.program import Decay, Program, Step, StepKind
+from motorid.sim.bench import plant_params
+from motorid.sim.chain import draw_chain
+from motorid.sim.options import parse_url
+
+H, FINE, TAU, LATE = 250e-6, 5e-6, 58.75e-6, 236e-6
+EACH = round(H / FINE)
+PHASES = (0, 200, 1000)  # samples at which rest, drive and coast begin
+COUNT, DUTY = 1800, 0.9
+
+
+def test_a_filter_s_remnant_of_the_command_before_is_taken_out() -> None:
+    """A step from 3 V to 20 V, from which a line falls, by an exact filter on a fine grid."""
+    n = 40
+    at = (np.arange(n * EACH) + 0.5) * FINE
+    volts = np.where(at < 20 * H, 3.0, 20.0 - 400.0 * (at - 20 * H))
+    keep = np.exp(-FINE / TAU)
+    seen = lfilter([1 - keep], [1, -keep], volts, zi=[keep * 3.0])[0]
+    total = np.concatenate([[0.0], np.cumsum(seen)]) * FINE
+    ends = np.arange(n) * H - LATE
+    grid = np.interp(ends, np.arange(len(total)) * FINE, total)
+    grid = (grid - np.interp(ends - H, np.arange(len(total)) * FINE, total)) / H
+    line = lay(_capture(n, {VOLTAGE: Channel(VOLTAGE, "V", grid)}, (0, 20)))
+    window = Window(H, H, LATE + TAU, TAU)
+    found = window.readings(grid, line)
+    assert window.lag == 1
+    first = line.parts[1].start
+    assert list(np.flatnonzero(np.isnan(found[:-1]))) == [0, first - 1, first]
+    # a line is delayed by a filter's time constant, whatever the window's width
+    k = np.arange(first + 1, n - 1)
+    middle = (k - 20) * H - (LATE + TAU - window.lag * H) - H / 2
+    left_over = 400.0 * TAU * np.exp(-(middle - H / 2 + TAU) / TAU)  # of the corner of that line
+    assert np.abs(found[k] - (20.0 - 400.0 * middle)).max() < left_over[0] + 1e-3
+    plain = Window(H, H, LATE + TAU).readings(grid, line)
+    assert plain[first + 1] < found[first + 1] - 0.04  # the remnant of 17 V
+
+
+@pytest.fixture(scope="module")
+def sensed() -> tuple[Capture, float]:
+    """The simulator's plant behind such a filter, and its true inductance."""
+    options = parse_url("sim://?motor=maxon-re35&heating=0&ambient=25&cogging=0&ripple=0")
+    params = plant_params(options, draw_chain(options))
+    params.dead_time = 0.0
+    plant = ffi.new("plant *")
+    lib.plant_init(plant, params)
+    rows = np.zeros((COUNT * EACH, 3))
+    for n in range(len(rows)):
+        if n % EACH == 0 and n // EACH in PHASES:
+            mode = lib.PLANT_DRIVE if n // EACH == PHASES[1] else lib.PLANT_COAST
+            driven = mode == lib.PLANT_DRIVE
+            lib.plant_command(plant, mode, DUTY if driven else 0.0, lib.PLANT_SYNCHRONOUS_SLOW)
+        plant.i_dt = plant.v_dt = 0.0
+        lib.plant_advance(plant, FINE)
+        rows[n] = plant.i_dt / FINE, plant.v_dt / FINE, plant.angle
+    keep = np.exp(-FINE / TAU)
+    # the mean over a short stretch of what an exact filter says, to first order
+    filtered = lfilter([1 - keep], [1, -keep], rows[:, 1])
+    filtered = (filtered + np.concatenate([[0.0], filtered[:-1]])) / 2
+    place = np.arange(len(rows) + 1) * FINE
+    ends = np.arange(COUNT) * H - LATE
+
+    def means(values: np.ndarray) -> np.ndarray:
+        total = np.concatenate([[0.0], np.cumsum(values)]) * FINE
+        return (np.interp(ends, place, total) - np.interp(ends - H, place, total)) / H
+
+    rng = np.random.default_rng(5)
+    angle = np.concatenate([[0.0], rows[:, 2]])[np.arange(COUNT) * EACH]
+    current = means(rows[:, 0]) + 0.004 * rng.standard_normal(COUNT)
+    volts = means(filtered) + 0.005 * rng.standard_normal(COUNT)
+    mean = {"kind": "mean", "aperture_s": H}
+    channels = {
+        CURRENT: Channel(CURRENT, "A", current, delay_s=LATE, **mean),
+        POSITION: Channel(POSITION, "rad", angle + 1e-3 * rng.standard_normal(COUNT)),
+        VOLTAGE: Channel(
+            VOLTAGE, "V", volts, delay_s=LATE + TAU, filter_s=TAU, sense="terminals", **mean
+        ),
+    }
+    return _capture(COUNT, channels, PHASES), params.inductance
+
+
+def _capture(count: int, channels: dict[str, Channel], phases: tuple[int, ...]) -> Capture:
+    steps = [Step(StepKind.COAST, H)] * len(phases)
+    steps[1] = Step(StepKind.DRIVE_DUTY, H, DUTY, Decay.SYNCHRONOUS_SLOW)
+    return Capture(
+        ticks=np.arange(count, dtype=np.int64) * round(H * 1e6),
+        clock_hz=1e6,
+        channels=channels,
+        wiring=Wiring(0.04, 0.004, pwm_hz=20e3, supply_voltage_v=34.0, brush_drop_v=0.0),
+        program=Program(tuple(steps)),
+        phases=tuple(Phase(k, round(n * H * 1e6)) for k, n in enumerate(phases)),
+    )
+
+
+def error_of_l(sensed: tuple[Capture, float], filter_s: float) -> float:
+    """Relative, with that filter declared."""
+    capture, inductance = sensed
+    told = replace(capture.channels[VOLTAGE], filter_s=filter_s)
+    capture = replace(capture, channels={**capture.channels, VOLTAGE: told})
+    return motorid.fit(capture).parameters["L"].value / inductance - 1
+
+
+def test_l_is_right_behind_a_slow_terminal_filter(sensed: tuple[Capture, float]) -> None:
+    told, as_delay = error_of_l(sensed, TAU), error_of_l(sensed, 0.0)
+    assert abs(told) < 0.004  # what a supply's capacitor leaves of it
+    assert as_delay < told - 0.002
+
+
+def test_a_current_is_seen_through_the_same_window() -> None:
+    """By four delays: as an exact filter sees a current that begins to rise."""
+    window = Window(H, H, LATE + TAU, TAU)
+    assert [o.quantity for o in window.outputs] == [Quantity.CURRENT] * 4
+    count, rise = 12, 300e-6
+
+    def charge(t: np.ndarray) -> np.ndarray:  # of 1 - exp(-t/rise) from 0 on
+        t = np.maximum(t, 0.0)
+        return t + rise * np.expm1(-t / rise)
+
+    ticks = np.arange(count) * H
+    rows = np.array(
+        [
+            (charge(ticks - o.delay_s) - charge(ticks - o.delay_s - o.aperture_s)) / o.aperture_s
+            for o in window.outputs
+        ]
+    )
+    fine = np.arange(count * 2000) * (H / 2000)
+    filtered = 1 - (rise * np.exp(-fine / rise) - TAU * np.exp(-fine / TAU)) / (rise - TAU)
+    total = np.concatenate([[0.0], np.cumsum((filtered[1:] + filtered[:-1]) / 2)]) * (H / 2000)
+    exact = (np.interp(ticks - LATE, fine, total) - np.interp(ticks - LATE - H, fine, total)) / H
+    line = lay(_capture(16, {VOLTAGE: Channel(VOLTAGE, "V", np.zeros(16))}, (0, 0)))
+    line = replace(line, count=count, parts=line.parts[:1])
+    seen = window.current(rows, exact, line)
+    np.testing.assert_allclose(seen[2:-1], exact[3:], atol=4e-3)
