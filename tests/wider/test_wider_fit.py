@@ -17,7 +17,7 @@ from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate import fit
+from motorid.estimate import fit, motor_fit
 from motorid.estimate.loss import lossless
 from motorid.estimate.types import PARAMETERS, Estimate
 from motorid.program import Decay, Program, Step, StepKind
@@ -100,6 +100,52 @@ def test_a_motor_without_effects_is_offered_nothing_and_nothing_is_fitted(folder
     estimate = fit([measured(folder, "stiction=1")], model="auto")
     assert estimate.alternative is None
     assert "model_tried" not in {d.code for d in estimate.diagnostics}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("options", "fits"), [("stiction=1", 0), ("stiction=1&brush_drop=0.2", 1)])
+def test_a_fit_without_loss_is_made_only_where_loss_or_residuals_ask(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, options: str, fits: int
+) -> None:
+    """Brushes and heat are unknowns of the six already: most captures need no second fit."""
+    made = []
+    solve = motor_fit.solve
+    monkeypatch.setattr(motor_fit, "solve", lambda *given: made.append(1) or solve(*given))
+    fit([measured(folder, options)], model="auto")
+    assert len(made) == fits
+
+
+@pytest.mark.slow
+def test_ripple_is_sized_and_an_open_bridge_shows_it(folder: Path) -> None:
+    estimate = fit([measured(folder, "stiction=1&ripple=0.06")], model="ripple")
+    assert estimate.alternative is not None
+    found = estimate.alternative.parameters
+    assert found["N_r"].value == 10.0
+    assert found["k_K"].value == pytest.approx(0.06, rel=5e-3)
+    (emf,) = (fitted for fitted in estimate.alternative.lack_of_fit if fitted.channel == "back_emf")
+    assert emf.after < 0.15 * emf.before
+
+
+@pytest.mark.slow
+def test_all_terms_named_at_once_are_told_apart(folder: Path) -> None:
+    """Sizes begin from one step for all of them: alone, each would explain the others' residuals.
+
+    Heat is searched as what a joule does, which is nothing where nothing warms up.
+    """
+    options = (
+        "brush_drop=0.15&quadratic=2e-10&stiction=2&stribeck=60&ripple=0.02"
+        "&cogging=6e-4&cogging_per_turn=4"
+    )
+    terms = "brush-drop+quadratic-load+stribeck+ripple+cogging+heating"
+    estimate = fit([measured(folder, options)], model=terms)
+    assert estimate.alternative is not None
+    found = estimate.alternative.parameters
+    true = {"V_b": 0.15, "T_s": 4.3e-4, "w_s": 60.0, "k_K": 0.02, "T_c": 6e-4, "T_lc": 2e-10}
+    for name, size in true.items():
+        assert found[name].value == pytest.approx(size, rel=0.06), name
+    assert (found["N_r"].value, found["N_c"].value) == (10.0, 4.0)
+    assert found["C_w"].status == "not_identifiable"
+    assert estimate.alternative.evaluations < 2500
 
 
 @pytest.mark.slow

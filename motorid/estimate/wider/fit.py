@@ -11,11 +11,14 @@ from motorid.estimate import motor_fit
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
+from motorid.estimate.temperature import STALL_K_S
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.wider.record import Priors, WideRecord
 from motorid.estimate.wider.terms import ADDED, Scales, Term
 
 KNEE_SD = 1.0  # of ln i_b about a twentieth of the stall current
+SLOW_SD = 1.0  # of ln w_s about a twentieth of the highest speed
+COOLS_1_S = 0.5  # standard deviation of a winding's rate of cooling
 
 
 @dataclass(frozen=True)
@@ -58,10 +61,10 @@ class Begun:
     free: tuple[str, ...]
     start: Mapping[str, float]
 
-    def roughly(self) -> Fitted:
-        """The best in white noise, with the voltage sources as they are."""
+    def roughly(self, enough: float = motor_fit.ROUGH) -> Fitted:
+        """The best in white noise, with the voltage sources as they are, to a change of F."""
         unknowns = motor_fit.unknowns(self.records, self.free, self.start)
-        solution = maximise(unknowns, self.records, enough=motor_fit.ROUGH)
+        solution = maximise(unknowns, self.records, enough=enough)
         return Fitted(self.terms, self.records, solution, self.free, self.start)
 
     def wholly(self, rough: Fitted | None = None) -> Fitted:
@@ -103,7 +106,7 @@ def begin(
     scales = scales_of(records, values)
     first = {name: ADDED[name].part * scales.of(name) for name in names}
     first = {**first, **values, **(start or {}), **fixed}
-    known = {"i_b": (float(np.log(ADDED["i_b"].part * scales.current)), KNEE_SD), **(priors or {})}
+    known = {**_known(scales), **(priors or {})}
     wide = []
     for k, record in enumerate(records):
         wider = WideRecord(record, free, fixed, terms, scales, known, first=k == 0)
@@ -112,6 +115,17 @@ def begin(
         wider.plan(np.array([first[n] for n in free]), np.array([u.start for u in wider.unknowns]))
         wide.append(wider)
     return Begun(tuple(terms), tuple(wide), tuple(free), first)
+
+
+def _known(scales: Scales) -> Priors:
+    """What is known of a term's shape before any data: it keeps a search from where none is."""
+    bend, slow = (ADDED[n].part * scales.of(n) for n in ("i_b", "w_s"))
+    return {
+        "i_b": (float(np.log(bend)), KNEE_SD),
+        "w_s": (float(np.log(slow)), SLOW_SD),
+        "per_C_w": (0.0, STALL_K_S / 2 / (scales.volts * scales.current)),
+        "k_w": (0.0, COOLS_1_S),
+    }
 
 
 def _counted(terms: Sequence[Term], start: Mapping[str, float]) -> dict[str, float]:

@@ -16,16 +16,17 @@ from motorid.estimate.loss import lossless
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.refit import plain
-from motorid.estimate.types import Diagnostic, Estimate, Parameter
+from motorid.estimate.types import PARAMETERS, Diagnostic, Estimate, Parameter
 from motorid.estimate.wider.fit import Fitted, begin
+from motorid.estimate.wider.joint import starts
+from motorid.estimate.wider.need import ALLOWED, carry_loss, loss_stands_out
 from motorid.estimate.wider.results import alternative, findings
-from motorid.estimate.wider.screen import screen
-from motorid.estimate.wider.select import Trial, select
+from motorid.estimate.wider.select import Trial, asks, select
 from motorid.estimate.wider.shaft import springs
 from motorid.estimate.wider.terms import TERMS, Term, parse
 
 COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
-ALLOWED = {"brush-drop", "heating"}  # of which each capture has an unknown (loss.py)
+COARSE = 100.0  # change of F that is near enough before what repeats with the rotor is in
 HALF = 0.5  # of that, from which a term is worth offering
 
 
@@ -45,22 +46,50 @@ def fit(
     estimate = motor_fit.report(captures, records, solution, fix, without)
     if model == SIX:
         return estimate
-    # the terms explain brushes and heat by themselves: they begin from a fit that does not
-    records, solution = motor_fit.solved([lossless(c) for c in captures], fix, without)
     held = {**dict.fromkeys(without, 0.0), **fix}
+    values, matters = motor_fit.merged(held, solution), reach(estimate.parameters)
+    if not (terms or _is_needed(records, solution, values, matters)):
+        return estimate
+    bare, solution = _without_loss(records, solution, values, held)
     values = motor_fit.merged(held, solution)
     if terms:
-        fitted = asked_for(records, solution, values, terms)
+        fitted = asked_for(bare, solution, values, terms)
         trials: tuple[TermTrial, ...] = ()
     else:
-        chosen = select(records, solution, values, reach(estimate.parameters))
+        chosen = select(bare, solution, values, matters)
         trials = tuple(_stated(trial) for trial in chosen.trials)
         if chosen.fitted is None:
             return _with_trials(estimate, trials)
         fitted = chosen.fitted
     found = findings(fitted, fix, without)
-    better = alternative(fitted, found, records, solution, trials, asked=bool(terms))
+    better = alternative(fitted, found, bare, solution, trials, asked=bool(terms))
     return _said(replace(estimate, alternative=better), fitted)
+
+
+def _is_needed(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    values: Mapping[str, float],
+    matters: Mapping[str, float],
+) -> bool:
+    """Brushes and heat take what stands out, or the residuals ask for another term."""
+    if not carry_loss(records) or loss_stands_out(records, solution, matters):
+        return True
+    return asks(records, solution, values, matters, [TERMS[name] for name in ALLOWED])
+
+
+def _without_loss(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    values: Mapping[str, float],
+    held: Mapping[str, float],
+) -> tuple[Sequence[MotorRecord], Solution]:
+    """The fit that terms begin from: they explain brushes and heat by themselves."""
+    if not carry_loss(records):
+        return records, solution
+    free = [name for name in PARAMETERS if name not in held]
+    bare = [MotorRecord(lossless(record.capture), free, held) for record in records]
+    return bare, motor_fit.solve(bare, free, values)
 
 
 def reach(parameters: Mapping[str, Parameter]) -> dict[str, float]:
@@ -91,7 +120,7 @@ def asked_for(
         start, own = _starts(*now, taken, stage)
         taken = (*taken, *stage)
         begun = begin(now[0], now[1], taken, fixed=fixed, start=start, own=own)
-        rough = begun.roughly()
+        rough = begun.roughly(motor_fit.ROUGH if len(taken) == len(terms) else COARSE)
         now = rough.records, rough.solution, rough.values
     return begun.wholly(rough)
 
@@ -112,19 +141,21 @@ def _starts(
 ) -> tuple[dict[str, float], list[dict[str, float]]]:
     """Where the parameters and every record's nuisances begin, with ``terms`` beside ``taken``."""
     white = plain(records, solution)
-    candidates = {c.term: c for c in screen(records, white, values, taken)}
+    found = starts(records, white, values, [t for t in terms if t not in taken])
     if TERMS["two-masses"] in terms:
-        candidates |= {c.term: c for c in springs(records, white, values, taken, asked=True)}
+        found |= {
+            c.term: (dict(c.start), ()) for c in springs(records, white, values, taken, asked=True)
+        }
     start: dict[str, float] = dict(values)
     own = [
         {u.name: float(v) for u, v in zip(r.unknowns, o, strict=True)}
         for r, o in zip(records, solution.own, strict=True)
     ]
     for term in terms:
-        candidate = candidates.get(term)
-        if candidate is not None:
-            start |= candidate.start
-            for mine, more in zip(own, candidate.own or own, strict=True):
+        if term in found:
+            shared, each = found[term]
+            start |= shared
+            for mine, more in zip(own, each or own, strict=True):
                 mine.update(more)
         elif term.per_turn or term.name in ("ke-kt", "direction"):
             raise DataError(f"these captures cannot tell {term.name} ({term.title}){_why(term)}")
@@ -162,7 +193,7 @@ def _with_trials(estimate: Estimate, trials: Sequence[TermTrial]) -> Estimate:
 
 def _said_of(terms: Sequence[Term]) -> str:
     """What lacking these means for the six parameters."""
-    if {term.name for term in terms} <= ALLOWED:
+    if {term.name for term in terms} <= set(ALLOWED):
         return "the six parameters allow for it, and this model says how large it is"
     return "the six parameters are biased by what they lack"
 

@@ -98,8 +98,7 @@ class Probe:
     def _change(
         self, k: int, name: str, shape: Mapping[str, float], own: Mapping[str, float]
     ) -> Floats:
-        scale = self.scales.of(name)
-        size = scale / TRIED if ADDED[name].log else self._values[name] + TRIED * scale
+        size = self._values[name] + TRIED * self.scales.of(name)
         moved = self._fitted(k, {**shape, name: size}, own)
         parts = [(a - b) / TRIED for a, b in zip(moved, self._base[k], strict=True)]
         return np.concatenate(self.records[k].weighed(parts, filtered=False))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
@@ -9,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import POSITION
+from motorid.estimate.readings import EMF, Measured
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Unknown
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.voltage import smoothed
 from motorid.estimate.waveform import JOINED
+from motorid.estimate.wider.rotation import MOST
 from motorid.estimate.wider.terms import ADDED, COPPER_PER_K, NAMES, Scales, Term, unknown
 from motorid.motor.response import Output, Quantity, Response, Stretch
 from motorid.motor.wide import WideResponse
@@ -23,7 +26,7 @@ Priors = Mapping[str, tuple[float, float]]
 
 PLACE = {name: k for k, name in enumerate(NAMES)}
 FINE = 0.02  # rad of an encoder's step that shows what repeats 60 times a turn
-ABOUT = 16  # readings on either side that its rounding is smoothed over, about the model
+EXACT = 0.05  # rad of the shortest period that is looked for: what its rounding may err by
 WARMTH_SD = 0.1  # of R, by which a run may begin warmer than the first
 
 
@@ -65,7 +68,7 @@ class WideRecord(MotorRecord):
     def adopt(self, other: MotorRecord) -> None:
         """Be driven as another record of the same capture is."""
         self._heard, self.sources = other._heard, other.sources
-        self.switched_late = other.switched_late
+        self.switched_late, self._loss = other.switched_late, other._loss
         self._excite()
         spreads = {u.name: u.prior_sd for u in other.unknowns}
         self._renew(lambda u: replace(u, prior_sd=spreads.get(u.name, u.prior_sd)))
@@ -132,7 +135,11 @@ class WideRecord(MotorRecord):
         if not fine:
             return
         m, model = self.measured[fine[0]], self.fitted(shared, own)[fine[0]]
-        shown = model + smoothed(m.values - model, ABOUT) - self._own.of(own, "position_origin")
+        rounded = m.channel.resolution * self.gear / math.sqrt(12.0) * MOST / EXACT
+        about = int(rounded**2 / 2.0)  # readings on either side that its rounding is smoothed over
+        left = m.values - model
+        shown = model + (smoothed(left, about) if about else left)
+        shown -= m.values[0]  # a fitted origin would turn every phase as it moves
         late = m.channel.delay_s / self.timeline.period_s
         self._rotor = np.interp(np.arange(self.timeline.count), m.keep - late, shown)
         self._prepare(self.response)
@@ -151,9 +158,36 @@ class WideRecord(MotorRecord):
         """The values by ``motorid.motor.wide.NAMES``."""
         values = super().motor(shared)
         share, inertia = values[PLACE["J2_share"]], values[PLACE["J"]]
-        values[PLACE["C_w"]] = COPPER_PER_K * values[PLACE["R"]] / values[PLACE["C_w"]]
+        values[PLACE["per_C_w"]] *= COPPER_PER_K * values[PLACE["R"]]
         values[PLACE["J2_share"]], values[PLACE["J"]] = share * inertia, (1 - share) * inertia
         return values
+
+    def fitted(self, shared: Floats, own: Floats) -> list[Floats]:
+        """As the six-parameter record's; an open bridge shows the ripple of K too."""
+        models = super().fitted(shared, own)
+        ripple = self.motor(shared)[PLACE["k_K"]]
+        if ripple == 0.0 or self._rotor is None:
+            return models
+        for k, m in enumerate(self.measured):
+            if m.block.name == EMF:
+                steady = models[k] - self._own.of(own, "voltage_offset")
+                models[k] = models[k] + ripple * self._rippled(m, steady, shared, own)
+        return models
+
+    def _rippled(self, m: Measured, volts: Floats, shared: Floats, own: Floats) -> Floats:
+        """What a ripple of 1 adds to readings (n,) of a back-EMF."""
+        assert self._rotor is not None
+        periods = self.motor(shared)[PLACE["N_r"]]
+        phase, output = self._own.of(own, "ripple_phase"), self._outputs[m.row]
+        ticks = np.arange(self.timeline.count)
+        past = m.keep if m.past is None else m.keep + m.past
+        at = past - output.delay_s / self.timeline.period_s
+        angle = periods * np.interp(at, ticks, self._rotor) + phase
+        if output.aperture_s == 0.0:
+            return np.asarray(volts * np.cos(angle))
+        before = at - output.aperture_s / self.timeline.period_s
+        turned = np.sin(angle) - np.sin(periods * np.interp(before, ticks, self._rotor) + phase)
+        return np.asarray(self.emf_constant(shared) * turned / (periods * output.aperture_s))
 
     def emf_constant(self, shared: Floats) -> float:
         """V·s/rad that an open bridge shows."""

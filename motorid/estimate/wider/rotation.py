@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,16 +35,23 @@ class Turned:
 
 
 def periods_a_turn(records: Sequence[Sequence[Turned]]) -> list[int]:
-    """The counts that stand out of the residuals' power by angle, the strongest first.
+    """The counts that stand out of some kind of residual's power by angle, the strongest first.
 
-    ``records``: the channels of each capture.
+    ``records``: the channels of each capture, in one order.
     """
-    power = np.sum([_power(channels) for channels in records], axis=0)
-    counts = np.arange(1, MOST + 1)
-    middle = np.array([np.median(power[max(n - 8, 1) : n + 9]) for n in counts])
-    stands = (power[1:] > STANDS_OUT) & (power[1:] > PEAK * middle)
-    found = counts[stands]
-    return [int(n) for n in found[np.argsort(-power[found])][:BEST]]
+    strength = np.zeros(MOST + 1)
+    for kind in zip_longest(*records):  # what one channel fits badly must not hide another's peak
+        power = np.sum([_power(channel) for channel in kind if channel is not None], axis=0)
+        strength = np.maximum(strength, np.where(_stands(power), power, 0.0))
+    found = np.flatnonzero(strength)
+    return [int(n) for n in found[np.argsort(-strength[found])][:BEST]]
+
+
+def _stands(power: Floats) -> NDArray[np.bool_]:
+    """Which counts' powers (MOST + 1,) stand out of their neighbours'."""
+    counts = range(1, MOST + 1)
+    middle = np.array([np.inf, *(np.median(power[max(n - 8, 1) : n + 9]) for n in counts)])
+    return np.asarray((power > STANDS_OUT) & (power > PEAK * middle))
 
 
 def turned(record: MotorRecord, departures: Sequence[Floats], angle: Floats) -> list[Turned]:
@@ -69,15 +77,14 @@ def _less_its_turn(channel: Turned) -> Turned:
     return Turned(left[whole], angle[whole], channel.step[whole])
 
 
-def _power(channels: Sequence[Turned]) -> Floats:
-    """|Σ r e^(i n angle)|² / Σ r² for n = 0 .. MOST, the largest of the channels."""
-    best = np.zeros(MOST + 1)
-    for channel in channels:
-        total = max(square(channel.residual), 1e-300)
-        wave = np.exp(1j * channel.angle)
-        weighed = channel.residual * np.ones_like(wave)
-        for n in range(1, MOST + 1):
-            weighed = weighed * wave
-            shown = n * channel.step < SAMPLED
-            best[n] = max(best[n], float(np.abs(weighed[shown].sum()) ** 2) / total)
-    return best
+def _power(channel: Turned) -> Floats:
+    """|Σ r e^(i n angle)|² / Σ r² for n = 0 .. MOST; 0 of what never repeats."""
+    power = np.zeros(MOST + 1)
+    total = max(square(channel.residual), 1e-300)
+    wave = np.exp(1j * channel.angle)
+    weighed = channel.residual * np.ones_like(wave)
+    for n in range(1, MOST + 1):
+        weighed = weighed * wave
+        shown = n * channel.step < SAMPLED
+        power[n] = float(np.abs(weighed[shown].sum()) ** 2) / total
+    return power

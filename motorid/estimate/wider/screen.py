@@ -44,12 +44,17 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class _Tried:
-    """A term, a shape of it, and what it does to every record, weighed by the sigmas too."""
+class Tried:
+    """A term, a shape of it, and what it does to every record's readings, weighed."""
 
     term: Term
     shape: Mapping[str, float]
     changes: tuple[Floats, ...]
+
+    @property
+    def one_sided(self) -> bool:
+        """Its size cannot be below nothing."""
+        return not self.term.per_turn and ADDED[self.term.size].lower == 0.0
 
 
 def screen(
@@ -64,13 +69,7 @@ def screen(
     ``values``: of all parameters at the solution, those held among them.
     """
     probe = Probe(records, solution, values)
-    wanted = [TERMS[name] for name in terms if TERMS[name] not in taken]
-    tried = [
-        _Tried(term, shape, tuple(probe.changes(k, term, shape) for k in range(len(records))))
-        for term in wanted
-        if probe.tells(term)
-        for shape in probe.shapes(term)
-    ]
+    tried = everything(probe, [TERMS[name] for name in terms if TERMS[name] not in taken])
     test = _Test(probe, solution)
     best: dict[str, Candidate] = {}
     for candidate in test.all(tried):
@@ -80,8 +79,18 @@ def screen(
     return sorted(best.values(), key=lambda c: -c.gain)
 
 
+def everything(probe: Probe, terms: Sequence[Term]) -> list[Tried]:
+    """Every shape of every term that such captures can tell."""
+    return [
+        Tried(term, shape, tuple(probe.changes(k, term, shape) for k in range(len(probe.records))))
+        for term in terms
+        if probe.tells(term)
+        for shape in probe.shapes(term)
+    ]
+
+
 @dataclass(frozen=True)
-class _Sums:
+class Sums:
     """Products of columns (q, n), cleared of nuisances: with each other (q, q), with the shared
     parameters' (q, p), and with the residual (q,)."""
 
@@ -89,9 +98,9 @@ class _Sums:
     shared: Floats
     pull: Floats
 
-    def of(self, rows: slice) -> _Sums:
+    def of(self, rows: slice) -> Sums:
         """Of some of the columns."""
-        return _Sums(self.squares[rows, rows], self.shared[rows], self.pull[rows])
+        return Sums(self.squares[rows, rows], self.shared[rows], self.pull[rows])
 
 
 class _Test:
@@ -102,12 +111,12 @@ class _Test:
             [project(line.orthogonal.T, line.residual) for line in solution.records], axis=0
         )
 
-    def all(self, tried: Sequence[_Tried]) -> list[Candidate]:
+    def all(self, tried: Sequence[Tried]) -> list[Candidate]:
         """Those that the parameters do not say already, and whose size is not below nothing."""
         if not tried:
             return []
         whole = [
-            _sums(np.concatenate([t.changes[k] for t in tried]), line)
+            sums_of(np.concatenate([t.changes[k] for t in tried]), line)
             for k, line in enumerate(self.solution.records)
         ]
         found, first = [], 0
@@ -118,63 +127,64 @@ class _Test:
             found += [candidate] if candidate else []
         return found
 
-    def _candidate(self, tried: _Tried, parts: Sequence[_Sums]) -> Candidate | None:
+    def _candidate(self, tried: Tried, parts: Sequence[Sums]) -> Candidate | None:
         sums = _apart(parts) if tried.term.per_turn else _together(parts)
         information = sums.squares - sums.shared @ self.inverse @ sums.shared.T
         if not float(np.trace(information)) > LEAST * float(np.trace(sums.squares)):
             return None
         pulls = sums.pull - sums.shared @ self.inverse @ self.slope
         sizes = covariance_of(information) @ pulls
-        one_sided = not tried.term.per_turn and ADDED[tried.term.size].lower == 0.0
-        if one_sided and sizes[0] <= 0.0:
+        if tried.one_sided and sizes[0] <= 0.0:
             return None
         shift = -self.inverse @ sums.shared.T @ sizes * self.solution.slopes
         moves = dict(zip(self.probe.names, shift.tolist(), strict=True))
-        start, own = self._start(tried.term, tried.shape, sizes)
+        start, own = begins(self.probe, tried, sizes)
         gain = float(pulls @ sizes)
         return Candidate(tried.term, gain, moves, start, own, tried.changes)
 
-    def _start(
-        self, term: Term, shape: Mapping[str, float], sizes: Floats
-    ) -> tuple[dict[str, float], tuple[dict[str, float], ...]]:
-        """Where a fit with the term begins."""
-        unit, added = self.probe.scales.of(term.size), ADDED[term.size]
-        if not term.per_turn:
-            size = unit / sizes[0] if added.log else unit * sizes[0]
-            return {**shape, term.size: float(size)}, ()
-        each = sizes.reshape(len(self.solution.records), -1)
-        amplitude = float(np.mean(np.hypot(each[:, 0], each[:, 1])))
-        start = {**shape, term.size: unit * amplitude}
-        if term.name == "ripple":
-            together = np.einsum("kq,kq->k", each[:, :2], each[:, 2:])
-            start["k_R"] = float(np.mean(together)) / amplitude
-        phases = np.arctan2(each[:, 1], each[:, 0])
-        return start, tuple({term.phase: float(phase)} for phase in phases)
+
+def begins(
+    probe: Probe, tried: Tried, sizes: Floats
+) -> tuple[dict[str, float], tuple[dict[str, float], ...]]:
+    """Where a fit with the term begins: its parameters, and every record's nuisances."""
+    term, shape = tried.term, tried.shape
+    unit = probe.scales.of(term.size)
+    if not term.per_turn:
+        return {**shape, term.size: float(unit * sizes[0])}, ()
+    each = sizes.reshape(len(probe.records), -1)
+    amplitude = float(np.mean(np.hypot(each[:, 0], each[:, 1])))
+    start = {**shape, term.size: unit * amplitude}
+    if term.name == "ripple":
+        together = np.einsum("kq,kq->k", each[:, :2], each[:, 2:])
+        start["k_R"] = float(np.mean(together)) / amplitude
+    phases = np.arctan2(each[:, 1], each[:, 0])
+    return start, tuple({term.phase: float(phase)} for phase in phases)
 
 
-def _together(parts: Sequence[_Sums]) -> _Sums:
+def _together(parts: Sequence[Sums]) -> Sums:
     """Of sizes that all records share."""
-    return _Sums(
+    return Sums(
         np.sum([p.squares for p in parts], axis=0),
         np.sum([p.shared for p in parts], axis=0),
         np.sum([p.pull for p in parts], axis=0),
     )
 
 
-def _apart(parts: Sequence[_Sums]) -> _Sums:
+def _apart(parts: Sequence[Sums]) -> Sums:
     """Of sizes that each record has for itself."""
     q = len(parts[0].pull)
     squares = np.zeros((q * len(parts), q * len(parts)))
     for k, part in enumerate(parts):
         squares[k * q : (k + 1) * q, k * q : (k + 1) * q] = part.squares
-    return _Sums(
+    return Sums(
         squares,
         np.concatenate([p.shared for p in parts]),
         np.concatenate([p.pull for p in parts]),
     )
 
 
-def _sums(changes: Floats, line: Linearised) -> _Sums:
+def sums_of(changes: Floats, line: Linearised) -> Sums:
+    """Of columns (q, n) of one record."""
     lengths = [part.stop - part.start for part in line.slices]
     table = changes / np.repeat(line.sigmas, lengths)
     p, own = line.orthogonal.shape[1], line.own.T
@@ -185,4 +195,4 @@ def _sums(changes: Floats, line: Linearised) -> _Sums:
         inverse = covariance_of(gram(own, own) + np.diag(line.own_precision))
         squares = squares - explained @ inverse @ explained.T
         pull = pull - explained @ inverse @ project(own, line.residual)
-    return _Sums(squares, shared, pull)
+    return Sums(squares, shared, pull)

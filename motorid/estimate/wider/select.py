@@ -11,12 +11,12 @@ from motorid.estimate.suspects.refit import plain
 from motorid.estimate.wider.fit import Begun, Fitted, begin
 from motorid.estimate.wider.foresee import foresee
 from motorid.estimate.wider.judge import Evidence, weigh
+from motorid.estimate.wider.need import HINT
 from motorid.estimate.wider.screen import Candidate, screen
 from motorid.estimate.wider.shaft import springs
 from motorid.estimate.wider.terms import Term
 
 WORTH = 30.0  # of chi-square that a term must promise to be fitted
-HINT = 0.5  # of what matters, that it must promise to move some parameter by
 GROSS = 1000.0  # of chi-square: fitted whatever it moves
 FORESEEN = 5  # candidates a round
 REFITTED = 3
@@ -72,6 +72,17 @@ def select(
         best = found[-1][0]
         now = _Model(best.records, best.solution, best.values, best.terms)
     return Selection(best, tuple(trials))
+
+
+def asks(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    values: Mapping[str, float],
+    reach: Mapping[str, float],
+    but: Sequence[Term],
+) -> bool:
+    """Whether the residuals ask for any term ``but`` these, as far as straight lines show it."""
+    return bool(_asked(_Model(records, solution, values, tuple(but)), reach))
 
 
 @dataclass(frozen=True)

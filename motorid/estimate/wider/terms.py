@@ -53,7 +53,7 @@ class Scales:
             "rad/s": self.speed,
             "N·m": self.torque,
             "N·m·s²/rad²": self.torque / self.speed**2,
-            "J/K": COPPER_PER_K * self.resistance * self.current**2 * self.duration,
+            "K/J": 1.0 / (COPPER_PER_K * self.resistance * self.current**2 * self.duration),
             "1/s": 1.0 / self.duration,
             "N·m/rad": self.inertia * (self.speed / 10.0) ** 2,
             "N·m·s/rad": self.inertia / self.duration,
@@ -74,7 +74,7 @@ ADDED = {
     "k_K": Added("1", "commutation ripple of K, amplitude", "1", 0.01),
     "k_R": Added("1", "commutation ripple of R, amplitude", "1", 0.0, lower=-1.0, upper=1.0),
     "N_r": Added("1", "commutations a turn", "1", 0.0),
-    "C_w": Added("J/K", "heat capacity of the winding", "J/K", 10.0, True, absent=float("inf")),
+    "per_C_w": Added("K/J", "one over the heat capacity of the winding", "K/J", 0.1),
     "k_w": Added("1/s", "cooling rate of the winding", "1/s", 0.0),
     "J2_share": Added("1", "share of J behind the flexible shaft", "1", 0.5, False, 0.01, 0.99),
     "Ks": Added("N·m/rad", "stiffness of the shaft", "N·m/rad", 1.0, log=True),
@@ -139,8 +139,8 @@ TERMS = {
         ),
         Term(
             "heating", "a winding that warms up within a run",
-            "C_w dT/dt = R i² − k_w C_w T, R rises by 0.393 %/K of T", ("C_w", "k_w"), "C_w", {},
-            "initial_warmth",
+            "C_w dT/dt = R i² − k_w C_w T, R rises by 0.393 %/K of T", ("per_C_w", "k_w"),
+            "per_C_w", {}, "initial_warmth",
         ),
         Term(
             "two-masses", "a flexible shaft between two inertias",
