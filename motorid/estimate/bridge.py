@@ -8,9 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture, Wiring
-from motorid.errors import DataError
-from motorid.estimate.timeline import Part, Timeline
+from motorid.capture.model import SUPPLY, Capture, Wiring
+from motorid.estimate.timeline import Part
 from motorid.motor.response import Stretch
 from motorid.program import Decay, StepKind
 
@@ -19,6 +18,7 @@ Floats = NDArray[np.float64]
 NEARLY = 2.0  # times the current that ripple just turns around, up or down: it may or may not
 STRAIGHT = 1e-3  # PWM periods over L/R: below it the current runs straight between its ends
 DIODE_DROPS_V = 1.4  # of the two diodes that carry a freewheeling current
+SWITCHED = (Decay.SYNCHRONOUS_SLOW, Decay.FAST)  # some switch is always closed, but for dead time
 
 
 def supply_voltage(capture: Capture) -> float | None:
@@ -50,21 +50,46 @@ def bridge_prior(capture: Capture) -> tuple[float, float]:
     return ohms, wiring.bridge_resistance_uncertainty_ohm or 0.1 * ohms
 
 
+def signed_duty(part: Part, rail: float | None) -> float:
+    """Of a driven part, -1 to 1; 0 where nothing tells it."""
+    if part.kind == StepKind.DRIVE_DUTY:
+        return part.level
+    if part.kind == StepKind.DRIVE_VOLTS and rail:
+        return min(max(part.level / rail, -1.0), 1.0)
+    return 0.0
+
+
+def driven_share(part: Part, rail: float | None) -> tuple[float, float]:
+    """Share of the PWM period in which the bridge drives towards the part's level, and the V by
+    which the rest of it differs; 0, 0: no PWM that is known.
+
+    The rest is nothing with slow decay, the supply reversed with fast decay; with diode decay the
+    supply and two diodes against the current, while that flows.
+    """
+    duty, supply = abs(signed_duty(part, rail)), rail or 0.0
+    match part.decay:
+        case Decay.SYNCHRONOUS_SLOW:
+            return duty, supply
+        case Decay.DIODE:
+            return duty, 2.0 * supply + DIODE_DROPS_V
+        case Decay.FAST if duty:
+            return (1.0 + duty) / 2.0, 2.0 * supply
+    return 0.0, 0.0
+
+
 def pwm_shape(part: Part, level_v: float, rail: float | None) -> tuple[float, float]:
     """(duty 0 to 1, signed swing in V) of a part whose mean voltage is ``level_v``; 0: no ripple.
 
-    Fast decay has none that could be told beforehand: its current stops within the period. With
-    diode decay this is the shape while the current flows.
+    The on part is what a PWM period begins with: forward in fast decay, whatever its level.
     """
-    if part.decay not in (Decay.SYNCHRONOUS_SLOW, Decay.DIODE):
+    share, volts = driven_share(part, rail)
+    if not share:
         return 0.0, 0.0
-    if part.kind == StepKind.DRIVE_DUTY and part.level:
-        duty = abs(part.level)
-    elif part.kind == StepKind.DRIVE_VOLTS and rail:
-        duty = min(abs(part.level) / rail, 1.0)
-    else:
-        return 0.0, 0.0
-    return (duty, level_v / duty) if duty else (0.0, 0.0)
+    if part.decay == Decay.SYNCHRONOUS_SLOW:
+        return share, level_v / share
+    if part.decay == Decay.FAST:
+        return (share if part.level > 0 else 1.0 - share), volts
+    return share, math.copysign(volts, part.level)
 
 
 def stretch_of(
@@ -80,10 +105,15 @@ def stretch_of(
     """From ``start`` under a part's command, whose PWM begins in time or a dead time late."""
     late_s = 0.0 if in_time else wiring.dead_time_s
     duty, swing = pwm_shape(part, float(np.mean(volts)), rail)
+    if part.decay == Decay.FAST and part.level < 0:  # it is the reversed part that begins late
+        longer = min(duty + late_s * wiring.pwm_hz, 1.0)
+        return Stretch(start, part.open, ohms, clamp_v, longer, swing)
     left = duty - late_s * wiring.pwm_hz
     if not 0.0 < left < duty < 1.0:
-        return Stretch(start, part.open, ohms, clamp_v, duty, swing)
-    swing *= duty / left  # the level is the mean of what is left
+        stops = part.discontinuous
+        return Stretch(start, part.open, ohms, clamp_v, duty, swing, discontinuous=stops)
+    if part.decay == Decay.SYNCHRONOUS_SLOW:
+        swing *= duty / left  # the level is the mean of what is left
     return Stretch(start, part.open, ohms, clamp_v, left, swing, late_s)
 
 
@@ -99,7 +129,7 @@ def switched_late(
     As a motor speeds up its current falls. Once ripple turns it around within the PWM period, a
     diode begins the on part in time.
     """
-    if part.decay != Decay.SYNCHRONOUS_SLOW or not part.level or not capture.wiring.pwm_hz:
+    if part.decay not in SWITCHED or not part.level or not capture.wiring.pwm_hz:
         return part.start
     below, _ = ripple(capture, part, inductance_h, resistance_ohm)
     late = np.flatnonzero(np.abs(current[part.slice]) >= below)
@@ -109,58 +139,33 @@ def switched_late(
 def ripple(
     capture: Capture, part: Part, inductance_h: float, resistance_ohm: float = 0.0
 ) -> tuple[float, float]:
+    """``swings`` of a part's current; towards its level is above."""
+    rail = supply_voltage(capture)
+    duty, volts = driven_share(part, rail)
+    if not rail:
+        return 0.0, 0.0
+    return swings(volts, duty, capture.wiring.pwm_hz, inductance_h, resistance_ohm)
+
+
+def swings(
+    volts: float, duty: float, pwm_hz: float, inductance_h: float, resistance_ohm: float
+) -> tuple[float, float]:
     """A, how far the current swings below its mean within a PWM period, and how far above.
 
-    While the mean is less than the first, the current passes through zero. With a resistance it
-    bends on its way, and spends more of the period near one end.
+    ``volts`` is the on level less the off level. While the mean is less than the first, the current
+    passes through zero. With a resistance it bends on its way, and spends more of the period near
+    one end. 0, 0 where nothing switches.
     """
-    rail, pwm = supply_voltage(capture), capture.wiring.pwm_hz
-    duty, _ = pwm_shape(part, 1.0, rail)
-    if part.decay == Decay.FAST:
-        duty = 0.5
-    if not rail or not pwm or not inductance_h or not 0.0 < duty < 1.0:
+    if not pwm_hz or not inductance_h or not 0.0 < duty < 1.0:
         return 0.0, 0.0
-    decay = resistance_ohm / (inductance_h * pwm)  # per period
+    decay = resistance_ohm / (inductance_h * pwm_hz)  # per period
     if decay < STRAIGHT:
-        half = rail * duty * (1 - duty) / (2 * inductance_h * pwm)
+        half = volts * duty * (1 - duty) / (2 * inductance_h * pwm_hz)
         return half, half
     on, off = -math.expm1(-decay * duty), -math.expm1(-decay * (1 - duty))
-    swing = rail / resistance_ohm / -math.expm1(-decay)
+    swing = volts / resistance_ohm / -math.expm1(-decay)
     below = swing * (duty * off - (1 - duty) * on * (1 - off))
     return below, swing * on * off - below
-
-
-def discontinuous(capture: Capture, timeline: Timeline, inductance_h: float) -> Part | None:
-    """The first part in which the current settles below half its ripple and cannot pass zero."""
-    current = capture.get(CURRENT)
-    if current is None:
-        return None
-    amperes = timeline.spread(current.values)
-    for part in timeline.parts:
-        if part.decay not in (Decay.DIODE, Decay.FAST):
-            continue
-        settled = amperes[(part.start + part.stop) // 2 : part.stop]
-        mean = float(np.nanmean(settled)) if np.isfinite(settled).any() else 0.0
-        if abs(mean) < ripple(capture, part, inductance_h)[0]:
-            return part
-    return None
-
-
-def refuse_discontinuous(capture: Capture, timeline: Timeline, inductance_h: float) -> None:
-    """Raises DataError where duty times supply is not the motor's voltage.
-
-    Where the current stops within the PWM period, the motor's voltage is then its own back-EMF.
-    """
-    channel = capture.get(VOLTAGE)
-    if channel is not None and channel.sense in (None, "terminals", "bridge"):
-        return
-    part = discontinuous(capture, timeline, inductance_h)
-    if part is not None:
-        raise DataError(
-            f"duty times supply is not the motor's voltage: with {part.decay.name.lower()} "
-            f"decay the current is discontinuous at level {part.level:g}; measure the voltage "
-            "at the terminals, or drive with synchronous decay"
-        )
 
 
 def dead_time_loss(
@@ -170,7 +175,7 @@ def dead_time_loss(
     inductance_h: float,
     resistance_ohm: float = 0.0,
 ) -> Floats:
-    """V (count,) that the dead time of a synchronous bridge takes from duty times supply.
+    """V (count,) that the dead time of a switched bridge takes from duty times supply.
 
     Once a period the on part begins late, and twice a diode carries the current instead of a
     switch. Where ripple has turned the current around by then, a diode begins the on part in time
@@ -203,7 +208,8 @@ def dead_time_doubt(
 def _most_lost(capture: Capture, part: Part) -> float:
     """V that the dead time takes while the current never turns; 0 where nothing switches."""
     rail = supply_voltage(capture)
-    duty, _ = pwm_shape(part, 1.0, rail)
-    if part.decay != Decay.SYNCHRONOUS_SLOW or not 0.0 < duty < 1.0 or not rail:
+    duty, _ = driven_share(part, rail)
+    if part.decay not in SWITCHED or not 0.0 < duty < 1.0 or not rail:
         return 0.0
-    return capture.wiring.dead_time_s * capture.wiring.pwm_hz * (rail + DIODE_DROPS_V)
+    turns = 2.0 if part.decay == Decay.FAST else 1.0  # the whole bridge changes over
+    return turns * capture.wiring.dead_time_s * capture.wiring.pwm_hz * (rail + DIODE_DROPS_V)

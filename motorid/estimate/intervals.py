@@ -75,7 +75,6 @@ class Findings:
     causes: Mapping[str, Floats]
     fixed: Mapping[str, float]
     without: Sequence[str]
-    doubts: Mapping[str, str] = field(default_factory=dict)  # parameters not to be given, and why
     profiles: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # of the likelihood
 
     @property
@@ -142,8 +141,6 @@ def _free(found: Findings, name: str) -> Parameter:
     unit = UNITS[name]
     if name in POSITIVE:
         relative = float(np.hypot(deviation, instrument))
-        if name in found.doubts:
-            return unknown(name, unit, found.doubts[name])
         if relative > UNKNOWN or found.solution.at_bound[k]:
             return unknown(name, unit, f"these data do not tell it; {REMEDY[name]} would")
         half = student(freedom) * relative, student(freedom) * relative
@@ -209,7 +206,7 @@ def derived(found: Findings, voltage_v: float) -> dict[str, Parameter]:
     """Figures of the motor at ``voltage_v``; those that need a parameter left out are left out."""
     out = {}
     for name, figure in FIGURES.items():
-        if name == "electrical_time_constant" and (found.motor().L == 0 or "L" in found.doubts):
+        if name == "electrical_time_constant" and found.motor().L == 0:
             continue
         at = "" if name in ("Kv",) or name.endswith("constant") else f" at {voltage_v:.3g} V"
         of = figure.of

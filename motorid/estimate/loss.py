@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture, Wiring
-from motorid.estimate.bridge import STRAIGHT, pwm_shape, ripple, supply_voltage
+from motorid.estimate.bridge import STRAIGHT, driven_share, ripple, supply_voltage
 from motorid.estimate.solution import Unknown
 from motorid.estimate.temperature import (
     FIGURES,
@@ -121,7 +121,7 @@ class Swing:
         below, above = ripple(capture, part, inductance_h, resistance_ohm)
         if not below + above > 0.0:
             return None
-        duty, _ = pwm_shape(part, 1.0, supply_voltage(capture))
+        duty, _ = driven_share(part, supply_voltage(capture))
         decay = resistance_ohm / (inductance_h * capture.wiring.pwm_hz)
         rise = -below + (below + above) * _bent(decay * duty)
         fall = above - (below + above) * _bent(decay * (1.0 - duty))
@@ -135,7 +135,7 @@ class Swing:
         A diode's current stops where another's would turn round: it flows for a share of the
         period, and its own mean is that at which it would just touch zero.
         """
-        stops = self.part.decay in (Decay.DIODE, Decay.FAST)
+        stops = self.part.decay == Decay.DIODE
         flows = np.minimum(np.abs(mean) / self.below, 1.0) if stops else np.ones(len(mean))
         middle = np.where(flows < 1.0, np.sign(mean) * self.below, mean)
         current = middle[:, None] + self.deviations

@@ -23,7 +23,6 @@ from motorid.estimate import (
     tables,
 )
 from motorid.estimate.algebra import misfits
-from motorid.estimate.bridge import discontinuous, refuse_discontinuous
 from motorid.estimate.closed_form import start_values
 from motorid.estimate.likelihood import ENOUGH, Solution, Unknown, maximise
 from motorid.estimate.loss import lossless
@@ -93,8 +92,6 @@ def solved(
     records = [MotorRecord(capture, free, fixed) for capture in captures]
     signs.insist(records)
     start = start_values(records, fixed)
-    for record in records:
-        refuse_discontinuous(record.capture, record.timeline, max(start["L"], 1e-9))
     solution = settled(records, free, start)
     if any(record.sensed.waveform for record in records):
         records, solution = _best_shaped(records, solution, free, start, fixed)
@@ -149,7 +146,6 @@ def report(
         instrument.budget(solution, records),
         fixed,
         without,
-        doubts(solution, records),
         profile.intervals(solution, records, scatter) if profiled and solution.converged else {},
     )
     parameters = intervals.parameters(found)
@@ -177,21 +173,6 @@ def report(
         budget=intervals.budget_shares(found),
         suspects=Suspects(records, solution, parameters),
     )
-
-
-def doubts(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, str]:
-    """Parameters that the averaged model of the bridge cannot tell from these captures, and why."""
-    values = dict(zip((u.name for u in solution.unknowns), solution.values, strict=True))
-    inductance = float(values.get("L", 0.0))
-    for record in records:
-        part = discontinuous(record.capture, record.timeline, inductance) if inductance else None
-        if part is not None:
-            why = (
-                f"with {part.decay.name.lower()} decay the current stops within the PWM period at "
-                f"level {part.level:g}; a run with synchronous decay would tell it"
-            )
-            return {"L": why}
-    return {}
 
 
 def solve(

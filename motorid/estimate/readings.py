@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, HELD, POSITION, SPEED, VOLTAGE, Capture, Channel
+from motorid.estimate.conduction import unclear
 from motorid.estimate.likelihood import Block
 from motorid.estimate.timeline import Timeline
 from motorid.motor.response import Output, Quantity
@@ -68,6 +69,7 @@ def read(
     if current is not None:
         # a magnitude tells nothing where noise decides its sign
         shown = everywhere & driven if current.unsigned else everywhere
+        shown = shown & ~unclear(current, timeline, capture.wiring.pwm_hz)
         add(current, CURRENT, Quantity.CURRENT, shown, 1.0)
     if motion_ is not None:
         quantity = Quantity.POSITION if motion_.name == POSITION else Quantity.SPEED

@@ -23,6 +23,7 @@ from motorid.estimate.bridge import (
     supply_voltage,
     switched_late,
 )
+from motorid.estimate.conduction import divided
 from motorid.estimate.loss import Flow, Loss
 from motorid.estimate.nuisance import nuisances, starts_at_rest
 from motorid.estimate.readings import EMF, Measured, read
@@ -62,10 +63,11 @@ class MotorRecord:
         shape: Shape = JOINED,
     ) -> None:
         self.capture = capture
-        self.timeline = lay(capture)
-        sensed = sense(capture, self.timeline, shape)
+        timeline = lay(capture)
+        sensed = sense(capture, timeline, shape)
         if sensed is None:
             raise DataError("the capture holds no voltage: R, L and K cannot be known from it")
+        self.timeline = divided(capture, timeline, sensed)
         self.sensed: Sense = sensed
         self._heard = sensed  # less what the dead time takes, once the current is known
         self.gear = capture.wiring.gear_ratio or 1.0
@@ -107,8 +109,6 @@ class MotorRecord:
             self.take_sources(self.timeline.spread(amperes.values), ohms)
         else:
             self._excite()
-
-    # ---- set-up ---------------------------------------------------------------------------
 
     def twin(self) -> MotorRecord:
         """This record as it is now, whatever becomes of it; with a response of its own."""
@@ -187,7 +187,7 @@ class MotorRecord:
         else:  # the readings show the loss: only their line must know of it
             self._heard = replace(self.sensed, lost=lost)
         prior = bridge_prior(self.capture) if self.sensed.shows_emf else (0.0, np.inf)
-        ohms = source_resistance(self._heard, current, self.timeline.parts, self._lost, prior)
+        ohms = source_resistance(self._heard, current, parts, self._lost, prior)
         motor = self.motor(shared)
         for k, place in self._own.coasts.items():
             spread = self._unrest.speed_deviation(k, self.sources[k - 1], motor)

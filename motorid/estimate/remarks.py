@@ -90,9 +90,7 @@ def diagnostics(
     pairs = _inseparable(found, parameters)
     out += _told_apart(pairs)
     unknown = [n for n, p in parameters.items() if p.status == "not_identifiable"]
-    doubtful = [n for n in unknown if n not in found.doubts] + [
-        n for a, b, _ in pairs for n in (a, b)
-    ]
+    doubtful = [*unknown, *(n for a, b, _ in pairs for n in (a, b))]
     out += _run_to_add([n for n in parameters if n in doubtful], found.motor(), records)
     order = {"error": 0, "warning": 1, "info": 2}
     return tuple(sorted(out, key=lambda d: order[d.severity]))

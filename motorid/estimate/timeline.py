@@ -33,6 +33,7 @@ class Part:
     """Intervals ``start`` to ``stop`` (exclusive) under one command of the program.
 
     ``kind`` None: no program is known, and the motor is taken to be connected throughout.
+    ``discontinuous``: the current stops within every PWM period.
     """
 
     start: int
@@ -40,6 +41,7 @@ class Part:
     kind: StepKind | None = None
     level: float = 0.0
     decay: Decay = Decay.NONE
+    discontinuous: bool = False
 
     @property
     def open(self) -> bool:
@@ -75,6 +77,14 @@ class Timeline:
         for part in self.parts:
             driven[part.slice] = not part.open
         return driven
+
+    @property
+    def stopped(self) -> NDArray[np.bool_]:
+        """Intervals in which the current stops within the PWM period, (count,)."""
+        stopped = np.zeros(self.count, dtype=bool)
+        for part in self.parts:
+            stopped[part.slice] = part.discontinuous
+        return stopped
 
     @property
     def complete(self) -> bool:

@@ -154,7 +154,7 @@ def source_resistance(
     weight = cross = noise = 0.0
     count = 0
     for part in parts:
-        if not _drawn(part, current, lost):
+        if part.discontinuous or not _drawn(part, current, lost):
             continue
         dv = np.diff((sensed.volts + sensed.lost)[part.slice])
         di = np.diff(current[part.slice])

@@ -67,7 +67,7 @@ static void algebraic_current(map *m, double t, double K, double Rt)
 void make_map(const mr_motor *p, const mode *md, double t, map *m)
 {
     int current = md->circuit != OPEN, moves = md->s != 0;
-    int inductive = p->L * STIFFEST > md->Rt * md->period;
+    int inductive = !md->discontinuous && p->L * STIFFEST > md->Rt * md->period;
     double z[2][2] = {{0, 0}, {0, 0}}, p0[2][2], p1[2][2], p2[2][2];
     double bv[2] = {0, 0}, bc[2] = {0, 0};
 
@@ -105,6 +105,7 @@ void enter_stretch(mode *m, const mr_stretch *s, double R, double *current)
 {
     m->Rt = R + s->series;
     m->clamp = s->clamp;
+    m->discontinuous = s->discontinuous;
     if (!s->open) {
         m->circuit = DRIVEN;
     } else if (*current != 0.0 && s->clamp > 0.0) {

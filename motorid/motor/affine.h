@@ -19,12 +19,19 @@ typedef struct {
     double Rt;     /* R + series */
     double clamp;  /* V against a freewheeling current */
     double period; /* between samples, s: decides whether the inductance is resolvable */
+    int discontinuous; /* the mean current follows the voltage without delay */
 } mode;
 
 /* x(t) = P x + gv v + gc and its integral S x + hv v + hc, for x = (i, w) */
 typedef struct {
     double P[2][2], S[2][2], gv[2], gc[2], hv[2], hc[2];
 } map;
+
+/* The current at the end of a stretch: none flows between PWM periods if it is discontinuous. */
+static inline double left_over(const mode *m, double current)
+{
+    return m->discontinuous ? 0.0 : current;
+}
 
 /* The circuit of a stretch that begins with that current, which an open bridge may cut. */
 void enter_stretch(mode *m, const mr_stretch *s, double R, double *current);

@@ -93,6 +93,13 @@ static void change_mode(run *r, int n, event e)
     r->mode.s = (push > 0.0) - (push < 0.0);
 }
 
+/* What the pulses of a current that stops within the PWM period add to a tap, at this speed. */
+static double pulses(const run *r, int n, const tap *t, double speed)
+{
+    double emf = r->motor->K * speed;
+    return pulse_extra(&r->taps, t, (r->v[n] - emf) / r->mode.Rt, emf);
+}
+
 static void set_taps_between(run *r, int n, const state *x, double from, double to)
 {
     double v = source(r, n);
@@ -103,7 +110,8 @@ static void set_taps_between(run *r, int n, const state *x, double from, double 
         if (t->at <= from || t->at > to) continue;
         mode_map(r, t->at - from, &m);
         y = apply(&m, x, v);
-        r->taps.values[(size_t)j * r->count + n] = component(&y, t) + t->extra;
+        r->taps.values[(size_t)j * r->count + n] =
+            component(&y, t) + t->extra + pulses(r, n, t, x->w);
     }
 }
 
@@ -182,6 +190,8 @@ static void quiet_taps(run *r, int from, int to)
             for (int n = from; n < to; n++) out[n] = base[n] + a * ti[n] + b * tw[n] + g * v[n] + c;
         else
             for (int n = from; n < to; n++) out[n] = a * ti[n] + b * tw[n] + g * v[n] + c;
+        if (r->taps.wave.side)
+            for (int n = from; n < to; n++) out[n] += pulses(r, n, t, tw[n]);
     }
 }
 
@@ -196,7 +206,7 @@ static void walk(run *r, const mr_stretch *stretches, int n_stretches)
     for (int k = 0; k < n_stretches; k++) {
         int n = stretches[k].start > 1 ? stretches[k].start : 1;
         int end = k + 1 < n_stretches ? stretches[k + 1].start : r->count;
-        r->x.i += change_wave(&r->taps, r->motor, &stretches[k]);
+        r->x.i = left_over(&r->mode, r->x.i) + change_wave(&r->taps, r->motor, &stretches[k]);
         enter_stretch(&r->mode, &stretches[k], r->motor->R, &r->x.i);
         r->x.w = kicked(r->x.w, stretches[k].kick);
         while (n < end) {
@@ -226,7 +236,7 @@ int mr_response(const mr_motor *motor, double period, double pwm_period, int cou
     r.track = work;
     r.x.i = initial[0], r.x.w = initial[1], r.x.q = 0.0, r.x.th = initial[2];
     r.mode.s = (r.x.w > 0) - (r.x.w < 0);
-    r.mode.fi = 0.0, r.mode.period = period;
+    r.mode.fi = 0.0, r.mode.period = period, r.mode.discontinuous = 0;
     if (place_taps(&r.taps, period, pwm_period, count, &r.x, outputs, n_outputs,
                    work + (size_t)4 * count))
         return -1;

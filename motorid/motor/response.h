@@ -28,6 +28,8 @@ typedef struct {
     double swing;  /* V, on level minus off level of the PWM; 0: no ripple */
     double late;   /* s, by which dead time delays the on part; `duty` is what is left of it */
     double kick;   /* rad/s, by which the speed jumps at the start if it turns; never a reversal */
+    int discontinuous; /* 1: the current stops within every PWM period, so that its mean follows
+                        * the voltage without delay, whatever the inductance */
 } mr_stretch;
 
 enum { MR_CURRENT, MR_SPEED, MR_POSITION };

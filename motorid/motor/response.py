@@ -51,6 +51,7 @@ class Stretch:
     ``duty`` (0 to 1) and ``swing_v`` (on level less off level) describe the PWM for its ripple.
     ``late_s``: dead time that delays the on part, of which ``duty`` is what is left.
     ``kick_rad_s``: by which a motor that turns changes its speed at the start, never its direction.
+    ``discontinuous``: the current stops within every PWM period, so that its mean has no memory.
     """
 
     start: int
@@ -61,6 +62,7 @@ class Stretch:
     swing_v: float = 0.0
     late_s: float = 0.0
     kick_rad_s: float = 0.0
+    discontinuous: bool = False
 
 
 class Response:
@@ -113,6 +115,7 @@ class Response:
                     s.swing_v,
                     s.late_s,
                     s.kick_rad_s,
+                    s.discontinuous,
                 )
                 for s in stretches
             ],

@@ -59,6 +59,14 @@ double change_wave(taps *all, const mr_motor *motor, const mr_stretch *s)
     return wave_current(&last, 0.0) - wave_current(&next, 0.0);
 }
 
+double pulse_extra(const taps *all, const tap *t, double mean, double emf)
+{
+    const wave *w = &all->wave;
+    if (t->phase < 0.0 || !w->side) return 0.0;
+    const pulse p = make_pulse(w, mean, emf);
+    return t->integral ? pulse_charge(w, &p, t->phase * w->T) : pulse_current(w, &p, t->phase * w->T);
+}
+
 /* Tap j for the reading of tick n; before tick 0 the initial state is held. */
 static double tapped(const taps *all, int j, int n)
 {

@@ -39,6 +39,9 @@ int place_taps(taps *t, double period, double pwm_period, int count, const state
  * ripple, so it jumps where the ripple changes, so that the sum does not. */
 double change_wave(taps *t, const mr_motor *motor, const mr_stretch *s);
 
+/* What the shape of a current that stops within the PWM period adds at a tap. */
+double pulse_extra(const taps *t, const tap *at, double mean, double emf);
+
 void read_outputs(const taps *t, const mr_output *outputs, int n_outputs, double *y);
 
 static inline double component(const state *x, const tap *t)

@@ -19,16 +19,24 @@ wave make_wave(const mr_motor *p, const mr_stretch *s, double T)
     e_on = exp(-w.rate * w.on), e_off = exp(-w.rate * (T - w.on));
     w.a = (w.high * (1.0 - e_on) * e_off + w.low * (1.0 - e_off)) / (1.0 - e_on * e_off);
     w.b = w.high + (w.a - w.high) * e_on;
+    if (s->discontinuous) {
+        w.side = s->swing > 0.0 ? 1 : -1;
+        w.against = s->clamp, w.Rt = Rt, w.bend = -expm1(-w.rate * w.on);
+    }
     return w;
 }
 
-double wave_current(const wave *w, double t)
+static double flowing_current(const wave *w, double t)
 {
-    if (w->rate == 0.0) return 0.0;
     t -= w->late;
     if (t < 0.0) t += w->T;
     if (t < w->on) return w->high + (w->a - w->high) * exp(-w->rate * t);
     return w->low + (w->b - w->low) * exp(-w->rate * (t - w->on));
+}
+
+double wave_current(const wave *w, double t)
+{
+    return w->rate == 0.0 || w->side ? 0.0 : flowing_current(w, t);
 }
 
 /* A s from the start of the on part, at most a period later. */
@@ -39,10 +47,63 @@ static double charge_from_on(const wave *w, double t)
     return q + w->low * rest - (w->b - w->low) * expm1(-w->rate * rest) / w->rate;
 }
 
-double wave_charge(const wave *w, double t)
+static double flowing_charge(const wave *w, double t)
 {
-    if (w->rate == 0.0) return 0.0;
     if (w->late == 0.0) return charge_from_on(w, t);
     t -= w->late;
     return charge_from_on(w, t < 0.0 ? t + w->T : t) - charge_from_on(w, w->T - w->late);
+}
+
+double wave_charge(const wave *w, double t)
+{
+    return w->rate == 0.0 || w->side ? 0.0 : flowing_charge(w, t);
+}
+
+/* ---- a current that stops ---------------------------------------------------------------- */
+
+#define SWEEPS 2 /* of Halley's method, to 1e-5; its start is exact for a straight rise and fall */
+
+/* With x = peak / floor the charge of a pulse is floor / rate (a x - ln(1 + x)), a x being that of
+ * the rise, and of the fall without its floor. */
+pulse make_pulse(const wave *w, double mean, double emf)
+{
+    pulse p = {mean * w->side, 0.0, (w->against + emf * w->side) / w->Rt, 0.0};
+    const double a = w->rate * w->on / w->bend;
+    const double charge = p.mean * w->T * w->rate / p.floor;
+    double x = 1.0 - a + sqrt((a - 1.0) * (a - 1.0) + 2.0 * charge);
+    if (p.mean <= 0.0 || p.floor <= 0.0) return p;
+    for (int k = 0; k < SWEEPS; k++) {
+        const double off = a * x - log1p(x) - charge, each = 1.0 / (1.0 + x), slope = a - each;
+        x -= 2.0 * off * slope / (2.0 * slope * slope - off * each * each);
+    }
+    p.peak = x * p.floor;
+    p.end = w->on + log1p(x) / w->rate;
+    if (p.end >= w->T) p.end = 0.0;
+    return p;
+}
+
+double pulse_current(const wave *w, const pulse *p, double t)
+{
+    double i = 0.0;
+    if (p->mean <= 0.0 || w->rate == 0.0) return 0.0;
+    if (p->end == 0.0) return flowing_current(w, t);
+    if (t < w->on)
+        i = -p->peak * expm1(-w->rate * t) / w->bend;
+    else if (t < p->end)
+        i = (p->peak + p->floor) * exp(-w->rate * (t - w->on)) - p->floor;
+    return w->side * (i - p->mean);
+}
+
+double pulse_charge(const wave *w, const pulse *p, double t)
+{
+    const double rise = t < w->on ? t : w->on, until = t < p->end ? t : p->end;
+    const double bent = t < w->on ? -expm1(-w->rate * t) : w->bend;
+    double q;
+    if (p->mean <= 0.0 || w->rate == 0.0) return 0.0;
+    if (p->end == 0.0) return flowing_charge(w, t);
+    q = p->peak * (rise - bent / w->rate) / w->bend;
+    if (until > w->on)
+        q -= (p->peak + p->floor) * expm1(-w->rate * (until - w->on)) / w->rate +
+             p->floor * (until - w->on);
+    return w->side * (q - p->mean * t);
 }

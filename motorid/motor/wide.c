@@ -164,9 +164,11 @@ static void interval(wide_run *r, int n, int level)
 
 static void begin_stretch(wide_run *r, const mr_stretch *s)
 {
-    r->now.x.x[WI] += change_wave(&r->taps, &r->six, s);
+    r->now.x.x[WI] = left_over(&r->now.mode, r->now.x.x[WI]) + change_wave(&r->taps, &r->six, s);
     r->swing = 0.5 * fabs(r->taps.wave.b - r->taps.wave.a);
     enter_stretch(&r->now.mode, s, r->motor->R, &r->now.x.x[WI]);
+    if (s->discontinuous)
+        r->now.x.x[WI] = (r->v[s->start] - r->motor->K * r->now.x.x[WW]) / r->now.mode.Rt;
     r->now.x.x[WW] = kicked(r->now.x.x[WW], s->kick);
     r->now.x.x[WLOAD] = kicked(r->now.x.x[WLOAD], s->kick);
     for (int l = 0; l <= FINEST + 1; l++) r->levels[l].made = 0;

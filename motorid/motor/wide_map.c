@@ -12,7 +12,8 @@ static void equations(const mw_motor *p, const mode *md, double A[PHI_STATES][PH
                       double input[FORCES][PHI_STATES])
 {
     int current = md->circuit != OPEN, moves = md->s != 0;
-    double least = LEAST_INDUCTANCE * md->Rt * md->period, L = p->L > least ? p->L : least;
+    double least = LEAST_INDUCTANCE * md->Rt * md->period;
+    double L = p->L > least && !md->discontinuous ? p->L : least;
     memset(A, 0, sizeof(double) * PHI_STATES * PHI_STATES);
     memset(input, 0, sizeof(double) * FORCES * PHI_STATES);
     if (current) {

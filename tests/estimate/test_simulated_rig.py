@@ -77,16 +77,23 @@ def test_duty_times_supply_for_a_voltage(tmp_path: Path) -> None:
 
 def test_duty_times_supply_is_refused_with_diode_decay(tmp_path: Path) -> None:
     channels = ("current", "supply_voltage", "position")
-    with pytest.raises(DataError, match="discontinuous"):
+    with pytest.raises(DataError, match="diode decay"):
         captured(tmp_path, channels=channels, program=duties(Decay.DIODE))
 
 
-def test_inductance_is_not_given_where_the_current_is_discontinuous(tmp_path: Path) -> None:
-    estimate, true = captured(tmp_path, program=duties(Decay.DIODE))
-    off = errors(estimate, true)
-    assert "L" not in off
-    assert "synchronous" in estimate.parameters["L"].note
-    assert max(off.values()) < 0.02
+INSTANT, PART = "&aperture=0&delay=0&phase=0.3", "&aperture=20e-6&delay=10e-6"
+
+
+@pytest.mark.parametrize("options", ["", INSTANT, PART])
+@pytest.mark.parametrize("decay", [Decay.DIODE, Decay.FAST])
+def test_every_parameter_with_a_current_that_stops_or_reverses(
+    tmp_path: Path, decay: Decay, options: str
+) -> None:
+    """With diodes it stops within the PWM period at both duties, but for the start of each."""
+    off = errors(*captured(tmp_path, options, program=duties(decay)))
+    assert set(off) == set(PARAMETERS)
+    assert max(off[n] for n in ("R", "K", "J")) < 0.02
+    assert max(off[n] for n in ("L", "B", "T0")) < 0.04
 
 
 def test_a_fit_that_ignores_the_ripple_is_told_apart(tmp_path: Path) -> None:

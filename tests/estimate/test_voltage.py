@@ -8,13 +8,10 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture, Channel, Phase, Wiring
-from motorid.errors import DataError
 from motorid.estimate.bridge import (
     clamp_voltage,
     dead_time_loss,
-    discontinuous,
     pwm_shape,
-    refuse_discontinuous,
     supply_voltage,
     switched_late,
 )
@@ -172,18 +169,6 @@ def test_duty_times_supply_and_commanded_volts() -> None:
     assert sense(one, lay(one)) is None
 
 
-def test_duty_times_supply_is_refused_where_conduction_is_discontinuous() -> None:
-    one = capture(None, supply=8.0, decay=Decay.DIODE)
-    with pytest.raises(DataError, match="discontinuous"):
-        refuse_discontinuous(one, lay(one), 1e-4)
-    refuse_discontinuous(one, lay(one), 1e-2)  # so much inductance keeps the current flowing
-    synchronous = capture(None, supply=8.0)
-    refuse_discontinuous(synchronous, lay(synchronous), 1e-4)
-    measured = capture(np.full(N, 4.0), supply=8.0, decay=Decay.DIODE)
-    refuse_discontinuous(measured, lay(measured), 1e-4)
-    assert discontinuous(measured, lay(measured), 1e-4) is not None
-
-
 def test_dead_time_takes_its_share_unless_ripple_turns_the_current() -> None:
     wiring = Wiring(pwm_hz=20e3, dead_time_s=200e-9)
     one = capture(None, supply=8.0, wiring=wiring)
@@ -212,7 +197,8 @@ def test_pwm_shape_of_each_decay() -> None:
     volts = Part(0, 10, StepKind.DRIVE_VOLTS, 2.0, Decay.SYNCHRONOUS_SLOW)
     assert pwm_shape(volts, 2.0, 8.0) == (0.25, 8.0)
     assert pwm_shape(volts, 2.0, None) == (0.0, 0.0)
-    assert pwm_shape(replace(part, decay=Decay.FAST), -2.0, 8.0) == (0.0, 0.0)
+    assert pwm_shape(replace(part, decay=Decay.FAST), -2.0, 8.0) == (0.375, 16.0)  # forward first
+    assert pwm_shape(replace(part, decay=Decay.DIODE), -2.0, 8.0) == (0.25, -17.4)
 
 
 def test_the_slope_of_a_source_is_stated_with_its_noise() -> None:

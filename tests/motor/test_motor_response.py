@@ -161,6 +161,52 @@ def test_ripple_agrees_with_switching(phase: float, aperture: float) -> None:
     assert np.abs(averaged - exact[:: 2 * fine]).max() < 2e-3 * ripple
 
 
+def chopped(motor, duties, supply, pwm, fine, reading):
+    """A bridge of diodes at a fine step: volts (n,) over each PWM period, and the reading."""
+    R, L, K = motor[:3]
+    on = [round(duty * fine) for duty in duties]
+    volts, stretches, tick = [0.0], [], 1
+    for k in on:
+        stretches += [Stretch(tick), Stretch(tick + k, open=True, clamp_v=supply + 1.4)]
+        volts += [supply] * k + [0.0] * (fine - k)
+        tick += fine
+    outputs = [
+        reading,
+        Output(Quantity.CURRENT),
+        Output(Quantity.CURRENT, pwm),
+        Output(Quantity.SPEED, pwm),
+    ]
+    read, now, mean, speed = Response(pwm / fine, np.array(volts), outputs, stretches)(motor)
+    ends = np.arange(0, tick, fine)
+    level = R * mean[ends][1:] + K * speed[ends][1:] + L * np.diff(now[ends]) / pwm
+    return np.append(0.0, level), read[ends]
+
+
+@pytest.mark.parametrize("aperture", [0.0, 17e-6, 50e-6])
+@pytest.mark.parametrize("phase", [0.0, 0.1, 0.3, 0.55, 0.9])
+def test_a_current_that_stops_agrees_with_switching(phase: float, aperture: float) -> None:
+    """Diode decay: 30 periods in which the current stops, then 30 in which it flows on."""
+    motor = (2.6, 180e-6, 7.68e-3, 3e-7, 3.9e-6, 0.0)
+    pwm, supply = 5e-5, 6.0
+    reading = Output(Quantity.CURRENT, aperture, (1 - phase) * pwm)
+    duties = np.repeat([0.3, 0.8], 30)
+    volts, exact = chopped(motor, duties, supply, pwm, 100, reading)
+    clamp, swing = supply + 1.4, 2 * supply + 1.4
+    plan = [
+        Stretch(1, clamp_v=clamp, duty=0.3, swing_v=swing, discontinuous=True),
+        Stretch(31, clamp_v=clamp, duty=0.8, swing_v=swing),
+    ]
+    averaged = Response(pwm, volts, [reading], plan, pwm)(motor)[0]
+    peak = 0.3 * supply * pwm / motor[1]
+    assert np.abs(averaged - exact)[2:].max() < 5e-3 * peak
+    backwards = [
+        Stretch(s.start, clamp_v=clamp, duty=s.duty, swing_v=-swing, discontinuous=s.discontinuous)
+        for s in plan
+    ]
+    mirrored = Response(pwm, -volts, [reading], backwards, pwm)(motor)[0]
+    np.testing.assert_allclose(mirrored, -averaged, atol=1e-12)
+
+
 def test_initial_state_is_held_before_the_record() -> None:
     y = Response(1e-3, np.zeros(5), [Output(Quantity.POSITION, 0.0, 2e-3)], [Stretch(0, True)])(
         (1.0, 0.0, 0.01, 0.0, 1e-5, 0.0), (0.0, 3.0, 1.0)

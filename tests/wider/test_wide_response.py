@@ -84,6 +84,15 @@ def test_without_terms_it_is_the_six_parameter_response() -> None:
     np.testing.assert_allclose(wide, six, rtol=1e-9, atol=1e-9 * np.abs(six).max())
 
 
+def test_a_current_that_stops_has_no_memory_in_the_wide_response_either() -> None:
+    pulses = Stretch(5, duty=0.4, swing_v=13.4, clamp_v=7.4, discontinuous=True)
+    plan = [Stretch(0, True), pulses, Stretch(80), Stretch(160, True, clamp_v=7.0)]
+    outputs = [*READINGS, Output(Quantity.CURRENT, 0.0, 1e-5, 0.3)]
+    six = Response(PERIOD_S, VOLTS, outputs, plan, PERIOD_S / 2)(tuple(MOTOR.values()))
+    wide = WideResponse(PERIOD_S, VOLTS, outputs, plan, PERIOD_S / 2)(vector())
+    np.testing.assert_allclose(wide, six, atol=2e-3 * np.abs(six).max(axis=1).min())
+
+
 def test_stiction_holds_until_it_is_overcome() -> None:
     """K i rises with L/R: motion begins where it passes T0 and stiction, not T0 alone."""
     v = np.concatenate([np.zeros(2), np.full(198, 0.15)])

@@ -1,0 +1,80 @@
+"""Where the current stops within the PWM period, and what is known of it then."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from motorid.capture.model import CURRENT, Channel, Wiring
+from motorid.errors import DataError
+from motorid.estimate.conduction import divided, stops_from, unclear
+from motorid.estimate.timeline import Part, Timeline
+from motorid.estimate.voltage import Sense
+from motorid.program import Decay, StepKind
+from tests.exact_capture import FAULHABER, clean_capture
+
+SUPPLY = 12.0
+N = 100
+DIODE = Part(0, N, StepKind.DRIVE_DUTY, -0.75, Decay.DIODE)
+FLOWING = 0.75 * SUPPLY - 0.25 * (SUPPLY + 1.4)  # V, the mean of the two parts
+
+
+def line(*parts: Part) -> Timeline:
+    return Timeline(1e-4, N, np.arange(N), parts, 0.0)
+
+
+def test_the_voltage_rises_once_the_current_stops() -> None:
+    """By readings with noise, of a motor that runs backwards."""
+    noise = np.random.default_rng(3).normal(0, 0.02, N)
+    over = 0.005 * SUPPLY * np.clip(np.arange(N) - 40, 0, 40)
+    assert abs(stops_from(DIODE, -(FLOWING + over) + noise, SUPPLY) - 40) <= 3
+    assert stops_from(DIODE, np.full(N, -FLOWING) + noise, SUPPLY) == N
+    assert stops_from(DIODE, np.full(N, -11.0), SUPPLY) == 0
+
+
+def test_a_part_is_divided_where_the_current_stops() -> None:
+    over = 0.005 * SUPPLY * np.clip(np.arange(N) - 40, 0, 40)
+    rest = Part(0, 1)
+    capture = replace(clean_capture(FAULHABER), wiring=Wiring(supply_voltage_v=SUPPLY), channels={})
+
+    def sensed(volts: np.ndarray, emf: bool = True) -> Sense:
+        return Sense(volts, np.zeros(N, dtype=bool), 0.0, 0.0, emf, None)
+
+    before, after = divided(capture, line(DIODE), sensed(-(FLOWING + over))).parts
+    assert (before.start, after.stop, before.stop) == (0, N, after.start)
+    assert (before.discontinuous, after.discontinuous) == (False, True)
+    assert before.level == after.level == DIODE.level
+    assert divided(capture, line(DIODE), sensed(np.full(N, -FLOWING))).parts == (DIODE,)
+    assert divided(capture, line(rest), sensed(np.zeros(N))).parts == (rest,)
+
+
+@pytest.mark.parametrize("decay", [Decay.SYNCHRONOUS_SLOW, Decay.FAST])
+def test_a_bridge_that_switches_never_stops_the_current(decay: Decay) -> None:
+    assert stops_from(replace(DIODE, decay=decay), np.full(N, -11.0), SUPPLY) == N
+    assert stops_from(replace(DIODE, level=-1.0), np.full(N, -11.0), SUPPLY) == N
+
+
+def test_readings_of_an_unknown_part_of_a_period_are_left_out_while_it_stops() -> None:
+    parts = replace(DIODE, stop=60), replace(DIODE, start=60, discontinuous=True)
+    part = Channel(CURRENT, "A", np.zeros(N, dtype=np.int16), 1e-3, kind="mean", aperture_s=2e-5)
+
+    def hidden(pwm_hz: float, **changes: object) -> np.ndarray:
+        return unclear(replace(part, **changes), line(*parts), pwm_hz)  # type: ignore[arg-type]
+
+    assert np.flatnonzero(hidden(21e3)).tolist() == list(range(60, N))
+    late = hidden(21e3, delay_s=0.9e-4)  # its window reaches over the tick
+    assert np.flatnonzero(late).tolist() == list(range(60, N))
+    assert not hidden(20e3).any()  # two periods a sample: the part is always the same
+    assert not hidden(21e3, aperture_s=2 / 21e3).any()  # whole periods
+    assert not hidden(21e3, kind="instant", aperture_s=0.0, pwm_phase=0.3).any()
+
+
+def test_duty_times_supply_is_refused_with_diodes() -> None:
+    capture = replace(clean_capture(FAULHABER), wiring=Wiring(supply_voltage_v=SUPPLY), channels={})
+    commanded = Sense(np.full(N, -9.0), np.zeros(N, dtype=bool), 0.0, 0.0, False, None)
+    with pytest.raises(DataError, match="diode decay"):
+        divided(capture, line(DIODE), commanded)
+    for other in (replace(DIODE, level=1.0), replace(DIODE, decay=Decay.FAST)):
+        assert divided(capture, line(other), commanded).parts == (other,)
