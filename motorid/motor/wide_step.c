@@ -20,16 +20,31 @@ static double smooth_sign(double i, double knee, double swing)
     return (sqrt(up * up + square) - sqrt(down * down + square)) / (2.0 * swing);
 }
 
-/* The rotor's angle, for what repeats with it, `at` seconds into the interval. */
-static double turned(const wide_run *r, const wide_state *x, double at)
+/* What repeats with the rotor, at one moment: sine of the cogging's angle, cosine of the ripple's. */
+typedef struct {
+    double cogging, ripple;
+} repeated;
+
+static repeated repeats(const wide_run *r, double angle)
 {
-    if (!r->angle) return x->x[WTH];
+    const mw_motor *p = r->motor;
+    repeated t = {0.0, 0.0};
+    if (p->cogging != 0.0) t.cogging = sin(p->cogging_per_turn * angle + r->cogging_phase);
+    if (p->k_ripple != 0.0 || p->r_ripple != 0.0)
+        t.ripple = cos(p->ripple_per_turn * angle + r->ripple_phase);
+    return t;
+}
+
+/* The rotor's angle where it is known, `at` seconds into the interval. */
+static double known_angle(const wide_run *r, double at)
+{
     const double before = r->angle[r->n - 1];
     return before + (r->angle[r->n] - before) * at / r->h;
 }
 
 /* What the linear part lacks: volts against the current, torque upon the rotor. */
-static void forces(const wide_run *r, const wide_state *x, double at, double warmth, double f[FORCES])
+static inline void forces(const wide_run *r, const wide_state *x, repeated t, double warmth,
+                          double f[FORCES])
 {
     const mw_motor *p = r->motor;
     const double i = x->x[WI], w = x->x[WW];
@@ -42,13 +57,9 @@ static void forces(const wide_run *r, const wide_state *x, double at, double war
         const double ratio = w / p->stribeck;
         torque -= s * p->stiction * exp(-ratio * ratio);
     }
-    if (p->cogging != 0.0)
-        torque -= p->cogging * sin(p->cogging_per_turn * turned(r, x, at) + r->cogging_phase);
-    if (p->k_ripple != 0.0 || p->r_ripple != 0.0) {
-        const double c = cos(p->ripple_per_turn * turned(r, x, at) + r->ripple_phase);
-        volts -= c * (p->r_ripple * p->R * i + p->k_ripple * p->K * (1.0 + p->emf) * w);
-        torque += c * p->k_ripple * p->K * i;
-    }
+    torque -= p->cogging * t.cogging;
+    volts -= t.ripple * (p->r_ripple * p->R * i + p->k_ripple * p->K * (1.0 + p->emf) * w);
+    torque += t.ripple * p->k_ripple * p->K * i;
     f[VOLTS] = volts, f[TORQUE] = torque;
 }
 
@@ -57,7 +68,8 @@ double wide_push(const wide_run *r, const wide_state *x)
 {
     const mw_motor *p = r->motor;
     double f[FORCES];
-    forces(r, x, r->now.at, r->now.warmth, f);
+    const double angle = r->angle ? known_angle(r, r->now.at) : x->x[WTH];
+    forces(r, x, repeats(r, angle), r->now.warmth, f);
     double coupling = p->load_inertia > 0.0
                           ? p->stiffness * x->x[WTWIST] - p->damping * x->x[WLOAD]
                           : 0.0;
@@ -101,7 +113,10 @@ static inline wide_state step_of(const wide_run *r, const int rows, const wide_m
     const wide_state to_middle = wide_linear(half, rows, x, v);
     const wide_state to_end = wide_linear(full, rows, x, v);
     double warmth[NODES] = {r->now.warmth, r->now.warmth, r->now.warmth};
-    forces(r, x, r->now.at, warmth[BEGIN], d->f[BEGIN]);
+    repeated turn[NODES];
+    for (int n = 0; n < (r->angle ? NODES : 1); n++)
+        turn[n] = repeats(r, r->angle ? known_angle(r, r->now.at + 0.5 * n * length) : x->x[WTH]);
+    forces(r, x, turn[BEGIN], warmth[BEGIN], d->f[BEGIN]);
     for (int k = 0; k < FORCES; k++) d->f[MIDDLE][k] = d->f[END][k] = d->f[BEGIN][k];
     for (int sweep = 0; sweep < SWEEPS; sweep++) {
         const wide_state middle = wide_forced(half, rows, &to_middle, d->f);
@@ -109,8 +124,9 @@ static inline wide_state step_of(const wide_run *r, const int rows, const wide_m
         const double current[NODES] = {x->x[WI], middle.x[WI], end.x[WI]};
         if (r->motor->warming != 0.0 || warmth[BEGIN] != 0.0)
             warm(r, current, length, warmth);
-        forces(r, &middle, r->now.at + 0.5 * length, warmth[MIDDLE], d->f[MIDDLE]);
-        forces(r, &end, r->now.at + length, warmth[END], d->f[END]);
+        if (!r->angle) turn[MIDDLE] = repeats(r, middle.x[WTH]), turn[END] = repeats(r, end.x[WTH]);
+        forces(r, &middle, turn[MIDDLE], warmth[MIDDLE], d->f[MIDDLE]);
+        forces(r, &end, turn[END], warmth[END], d->f[END]);
     }
     d->warmth = warmth[END];
     return wide_forced(full, rows, &to_end, d->f);

@@ -22,7 +22,8 @@ from motorid.estimate.wider.terms import ADDED
 Floats = NDArray[np.float64]
 
 UNTOLD = "these data do not tell it"
-SHARE = "J2_share"
+SHARE, HEATED = "J2_share", "per_C_w"  # searched, and shown as what is known by other names
+CAPACITY = "C_w"
 
 
 def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -> Findings:
@@ -37,7 +38,7 @@ def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -
 
 
 def parameters(found: Findings, fitted: Fitted) -> dict[str, Parameter]:
-    """R, L, K, B, J, T0, then those of the terms; two masses as J1 and J2."""
+    """R, L, K, B, J, T0, then those of the terms; two masses as J1 and J2, heat as C_w."""
     out = intervals.parameters(found)
     for term in fitted.terms:
         if term.per_turn:
@@ -45,11 +46,14 @@ def parameters(found: Findings, fitted: Fitted) -> dict[str, Parameter]:
         for name in term.free:
             if name == SHARE:
                 out |= _masses(found)
+            elif name == HEATED:
+                out[CAPACITY] = _capacity(found)
             elif name in found.names:
                 out[name] = _added(found, name)
-        if term.size in out and out[term.size].value in (None, 0.0):
+        size = CAPACITY if term.size == HEATED else term.size
+        if size in out and out[size].value in (None, 0.0):
             for name in set(term.free) - {term.size}:
-                note = f"it means nothing without {term.size}"
+                note = f"it means nothing without {size}"
                 out[name] = intervals.unknown(name, ADDED[name].unit, note)
     return out
 
@@ -98,6 +102,18 @@ def _stated(
     else:
         interval = (max(value - factor * total, lower), value + factor * total)
     return Parameter(name, unit, value, *parts, total, interval, "estimated")
+
+
+def _capacity(found: Findings) -> Parameter:
+    """C_w, one over what was searched; none where no warming shows."""
+    k = found.names.index(HEATED)
+    rise = float(found.solution.values[k])
+    if not rise > 0.0:
+        return intervals.unknown(CAPACITY, "J/K", UNTOLD)
+    deviation, known, freedom = found.propagate(np.eye(len(found.names))[k])
+    parts = deviation / rise**2, known / rise**2
+    bound = bool(found.solution.at_bound[k])
+    return _stated(CAPACITY, "J/K", 1.0 / rise, parts, freedom, log=True, bound=bound, lower=0.0)
 
 
 def _masses(found: Findings) -> dict[str, Parameter]:
