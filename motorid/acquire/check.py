@@ -19,11 +19,13 @@ from motorid.capture.model import CURRENT, VOLTAGE
 from motorid.errors import RigError
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Rig, settling_s
+from motorid.wire.enums import ChannelKind
 
 DUTIES = (0.1, 0.2, 0.35)  # of the supply, rising until the motor moves
 MOVED = 4  # encoder counts, more than an edge's flicker
 CLEAR = 5.0  # standard deviations that tell a reading from noise
 BEFORE_S, AFTER_S = 0.01, 0.02
+WHOLE = 1e-3  # of an aperture, by which it may miss a whole number of PWM periods
 
 
 @dataclass(frozen=True)
@@ -60,8 +62,13 @@ def check_signs(
             return {}
         judge_sensors(rig, pulse)
         if abs(pulse.counts) >= MOVED:
-            _judge_signs(rig, pulse)
+            _judge_encoder(rig, pulse)
+            told = reads_means(board)
+            if told:
+                _judge_current(pulse)
             board.wait_for_rest()
+            if not told and not _brakes(board, rig, config, zero, stop, pulse):
+                return {}
             return asdict(pulse) | {"resistance_bound_ohm": _bound(pulse)}
         board.wait_for_rest()
     raise RigError(_why_still(pulse))
@@ -114,13 +121,14 @@ def weak_pulse(
     stop: Stop,
     duty: float,
     supply_v: float,
+    braking: bool = False,
 ) -> Pulse | None:
-    """One pulse; None when the user stopped it."""
+    """One pulse, and what it showed while driving, or ``braking`` after it; None: stopped."""
     drive_s = min(max(3 * settling_s(rig.nameplate) / 8, 0.06), 0.3)
     steps = (
         Step(StepKind.COAST, BEFORE_S),
         Step(StepKind.DRIVE_DUTY, drive_s, duty, Decay.SYNCHRONOUS_SLOW),
-        Step(StepKind.COAST, AFTER_S),
+        Step(StepKind.BRAKE if braking else StepKind.COAST, AFTER_S),
     )
     period = config["sample_period_ticks"]
     wire = wire_program(Program(steps), board.identity, period)
@@ -135,8 +143,9 @@ def weak_pulse(
     counts = board.position() - before
     if not timeline.blocks:
         raise RigError("the board sent no samples of the first pulse: its firmware is at fault")
-    first = timeline.blocks.firsts[0] + wire.steps[0]["ticks"]
-    return _measure(board, timeline, zero, duty, supply_v, counts, first, wire.steps[1]["ticks"])
+    before_it, shown = (2, wire.steps[2]) if braking else (1, wire.steps[1])
+    first = timeline.blocks.firsts[0] + sum(step["ticks"] for step in wire.steps[:before_it])
+    return _measure(board, timeline, zero, duty, supply_v, counts, first, shown["ticks"])
 
 
 def _measure(
@@ -204,7 +213,49 @@ def judge_sensors(rig: Rig, pulse: Pulse) -> None:
         )
 
 
-def _judge_signs(rig: Rig, pulse: Pulse) -> None:
+def reads_means(board: Board) -> bool:
+    """Whether the current's reading is a mean over whole PWM periods.
+
+    Over part of a period it may show little, or be negative, while the mean is positive: ripple
+    turns the current of a light load round.
+    """
+    fact = board.descriptors.get(CURRENT)
+    if fact is None:
+        return True
+    periods = fact["aperture_ns"] * 1e-9 * board.identity["pwm_hz"]
+    whole = abs(periods - round(periods)) < WHOLE * periods
+    return bool(whole and fact["kind"] == ChannelKind.MEAN)
+
+
+def _brakes(
+    board: Board, rig: Rig, config: Fields, zero: Fields, stop: Stop, driven: Pulse
+) -> bool:
+    """Judges a current that is read over part of a PWM period: the braking one knows no ripple.
+
+    False when the user stopped it.
+    """
+    if driven.current_a is None:
+        return True
+    supply_v = driven.volts / driven.duty
+    pulse = weak_pulse(board, rig, config, zero, stop, driven.duty, supply_v, braking=True)
+    if pulse is None:
+        return False
+    board.wait_for_rest()
+    if not pulse.draws:
+        raise RigError(
+            f"the current sensor reads {driven.current_a:.3g} A while the motor turns at "
+            f"{driven.duty:.0%} duty, and {pulse.current_a:.3g} A while it is braked: it is dead "
+            "or not in the motor's line"
+        )
+    if pulse.current_a is not None and pulse.current_a > 0:
+        raise RigError(
+            f"the current reads {pulse.current_a:.3g} A while the motor is braked from a positive "
+            "speed: the sensor is reversed; swap its two wires"
+        )
+    return True
+
+
+def _judge_encoder(rig: Rig, pulse: Pulse) -> None:
     """What is wrong in how the motor moved."""
     if pulse.counts < 0:
         other = str(not rig.encoder_reversed).lower()
@@ -212,6 +263,10 @@ def _judge_signs(rig: Rig, pulse: Pulse) -> None:
             f"the encoder counts backwards ({pulse.counts} counts) under positive voltage: set "
             f"wiring.encoder_reversed = {other}, or swap the motor's leads"
         )
+
+
+def _judge_current(pulse: Pulse) -> None:
+    """What is wrong in the mean current while it moved."""
     if pulse.current_a is None:
         return
     if not pulse.draws:
@@ -241,4 +296,5 @@ def _why_still(pulse: Pulse | None) -> str:
 
 
 def _bound(pulse: Pulse) -> float | None:
-    return pulse_resistance(pulse.volts, pulse.peak_a) if pulse.draws and pulse.peak_a else None
+    drawn = pulse.draws and (pulse.current_a or 0.0) > 0.0
+    return pulse_resistance(pulse.volts, pulse.peak_a) if drawn and pulse.peak_a else None

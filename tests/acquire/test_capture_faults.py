@@ -162,3 +162,18 @@ def test_no_thread_or_descriptor_is_left(tmp_path: Path) -> None:
     if Path("/proc/self/fd").is_dir():
         names = [os.readlink(fd) for fd in Path("/proc/self/fd").iterdir() if fd.is_symlink()]
         assert not [name for name in names if str(tmp_path) in name]
+
+
+OFF_PART = "pwm=8000&voltage_aperture=125e-6&aperture=0&delay=0&phase=0.95"
+
+
+def test_a_current_read_in_the_off_part_of_a_pwm_period_is_judged_while_braking(
+    tmp_path: Path,
+) -> None:
+    """Ripple turns it round there: its mean over the pulse is negative, and the sensor is right."""
+    check = store.load(run(OFF_PART, tmp_path / "run.h5")).provenance["check"]
+    assert check["current_a"] < 0 < check["counts"]
+    assert check["resistance_bound_ohm"] is None
+    for fault, says in (("dead", "dead or not in the motor's line"), ("reversed", "is reversed")):
+        with pytest.raises(RigError, match=says):
+            run(f"{OFF_PART}&fault=current_{fault}", tmp_path / f"{fault}.h5")
