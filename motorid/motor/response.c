@@ -97,7 +97,7 @@ static void change_mode(run *r, int n, event e)
 static double pulses(const run *r, int n, const tap *t, double speed)
 {
     double emf = r->motor->K * speed;
-    return pulse_extra(&r->taps, t, (r->v[n] - emf) / r->mode.Rt, emf);
+    return pulse_extra(&r->taps, t, n, (r->v[n] - emf) / r->mode.Rt, emf);
 }
 
 static void set_taps_between(run *r, int n, const state *x, double from, double to)
@@ -206,6 +206,7 @@ static void walk(run *r, const mr_stretch *stretches, int n_stretches)
     for (int k = 0; k < n_stretches; k++) {
         int n = stretches[k].start > 1 ? stretches[k].start : 1;
         int end = k + 1 < n_stretches ? stretches[k + 1].start : r->count;
+        r->taps.first = n, r->taps.end = end;
         r->x.i = left_over(&r->mode, r->x.i) + change_wave(&r->taps, r->motor, &stretches[k]);
         enter_stretch(&r->mode, &stretches[k], r->motor->R, &r->x.i);
         r->x.w = kicked(r->x.w, stretches[k].kick);

@@ -16,6 +16,7 @@ static int add_tap(taps *all, double before, int integral, int row, double phase
     t->integral = integral;
     t->row = row;
     t->extra = 0.0;
+    t->whole = t->span = 0;
     t->phase = phase;
     if (phase < 0.0 && periods > 0.5 && fabs(periods - floor(periods + 0.5)) < 1e-6) {
         double at = t->at / all->pwm_period;
@@ -23,6 +24,16 @@ static int add_tap(taps *all, double before, int integral, int row, double phase
     }
     if (row != 0) t->phase = -1.0;
     return all->n++;
+}
+
+/* Where the mean of a pair of taps is one over whole PWM periods. */
+static void pair_up(taps *all, const int pair[2], double aperture)
+{
+    tap *end = &all->tap[pair[0]], *begin = &all->tap[pair[1]];
+    double periods = all->pwm_period > 0.0 ? aperture / all->pwm_period : 0.0;
+    if (periods < 0.5 || fabs(periods - floor(periods + 0.5)) > 1e-6 * periods) return;
+    end->whole = 1, begin->whole = -1;
+    end->span = begin->span = begin->back - end->back;
 }
 
 int place_taps(taps *t, double period, double pwm_period, int count, const state *x0,
@@ -38,6 +49,7 @@ int place_taps(taps *t, double period, double pwm_period, int count, const state
         double phase = mean ? -1.0 : o->pwm_phase;
         t->pair[j][0] = add_tap(t, o->delay, integral, row, phase);
         t->pair[j][1] = mean ? add_tap(t, o->delay + o->aperture, integral, row, -1.0) : -1;
+        if (mean) pair_up(t, t->pair[j], o->aperture);
     }
     return 0;
 }
@@ -59,10 +71,11 @@ double change_wave(taps *all, const mr_motor *motor, const mr_stretch *s)
     return wave_current(&last, 0.0) - wave_current(&next, 0.0);
 }
 
-double pulse_extra(const taps *all, const tap *t, double mean, double emf)
+double pulse_extra(const taps *all, const tap *t, int n, double mean, double emf)
 {
     const wave *w = &all->wave;
     if (t->phase < 0.0 || !w->side) return 0.0;
+    if (t->whole > 0 ? n >= all->first + t->span : t->whole && n < all->end - t->span) return 0.0;
     const pulse p = make_pulse(w, mean, emf);
     return t->integral ? pulse_charge(w, &p, t->phase * w->T) : pulse_current(w, &p, t->phase * w->T);
 }

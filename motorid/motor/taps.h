@@ -16,6 +16,8 @@ typedef struct {
     int back;      /* intervals between the reading's tick and the tap */
     double phase;  /* in the PWM period; < 0: ripple is not seen */
     double extra;  /* what the ripple adds in this stretch */
+    int whole;     /* 1 ends, -1 begins a mean over whole PWM periods; 0: neither */
+    int span;      /* intervals from the beginning of such a mean to its end */
 } tap;
 
 typedef struct {
@@ -29,6 +31,7 @@ typedef struct {
     double pwm_period;
     wave wave;
     double carried;        /* A s, keeps the charge of the ripple continuous between stretches */
+    int first, end;        /* intervals of the present stretch */
 } taps;
 
 /* Returns 0, or -1 where there are too many outputs. `values` holds 2 * n_outputs * count. */
@@ -39,8 +42,9 @@ int place_taps(taps *t, double period, double pwm_period, int count, const state
  * ripple, so it jumps where the ripple changes, so that the sum does not. */
 double change_wave(taps *t, const mr_motor *motor, const mr_stretch *s);
 
-/* What the shape of a current that stops within the PWM period adds at a tap. */
-double pulse_extra(const taps *t, const tap *at, double mean, double emf);
+/* What the shape of a current that stops within the PWM period adds at a tap in interval n. At both
+ * ends of whole periods it is the same, so that only a mean over two stretches needs it there. */
+double pulse_extra(const taps *t, const tap *at, int n, double mean, double emf);
 
 void read_outputs(const taps *t, const mr_output *outputs, int n_outputs, double *y);
 

@@ -164,11 +164,12 @@ static void interval(wide_run *r, int n, int level)
 
 static void begin_stretch(wide_run *r, const mr_stretch *s)
 {
+    const double emf = r->motor->K * (1.0 + r->motor->emf) * r->now.x.x[WW];
     r->now.x.x[WI] = left_over(&r->now.mode, r->now.x.x[WI]) + change_wave(&r->taps, &r->six, s);
     r->swing = 0.5 * fabs(r->taps.wave.b - r->taps.wave.a);
     enter_stretch(&r->now.mode, s, r->motor->R, &r->now.x.x[WI]);
     if (s->discontinuous)
-        r->now.x.x[WI] = (r->v[s->start] - r->motor->K * r->now.x.x[WW]) / r->now.mode.Rt;
+        r->now.x.x[WI] = (r->v[s->start] - emf) / r->now.mode.Rt;
     r->now.x.x[WW] = kicked(r->now.x.x[WW], s->kick);
     r->now.x.x[WLOAD] = kicked(r->now.x.x[WLOAD], s->kick);
     for (int l = 0; l <= FINEST + 1; l++) r->levels[l].made = 0;
@@ -209,6 +210,7 @@ int mw_response(const mw_motor *motor, double period, double pwm_period, int cou
     for (int k = 0; k < n_stretches; k++) {
         const int first = stretches[k].start > 1 ? stretches[k].start : 1;
         const int end = k + 1 < n_stretches ? stretches[k + 1].start : count;
+        r.taps.first = first, r.taps.end = end;
         begin_stretch(&r, &stretches[k]);
         for (int n = first; n < end; n++) interval(&r, n, levels[n] < FINEST ? levels[n] : FINEST);
     }

@@ -170,5 +170,5 @@ double wide_tapped(const wide_run *r, const tap *t, const tap_map *m, double v, 
     if (r->two) y += m->P[2] * x->x[WLOAD] + m->P[3] * x->x[WTWIST];
     for (int f = 0; f < FORCES; f++)
         for (int node = 0; node < NODES; node++) y += m->F[f][node] * d->f[node][f];
-    return y + pulse_extra(&r->taps, t, x->x[WI], r->motor->K * x->x[WW]);
+    return y + pulse_extra(&r->taps, t, r->n, x->x[WI], r->motor->K * (1.0 + r->motor->emf) * x->x[WW]);
 }
