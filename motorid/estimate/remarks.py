@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, VOLTAGE, Capture
 from motorid.estimate.algebra import square
+from motorid.estimate.conduction import unclear
 from motorid.estimate.identifiability import run_to_add
 from motorid.estimate.intervals import Findings, budget_shares
 from motorid.estimate.likelihood import Solution
@@ -85,6 +86,7 @@ def diagnostics(
             coloured.setdefault(m.block.name, []).extend(_memory(residual))
         out += _data(record, where)
     out += [_coloured(name, rhos) for name, rhos in coloured.items() if rhos]
+    out += _stopping(records)
     out += _statistics(found)
     out += _budget(found, parameters)
     pairs = _inseparable(found, parameters)
@@ -185,6 +187,35 @@ def _data(record: MotorRecord, where: str) -> list[Diagnostic]:
             )
         )  # fmt: skip
     return out
+
+
+def _stopping(records: Sequence[MotorRecord]) -> list[Diagnostic]:
+    """Where a diode's current stops, what that hides, and what to do about it."""
+    driven = sum(int(record.driven.sum()) for record in records)
+    stopped = sum(int(record.timeline.stopped.sum()) for record in records)
+    if not stopped:
+        return []
+    parts = [part for record in records for part in record.timeline.parts]
+    levels = sorted({part.level for part in parts if part.discontinuous})
+    hidden = sum(
+        int(unclear(channel, record.timeline, record.capture.wiring.pwm_hz).sum())
+        for record in records
+        if (channel := record.capture.get(CURRENT)) is not None
+    )
+    left_out = (
+        f", and the {hidden} readings of a part of the PWM period that nobody knows are left out"
+        if hidden
+        else ""
+    )
+    return [
+        Diagnostic(
+            "discontinuous_current", "info",
+            f"the diodes' current stops within the PWM period in {100 * stopped / driven:.0f} % of "
+            f"the driven time (levels {', '.join(f'{level:.3g}' for level in levels)}): there its "
+            f"mean tells nothing of L{left_out}. A level at full duty, synchronous decay or a "
+            "faster PWM would tell more of L",
+        )
+    ]  # fmt: skip
 
 
 def _statistics(found: Findings) -> list[Diagnostic]:

@@ -90,8 +90,12 @@ def test_every_parameter_with_a_current_that_stops_or_reverses(
     tmp_path: Path, decay: Decay, options: str
 ) -> None:
     """With diodes it stops within the PWM period at both duties, but for the start of each."""
-    off = errors(*captured(tmp_path, options, program=duties(decay)))
+    estimate, true = captured(tmp_path, options, program=duties(decay))
+    off = errors(estimate, true)
     assert set(off) == set(PARAMETERS)
+    said = [d.message for d in estimate.diagnostics if d.code == "discontinuous_current"]
+    assert bool(said) is (decay == Decay.DIODE)
+    assert all("levels 0.4, 0.85" in message and "full duty" in message for message in said)
     assert max(off[n] for n in ("R", "K", "J")) < 0.02
     assert max(off[n] for n in ("L", "B", "T0")) < 0.04
 
