@@ -40,6 +40,7 @@ def truths() -> dict[str, float]:
         "J/K": J / K, "B/K": B / K, "T0/K": T0 / K, "B/J": B / J, "T0/J": T0 / J,
         "JR/(K²+RB)": J * R / (K**2 + R * B), "K/(K²+RB)": K / (K**2 + R * B),
         "T0·R/K": T0 * R / K, "K·T0/J": K * T0 / J,
+        "J/K²": J / K**2, "B/K²": B / K**2,
     }  # fmt: skip
 
 

@@ -20,6 +20,7 @@ MOTOR = Motor()
 LENGTH_S, PERIOD_S = 2.0, 1e-3
 NOISE = {"v": 0.01, "i": 5e-3, "w": 0.1}  # V, A, rad/s
 ALL = ("R", "L", "K", "B", "J", "T0")
+MOTIONLESS = ("R", "L", "J/K²", "B/K²", "T0/K")
 MAPS = {
     "v": "voltage=v:V", "i": "current=i:A", "w": "speed=w:rad/s", "u": "command=u:V",
 }  # fmt: skip
@@ -173,6 +174,11 @@ CASES = (
     Case("no current", ramp, "vw", told=("JR/(K²+RB)", "K/(K²+RB)", "T0·R/K")),
     Case("no current, stamps at random", ramp, "vw", at_random,
          told=("JR/(K²+RB)", "K/(K²+RB)", "T0·R/K")),
+    Case("no motion, steps", steps, "vi", told=MOTIONLESS),
+    Case("no motion, PRBS", prbs, "vi", told=MOTIONLESS),
+    Case("no motion, closed loop", closed_loop, "vi", told=MOTIONLESS),
+    Case("no motion, stamps at random", steps, "vi", at_random, told=MOTIONLESS),
+    Case("no motion, with its K", closed_loop, "vi", fix={"K": MOTOR.K}),
     Case("a coast-down, speed alone", then_open, "w", told=("B/J", "T0/J"), begins=120.0),
     Case("a coast-down, stamps at random", then_open, "w", at_random, told=("B/J", "T0/J"),
          begins=120.0),

@@ -62,17 +62,27 @@ def _fit(
             f"the method ml takes no {', '.join(foreign)}: choose another by --method, such as nls"
         )
     if mechanical.suits(captures):
-        if model not in (SIX, AUTO, "linear"):
-            raise UsageError(
-                f"--model {model} needs captures with a voltage, a current and a motion: leave it "
-                "out for these"
-            )
+        _insist_on_six(model)
         return mechanical.fit(captures, fix=known, without=without)
     _check(known, without)
+    from motorid.estimate import sensorless
     from motorid.estimate.pieces import pieces
     from motorid.estimate.wider import offer
 
+    if sensorless.suits(captures):
+        _insist_on_six(model)
+        return sensorless.fit(pieces(captures), known, without)
     return offer.fit(pieces(captures), known, without, SIX if model == "linear" else model)
+
+
+def _insist_on_six(model: str) -> None:
+    from motorid.errors import UsageError
+
+    if model not in (SIX, AUTO, "linear"):
+        raise UsageError(
+            f"--model {model} needs captures with a voltage, a current and a motion: leave it "
+            "out for these"
+        )
 
 
 def _check(fix: Mapping[str, float], without: Sequence[str]) -> None:

@@ -93,10 +93,23 @@ def _insist(record: MotorRecord, named: set[str]) -> None:
 
 
 def start_values(records: Sequence[MotorRecord], fixed: Mapping[str, float]) -> dict[str, float]:
-    """R, L, K, B, J, T0 (SI) near the answer. Raises DataError where the signals contradict."""
-    data = [signals(record) for record in records]
+    """R, L, K, B, J, T0 (SI) near the answer. Raises DataError where the signals contradict.
+
+    Records without a motion have no say where others have one.
+    """
+    moving = [record for record in records if shows_motion(record)]
+    return of_signals([signals(record) for record in moving or records], fixed)
+
+
+def shows_motion(record: MotorRecord) -> bool:
+    """Position or speed is measured."""
+    return any(m.block.name in (POSITION, SPEED) for m in record.measured)
+
+
+def of_signals(data: Sequence[Signals], fixed: Mapping[str, float]) -> dict[str, float]:
+    """As ``start_values``."""
     R, L, K = _electrical(data, fixed)
-    B, J, T0 = _mechanical(data, K, fixed)
+    B, J, T0 = mechanical(data, K, fixed)
     return {"R": R, "L": L, "K": K, "B": B, "J": J, "T0": T0} | dict(fixed)
 
 
@@ -157,9 +170,10 @@ def _voltage_windows(s: Signals) -> Iterator[Floats]:
             a, width = b, min(2 * width, max(1, (stop - s.edges[k]) // 4))
 
 
-def _mechanical(
+def mechanical(
     data: Sequence[Signals], K: float, fixed: Mapping[str, float]
 ) -> tuple[float, float, float]:
+    """B, J and T0 from windows of the torque."""
     rows = np.array([row for s in data for row in _torque_windows(s, K)])
     names = ("J", "B", "T0")
     if not len(rows):

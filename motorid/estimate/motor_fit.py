@@ -13,6 +13,7 @@ from motorid.capture.model import CURRENT, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
 from motorid.estimate import (
+    closed_form,
     colour,
     input_noise,
     instrument,
@@ -21,9 +22,9 @@ from motorid.estimate import (
     profile,
     remarks,
     tables,
+    unseen_motion,
 )
 from motorid.estimate.algebra import misfits
-from motorid.estimate.closed_form import start_values
 from motorid.estimate.likelihood import ENOUGH, Solution, Unknown, maximise
 from motorid.estimate.loss import lossless
 from motorid.estimate.record import MotorRecord
@@ -91,7 +92,8 @@ def solved(
         captures = [lossless(capture) for capture in captures]
     records = [MotorRecord(capture, free, fixed) for capture in captures]
     signs.insist(records)
-    start = start_values(records, fixed)
+    begin = unseen_motion if unseen_motion.suits(records, fixed) else closed_form
+    start = begin.start_values(records, fixed)
     solution = settled(records, free, start)
     if any(record.sensed.waveform for record in records):
         records, solution = _best_shaped(records, solution, free, start, fixed)
@@ -212,6 +214,8 @@ def with_sources(
             record.retake_sources(solution.values, own)
         after = [record.sources for record in records]
         settled = all(record.settled for record in records)
+        if n == 1 and not settled:  # the derivatives know nothing of what is lost yet
+            solution = replace(solution, derivatives=None)
         if settled and all(_same(a, b) for old, new in zip(before, after, strict=True)
                for a, b in zip(old, new, strict=True)):  # fmt: skip
             break

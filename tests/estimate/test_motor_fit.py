@@ -231,7 +231,14 @@ def test_derived_figures_follow_from_the_motor() -> None:
         (lambda c: with_raw(c, POSITION, np.zeros(len(c))), "position never changes"),
         (lambda c: with_raw(c, POSITION, -c.channels[POSITION].raw), "reverse the encoder"),
         (lambda c: with_raw(c, VOLTAGE, np.zeros(len(c))), "never driven"),
-        (lambda c: changed(c, position=None), "no channel of the position or speed"),
+        (
+            lambda c: with_raw(changed(c, position=None), CURRENT, np.zeros(len(c))),
+            "never changes, and no motion",
+        ),
+        (
+            lambda c: with_raw(changed(c, position=None), VOLTAGE, np.zeros(len(c))),
+            "never driven",
+        ),
         (
             lambda c: replace(
                 c,
