@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from motorid.capture.model import VOLTAGE
 from motorid.errors import DataError, UsageError
 from motorid.estimate import fit
 from motorid.estimate.search.fit import fit as search_fit
@@ -54,6 +56,16 @@ def test_closed_forms_find_the_motor(capture, method):
     found = fit([capture], method=method)
     for name, part in (("R", 0.03), ("K", 0.01), ("J", 0.1)):
         assert found.parameters[name].value == pytest.approx(FAULHABER[name], rel=part), name
+
+
+def test_a_search_says_what_it_does_not_know_of_a_logs_voltage(capture):
+    instant = replace(capture.channels[VOLTAGE], kind="instant", aperture_s=0.0)
+    log = replace(capture, program=None, phases=(), channels={**capture.channels, VOLTAGE: instant})
+    codes = [
+        {d.code for d in search_fit([c], "nls", budget=30, seed=0).diagnostics}
+        for c in (capture, log)
+    ]
+    assert ["voltage_between_stamps" in found for found in codes] == [False, True]
 
 
 def test_an_answer_far_from_the_minimum_says_so(capture):

@@ -86,3 +86,15 @@ def test_a_disc_names_the_scale(factor: float, code: str) -> None:
 
 def test_a_disc_that_fits_blames_nothing() -> None:
     assert scale.by_disc(inertia(4e-6), inertia(1.401e-5), 1e-5) == ()
+
+
+def test_millivolts_are_told_by_the_readings_where_the_fit_is_bad() -> None:
+    """So far off, K may come out as if the current were in mA; the voltage itself does not."""
+    plate = {"R": 2.6, "L": 180e-6, "K": 7.68e-3, "J": 3.9e-7, "V": 6.0}
+    units = {"R": "ohm", "L": "H", "K": "N·m/A", "J": "kg·m²"}
+    fitted = {
+        n: Parameter(n, u, f * plate[n], 0.0, 0.0, 0.0, None, "estimated")
+        for (n, u), f in zip(units.items(), (990.0, 980.0, 1.05, 0.9e-3), strict=True)
+    }
+    assert [s.code for s in scale.suspects(fitted, plate, 6.0)] == ["current_scale"]
+    assert [s.code for s in scale.suspects(fitted, plate, 5980.0)] == ["voltage_scale"]

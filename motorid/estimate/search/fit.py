@@ -79,7 +79,7 @@ def fit(
         estimate,
         method=_title(method, found),
         evaluations=found.evaluations,
-        diagnostics=(*_remarks(found, likely, linear), *estimate.diagnostics),
+        diagnostics=(*_remarks(found, likely, linear), *_logs(records), *estimate.diagnostics),
         options={**estimate.options, "method": method, "budget": budget, "seed": seed},
     )
 
@@ -209,3 +209,17 @@ def _remarks(found: Solution, likely: Likely, linear: bool) -> list[Diagnostic]:
             )
         )  # fmt: skip
     return out
+
+
+def _logs(records: Sequence[MotorRecord]) -> list[Diagnostic]:
+    """What the searches do not know of a log's voltage, and the default method does."""
+    if all(record.sensed.waveform is None for record in records):
+        return []
+    return [
+        Diagnostic(
+            "voltage_between_stamps", "warning",
+            "nobody tells what the voltage of such a log did between two stamps: this method takes "
+            "it straight, and the stamps as exact, and the intervals do not cover that; the method "
+            "ml tries other shapes and delays, which L needs most",
+        )
+    ]  # fmt: skip

@@ -6,6 +6,8 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any, overload
 
+import numpy as np
+
 from motorid.capture.model import Capture
 from motorid.estimate.loss import lossless
 from motorid.estimate.record import MotorRecord
@@ -46,10 +48,11 @@ class Suspects(Sequence[Suspect]):
             return self._all()
         records, solution, parameters = self._of
         plate = scale.read_nameplate(nameplate(records[0].capture))
-        if scale.absurd(parameters, plate):  # brushes would take what they can of such a misfit
+        top = max(float(np.abs(record.volts).max()) for record in records)
+        if scale.absurd(parameters, plate, top):  # brushes would take what they can of the misfit
             parameters = without_loss(records, parameters)
-        scales = scale.suspects(parameters, plate)
-        if scale.absurd(parameters, plate) and scales[0].strength == "named":
+        scales = scale.suspects(parameters, plate, top)
+        if scale.absurd(parameters, plate, top) and scales[0].strength == "named":
             return scales  # volts a thousand times too high misfit in every other way as well
         found = look.suspects(records, solution)
         if look.spoiling(found):  # then the parameters say nothing of scales

@@ -20,7 +20,7 @@ from motorid.estimate.types import Parameter, Suspect
 
 NO_LOAD = "I0"
 # standard relative deviations of motors, runs and temperatures from what a nameplate says
-TOLERANCE = {"R": 0.08, "L": 0.30, "K": 0.08, "J": 0.15, NO_LOAD: 0.40}
+TOLERANCE = {"R": 0.08, "L": 0.30, "K": 0.08, "J": 0.15, NO_LOAD: 0.40, "V": 1.0}
 KEYS = {
     "R": "resistance_ohm",
     "L": "inductance_h",
@@ -79,7 +79,7 @@ AMPERES = Cause(
     "compare the current with a meter, or with a known resistor in the motor's place",
 )  # fmt: skip
 VOLTS = Cause(
-    "voltage_scale", "voltage", {"R": 1, "L": 1, "K": 1, "J": 1, "B": 1, "T0": 1},
+    "voltage_scale", "voltage", {"R": 1, "L": 1, "K": 1, "J": 1, "B": 1, "T0": 1, "V": 1},
     {1e3: "the voltage is in mV, read as V", 1e-3: "the voltage is in V, read as mV"},
     "compare the voltage with a meter at the motor's terminals",
 )  # fmt: skip
@@ -100,13 +100,14 @@ class Verdict:
 
 
 def suspects(
-    parameters: Mapping[str, Parameter], nameplate: Mapping[str, float]
+    parameters: Mapping[str, Parameter], nameplate: Mapping[str, float], highest_v: float = 0.0
 ) -> tuple[Suspect, ...]:
     """The wrong scale that a nameplate shows; else those that these data do not exclude.
 
-    ``nameplate`` has R, L, K, J, I0 and V, as far as known (SI; ``read_nameplate``).
+    ``nameplate`` has R, L, K, J, I0 and V, as far as known (SI; ``read_nameplate``);
+    ``highest_v`` is the highest voltage that drove the motor.
     """
-    known = departures(parameters, nameplate)
+    known = departures(parameters, nameplate, highest_v)
     named = by_nameplate(known)
     others = " or ".join(v.cause.where for v in named)
     either = f"; these figures do not tell {others} apart" if len(named) > 1 else ""
@@ -139,10 +140,15 @@ def read_nameplate(table: Mapping[str, object]) -> dict[str, float]:
 
 
 def departures(
-    parameters: Mapping[str, Parameter], nameplate: Mapping[str, float]
+    parameters: Mapping[str, Parameter], nameplate: Mapping[str, float], highest_v: float = 0.0
 ) -> dict[str, tuple[float, float]]:
-    """Logarithm of fit over nameplate, and its standard deviation, for what both know."""
+    """Logarithm of fit over nameplate, and its standard deviation, for what both know.
+
+    A motor may be run below its voltage, hardly at many times that.
+    """
     fitted: dict[str, tuple[float, float]] = {}
+    if highest_v > nameplate.get("V", math.inf):
+        fitted["V"] = highest_v, 0.0
     for name, p in parameters.items():
         if p.value and p.value > 0 and p.total is not None and p.status == "estimated":
             fitted[name] = p.value, p.total / p.value
@@ -157,9 +163,11 @@ def departures(
     }
 
 
-def absurd(parameters: Mapping[str, Parameter], nameplate: Mapping[str, float]) -> bool:
+def absurd(
+    parameters: Mapping[str, Parameter], nameplate: Mapping[str, float], highest_v: float = 0.0
+) -> bool:
     """No motor departs so far from its nameplate, whatever else is wrong with its capture."""
-    return any(abs(d) > ABSURD for d, _ in departures(parameters, nameplate).values())
+    return any(abs(d) > ABSURD for d, _ in departures(parameters, nameplate, highest_v).values())
 
 
 def by_nameplate(known: Mapping[str, tuple[float, float]]) -> tuple[Verdict, ...]:
@@ -202,8 +210,10 @@ def _factors(
 
 
 def _cost(name: str, departure: float, deviation: float, most: float) -> float:
-    """Chi-square of one figure, bounded."""
+    """Chi-square of one figure, bounded; the voltage was read, no fit can have got it wrong."""
     cost = (departure / deviation) ** 2
+    if name == "V":
+        return cost
     return min(cost, LOAD if name == "J" and departure > 0 else most)
 
 
