@@ -196,6 +196,9 @@ def unknowns(captures: Sequence[Capture], twins: Sequence[Twin], late_s: float) 
     current, wiring = first.channels[CURRENT], first.wiring
     sensed = first.get(VOLTAGE)
     level = sensed or first.channels[SUPPLY]
+    gain = level.gain_uncertainty
+    if sensed is None:  # a supply stays where it is: its offset is a gain of every voltage
+        gain = float(np.hypot(gain, level.offset_uncertainty / np.median(np.abs(level.values))))
     amps, top = float(np.ptp(current.values)), float(np.ptp(level.values)) or 1.0
     where = sensed.sense if sensed is not None else "supply"
     leads, bridge = wiring.lead_resistance_uncertainty_ohm, wiring.bridge_resistance_uncertainty_ohm
@@ -206,7 +209,7 @@ def unknowns(captures: Sequence[Capture], twins: Sequence[Twin], late_s: float) 
         Unknown("clock", STEP, first.clock_uncertainty),
         Unknown("series", STEP * twins[0].truth["R"], series),
         Unknown(f"{CURRENT} delay", 1e-7, late_s),
-        Unknown("voltage gain", STEP, level.gain_uncertainty),
+        Unknown("voltage gain", STEP, gain),
         Unknown("brush drop", STEP * top),
         Unknown("brush bend", STEP, BEND_SD),
     ]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,6 @@ from motorid.program import Decay, StepKind
 
 Floats = NDArray[np.float64]
 
-NEARLY = 2.0  # times the current that ripple just turns around, up or down: it may or may not
 STRAIGHT = 1e-3  # PWM periods over L/R: below it the current runs straight between its ends
 DIODE_DROPS_V = 1.4  # of the two diodes that carry a freewheeling current
 SWITCHED = (Decay.SYNCHRONOUS_SLOW, Decay.FAST)  # some switch is always closed, but for dead time
@@ -166,50 +164,3 @@ def swings(
     swing = volts / resistance_ohm / -math.expm1(-decay)
     below = swing * (duty * off - (1 - duty) * on * (1 - off))
     return below, swing * on * off - below
-
-
-def dead_time_loss(
-    capture: Capture,
-    parts: Sequence[Part],
-    current: Floats,
-    inductance_h: float,
-    resistance_ohm: float = 0.0,
-) -> Floats:
-    """V (count,) that the dead time of a switched bridge takes from duty times supply.
-
-    Once a period the on part begins late, and twice a diode carries the current instead of a
-    switch. Where ripple has turned the current around by then, a diode begins the on part in time
-    and nothing is lost. ``current`` (count,) is the model's.
-    """
-    lost = np.zeros(len(current))
-    for part in parts:
-        most = _most_lost(capture, part)
-        if most:
-            here = current[part.slice]
-            below, _ = ripple(capture, part, inductance_h, resistance_ohm)
-            lost[part.slice] = np.where(np.abs(here) < below, 0.0, most * np.sign(here))
-    return lost
-
-
-def dead_time_doubt(
-    capture: Capture, part: Part, current: Floats, inductance_h: float, resistance_ohm: float
-) -> float:
-    """Standard uncertainty (V) of what the dead time takes from a part, in its mean.
-
-    Near the current that ripple just turns around, cogging or a brush may turn it or not: what is
-    lost then lies between nothing and all.
-    """
-    below, _ = ripple(capture, part, inductance_h, resistance_ohm)
-    size = np.abs(current[part.slice])
-    near = (size > below / NEARLY) & (size < below * NEARLY)
-    return _most_lost(capture, part) / 2 * float(near.mean())
-
-
-def _most_lost(capture: Capture, part: Part) -> float:
-    """V that the dead time takes while the current never turns; 0 where nothing switches."""
-    rail = supply_voltage(capture)
-    duty, _ = driven_share(part, rail)
-    if part.decay not in SWITCHED or not 0.0 < duty < 1.0 or not rail:
-        return 0.0
-    turns = 2.0 if part.decay == Decay.FAST else 1.0  # the whole bridge changes over
-    return turns * capture.wiring.dead_time_s * capture.wiring.pwm_hz * (rail + DIODE_DROPS_V)

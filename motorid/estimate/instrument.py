@@ -65,7 +65,7 @@ def _gain(names: tuple[str, ...]) -> Shift:
 
 def _voltage_gain(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
     """The source is larger by the gain, and so is the measured back-EMF."""
-    gain = record.sensed.channel.gain_uncertainty if record.sensed.channel else 0.0
+    gain = record.sensed.gain_uncertainty
     base = record.fitted(values, own)
     if not gain:
         return [np.zeros(len(y)) for y in base]

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture, Wiring
 from motorid.estimate.bridge import STRAIGHT, driven_share, ripple, supply_voltage
+from motorid.estimate.dead_time import UNSURE
 from motorid.estimate.solution import Unknown
 from motorid.estimate.temperature import (
     FIGURES,
@@ -36,14 +37,17 @@ from motorid.program import Decay
 Floats = NDArray[np.float64]
 
 DROP, BENT, WARMING = "voltage_loss", "loss_bend", "warming"  # V, W, w
+TURN = "loss_turn"  # of the dead time, where a source is commanded
 DROP_SHARE = 0.03  # of the capture's highest voltage: standard deviation of a drop nobody declares
 DECLARED = 0.3  # of a declared drop: its standard uncertainty where none is given
 BENDING = 1 / 3  # of the drop's size: standard deviation of it times the logarithm of its bend
+FACTOR = 0.7  # logarithm: the bend is known to a factor of 2
 BEND = 0.05  # of the stall current at the highest voltage: the usual bend
 LEAST, MOST = -0.01, 0.3  # of the highest voltage: no drop is less or more, but for other causes
 WIDEST = 0.03  # of it: the same of the drop times the logarithm of its bend
 CLEAR = 3e-3  # of the highest voltage: a drop that tells its bend
 FARTHEST = 2.0  # logarithm of a bend over the usual one
+FARTHEST_TURN = 0.5  # relative
 COOL = 1e-6  # of R: no warming is known better
 HEAVIEST = 1e9  # J/K: a winding that never warms
 SETTLED = 3e-4  # of the highest voltage: a change that no other pass need follow
@@ -166,11 +170,17 @@ class Loss:
     further: float = 0.0  # logarithm of the bend over the usual one
     modelled: bool = False  # a model's current was followed; else the shapes are nothing yet
     rise: tuple[float, float] = (0.0, COOL)  # of R over the capture as a share of it, and its sd
+    turns: Mapping[str, Part] = field(default_factory=dict)
     shapes: Mapping[str, Floats] = field(default_factory=dict)
 
     @classmethod
     def of(
-        cls, capture: Capture, timeline: Timeline, driven: NDArray[np.bool_], volts: Floats
+        cls,
+        capture: Capture,
+        timeline: Timeline,
+        driven: NDArray[np.bool_],
+        volts: Floats,
+        commanded: bool = False,
     ) -> Loss | None:
         """None where nothing is lost, or no signed current tells of it; and for a log without a
         program, whose voltage between its readings is known too loosely.
@@ -188,8 +198,13 @@ class Loss:
         names = (DROP, BENT) if drop[1] > 0.0 else ()
         if capacity is None or capacity < HEAVIEST:
             names = (*names, WARMING)
+        turns = {}
+        if commanded and capture.wiring.dead_time_s:
+            parts = timeline.parts
+            turns = {f"{TURN}_{k}": part for k, part in enumerate(parts) if part.level}
+        names = (*names, *turns)
         shapes = dict.fromkeys(names, np.zeros(len(driven)))
-        blank = cls(driven, timeline.period_s, top, drop, capacity, shapes=shapes)
+        blank = cls(driven, timeline.period_s, top, drop, capacity, turns=turns, shapes=shapes)
         return blank if names else None
 
     @property
@@ -206,10 +221,20 @@ class Loss:
             BENT: Unknown(BENT, 0.0, -WIDEST * top, WIDEST * top, scale=top, prior_sd=bending),
             WARMING: Unknown(WARMING, rise, scale=0.1, prior_mean=rise, prior_sd=spread),
         }  # fmt: skip
-        return tuple(known[name] for name in self.shapes)
+        turns = {
+            name: Unknown(name, 0.0, -FARTHEST_TURN, FARTHEST_TURN, scale=UNSURE, prior_sd=UNSURE)
+            for name in self.turns
+        }
+        return tuple((known | turns)[name] for name in self.shapes)
 
-    def follow(self, flow: Flow, resistance_ohm: float, values: Mapping[str, float]) -> Loss:
-        """Along the model's current, with the bend as found."""
+    def follow(
+        self,
+        flow: Flow,
+        resistance_ohm: float,
+        values: Mapping[str, float],
+        turning: Floats,
+    ) -> Loss:
+        """Along the model's current, with the bend as found; ``turning`` (count,) of dead time."""
         drop, bent = values.get(DROP, 0.0), values.get(BENT, 0.0)
         further = self.further
         if self.modelled and abs(drop) > CLEAR * self.top_v:
@@ -225,6 +250,9 @@ class Loss:
             BENT: bending * self.driven,
             WARMING: resistance_ohm * amperes * (charge / end - 0.5),
         }
+        for name, part in self.turns.items():
+            known[name] = np.zeros_like(turning)
+            known[name][part.slice] = turning[part.slice]
         shapes = {name: known[name] for name in self.shapes}
         rise = self._rise(end, stall_a)
         return replace(self, shapes=shapes, rise=rise, further=further, modelled=True)
@@ -236,6 +264,14 @@ class Loss:
             return 0.0, max(per_k * STALL_K_S / 2 * charge_a2s / stall_a**2, COOL)
         rise = per_k * self.top_v / stall_a * charge_a2s / self.capacity_j_k
         return rise, max(FIGURES * rise, COOL)
+
+    def bending(self, values: Mapping[str, float]) -> tuple[float, float]:
+        """Standard deviation and mean (V) of the drop times the logarithm of its bend from here on.
+
+        The bend is known to a factor from the usual one, wherever the passes have moved it.
+        """
+        drop = values.get(DROP, 0.0)
+        return FACTOR * float(np.hypot(drop, CLEAR * self.top_v)), -drop * self.further
 
     def near(self, before: Loss, values: Mapping[str, float]) -> bool:
         """It takes what the one before took with these values, whose bend it has made its own."""

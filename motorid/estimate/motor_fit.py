@@ -15,6 +15,7 @@ from motorid.errors import DataError
 from motorid.estimate import (
     closed_form,
     colour,
+    common,
     input_noise,
     instrument,
     intervals,
@@ -46,6 +47,8 @@ SHORTEST_ELECTRICAL = 1e-3  # L/R in sample periods: below it the data know no i
 ROUGH = 1.0  # change of chi-square that is near enough while sources and noise are unsettled
 COLOUR_PASSES = 2  # of noise model and fit in turn
 HIGH = 95  # percentile of a log's voltages that counts as its highest level
+VANISHED = 0.02  # L/R in sample periods: less than readings tell from none
+RISES, NEARBY = (0.3, 0.1), 3.0  # L/R in sample periods to begin with instead; factor
 GROSS = 0.02  # residuals in units of a channel's range: worth another start
 OTHER_STARTS: tuple[dict[str, float], ...] = (
     {"L": 0.2},
@@ -140,7 +143,8 @@ def report(
     """
     fixed = {**dict.fromkeys(without, 0.0), **fix}
     simulated = max(record.simulated for record in records)
-    hidden = [*input_noise.shifts(solution, records), *log_noise.shifts(solution, records)]
+    kinds = (input_noise, log_noise, common)
+    hidden = [shift for kind in kinds for shift in kind.shifts(solution, records)]
     scatter = statistical(solution, hidden)
     found = intervals.Findings(
         solution,
@@ -197,14 +201,43 @@ def settled(
             if trial.objective < solution.objective - 1.0:
                 solution = trial
         solution = with_sources(records, free, merged(start, solution))
+    if _vanished(solution, records):
+        known = merged(start, solution)
+        period = min(record.timeline.period_s for record in records)
+        trials = [
+            with_sources(records, free, {**known, "L": rise * known["R"] * period}, held=True)
+            for rise in RISES
+        ]
+        best = min([solution, *trials], key=lambda one: one.objective)
+        solution = with_sources(records, free, merged(start, best), held=best is not solution)
     return solution
 
 
+def _vanished(solution: Solution, records: Sequence[MotorRecord]) -> bool:
+    """The inductance has gone to where it is none; what the ripple does went with it."""
+    values = dict(zip((u.name for u in solution.unknowns), solution.values, strict=True))
+    period = min(record.timeline.period_s for record in records)
+    return 0.0 < float(values.get("L", 0.0)) < VANISHED * float(values.get("R", 0.0)) * period
+
+
+def _near(inductance: Unknown) -> Unknown:
+    """The same, for a search that must not leave its start far behind."""
+    start = inductance.start
+    return replace(inductance, lower=max(inductance.lower, start / NEARBY), upper=start * NEARBY)
+
+
 def with_sources(
-    records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    held: bool = False,
 ) -> Solution:
-    """The fit and what drives the motor in turn, until that stays."""
-    solution = maximise(unknowns(records, free, start), records, enough=ROUGH)
+    """The fit and what drives the motor in turn, until that stays.
+
+    ``held``: the first search keeps the inductance near its start.
+    """
+    first = [_near(u) if held and u.name == "L" else u for u in unknowns(records, free, start)]
+    solution = maximise(first, records, enough=ROUGH)
     settled = True
     for n in range(1, LOSS_PASSES):
         if settled and n >= SOURCE_PASSES:

@@ -41,10 +41,14 @@ class Nuisances:
     levels: dict[int, int] = field(default_factory=dict)  # place by part of the program
     coasts: dict[int, int] = field(default_factory=dict)
     jumps: list[int] = field(default_factory=list)  # of a log's voltage
+    further: dict[str, int] = field(default_factory=dict)  # by name, of which there may be many
 
     def add(self, unknown: Unknown) -> None:
         """Take one more."""
-        setattr(self, unknown.name, len(self.unknowns))
+        if hasattr(self, unknown.name):
+            setattr(self, unknown.name, len(self.unknowns))
+        else:
+            self.further[unknown.name] = len(self.unknowns)
         self.unknowns.append(unknown)
 
     def add_unrest(self, unrest: Unrest, volts: float, speed: float) -> None:
@@ -74,7 +78,7 @@ class Nuisances:
 
     def of(self, own: Floats, name: str) -> float:
         """Its value among the record's own (SI), 0 where it has none."""
-        place = getattr(self, name)
+        place = getattr(self, name, self.further.get(name, -1))
         return float(own[place]) if place >= 0 else 0.0
 
 

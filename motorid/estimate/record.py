@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
@@ -17,13 +16,12 @@ from motorid.estimate.algebra import square
 from motorid.estimate.bridge import (
     bridge_prior,
     clamp_voltage,
-    dead_time_doubt,
-    dead_time_loss,
     stretch_of,
     supply_voltage,
     switched_late,
 )
 from motorid.estimate.conduction import divided
+from motorid.estimate.dead_time import dead_time_loss, turning
 from motorid.estimate.loss import Flow, Loss
 from motorid.estimate.nuisance import nuisances, starts_at_rest
 from motorid.estimate.readings import EMF, Measured, read
@@ -78,14 +76,13 @@ class MotorRecord:
         self._lost = sensed.filled | np.isnan(self.timeline.spread(np.zeros(len(capture))))
         self.driven = self.timeline.driven
         self.sources: tuple[Source | None, ...] = tuple(None for _ in self.timeline.parts)
-        self._doubts = tuple(0.0 for _ in self.timeline.parts)  # V of what the dead time takes
         self.switched_late = tuple(0 for _ in self.timeline.parts)  # interval up to which it is
         self.measured, self._outputs = read(capture, self.timeline, self.driven, sensed.shows_emf)
         if not self.measured:
             raise DataError("the capture holds neither a current nor a position or speed to fit")
         self._unrest = Unrest(capture, self.timeline, sensed)
         self.settled = True  # what is lost is that of the model's own current
-        self._loss = Loss.of(capture, self.timeline, self.driven, sensed.volts)
+        self._loss = Loss.of(capture, self.timeline, self.driven, sensed.volts, sensed.commanded)
         self._own = nuisances(
             capture, self.timeline.period_s, self.driven, sensed, self._unrest, self.measured,
             self._loss.unknowns if self._loss is not None else (),
@@ -158,7 +155,7 @@ class MotorRecord:
         self.stretches = tuple(stretches)
         for k, place in self._own.levels.items():
             mean = self._unrest.level_deviation(k, self.sources[k])
-            self._own.expect(place, math.hypot(mean, self._doubts[k]))
+            self._own.expect(place, mean)
         self.unknowns = tuple(self._own.unknowns)
 
     def retake_sources(self, shared: Floats, own: Floats) -> None:
@@ -172,17 +169,13 @@ class MotorRecord:
         current = window.current(np.array(rows), mean, self.timeline)
         self.simulated += 1
         resistance, inductance = (float(v) for v in self.motor(shared)[:2])
-        self._lose(mean, inductance, resistance, own)
+        self._lose(mean, shared, own)
         parts = self.timeline.parts
         self.switched_late = tuple(
             switched_late(self.capture, part, current, inductance, resistance) for part in parts
         )
-        lost = dead_time_loss(self.capture, parts, current, inductance, resistance)
+        lost = dead_time_loss(self.capture, parts, mean, inductance, resistance)
         if self.sensed.commanded:
-            self._doubts = tuple(
-                dead_time_doubt(self.capture, part, current, inductance, resistance)
-                for part in parts
-            )
             self._heard = replace(self.sensed, volts=self.sensed.volts - lost)
         else:  # the readings show the loss: only their line must know of it
             self._heard = replace(self.sensed, lost=lost)
@@ -194,16 +187,19 @@ class MotorRecord:
             self._own.expect(place, spread)
         self.take_sources(current, ohms, mean)
 
-    def _lose(self, mean: Floats, inductance_h: float, resistance_ohm: float, own: Floats) -> None:
+    def _lose(self, mean: Floats, shared: Floats, own: Floats) -> None:
         """Judge what is lost with the model's own ``mean`` current (count,) over intervals."""
         if self._loss is None:
             return
+        resistance_ohm, inductance_h = (float(v) for v in self.motor(shared)[:2])
         flow = Flow.of(self.capture, self.timeline.parts, mean, inductance_h, resistance_ohm)
         values = self._losing(own)
-        followed = self._loss.follow(flow, resistance_ohm, values)
+        unsure = turning(self.capture, self.timeline.parts, mean, inductance_h, resistance_ohm)
+        followed = self._loss.follow(flow, resistance_ohm, values, unsure)
         self.settled = followed.near(self._loss, values)
         self._loss = followed
         self._own.expect(self._own.warming, *self._loss.rise[::-1])
+        self._own.expect(self._own.loss_bend, *self._loss.bending(values))
 
     # ---- the model ----------------------------------------------------------------------------
 
@@ -253,7 +249,7 @@ class MotorRecord:
         return volts
 
     def _losing(self, own: Floats) -> dict[str, float]:
-        """The unknowns of what brushes and a warming winding take."""
+        """The unknowns of what is lost."""
         names = self._loss.shapes if self._loss is not None else ()
         return {name: self._own.of(own, name) for name in names}
 
@@ -328,8 +324,8 @@ class MotorRecord:
             for o in self._outputs
         ]
         for m in self.measured:
-            shown = outputs[m.row]
-            outputs[m.row] = replace(shown, delay_s=shown.delay_s + late_s.get(m.block.name, 0.0))
+            late = late_s.get(m.block.name, 0.0)
+            outputs[m.row] = outputs[m.row].delayed(late, usual.pwm_period_s)
         scaled = [
             replace(s, swing_v=volts * s.swing_v, clamp_v=volts * s.clamp_v) for s in self.stretches
         ]

@@ -176,7 +176,7 @@ def _data(record: MotorRecord, where: str) -> list[Diagnostic]:
             )  # fmt: skip
     raw = [
         p for p, s in zip(record.timeline.parts, record.sources, strict=True)
-        if s is None and not p.open
+        if (s is None or s.as_read) and not p.open
     ]  # fmt: skip
     if raw and record.sensed.resolution:
         out.append(

@@ -12,6 +12,7 @@ Through which window a reading saw, and what of it belongs to the command before
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -60,6 +61,17 @@ class Sense:
     lost: Floats | float = 0.0  # V that the readings lack of the source, for its dead time
     waveform: Waveform | None = None  # of a log whose program is not known
 
+    @property
+    def gain_uncertainty(self) -> float:
+        """Relative, of the voltage. A supply stays where it is, so that its offset counts too."""
+        if self.channel is None:
+            return 0.0
+        gain = self.channel.gain_uncertainty
+        if not self.commanded:
+            return gain
+        rail = float(np.nanmedian(np.abs(self.channel.values)))
+        return math.hypot(gain, self.channel.offset_uncertainty / rail) if rail else gain
+
 
 @dataclass(frozen=True)
 class Source:
@@ -71,6 +83,7 @@ class Source:
     head: int = 0  # first intervals that follow the readings themselves, noise and all
     tilt: Floats | float = 0.0  # V (n,) that one standard deviation of its slope would add
     errors: tuple[Floats, ...] = ()  # V (head,): independent ones of what the head follows
+    as_read: bool = False  # all of it follows the readings
 
     def near(self, other: Source) -> bool:
         """The two would drive a motor alike."""
@@ -111,17 +124,28 @@ def _from_command(
     if supply is None and any(p.kind == StepKind.DRIVE_DUTY for p in driven):
         return None
     volts, none = np.zeros(timeline.count), np.zeros(timeline.count, dtype=bool)
-    rail, window = None, None
+    rail, shown, window = None, None, None
     if supply is not None:
         window = Window.of(supply, timeline.period_s)
-        readings = window.readings(timeline.spread(supply.values), timeline)
-        rail = _filled(readings, timeline.parts)
+        shown = timeline.spread(supply.values)
+        rail = _filled(window.readings(shown, timeline), timeline.parts)
     for part in driven:
         if part.kind == StepKind.DRIVE_VOLTS:
-            volts[part.slice] = part.level
+            volts[part.slice] = part.level * _given(rail, shown, part)
         elif part.kind == StepKind.DRIVE_DUTY and rail is not None:
             volts[part.slice] = part.level * rail[part.slice]
     return Sense(volts, none, *series, False, supply, window=window, commanded=True)
+
+
+def _given(rail: Floats | None, shown: Floats | None, part: Part) -> Floats | float:
+    """Share (n,) of the commanded volts that a part gets: its duty follows what the supply showed
+    at the sample before, so that a sag comes through until the next.
+    """
+    if rail is None or shown is None:
+        return 1.0
+    before = np.concatenate([shown[:1], shown])[part.slice]
+    known = np.isfinite(before) & (before > 0.0)
+    return np.where(known, rail[part.slice] / np.where(known, before, 1.0), 1.0)
 
 
 def _filled(grid: Floats, parts: Sequence[Part]) -> Floats:
@@ -212,17 +236,18 @@ def _source(
     noise = square(between) / (2 * len(between))
     slope, flow, deviation = _slope(left, current[part.slice], noise)
     sag = slope * flow
-    trend = _trend(left - sag, noise, EXCESS * noise + sensed.resolution**2 / 12)
-    if trend is None:
+    allowed = EXCESS * noise + sensed.resolution**2 / 12
+    curve, head, quiet = _trend(left - sag, noise, allowed)
+    if sensed.commanded and not quiet:  # it is what the dead time takes that jumps
         return None
-    curve, head = trend
     volts = level + sag + curve - lost
     steady = curve[:head] + _sure(slope, deviation) * flow[:head]
     departure = left[:head] - steady
     share = _shares(current, mean, known, part)[:head]
     volts[:head] = level + steady + share * departure - lost[:head]
     errors = _head_errors(known, share, departure, float(np.sqrt(noise)))
-    return Source(volts, ohms, float(np.sqrt(noise)), head, deviation * flow, errors)
+    tilt = deviation * flow
+    return Source(volts, ohms, float(np.sqrt(noise)), head, tilt, errors, as_read=not quiet)
 
 
 def _sure(slope: float, deviation: float) -> float:
@@ -268,23 +293,24 @@ def _slope(left: Floats, current: Floats, noise: float) -> tuple[float, Floats, 
     return dot(flow[HEAD:], left[HEAD:]) / weight, flow, float(np.sqrt(noise / weight))
 
 
-def _trend(left: Floats, noise: float, allowed: float) -> tuple[Floats, int] | None:
-    """What the source does beyond its line, (n,), and how many samples of the head depart from it.
-
-    None when no window leaves only noise behind.
+def _trend(left: Floats, noise: float, allowed: float) -> tuple[Floats, int, bool]:
+    """What the source does beyond its line, (n,), how many samples of the head depart from it, and
+    whether that is free of noise. It is as read when no window leaves only noise behind.
     """
     late = left[HEAD:]
     trend = np.zeros_like(left)
+    quiet = True
     if square(late) / len(late) > allowed or _slow(late) > SLOW * noise:
-        if not _wanders(late, allowed, trend[HEAD:]):
-            return None
+        quiet = _wanders(late, allowed, trend[HEAD:])
+        if not quiet:
+            trend[HEAD:] = late
         trend[:HEAD] = _carried_back(late)
     odd = left[:HEAD] - trend[:HEAD]
     out = np.flatnonzero(np.abs(odd) > ODD_SAMPLE * np.sqrt(noise))
     head = int(out[-1]) + 1 if len(out) else 0
     if square(odd[head:]) > ODD_HEAD * noise * len(odd):
         head = HEAD
-    return trend, head
+    return trend, head, quiet
 
 
 def _slow(late: Floats) -> float:

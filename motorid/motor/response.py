@@ -8,7 +8,7 @@ mean over an aperture that ends a delay before its tick.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -40,6 +40,13 @@ class Output:
     aperture_s: float = 0.0
     delay_s: float = 0.0
     pwm_phase: float | None = None
+
+    def delayed(self, late_s: float, pwm_period_s: float) -> Output:
+        """The reading with a larger delay: of an earlier moment, and so of an earlier phase."""
+        phase = self.pwm_phase
+        if phase is not None and pwm_period_s:
+            phase = (phase - late_s / pwm_period_s) % 1.0
+        return replace(self, delay_s=self.delay_s + late_s, pwm_phase=phase)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ import pytest
 from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import Capture, Wiring
-from motorid.estimate.bridge import dead_time_loss, ripple
+from motorid.estimate.bridge import ripple
+from motorid.estimate.dead_time import dead_time_loss
 from motorid.estimate.loss import Flow, expected_drop, lossless
 from motorid.estimate.motor_fit import fit
 from motorid.estimate.record import MotorRecord

@@ -6,13 +6,16 @@ import subprocess
 import sys
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from bench.coverage.rigs import draw_bench
+from bench.coverage.runs import record
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.errors import DataError, UsageError
-from motorid.estimate import fit
+from motorid.estimate import fit, motor_fit
 from motorid.estimate.types import PARAMETERS, Estimate
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 
@@ -307,3 +310,16 @@ def test_correlated_residuals_are_said_once_however_many_runs_show_them() -> Non
     assert len(said) == len(set(said)) <= 3
     assert sum("residuals of the current" in text for text in said) == 1
     assert any("in 3 runs" in text for text in said)
+
+
+@pytest.mark.slow
+def test_an_inductance_that_a_search_loses_is_found_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Brushes, sag and ripple make a second valley, in which L is nothing and R 5 % too large."""
+    runs = record(draw_bench(534), tmp_path)
+    found = fit(runs.captures, model="six").parameters
+    assert found["L"].value == pytest.approx(runs.truth["L"], rel=0.05)
+    assert found["R"].value == pytest.approx(runs.truth["R"], rel=0.015)
+    monkeypatch.setattr(motor_fit, "RISES", ())
+    assert fit(runs.captures, model="six").parameters["L"].value is None

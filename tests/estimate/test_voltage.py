@@ -10,11 +10,11 @@ import pytest
 from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture, Channel, Phase, Wiring
 from motorid.estimate.bridge import (
     clamp_voltage,
-    dead_time_loss,
     pwm_shape,
     supply_voltage,
     switched_late,
 )
+from motorid.estimate.dead_time import dead_time_loss
 from motorid.estimate.timeline import Part, lay
 from motorid.estimate.voltage import sense, source_resistance, sources
 from motorid.program import Decay, Program, Step, StepKind
@@ -100,8 +100,10 @@ def test_samples_that_stand_out_after_a_step_are_taken_as_read() -> None:
 
 def test_readings_that_jump_about_are_used_as_they_are() -> None:
     jumps = np.where(np.arange(N) // 3 % 2, 0.5, -0.5)
-    _, source = heard(capture(6.0 + jumps), 0.0)
-    assert source is None
+    _, source = heard(capture(6.0 + jumps), 0.2)
+    assert source is not None
+    assert source.as_read
+    np.testing.assert_allclose(source.volts[8:], (6.0 + jumps + 0.2 * CURRENT_A)[8:], atol=1e-9)
 
 
 def test_source_resistance_from_fast_changes_only() -> None:
@@ -177,7 +179,7 @@ def test_dead_time_takes_its_share_unless_ripple_turns_the_current() -> None:
     current[-100:] = 0.01
     lost = dead_time_loss(one, line.parts, current, 1e-3)
     assert lost[150] == pytest.approx(200e-9 * 20e3 * (8.0 + 1.4))
-    assert lost[-1] == 0.0
+    assert lost[-1] == pytest.approx(0.0, abs=1e-12)
     assert lost[10] == 0.0  # the bridge is open there
 
 
@@ -226,3 +228,28 @@ def test_dead_time_delays_the_on_part_until_ripple_turns_the_current() -> None:
     assert abs(current[edge - 1]) >= 0.5 > abs(current[edge])
     assert switched_late(one, part, current, 1.0) == part.stop
     assert switched_late(one, part, 0.0 * current, 150e-6) == part.start
+
+
+def test_commanded_volts_come_with_the_sag_that_the_next_duty_takes_out() -> None:
+    """A board divides by what the supply showed at the sample before."""
+    one = capture(None, kind=StepKind.DRIVE_VOLTS, level=4.0, supply=8.0)
+    rail = one.channels[SUPPLY].values.copy()
+    rail[300:] = 7.6
+    sags = replace(one, channels={**one.channels, SUPPLY: Channel(SUPPLY, "V", rail)})
+    heard = sense(sags, lay(sags))
+    assert heard is not None
+    assert heard.volts[[299, 301]] == pytest.approx(4.0)
+    assert heard.volts[300] == pytest.approx(4.0 * 7.6 / 8.0)
+
+
+def test_the_offset_of_a_supply_is_unknown_of_every_voltage() -> None:
+    one = capture(None, supply=8.0)
+    unsure = replace(one.channels[SUPPLY], gain_uncertainty=3e-3, offset_uncertainty=32e-3)
+    heard = sense(replace(one, channels={**one.channels, SUPPLY: unsure}), lay(one))
+    assert heard is not None
+    assert heard.gain_uncertainty == pytest.approx(5e-3)
+    seen = capture(np.full(N, 4.0))
+    stated = replace(seen.channels[VOLTAGE], gain_uncertainty=3e-3, offset_uncertainty=32e-3)
+    heard = sense(replace(seen, channels={**seen.channels, VOLTAGE: stated}), lay(seen))
+    assert heard is not None
+    assert heard.gain_uncertainty == 3e-3  # rest shows the offset of the terminals

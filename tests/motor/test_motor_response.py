@@ -268,3 +268,20 @@ def test_a_late_on_part_is_the_same_wave_later() -> None:
     for phase in (0.0, 0.02, 0.2, 0.33, 0.9):
         later = (phase + late / period) % 1.0
         assert settled(late, later) == pytest.approx(settled(0.0, phase), rel=1e-9)
+
+
+def test_a_longer_delay_is_an_earlier_place_in_the_pwm_period() -> None:
+    """The ripple is read where it was that much before."""
+    duty, pwm_s, late_s = 0.5, 5e-5, 5e-6
+    stretch = Stretch(0, duty=duty, swing_v=12.0)
+    here = Output(Quantity.CURRENT, delay_s=10e-6, pwm_phase=0.1)
+    there = Output(Quantity.CURRENT, delay_s=10e-6, pwm_phase=0.0)
+    wraps = here.delayed(2 * late_s, pwm_s)
+    assert (wraps.delay_s, wraps.pwm_phase) == pytest.approx((20e-6, 0.9))
+    moved = here.delayed(late_s, pwm_s)
+    readings = Response(1e-3, np.full(50, 6.0), [here, there, moved], [stretch], pwm_s)(
+        [0.1, 180e-6, 7.68e-3, 3e-7, 3.9e-7, 3e-4]
+    )
+    rise = 12.0 * duty / 180e-6 * late_s  # A, of the on part's ramp
+    assert readings[0, 40] - readings[1, 40] == pytest.approx(rise, rel=0.01)
+    assert readings[2, 40] == pytest.approx(readings[1, 40], abs=0.02 * rise)

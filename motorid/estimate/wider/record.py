@@ -70,8 +70,13 @@ class WideRecord(MotorRecord):
         self._heard, self.sources = other._heard, other.sources
         self.switched_late, self._loss = other.switched_late, other._loss
         self._excite()
-        spreads = {u.name: u.prior_sd for u in other.unknowns}
-        self._renew(lambda u: replace(u, prior_sd=spreads.get(u.name, u.prior_sd)))
+        known = {u.name: u for u in other.unknowns}
+
+        def expected(u: Unknown) -> Unknown:
+            as_known = known.get(u.name, u)
+            return replace(u, prior_mean=as_known.prior_mean, prior_sd=as_known.prior_sd)
+
+        self._renew(expected)
 
     def follow(self, other: MotorRecord) -> None:
         """Take over how another record of the same capture sees noise, and its steps."""

@@ -1,0 +1,176 @@
+"""What the dead time of a bridge takes from duty times supply, by the mean current.
+
+In a dead time no switch carries the current. While it flows in the drive's direction the diodes
+turn it against the supply, so that the on part begins late; while it flows against the drive they
+begin the on part in time and end it late. A current that comes to rest in between leaves the motor
+its back-EMF. So the loss falls from all to nothing as the lowest current of the ripple passes zero,
+and to as much less than nothing as the highest does; in between it is straight.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import Capture
+from motorid.estimate.bridge import (
+    DIODE_DROPS_V,
+    SWITCHED,
+    driven_share,
+    ripple,
+    supply_voltage,
+    swings,
+)
+from motorid.estimate.timeline import Part
+from motorid.program import Decay
+
+Floats = NDArray[np.float64]
+
+UNSURE = 0.06  # of the current at which the ripple turns round: its relative standard uncertainty
+COMMUTATION = 0.0015  # of the back-EMF: what is left of a commutator's ripple over a PWM period
+FAR = 4.0  # standard deviations beyond which nothing is blurred
+_erf = np.vectorize(math.erf, otypes=[float])
+
+
+@dataclass(frozen=True)
+class DeadTime:
+    """Of one part: ``volts`` (6,) lost at mean currents ``amperes`` (6,), along its drive.
+
+    From one to the next the loss is straight, and it stays beyond the ends. Commutation moves the
+    current about between the PWM periods of a sample: by ``blur`` (A), a standard deviation.
+    """
+
+    side: float
+    amperes: Floats
+    volts: Floats
+    blur: float
+
+    @classmethod
+    def of(
+        cls, capture: Capture, part: Part, inductance_h: float, resistance_ohm: float
+    ) -> DeadTime | None:
+        """None where nothing switches, or diodes alone do, which need no dead time."""
+        rail, pwm_hz = supply_voltage(capture), capture.wiring.pwm_hz
+        duty, swing_v = driven_share(part, rail)
+        share = capture.wiring.dead_time_s * pwm_hz
+        if part.decay not in SWITCHED or not rail or not 0.0 < share < min(duty, 1 - duty):
+            return None
+        period = _Period.of(rail, part.decay, duty, share)
+        volts, losses = np.array(period.turns()).T
+        straight = swings(swing_v, duty, pwm_hz, inductance_h, 0.0)[0]
+        bent = ripple(capture, part, inductance_h, resistance_ohm)[0] / straight
+        blur = COMMUTATION * period.mean / resistance_ohm if resistance_ohm else 0.0
+        side = 1.0 if part.level > 0 else -1.0
+        return cls(side, bent * volts / (inductance_h * pwm_hz), losses, blur)
+
+    def lost(self, current: Floats) -> Floats:
+        """V (n,) less in the mean, signed like the terminals, at mean currents (n,)."""
+        along = self.side * current
+        lost = np.interp(along, self.amperes, self.volts)
+        bends = np.diff(np.diff(self.volts) / np.diff(self.amperes), prepend=0.0, append=0.0)
+        for bend, at in zip(bends, self.amperes, strict=True):
+            near = np.flatnonzero(np.abs(along - at) < FAR * self.blur)
+            lost[near] += bend * self.blur * _rounding((along[near] - at) / self.blur)
+        return np.asarray(self.side * lost)
+
+
+def _rounding(over: Floats) -> Floats:
+    """By how much the mean of max(x, 0) for x normal about ``over`` (n,) is above max(over, 0)."""
+    density = np.exp(-(over**2) / 2.0) / math.sqrt(2.0 * math.pi)
+    return np.asarray(density - np.abs(over) * 0.5 * (1.0 - _erf(np.abs(over) / math.sqrt(2.0))))
+
+
+@dataclass(frozen=True)
+class _Period:
+    """A PWM period in shares of itself: dead time, on part, dead time, off part.
+
+    ``levels``: volts at the motor in the on part and in the off part; ``carried``, in a dead time
+    while its current flows with the drive, and against it. Currents are in volts, to be divided by
+    the inductance over the period.
+    """
+
+    shares: Floats
+    levels: tuple[float, float]
+    carried: tuple[float, float]
+
+    @classmethod
+    def of(cls, rail: float, decay: Decay, duty: float, dead: float) -> _Period:
+        fast = decay == Decay.FAST  # the whole bridge changes over, through two diodes
+        drop = DIODE_DROPS_V if fast else DIODE_DROPS_V / 2
+        off = -rail if fast else 0.0
+        shares = np.array([dead, duty - dead, dead, 1.0 - duty - dead])
+        return cls(shares, (rail, off), (off - drop, rail + drop))
+
+    @property
+    def mean(self) -> float:
+        """V without dead time."""
+        duty = float(self.shares[0] + self.shares[1])
+        return duty * self.levels[0] + (1.0 - duty) * self.levels[1]
+
+    def turns(self) -> list[tuple[float, float]]:
+        """Mean current and loss, where the current passes zero at an end of a dead time.
+
+        First the highest current, in the second dead time, then the lowest, in the first.
+        """
+        ahead, against = self.carried
+        return [
+            self._at(against, against, 3),
+            self._at(against, None, 3),
+            self._at(against, ahead, 3),
+            self._at(against, ahead, 1),
+            self._at(None, ahead, 1),
+            self._at(ahead, ahead, 1),
+        ]
+
+    def _at(self, first: float | None, second: float | None, zero: int) -> tuple[float, float]:
+        """With these volts in the dead times (None: no current flows) and no current at the
+        beginning of share ``zero``.
+        """
+        shown = np.array([first or 0.0, self.levels[0], second or 0.0, self.levels[1]])
+        flows = np.array([first is not None, True, second is not None, True])
+        mean = float(self.shares[flows] @ shown[flows] / self.shares[flows].sum())
+        rises = np.where(flows, (shown - mean) * self.shares, 0.0)
+        ends = np.concatenate([[0.0], np.cumsum(rises)])
+        ends -= ends[zero]
+        return float(self.shares @ (ends[1:] + ends[:-1]) / 2), self.mean - mean
+
+
+def dead_time_loss(
+    capture: Capture,
+    parts: Sequence[Part],
+    current: Floats,
+    inductance_h: float,
+    resistance_ohm: float = 0.0,
+) -> Floats:
+    """V (count,) that the dead time takes from duty times supply, by the model's ``current``."""
+    lost = np.zeros(len(current))
+    for part in parts:
+        dead = DeadTime.of(capture, part, inductance_h, resistance_ohm)
+        if dead is not None:
+            lost[part.slice] = dead.lost(current[part.slice])
+    return lost
+
+
+def turning(
+    capture: Capture,
+    parts: Sequence[Part],
+    current: Floats,
+    inductance_h: float,
+    resistance_ohm: float,
+) -> Floats:
+    """V (count,) more for a unit by which the ripple turns the current at a smaller one, relative.
+
+    Taken over UNSURE to either side, as the loss falls too steeply for a derivative.
+    """
+    lost = np.zeros(len(current))
+    for part in parts:
+        dead = DeadTime.of(capture, part, inductance_h, resistance_ohm)
+        if dead is not None:
+            here = current[part.slice]
+            more, less = dead.lost(here * (1.0 + UNSURE)), dead.lost(here / (1.0 + UNSURE))
+            lost[part.slice] = (more - less) / (2.0 * UNSURE)
+    return lost

@@ -1,0 +1,97 @@
+"""What a bridge's dead time takes, against the simulated bridge, which shares nothing with it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from motorid.capture.model import SUPPLY, Capture, Channel, Wiring
+from motorid.estimate.dead_time import DeadTime, turning
+from motorid.estimate.timeline import Part
+from motorid.program import Decay, StepKind
+from motorid.sim.bench import Bench
+from motorid.sim.chain import draw_chain
+from motorid.sim.options import Options
+
+PWM_HZ, DEAD_S, RAIL_V = 20_000, 1e-6, 6.0
+OPTIONS = Options(
+    pwm=PWM_HZ, dead_time=DEAD_S, supply=RAIL_V, supply_resistance=1e-5, supply_capacitance=50.0,
+    bridge_resistance=0.0, heating=False, stiction=1.0,
+)  # fmt: skip
+
+
+def shown(duty: float, decay: Decay) -> tuple[np.ndarray, np.ndarray]:
+    """Mean current (n,) and the volts (n,) that are missing, as the motor comes up to speed."""
+    bench = Bench(OPTIONS, draw_chain(OPTIONS))
+    bench.command(StepKind.DRIVE_DUTY, duty, decay)
+    totals = [bench.integrals()]
+    for _ in range(1500):
+        bench.run(1)
+        totals.append(bench.integrals())
+    seconds, charge, flux, supply = np.array([np.subtract(b, a) for a, b in pairwise(totals)]).T
+    return charge / seconds, (duty * supply - flux) / seconds
+
+
+def bridge(duty: float, decay: Decay) -> tuple[Capture, Part]:
+    """A capture of that bridge as far as it is asked for here, and its driven part."""
+    count = 1500
+    one = Capture(
+        ticks=np.arange(count, dtype=np.int64) * 100,
+        clock_hz=1e6,
+        channels={SUPPLY: Channel(SUPPLY, "V", np.full(count, RAIL_V))},
+        wiring=Wiring(pwm_hz=PWM_HZ, dead_time_s=DEAD_S),
+    )
+    return one, Part(0, count, StepKind.DRIVE_DUTY, duty, decay)
+
+
+def model(duty: float, decay: Decay) -> DeadTime:
+    """What the fit takes the dead time for."""
+    motor = OPTIONS.preset
+    found = DeadTime.of(*bridge(duty, decay), motor.inductance_h, motor.resistance_ohm)
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize(
+    ("duty", "decay"),
+    [
+        (0.3, Decay.SYNCHRONOUS_SLOW),
+        (-0.7, Decay.SYNCHRONOUS_SLOW),
+        (0.5, Decay.FAST),
+        (-0.4, Decay.FAST),
+    ],
+)
+def test_the_loss_is_that_of_the_bridge_however_the_ripple_lies(duty: float, decay: Decay) -> None:
+    current, lost = shown(duty, decay)
+    found = model(duty, decay)
+    most = float(np.abs(found.volts).max())
+    along = np.sign(duty) * current
+    turned = along < found.amperes[4]
+    assert turned.sum() > 100  # the ripple comes to pass zero
+    late = np.arange(len(current)) > 20  # the supply's windows have settled
+    assert np.abs(found.lost(current) - lost)[late].mean() < 0.015 * most
+    assert np.abs(lost[late & (along > 1.3 * found.amperes[5])]).min() > 0.97 * most
+
+
+def test_a_current_that_turns_earlier_loses_less() -> None:
+    """The shape of what is unsure of it is the difference of the loss, and none far from there."""
+    duty = 0.5
+    one, part = bridge(duty, Decay.SYNCHRONOUS_SLOW)
+    motor, found = OPTIONS.preset, model(duty, Decay.SYNCHRONOUS_SLOW)
+    far, near = 3.0 * found.amperes[5], found.amperes[4]
+
+    def at(amperes: Sequence[float]) -> np.ndarray:
+        current = np.resize(np.asarray(amperes), 1500)
+        return turning(one, [part], current, motor.inductance_h, motor.resistance_ohm)
+
+    assert at([far])[0] == 0.0
+    assert at([near])[0] > 1.0 * found.volts[5]
+    assert at([0.0])[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_diodes_alone_need_no_dead_time() -> None:
+    assert DeadTime.of(*bridge(0.5, Decay.DIODE), 1e-3, 1.0) is None
+    assert DeadTime.of(*bridge(1.0, Decay.SYNCHRONOUS_SLOW), 1e-3, 1.0) is None
