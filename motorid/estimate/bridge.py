@@ -101,18 +101,33 @@ def stretch_of(
     in_time: bool = False,
 ) -> Stretch:
     """From ``start`` under a part's command, whose PWM begins in time or a dead time late."""
-    late_s = 0.0 if in_time else wiring.dead_time_s
     duty, swing = pwm_shape(part, float(np.mean(volts)), rail)
-    if part.decay == Decay.FAST and part.level < 0:  # it is the reversed part that begins late
-        longer = min(duty + late_s * wiring.pwm_hz, 1.0)
-        return Stretch(start, part.open, ohms, clamp_v, longer, swing)
-    left = duty - late_s * wiring.pwm_hz
-    if not 0.0 < left < duty < 1.0:
-        stops = part.discontinuous
-        return Stretch(start, part.open, ohms, clamp_v, duty, swing, discontinuous=stops)
-    if part.decay == Decay.SYNCHRONOUS_SLOW:
+    late_s, longer_s = _edges(wiring, part, swing, in_time) if 0.0 < duty < 1.0 else (0.0, 0.0)
+    left = duty + longer_s * wiring.pwm_hz
+    if not 0.0 < left < 1.0:
+        late_s, left = 0.0, duty
+    if part.decay == Decay.SYNCHRONOUS_SLOW and left:
         swing *= duty / left  # the level is the mean of what is left
-    return Stretch(start, part.open, ohms, clamp_v, left, swing, late_s)
+    stops = part.discontinuous
+    return Stretch(start, part.open, ohms, clamp_v, left, swing, late_s, discontinuous=stops)
+
+
+def _edges(wiring: Wiring, part: Part, swing_v: float, in_time: bool) -> tuple[float, float]:
+    """Seconds by which the dead time delays the on part, and by which it lengthens it.
+
+    A current against the coming switch keeps a diode conducting that long, whose drop then counts
+    like an earlier edge; one that ripple turns round meets the diode of the coming part.
+    """
+    if part.decay not in SWITCHED:
+        return 0.0, 0.0
+    drops = DIODE_DROPS_V if part.decay == Decay.FAST else DIODE_DROPS_V / 2
+    early = wiring.dead_time_s * drops / max(abs(swing_v), drops)
+    if in_time:
+        return -early, 0.0
+    whole = wiring.dead_time_s + 2 * early
+    if part.decay == Decay.FAST and part.level < 0:  # it is the reversed part that begins late
+        return -early, whole
+    return wiring.dead_time_s + early, -whole
 
 
 def switched_late(

@@ -26,10 +26,16 @@ wave make_wave(const mr_motor *p, const mr_stretch *s, double T)
     return w;
 }
 
-static double flowing_current(const wave *w, double t)
+/* Time since the on part began last. */
+static double since_on(const wave *w, double t)
 {
     t -= w->late;
-    if (t < 0.0) t += w->T;
+    return t < 0.0 ? t + w->T : t >= w->T ? t - w->T : t;
+}
+
+static double flowing_current(const wave *w, double t)
+{
+    t = since_on(w, t);
     if (t < w->on) return w->high + (w->a - w->high) * exp(-w->rate * t);
     return w->low + (w->b - w->low) * exp(-w->rate * (t - w->on));
 }
@@ -50,8 +56,7 @@ static double charge_from_on(const wave *w, double t)
 static double flowing_charge(const wave *w, double t)
 {
     if (w->late == 0.0) return charge_from_on(w, t);
-    t -= w->late;
-    return charge_from_on(w, t < 0.0 ? t + w->T : t) - charge_from_on(w, w->T - w->late);
+    return charge_from_on(w, since_on(w, t)) - charge_from_on(w, since_on(w, 0.0));
 }
 
 double wave_charge(const wave *w, double t)

@@ -11,7 +11,7 @@ typedef struct {
     double a, b;      /* at the start of the on part, of the off part */
     double rate;      /* Rt / L */
     double on, T;     /* s */
-    double late;      /* s, where the on part begins */
+    double late;      /* s, where the on part begins; below 0 it began before the period */
     int side;         /* way of a current that stops within the period; 0: it flows on */
     double against;   /* V against it in the off part */
     double Rt;
