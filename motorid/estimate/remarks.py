@@ -13,7 +13,9 @@ from motorid.estimate.conduction import unclear
 from motorid.estimate.identifiability import run_to_add
 from motorid.estimate.intervals import Findings, budget_shares
 from motorid.estimate.likelihood import Solution
+from motorid.estimate.loss import BENT, DROP
 from motorid.estimate.record import EMF, Measured, MotorRecord
+from motorid.estimate.supposed import variances as supposed_of
 from motorid.estimate.suspects.where import place
 from motorid.estimate.timeline import IRREGULAR
 from motorid.estimate.types import Diagnostic, Parameter
@@ -24,6 +26,7 @@ from motorid.segment import Segment
 Floats = NDArray[np.float64]
 
 LACK_OF_FIT = 1.5  # residuals in units of the declared noise
+HALF = 0.5  # of a variance, from which one cause is most of it
 COLOURED = 1.3  # widening of an interval that is worth saying
 INSEPARABLE = 0.98  # correlation
 WORTH_SEPARATING = 0.01  # relative statistical uncertainty
@@ -89,6 +92,7 @@ def diagnostics(
     out += _stopping(records)
     out += _statistics(found)
     out += _budget(found, parameters)
+    out += _brushes(found, records)
     pairs = _inseparable(found, parameters)
     out += _told_apart(pairs)
     unknown = [n for n, p in parameters.items() if p.status == "not_identifiable"]
@@ -96,6 +100,26 @@ def diagnostics(
     out += _run_to_add([n for n in parameters if n in doubtful], found.motor(), records)
     order = {"error": 0, "warning": 1, "info": 2}
     return tuple(sorted(out, key=lambda d: order[d.severity]))
+
+
+def _brushes(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic]:
+    """Where R is as uncertain as it is because nobody said what the brushes drop."""
+    if "R" not in found.names:
+        return []
+    k = found.names.index("R")
+    supposed = sum(float(supposed_of(found.solution, records, n)[k]) for n in (DROP, BENT))
+    instrument = sum(float(shift[k]) ** 2 for shift in found.causes.values())
+    if supposed <= HALF * (float(found.statistical.covariance[k, k]) + instrument):
+        return []
+    declared = all(record.capture.wiring.brush_drop_v is not None for record in records)
+    remedy = "add a level" if declared else "declare it (brush_drop_v of the rig), or add a level"
+    return [
+        Diagnostic(
+            "drop_or_resistance", "info",
+            "most of R's uncertainty is what its brushes may drop: at one level these data do not "
+            f"tell the two apart; {remedy}",
+        )
+    ]  # fmt: skip
 
 
 def _block(

@@ -1,0 +1,65 @@
+"""What a nuisance's prior gives of an uncertainty, and the sentence where it is most of R's."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import pytest
+
+from motorid.capture.model import Capture, Phase
+from motorid.estimate import fit, motor_fit
+from motorid.estimate.supposed import variances
+from motorid.program import Decay, Program, Step, StepKind
+from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+
+ALL_BUT_R = {name: value for name, value in FAULHABER.items() if name != "R"}
+
+
+@cache
+def run() -> Capture:
+    """Rest, one level, a coast."""
+    return noisy(clean_capture(FAULHABER, Plan(volts=(6.0,), count=4000)), 1, 5e-3, 1e-3, 5e-3)
+
+
+def steady() -> Capture:
+    """Its level alone, long after the start."""
+    first, last = 1000, 1760
+    whole = run()
+    step = Step(StepKind.DRIVE_VOLTS, 1.0, 6.0, Decay.SYNCHRONOUS_SLOW)
+    return replace(
+        whole,
+        ticks=whole.ticks[first:last] - whole.ticks[first],
+        channels={n: replace(c, raw=c.raw[first:last]) for n, c in whole.channels.items()},
+        program=Program((step,)),
+        phases=(Phase(0, 0),),
+    )
+
+
+def dropping(capture: Capture, volts: float, uncertainty_v: float) -> Capture:
+    wiring = replace(
+        capture.wiring, brush_drop_v=volts, brush_drop_uncertainty_v=uncertainty_v
+    )  # fmt: skip
+    return replace(capture, wiring=wiring)
+
+
+def test_a_prior_that_is_off_moves_the_answer_by_what_it_gives() -> None:
+    u = 1e-3
+    fits = [motor_fit.solved([dropping(run(), v, u)], {}, ()) for v in (0.01, 0.01 + u)]
+    records, solution = fits[0]
+    foretold = variances(solution, records, "voltage_loss")[0] ** 0.5 * solution.slopes[0]
+    assert abs(fits[1][1].values[0] - solution.values[0]) == pytest.approx(foretold, rel=0.1)
+
+
+def said(capture: Capture, **options: dict[str, float]) -> list[str]:
+    found = fit([capture], **options)
+    return [d.message for d in found.diagnostics if d.code == "drop_or_resistance"]
+
+
+def test_brushes_that_nobody_declared_are_named_where_they_are_most_of_the_resistance() -> None:
+    (sentence,) = said(steady(), fix=ALL_BUT_R)
+    assert "declare it (brush_drop_v of the rig), or add a level" in sentence
+    assert said(run()) == []  # the start from rest tells them apart
+    assert said(dropping(steady(), 0.0, 0.0), fix=ALL_BUT_R) == []
+    (sentence,) = said(dropping(steady(), 0.1, 0.05), fix=ALL_BUT_R)
+    assert "declare" not in sentence
