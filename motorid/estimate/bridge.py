@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,8 +109,8 @@ def stretch_of(
         late_s, left = 0.0, duty
     if part.decay == Decay.SYNCHRONOUS_SLOW and left:
         swing *= duty / left  # the level is the mean of what is left
-    stops = part.discontinuous
-    return Stretch(start, part.open, ohms, clamp_v, left, swing, late_s, discontinuous=stops)
+    known = Stretch(start, part.open, ohms, clamp_v, left, swing, late_s)
+    return replace(known, discontinuous=part.discontinuous, still=part.still)
 
 
 def _edges(wiring: Wiring, part: Part, swing_v: float, in_time: bool) -> tuple[float, float]:

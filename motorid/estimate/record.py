@@ -26,6 +26,7 @@ from motorid.estimate.loss import Flow, Loss
 from motorid.estimate.nuisance import nuisances, starts_at_rest
 from motorid.estimate.readings import EMF, Measured, read
 from motorid.estimate.solution import Block, Unknown
+from motorid.estimate.standstill import with_standstill
 from motorid.estimate.timeline import lay
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.unrest import Unrest
@@ -61,7 +62,7 @@ class MotorRecord:
         shape: Shape = JOINED,
     ) -> None:
         self.capture = capture
-        timeline = lay(capture)
+        timeline = with_standstill(capture, lay(capture))
         sensed = sense(capture, timeline, shape)
         if sensed is None:
             raise DataError("the capture holds no voltage: R, L and K cannot be known from it")

@@ -33,7 +33,7 @@ class Part:
     """Intervals ``start`` to ``stop`` (exclusive) under one command of the program.
 
     ``kind`` None: no program is known, and the motor is taken to be connected throughout.
-    ``discontinuous``: the current stops within every PWM period.
+    ``discontinuous``: the current stops within every PWM period. ``still``: the rotor stands.
     """
 
     start: int
@@ -42,6 +42,7 @@ class Part:
     level: float = 0.0
     decay: Decay = Decay.NONE
     discontinuous: bool = False
+    still: bool = False
 
     @property
     def open(self) -> bool:

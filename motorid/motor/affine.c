@@ -106,6 +106,8 @@ void enter_stretch(mode *m, const mr_stretch *s, double R, double *current)
     m->Rt = R + s->series;
     m->clamp = s->clamp;
     m->discontinuous = s->discontinuous;
+    m->still = s->still;
+    if (s->still) m->s = 0;
     if (!s->open) {
         m->circuit = DRIVEN;
     } else if (*current != 0.0 && s->clamp > 0.0) {

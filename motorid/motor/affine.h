@@ -20,6 +20,7 @@ typedef struct {
     double clamp;  /* V against a freewheeling current */
     double period; /* between samples, s: decides whether the inductance is resolvable */
     int discontinuous; /* the mean current follows the voltage without delay */
+    int still;         /* the rotor does not move */
 } mode;
 
 /* x(t) = P x + gv v + gc and its integral S x + hv v + hc, for x = (i, w) */
@@ -33,7 +34,8 @@ static inline double left_over(const mode *m, double current)
     return m->discontinuous ? 0.0 : current;
 }
 
-/* The circuit of a stretch that begins with that current, which an open bridge may cut. */
+/* The circuit of a stretch that begins with that current, which an open bridge may cut, and whether
+ * the rotor stands still in it. */
 void enter_stretch(mode *m, const mr_stretch *s, double R, double *current);
 
 /* Speed w after a jump, which neither starts, stops nor turns the motor. */

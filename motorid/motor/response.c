@@ -41,6 +41,7 @@ typedef enum { NO_EVENT, FRICTION, CURRENT_OUT } event;
 /* >= 0 while the mode lasts: it ends when the motion stops, the friction is overcome ... */
 static double friction_margin(const run *r, const state *x)
 {
+    if (r->mode.still) return 1.0;
     if (r->mode.s) return r->mode.s * x->w;
     return r->motor->T0 - fabs(r->motor->K * x->i);
 }
@@ -153,14 +154,14 @@ static void eventful_interval(run *r, int n)
 static int quiet_intervals(run *r, int n, int end)
 {
     const map m = r->step;
-    const int s = r->mode.s, freewheels = r->mode.circuit == FREEWHEEL;
+    const int s = r->mode.s, still = r->mode.still, freewheels = r->mode.circuit == FREEWHEEL;
     const double K = r->motor->K, T0 = r->motor->T0, fi = r->mode.fi;
     double *ti = r->track, *tw = ti + r->count, *tq = tw + r->count, *tth = tq + r->count;
     state x = r->x;
     for (; n < end; n++) {
         double v = freewheels ? -fi * r->mode.clamp : r->v[n];
         state y = apply(&m, &x, v);
-        if (s ? s * y.w < 0.0 : fabs(K * y.i) > T0) break;
+        if (s ? s * y.w < 0.0 : !still && fabs(K * y.i) > T0) break;
         if (freewheels && fi * y.i < 0.0) break;
         ti[n] = x.i, tw[n] = x.w, tq[n] = x.q, tth[n] = x.th;
         x = y;
@@ -209,7 +210,7 @@ static void walk(run *r, const mr_stretch *stretches, int n_stretches)
         r->taps.first = n, r->taps.end = end;
         r->x.i = left_over(&r->mode, r->x.i) + change_wave(&r->taps, r->motor, &stretches[k]);
         enter_stretch(&r->mode, &stretches[k], r->motor->R, &r->x.i);
-        r->x.w = kicked(r->x.w, stretches[k].kick);
+        r->x.w = stretches[k].still ? 0.0 : kicked(r->x.w, stretches[k].kick);
         while (n < end) {
             prepare_maps(r);
             int quiet = quiet_intervals(r, n, end);
@@ -238,6 +239,7 @@ int mr_response(const mr_motor *motor, double period, double pwm_period, int cou
     r.x.i = initial[0], r.x.w = initial[1], r.x.q = 0.0, r.x.th = initial[2];
     r.mode.s = (r.x.w > 0) - (r.x.w < 0);
     r.mode.fi = 0.0, r.mode.period = period, r.mode.discontinuous = 0;
+    r.mode.still = 0;
     if (place_taps(&r.taps, period, pwm_period, count, &r.x, outputs, n_outputs,
                    work + (size_t)4 * count))
         return -1;

@@ -30,6 +30,7 @@ typedef struct {
     double kick;   /* rad/s, by which the speed jumps at the start if it turns; never a reversal */
     int discontinuous; /* 1: the current stops within every PWM period, so that its mean follows
                         * the voltage without delay, whatever the inductance */
+    int still;     /* 1: the rotor does not move, whatever the torque */
 } mr_stretch;
 
 enum { MR_CURRENT, MR_SPEED, MR_POSITION };

@@ -59,6 +59,7 @@ class Stretch:
     ``late_s``: dead time that delays the on part, of which ``duty`` is what is left.
     ``kick_rad_s``: by which a motor that turns changes its speed at the start, never its direction.
     ``discontinuous``: the current stops within every PWM period, so that its mean has no memory.
+    ``still``: the rotor does not move, whatever the torque.
     """
 
     start: int
@@ -70,6 +71,7 @@ class Stretch:
     late_s: float = 0.0
     kick_rad_s: float = 0.0
     discontinuous: bool = False
+    still: bool = False
 
 
 class Response:
@@ -123,6 +125,7 @@ class Response:
                     s.late_s,
                     s.kick_rad_s,
                     s.discontinuous,
+                    s.still,
                 )
                 for s in stretches
             ],

@@ -17,6 +17,7 @@ static double margin(const wide_run *r, const wide_state *x, event e)
 {
     const mode *m = &r->now.mode;
     if (e == CURRENT_OUT) return m->circuit == FREEWHEEL ? m->fi * x->x[WI] : 0.0;
+    if (m->still) return 1.0;
     if (m->s) return m->s * x->x[WW];
     const double torque = wide_push(r, x);
     return wide_breakaway(r->motor, torque) - fabs(torque);
@@ -172,6 +173,7 @@ static void begin_stretch(wide_run *r, const mr_stretch *s)
         r->now.x.x[WI] = (r->v[s->start] - emf) / r->now.mode.Rt;
     r->now.x.x[WW] = kicked(r->now.x.x[WW], s->kick);
     r->now.x.x[WLOAD] = kicked(r->now.x.x[WLOAD], s->kick);
+    if (s->still) r->now.x.x[WW] = r->now.x.x[WLOAD] = 0.0;
     for (int l = 0; l <= FINEST + 1; l++) r->levels[l].made = 0;
 }
 

@@ -207,6 +207,21 @@ def test_a_current_that_stops_agrees_with_switching(phase: float, aperture: floa
     np.testing.assert_allclose(mirrored, -averaged, atol=1e-12)
 
 
+def test_a_rotor_that_stands_is_a_winding_and_no_more() -> None:
+    R, L, K, *_, T0 = FAULHABER
+    h, volts = 2e-5, np.r_[0.0, np.full(199, 2.0)]
+    outputs = [Output(Quantity.CURRENT), Output(Quantity.SPEED)]
+    plan = [Stretch(1, still=True), Stretch(100)]
+    current, speed = Response(h, volts, outputs, plan)(FAULHABER)
+    rise = 2.0 / R * (1 - np.exp(-R / L * h * np.arange(100)))
+    assert K * rise[-1] > 5 * T0  # it would have moved
+    np.testing.assert_allclose(current[:100], rise, rtol=1e-9)
+    assert not speed[:100].any()
+    assert speed[101] > 0.0
+    late = Response(h, volts[:101], outputs)(FAULHABER, (rise[-1], 0.0, 0.0))
+    np.testing.assert_allclose([current[100:], speed[100:]], late[:, 1:101], rtol=1e-9)
+
+
 def test_initial_state_is_held_before_the_record() -> None:
     y = Response(1e-3, np.zeros(5), [Output(Quantity.POSITION, 0.0, 2e-3)], [Stretch(0, True)])(
         (1.0, 0.0, 0.01, 0.0, 1e-5, 0.0), (0.0, 3.0, 1.0)

@@ -93,6 +93,13 @@ def test_a_current_that_stops_has_no_memory_in_the_wide_response_either() -> Non
     np.testing.assert_allclose(wide, six, atol=2e-3 * np.abs(six).max(axis=1).min())
 
 
+def test_a_rotor_that_stands_does_so_in_the_wide_response_too() -> None:
+    plan = [Stretch(0, True), Stretch(5, still=True), Stretch(40), Stretch(160, True, clamp_v=7.0)]
+    six = Response(PERIOD_S, VOLTS, READINGS, plan)(tuple(MOTOR.values()))
+    wide = WideResponse(PERIOD_S, VOLTS, READINGS, plan)(vector())
+    np.testing.assert_allclose(wide, six, rtol=1e-9, atol=1e-9 * np.abs(six).max())
+
+
 def test_stiction_holds_until_it_is_overcome() -> None:
     """K i rises with L/R: motion begins where it passes T0 and stiction, not T0 alone."""
     v = np.concatenate([np.zeros(2), np.full(198, 0.15)])
