@@ -31,6 +31,7 @@ ROOM = Path(__file__).parent
 FIRMWARE = ROOM.parent
 BUILD = FIRMWARE / "build"
 CHIPS = {"uno": "atmega328p", "mega": "atmega2560"}
+COMPILERS = ("gcc", "clang")
 SHUNTS_OHM = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
 DIVIDERS = (4, 8, 16)
 SHUNT_GAIN, REFERENCE_V, FILTER_S, CURRENT_FILTER_S = 20.0, 4.096, 58.75e-6, 22e-6
@@ -59,6 +60,7 @@ class Setting:
     shunt_ohm: float
     divider: int
     defines: str = ""  # further -D for the firmware
+    compiler: str = "gcc"  # or clang, the second one
 
 
 def parse(url: str) -> Setting:
@@ -68,7 +70,7 @@ def parse(url: str) -> Setting:
     if board not in CHIPS:
         raise UsageError(f"{url}: write emu://uno?motor=… or emu://mega?motor=…")
     pairs = parse_qsl(parts.query, keep_blank_values=True)
-    own = {k: v for k, v in pairs if k in ("shunt", "divider", "defines")}
+    own = {k: v for k, v in pairs if k in ("shunt", "divider", "defines", "compiler")}
     rest = [(k, v) for k, v in pairs if k not in own]
     if bad := sorted(FORBIDDEN & {k for k, _ in rest}):
         raise UsageError(f"{url}: {bad[0]} is the firmware's own here; see docs/emulated-rig.md")
@@ -86,7 +88,10 @@ def parse(url: str) -> Setting:
         divider = int(own["divider"]) if "divider" in own else (reach or [DIVIDERS[-1]])[0]
     except ValueError:
         raise UsageError(f"{url}: shunt is in ohm, divider a whole number") from None
-    return Setting(board, options, shunt, divider, own.get("defines", ""))
+    compiler = own.get("compiler", "gcc")
+    if compiler not in COMPILERS:
+        raise UsageError(f"{url}: the firmware's compiler is {' or '.join(COMPILERS)}")
+    return Setting(board, options, shunt, divider, own.get("defines", ""), compiler)
 
 
 # ---------------------------------------------------------------- building
@@ -102,9 +107,11 @@ def _make(folder: Path, *arguments: str) -> None:
         raise RigError(f"emu://: building {folder.name} failed: {why[:200]}")
 
 
-def missing() -> str:
-    """What an emulated board lacks here, or nothing."""
-    for tool, package in (("avr-gcc", "gcc-avr and avr-libc"), ("gcc", "gcc"), ("make", "make")):
+def missing(compiler: str = "gcc") -> str:
+    """What a board emulated with that compiler's firmware lacks here, or nothing."""
+    second = (("clang", "clang"),) if compiler == "clang" else ()
+    always = (("avr-gcc", "gcc-avr and avr-libc"), ("gcc", "gcc"), ("make", "make"))
+    for tool, package in (*always, *second):
         if shutil.which(tool) is None:
             return f"{tool} is not installed (Debian: {package})"
     if not any(
@@ -127,7 +134,7 @@ def _alone() -> Iterator[None]:
 
 def build(setting: Setting) -> tuple[Path, Path]:
     """Emulator and ELF, built when they are not up to date. Raises RigError."""
-    if lack := missing():
+    if lack := missing(setting.compiler):
         raise RigError(f"emu://: {lack}")
     with _alone():
         return _build(setting)
@@ -137,8 +144,10 @@ def _build(setting: Setting) -> tuple[Path, Path]:
     _make(ROOM, f"OUT={BUILD / 'emulator'}")
     shield = f"-DSHUNT_OHM={setting.shunt_ohm!r}f -DDIVIDER={setting.divider}.0f {setting.defines}"
     tag = "".join(c if c.isalnum() or c in "._" else "-" for c in shield.replace("-D", ""))
-    folder = BUILD / f"emu-{setting.board}-{tag.strip('-')}"
-    _make(FIRMWARE / "ports" / "avr", f"BOARD={setting.board}", f"OUT={folder}", f"SHIELD={shield}")
+    second = "" if setting.compiler == "gcc" else f"-{setting.compiler}"
+    folder = BUILD / f"emu-{setting.board}{second}-{tag.strip('-')}"
+    choice = f"BOARD={setting.board}", f"COMPILER={setting.compiler}"
+    _make(FIRMWARE / "ports" / "avr", *choice, f"OUT={folder}", f"SHIELD={shield}")
     return BUILD / "emulator" / "emulator", folder / f"motorid-{setting.board}.elf"
 
 

@@ -88,10 +88,8 @@ class Window:
 
         ``since_s`` (n,): how long after the command its interval ended.
         """
-        tau, end = (
-            self.filter_s,
-            since_s - (self.delay_s - self.lag * self.period_s - self.filter_s),
-        )
+        tau, late = self.filter_s, self.delay_s - self.lag * self.period_s
+        end = since_s - (late - tau)
         begin = end - self.aperture_s
         if not self.aperture_s:
             return np.asarray(np.exp(-np.maximum(end, 0.0) / tau))

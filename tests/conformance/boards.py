@@ -234,11 +234,19 @@ class HostBoard:
         self.port.close()
 
 
-@lru_cache(maxsize=1)
-def emulator_lacks() -> str:
+@cache
+def emulator_lacks(compiler: str = "gcc") -> str:
     """What keeps a board from being emulated here, or nothing."""
     path = FIRMWARE / "emulator" / "emu.py"
-    return str(module_of(path).missing()) if path.exists() else "there is no firmware/emulator"
+    if not path.exists():
+        return "there is no firmware/emulator"
+    return str(module_of(path).missing(compiler))
+
+
+def compiled(name: str) -> tuple[str, str]:
+    """The board of an emulated one's name, and its compiler."""
+    chip, _, compiler = name.partition("-")
+    return chip, compiler or "gcc"
 
 
 # what that register says of each reset cause, by the data sheet
@@ -251,15 +259,20 @@ MCUSR = {
 
 
 class EmulatedBoard:
-    """The firmware that a real board is flashed with, on an emulated processor."""
+    """The firmware that a real board is flashed with, on an emulated processor.
+
+    "uno-clang" is the Uno with the second compiler's firmware.
+    """
 
     traits = frozenset({"fresh", "exact", "bridge", "reset", "driver"})
 
     def __init__(self, name: str, **options: Any) -> None:
         self.name = name
-        pairs = "&".join(f"{key}={value}" for key, value in {"speed": "max", **options}.items())
+        chip, compiler = compiled(name)
+        given = {"speed": "max", "compiler": compiler, **options}
+        pairs = "&".join(f"{key}={value}" for key, value in given.items())
         with building():
-            self.port: Any = open_port(f"emu://{name}?{pairs}")
+            self.port: Any = open_port(f"emu://{chip}?{pairs}")
 
     def is_open(self) -> bool:
         return not self.port.board.facts()["enabled"]
@@ -302,7 +315,7 @@ class DeviceBoard:
         self.port.close()
 
 
-NAMES = ("sim", "host", "uno", "mega", "device")
+NAMES = ("sim", "host", "uno", "mega", "uno-clang", "device")
 
 
 def open_board(name: str, device: str | None, **options: Any) -> Board:
@@ -315,7 +328,7 @@ def open_board(name: str, device: str | None, **options: Any) -> Board:
         if device is None:
             pytest.skip("no device: give --device PORT to test a real board")
         return DeviceBoard(device)
-    if lack := emulator_lacks():
+    if lack := emulator_lacks(compiled(name)[1]):
         pytest.skip(f"no emulated {name}: {lack}")
     return EmulatedBoard(name, **options)
 

@@ -15,6 +15,7 @@ NAMES = ("R", "L", "K", "B", "J", "T0")
 MOST = {"R": 0.02, "L": 0.05, "K": 0.02, "B": 0.05, "J": 0.02, "T0": 0.05}
 COUNTS_PER_TURN = 256
 SURE = 1.96
+EXACT = "&gain_error=0&voltage_gain_error=0&offset_error=0&clock_ppm=0&noise=0.3"
 
 
 @dataclass(frozen=True)
@@ -36,12 +37,15 @@ class Figure:
         return self.half / self.truth
 
 
-def rig_text(board: str, motor: str, seed: int) -> str:
-    """A rig file: the motor does not warm up, so that R and K have one true value each."""
+def rig_text(board: str, motor: str, seed: int, more: str = "") -> str:
+    """A rig file: the motor does not warm up, so that R and K have one true value each.
+
+    ``more``: further options of the URL.
+    """
     name, m = find_motor(motor)
     scheme = "sim://" if board == "sim" else f"emu://{board}"
     options = f"motor={name}&heating=0&ambient=25&counts_per_turn={COUNTS_PER_TURN}&seed={seed}"
-    options += "&speed=max"
+    options += f"{more}&speed=max"
     return f"""
 name = "{board}-{name}"
 port = "{scheme}?{options}"
@@ -86,10 +90,12 @@ def truth(motor: str) -> dict[str, float]:
     return dict(zip(NAMES, values, strict=True))
 
 
-def identify(folder: Path, board: str, motor: str, seed: int = 1) -> dict[str, Figure]:
-    """Capture one run and fit it, as ``motorid run`` does."""
+def identify(
+    folder: Path, board: str, motor: str, seed: int = 1, more: str = ""
+) -> dict[str, Figure]:
+    """Capture one run and fit it, as ``motorid run`` does; ``more`` as in ``rig_text``."""
     path = folder / f"{board}-{motor}.toml"
-    path.write_text(rig_text(board, motor, seed), encoding="utf-8")
+    path.write_text(rig_text(board, motor, seed, more), encoding="utf-8")
     (capture,) = capture_runs(bench(str(path)), folder / f"{board}-{motor}.h5")
     found = motorid.fit(capture).parameters
     return {

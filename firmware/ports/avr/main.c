@@ -1,13 +1,13 @@
 /* main.c: the board as the core sees it. */
 #include <avr/interrupt.h>
 #include <avr/sleep.h>
-#include <avr/wdt.h>
 
 #include "board.h"
 #include "chip.h"
 #include "port.h"
 #include "shield.h"
 #include "timing.h"
+#include "watchdog.h"
 
 static port_lock lock(void) {
     const port_lock before = SREG;
@@ -66,7 +66,7 @@ int main(void) {
     core_init();
     sampling_begin();
     SMCR = _BV(SE); /* idle: everything but the processor's own clock goes on */
-    wdt_enable(WDTO_250MS);
+    watchdog_start();
     sei();
     for (;;) {
         if (!core_poll()) {
@@ -74,7 +74,7 @@ int main(void) {
         }
         if (sampling_has_news()) { /* not what a host sends keeps the watchdog quiet, but samples */
             sampling_forget_news();
-            wdt_reset();
+            watchdog_calm();
         }
     }
 }
