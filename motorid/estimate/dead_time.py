@@ -33,6 +33,7 @@ Floats = NDArray[np.float64]
 UNSURE = 0.06  # of the current at which the ripple turns round: its relative standard uncertainty
 COMMUTATION = 0.0015  # of the back-EMF: what is left of a commutator's ripple over a PWM period
 FAR = 4.0  # standard deviations beyond which nothing is blurred
+PLACES = (np.arange(32) + 0.5) / 32  # of an interval
 _erf = np.vectorize(math.erf, otypes=[float])
 
 
@@ -146,13 +147,27 @@ def dead_time_loss(
     inductance_h: float,
     resistance_ohm: float = 0.0,
 ) -> Floats:
-    """V (count,) that the dead time takes from duty times supply, by the model's ``current``."""
+    """V (count,) that the dead time takes from duty times supply, by the model's ``current``.
+
+    That is the mean (count,) over every interval; in the first of a part it comes from the one
+    before, and may pass zero on its way.
+    """
     lost = np.zeros(len(current))
     for part in parts:
         dead = DeadTime.of(capture, part, inductance_h, resistance_ohm)
         if dead is not None:
             lost[part.slice] = dead.lost(current[part.slice])
+            if part.start and resistance_ohm:
+                before, mean = current[part.start - 1 : part.start + 1]
+                tau = inductance_h / resistance_ohm / capture.period_s
+                lost[part.start] = float(np.mean(dead.lost(_rise(before, mean, tau))))
     return lost
+
+
+def _rise(before: float, mean: float, tau: float) -> Floats:
+    """A current at PLACES of an interval of that mean, from ``before``; ``tau`` in intervals."""
+    rest = np.exp(-PLACES / tau)
+    return np.asarray(before + (mean - before) * (1.0 - rest) / (1.0 - rest.mean()))
 
 
 def turning(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from motorid.capture.model import SUPPLY, Capture, Channel, Wiring
-from motorid.estimate.dead_time import DeadTime, turning
+from motorid.estimate.dead_time import DeadTime, dead_time_loss, turning
 from motorid.estimate.timeline import Part
 from motorid.program import Decay, StepKind
 from motorid.sim.bench import Bench
@@ -74,6 +75,18 @@ def test_the_loss_is_that_of_the_bridge_however_the_ripple_lies(duty: float, dec
     late = np.arange(len(current)) > 20  # the supply's windows have settled
     assert np.abs(found.lost(current) - lost)[late].mean() < 0.015 * most
     assert np.abs(lost[late & (along > 1.3 * found.amperes[5])]).min() > 0.97 * most
+
+
+@pytest.mark.parametrize("duty", [0.3, 0.5])
+def test_a_current_that_rises_from_rest_loses_less_in_its_first_interval(duty: float) -> None:
+    """The whole bridge changes over, which costs nothing until the ripple turns no more."""
+    current, lost = shown(duty, Decay.FAST)
+    one, part = bridge(duty, Decay.FAST)
+    after_rest = np.concatenate([[0.0], current[:-1]])
+    motor, driven = OPTIONS.preset, replace(part, start=1)
+    found = dead_time_loss(one, [driven], after_rest, motor.inductance_h, motor.resistance_ohm)
+    settled = model(duty, Decay.FAST).lost(current[:1])[0]
+    assert abs(found[1] - lost[0]) < 0.5 * abs(settled - lost[0])
 
 
 def test_a_current_that_turns_earlier_loses_less() -> None:
