@@ -90,6 +90,7 @@ def diagnostics(
         out += _data(record, where)
     out += [_coloured(name, rhos) for name, rhos in coloured.items() if rhos]
     out += _stopping(records)
+    out += _standing(records)
     out += _statistics(found)
     out += _budget(found, parameters)
     out += _brushes(found, records)
@@ -238,6 +239,21 @@ def _stopping(records: Sequence[MotorRecord]) -> list[Diagnostic]:
             f"the driven time (levels {', '.join(f'{level:.3g}' for level in levels)}): there its "
             f"mean tells nothing of L{left_out}. A level at full duty, synchronous decay or a "
             "faster PWM would tell more of L",
+        )
+    ]  # fmt: skip
+
+
+def _standing(records: Sequence[MotorRecord]) -> list[Diagnostic]:
+    """Where the motor was driven and did not move."""
+    parts = [part for record in records for part in record.timeline.parts if part.still]
+    if not parts:
+        return []
+    levels = ", ".join(f"{level:.3g}" for level in sorted({part.level for part in parts}))
+    return [
+        Diagnostic(
+            "standstill", "info",
+            f"the motor stands still at levels {levels}, and the fit lets it: breakaway or cogging "
+            "may hold it against more than T0. Such a part tells nothing of K, B, J and T0",
         )
     ]  # fmt: skip
 

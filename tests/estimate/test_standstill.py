@@ -35,6 +35,9 @@ def test_a_motor_that_stands_while_driven_is_told_to(tmp_path: Path) -> None:
     parts = with_standstill(capture, lay(capture)).parts
     assert [part.still for part in parts] == [False, True, False, False, False]
     estimate = fit([capture])
+    said = [d.message for d in estimate.diagnostics if d.code == "standstill"]
+    assert len(said) == 1
+    assert f"stands still at levels {parts[1].level:.3g}," in said[0]
     for name, share in (("R", 0.01), ("J", 0.02), ("B", 0.05), ("T0", 0.05)):
         assert abs(estimate.parameters[name].value / true[name] - 1) < share, name  # type: ignore[operator]
 
