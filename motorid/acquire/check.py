@@ -55,7 +55,7 @@ def check_signs(
     Raises RigError with what to do: the motor does not move, encoder or current reversed, current
     sensor dead or saturated, sense wires missing or swapped.
     """
-    pulse = None
+    pulse = braked = None
     for duty in _duties(rig, supply_v):
         pulse = weak_pulse(board, rig, config, zero, stop, duty, supply_v)
         if pulse is None:
@@ -63,15 +63,20 @@ def check_signs(
         judge_sensors(rig, pulse)
         if abs(pulse.counts) >= MOVED:
             _judge_encoder(rig, pulse)
-            told = reads_means(board)
-            if told:
+            found = asdict(pulse) | {"resistance_bound_ohm": _bound(pulse)}
+            if reads_means(board):
                 _judge_current(pulse)
+                board.wait_for_rest()
+                return found
             board.wait_for_rest()
-            if not told and not _brakes(board, rig, config, zero, stop, pulse):
+            braked = weak_pulse(board, rig, config, zero, stop, duty, supply_v, braking=True)
+            if braked is None:
                 return {}
-            return asdict(pulse) | {"resistance_bound_ohm": _bound(pulse)}
+            if _brakes(braked):
+                board.wait_for_rest()
+                return found
         board.wait_for_rest()
-    raise RigError(_why_still(pulse))
+    raise RigError(_why_still(pulse) if braked is None else _why_dead(braked))
 
 
 def check_supply(board: Board, rig: Rig) -> float:
@@ -227,32 +232,24 @@ def reads_means(board: Board) -> bool:
     return bool(whole and fact["kind"] == ChannelKind.MEAN)
 
 
-def _brakes(
-    board: Board, rig: Rig, config: Fields, zero: Fields, stop: Stop, driven: Pulse
-) -> bool:
-    """Judges a current that is read over part of a PWM period: the braking one knows no ripple.
+def _brakes(pulse: Pulse) -> bool:
+    """Whether current flows while the motor brakes. It knows no ripple, whatever part is read.
 
-    False when the user stopped it.
+    Raises RigError where it flows the wrong way.
     """
-    if driven.current_a is None:
-        return True
-    supply_v = driven.volts / driven.duty
-    pulse = weak_pulse(board, rig, config, zero, stop, driven.duty, supply_v, braking=True)
-    if pulse is None:
-        return False
-    board.wait_for_rest()
-    if not pulse.draws:
-        raise RigError(
-            f"the current sensor reads {driven.current_a:.3g} A while the motor turns at "
-            f"{driven.duty:.0%} duty, and {pulse.current_a:.3g} A while it is braked: it is dead "
-            "or not in the motor's line"
-        )
-    if pulse.current_a is not None and pulse.current_a > 0:
+    if pulse.draws and (pulse.current_a or 0.0) > 0.0:
         raise RigError(
             f"the current reads {pulse.current_a:.3g} A while the motor is braked from a positive "
             "speed: the sensor is reversed; swap its two wires"
         )
-    return True
+    return pulse.draws or pulse.current_a is None
+
+
+def _why_dead(braked: Pulse) -> str:
+    return (
+        f"the motor turns at {braked.duty:.0%} duty, but the current sensor reads "
+        f"{braked.current_a:.3g} A while it is braked: it is dead or not in the motor's line"
+    )
 
 
 def _judge_encoder(rig: Rig, pulse: Pulse) -> None:
