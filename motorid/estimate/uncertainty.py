@@ -48,8 +48,9 @@ class Statistical:
 def covariance_of(information: Floats) -> Floats:
     """Inverse that grows without end, and never vanishes, along directions nobody can see."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), NOTHING))
-    values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
-    inverse = (vectors / np.maximum(values, FLOOR * max(float(values[-1]), 1e-300))) @ vectors.T
+    # rounding may leave less than nothing of what nuisances explain: no correlation is beyond 1
+    values, vectors = np.linalg.eigh(np.clip(information * scale[:, None] * scale, -1.0, 1.0))
+    inverse = (vectors / np.maximum(values, FLOOR * max(float(values[-1]), 1.0))) @ vectors.T
     return np.asarray(inverse * np.outer(scale, scale))
 
 

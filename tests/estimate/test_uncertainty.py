@@ -12,6 +12,7 @@ from motorid.estimate.likelihood import Block, Solution, Unknown, maximise
 from motorid.estimate.uncertainty import (
     Statistical,
     autoregression,
+    covariance_of,
     power,
     statistical,
     whitener,
@@ -115,3 +116,23 @@ def test_what_instruments_share_needs_no_student_factor(instrument: float, freed
     spread = Statistical(np.eye(1), np.array([2.0]), coloured=1.0, between_runs=True)
     found = Findings(solve(np.zeros(9)), spread, {"gain": np.array([instrument])}, {}, ())
     assert found.propagate(np.ones(1)) == pytest.approx((1.0, instrument, freedom))
+
+
+@pytest.mark.parametrize(
+    "information",
+    [
+        np.zeros((2, 2)),
+        np.array([[1e-120, 0.0], [0.0, 4.0]]),
+        np.array([[-1e-9, 3e180], [3e180, 4.0]]),  # what rounding may leave of a huge one
+    ],
+)
+def test_what_nobody_can_see_has_a_large_variance_that_is_still_a_number(
+    information: np.ndarray,
+) -> None:
+    with np.errstate(over="raise", invalid="raise", divide="raise"):
+        found = covariance_of(information)
+        squared = found @ np.eye(2) @ found
+    assert np.isfinite(squared).all()
+    assert found[0, 0] > 1e90
+    if information[0, 1] == 0.0 and information[1, 1]:
+        assert found[1, 1] == pytest.approx(0.25)
