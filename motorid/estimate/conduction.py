@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture, Channel
 from motorid.errors import DataError
-from motorid.estimate.bridge import DIODE_DROPS_V, signed_duty, supply_voltage
+from motorid.estimate.bridge import DIODE_DROPS_V, ripple, signed_duty, supply_voltage
 from motorid.estimate.timeline import Part, Timeline
 from motorid.estimate.voltage import Sense, smoothed
 from motorid.program import Decay
@@ -27,6 +27,7 @@ Bools = NDArray[np.bool_]
 
 NEAR = 0.05  # of the supply, by which drops and sags may move the voltage of a current that flows
 CLEAR = 0.01  # of the supply, by which it has risen for certain
+MOST = 3.0  # times the mean at which a pulse just fills its period: a current that flows on
 HALF = 4  # samples on either side, of a mean
 WHOLE = 1e-3  # of a PWM period, by which an aperture may miss a whole number of them
 
@@ -79,6 +80,31 @@ def divided(capture: Capture, timeline: Timeline, sensed: Sense) -> Timeline:
             parts.append(replace(part, stop=edge))
         if edge < part.stop:
             parts.append(replace(part, start=edge, discontinuous=True))
+    return replace(timeline, parts=tuple(parts))
+
+
+def confirmed(
+    capture: Capture, timeline: Timeline, inductance_h: float, resistance_ohm: float
+) -> Timeline:
+    """With those parts taken back whose current is more than pulses could be, by this inductance.
+
+    A drop that nobody knows may look like the rise of the voltage.
+    """
+    channel = capture.get(CURRENT)
+    if channel is None or not timeline.stopped.any():
+        return timeline
+    size = np.abs(timeline.spread(channel.values))
+
+    def stops(part: Part) -> bool:
+        here = size[part.slice]
+        most = MOST * ripple(capture, part, inductance_h, resistance_ohm)[0]
+        known = here[np.isfinite(here)]
+        return not (most and len(known)) or float(np.median(known)) < most
+
+    parts = (
+        replace(p, discontinuous=False) if p.discontinuous and not stops(p) else p
+        for p in timeline.parts
+    )
     return replace(timeline, parts=tuple(parts))
 
 

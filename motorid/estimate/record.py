@@ -20,7 +20,7 @@ from motorid.estimate.bridge import (
     supply_voltage,
     switched_late,
 )
-from motorid.estimate.conduction import divided
+from motorid.estimate.conduction import confirmed, divided
 from motorid.estimate.dead_time import dead_time_loss, turning
 from motorid.estimate.loss import Flow, Loss
 from motorid.estimate.nuisance import nuisances, starts_at_rest
@@ -170,6 +170,7 @@ class MotorRecord:
         current = window.current(np.array(rows), mean, self.timeline)
         self.simulated += 1
         resistance, inductance = (float(v) for v in self.motor(shared)[:2])
+        self.timeline = confirmed(self.capture, self.timeline, inductance, resistance)
         self._lose(mean, shared, own)
         parts = self.timeline.parts
         self.switched_late = tuple(

@@ -9,7 +9,8 @@ import pytest
 
 from motorid.capture.model import CURRENT, Channel, Wiring
 from motorid.errors import DataError
-from motorid.estimate.conduction import divided, stops_from, unclear
+from motorid.estimate.bridge import ripple
+from motorid.estimate.conduction import confirmed, divided, stops_from, unclear
 from motorid.estimate.timeline import Part, Timeline
 from motorid.estimate.voltage import Sense
 from motorid.program import Decay, StepKind
@@ -78,3 +79,18 @@ def test_duty_times_supply_is_refused_with_diodes() -> None:
         divided(capture, line(DIODE), commanded)
     for other in (replace(DIODE, level=1.0), replace(DIODE, decay=Decay.FAST)):
         assert divided(capture, line(other), commanded).parts == (other,)
+
+
+@pytest.mark.parametrize(("times", "stays"), [(0.5, True), (10.0, False)])
+def test_a_current_too_large_for_pulses_flows_on(times: float, stays: bool) -> None:
+    L, R = 1e-3, 2.0
+    wiring = Wiring(supply_voltage_v=SUPPLY, pwm_hz=20e3)
+    capture = replace(clean_capture(FAULHABER), wiring=wiring)
+    count = len(capture)
+    below, _ = ripple(capture, DIODE, L, R)
+    raw = np.full(count, round(-times * below / 1e-4), dtype=np.int64)
+    capture = replace(capture, channels={CURRENT: Channel(CURRENT, "A", raw, 1e-4)})
+    stopped = replace(DIODE, stop=count, discontinuous=True)
+    timeline = Timeline(1e-4, count, np.arange(count), (stopped,), 0.0)
+    (part,) = confirmed(capture, timeline, L, R).parts
+    assert part.discontinuous is stays
