@@ -155,7 +155,7 @@ def test_a_board_is_flashed_and_answers(
         told = avrdude(tmp_path, monkeypatch, body)
         assert run(["flash", "--port", port, "--board", "uno", "--hex", str(uno_hex)]) == 0
     assert told.read_text().split("\n") == flash.command(port, "uno", uno_hex)[1:]
-    assert "protocol 1.1" in capsys.readouterr().out
+    assert "protocol 1.2" in capsys.readouterr().out
 
 
 @posix
