@@ -167,7 +167,7 @@ static void begin_stretch(wide_run *r, const mr_stretch *s)
 {
     const double emf = r->motor->K * (1.0 + r->motor->emf) * r->now.x.x[WW];
     r->now.x.x[WI] = left_over(&r->now.mode, r->now.x.x[WI]) + change_wave(&r->taps, &r->six, s);
-    r->ripple = wide_ripple(&r->taps.wave);
+    r->swing = 0.5 * fabs(r->taps.wave.b - r->taps.wave.a);
     enter_stretch(&r->now.mode, s, r->motor->R, &r->now.x.x[WI]);
     if (s->discontinuous)
         r->now.x.x[WI] = (r->v[s->start] - emf) / r->now.mode.Rt;

@@ -12,47 +12,12 @@ double wide_coulomb(const mw_motor *p, int s)
     return s * p->T0 * (1.0 + p->asymmetry * s);
 }
 
-/* Current about its mean, `t` seconds into a period that begins with its on part. */
-static double about_mean(const wave *w, double t)
+/* i / sqrt(i^2 + knee^2), mean over a triangular ripple of half the width `swing`. */
+static double smooth_sign(double i, double knee, double swing)
 {
-    if (t < w->on) return w->high + (w->a - w->high) * exp(-w->rate * t);
-    return w->low + (w->b - w->low) * exp(-w->rate * (t - w->on));
-}
-
-pwm_ripple wide_ripple(const wave *w)
-{
-    pwm_ripple r = {0};
-    double lengths[2 * PIECES], mean = 0.0;
-    if (w->rate == 0.0 || w->a == w->b) return r;
-    r.bends = 1;
-    for (int k = 0; k < 2 * PIECES; k++) {
-        const double part = k < PIECES ? w->on : w->T - w->on, from = k < PIECES ? 0.0 : w->on;
-        r.at[k] = about_mean(w, from + part * (k % PIECES) / PIECES);
-        lengths[k] = part / PIECES / w->T;
-    }
-    r.at[2 * PIECES] = r.at[0];
-    for (int k = 0; k < 2 * PIECES; k++) mean += lengths[k] * (r.at[k] + r.at[k + 1]) / 2.0;
-    for (int k = 0; k <= 2 * PIECES; k++) r.at[k] -= mean; /* chords lie to one side of the bend */
-    for (int k = 0; k < 2 * PIECES; k++) {
-        const double a = r.at[k], b = r.at[k + 1];
-        r.share[k] = lengths[k] / (b - a);
-        r.square += lengths[k] * (a * a + a * b + b * b) / 3.0;
-    }
-    return r;
-}
-
-/* i / sqrt(i^2 + knee^2), mean over the ripple: the integral over a straight piece is a hypotenuse. */
-static double smooth_sign(double i, double knee, const pwm_ripple *r)
-{
-    const double square = knee * knee;
-    double mean = 0.0, before, after;
-    if (!r->bends || r->square < 1e-6 * square) return i / sqrt(i * i + square);
-    before = sqrt((i + r->at[0]) * (i + r->at[0]) + square);
-    for (int k = 0; k < 2 * PIECES; k++, before = after) {
-        after = sqrt((i + r->at[k + 1]) * (i + r->at[k + 1]) + square);
-        mean += r->share[k] * (after - before);
-    }
-    return mean;
+    const double up = i + swing, down = i - swing, square = knee * knee;
+    if (swing < 1e-3 * knee) return i / sqrt(i * i + square);
+    return (sqrt(up * up + square) - sqrt(down * down + square)) / (2.0 * swing);
 }
 
 /* What repeats with the rotor, at one moment: sine of the cogging's angle, cosine of the ripple's. */
@@ -86,7 +51,7 @@ static inline void forces(const wide_run *r, const wide_state *x, repeated t, do
     const int s = r->now.mode.s;
     double volts = -p->R * warmth * i, torque = 0.0;
     if (p->brush != 0.0 && r->now.mode.circuit != OPEN)
-        volts -= p->brush * smooth_sign(i, p->brush_current, &r->ripple);
+        volts -= p->brush * smooth_sign(i, p->brush_current, r->swing);
     if (p->quadratic != 0.0) torque -= p->quadratic * w * fabs(w);
     if (p->stiction != 0.0 && s && fabs(w) < STRIBECK_REACH * p->stribeck) {
         const double ratio = w / p->stribeck;
@@ -127,7 +92,7 @@ double wide_source(const wide_run *r, int n)
 
 static double warming(const wide_run *r, double current, double warmth)
 {
-    const double square = current * current + r->ripple.square;
+    const double square = current * current + r->swing * r->swing / 3.0;
     return r->motor->warming * (1.0 + warmth) * square - r->motor->cooling * warmth;
 }
 

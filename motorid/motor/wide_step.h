@@ -7,15 +7,6 @@
 #include "wide_map.h"
 
 #define FINEST 8 /* levels of halving an interval */
-#define PIECES 4 /* straight ones of either part of a PWM period: their chords stand for its bend */
-
-/* The current about its mean over a PWM period: A at the pieces' ends, in turn, and the share of
- * the period for each A that a piece crosses. */
-typedef struct {
-    int bends; /* 0: no ripple */
-    double at[2 * PIECES + 1], share[2 * PIECES];
-    double square; /* A^2, mean */
-} pwm_ripple;
 
 /* The row of a map that one tap needs. */
 typedef struct {
@@ -48,7 +39,7 @@ typedef struct {
     const double *v, *angle;
     int n; /* the present interval */
     double cogging_phase, ripple_phase;
-    pwm_ripple ripple;
+    double swing; /* A, half the width of the PWM ripple */
     taps taps;
     moment now;
     level_maps levels[FINEST + 2];
@@ -66,9 +57,6 @@ double wide_breakaway(const mw_motor *p, double torque);
 
 /* Coulomb torque while moving in direction s, N m. */
 double wide_coulomb(const mw_motor *p, int s);
-
-/* The ripple of a stretch. */
-pwm_ripple wide_ripple(const wave *w);
 
 /* The voltage of interval n. */
 double wide_source(const wide_run *r, int n);

@@ -100,30 +100,6 @@ def test_a_rotor_that_stands_does_so_in_the_wide_response_too() -> None:
     np.testing.assert_allclose(wide, six, rtol=1e-9, atol=1e-9 * np.abs(six).max())
 
 
-@pytest.mark.parametrize("duty", [0.26, 0.8])
-def test_a_brush_drop_is_the_mean_over_the_ripple_of_a_winding(duty: float) -> None:
-    """A held rotor: the mean current settles where R i and the drop's mean make the voltage."""
-    swing, period, drop, knee, mean_v = 7.0, 5e-5, 0.15, 0.1, 0.25
-    R, L = 2.7, 180e-6
-    held = vector(R=R, L=L, T0=1.0, brush=drop, brush_current=knee)
-    plan = [Stretch(0, True), Stretch(1, duty=duty, swing_v=swing)]
-    volts = np.concatenate([[0.0], np.full(60, mean_v)])
-    output = [Output(Quantity.CURRENT, PERIOD_S)]
-    current = WideResponse(PERIOD_S, volts, output, plan, period)(held)[0, -1]
-    steps = 20_000
-    on, tau, i = round(duty * steps), L / R, 0.0
-    t = np.arange(steps) / steps * period
-    for _ in range(30):
-        rise = swing / R + (i - swing / R) * np.exp(-t[:on] / tau)
-        top = swing / R + (i - swing / R) * np.exp(-duty * period / tau)
-        fall = top * np.exp(-t[: steps - on] / tau)
-        i = top * np.exp(-(1.0 - duty) * period / tau)
-    wave = np.concatenate([rise, fall])
-    flowing = current + wave - wave.mean()
-    lost = drop * float(np.mean(flowing / np.hypot(flowing, knee)))
-    assert mean_v - R * current == pytest.approx(lost, abs=1.5e-4)
-
-
 def test_stiction_holds_until_it_is_overcome() -> None:
     """K i rises with L/R: motion begins where it passes T0 and stiction, not T0 alone."""
     v = np.concatenate([np.zeros(2), np.full(198, 0.15)])

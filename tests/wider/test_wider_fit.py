@@ -20,6 +20,8 @@ from motorid.errors import DataError, UsageError
 from motorid.estimate import fit, motor_fit
 from motorid.estimate.loss import lossless
 from motorid.estimate.types import PARAMETERS, Estimate
+from motorid.estimate.uncertainty import statistical
+from motorid.estimate.wider import TERMS, offer, results
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.report import html, json_, text
 from motorid.rig import Sampling, load_rig
@@ -82,6 +84,19 @@ def test_brush_drop_is_found_and_what_it_biased_is_put_right(folder: Path) -> No
 
 
 @pytest.mark.slow
+def test_what_no_residual_shows_of_the_voltage_is_in_the_wider_intervals_too(folder: Path) -> None:
+    """Readings that drive the motor as read: their noise is in R, and in the size of a drop."""
+    bare = lossless(measured(folder, "stiction=1&brush_drop=0.2"))
+    records, solution = motor_fit.solved([bare], {}, ())
+    values = motor_fit.merged({}, solution)
+    fitted = offer.asked_for(records, solution, values, (TERMS["brush-drop"],))
+    shown = statistical(fitted.solution).deviations
+    told = results.findings(fitted, {}, ()).statistical.deviations
+    for name in ("R", "V_b"):
+        assert told[fitted.free.index(name)] > 1.2 * shown[fitted.free.index(name)]
+
+
+@pytest.mark.slow
 def test_the_report_shows_both_answers_in_every_form(folder: Path) -> None:
     estimate = brushes(folder, "brush-drop")
     data = json.loads(json_.dumps(estimate))
@@ -103,7 +118,9 @@ def test_a_motor_without_effects_is_offered_nothing_and_nothing_is_fitted(folder
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("options", "fits"), [("stiction=1", 0), ("stiction=1&brush_drop=0.2", 1)])
+@pytest.mark.parametrize(
+    ("options", "fits"), [("stiction=1&dead_time=0", 0), ("stiction=1&brush_drop=0.2", 1)]
+)
 def test_a_fit_without_loss_is_made_only_where_loss_or_residuals_ask(
     folder: Path, monkeypatch: pytest.MonkeyPatch, options: str, fits: int
 ) -> None:

@@ -7,7 +7,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate import instrument, intervals, motor_fit, remarks
+from motorid.estimate import (
+    input_noise,
+    instrument,
+    intervals,
+    log_noise,
+    motor_fit,
+    remarks,
+)
 from motorid.estimate.algebra import square
 from motorid.estimate.alternative import Alternative, ChannelFit, TermTrial
 from motorid.estimate.intervals import Findings
@@ -27,10 +34,12 @@ CAPACITY = "C_w"
 
 
 def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -> Findings:
-    """Covariance and budget of a wider fit."""
+    """Covariance and budget of a wider fit: what its input hides is in both, as for the six."""
+    of = fitted.solution, fitted.records
+    hidden = [*input_noise.shifts(*of), *log_noise.shifts(*of)]
     return Findings(
         fitted.solution,
-        statistical(fitted.solution),
+        statistical(fitted.solution, hidden),
         instrument.budget(fitted.solution, fitted.records),
         {**dict.fromkeys(without, 0.0), **fix},
         without,
