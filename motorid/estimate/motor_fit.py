@@ -204,12 +204,13 @@ def settled(
     if _vanished(solution, records):
         known = merged(start, solution)
         period = min(record.timeline.period_s for record in records)
-        trials = [
-            with_sources(records, free, {**known, "L": rise * known["R"] * period}, held=True)
-            for rise in RISES
-        ]
-        best = min([solution, *trials], key=lambda one: one.objective)
-        solution = with_sources(records, free, merged(start, best), held=best is not solution)
+        trials = [solution]
+        for rise in RISES:
+            near_h = rise * known["R"] * period
+            trials.append(with_sources(records, free, {**known, "L": near_h}, near_h))
+        best = merged(start, min(trials, key=lambda one: one.objective))
+        solution = with_sources(records, free, best, best["L"])  # what drives it is the last one's
+        solution = with_sources(records, free, merged(start, solution))
     return solution
 
 
@@ -220,23 +221,22 @@ def _vanished(solution: Solution, records: Sequence[MotorRecord]) -> bool:
     return 0.0 < float(values.get("L", 0.0)) < VANISHED * float(values.get("R", 0.0)) * period
 
 
-def _near(inductance: Unknown) -> Unknown:
-    """The same, for a search that must not leave its start far behind."""
-    start = inductance.start
-    return replace(inductance, lower=max(inductance.lower, start / NEARBY), upper=start * NEARBY)
+def _held(unknowns: list[Unknown], inductance_h: float) -> list[Unknown]:
+    """The same, for a search that must not leave an inductance far behind; 0: it may."""
+    if not inductance_h:
+        return unknowns
+    low, high = inductance_h / NEARBY, inductance_h * NEARBY
+    return [replace(u, lower=low, upper=high) if u.name == "L" else u for u in unknowns]
 
 
 def with_sources(
     records: Sequence[MotorRecord],
     free: Sequence[str],
     start: Mapping[str, float],
-    held: bool = False,
+    near_h: float = 0.0,
 ) -> Solution:
-    """The fit and what drives the motor in turn, until that stays.
-
-    ``held``: the first search keeps the inductance near its start.
-    """
-    first = [_near(u) if held and u.name == "L" else u for u in unknowns(records, free, start)]
+    """The fit and what drives the motor in turn, until that stays; ``near_h`` as in ``_held``."""
+    first = _held(unknowns(records, free, start), near_h)
     solution = maximise(first, records, enough=ROUGH)
     settled = True
     for n in range(1, LOSS_PASSES):
@@ -252,7 +252,7 @@ def with_sources(
         if settled and all(_same(a, b) for old, new in zip(before, after, strict=True)
                for a, b in zip(old, new, strict=True)):  # fmt: skip
             break
-        solution = again(records, free, start, solution, ROUGH)
+        solution = again(records, free, start, solution, ROUGH, near_h)
     return solution
 
 
@@ -262,11 +262,11 @@ def again(
     start: Mapping[str, float],
     before: Solution,
     enough: float = ENOUGH,
+    near_h: float = 0.0,
 ) -> Solution:
     """The search goes on from a solution, with what has changed in the records."""
-    return maximise(
-        unknowns(records, free, merged(start, before)), records, enough=enough, before=before
-    )
+    known = _held(unknowns(records, free, merged(start, before)), near_h)
+    return maximise(known, records, enough=enough, before=before)
 
 
 def whitened(
