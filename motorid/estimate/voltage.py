@@ -244,6 +244,8 @@ def _source(
     steady = curve[:head] + _sure(slope, deviation) * flow[:head]
     departure = left[:head] - steady
     share = _shares(current, mean, known, part)[:head]
+    if part.discontinuous:  # every period begins anew: nothing of it builds up with the current
+        share = np.ones(head)
     volts[:head] = level + steady + share * departure - lost[:head]
     errors = _head_errors(known, share, departure, float(np.sqrt(noise)))
     tilt = deviation * flow

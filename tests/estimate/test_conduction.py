@@ -12,7 +12,7 @@ from motorid.errors import DataError
 from motorid.estimate.bridge import ripple
 from motorid.estimate.conduction import confirmed, divided, stops_from, unclear
 from motorid.estimate.timeline import Part, Timeline
-from motorid.estimate.voltage import Sense
+from motorid.estimate.voltage import Sense, sources
 from motorid.program import Decay, StepKind
 from tests.exact_capture import FAULHABER, clean_capture
 
@@ -94,3 +94,21 @@ def test_a_current_too_large_for_pulses_flows_on(times: float, stays: bool) -> N
     timeline = Timeline(1e-4, count, np.arange(count), (stopped,), 0.0)
     (part,) = confirmed(capture, timeline, L, R).parts
     assert part.discontinuous is stays
+
+
+def test_the_first_readings_of_pulses_are_taken_as_they_are() -> None:
+    """Where it flows on, what departs from the source's line builds up with the current."""
+    volts = 0.3 + np.random.default_rng(1).normal(0, 1e-4, N)
+    volts[0] += 0.05
+    window, mean = np.full(N, 1.0), np.full(N, 1.0)
+    window[0] = 0.4  # the reading's window begins before the command
+    sensed = Sense(volts, np.zeros(N, dtype=bool), 0.0, 0.0, True, None)
+
+    def first(stops: bool) -> float:
+        part = replace(DIODE, level=0.3, discontinuous=stops)
+        (source,) = sources(sensed, window, [part], np.zeros(N, dtype=bool), 0.0, mean)
+        assert source is not None
+        return float(source.volts[0])
+
+    assert first(True) == pytest.approx(volts[0], abs=1e-3)
+    assert abs(first(False) - volts[0]) > 0.01
