@@ -14,9 +14,10 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate import identifiability, motor_fit
+from motorid.estimate import identifiability, motor_fit, unseen_motion
 from motorid.estimate.algebra import misfits
 from motorid.estimate.intervals import unknown
+from motorid.estimate.likelihood import maximise
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.lazy import Suspects
@@ -86,11 +87,9 @@ def _stuck(captures: Sequence[Capture], held: Mapping[str, float]) -> Estimate |
     """R and L of a rotor that is held; None where such a rotor leaves a misfit."""
     peak = max(float(np.nanmax(np.abs(c.channels[CURRENT].values))) for c in captures)
     still = {**held, "B": 0.0, "J": 1.0, "T0": HOLDS * peak}  # with K = 1; nothing tells J
+    if _moves(captures, still):
+        return None
     records, solution = motor_fit.solved(captures, still, ())
-    for record, own in zip(records, solution.own, strict=True):
-        for m, left in zip(record.measured, record.departures(solution.values, own), strict=True):
-            if misfits(left, CLEAR * float(np.ptp(m.values))):
-                return None
     found = motor_fit.report(captures, records, solution, still, ())
     why = f"nothing shows that the rotor turned: its friction holds {peak:.3g} A or more"
     parameters = dict(found.parameters)
@@ -105,6 +104,19 @@ def _stuck(captures: Sequence[Capture], held: Mapping[str, float]) -> Estimate |
         segments=(),
         suspects=Suspects(records, solution, parameters),
         options={**found.options, "fix": {n: v for n, v in held.items() if n != "K"}},
+    )
+
+
+def _moves(captures: Sequence[Capture], still: Mapping[str, float]) -> bool:
+    """A rotor that is held leaves more than noise in these captures, roughly fitted."""
+    free = [name for name in PARAMETERS if name not in still]
+    records = [MotorRecord(capture, free, still) for capture in captures]
+    start = unseen_motion.start_values(records, still)
+    rough = maximise(motor_fit.unknowns(records, free, start), records, enough=motor_fit.ROUGH)
+    return any(
+        misfits(left, CLEAR * float(np.ptp(m.values)))
+        for record, own in zip(records, rough.own, strict=True)
+        for m, left in zip(record.measured, record.departures(rough.values, own), strict=True)
     )
 
 
