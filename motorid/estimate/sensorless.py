@@ -30,6 +30,7 @@ SCALELESS = ("stall_current", "electrical_time_constant", "mechanical_time_const
 STILL = SCALELESS[:2]  # of these, what a rotor that is held tells
 HOLDS = 2.0  # times the torque of the highest current: friction of a rotor that is held
 CLEAR = 0.02  # of a channel's range: residuals that are no noise
+UNSEEN = "the speed is seen through v - R i, and these data do not tell R"
 REMEDY = "add the speed or the position, or give one of K, J, B and T0 by --fix"
 
 
@@ -145,7 +146,10 @@ def _open(found: Estimate) -> Estimate:
         told = found.parameters[name]
         if told.status == "fixed":
             continue  # left out of the model
-        combinations[ratio] = replace(told, name=ratio, unit=unit)
+        seen = found.parameters["R"].status in ("estimated", "fixed")
+        combinations[ratio] = (
+            replace(told, name=ratio, unit=unit) if seen else unknown(ratio, unit, UNSEEN)
+        )
         why = f"voltage and current alone tell only {ratio}: {REMEDY}"
         parameters[name] = unknown(name, UNITS[name], why)
     parameters["K"] = unknown("K", UNITS["K"], f"no motion was measured: {REMEDY}")
