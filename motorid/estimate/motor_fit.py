@@ -156,6 +156,7 @@ def report(
     )
     parameters = intervals.parameters(found)
     voltage = nominal_voltage(records)
+    chi_square, freedom = remarks.chi_square(solution, records)
     named = [(capture, segment(capture)) for capture in captures]
     return Estimate(
         model=MODEL,
@@ -166,8 +167,8 @@ def report(
         nuisance=nuisance_parameters(solution, records),
         free=found.names,
         correlation=correlation(found.statistical.covariance),
-        chi_square=remarks.chi_square(solution, records),
-        degrees_of_freedom=solution.degrees_of_freedom,
+        chi_square=chi_square,
+        degrees_of_freedom=freedom,
         evaluations=simulated,
         diagnostics=remarks.diagnostics(found, records, parameters, named),
         curves=tables.curves(solution, records),

@@ -53,15 +53,19 @@ def declared_noise(m: Measured) -> float:
     return float(max(m.channel.noise, step)) if m.channel.noise > 0 else 0.0
 
 
-def chi_square(solution: Solution, records: Sequence[MotorRecord]) -> float:
-    """Squared residuals over the declared noise, or over the noise found where none is declared."""
-    total = 0.0
+def chi_square(solution: Solution, records: Sequence[MotorRecord]) -> tuple[float, int]:
+    """Squared residuals over the declared noise, or over the noise found where none is declared.
+
+    With it its degrees of freedom: the same readings, each in full, less all unknowns.
+    """
+    total = count = 0.0
     for record, own in zip(records, solution.own, strict=True):
         left = record.weighed(record.departures(solution.values, own), filtered=False)
         for m, r in zip(record.measured, left, strict=True):
             noise = declared_noise(m)
             total += square(r) / noise**2 if noise else m.block.count
-    return total
+            count += m.block.count
+    return total, round(count) - solution.unknown_count
 
 
 def diagnostics(

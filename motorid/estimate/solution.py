@@ -125,9 +125,14 @@ class Solution:
 
     @property
     def degrees_of_freedom(self) -> int:
-        """Readings less free parameters and nuisances."""
+        """What the readings are worth in independent ones, less ``unknown_count``."""
         readings = sum(block.count for record in self.records for block in record.blocks)
-        return int(readings - (~self.at_bound).sum() - sum(len(own) for own in self.own))
+        return int(readings) - self.unknown_count
+
+    @property
+    def unknown_count(self) -> int:
+        """Free parameters and nuisances."""
+        return int((~self.at_bound).sum()) + sum(len(own) for own in self.own)
 
     @property
     def covariance(self) -> Floats:

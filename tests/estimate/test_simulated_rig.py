@@ -47,7 +47,9 @@ def errors(estimate: Estimate, true: dict[str, float]) -> dict[str, float]:
 
 
 def test_every_parameter_of_the_default_bench(tmp_path: Path) -> None:
-    off = errors(*captured(tmp_path))
+    estimate, true = captured(tmp_path)
+    off = errors(estimate, true)
+    assert 0.96 < estimate.chi_square / estimate.degrees_of_freedom < 1.04
     assert set(off) == set(PARAMETERS)
     assert max(off[n] for n in ("R", "K", "J")) < 0.01
     assert max(off[n] for n in ("L", "B", "T0")) < 0.03

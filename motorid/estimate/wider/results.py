@@ -152,6 +152,7 @@ def alternative(
 ) -> Alternative:
     """The wider answer beside that of ``records``, whose solution is ``before``."""
     names = tuple(term.name for term in fitted.terms)
+    chi_square, freedom = remarks.chi_square(fitted.solution, fitted.records)
     return Alternative(
         name="+".join(("six", *names)),
         terms=names,
@@ -160,8 +161,8 @@ def alternative(
         asked=asked,
         parameters=parameters(found, fitted),
         nuisance=motor_fit.nuisance_parameters(fitted.solution, fitted.records),
-        chi_square=remarks.chi_square(fitted.solution, fitted.records),
-        degrees_of_freedom=fitted.solution.degrees_of_freedom,
+        chi_square=chi_square,
+        degrees_of_freedom=freedom,
         evaluations=max(record.simulated for record in fitted.records),
         lack_of_fit=_lack_of_fit(fitted, records, before),
         trials=tuple(trials),
