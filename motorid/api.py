@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from motorid.errors import DataError
 
 if TYPE_CHECKING:
     from motorid.acquire.record import Progress
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def fit(
-    *captures: Capture | str | PathLike[str],
+    *captures: Capture | str | PathLike[str] | Iterable[Capture | str | PathLike[str]],
     rig: Rig | str | None = None,
     fix: Mapping[str, float] | None = None,
     without: Sequence[str] = (),
@@ -28,23 +30,36 @@ def fit(
 ) -> Estimate:
     """The estimate that captures of one motor, or the files that hold them, give together.
 
-    ``rig``: re-analyse them under this rig (its name, its file), with its calibration, in place of
-    the one that they were taken with. ``fix`` holds parameters at known SI values; ``without``
+    ``captures``: one after another, or as a list. ``rig``: re-analyse them under this rig (its
+    name, its file), with its calibration, in place of the one they were taken with. ``fix`` holds parameters at known SI values; ``without``
     leaves some out of the model. ``model``: six, auto (a better one beside the answer, where the
     data ask for it), or terms joined by +. ``ambient``: °C and standard uncertainty (K), in place
     of what the captures hold. Raises DataError where a capture is none or too little, UsageError on
     an unknown name, RigError where the rig is not of these captures.
     """
-    from motorid.capture import store
     from motorid.rig import load_rig
     from motorid.workflow.fit import fit_captures
 
-    loaded = [store.load(Path(c)) if isinstance(c, str | PathLike) else c for c in captures]
+    loaded = [run for one in captures for run in _loaded(one)]
     bench = load_rig(rig) if isinstance(rig, str) else rig
     return fit_captures(
         loaded, rig=bench, ambient=ambient, fix=fix or {}, without=without, method=method,
         model=model,
     )  # fmt: skip
+
+
+def _loaded(one: Any) -> list[Capture]:
+    """The captures that an argument of ``fit`` stands for."""
+    from motorid.capture import store
+    from motorid.capture.model import Capture
+
+    if isinstance(one, Capture):
+        return [one]
+    if isinstance(one, str | PathLike):
+        return [store.load(Path(one))]
+    if isinstance(one, Iterable):
+        return [run for each in one for run in _loaded(each)]
+    raise DataError(f"{one!r} is no capture: give captures, or the files that hold them")
 
 
 def record(

@@ -21,10 +21,15 @@ def test_record_then_fit_a_path_or_a_capture(path: Path) -> None:
     capture = motorid.load(path)
     assert capture.provenance["serial"] == "M17"
     by_path, by_capture = motorid.fit(path), motorid.fit(capture)
-    assert by_path.parameters == by_capture.parameters
+    assert by_path.parameters == by_capture.parameters == motorid.fit([path]).parameters
     assert by_path.parameters["K"].status == "estimated"
     six = motorid.fit(str(path), fix={"K": 0.0077}, model="six")
     assert six.parameters["K"].status == "fixed"
+
+
+def test_what_is_no_capture_is_said(path: Path) -> None:
+    with pytest.raises(motorid.MotoridError, match="17 is no capture: give captures, or the files"):
+        motorid.fit(path, 17)  # type: ignore[arg-type]
 
 
 def test_save_never_over_a_file_unasked(path: Path) -> None:
