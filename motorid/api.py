@@ -31,11 +31,12 @@ def fit(
     """The estimate that captures of one motor, or the files that hold them, give together.
 
     ``captures``: one after another, or as a list. ``rig``: re-analyse them under this rig (its
-    name, its file), with its calibration, in place of the one they were taken with. ``fix`` holds parameters at known SI values; ``without``
-    leaves some out of the model. ``model``: six, auto (a better one beside the answer, where the
-    data ask for it), or terms joined by +. ``ambient``: °C and standard uncertainty (K), in place
-    of what the captures hold. Raises DataError where a capture is none or too little, UsageError on
-    an unknown name, RigError where the rig is not of these captures.
+    name, its file), with its calibration, in place of the one they were taken with. ``fix`` holds
+    parameters at known SI values; ``without`` leaves some out of the model. ``model``: six, auto (a
+    better one beside the answer, where the data ask for it), or terms joined by +. ``ambient``: °C
+    and standard uncertainty (K), in place of what the captures hold. Raises DataError where a
+    capture is none or too little, UsageError on an unknown name, RigError where the rig is not of
+    these captures.
     """
     from motorid.rig import load_rig
     from motorid.workflow.fit import fit_captures
