@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, Capture, Channel
 from motorid.errors import DataError
 from motorid.estimate.bridge import DIODE_DROPS_V, ripple, signed_duty, supply_voltage
+from motorid.estimate.sense import Sense
 from motorid.estimate.timeline import Part, Timeline
-from motorid.estimate.voltage import Sense, smoothed
+from motorid.estimate.trend import smoothed
 from motorid.program import Decay
 
 Floats = NDArray[np.float64]

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from motorid.estimate.algebra import project
 from motorid.estimate.likelihood import Linearised, Solution
 from motorid.estimate.record import MotorRecord
+from motorid.estimate.source import Source
 from motorid.estimate.uncertainty import covariance_of
-from motorid.estimate.voltage import Source
 
 Floats = NDArray[np.float64]
 

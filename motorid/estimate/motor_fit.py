@@ -29,11 +29,11 @@ from motorid.estimate.algebra import misfits
 from motorid.estimate.likelihood import ENOUGH, Solution, Unknown, maximise
 from motorid.estimate.loss import lossless
 from motorid.estimate.record import MotorRecord
+from motorid.estimate.source import Source
 from motorid.estimate.suspects import signs
 from motorid.estimate.suspects.lazy import Suspects
 from motorid.estimate.types import PARAMETERS, Estimate, Parameter
 from motorid.estimate.uncertainty import statistical
-from motorid.estimate.voltage import Source
 from motorid.estimate.waveform import SHAPES, Rival
 from motorid.segment import segment
 

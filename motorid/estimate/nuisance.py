@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, POSITION, SPEED, Capture, Channel
 from motorid.estimate.likelihood import Unknown
 from motorid.estimate.readings import EMF, Measured, motion
+from motorid.estimate.sense import Sense
 from motorid.estimate.unrest import Unrest
-from motorid.estimate.voltage import Sense
 
 Floats = NDArray[np.float64]
 

@@ -25,12 +25,13 @@ from motorid.estimate.dead_time import dead_time_loss, turning
 from motorid.estimate.loss import Flow, Loss
 from motorid.estimate.nuisance import nuisances, starts_at_rest
 from motorid.estimate.readings import EMF, Measured, read
+from motorid.estimate.sense import Sense, sense
 from motorid.estimate.solution import Block, Unknown
+from motorid.estimate.source import Source, source_resistance, sources
 from motorid.estimate.standstill import with_standstill
 from motorid.estimate.timeline import lay
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.unrest import Unrest
-from motorid.estimate.voltage import Sense, Source, sense, source_resistance, sources
 from motorid.estimate.waveform import JOINED, Rival, Shape
 from motorid.estimate.window import Window
 from motorid.motor.response import Output, Quantity, Response, Stretch

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import SUPPLY, Capture
 from motorid.estimate.algebra import square
+from motorid.estimate.head import HEAD
+from motorid.estimate.sense import Sense
+from motorid.estimate.source import FEWEST, Source
 from motorid.estimate.timeline import Part, Timeline
-from motorid.estimate.voltage import FEWEST, HEAD, Sense, Source
 from motorid.program import StepKind
 
 Floats = NDArray[np.float64]

@@ -13,7 +13,7 @@ from motorid.motor.parameters import Motor, mechanical_time_constant, no_load_sp
 from motorid.program import Decay, Program, Step, StepKind
 
 REST_SAMPLES = 32  # at rest before the first drive: offsets show, and that it begins at rest
-DRIVE_SAMPLES = 40  # of a stage: fewer would leave the fit no line of the source (voltage.py)
+DRIVE_SAMPLES = 40  # of a stage: fewer would leave the fit no line of the source (source.py)
 SETTLED = 3.2  # time constants until the speed is within 5 % of its end
 COAST, BRAKE = "coast", "brake"
 

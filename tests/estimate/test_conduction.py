@@ -11,8 +11,9 @@ from motorid.capture.model import CURRENT, Channel, Wiring
 from motorid.errors import DataError
 from motorid.estimate.bridge import ripple
 from motorid.estimate.conduction import confirmed, divided, stops_from, unclear
+from motorid.estimate.sense import Sense
+from motorid.estimate.source import sources
 from motorid.estimate.timeline import Part, Timeline
-from motorid.estimate.voltage import Sense, sources
 from motorid.program import Decay, StepKind
 from tests.exact_capture import FAULHABER, clean_capture
 

@@ -15,8 +15,9 @@ from motorid.estimate.bridge import (
     switched_late,
 )
 from motorid.estimate.dead_time import dead_time_loss
+from motorid.estimate.sense import sense
+from motorid.estimate.source import source_resistance, sources
 from motorid.estimate.timeline import Part, lay
-from motorid.estimate.voltage import sense, source_resistance, sources
 from motorid.program import Decay, Program, Step, StepKind
 
 N, CLOCK_HZ, PERIOD = 600, 1e6, 1e-4

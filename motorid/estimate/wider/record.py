@@ -13,8 +13,8 @@ from motorid.capture.model import POSITION
 from motorid.estimate.readings import EMF, Measured
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Unknown
+from motorid.estimate.trend import smoothed
 from motorid.estimate.types import PARAMETERS
-from motorid.estimate.voltage import smoothed
 from motorid.estimate.waveform import JOINED
 from motorid.estimate.wider.rotation import MOST
 from motorid.estimate.wider.terms import ADDED, COPPER_PER_K, NAMES, Scales, Term, unknown
