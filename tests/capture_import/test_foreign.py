@@ -16,10 +16,12 @@ from motorid.estimate.pieces import pieces
 from motorid.estimate.timeline import lay
 from motorid.estimate.waveform import Waveform, quiet, scatter
 
+UNTOLD = "no motion, stamps at random"
 QUICK = (
     *("steps, regular stamps", "sentinels", "a logger that slows down"),
-    *(case.name for case in CASES if tuple(case.told) != ALL),
+    *(case.name for case in CASES if tuple(case.told) != ALL and case.name != UNTOLD),
 )
+SLOW = [case.name for case in CASES if case.name not in (*QUICK, UNTOLD)]
 # bounds on errors, relative: what the log can tell at all is wider for friction and inductance
 WITHIN = {"R": 0.01, "K": 0.01, "J": 0.015}
 
@@ -48,9 +50,18 @@ def test_a_log_gives_the_motor(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [case.name for case in CASES if case.name not in QUICK])
+@pytest.mark.parametrize("name", SLOW)
 def test_an_awkward_log_gives_the_motor(name: str, tmp_path: Path) -> None:
     check(case_of(name), tmp_path)
+
+
+@pytest.mark.slow
+def test_a_log_that_does_not_tell_the_resistance_tells_nothing_behind_it(tmp_path: Path) -> None:
+    case = case_of(UNTOLD)
+    found = estimate(case, tmp_path)
+    told = {**found.parameters, **found.combinations}
+    assert {told[name].status for name in case.told} == {"not_identifiable"}
+    assert "do not tell R" in told["J/K²"].note
 
 
 def test_each_file_has_an_onset_delay_of_its_own(tmp_path: Path) -> None:
