@@ -14,8 +14,8 @@ from problem import NAMES, PERIOD_S, start
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate import fit
-from motorid.estimate.motor_fit import solve
 from motorid.estimate.record import MotorRecord
+from motorid.estimate.settling import solve
 
 REPEATS = 5
 

@@ -14,14 +14,16 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate import identifiability, motor_fit, unseen_motion
+from motorid.estimate import identifiability, motor_fit, settling, unseen_motion
 from motorid.estimate.algebra import misfits
 from motorid.estimate.intervals import unknown
 from motorid.estimate.likelihood import maximise
+from motorid.estimate.motor_results import report
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.lazy import Suspects
 from motorid.estimate.types import PARAMETERS, UNITS, Diagnostic, Estimate
+from motorid.estimate.unknowns import merged, unknowns_of
 
 POWERS = {"K": 1, "B": 2, "J": 2, "T0": 1}  # of K's scale in each parameter
 RATIOS = {"J": ("J/K²", "A·s/V"), "B": ("B/K²", "A/V"), "T0": ("T0/K", "A")}  # with V = N·m/A·rad/s
@@ -62,10 +64,10 @@ def fit(captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence
         return stuck
     records, solution = motor_fit.solved(captures, held, without)
     if given and given != ["K"]:
-        values = motor_fit.merged({**dict.fromkeys(without, 0.0), **held}, solution)
+        values = merged({**dict.fromkeys(without, 0.0), **held}, solution)
         held = dict(fix)
         records, solution = _on_scale(captures, held, without, given[0], values)
-    found = motor_fit.report(captures, records, solution, held, without)
+    found = report(captures, records, solution, held, without)
     if not given:
         found = _open(found)
     suspects = Suspects(records, solution, found.parameters)
@@ -91,7 +93,7 @@ def _stuck(captures: Sequence[Capture], held: Mapping[str, float]) -> Estimate |
     if _moves(captures, still):
         return None
     records, solution = motor_fit.solved(captures, still, ())
-    found = motor_fit.report(captures, records, solution, still, ())
+    found = report(captures, records, solution, still, ())
     why = f"nothing shows that the rotor turned: its friction holds {peak:.3g} A or more"
     parameters = dict(found.parameters)
     for name in POWERS:
@@ -113,7 +115,7 @@ def _moves(captures: Sequence[Capture], still: Mapping[str, float]) -> bool:
     free = [name for name in PARAMETERS if name not in still]
     records = [MotorRecord(capture, free, still) for capture in captures]
     start = unseen_motion.start_values(records, still)
-    rough = maximise(motor_fit.unknowns(records, free, start), records, enough=motor_fit.ROUGH)
+    rough = maximise(unknowns_of(records, free, start), records, enough=settling.ROUGH)
     return any(
         misfits(left, CLEAR * float(np.ptp(m.values)))
         for record, own in zip(records, rough.own, strict=True)
@@ -136,7 +138,7 @@ def _on_scale(
     fixed = {**dict.fromkeys(without, 0.0), **fix}
     free = [n for n in PARAMETERS if n not in fixed]
     records = [MotorRecord(capture, free, fixed) for capture in captures]
-    return records, motor_fit.solve(records, free, {**start, **fixed})
+    return records, settling.solve(records, free, {**start, **fixed})
 
 
 def _open(found: Estimate) -> Estimate:

@@ -16,10 +16,10 @@ from motorid.errors import DataError
 from motorid.estimate import instrument
 from motorid.estimate.intervals import NORMAL_95, POSITIVE
 from motorid.estimate.likelihood import maximise
-from motorid.estimate.motor_fit import unknowns
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.uncertainty import covariance_of
+from motorid.estimate.unknowns import unknowns_of
 from motorid.motor.parameters import Motor, no_load_speed
 from motorid.plan.skeleton import Bench, skeleton
 from motorid.program import Program
@@ -78,7 +78,7 @@ def predict(bench: Bench, program: Program, motor: Motor, seed: int = 0) -> Pred
     own = np.array([u.start for u in record.unknowns])
     # what brushes might take follows the motor's current
     record.retake_sources(np.array(motor.values), own)
-    solution = maximise(unknowns([record], PARAMETERS, start), [record], enough=ROUGH)
+    solution = maximise(unknowns_of([record], PARAMETERS, start), [record], enough=ROUGH)
     deviations = np.sqrt(np.diag(covariance_of(solution.information)))
     names = [u.name for u in solution.unknowns]
     causes = instrument.budget(solution, [record])

@@ -15,7 +15,7 @@ from bench.coverage.rigs import draw_bench
 from bench.coverage.runs import record
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.errors import DataError, UsageError
-from motorid.estimate import fit, motor_fit
+from motorid.estimate import fit, settling
 from motorid.estimate.types import PARAMETERS, Estimate
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 
@@ -321,5 +321,5 @@ def test_an_inductance_that_a_search_loses_is_found_again(
     found = fit(runs.captures, model="six").parameters
     assert found["L"].value == pytest.approx(runs.truth["L"], rel=0.05)
     assert found["R"].value == pytest.approx(runs.truth["R"], rel=0.015)
-    monkeypatch.setattr(motor_fit, "RISES", ())
+    monkeypatch.setattr(settling, "RISES", ())
     assert fit(runs.captures, model="six").parameters["L"].value is None

@@ -17,10 +17,11 @@ from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate import fit, motor_fit
+from motorid.estimate import fit, motor_fit, settling
 from motorid.estimate.loss import lossless
 from motorid.estimate.types import PARAMETERS, Estimate
 from motorid.estimate.uncertainty import statistical
+from motorid.estimate.unknowns import merged
 from motorid.estimate.wider import TERMS, offer, results
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.report import html, json_, text
@@ -88,7 +89,7 @@ def test_what_no_residual_shows_of_the_voltage_is_in_the_wider_intervals_too(fol
     """Readings that drive the motor as read: their noise is in R, and in the size of a drop."""
     bare = lossless(measured(folder, "stiction=1&brush_drop=0.2"))
     records, solution = motor_fit.solved([bare], {}, ())
-    values = motor_fit.merged({}, solution)
+    values = merged({}, solution)
     fitted = offer.asked_for(records, solution, values, (TERMS["brush-drop"],))
     shown = statistical(fitted.solution).deviations
     told = results.findings(fitted, {}, ()).statistical.deviations
@@ -126,8 +127,8 @@ def test_a_fit_without_loss_is_made_only_where_loss_or_residuals_ask(
 ) -> None:
     """Brushes and heat are unknowns of the six already: most captures need no second fit."""
     made = []
-    solve = motor_fit.solve
-    monkeypatch.setattr(motor_fit, "solve", lambda *given: made.append(1) or solve(*given))
+    solve = settling.solve
+    monkeypatch.setattr(settling, "solve", lambda *given: made.append(1) or solve(*given))
     fit([measured(folder, options)], model="auto")
     assert len(made) == fits
 

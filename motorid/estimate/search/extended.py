@@ -15,7 +15,7 @@ from motorid import __version__
 from motorid.capture.model import CURRENT, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError, UsageError
-from motorid.estimate import intervals, motor_fit, tables
+from motorid.estimate import intervals, motor_results, tables
 from motorid.estimate.closed_form import start_values
 from motorid.estimate.likelihood import Solution as Likely
 from motorid.estimate.record import MotorRecord
@@ -63,7 +63,7 @@ def fit(
         derived={},
         nuisance={},
         free=problem.box.names,
-        correlation=motor_fit.correlation(spread.covariance),
+        correlation=motor_results.correlation(spread.covariance),
         chi_square=likely.chi_square,
         degrees_of_freedom=likely.degrees_of_freedom,
         evaluations=found.evaluations,

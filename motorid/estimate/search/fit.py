@@ -14,10 +14,10 @@ import numpy as np
 
 from motorid.capture.model import Capture
 from motorid.errors import UsageError, nearest
-from motorid.estimate import motor_fit
 from motorid.estimate.closed_form import start_values
 from motorid.estimate.likelihood import Solution as Likely
 from motorid.estimate.likelihood import maximise
+from motorid.estimate.motor_results import report
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.search import captures as capture_problem
 from motorid.estimate.search import closed, extended, models, registry
@@ -25,6 +25,7 @@ from motorid.estimate.search.problem import DIRECT, ENDS, Problem, Solution, rem
 from motorid.estimate.search.problem import names as problem_names
 from motorid.estimate.types import PARAMETERS, Diagnostic, Estimate
 from motorid.estimate.uncertainty import covariance_of
+from motorid.estimate.unknowns import unknowns_of
 from motorid.motor.batch import LINEAR
 
 BUDGET = 5000  # evaluations
@@ -74,7 +75,7 @@ def fit(
     else:
         found = search(records, start, free, method, budget=budget, seed=seed)
     likely = hold(records, free, start, found)
-    estimate = motor_fit.report(captures, records, likely, fix or {}, left_out, profiled=False)
+    estimate = report(captures, records, likely, fix or {}, left_out, profiled=False)
     return replace(
         estimate,
         method=_title(method, found),
@@ -157,7 +158,7 @@ def hold(
 ) -> Likely:
     """The likelihood at the search's answer: only offsets and origins are left to move."""
     pinned = []
-    for unknown in motor_fit.unknowns(records, free, start):
+    for unknown in unknowns_of(records, free, start):
         value = max(found.values[unknown.name], unknown.lower)
         room = PIN * max(abs(value), 0.0 if unknown.log else unknown.scale)
         pinned.append(replace(unknown, start=value, lower=value - room, upper=value + room))

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motorid.estimate import motor_fit
+from motorid.estimate import settling
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.temperature import STALL_K_S
 from motorid.estimate.types import PARAMETERS
+from motorid.estimate.unknowns import merged, typical, unknowns_of
 from motorid.estimate.wider.record import Priors, WideRecord
 from motorid.estimate.wider.terms import ADDED, Scales, Term
 
@@ -34,7 +35,7 @@ class Fitted:
     @property
     def values(self) -> dict[str, float]:
         """Every parameter, searched or not."""
-        return motor_fit.merged(self.start, self.solution)
+        return merged(self.start, self.solution)
 
     def deviation(self, name: str) -> float:
         """Standard deviation of a parameter for white residuals, in its unit; inf at a bound."""
@@ -46,7 +47,7 @@ class Fitted:
 
 def scales_of(records: Sequence[MotorRecord], values: Mapping[str, float]) -> Scales:
     """Typical sizes in these captures."""
-    torque, speed = motor_fit.typical(records, values)
+    torque, speed = typical(records, values)
     volts = max(float(np.abs(record.volts).max()) for record in records) or 1.0
     duration = max(r.timeline.count * r.timeline.period_s for r in records)
     return Scales(volts, volts / values["R"], speed, torque, values["R"], values["J"], duration)
@@ -61,25 +62,25 @@ class Begun:
     free: tuple[str, ...]
     start: Mapping[str, float]
 
-    def roughly(self, enough: float = motor_fit.ROUGH) -> Fitted:
+    def roughly(self, enough: float = settling.ROUGH) -> Fitted:
         """The best in white noise, with the voltage sources as they are, to a change of F."""
-        unknowns = motor_fit.unknowns(self.records, self.free, self.start)
+        unknowns = unknowns_of(self.records, self.free, self.start)
         solution = maximise(unknowns, self.records, enough=enough)
         return Fitted(self.terms, self.records, solution, self.free, self.start)
 
     def wholly(self, rough: Fitted | None = None) -> Fitted:
         """Sources, noise and all; ``rough``: what ``roughly`` gave."""
         first = (rough or self.roughly()).solution
-        start = motor_fit.merged(self.start, first)
+        start = merged(self.start, first)
         for record, own in zip(self.records, first.own, strict=True):
             record.plan(first.values, own)
             names = (u.name for u in record.unknowns)
             record.starting(dict(zip(names, own.tolist(), strict=True)))
-        solution = motor_fit.with_sources(self.records, self.free, start)
+        solution = settling.with_sources(self.records, self.free, start)
         for record, own in zip(self.records, solution.own, strict=True):
             record.plan(solution.values, own)
-        start = motor_fit.merged(start, solution)
-        solution = motor_fit.whitened(self.records, self.free, start, solution)
+        start = merged(start, solution)
+        solution = settling.whitened(self.records, self.free, start, solution)
         return Fitted(self.terms, self.records, solution, self.free, start)
 
 
@@ -102,7 +103,7 @@ def begin(
     fixed = {**(fixed or {}), **_counted(terms, start or {})}
     names = [name for term in terms for name in term.free]
     free = [n for n in (*PARAMETERS, *names) if n not in fixed]
-    values = {**dict.fromkeys(PARAMETERS, 0.0), **fixed, **motor_fit.merged({}, before)}
+    values = {**dict.fromkeys(PARAMETERS, 0.0), **fixed, **merged({}, before)}
     scales = scales_of(records, values)
     first = {name: ADDED[name].part * scales.of(name) for name in names}
     first = {**first, **values, **(start or {}), **fixed}

@@ -12,10 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate import motor_fit
 from motorid.estimate.likelihood import maximise
+from motorid.estimate.settling import again
 from motorid.estimate.solution import Solution
 from motorid.estimate.uncertainty import autoregression, covariance_of, power, statistical
+from motorid.estimate.unknowns import merged, unknowns_of
 from motorid.estimate.wider.fit import Fitted
 from motorid.estimate.wider.record import WideRecord
 from motorid.estimate.wider.terms import ADDED, Term
@@ -83,7 +84,7 @@ def _nested(wider: Fitted, terms: Sequence[Term], before: Solution) -> Fitted:
     extra = {n for t in wider.terms if t not in terms for n in (*t.free, t.per_turn)}
     free = tuple(n for n in wider.free if n not in extra)
     absent = {name: ADDED[name].absent for name in extra if name}
-    start = {**motor_fit.merged(wider.start, before), **absent}
+    start = {**merged(wider.start, before), **absent}
     fixed = {n: v for n, v in start.items() if n not in free}
     records = []
     for k, record in enumerate(wider.records):
@@ -92,11 +93,11 @@ def _nested(wider: Fitted, terms: Sequence[Term], before: Solution) -> Fitted:
         named = zip((u.name for u in record.unknowns), wider.solution.own[k], strict=True)
         null.starting({name: float(v) for name, v in named})
         records.append(null)
-    unknowns = motor_fit.unknowns(records, free, start)
+    unknowns = unknowns_of(records, free, start)
     solution = maximise(unknowns, records, enough=COARSE)
     if solution.objective - wider.solution.objective < SETTLED * COARSE:
-        start = motor_fit.merged(start, solution)
-        solution = motor_fit.again(records, free, start, solution)
+        start = merged(start, solution)
+        solution = again(records, free, start, solution)
     return Fitted(tuple(terms), tuple(records), solution, free, start)
 
 
@@ -142,8 +143,8 @@ def _left_out(fitted: Fitted) -> float:
 def _alone(fitted: Fitted, record: WideRecord, step: Floats) -> float:
     """F of one record with the shared parameters held a step away, its nuisances its own."""
     pinned = []
-    start = motor_fit.merged(fitted.start, fitted.solution)
-    for u, move in zip(motor_fit.unknowns([record], fitted.free, start), step, strict=True):
+    start = merged(fitted.start, fitted.solution)
+    for u, move in zip(unknowns_of([record], fitted.free, start), step, strict=True):
         value = u.start * float(np.exp(move)) if u.log else u.start + float(move)
         value = float(np.clip(value, u.lower, u.upper))
         room = PINNED * max(abs(value), 0.0 if u.log else u.scale)

@@ -10,13 +10,15 @@ from dataclasses import replace
 
 from motorid.capture.model import Capture
 from motorid.errors import DataError
-from motorid.estimate import AUTO, SIX, motor_fit
+from motorid.estimate import AUTO, SIX, motor_fit, settling
 from motorid.estimate.alternative import TermTrial
 from motorid.estimate.loss import lossless
+from motorid.estimate.motor_results import report
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.refit import plain
 from motorid.estimate.types import PARAMETERS, Diagnostic, Estimate, Parameter
+from motorid.estimate.unknowns import merged
 from motorid.estimate.wider.fit import Fitted, begin
 from motorid.estimate.wider.joint import starts
 from motorid.estimate.wider.need import ALLOWED, carry_loss, loss_stands_out
@@ -43,15 +45,15 @@ def fit(
     """
     terms = () if model in (AUTO, SIX) else parse(model)
     records, solution = motor_fit.solved(captures, fix, without)
-    estimate = motor_fit.report(captures, records, solution, fix, without)
+    estimate = report(captures, records, solution, fix, without)
     if model == SIX:
         return estimate
     held = {**dict.fromkeys(without, 0.0), **fix}
-    values, matters = motor_fit.merged(held, solution), reach(estimate.parameters)
+    values, matters = merged(held, solution), reach(estimate.parameters)
     if not (terms or _is_needed(records, solution, values, matters)):
         return estimate
     bare, solution = _without_loss(records, solution, values, held)
-    values = motor_fit.merged(held, solution)
+    values = merged(held, solution)
     if terms:
         fitted = asked_for(bare, solution, values, terms)
         trials: tuple[TermTrial, ...] = ()
@@ -89,7 +91,7 @@ def _without_loss(
         return records, solution
     free = [name for name in PARAMETERS if name not in held]
     bare = [MotorRecord(lossless(record.capture), free, held) for record in records]
-    return bare, motor_fit.solve(bare, free, values)
+    return bare, settling.solve(bare, free, values)
 
 
 def reach(parameters: Mapping[str, Parameter]) -> dict[str, float]:
@@ -120,7 +122,7 @@ def asked_for(
         start, own = _starts(*now, taken, stage)
         taken = (*taken, *stage)
         begun = begin(now[0], now[1], taken, fixed=fixed, start=start, own=own)
-        rough = begun.roughly(motor_fit.ROUGH if len(taken) == len(terms) else COARSE)
+        rough = begun.roughly(settling.ROUGH if len(taken) == len(terms) else COARSE)
         now = rough.records, rough.solution, rough.values
     return begun.wholly(rough)
 

@@ -12,7 +12,7 @@ from motorid.estimate import (
     instrument,
     intervals,
     log_noise,
-    motor_fit,
+    motor_results,
     remarks,
 )
 from motorid.estimate.algebra import square
@@ -160,7 +160,7 @@ def alternative(
         equations=tuple(term.equation for term in fitted.terms),
         asked=asked,
         parameters=parameters(found, fitted),
-        nuisance=motor_fit.nuisance_parameters(fitted.solution, fitted.records),
+        nuisance=motor_results.nuisance_parameters(fitted.solution, fitted.records),
         chi_square=chi_square,
         degrees_of_freedom=freedom,
         evaluations=max(record.simulated for record in fitted.records),

@@ -1,0 +1,146 @@
+"""What a solution for one driven motor says: the estimate with its uncertainty, and its remarks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid import __version__
+from motorid.capture.model import Capture
+from motorid.capture.store import describe
+from motorid.errors import DataError
+from motorid.estimate import (
+    common,
+    input_noise,
+    instrument,
+    intervals,
+    log_noise,
+    profile,
+    remarks,
+    tables,
+)
+from motorid.estimate.record import MotorRecord
+from motorid.estimate.solution import Solution
+from motorid.estimate.suspects.lazy import Suspects
+from motorid.estimate.types import Estimate, Parameter
+from motorid.estimate.uncertainty import statistical
+from motorid.segment import segment
+
+Floats = NDArray[np.float64]
+
+MODEL = "v = R i + L di/dt + K w; J dw/dt = K i - B w - T0 sign(w)"
+METHOD = "output-error maximum likelihood"
+HIGH = 95  # percentile of a log's voltages that counts as its highest level
+NUISANCE_UNITS = {
+    "current_offset": "A",
+    "position_origin": "rad",
+    "voltage_offset": "V",
+    "initial_speed": "rad/s",
+    "initial_current": "A",
+    "voltage_late": "s",
+    "voltage_loss": "V",
+    "warming": "1",
+    "initial_warmth": "1",
+    "cogging_phase": "rad",
+    "ripple_phase": "rad",
+}
+
+
+def report(
+    captures: Sequence[Capture],
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    fix: Mapping[str, float],
+    without: Sequence[str],
+    profiled: bool = True,
+) -> Estimate:
+    """What a solution says, whichever method found it: uncertainty from its curvature.
+
+    ``profiled``: it is the likelihood's own minimum, so that the profile may bound what leans.
+    """
+    fixed = {**dict.fromkeys(without, 0.0), **fix}
+    simulated = max(record.simulated for record in records)
+    kinds = (input_noise, log_noise, common)
+    hidden = [shift for kind in kinds for shift in kind.shifts(solution, records)]
+    scatter = statistical(solution, hidden)
+    found = intervals.Findings(
+        solution,
+        scatter,
+        instrument.budget(solution, records),
+        fixed,
+        without,
+        profile.intervals(solution, records, scatter) if profiled and solution.converged else {},
+    )
+    parameters = intervals.parameters(found)
+    voltage = nominal_voltage(records)
+    chi_square, freedom = remarks.chi_square(solution, records)
+    named = [(capture, segment(capture)) for capture in captures]
+    return Estimate(
+        model=MODEL,
+        method=METHOD,
+        parameters=parameters,
+        combinations=intervals.combinations(found, parameters),
+        derived=intervals.derived(found, voltage),
+        nuisance=nuisance_parameters(solution, records),
+        free=found.names,
+        correlation=correlation(found.statistical.covariance),
+        chi_square=chi_square,
+        degrees_of_freedom=freedom,
+        evaluations=simulated,
+        diagnostics=remarks.diagnostics(found, records, parameters, named),
+        curves=tables.curves(solution, records),
+        steady=tables.steady(found.motor(), [r.gear for r in records], named),
+        segments=tables.segments(named),
+        inputs=tuple(describe(capture) for capture in captures),
+        options={"fix": dict(fix), "without": list(without), "method": "ml"},
+        versions={"motorid": __version__, "numpy": np.__version__},
+        budget=intervals.budget_shares(found),
+        suspects=Suspects(records, solution, parameters),
+    )
+
+
+def nominal_voltage(records: Sequence[MotorRecord]) -> float:
+    """V, the highest steady level among the captures. Raises DataError when none was driven."""
+    levels = [
+        _level(record.volts[part.slice], of_log=part.kind is None)
+        for record in records
+        for part in record.timeline.parts
+        if not part.open
+    ]
+    if not levels or max(levels) == 0:
+        raise DataError("the motor was never driven in these captures: capture a run with a step")
+    return max(levels)
+
+
+def _level(volts: Floats, of_log: bool) -> float:
+    """V of a part: its usual one, or the highest that a log held for a while."""
+    if of_log:
+        return float(np.percentile(np.abs(volts), HIGH))
+    return abs(float(np.median(volts)))
+
+
+def correlation(covariance: Floats) -> Floats:
+    """(p, p) from a covariance; 0 where a variance is."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    return np.asarray(np.clip(covariance / np.outer(scale, scale), -1.0, 1.0))
+
+
+def nuisance_parameters(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, Parameter]:
+    """What was estimated of each capture on the way."""
+    out = {}
+    for k, record in enumerate(records):
+        label = f" of run {k + 1}" if len(records) > 1 else ""
+        deviations = np.sqrt(np.diag(solution.own_covariance[k]))
+        for unknown, value, sd in zip(record.unknowns, solution.own[k], deviations, strict=True):
+            if unknown.name not in NUISANCE_UNITS:
+                continue  # what noise left open of a voltage says nothing of the motor or its rig
+            v, u = float(value), float(sd)
+            reach = intervals.NORMAL_95 * u
+            name = unknown.name.replace("_", " ") + label
+            out[name] = Parameter(
+                name, NUISANCE_UNITS[unknown.name], v, u, 0.0, u, (v - reach, v + reach),
+                "estimated",
+            )  # fmt: skip
+    return out

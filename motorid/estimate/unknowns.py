@@ -1,0 +1,53 @@
+"""The free parameters of a motor as the search sees them: bounds, scales and start values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from motorid.capture.model import CURRENT
+from motorid.estimate.record import MotorRecord
+from motorid.estimate.solution import Solution, Unknown
+from motorid.estimate.types import PARAMETERS
+
+SHORTEST_ELECTRICAL = 1e-3  # L/R in sample periods: below it the data know no inductance
+
+
+def unknowns_of(
+    records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
+) -> list[Unknown]:
+    """The free parameters with their bounds, scales and start values."""
+    torque, speed = typical(records, start)
+    period = min(record.timeline.period_s for record in records)
+    scales = {"B": torque / speed, "T0": torque}
+    out = []
+    for name in free:
+        if name in scales:
+            out.append(Unknown(name, start[name], lower=0.0, scale=scales[name]))
+        elif name == "L":
+            least = SHORTEST_ELECTRICAL * start["R"] * period
+            out.append(Unknown(name, max(start[name], 2 * least), lower=least, log=True))
+        elif name not in PARAMETERS:
+            out.append(records[0].unknown(name, start[name]))
+        else:
+            out.append(Unknown(name, start[name], lower=0.0, log=True))
+    return out
+
+
+def typical(records: Sequence[MotorRecord], start: Mapping[str, float]) -> tuple[float, float]:
+    """A torque (N·m) and a speed (rad/s) of these captures."""
+    currents, speeds = [], []
+    for record in records:
+        speeds.append(float(np.abs(record.volts).max()) / start["K"])
+        for m in record.measured:
+            if m.block.name == CURRENT:
+                currents.append(float(np.median(np.abs(m.values[record.driven[m.keep]]))))
+    torque = start["K"] * max(currents, default=0.0) or start["T0"] or 1.0
+    return torque, max(speeds) or 1.0
+
+
+def merged(start: Mapping[str, float], solution: Solution) -> dict[str, float]:
+    """Start values with the solution's where it has them."""
+    found = zip(solution.unknowns, solution.values, strict=True)
+    return {**start, **{u.name: float(v) for u, v in found}}
