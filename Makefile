@@ -71,7 +71,7 @@ clean:
 help:
 	@echo "make run [RIG=sim] [OUT=out]  capture, fit and report; RIG is a packaged name or a file"
 	@echo "make test                     every test"
-	@echo "make quick                    the tests that take less than about two seconds each"
+	@echo "make quick                    the tests that take less than about half a second each"
 	@echo "make check                    format, lint, types, generated files"
 	@echo "make fuzz [SECONDS=60]        each parser and the firmware's receiver, for so long"
 	@echo "make bench                    speed and accuracy against their targets"

@@ -17,6 +17,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return motorid.record(fast, tmp_path_factory.mktemp("api") / "run.h5", serial="M17")
 
 
+@pytest.mark.slow
 def test_record_then_fit_a_path_or_a_capture(path: Path) -> None:
     capture = motorid.load(path)
     assert capture.provenance["serial"] == "M17"

@@ -104,6 +104,7 @@ def test_the_package_itself_is_light() -> None:
 POSIX_ONLY = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty"}
 
 
+@pytest.mark.slow
 def test_windows_can_import_every_module() -> None:
     """At the top level; inside a function a guard may come first. Only sim/pty is excused."""
     for path in files():

@@ -67,6 +67,7 @@ def test_force_moves_a_leftover_aside_and_says_so(
     assert not aside.exists()
 
 
+@pytest.mark.slow
 def test_force_into_a_folder_does_the_same(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -111,6 +111,7 @@ def test_a_rig_file_may_name_the_serial_of_its_board(tmp_path: Path) -> None:
         load_rig(str(path))
 
 
+@pytest.mark.slow
 def test_an_old_calibration_is_warned_of_and_reported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -177,6 +178,7 @@ def complaint(text: str) -> str:
     return ""
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2000), st.integers(0, 30), st.text(max_size=12))
 def test_no_damage_is_worse_than_a_sentence(start: int, length: int, put: str) -> None:
     text = calibration(encoder={"date": NOW, "counts_per_turn": 2048.0, "uncertainty": 1.0})

@@ -270,6 +270,7 @@ def test_any_bytes_read_or_are_refused(
     assert "\n" not in message
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.floats(-1e6, 1e6, allow_subnormal=False), min_size=2, max_size=30),
     st.sampled_from([",", ";", "\t"]),

@@ -64,6 +64,7 @@ def test_a_log_that_does_not_tell_the_resistance_tells_nothing_behind_it(tmp_pat
     assert "do not tell R" in told["J/K²"].note
 
 
+@pytest.mark.slow
 def test_each_file_has_an_onset_delay_of_its_own(tmp_path: Path) -> None:
     case = next(case for case in CASES if case.late_s)
     found = estimate(case, tmp_path)

@@ -42,6 +42,7 @@ def test_run_writes_capture_estimate_and_report(
     assert run("run", *FAST, "-o", out, "--force") == 0
 
 
+@pytest.mark.slow
 def test_fit_prints_json_alone(capture_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("fit", capture_file, "--json", "--fix", "K=0.0077", "--model", "six") == 0
     estimate = json.loads(capsys.readouterr().out)
@@ -50,6 +51,7 @@ def test_fit_prints_json_alone(capture_file: Path, capsys: pytest.CaptureFixture
     assert estimate["parameters"]["K"]["value"] == 0.0077
 
 
+@pytest.mark.slow
 def test_a_saved_capture_fits_as_the_live_one_did(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -61,6 +63,7 @@ def test_a_saved_capture_fits_as_the_live_one_did(
     assert again["parameters"] == live["parameters"]
 
 
+@pytest.mark.slow
 def test_repeat_makes_a_file_a_run_and_fit_takes_them_together(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -75,6 +75,7 @@ def test_a_prior_that_is_wider_never_narrows_the_bound(tmp_path: Path) -> None:
     assert loose["T0"] == pytest.approx(0.05, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_record_says_what_was_true_and_what_was_said(tmp_path: Path) -> None:
     row = score(SEED, How(tmp_path))
     json.dumps(row, allow_nan=False)
@@ -90,6 +91,7 @@ def test_a_record_says_what_was_true_and_what_was_said(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_kept_captures_are_fitted_as_new_ones(tmp_path: Path) -> None:
     how = How(tmp_path, ("fit",), keep=True)
     new, again = score(SEED, how), score(SEED, how)

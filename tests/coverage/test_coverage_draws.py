@@ -30,6 +30,7 @@ def test_an_effect_taken_out_leaves_the_rest() -> None:
     assert without.rigs == whole.rigs
 
 
+@pytest.mark.slow
 def test_what_is_stated_is_off_by_its_stated_uncertainty() -> None:
     off: dict[str, list[float]] = {name: [] for name in ("bridge", "lead", "ambient", "gain")}
     for seed in range(COUNT):

@@ -155,6 +155,7 @@ def test_a_driver_that_complains_before_the_bridge_closes_trips_when_it_does(rig
     assert not rig.facts["enabled"]
 
 
+@pytest.mark.slow
 def test_volts_are_held_while_commands_come_at_full_speed(rig: Rig) -> None:
     """What a sample takes longest for, at once: a division, heartbeats, and the encoder's edges."""
     client = rig.client
@@ -182,6 +183,7 @@ def test_through_a_reset_the_bridge_is_off(rig: Rig, cause: ResetCause) -> None:
     assert not rig.facts["enabled"]
 
 
+@pytest.mark.slow
 def test_a_hang_with_interrupts_off_ends_by_the_watchdog(rig: Rig) -> None:
     rig.drive()
     rig.emulator.set("hang", 1)

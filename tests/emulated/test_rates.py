@@ -24,6 +24,7 @@ def _needs_the_emulator() -> None:
         pytest.skip(f"no emulated board: {lack}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("board", BOARDS)
 def test_the_highest_rate_with_the_encoder_at_full_speed(board: str) -> None:
     figures = rates.run(board, 4000, FULL_SPEED_HZ, 0.3)

@@ -87,6 +87,7 @@ def test_runs_together_are_known_better_than_one() -> None:
     assert not any("this run only" in d.message for d in three.diagnostics)
 
 
+@pytest.mark.slow
 def test_spread_between_runs_enters_the_interval() -> None:
     """Runs whose position is scaled differently disagree beyond their noise."""
     runs = []
@@ -131,6 +132,7 @@ def test_a_speed_will_do_for_a_position() -> None:
     assert np.abs(pulls(estimate)).max() < 3.5
 
 
+@pytest.mark.slow
 def test_a_long_aperture_is_modelled() -> None:
     """The mean over 16 samples, declared as such, biases nothing."""
     width = 16

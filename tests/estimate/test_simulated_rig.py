@@ -102,6 +102,7 @@ def test_every_parameter_with_a_current_that_stops_or_reverses(
     assert max(off[n] for n in ("L", "B", "T0")) < 0.04
 
 
+@pytest.mark.slow
 def test_a_fit_that_ignores_the_ripple_is_told_apart(tmp_path: Path) -> None:
     """The chain matters: with the ripple left out, R is wrong by far more than it says."""
     rig = load_rig("sim")

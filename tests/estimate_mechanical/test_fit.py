@@ -51,6 +51,7 @@ def inside(estimate: Estimate, truth: dict[str, float]) -> bool:
     )
 
 
+@pytest.mark.slow
 def test_without_noise_the_ratios_come_back(clean: Capture) -> None:
     estimate = mechanical.fit([clean])
     for name, value in RATIOS.items():
@@ -62,6 +63,7 @@ def test_without_noise_the_ratios_come_back(clean: Capture) -> None:
     assert any("terminal voltage" in d.message for d in estimate.diagnostics)
 
 
+@pytest.mark.slow
 def test_fixed_torque_constant_gives_parameters() -> None:
     truth = {"B": MOTOR.B, "J": MOTOR.J, "T0": MOTOR.T0}
     estimate = mechanical.fit([run(1)], fix={"K": MOTOR.K})
@@ -71,6 +73,7 @@ def test_fixed_torque_constant_gives_parameters() -> None:
     assert estimate.parameters["K"].status == "fixed"
 
 
+@pytest.mark.slow
 def test_fixed_inertia_gives_the_torque_constant() -> None:
     estimate = mechanical.fit([run(2)], fix={"J": MOTOR.J})
     assert estimate.parameters["K"].value == pytest.approx(MOTOR.K, rel=0.03)
@@ -89,6 +92,7 @@ def test_position_serves_as_well_as_speed() -> None:
         assert estimate.combinations[name].value == pytest.approx(value, rel=0.03)
 
 
+@pytest.mark.slow
 def test_linear_axis_reports_mass_and_offset() -> None:
     axis = Plant(K=1.0, B=200.0, J=95.0, T0=20.0, load=-3.0)
     t, force, v = closed_loop(axis, sweep(0.1, 0.5), 3000.0, 8.0)
@@ -126,6 +130,7 @@ def test_averaged_current_is_matched(clean: Capture) -> None:
     assert error["wrong"] > 3 * error["right"]
 
 
+@pytest.mark.slow
 def test_magnitude_of_the_current_gets_its_sign_back() -> None:
     t, i, w = closed_loop(
         MOTOR, steps(1.0, 40.0, 0.0, -40.0, 0.0, 120.0, 0.0, -120.0, 0.0), 0.02, 16.0
@@ -151,6 +156,7 @@ def test_one_direction_knows_no_offset() -> None:
     assert inside(estimate, RATIOS)
 
 
+@pytest.mark.slow
 def test_volts_without_current_give_time_constant_and_gain() -> None:
     R, K, J, B, T0 = 2.0, 0.05, 5e-5, 2e-5, 4e-3
     equivalent = Plant(K=K / R, B=B + K**2 / R, J=J, T0=T0)  # L neglected: i = (v − Kω)/R
@@ -175,6 +181,7 @@ def test_volts_without_current_give_time_constant_and_gain() -> None:
     assert known.parameters["J"].value == pytest.approx(J, rel=0.02)
 
 
+@pytest.mark.slow
 def test_friction_that_the_model_lacks_is_said() -> None:
     t, _, w = closed_loop(MOTOR, sweep(120.0, 0.7), 0.02, 8.0)
     pushed = (

@@ -69,6 +69,7 @@ def test_a_second_compiler_builds_the_boards_firmware(tmp_path: Path) -> None:
         assert b"GCC" not in (folder / "main.o").read_bytes()
 
 
+@pytest.mark.slow
 def test_lint_is_quiet() -> None:
     assert make("lint", "cppcheck") == ""
 

@@ -47,6 +47,7 @@ def complaint(binary: Path, *arguments: str) -> str:
     return done.stderr
 
 
+@pytest.mark.slow
 def test_mistakes_on_the_command_line_are_told(binary: Path) -> None:
     good = module_of(HOST_PORT / "board.py").arguments(query({}))
     assert "clock_hz is missing" in complaint(binary, "--pty")
@@ -84,6 +85,7 @@ def test_motorid_finds_a_board_there(flags: tuple[str, ...]) -> None:
         port.close()
 
 
+@pytest.mark.slow
 def test_full_speed_is_faster_than_the_wall_clock() -> None:
     with running("--socket", "0", "--speed", "max") as url:
         client = Client(open_port(url))

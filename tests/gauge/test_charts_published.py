@@ -80,6 +80,7 @@ def test_capability_of_readings() -> None:
         capability(np.ones(9), 0.0, 2.0)
 
 
+@pytest.mark.slow
 def test_intervals_of_capability_cover_the_truth() -> None:
     """Cp of 1.2 in 800 samples of 60: the interval by moving ranges holds it 95 times in 100."""
     rng = np.random.default_rng(3)

@@ -171,6 +171,7 @@ def test_cg_and_cgk_by_their_definition() -> None:
     assert not uncertain.biased
 
 
+@pytest.mark.slow
 def test_intervals_cover_the_truth() -> None:
     """Of 400 simulated studies the 95 % intervals of EV and GRR hold the truth nearly so often."""
     rng = np.random.default_rng(7)

@@ -34,6 +34,7 @@ def golden(tmp_path: Path) -> Path:
     return place
 
 
+@pytest.mark.slow
 def test_golden_motor_drift(golden: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["trend", str(golden), "--quantity", "R", "--kind", "golden", "--rules", "limits"]
     assert run([*words, "--golden", "GOLD-1"]) == 0
@@ -46,6 +47,7 @@ def test_golden_motor_drift(golden: Path, capsys: pytest.CaptureFixture[str]) ->
     assert found["capability"]["upper"] == 2.8  # the limits that were in force
 
 
+@pytest.mark.slow
 def test_trend_refuses_what_was_never_measured(
     golden: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -55,6 +57,7 @@ def test_trend_refuses_what_was_never_measured(
     assert run(["trend", "absent.db", "--quantity", "R"]) == 4
 
 
+@pytest.mark.slow
 def test_list_and_export(golden: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["history", "list", str(golden), "--serial", "SN-0000?", "--last", "3"]) == 0
     out = capsys.readouterr().out.splitlines()
@@ -65,6 +68,7 @@ def test_list_and_export(golden: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert run(["history", "export", str(golden), "-o", str(target)]) == 2
 
 
+@pytest.mark.slow
 def test_trace_from_the_serial_and_from_the_digest(
     golden: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -46,6 +46,7 @@ def timeless(fits: list[Fitted]) -> list[Fitted]:
     return [replace(fit, seconds=0.0) for fit in fits]
 
 
+@pytest.mark.slow
 def test_a_folder_is_its_captures_at_any_depth(captures: Path, tmp_path: Path) -> None:
     names = [path.name for path in captures_in([captures])]
     assert names == ["motor-1.h5", "motor-2.h5", "motor-3.h5", "cut.h5", "notes.h5"]

@@ -36,6 +36,7 @@ def said(estimate: Estimate) -> str:
     return " ".join(d.message for d in estimate.diagnostics if d.code == "run_to_add")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("levels", [((6.0, 0.006),), ((6.0, 0.02),)])
 def test_the_run_that_is_named_tells_what_was_missing(
     tmp_path: Path, levels: tuple[tuple[float | None, float], ...]

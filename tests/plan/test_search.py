@@ -57,6 +57,7 @@ def test_no_random_program_is_much_cheaper(wants: tuple[str, ...]) -> None:
     assert price < 1.1 * best
 
 
+@pytest.mark.slow
 def test_no_move_from_the_answer_is_cheaper() -> None:
     found = search(("R=1%", "J=2%"))
     stages, price = found.from_shape(seeds(found.motors[0])[1])

@@ -19,6 +19,7 @@ NO_OPENHTF = "openhtf is not installed (pip install openhtf); it is an option of
 FAST = "sim://?motor=faulhaber-2338s006s&load_inertia=6.4e-8&speed=max"
 
 
+@pytest.mark.slow
 def test_connect_run_fit_judge(line_rig: Rig, product: Product, tmp_path: Path) -> None:
     with motorid.connect(line_rig) as board:
         first = board.run(product.program, serial="D000007")

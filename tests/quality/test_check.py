@@ -70,6 +70,7 @@ def test_a_stored_capture_gets_the_same_verdict(
     assert run(["check", "--product", "sim-disc"]) == 2
 
 
+@pytest.mark.slow
 def test_the_serial_number_comes_from_the_scanner(tmp_path: Path) -> None:
     call = [sys.executable, "-m", "motorid.cli.main", *CHECK, "--speed", "max", "-o", str(tmp_path)]
     done = subprocess.run(call, input="D000042\n", capture_output=True, text=True, timeout=60)
@@ -77,6 +78,7 @@ def test_the_serial_number_comes_from_the_scanner(tmp_path: Path) -> None:
     assert "D000042" in done.stdout
 
 
+@pytest.mark.slow
 def test_repeated_inspections_stay_apart(line_rig: Rig, product: Product, tmp_path: Path) -> None:
     with Line(line_rig, product, tmp_path) as line:
         folders = {line.inspect("D000005").folder for _ in range(3)}

@@ -112,6 +112,7 @@ def test_hostile_metadata_stay_text() -> None:
     assert "<script>alert(1)</script>" in page.text
 
 
+@pytest.mark.slow
 def test_a_long_run_gives_a_small_page_at_once() -> None:
     rng = np.random.default_rng(1)
     n = 100_000

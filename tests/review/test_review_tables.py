@@ -138,6 +138,7 @@ def test_a_random_binary_torque_makes_table_5_right(label):
     assert max(errors(step, row(step, label), 0.0, 11).values()) > 5.0
 
 
+@pytest.mark.slow
 def test_steiglitz_mcbride_is_exact_on_table_7_without_noise():
     of = experiment("7")
     assert max(errors(of, row(of, "Steiglitz-McBride"), 0.0, 1).values()) < 1e-6

@@ -37,6 +37,7 @@ def test_nls_ends_near_the_likelihoods_maximum(capture, likely):
     assert found.options["method"] == "nls"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["de-best-1-bin", "pso-ciw", "tlbo", "aco", "de-aco"])
 def test_a_population_search_finds_the_motor(capture, method):
     found = search_fit([capture], method, budget=6000, seed=2)
@@ -58,6 +59,7 @@ def test_closed_forms_find_the_motor(capture, method):
         assert found.parameters[name].value == pytest.approx(FAULHABER[name], rel=part), name
 
 
+@pytest.mark.slow
 def test_a_search_says_what_it_does_not_know_of_a_logs_voltage(capture):
     instant = replace(capture.channels[VOLTAGE], kind="instant", aperture_s=0.0)
     log = replace(capture, program=None, phases=(), channels={**capture.channels, VOLTAGE: instant})
@@ -74,6 +76,7 @@ def test_an_answer_far_from_the_minimum_says_so(capture):
     assert "intervals do not cover" in said.message
 
 
+@pytest.mark.slow
 def test_nls_without_noise_has_next_to_nothing_left_to_gain():
     found = fit([clean_capture(FAULHABER, Plan(count=3000))], method="nls")
     for name, value in FAULHABER.items():
@@ -89,6 +92,7 @@ def test_the_m_methods_say_that_friction_went_into_b(capture):
     assert found.parameters["K"].value == pytest.approx(FAULHABER["K"], rel=0.05)
 
 
+@pytest.mark.slow
 def test_fixed_and_left_out_parameters_stay(capture):
     found = fit([capture], method="nls", fix={"K": 7.68e-3}, without=["L"])
     assert found.parameters["K"].status == "fixed"

@@ -127,6 +127,7 @@ def test_a_stalled_motor_rests() -> None:
     assert np.abs(run.current).max() > 0
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(
     shift=st.integers(-(2**40), 2**40),

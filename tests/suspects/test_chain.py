@@ -33,6 +33,7 @@ def named(estimate: Estimate) -> list[str]:
     return [s.code for s in estimate.suspects if s.strength == "named"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", FITTED)
 def test_a_fault_is_named(case: Case, runs: Runs) -> None:
     estimate = fit([case.capture(runs)])
@@ -65,6 +66,7 @@ def test_a_good_capture_raises_no_alarm(motor: str, tmp_path: Path) -> None:
     assert named(fit([bench.capture(rough)])) == []
 
 
+@pytest.mark.slow
 def test_the_size_is_found(runs: Runs) -> None:
     late = inject.decimated(inject.lag(runs.fine, CURRENT, 4))
     first = fit([late]).suspects[0]
@@ -79,6 +81,7 @@ def test_one_bad_run_of_several_is_pointed_at(runs: Runs) -> None:
     assert "(run 2)" in first.evidence
 
 
+@pytest.mark.slow
 def test_the_one_run_that_misfits_is_looked_at_alone(runs: Runs) -> None:
     bad = inject.clip(runs.good, 0.7 * runs.peak_a)
     first = fit([runs.good, bad]).suspects[0]

@@ -132,6 +132,7 @@ def program() -> str:
     return f"{HEAD}\n{checks}\nint main(void) {{ return {calls}; }}\n"
 
 
+@pytest.mark.slow
 def test_c_and_python_write_and_read_the_same_bytes(tmp_path: Path) -> None:
     source, binary = tmp_path / "vectors.c", tmp_path / "vectors"
     source.write_text(program(), encoding="utf-8")
