@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.algebra import gram, project
-from motorid.estimate.likelihood import Linearised, Solution
 from motorid.estimate.loss import BENT, DROP, TURN, WARMING
 from motorid.estimate.record import MotorRecord
+from motorid.estimate.solution import Linearised, Solution
 from motorid.estimate.uncertainty import covariance_of
 
 Floats = NDArray[np.float64]

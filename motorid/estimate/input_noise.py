@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.algebra import project
-from motorid.estimate.likelihood import Linearised, Solution
 from motorid.estimate.record import MotorRecord
+from motorid.estimate.solution import Linearised, Solution
 from motorid.estimate.source import Source
 from motorid.estimate.uncertainty import covariance_of
 

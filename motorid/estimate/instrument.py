@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED
 from motorid.estimate.algebra import project
-from motorid.estimate.likelihood import Solution
 from motorid.estimate.record import EMF, MotorRecord
+from motorid.estimate.solution import Solution
 from motorid.estimate.uncertainty import covariance_of
 
 Floats = NDArray[np.float64]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.likelihood import Solution
+from motorid.estimate.solution import Solution
 from motorid.estimate.types import PARAMETERS, UNITS, Parameter
 from motorid.estimate.uncertainty import Statistical
 from motorid.motor.parameters import FIGURES, Motor

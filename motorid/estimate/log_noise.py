@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.likelihood import Linearised, Solution
 from motorid.estimate.record import MotorRecord
+from motorid.estimate.solution import Linearised, Solution
 from motorid.estimate.uncertainty import covariance_of
 
 Floats = NDArray[np.float64]

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, Capture, Channel
-from motorid.estimate.likelihood import Unknown
 from motorid.estimate.readings import EMF, Measured, motion
 from motorid.estimate.sense import Sense
+from motorid.estimate.solution import Unknown
 from motorid.estimate.unrest import Unrest
 
 Floats = NDArray[np.float64]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, HELD, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.conduction import unclear
-from motorid.estimate.likelihood import Block
+from motorid.estimate.solution import Block
 from motorid.estimate.timeline import Timeline
 from motorid.motor.response import Output, Quantity
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.algebra import dot, gram, project, square
-from motorid.estimate.likelihood import Linearised, Solution
+from motorid.estimate.solution import Linearised, Solution
 
 Floats = NDArray[np.float64]
 

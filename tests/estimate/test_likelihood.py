@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from motorid.estimate.coordinates import Coordinates
-from motorid.estimate.likelihood import Block, Unknown, maximise
+from motorid.estimate.likelihood import maximise
+from motorid.estimate.solution import Block, Unknown
 
 RNG = np.random.default_rng(20)
 

@@ -8,7 +8,8 @@ from scipy.signal import lfilter
 from scipy.special import stdtrit
 
 from motorid.estimate.intervals import Findings, student
-from motorid.estimate.likelihood import Block, Solution, Unknown, maximise
+from motorid.estimate.likelihood import maximise
+from motorid.estimate.solution import Block, Solution, Unknown
 from motorid.estimate.uncertainty import (
     Statistical,
     autoregression,

@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture
-from motorid.estimate.likelihood import Block, Linearised, Unknown
-from motorid.estimate.likelihood import Solution as Likely
 from motorid.estimate.search.problem import Problem, Solution
+from motorid.estimate.solution import Block, Linearised, Unknown
+from motorid.estimate.solution import Solution as Likely
 from motorid.estimate.types import Floats
 from motorid.estimate.uncertainty import covariance_of
 from motorid.motor.batch import Record

@@ -17,7 +17,6 @@ from motorid.capture.store import describe
 from motorid.errors import DataError, UsageError
 from motorid.estimate import intervals, motor_results, tables
 from motorid.estimate.closed_form import start_values
-from motorid.estimate.likelihood import Solution as Likely
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.search import captures as capture_problem
 from motorid.estimate.search import models
@@ -25,6 +24,7 @@ from motorid.estimate.search.curvature import curvature, instrument, outputs
 from motorid.estimate.search.models import Extended
 from motorid.estimate.search.objective import peaks
 from motorid.estimate.search.problem import Problem, Solution, remark, solve
+from motorid.estimate.solution import Solution as Likely
 from motorid.estimate.types import PARAMETERS, UNITS, Curve, Diagnostic, Estimate, Floats, Parameter
 from motorid.estimate.uncertainty import Statistical, statistical
 from motorid.motor.batch import Record

@@ -15,7 +15,6 @@ import numpy as np
 from motorid.capture.model import Capture
 from motorid.errors import UsageError, nearest
 from motorid.estimate.closed_form import start_values
-from motorid.estimate.likelihood import Solution as Likely
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.motor_results import report
 from motorid.estimate.record import MotorRecord
@@ -23,6 +22,7 @@ from motorid.estimate.search import captures as capture_problem
 from motorid.estimate.search import closed, extended, models, registry
 from motorid.estimate.search.problem import DIRECT, ENDS, Problem, Solution, remark, solve
 from motorid.estimate.search.problem import names as problem_names
+from motorid.estimate.solution import Solution as Likely
 from motorid.estimate.types import PARAMETERS, Diagnostic, Estimate
 from motorid.estimate.uncertainty import covariance_of
 from motorid.estimate.unknowns import unknowns_of

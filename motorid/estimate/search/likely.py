@@ -11,9 +11,10 @@ import numpy as np
 from scipy.stats import qmc
 
 from motorid.estimate.algebra import misfits
-from motorid.estimate.likelihood import Block, Solution, Unknown, maximise
+from motorid.estimate.likelihood import maximise
 from motorid.estimate.search.objective import Objective
 from motorid.estimate.search.population import SearchResult
+from motorid.estimate.solution import Block, Solution, Unknown
 from motorid.estimate.types import Floats
 
 ROUNDING = 1e-7  # of a channel's scale: the floor of a noise level

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.likelihood import Solution, Unknown, maximise
+from motorid.estimate.likelihood import maximise
 from motorid.estimate.record import MotorRecord
+from motorid.estimate.solution import Solution, Unknown
 from motorid.estimate.suspects.hypothesis import Hypothesis, Size
 
 Floats = NDArray[np.float64]
