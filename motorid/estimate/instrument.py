@@ -8,14 +8,16 @@ captures share (their gains, their clock) moves them together.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED
 from motorid.estimate.algebra import project
-from motorid.estimate.record import EMF, MotorRecord
+from motorid.estimate.readings import EMF
+from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.uncertainty import covariance_of
 
@@ -25,6 +27,7 @@ Shift = Callable[[MotorRecord, Floats, Floats], list[Floats]]
 SMALL = 1e-5  # relative change by which a cause is tried
 UNITS_V = 1e-3  # V by which the source is tried
 LATE_S = 1e-8  # by which a delay is tried
+NOT_LATE: Mapping[str, float] = {}
 
 
 def budget(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, Floats]:
@@ -69,7 +72,7 @@ def _voltage_gain(record: MotorRecord, values: Floats, own: Floats) -> list[Floa
     base = record.fitted(values, own)
     if not gain:
         return [np.zeros(len(y)) for y in base]
-    moved = record.fitted_if(values, own, volts=1.0 + SMALL)
+    moved = _fitted_if(record, values, own, volts=1.0 + SMALL)
     return [
         (gain * y if m.block.name == EMF else 0.0) - gain / SMALL * (new - y)
         for m, y, new in zip(record.measured, base, moved, strict=True)
@@ -81,7 +84,7 @@ def _clock(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
     base = record.fitted(values, own)
     if not uncertainty:
         return [np.zeros(len(y)) for y in base]
-    moved = record.fitted_if(values, own, clock=1.0 + SMALL)
+    moved = _fitted_if(record, values, own, clock=1.0 + SMALL)
     return [uncertainty / SMALL * (new - y) for y, new in zip(base, moved, strict=True)]
 
 
@@ -95,7 +98,7 @@ def _delay(name: str) -> Shift:
         )
         if not late:
             return [np.zeros(len(y)) for y in base]
-        moved = record.fitted_if(values, own, late_s={name: LATE_S})
+        moved = _fitted_if(record, values, own, late_s={name: LATE_S})
         return [late / LATE_S * (new - y) for y, new in zip(base, moved, strict=True)]
 
     return shift
@@ -109,8 +112,41 @@ def _source_level(record: MotorRecord, values: Floats, own: Floats) -> list[Floa
     if not resolution or noise > 0.3 * resolution:  # noise of a third of a step dithers it away
         return [np.zeros(len(y)) for y in base]
     size = resolution / np.sqrt(12.0)
-    moved = record.fitted_if(values, own, shift_v=UNITS_V)
+    moved = _fitted_if(record, values, own, shift_v=UNITS_V)
     return [-size / UNITS_V * (new - y) for y, new in zip(base, moved, strict=True)]
+
+
+def _fitted_if(
+    record: MotorRecord,
+    values: Floats,
+    own: Floats,
+    *,
+    volts: float = 1.0,
+    shift_v: float = 0.0,
+    clock: float = 1.0,
+    late_s: Mapping[str, float] = NOT_LATE,
+) -> list[Floats]:
+    """``fitted`` if the source gave ``volts`` times its voltage, or ticks lay ``clock`` apart.
+
+    ``shift_v`` is added in the direction of the voltage, ``late_s`` to the delay of the blocks
+    it names. What drives the motor scales alike, and so does all that the board times.
+    """
+    usual = record.response
+    outputs = [
+        replace(o, aperture_s=clock * o.aperture_s, delay_s=clock * o.delay_s)
+        for o in record.outputs
+    ]
+    for m in record.measured:
+        late = late_s.get(m.block.name, 0.0)
+        outputs[m.row] = outputs[m.row].delayed(late, usual.pwm_period_s)
+    scaled = [
+        replace(s, swing_v=volts * s.swing_v, clamp_v=volts * s.clamp_v) for s in record.stretches
+    ]
+    source = volts * record.volts + shift_v * np.sign(record.volts)
+    moved = record.respond(
+        clock * usual.period_s, source, outputs, scaled, clock * usual.pwm_period_s
+    )
+    return record.fitted_by(moved, values, own)
 
 
 _CAUSES: dict[str, Shift] = {

@@ -5,47 +5,37 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture
 from motorid.errors import DataError
-from motorid.estimate.algebra import square
-from motorid.estimate.bridge import (
-    bridge_prior,
-    clamp_voltage,
-    stretch_of,
-    supply_voltage,
-    switched_late,
-)
+from motorid.estimate.bridge import bridge_prior, clamp_voltage, supply_voltage, switched_late
 from motorid.estimate.conduction import confirmed, divided
 from motorid.estimate.dead_time import dead_time_loss, turning
+from motorid.estimate.excitation import excitation
 from motorid.estimate.loss import Flow, Loss
 from motorid.estimate.nuisance import nuisances, starts_at_rest
-from motorid.estimate.readings import EMF, Measured, read
+from motorid.estimate.readings import read
 from motorid.estimate.sense import Sense, sense
-from motorid.estimate.solution import Block, Unknown
+from motorid.estimate.solution import Unknown
 from motorid.estimate.source import Source, source_resistance, sources
 from motorid.estimate.standstill import with_standstill
 from motorid.estimate.timeline import lay
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.unrest import Unrest
 from motorid.estimate.waveform import JOINED, Rival, Shape
+from motorid.estimate.weighing import Weighed
 from motorid.estimate.window import Window
 from motorid.motor.response import Output, Quantity, Response, Stretch
 
 Floats = NDArray[np.float64]
 
 REMEMBERED = 3  # responses: an offset of a reading needs no new one
-NOT_LATE: Mapping[str, float] = {}
-INNOVATION = 0.3  # of a reading's least standard deviation, once its past is known
-
-__all__ = ["EMF", "Measured", "MotorRecord"]
 
 
-class MotorRecord:
+class MotorRecord(Weighed):
     """Residuals of one capture as a function of the free motor parameters and its nuisances.
 
     ``free`` names the shared vector; ``fixed`` holds the other parameters; ``shape`` is that of
@@ -79,9 +69,10 @@ class MotorRecord:
         self.driven = self.timeline.driven
         self.sources: tuple[Source | None, ...] = tuple(None for _ in self.timeline.parts)
         self.switched_late = tuple(0 for _ in self.timeline.parts)  # interval up to which it is
-        self.measured, self._outputs = read(capture, self.timeline, self.driven, sensed.shows_emf)
-        if not self.measured:
+        measured, self.outputs = read(capture, self.timeline, self.driven, sensed.shows_emf)
+        if not measured:
             raise DataError("the capture holds neither a current nor a position or speed to fit")
+        super().__init__(measured)
         self._unrest = Unrest(capture, self.timeline, sensed)
         self.settled = True  # what is lost is that of the model's own current
         self._loss = Loss.of(capture, self.timeline, self.driven, sensed.volts, sensed.commanded)
@@ -90,16 +81,13 @@ class MotorRecord:
             self._loss.unknowns if self._loss is not None else (),
         )  # fmt: skip
         self.unknowns = tuple(self._own.unknowns)
-        self.blocks = tuple(m.block for m in self.measured)
-        self.filters: tuple[Floats | None, ...] = tuple(None for _ in self.measured)
-        self.thinned = self.filters
         self.simulated = 0  # responses computed so far
         self.rivals: tuple[Rival, ...] = ()
         pwm = capture.wiring.pwm_hz
         self.response = self.respond(
             self.timeline.period_s,
             sensed.volts,
-            self._outputs,
+            self.outputs,
             pwm_period_s=1.0 / pwm if pwm else 0.0,
         )
         amperes = capture.get(CURRENT)
@@ -115,7 +103,7 @@ class MotorRecord:
         twin.response = self.respond(
             self.timeline.period_s,
             self.volts,
-            self._outputs,
+            self.outputs,
             self.stretches,
             self.response.pwm_period_s,
         )
@@ -135,26 +123,13 @@ class MotorRecord:
         self._excite()
 
     def _excite(self) -> None:
-        volts = self._heard.volts.copy()
-        stretches: list[Stretch] = []
-        begin = partial(stretch_of, self.capture.wiring, self.supply_v, self.clamp_v)
-        self._first = []  # stretch of every part
-        for part, source, late in zip(
-            self.timeline.parts, self.sources, self.switched_late, strict=True
-        ):
-            if source is not None:
-                volts[part.slice] = source.volts
-            ohms = self.sensed.series_ohm + (source.ohms if source else 0.0)
-            self._first.append(len(stretches))
-            edge = max(min(late, part.stop), part.start)
-            if edge > part.start:
-                stretches.append(begin(part, part.start, ohms, volts[part.start : edge]))
-            if edge < part.stop:
-                stretches.append(begin(part, edge, ohms, volts[edge : part.stop], in_time=True))
-        self.volts = volts
+        driving = excitation(
+            self.capture.wiring, self.supply_v, self.clamp_v, self._heard,
+            self.timeline.parts, self.sources, self.switched_late,
+        )  # fmt: skip
+        self.volts, self.stretches, self._first = driving.volts, driving.stretches, driving.first
         self._memory: dict[tuple[float, ...], Floats] = {}
-        self.response.excite(volts, stretches)
-        self.stretches = tuple(stretches)
+        self.response.excite(self.volts, self.stretches)
         for k, place in self._own.levels.items():
             mean = self._unrest.level_deviation(k, self.sources[k])
             self._own.expect(place, mean)
@@ -306,36 +281,9 @@ class MotorRecord:
             models.append(y)
         return models
 
-    def fitted_if(
-        self,
-        shared: Floats,
-        own: Floats,
-        *,
-        volts: float = 1.0,
-        shift_v: float = 0.0,
-        clock: float = 1.0,
-        late_s: Mapping[str, float] = NOT_LATE,
-    ) -> list[Floats]:
-        """``fitted`` if the source gave ``volts`` times its voltage, or ticks lay ``clock`` apart.
-
-        ``shift_v`` is added in the direction of the voltage, ``late_s`` to the delay of the blocks
-        it names. What drives the motor scales alike, and so does all that the board times.
-        """
-        usual = self.response
-        outputs = [
-            replace(o, aperture_s=clock * o.aperture_s, delay_s=clock * o.delay_s)
-            for o in self._outputs
-        ]
-        for m in self.measured:
-            late = late_s.get(m.block.name, 0.0)
-            outputs[m.row] = outputs[m.row].delayed(late, usual.pwm_period_s)
-        scaled = [
-            replace(s, swing_v=volts * s.swing_v, clamp_v=volts * s.clamp_v) for s in self.stretches
-        ]
-        source = volts * self.volts + shift_v * np.sign(self.volts)
-        self.response = self.respond(
-            clock * usual.period_s, source, outputs, scaled, clock * usual.pwm_period_s
-        )
+    def fitted_by(self, response: Response, shared: Floats, own: Floats) -> list[Floats]:
+        """``fitted`` if this response took the place of the record's."""
+        usual, self.response = self.response, response
         self._memory.clear()
         moved = self.fitted(shared, own)
         self.response = usual
@@ -352,30 +300,6 @@ class MotorRecord:
         self._memory = memory
         return moved
 
-    def whiten(self, filters: Sequence[Floats | None]) -> None:
-        """Pass every block's residuals through a filter 1, -c1, -c2 .. from now on; None: as is."""
-        self.filters = tuple(filters)
-        self.thin([None] * len(self.measured))
-
-    def thin(self, roots: Sequence[Floats | None]) -> None:
-        """Multiply every block's readings (n,) by the roots of weights from now on; None: by 1."""
-        self.thinned = tuple(roots)
-        self.blocks = tuple(
-            _worth(m, filter_, root)
-            for m, filter_, root in zip(self.measured, self.filters, roots, strict=True)
-        )
-
-    def weighed(self, parts: Sequence[Floats], filtered: bool = True) -> list[Floats]:
-        """Changes of the readings, one array per block, as the likelihood counts them."""
-        out = []
-        each = zip(self.measured, self.filters, self.thinned, parts, strict=True)
-        for m, f, thinned, part in each:
-            r = part if m.root_weights is None else part * m.root_weights
-            if filtered and thinned is not None:
-                r = r * thinned
-            out.append(r if f is None or not filtered else np.convolve(r, f, "valid"))
-        return out
-
     def residuals(self, shared: Floats, own: Floats) -> list[Floats]:
         """Measured less fitted, weighed; one array per block."""
         return self.weighed(self.departures(shared, own))
@@ -384,15 +308,3 @@ class MotorRecord:
         """Measured less fitted in SI units, one array per block."""
         fitted = self.fitted(shared, own)
         return [m.values - y for m, y in zip(self.measured, fitted, strict=True)]
-
-
-def _worth(m: Measured, filter_: Floats | None, thinned: Floats | None) -> Block:
-    """A block whose readings pass through a filter, and are worth less."""
-    block = m.block
-    if thinned is not None:
-        roots = thinned if m.root_weights is None else m.root_weights * thinned
-        block = replace(block, count=square(roots))
-    if filter_ is None:
-        return block
-    count = max(block.count - len(filter_) + 1, 1.0)
-    return replace(block, floor=block.floor * INNOVATION, count=count)

@@ -13,7 +13,8 @@ from motorid.estimate.conduction import unclear
 from motorid.estimate.identifiability import run_to_add
 from motorid.estimate.intervals import Findings, budget_shares
 from motorid.estimate.loss import BENT, DROP
-from motorid.estimate.record import EMF, Measured, MotorRecord
+from motorid.estimate.readings import EMF, Measured
+from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.supposed import variances as supposed_of
 from motorid.estimate.suspects.where import place

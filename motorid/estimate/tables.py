@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture
 from motorid.estimate.algebra import square
-from motorid.estimate.record import EMF, MotorRecord
+from motorid.estimate.readings import EMF
+from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.types import Curve, SegmentRow, SteadyRow
 from motorid.motor.parameters import Motor

@@ -14,7 +14,8 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION
 from motorid.errors import DataError
-from motorid.estimate.record import EMF, Measured, MotorRecord
+from motorid.estimate.readings import EMF, Measured
+from motorid.estimate.record import MotorRecord
 from motorid.estimate.search.bounds import Box
 from motorid.estimate.search.objective import peaks
 from motorid.estimate.search.problem import Problem

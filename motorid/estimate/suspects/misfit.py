@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.algebra import square
-from motorid.estimate.record import Measured, MotorRecord
+from motorid.estimate.readings import Measured
+from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 
 Floats = NDArray[np.float64]

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.record import Measured, MotorRecord
+from motorid.estimate.readings import Measured
+from motorid.estimate.record import MotorRecord
 from motorid.estimate.suspects.misfit import noise_variance
 from motorid.segment import Segment
 

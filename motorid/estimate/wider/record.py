@@ -183,7 +183,7 @@ class WideRecord(MotorRecord):
         """What a ripple of 1 adds to readings (n,) of a back-EMF."""
         assert self._rotor is not None
         periods = self.motor(shared)[PLACE["N_r"]]
-        phase, output = self._own.of(own, "ripple_phase"), self._outputs[m.row]
+        phase, output = self._own.of(own, "ripple_phase"), self.outputs[m.row]
         ticks = np.arange(self.timeline.count)
         past = m.keep if m.past is None else m.keep + m.past
         at = past - output.delay_s / self.timeline.period_s

@@ -1,0 +1,63 @@
+"""What each reading of a capture counts: weights, thinning, filters against coloured noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.algebra import square
+from motorid.estimate.readings import Measured
+from motorid.estimate.solution import Block
+
+Floats = NDArray[np.float64]
+
+INNOVATION = 0.3  # of a reading's least standard deviation, once its past is known
+
+
+class Weighed:
+    """The readings of one capture and what they count for: each in full until told otherwise."""
+
+    def __init__(self, measured: tuple[Measured, ...]) -> None:
+        self.measured = measured
+        self.blocks = tuple(m.block for m in measured)
+        self.filters: tuple[Floats | None, ...] = tuple(None for _ in measured)
+        self.thinned = self.filters
+
+    def whiten(self, filters: Sequence[Floats | None]) -> None:
+        """Pass every block's residuals through a filter 1, -c1, -c2 .. from now on; None: as is."""
+        self.filters = tuple(filters)
+        self.thin([None] * len(self.measured))
+
+    def thin(self, roots: Sequence[Floats | None]) -> None:
+        """Multiply every block's readings (n,) by the roots of weights from now on; None: by 1."""
+        self.thinned = tuple(roots)
+        self.blocks = tuple(
+            _worth(m, filter_, root)
+            for m, filter_, root in zip(self.measured, self.filters, roots, strict=True)
+        )
+
+    def weighed(self, parts: Sequence[Floats], filtered: bool = True) -> list[Floats]:
+        """Changes of the readings, one array per block, as the likelihood counts them."""
+        out = []
+        each = zip(self.measured, self.filters, self.thinned, parts, strict=True)
+        for m, f, thinned, part in each:
+            r = part if m.root_weights is None else part * m.root_weights
+            if filtered and thinned is not None:
+                r = r * thinned
+            out.append(r if f is None or not filtered else np.convolve(r, f, "valid"))
+        return out
+
+
+def _worth(m: Measured, filter_: Floats | None, thinned: Floats | None) -> Block:
+    """A block whose readings pass through a filter, and are worth less."""
+    block = m.block
+    if thinned is not None:
+        roots = thinned if m.root_weights is None else m.root_weights * thinned
+        block = replace(block, count=square(roots))
+    if filter_ is None:
+        return block
+    count = max(block.count - len(filter_) + 1, 1.0)
+    return replace(block, floor=block.floor * INNOVATION, count=count)
