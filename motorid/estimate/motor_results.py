@@ -19,6 +19,7 @@ from motorid.estimate import (
     log_noise,
     profile,
     remarks,
+    residual_remarks,
     tables,
 )
 from motorid.estimate.record import MotorRecord
@@ -75,7 +76,7 @@ def report(
     )
     parameters = intervals.parameters(found)
     voltage = nominal_voltage(records)
-    chi_square, freedom = remarks.chi_square(solution, records)
+    chi_square, freedom = residual_remarks.chi_square(solution, records)
     named = [(capture, segment(capture)) for capture in captures]
     return Estimate(
         model=MODEL,

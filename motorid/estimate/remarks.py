@@ -1,4 +1,4 @@
-"""What the residuals and the options say about a fit, in sentences."""
+"""What a fit gives to remark on, in sentences: its data, its residuals, what it could not tell."""
 
 from __future__ import annotations
 
@@ -7,26 +7,19 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, VOLTAGE, Capture
-from motorid.estimate.algebra import square
-from motorid.estimate.conduction import unclear
+from motorid.capture.model import Capture
+from motorid.estimate import data_remarks, residual_remarks
 from motorid.estimate.identifiability import run_to_add
 from motorid.estimate.intervals import Findings, budget_shares
 from motorid.estimate.loss import BENT, DROP
-from motorid.estimate.readings import EMF, Measured
 from motorid.estimate.record import MotorRecord
-from motorid.estimate.solution import Solution
 from motorid.estimate.supposed import variances as supposed_of
-from motorid.estimate.suspects.where import place
-from motorid.estimate.timeline import IRREGULAR
 from motorid.estimate.types import Diagnostic, Parameter
-from motorid.estimate.uncertainty import autocovariance
 from motorid.motor.parameters import Motor, mechanical_time_constant
 from motorid.segment import Segment
 
 Floats = NDArray[np.float64]
 
-LACK_OF_FIT = 1.5  # residuals in units of the declared noise
 HALF = 0.5  # of a variance, from which one cause is most of it
 COLOURED = 1.3  # widening of an interval that is worth saying
 INSEPARABLE = 0.98  # correlation
@@ -42,31 +35,6 @@ IMPROVE = {  # what to do about a cause
     "voltage resolution": "measure the voltage with a finer converter or a smaller range",
     "wiring resistance": "measure the leads' and the bridge's resistance",
 }
-WORDS = {EMF: "back-EMF while coasting"}
-
-
-def declared_noise(m: Measured) -> float:
-    """Standard deviation that the channel declares for a reading, quantisation included; 0: none.
-
-    A declared noise is that of a reading as it comes, with the quantisation in it.
-    """
-    step = m.channel.resolution / np.sqrt(12.0)
-    return float(max(m.channel.noise, step)) if m.channel.noise > 0 else 0.0
-
-
-def chi_square(solution: Solution, records: Sequence[MotorRecord]) -> tuple[float, int]:
-    """Squared residuals over the declared noise, or over the noise found where none is declared.
-
-    With it its degrees of freedom: the same readings, each in full, less all unknowns.
-    """
-    total = count = 0.0
-    for record, own in zip(records, solution.own, strict=True):
-        left = record.weighed(record.departures(solution.values, own), filtered=False)
-        for m, r in zip(record.measured, left, strict=True):
-            noise = declared_noise(m)
-            total += square(r) / noise**2 if noise else m.block.count
-            count += m.block.count
-    return total, round(count) - solution.unknown_count
 
 
 def diagnostics(
@@ -90,12 +58,12 @@ def diagnostics(
         left = record.weighed(record.departures(found.solution.values, own), filtered=False)
         segments = named[k][1] if named else ()
         for m, residual in zip(record.measured, left, strict=True):
-            out += _block(record, m, residual, segments, where)
-            coloured.setdefault(m.block.name, []).extend(_memory(residual))
-        out += _data(record, where)
-    out += [_coloured(name, rhos) for name, rhos in coloured.items() if rhos]
-    out += _stopping(records)
-    out += _standing(records)
+            out += residual_remarks.lack_of_fit(record, m, residual, segments, where)
+            coloured.setdefault(m.block.name, []).extend(residual_remarks.memory(residual))
+        out += data_remarks.of_capture(record, where)
+    out += [residual_remarks.coloured(name, rhos) for name, rhos in coloured.items() if rhos]
+    out += data_remarks.stopping(records)
+    out += data_remarks.standing(records)
     out += _statistics(found)
     out += _budget(found, parameters)
     out += _brushes(found, records)
@@ -124,141 +92,6 @@ def _brushes(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic
             "drop_or_resistance", "info",
             "most of R's uncertainty is what its brushes may drop: at one level these data do not "
             f"tell the two apart; {remedy}",
-        )
-    ]  # fmt: skip
-
-
-def _block(
-    record: MotorRecord, m: Measured, residual: Floats, segments: Sequence[Segment], where: str
-) -> list[Diagnostic]:
-    out = []
-    name = WORDS.get(m.block.name, m.block.name)
-    sigma = float(np.sqrt(square(residual) / m.block.count))
-    noise, unit = declared_noise(m), m.channel.unit
-    if noise and sigma > LACK_OF_FIT * noise:
-        mostly = place(record, m, residual, segments)
-        out.append(
-            Diagnostic(
-                "lack_of_fit", "warning",
-                f"the {name} departs from the model by {sigma:.3g} {unit} rms{where}, "
-                f"{sigma / noise:.1f} times its declared noise"
-                f"{f', {mostly}' if mostly else ''}: the model lacks something",
-            )
-        )  # fmt: skip
-    return out
-
-
-def _memory(residual: Floats) -> list[float]:
-    """The correlation of neighbours, where it stands out."""
-    lags = autocovariance(residual, 1)
-    rho = float(lags[1] / lags[0]) if lags[0] > 0 else 0.0
-    return [rho] if abs(rho) > max(0.1, 4.0 / np.sqrt(len(residual))) else []
-
-
-def _coloured(name: str, rhos: Sequence[float]) -> Diagnostic:
-    """One sentence for all runs."""
-    size = f"{rhos[0]:+.2f}" if len(rhos) == 1 else f"{min(rhos):+.2f} to {max(rhos):+.2f}"
-    runs = f" in {len(rhos)} runs" if len(rhos) > 1 else ""
-    return Diagnostic(
-        "coloured_residuals", "info",
-        f"neighbouring residuals of the {WORDS.get(name, name)} are correlated ({size}){runs}; "
-        "the intervals allow for it",
-    )  # fmt: skip
-
-
-def _data(record: MotorRecord, where: str) -> list[Diagnostic]:
-    out = []
-    lost = record.timeline.lost
-    if lost:
-        out.append(
-            Diagnostic(
-                "lost_samples", "warning",
-                f"{lost} of {len(record.capture) + lost} samples are missing{where}; the fit "
-                "passes over them, with the voltage taken from their neighbours",
-            )
-        )  # fmt: skip
-    if record.timeline.past is not None and record.timeline.jitter > IRREGULAR:
-        out.append(
-            Diagnostic(
-                "irregular_stamps", "info",
-                f"the time stamps are irregular{where}: every reading is compared with the model "
-                "at its own stamp",
-            )
-        )  # fmt: skip
-    elif record.timeline.jitter > IRREGULAR:
-        out.append(
-            Diagnostic(
-                "jitter", "warning",
-                f"time stamps miss a uniform grid by up to {record.timeline.jitter:.2f} "
-                f"periods{where}",
-            )
-        )  # fmt: skip
-    for name in (CURRENT, VOLTAGE):
-        channel = record.capture.get(name)
-        clipped = int(channel.saturated.sum()) if channel is not None else 0
-        if clipped:
-            out.append(
-                Diagnostic(
-                    "saturated", "warning",
-                    f"{clipped} readings of the {name.replace('_', ' ')} are at the end of its "
-                    f"converter's range{where} and are left out",
-                )
-            )  # fmt: skip
-    raw = [
-        p for p, s in zip(record.timeline.parts, record.sources, strict=True)
-        if (s is None or s.as_read) and not p.open
-    ]  # fmt: skip
-    if raw and record.sensed.resolution:
-        out.append(
-            Diagnostic(
-                "voltage_readings", "info",
-                f"the measured voltage is used reading by reading in {len(raw)} of the driven "
-                f"parts{where}: there it does not follow a source behind a resistance",
-            )
-        )  # fmt: skip
-    return out
-
-
-def _stopping(records: Sequence[MotorRecord]) -> list[Diagnostic]:
-    """Where a diode's current stops, what that hides, and what to do about it."""
-    driven = sum(int(record.driven.sum()) for record in records)
-    stopped = sum(int(record.timeline.stopped.sum()) for record in records)
-    if not stopped:
-        return []
-    parts = [part for record in records for part in record.timeline.parts]
-    levels = sorted({part.level for part in parts if part.discontinuous})
-    hidden = sum(
-        int(unclear(channel, record.timeline, record.capture.wiring.pwm_hz).sum())
-        for record in records
-        if (channel := record.capture.get(CURRENT)) is not None
-    )
-    left_out = (
-        f", and the {hidden} readings of a part of the PWM period that nobody knows are left out"
-        if hidden
-        else ""
-    )
-    return [
-        Diagnostic(
-            "discontinuous_current", "info",
-            f"the diodes' current stops within the PWM period in {100 * stopped / driven:.0f} % of "
-            f"the driven time (levels {', '.join(f'{level:.3g}' for level in levels)}): there its "
-            f"mean tells nothing of L{left_out}. A level at full duty, synchronous decay or a "
-            "faster PWM would tell more of L",
-        )
-    ]  # fmt: skip
-
-
-def _standing(records: Sequence[MotorRecord]) -> list[Diagnostic]:
-    """Where the motor was driven and did not move."""
-    parts = [part for record in records for part in record.timeline.parts if part.still]
-    if not parts:
-        return []
-    levels = ", ".join(f"{level:.3g}" for level in sorted({part.level for part in parts}))
-    return [
-        Diagnostic(
-            "standstill", "info",
-            f"the motor stands still at levels {levels}, and the fit lets it: breakaway or cogging "
-            "may hold it against more than T0. Such a part tells nothing of K, B, J and T0",
         )
     ]  # fmt: skip
 

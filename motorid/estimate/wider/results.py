@@ -13,7 +13,7 @@ from motorid.estimate import (
     intervals,
     log_noise,
     motor_results,
-    remarks,
+    residual_remarks,
 )
 from motorid.estimate.algebra import square
 from motorid.estimate.alternative import Alternative, ChannelFit, TermTrial
@@ -152,7 +152,7 @@ def alternative(
 ) -> Alternative:
     """The wider answer beside that of ``records``, whose solution is ``before``."""
     names = tuple(term.name for term in fitted.terms)
-    chi_square, freedom = remarks.chi_square(fitted.solution, fitted.records)
+    chi_square, freedom = residual_remarks.chi_square(fitted.solution, fitted.records)
     return Alternative(
         name="+".join(("six", *names)),
         terms=names,
