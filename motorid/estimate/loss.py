@@ -23,15 +23,9 @@ from motorid.capture.model import CURRENT, Capture, Wiring
 from motorid.estimate.bridge import STRAIGHT, driven_share, ripple, supply_voltage
 from motorid.estimate.dead_time import UNSURE
 from motorid.estimate.solution import Unknown
-from motorid.estimate.temperature import (
-    FIGURES,
-    STALL_K_S,
-    THERMAL,
-    Coefficients,
-    by_figures,
-    figures,
-)
+from motorid.estimate.temperature import Coefficients
 from motorid.estimate.timeline import Part, Timeline
+from motorid.estimate.winding import FIGURES, STALL_K_S, THERMAL, by_figures, figures
 from motorid.program import Decay
 
 Floats = NDArray[np.float64]

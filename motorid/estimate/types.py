@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from motorid.estimate.alternative import Alternative
-    from motorid.estimate.temperature import Rise
+    from motorid.estimate.winding import Rise
 
 Floats = NDArray[np.float64]
 Status = Literal["estimated", "fixed", "at_bound", "not_identifiable"]

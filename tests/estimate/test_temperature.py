@@ -17,9 +17,10 @@ from motorid.acquire.record import capture_over
 from motorid.capture import store
 from motorid.capture.model import CURRENT, VOLTAGE, Capture, Channel
 from motorid.capture.table import read_table
-from motorid.estimate import fit, temperature
-from motorid.estimate.temperature import Coefficients, Rise, at_25, self_heating, warmth_of
+from motorid.estimate import fit, winding
+from motorid.estimate.temperature import Coefficients, at_25, warmth_of
 from motorid.estimate.types import Estimate, Parameter
+from motorid.estimate.winding import Rise, self_heating
 from motorid.rig import Rig
 from motorid.rig_file import parse
 from motorid.sim.options import parse_url
@@ -216,8 +217,8 @@ def test_a_thermometers_column_is_the_ambient(tmp_path: Path) -> None:
 def test_a_rig_for_a_second_look_brings_its_own_thermal_figures() -> None:
     capture = replace(
         driven(1.0, 0.1),
-        provenance={"rig": RIG + THERMAL, temperature.THERMAL: {"winding_s": 9.0}},
+        provenance={"rig": RIG + THERMAL, winding.THERMAL: {"winding_s": 9.0}},
     )
-    stated = temperature.figures(capture)
+    stated = winding.figures(capture)
     assert (stated["winding_k_w"], stated["winding_s"], stated["voltage_v"]) == (6.0, 9.0, 6.0)
-    assert temperature.figures(replace(capture, provenance={"rig": "not = toml ="})) == {}
+    assert winding.figures(replace(capture, provenance={"rig": "not = toml ="})) == {}

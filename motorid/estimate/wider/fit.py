@@ -11,11 +11,11 @@ from motorid.estimate import settling
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
-from motorid.estimate.temperature import STALL_K_S
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.unknowns import merged, typical, unknowns_of
 from motorid.estimate.wider.record import Priors, WideRecord
 from motorid.estimate.wider.terms import ADDED, Scales, Term
+from motorid.estimate.winding import STALL_K_S
 
 KNEE_SD = 1.0  # of ln i_b about a twentieth of the stall current
 SLOW_SD = 1.0  # of ln w_s about a twentieth of the highest speed
