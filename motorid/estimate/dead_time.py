@@ -33,6 +33,7 @@ Floats = NDArray[np.float64]
 UNSURE = 0.06  # of the current at which the ripple turns round: its relative standard uncertainty
 COMMUTATION = 0.0015  # of the back-EMF: what is left of a commutator's ripple over a PWM period
 FAR = 4.0  # standard deviations beyond which nothing is blurred
+STEP_A = 1e-6  # a volt of _Period: without inductance there is no ripple, and the loss is a step
 PLACES = (np.arange(32) + 0.5) / 32  # of an interval
 _erf = np.vectorize(math.erf, otypes=[float])
 
@@ -62,11 +63,14 @@ class DeadTime:
             return None
         period = _Period.of(rail, part.decay, duty, share)
         volts, losses = np.array(period.turns()).T
-        straight = swings(swing_v, duty, pwm_hz, inductance_h, 0.0)[0]
-        bent = ripple(capture, part, inductance_h, resistance_ohm)[0] / straight
+        scale = STEP_A
+        if inductance_h:
+            straight = swings(swing_v, duty, pwm_hz, inductance_h, 0.0)[0]
+            bent = ripple(capture, part, inductance_h, resistance_ohm)[0] / straight
+            scale = bent / (inductance_h * pwm_hz)
         blur = COMMUTATION * period.mean / resistance_ohm if resistance_ohm else 0.0
         side = 1.0 if part.level > 0 else -1.0
-        return cls(side, bent * volts / (inductance_h * pwm_hz), losses, blur)
+        return cls(side, scale * volts, losses, blur)
 
     def lost(self, current: Floats) -> Floats:
         """V (n,) less in the mean, signed like the terminals, at mean currents (n,)."""
@@ -157,7 +161,7 @@ def dead_time_loss(
         dead = DeadTime.of(capture, part, inductance_h, resistance_ohm)
         if dead is not None:
             lost[part.slice] = dead.lost(current[part.slice])
-            if part.start and resistance_ohm:
+            if part.start and resistance_ohm and inductance_h:
                 before, mean = current[part.start - 1 : part.start + 1]
                 tau = inductance_h / resistance_ohm / capture.period_s
                 lost[part.start] = float(np.mean(dead.lost(_rise(before, mean, tau))))

@@ -77,6 +77,17 @@ def test_the_loss_is_that_of_the_bridge_however_the_ripple_lies(duty: float, dec
     assert np.abs(lost[late & (along > 1.3 * found.amperes[5])]).min() > 0.97 * most
 
 
+@pytest.mark.parametrize("decay", [Decay.SYNCHRONOUS_SLOW, Decay.FAST])
+def test_without_an_inductance_the_loss_has_the_currents_sign(decay: Decay) -> None:
+    one, part = bridge(0.4, decay)
+    resistance = OPTIONS.preset.resistance_ohm
+    lost = dead_time_loss(one, [part], np.linspace(-1.0, 1.0, 1500), 0.0, resistance)
+    full = model(0.4, decay).volts
+    assert lost[0] == pytest.approx(full.min())
+    assert lost[-1] == pytest.approx(full.max())
+    assert (np.diff(lost) > -1e-9).all()
+
+
 @pytest.mark.parametrize("duty", [0.3, 0.5])
 def test_a_current_that_rises_from_rest_loses_less_in_its_first_interval(duty: float) -> None:
     """The whole bridge changes over, which costs nothing until the ripple turns no more."""
