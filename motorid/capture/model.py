@@ -72,6 +72,11 @@ class Channel:
     sense: Sense | None = None  # voltages only: where it is measured
     unsigned: bool = False  # the instrument reports a magnitude
 
+    @property
+    def window_s(self) -> float:
+        """Seconds that a reading averages over; 0: it is of an instant."""
+        return self.aperture_s if self.kind == "mean" else 0.0
+
     @cached_property
     def values(self) -> Floats:
         """Readings in ``unit``, shape (n,); NaN where a reading is missing."""

@@ -113,7 +113,7 @@ def unclear(channel: Channel, timeline: Timeline, pwm_hz: float) -> Bools:
     """Ticks (count,) whose reading is of part of a PWM period in which the current stops, and
     nobody knows of which.
     """
-    aperture = channel.aperture_s if channel.kind == "mean" else 0.0
+    aperture = channel.window_s
     known = channel.pwm_phase is not None and not aperture
     stopped = timeline.stopped
     if (

@@ -61,7 +61,7 @@ def read(
             if timeline.past is not None:
                 block = replace(block, past=timeline.spread(timeline.past)[kept])
             measured.append(block)
-            outputs.append(Output(quantity, _aperture(channel), channel.delay_s, channel.pwm_phase))
+            outputs.append(Output(quantity, channel.window_s, channel.delay_s, channel.pwm_phase))
 
     everywhere = ~_clipped(capture, timeline)
     everywhere[0] = False  # its window lies before the record
@@ -140,10 +140,6 @@ def _block(
     group = f"{name} {channel.resolution:g} {channel.noise:.3g}"
     block = Block(name, floor, count, group)
     return Measured(block, values, kept, where, roots, row, channel, channel.unsigned)
-
-
-def _aperture(channel: Channel) -> float:
-    return channel.aperture_s if channel.kind == "mean" else 0.0
 
 
 def repeated_count_weights(values: Floats) -> Floats:

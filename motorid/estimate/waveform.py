@@ -113,7 +113,7 @@ def of_log(capture: Capture, channel: Channel, shape: Shape) -> Waveform | None:
     """The waveform of a capture without a program; None for a mean over most of a sample."""
     if capture.program is not None and capture.phases:
         return None
-    aperture = channel.aperture_s if channel.kind == "mean" else 0.0
+    aperture = channel.window_s
     known = np.isfinite(channel.values)
     if aperture > capture.period_s / 2 or known.sum() < 2:
         return None

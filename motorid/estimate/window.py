@@ -42,8 +42,8 @@ class Window:
     @classmethod
     def of(cls, channel: Channel, period_s: float) -> Window:
         """The channel's, as declared."""
-        aperture = channel.aperture_s if channel.kind == "mean" else 0.0
-        return cls(period_s, aperture, channel.delay_s, min(channel.filter_s, channel.delay_s))
+        late = channel.delay_s
+        return cls(period_s, channel.window_s, late, min(channel.filter_s, late))
 
     @property
     def lag(self) -> int:

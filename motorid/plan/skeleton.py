@@ -110,10 +110,10 @@ class _Signals:
         }
 
     def _of(self, channel: Channel) -> Floats:
-        aperture = channel.aperture_s if channel.kind == "mean" else 0.0
-
         def read(quantity: Quantity) -> Floats:
-            return self._read(Output(quantity, aperture, channel.delay_s, channel.pwm_phase))
+            return self._read(
+                Output(quantity, channel.window_s, channel.delay_s, channel.pwm_phase)
+            )
 
         gear = self.blank.wiring.gear_ratio or 1.0
         if channel.name == VOLTAGE:

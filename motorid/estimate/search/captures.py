@@ -14,7 +14,7 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION
 from motorid.errors import DataError
-from motorid.estimate.readings import EMF, Measured
+from motorid.estimate.readings import EMF
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.search.bounds import Box
 from motorid.estimate.search.objective import peaks
@@ -99,18 +99,14 @@ def batch_record(record: MotorRecord) -> Record:
         delay = m.channel.delay_s
         if m.block.name == CURRENT:
             whole, current_delay = divmod(delay, period)
-            aperture = m.channel.aperture_s if m.channel.kind == "mean" else 0.0
+            aperture = m.channel.window_s
         else:
-            whole, lags[m.block.name] = divmod(delay + _middle(m), period)
+            whole, lags[m.block.name] = divmod(delay + m.channel.window_s / 2, period)
         measured[m.block.name] = _earlier(grid, int(whole))
     # Interval n of the timeline ends at its tick n; a batch input is held from tick n on.
     volts = np.append(record.sensed.volts[1:], record.sensed.volts[-1])
     is_open = ~np.append(record.driven[1:], record.driven[-1])
     return Record(period, volts, measured, is_open, lags, aperture, current_delay)
-
-
-def _middle(m: Measured) -> float:
-    return m.channel.aperture_s / 2 if m.channel.kind == "mean" else 0.0
 
 
 def _earlier(grid: Floats, samples: int) -> Floats:
