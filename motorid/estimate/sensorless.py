@@ -15,7 +15,6 @@ import numpy as np
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError, UsageError
 from motorid.estimate import identifiability, motor_fit, settling, unseen_motion
-from motorid.estimate.algebra import misfits
 from motorid.estimate.intervals import unknown
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.motor_results import report
@@ -31,7 +30,6 @@ SCALELESS = ("stall_current", "electrical_time_constant", "mechanical_time_const
              "peak_efficiency")  # fmt: skip
 STILL = SCALELESS[:2]  # of these, what a rotor that is held tells
 HOLDS = 2.0  # times the torque of the highest current: friction of a rotor that is held
-CLEAR = 0.02  # of a channel's range: residuals that are no noise
 UNSEEN = "the speed is seen through v - R i, and these data do not tell R"
 REMEDY = "add the speed or the position, or give one of K, J, B and T0 by --fix"
 
@@ -116,11 +114,7 @@ def _moves(captures: Sequence[Capture], still: Mapping[str, float]) -> bool:
     records = [MotorRecord(capture, free, still) for capture in captures]
     start = unseen_motion.start_values(records, still)
     rough = maximise(unknowns_of(records, free, start), records, enough=settling.ROUGH)
-    return any(
-        misfits(left, CLEAR * float(np.ptp(m.values)))
-        for record, own in zip(records, rough.own, strict=True)
-        for m, left in zip(record.measured, record.departures(rough.values, own), strict=True)
-    )
+    return settling.leaves_misfit(rough, records)
 
 
 def _on_scale(

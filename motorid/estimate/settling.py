@@ -47,7 +47,7 @@ def settled(
 ) -> Solution:
     """The most likely parameters for white noise: other starts are tried where one misfits."""
     solution = with_sources(records, free, start)
-    if _misfits(solution, records):
+    if not solution.converged or leaves_misfit(solution, records):
         for factors in OTHER_STARTS:
             other = {n: start[n] * factors.get(n, 1.0) for n in PARAMETERS}
             trial = with_sources(records, free, other)
@@ -69,9 +69,9 @@ def settled(
 
 def _vanished(solution: Solution, records: Sequence[MotorRecord]) -> bool:
     """The inductance has gone to where it is none; what the ripple does went with it."""
-    values = dict(zip((u.name for u in solution.unknowns), solution.values, strict=True))
+    values = merged({}, solution)
     period = min(record.timeline.period_s for record in records)
-    return 0.0 < float(values.get("L", 0.0)) < VANISHED * float(values.get("R", 0.0)) * period
+    return 0.0 < values.get("L", 0.0) < VANISHED * values.get("R", 0.0) * period
 
 
 def _held(unknowns: list[Unknown], inductance_h: float) -> list[Unknown]:
@@ -144,13 +144,14 @@ def _same(a: Source | None, b: Source | None) -> bool:
     return a is b if a is None or b is None else a.near(b)
 
 
-def _misfits(solution: Solution, records: Sequence[MotorRecord]) -> bool:
-    """Residuals that are neither noise nor small: the search ended in the wrong valley, or early.
+def leaves_misfit(solution: Solution, records: Sequence[MotorRecord]) -> bool:
+    """Residuals are neither noise nor small: the search ended in the wrong valley, or the model is
+    the wrong one.
 
     A little that the model lacks, such as warming between runs, is no such thing.
     """
-    for record, own in zip(records, solution.own, strict=True):
-        for m, left in zip(record.measured, record.departures(solution.values, own), strict=True):
-            if misfits(left, GROSS * float(np.ptp(m.values))):
-                return True
-    return not solution.converged
+    return any(
+        misfits(left, GROSS * float(np.ptp(m.values)))
+        for record, own in zip(records, solution.own, strict=True)
+        for m, left in zip(record.measured, record.departures(solution.values, own), strict=True)
+    )
