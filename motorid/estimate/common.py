@@ -11,10 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.algebra import gram, project
 from motorid.estimate.loss import BENT, DROP, TURN, WARMING
 from motorid.estimate.record import MotorRecord
-from motorid.estimate.solution import Linearised, Solution
+from motorid.estimate.solution import Solution
+from motorid.estimate.supposed import pull
 from motorid.estimate.uncertainty import covariance_of
 
 Floats = NDArray[np.float64]
@@ -29,17 +29,9 @@ def shifts(solution: Solution, records: Sequence[MotorRecord]) -> list[Floats]:
     for record, line in zip(records, solution.records, strict=True):
         for j, unknown in enumerate(record.unknowns):
             if np.isfinite(unknown.prior_sd) and unknown.name.startswith((*ONE, TURN)):
-                pulls.setdefault(unknown.name, []).append(inverse @ _pull(line, j))
+                pulls.setdefault(unknown.name, []).append(inverse @ pull(line, j))
     out = []
     for moved in pulls.values():
         together, apart = np.sum(moved, axis=0), np.sum(np.square(moved), axis=0)
         out.append(np.sign(together) * np.sqrt(np.maximum(together**2 - apart, 0.0)))
     return out
-
-
-def _pull(line: Linearised, j: int) -> Floats:
-    """Score (p,) of the parameters if nuisance ``j`` were off its prior by a standard deviation."""
-    own = line.own
-    within = gram(own.T, own.T) + np.diag(line.own_precision)
-    follows = np.linalg.lstsq(within, np.eye(len(within))[j], rcond=1e-14)[0]
-    return np.asarray(-project(line.shared.T, own @ follows) * np.sqrt(line.own_precision[j]))

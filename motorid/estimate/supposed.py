@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.algebra import gram
+from motorid.estimate.algebra import gram, project
 from motorid.estimate.record import MotorRecord
-from motorid.estimate.solution import Solution
+from motorid.estimate.solution import Linearised, Solution
 from motorid.estimate.uncertainty import covariance_of
 
 Floats = NDArray[np.float64]
@@ -23,11 +23,15 @@ def variances(solution: Solution, records: Sequence[MotorRecord], name: str) -> 
     covariance = covariance_of(solution.information)
     total = np.zeros(len(covariance))
     for record, line in zip(records, solution.records, strict=True):
-        names = [u.name for u in record.unknowns]
-        if name not in names:
-            continue
-        own, place = line.own.T, names.index(name)
-        inverse = covariance_of(gram(own, own) + np.diag(line.own_precision))
-        crossed = covariance @ gram(line.shared.T, own) @ inverse
-        total += crossed[:, place] ** 2 * line.own_precision[place]
+        for j, unknown in enumerate(record.unknowns):
+            if unknown.name == name:
+                total += (covariance @ pull(line, j)) ** 2
     return total
+
+
+def pull(line: Linearised, j: int) -> Floats:
+    """Score (p,) of the parameters if nuisance ``j`` were off its prior by a standard deviation."""
+    own = line.own
+    within = gram(own.T, own.T) + np.diag(line.own_precision)
+    follows = np.linalg.lstsq(within, np.eye(len(within))[j], rcond=1e-14)[0]
+    return np.asarray(-project(line.shared.T, own @ follows) * np.sqrt(line.own_precision[j]))
