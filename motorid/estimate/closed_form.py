@@ -98,19 +98,15 @@ def start_values(records: Sequence[MotorRecord], fixed: Mapping[str, float]) -> 
     Records without a motion have no say where others have one.
     """
     moving = [record for record in records if shows_motion(record)]
-    return of_signals([signals(record) for record in moving or records], fixed)
+    data = [signals(record) for record in moving or records]
+    R, L, K = _electrical(data, fixed)
+    B, J, T0 = mechanical(data, K, fixed)
+    return {"R": R, "L": L, "K": K, "B": B, "J": J, "T0": T0} | dict(fixed)
 
 
 def shows_motion(record: MotorRecord) -> bool:
     """Position or speed is measured."""
     return any(m.block.name in (POSITION, SPEED) for m in record.measured)
-
-
-def of_signals(data: Sequence[Signals], fixed: Mapping[str, float]) -> dict[str, float]:
-    """As ``start_values``."""
-    R, L, K = _electrical(data, fixed)
-    B, J, T0 = mechanical(data, K, fixed)
-    return {"R": R, "L": L, "K": K, "B": B, "J": J, "T0": T0} | dict(fixed)
 
 
 def _electrical(data: Sequence[Signals], fixed: Mapping[str, float]) -> tuple[float, float, float]:

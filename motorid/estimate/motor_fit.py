@@ -13,7 +13,7 @@ from motorid.estimate.settling import settled, whitened
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects import signs
 from motorid.estimate.types import PARAMETERS, Estimate
-from motorid.estimate.unknowns import merged
+from motorid.estimate.unknowns import held_values, merged
 from motorid.estimate.waveform import SHAPES, Rival
 
 
@@ -35,7 +35,7 @@ def solved(
     captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]
 ) -> tuple[list[MotorRecord], Solution]:
     """The captures as the likelihood sees them, and their most likely parameters; as ``fit``."""
-    fixed = {**dict.fromkeys(without, 0.0), **fix}
+    fixed = held_values(fix, without)
     free = [name for name in PARAMETERS if name not in fixed]
     if fixed.get("L") == 0.0:  # the rise of the current would be taken for a drop
         captures = [lossless(capture) for capture in captures]

@@ -27,6 +27,7 @@ from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.lazy import Suspects
 from motorid.estimate.types import Estimate, Parameter
 from motorid.estimate.uncertainty import statistical
+from motorid.estimate.unknowns import held_values
 from motorid.segment import segment
 
 Floats = NDArray[np.float64]
@@ -61,7 +62,7 @@ def report(
 
     ``profiled``: it is the likelihood's own minimum, so that the profile may bound what leans.
     """
-    fixed = {**dict.fromkeys(without, 0.0), **fix}
+    fixed = held_values(fix, without)
     simulated = max(record.simulated for record in records)
     kinds = (input_noise, log_noise, common)
     hidden = [shift for kind in kinds for shift in kind.shifts(solution, records)]

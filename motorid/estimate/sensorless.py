@@ -22,7 +22,7 @@ from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.lazy import Suspects
 from motorid.estimate.types import PARAMETERS, UNITS, Diagnostic, Estimate
-from motorid.estimate.unknowns import merged, unknowns_of
+from motorid.estimate.unknowns import held_values, merged, unknowns_of
 
 POWERS = {"K": 1, "B": 2, "J": 2, "T0": 1}  # of K's scale in each parameter
 RATIOS = {"J": ("J/K²", "A·s/V"), "B": ("B/K²", "A/V"), "T0": ("T0/K", "A")}  # with V = N·m/A·rad/s
@@ -62,7 +62,7 @@ def fit(captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence
         return stuck
     records, solution = motor_fit.solved(captures, held, without)
     if given and given != ["K"]:
-        values = merged({**dict.fromkeys(without, 0.0), **held}, solution)
+        values = merged(held_values(held, without), solution)
         held = dict(fix)
         records, solution = _on_scale(captures, held, without, given[0], values)
     found = report(captures, records, solution, held, without)
@@ -129,7 +129,7 @@ def _on_scale(
         raise DataError(f"--fix {name} sets no scale: these data show no {name}; hold K or J")
     scale = (fix[name] / values[name]) ** (1.0 / POWERS[name])
     start = {n: v * scale ** POWERS.get(n, 0) for n, v in values.items()}
-    fixed = {**dict.fromkeys(without, 0.0), **fix}
+    fixed = held_values(fix, without)
     free = [n for n in PARAMETERS if n not in fixed]
     records = [MotorRecord(capture, free, fixed) for capture in captures]
     return records, settling.solve(records, free, {**start, **fixed})

@@ -100,10 +100,6 @@ class Timeline:
         grid[self.index] = values
         return grid
 
-    def gather(self, grid: Floats) -> Floats:
-        """The grid's values at the samples."""
-        return grid if self.complete else grid[self.index]
-
 
 def lay(capture: Capture) -> Timeline:
     """The capture's timeline. Raises DataError for fewer than 16 samples or irregular stamps."""

@@ -35,6 +35,11 @@ def unknowns_of(
     return out
 
 
+def held_values(fix: Mapping[str, float], without: Sequence[str]) -> dict[str, float]:
+    """Of the parameters that are not searched: as given, or 0 where left out of the model."""
+    return {**dict.fromkeys(without, 0.0), **fix}
+
+
 def typical(records: Sequence[MotorRecord], start: Mapping[str, float]) -> tuple[float, float]:
     """A torque (N·m) and a speed (rad/s) of these captures."""
     currents, speeds = [], []

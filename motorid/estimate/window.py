@@ -22,9 +22,7 @@ from motorid.motor.response import Output, Quantity
 Floats = NDArray[np.float64]
 
 EDGE = 1e-3  # of a period, by which a window may reach over a step
-FADED = (
-    0.05  # of a reading, which may be of the command before: more would rest on the filter's part
-)
+FADED = 0.05  # of a reading may be of the command before: more would rest on the filter's part
 PAST, SHARES = np.polynomial.laguerre.laggauss(4)  # an exponential's memory as four delays
 
 

@@ -27,6 +27,7 @@ from motorid.estimate.search.problem import Problem, Solution, remark, solve
 from motorid.estimate.solution import Solution as Likely
 from motorid.estimate.types import PARAMETERS, UNITS, Curve, Diagnostic, Estimate, Floats, Parameter
 from motorid.estimate.uncertainty import Statistical, statistical
+from motorid.estimate.unknowns import held_values
 from motorid.motor.batch import Record
 from motorid.segment import segment
 
@@ -44,7 +45,7 @@ def fit(
     seed: int,
 ) -> tuple[Estimate, Solution]:
     """The model's parameters by that search. Raises UsageError for a parameter it lacks."""
-    fixed = {**dict.fromkeys(without, 0.0), **fix}
+    fixed = held_values(fix, without)
     _refuse(model, fixed)
     records = [MotorRecord(capture, PARAMETERS, {}) for capture in captures]
     problem = _problem(records, model, fixed)

@@ -18,7 +18,7 @@ from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.refit import plain
 from motorid.estimate.types import PARAMETERS, Diagnostic, Estimate, Parameter
-from motorid.estimate.unknowns import merged
+from motorid.estimate.unknowns import held_values, merged
 from motorid.estimate.wider.fit import Fitted, begin
 from motorid.estimate.wider.joint import starts
 from motorid.estimate.wider.need import ALLOWED, carry_loss, loss_stands_out
@@ -48,7 +48,7 @@ def fit(
     estimate = report(captures, records, solution, fix, without)
     if model == SIX:
         return estimate
-    held = {**dict.fromkeys(without, 0.0), **fix}
+    held = held_values(fix, without)
     values, matters = merged(held, solution), reach(estimate.parameters)
     if not (terms or _is_needed(records, solution, values, matters)):
         return estimate

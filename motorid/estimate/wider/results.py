@@ -23,6 +23,7 @@ from motorid.estimate.solution import Solution
 from motorid.estimate.tables import UNITS as CHANNEL_UNITS
 from motorid.estimate.types import Parameter
 from motorid.estimate.uncertainty import statistical
+from motorid.estimate.unknowns import held_values
 from motorid.estimate.wider.fit import Fitted
 from motorid.estimate.wider.terms import ADDED
 
@@ -41,7 +42,7 @@ def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -
         fitted.solution,
         statistical(fitted.solution, hidden),
         instrument.budget(fitted.solution, fitted.records),
-        {**dict.fromkeys(without, 0.0), **fix},
+        held_values(fix, without),
         without,
     )
 
