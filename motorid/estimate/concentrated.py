@@ -7,7 +7,7 @@ likelihood.py's.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +30,13 @@ class Point:
     totals: Floats  # sums of squares by kind of reading
     variances: Floats  # of each kind
     sigmas: list[Floats]
+    prior: float  # chi-square of what was known before
     objective: float
 
     def fallen_to(self, other: Point) -> float:
-        """Chi-square less than here, by the noise levels of here."""
-        return float(((self.totals - other.totals) / self.variances).sum())
+        """Chi-square less than here, by the noise levels of here; what was known before counts."""
+        fallen = float(((self.totals - other.totals) / self.variances).sum())
+        return fallen + self.prior - other.prior
 
 
 class Concentrated:
@@ -66,27 +68,27 @@ class Concentrated:
         self.start = self.point(self.frame.start, own)
         self._summed: tuple[Derivatives, list[Products]] | None = None
         lent = before.derivatives if before else None
-        self.known = lent if lent is not None and self.fits(lent) else None
+        self.known = self._renewed(lent) if lent is not None and self.fits(lent) else None
 
     def point(self, shared: Floats, own: list[Floats]) -> Point:
         """F and the residuals at these search coordinates."""
         values = self.frame.outward(shared)
         residuals = []
         totals = np.zeros(len(self.counts))
-        objective = self.frame.prior(shared)
+        prior = self.frame.prior(shared)
         for record, frame, x, groups in zip(self.records, self.own, own, self.groups, strict=True):
             blocks = record.residuals(values, frame.outward(x))
-            objective += frame.prior(x)
+            prior += frame.prior(x)
             for g, r in zip(groups, blocks, strict=True):
                 totals[g] += square(r)
             residuals.append(blocks)
         s = np.sqrt(np.maximum(totals / np.maximum(self.counts, 1.0), self.floors**2))
-        objective += float((2.0 * self.counts * np.log(s) + totals / s**2).sum())
+        objective = prior + float((2.0 * self.counts * np.log(s) + totals / s**2).sum())
         sigmas = [s[groups] for groups in self.groups]
         self.evaluations += 1
         if not np.isfinite(objective):
             objective = np.inf
-        return Point(shared, own, residuals, totals, s**2, sigmas, objective)
+        return Point(shared, own, residuals, totals, s**2, sigmas, prior, objective)
 
     def derivatives(self, at: Point) -> Derivatives:
         """By finite differences, one response for each unknown of the widest record."""
@@ -111,6 +113,24 @@ class Concentrated:
         if self.records:
             self.evaluations += max(len(self.frame.start) + len(f.start) for f in self.own)
         return Derivatives(at.shared, tuple(at.own), tuple(shared), tuple(owned))
+
+    def _renewed(self, lent: Derivatives) -> Derivatives:
+        """Taken anew where a nuisance moved nothing yet: a loss, before any current was known."""
+        values, at, most, renewed = self.frame.outward(self.start.shared), self.start, 0, []
+        for k, (record, frame) in enumerate(zip(self.records, self.own, strict=True)):
+            slopes = lent.own_slopes[k]
+            idle = np.flatnonzero(~slopes.any(axis=1))
+            if len(idle):
+                slopes = slopes.copy()
+                base = np.concatenate(at.residuals[k])
+            for j in idle:
+                x, step = at.own[k].copy(), frame.difference(at.own[k], int(j))
+                x[j] += step
+                slopes[j] = _slope(base, record.residuals(values, frame.outward(x)), step)
+            renewed.append(slopes)
+            most = max(most, len(idle))
+        self.evaluations += most
+        return replace(lent, own_slopes=tuple(renewed))
 
     def apart(self, at: Point, known: Derivatives) -> float:
         """How far the point is from where the derivatives were taken, in search coordinates."""

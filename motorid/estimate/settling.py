@@ -14,7 +14,7 @@ from motorid.estimate import colour
 from motorid.estimate.algebra import misfits
 from motorid.estimate.likelihood import ENOUGH, maximise
 from motorid.estimate.record import MotorRecord
-from motorid.estimate.solution import Solution, Unknown
+from motorid.estimate.solution import Derivatives, Solution, Unknown
 from motorid.estimate.source import Source
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.unknowns import merged, unknowns_of
@@ -100,8 +100,6 @@ def with_sources(
             record.retake_sources(solution.values, own)
         after = [record.sources for record in records]
         settled = all(record.settled for record in records)
-        if n == 1 and not settled:  # the derivatives know nothing of what is lost yet
-            solution = replace(solution, derivatives=None)
         if settled and all(_same(a, b) for old, new in zip(before, after, strict=True)
                for a, b in zip(old, new, strict=True)):  # fmt: skip
             break
@@ -129,15 +127,24 @@ def whitened(
     solution: Solution,
 ) -> Solution:
     """The fit again with the memory of every kind of residual in its weights, where it has one."""
+    white = solution.derivatives
     for _ in range(COLOUR_PASSES):
         coloured = colour.whiten(records, solution)
-        wandering = colour.thin(records, solution)
-        if wandering:
-            solution = replace(solution, derivatives=None)  # they are of readings as weighed before
-        solution = again(records, free, start, solution)
+        colour.thin(records, solution)
+        lent = replace(solution, derivatives=_filtered(records, white))
+        solution = again(records, free, start, lent)
         if not coloured:
             break
     return solution
+
+
+def _filtered(records: Sequence[MotorRecord], white: Derivatives | None) -> Derivatives | None:
+    """Derivatives of white readings as the records weigh those now."""
+    if white is None:
+        return None
+    shared = (r.filtered_rows(table) for r, table in zip(records, white.shared, strict=True))
+    own = (r.filtered_rows(table) for r, table in zip(records, white.own_slopes, strict=True))
+    return replace(white, shared=tuple(shared), own_slopes=tuple(own))
 
 
 def _same(a: Source | None, b: Source | None) -> bool:

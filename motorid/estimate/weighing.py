@@ -41,14 +41,29 @@ class Weighed:
 
     def weighed(self, parts: Sequence[Floats], filtered: bool = True) -> list[Floats]:
         """Changes of the readings, one array per block, as the likelihood counts them."""
+        own = [
+            part if m.root_weights is None else part * m.root_weights
+            for m, part in zip(self.measured, parts, strict=True)
+        ]
+        return self.filtered(own) if filtered else own
+
+    def filtered(self, parts: Sequence[Floats]) -> list[Floats]:
+        """``parts``, one array per block, which are multiplied by their own weights already, with
+        what colour and slow wandering add to those."""
         out = []
-        each = zip(self.measured, self.filters, self.thinned, parts, strict=True)
-        for m, f, thinned, part in each:
-            r = part if m.root_weights is None else part * m.root_weights
-            if filtered and thinned is not None:
-                r = r * thinned
-            out.append(r if f is None or not filtered else np.convolve(r, f, "valid"))
+        for f, thinned, part in zip(self.filters, self.thinned, parts, strict=True):
+            r = part if thinned is None else part * thinned
+            out.append(r if f is None else np.convolve(r, f, "valid"))
         return out
+
+    def filtered_rows(self, table: Floats) -> Floats:
+        """``filtered`` of every row (n,) of a table over all blocks."""
+        if all(w is None for w in (*self.filters, *self.thinned)):
+            return table
+        edges = np.cumsum([len(m.values) for m in self.measured])[:-1]
+        zeros = np.zeros(table.shape[1])  # tells how many are left where there is no row
+        rows = [np.concatenate(self.filtered(np.split(row, edges))) for row in (zeros, *table)]
+        return np.array(rows)[1:]
 
 
 def _worth(m: Measured, filter_: Floats | None, thinned: Floats | None) -> Block:

@@ -9,6 +9,7 @@ from motorid.estimate.coordinates import Coordinates
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.solution import Block, Unknown
 
+STEPS = 8  # of a search on straight ground, whose damping falls from step to step
 RNG = np.random.default_rng(20)
 
 
@@ -121,3 +122,40 @@ def test_a_curved_valley_is_walked_to_its_end() -> None:
 def test_a_value_far_above_its_scale_keeps_a_step_that_rounding_leaves_alone() -> None:
     frame = Coordinates([Unknown("B", 1.0, lower=0.0, scale=1e-12)])
     assert frame.difference(frame.start, 0) == pytest.approx(1e-6)
+
+
+class Exchanged(Line):
+    """A line whose offset is a parameter's as much as the record's own, which a prior knows."""
+
+    def residuals(self, shared: np.ndarray, own: np.ndarray) -> list[np.ndarray]:
+        a, d = shared
+        return [self.y - 0.5 * self.x**2 - a * self.x - d - own[0]]
+
+
+def test_derivatives_serve_while_a_prior_is_what_gives_way() -> None:
+    record = Exchanged(400, 3.0)
+    record.unknowns = (Unknown("c", 0.0, prior_mean=2.0, prior_sd=0.1),)
+    solution = maximise((Unknown("a", 1.0), Unknown("d", 3.0)), [record])
+    assert solution.converged
+    assert solution.own[0][0] == pytest.approx(2.0, abs=1e-3)
+    assert solution.evaluations <= 1 + 3 + STEPS  # derivatives are taken once: all is straight
+
+
+class Switched(Line):
+    """A line whose offset shows from some moment on, as a loss does once its current is known."""
+
+    shows = False
+
+    def residuals(self, shared: np.ndarray, own: np.ndarray) -> list[np.ndarray]:
+        return super().residuals(shared, own if self.shows else np.zeros(1))
+
+
+def test_lent_derivatives_are_taken_anew_of_a_nuisance_that_moved_nothing() -> None:
+    record = Switched(400, 0.1)
+    before = maximise(SHARED, [record])
+    record.shows = True
+    lent = maximise(SHARED, [record], enough=1.0, before=before)
+    alone = maximise(SHARED, [record])
+    assert before.own[0][0] == 0.0
+    assert lent.own[0][0] == pytest.approx(alone.own[0][0], abs=0.002)
+    assert lent.evaluations - before.evaluations < alone.evaluations

@@ -52,23 +52,11 @@ class Straight(MotorRecord):
 
     def weighed(self, parts: Sequence[Floats], filtered: bool = True) -> list[Floats]:
         """By filters and thinning; the roots are in ``parts`` already."""
-        if not filtered:
-            return list(parts)
-        out = []
-        for f, thinned, part in zip(self.filters, self.thinned, parts, strict=True):
-            r = part if thinned is None else part * thinned
-            out.append(r if f is None else np.convolve(r, f, "valid"))
-        return out
+        return self.filtered(parts) if filtered else list(parts)
 
     def weighed_lines(self) -> tuple[Floats, Floats]:
         """The derivatives (p, n) and (m, n) of the readings, as the likelihood counts them."""
-        if all(w is None for w in (*self.filters, *self.thinned)):
-            return self._shared, self._slopes
-        shared, own = (
-            np.array([np.concatenate(self.weighed(np.split(row, self._edges))) for row in table])
-            for table in (self._shared, self._slopes)
-        )
-        return shared, own
+        return self.filtered_rows(self._shared), self.filtered_rows(self._slopes)
 
 
 def foresee(records: Sequence[MotorRecord], plain: Solution, candidate: Candidate) -> Evidence:
