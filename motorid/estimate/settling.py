@@ -125,14 +125,18 @@ def whitened(
     free: Sequence[str],
     start: Mapping[str, float],
     solution: Solution,
+    enough: float = ENOUGH,
 ) -> Solution:
-    """The fit again with the memory of every kind of residual in its weights, where it has one."""
+    """The fit again with the memory of every kind of residual in its weights, where it has one.
+
+    Derivatives that ``solution`` has are those of white readings.
+    """
     white = solution.derivatives
     for _ in range(COLOUR_PASSES):
         coloured = colour.whiten(records, solution)
         colour.thin(records, solution)
         lent = replace(solution, derivatives=_filtered(records, white))
-        solution = again(records, free, start, lent)
+        solution = again(records, free, start, lent, enough)
         if not coloured:
             break
     return solution

@@ -68,20 +68,26 @@ class Begun:
         solution = maximise(unknowns, self.records, enough=enough)
         return Fitted(self.terms, self.records, solution, self.free, self.start)
 
-    def wholly(self, rough: Fitted | None = None) -> Fitted:
-        """Sources, noise and all; ``rough``: what ``roughly`` gave."""
-        first = (rough or self.roughly()).solution
+    def nearly(self, rough: Fitted) -> Fitted:
+        """Sources, noise and all, near enough to be judged; ``rough``: what ``roughly`` gave."""
+        first = rough.solution
         start = merged(self.start, first)
         for record, own in zip(self.records, first.own, strict=True):
             record.plan(first.values, own)
             names = (u.name for u in record.unknowns)
             record.starting(dict(zip(names, own.tolist(), strict=True)))
-        solution = settling.with_sources(self.records, self.free, start)
-        for record, own in zip(self.records, solution.own, strict=True):
-            record.plan(solution.values, own)
-        start = merged(start, solution)
-        solution = settling.whitened(self.records, self.free, start, solution)
-        return Fitted(self.terms, self.records, solution, self.free, start)
+        white = settling.with_sources(self.records, self.free, start)
+        for record, own in zip(self.records, white.own, strict=True):
+            record.plan(white.values, own)
+        start = merged(start, white)
+        judged = settling.whitened(self.records, self.free, start, white, settling.ROUGH)
+        return Fitted(self.terms, self.records, judged, self.free, start)
+
+
+def finished(near: Fitted) -> Fitted:
+    """The same fit to its end, in the noise that was found."""
+    solution = settling.again(near.records, near.free, near.values, near.solution)
+    return Fitted(near.terms, near.records, solution, near.free, near.start)
 
 
 def begin(

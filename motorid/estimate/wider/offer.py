@@ -19,7 +19,7 @@ from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.refit import plain
 from motorid.estimate.types import PARAMETERS, Diagnostic, Estimate, Parameter
 from motorid.estimate.unknowns import held_values, merged
-from motorid.estimate.wider.fit import Fitted, begin
+from motorid.estimate.wider.fit import Fitted, begin, finished
 from motorid.estimate.wider.joint import starts
 from motorid.estimate.wider.need import ALLOWED, carry_loss, loss_stands_out
 from motorid.estimate.wider.results import alternative, findings
@@ -124,7 +124,7 @@ def asked_for(
         begun = begin(now[0], now[1], taken, fixed=fixed, start=start, own=own)
         rough = begun.roughly(settling.ROUGH if len(taken) == len(terms) else COARSE)
         now = rough.records, rough.solution, rough.values
-    return begun.wholly(rough)
+    return finished(begun.nearly(rough))
 
 
 def _stages(terms: Sequence[Term]) -> list[tuple[Term, ...]]:

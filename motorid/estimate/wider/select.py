@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.refit import plain
-from motorid.estimate.wider.fit import Begun, Fitted, begin
+from motorid.estimate.wider.fit import Begun, Fitted, begin, finished
 from motorid.estimate.wider.foresee import foresee
 from motorid.estimate.wider.judge import Evidence, weigh
 from motorid.estimate.wider.need import HINT
@@ -71,7 +71,7 @@ def select(
             break
         best = found[-1][0]
         now = _Model(best.records, best.solution, best.values, best.terms)
-    return Selection(best, tuple(trials))
+    return Selection(finished(best) if best else None, tuple(trials))
 
 
 def asks(
@@ -99,7 +99,7 @@ def _round(now: _Model, reach: Mapping[str, float]) -> list[tuple[Fitted, Trial]
     """The candidates that were fitted; the last earns its place, if one does."""
     found: list[tuple[Fitted, Trial]] = []
     for candidate, begun, rough in _rivals(now, _asked(now, reach)):
-        fitted = begun.wholly(rough)
+        fitted = begun.nearly(rough)
         evidence = weigh(fitted, now.taken, now.solution, candidate.term)
         then = fitted.values
         moves = max((abs(then[n] - now.values[n]) / r for n, r in reach.items()), default=0.0)
