@@ -17,6 +17,7 @@ Floats = NDArray[np.float64]
 
 STRAIGHT = 1e-3  # PWM periods over L/R: below it the current runs straight between its ends
 DIODE_DROPS_V = 1.4  # of the two diodes that carry a freewheeling current
+DIODE_DROPS_SD_V = 0.23  # two alike, each anywhere from 0.5 to 0.9 V
 SWITCHED = (Decay.SYNCHRONOUS_SLOW, Decay.FAST)  # some switch is always closed, but for dead time
 
 

@@ -19,7 +19,7 @@ from motorid.estimate.uncertainty import covariance_of
 
 Floats = NDArray[np.float64]
 
-ONE = (DROP, BENT, WARMING, "current_offset", "voltage_offset")
+ONE = (DROP, BENT, WARMING, "current_offset", "voltage_offset", "current_late")
 
 
 def shifts(solution: Solution, records: Sequence[MotorRecord]) -> list[Floats]:

@@ -113,22 +113,32 @@ def unclear(channel: Channel, timeline: Timeline, pwm_hz: float) -> Bools:
     """Ticks (count,) whose reading is of part of a PWM period in which the current stops, and
     nobody knows of which.
     """
-    aperture = channel.window_s
-    known = channel.pwm_phase is not None and not aperture
     stopped = timeline.stopped
     if (
         not stopped.any()
-        or known
-        or _whole(aperture * pwm_hz)
-        or _whole(timeline.period_s * pwm_hz)
+        or _placed(channel, timeline.period_s, pwm_hz)
+        or _whole(channel.window_s * pwm_hz)
     ):
         return np.zeros(timeline.count, dtype=bool)
     first = math.floor(channel.delay_s / timeline.period_s)
-    last = math.ceil((channel.delay_s + aperture) / timeline.period_s + WHOLE)
+    last = math.ceil((channel.delay_s + channel.window_s) / timeline.period_s + WHOLE)
     hidden = np.zeros(timeline.count, dtype=bool)
     for back in range(first, max(last, first + 1)):
         hidden[back:] |= stopped[: timeline.count - back]
     return hidden
+
+
+def shows_ripple(channel: Channel, period_s: float, pwm_hz: float) -> bool:
+    """Its readings are of part of a PWM period, and it is known of which."""
+    return (
+        pwm_hz > 0 and _placed(channel, period_s, pwm_hz) and not _whole(channel.window_s * pwm_hz)
+    )
+
+
+def _placed(channel: Channel, period_s: float, pwm_hz: float) -> bool:
+    """Every reading lies at a known place of the PWM period."""
+    declared = channel.pwm_phase is not None and not channel.window_s
+    return declared or _whole(period_s * pwm_hz)
 
 
 def _whole(periods: float) -> bool:

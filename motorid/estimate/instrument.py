@@ -16,10 +16,13 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED
 from motorid.estimate.algebra import project
+from motorid.estimate.bridge import DIODE_DROPS_SD_V
 from motorid.estimate.readings import EMF
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.uncertainty import covariance_of
+from motorid.motor.response import Stretch
+from motorid.program import Decay
 
 Floats = NDArray[np.float64]
 Shift = Callable[[MotorRecord, Floats, Floats], list[Floats]]
@@ -90,18 +93,25 @@ def _clock(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
 
 def _delay(name: str) -> Shift:
     def shift(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
-        """Readings of one kind taken later by one standard uncertainty of their delay."""
-        base = record.fitted(values, own)
-        late = max(
-            (m.channel.delay_uncertainty_s for m in record.measured if m.block.name == name),
-            default=0.0,
-        )
-        if not late:
-            return [np.zeros(len(y)) for y in base]
-        moved = _fitted_if(record, values, own, late_s={name: LATE_S})
-        return [late / LATE_S * (new - y) for y, new in zip(base, moved, strict=True)]
+        """As ``later``, but for a delay that is an unknown of the fit."""
+        if name == CURRENT and record.delay_is_free:
+            return [np.zeros(len(m.values)) for m in record.measured]
+        return later(record, values, own, name)
 
     return shift
+
+
+def later(record: MotorRecord, values: Floats, own: Floats, name: str) -> list[Floats]:
+    """By how much the readings change, one kind of them later by one standard uncertainty."""
+    base = record.fitted(values, own)
+    late = max(
+        (m.channel.delay_uncertainty_s for m in record.measured if m.block.name == name),
+        default=0.0,
+    )
+    if not late:
+        return [np.zeros(len(y)) for y in base]
+    moved = _fitted_if(record, values, own, late_s={name: LATE_S})
+    return [late / LATE_S * (new - y) for y, new in zip(base, moved, strict=True)]
 
 
 def _source_level(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
@@ -116,6 +126,15 @@ def _source_level(record: MotorRecord, values: Floats, own: Floats) -> list[Floa
     return [-size / UNITS_V * (new - y) for y, new in zip(base, moved, strict=True)]
 
 
+def _diode_drops(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
+    """Two diodes drop more: against the current in the off part of diode decay, and at a coast."""
+    base = record.fitted(values, own)
+    if not any(part.decay == Decay.DIODE for part in record.timeline.parts):
+        return [np.zeros(len(y)) for y in base]
+    moved = _fitted_if(record, values, own, drops_v=UNITS_V)
+    return [-DIODE_DROPS_SD_V / UNITS_V * (new - y) for y, new in zip(base, moved, strict=True)]
+
+
 def _fitted_if(
     record: MotorRecord,
     values: Floats,
@@ -124,12 +143,14 @@ def _fitted_if(
     volts: float = 1.0,
     shift_v: float = 0.0,
     clock: float = 1.0,
+    drops_v: float = 0.0,
     late_s: Mapping[str, float] = NOT_LATE,
 ) -> list[Floats]:
     """``fitted`` if the source gave ``volts`` times its voltage, or ticks lay ``clock`` apart.
 
     ``shift_v`` is added in the direction of the voltage, ``late_s`` to the delay of the blocks
-    it names. What drives the motor scales alike, and so does all that the board times.
+    it names, ``drops_v`` to what two diodes drop. What drives the motor scales alike, and so does
+    all that the board times.
     """
     usual = record.response
     outputs = [
@@ -140,13 +161,28 @@ def _fitted_if(
         late = late_s.get(m.block.name, 0.0)
         outputs[m.row] = outputs[m.row].delayed(late, usual.pwm_period_s)
     scaled = [
-        replace(s, swing_v=volts * s.swing_v, clamp_v=volts * s.clamp_v) for s in record.stretches
+        replace(s, swing_v=volts * s.swing_v, clamp_v=volts * s.clamp_v)
+        for s in _clamped(record, drops_v)
     ]
     source = volts * record.volts + shift_v * np.sign(record.volts)
     moved = record.respond(
         clock * usual.period_s, source, outputs, scaled, clock * usual.pwm_period_s
     )
     return record.fitted_by(moved, values, own)
+
+
+def _clamped(record: MotorRecord, drops_v: float) -> Sequence[Stretch]:
+    """The record's stretches if two diodes dropped so much more."""
+    if not drops_v:
+        return record.stretches
+    parts = [part for part in record.timeline.parts if part.decay == Decay.DIODE]
+    out = []
+    for s in record.stretches:
+        by_diodes = any(part.start <= s.start < part.stop for part in parts)
+        more = np.copysign(drops_v, s.swing_v) if by_diodes and s.swing_v else 0.0
+        clamp = s.clamp_v + drops_v if s.clamp_v else 0.0
+        out.append(replace(s, swing_v=s.swing_v + more, clamp_v=clamp))
+    return out
 
 
 _CAUSES: dict[str, Shift] = {
@@ -157,4 +193,5 @@ _CAUSES: dict[str, Shift] = {
     "current delay": _delay(CURRENT),
     "voltage delay": _delay(EMF),
     "voltage resolution": _source_level,
+    "diode drops": _diode_drops,
 }

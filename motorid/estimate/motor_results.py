@@ -42,6 +42,7 @@ NUISANCE_UNITS = {
     "initial_speed": "rad/s",
     "initial_current": "A",
     "voltage_late": "s",
+    "current_late": "s",
     "voltage_loss": "V",
     "warming": "1",
     "initial_warmth": "1",

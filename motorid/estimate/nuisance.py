@@ -18,6 +18,7 @@ Floats = NDArray[np.float64]
 
 HEAD = 8  # samples that show whether a record begins at rest
 EVEN = 12.0**-0.5  # standard deviation of what lies anywhere from 0 to 1
+FARTHEST = 4.0  # standard uncertainties of a delay: beyond it the declaration is wrong
 QUIET_SAMPLES = 10  # that tell an offset
 
 
@@ -32,6 +33,7 @@ class Nuisances:
     initial_speed: int = -1
     initial_current: int = -1
     voltage_late: int = -1
+    current_late: int = -1
     initial_warmth: int = -1
     cogging_phase: int = -1
     ripple_phase: int = -1
@@ -69,6 +71,20 @@ class Nuisances:
             self.jumps.append(len(self.unknowns))
             share = Unknown(f"jump_{k}", 0.5, lower=0.0, upper=1.0, prior_mean=0.5, prior_sd=EVEN)
             self.unknowns.append(share)
+
+    def free_delay(self, current: Channel, scale_s: float) -> None:
+        """The last unknown: how much later (s) the current's readings are than declared.
+
+        Never earlier than what they show. ``scale_s``: over which that changes its course.
+        """
+        sd = current.delay_uncertainty_s
+        least, most = max(-FARTHEST * sd, -current.delay_s), FARTHEST * sd
+        self.add(Unknown("current_late", 0.0, least, most, scale=scale_s, prior_sd=sd))
+
+    def hold_delay(self) -> None:
+        """The delay is as declared again."""
+        del self.unknowns[self.current_late]
+        self.current_late = -1
 
     def expect(self, place: int, deviation: float, mean: float = 0.0) -> None:
         """Give an unknown another prior; one that is absent has none."""

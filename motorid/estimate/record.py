@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, Capture
 from motorid.errors import DataError
 from motorid.estimate.bridge import bridge_prior, clamp_voltage, supply_voltage, switched_late
+from motorid.estimate.changes import Changes
 from motorid.estimate.conduction import confirmed, divided
 from motorid.estimate.dead_time import dead_time_loss, turning
 from motorid.estimate.excitation import excitation
@@ -111,6 +112,22 @@ class MotorRecord(Weighed):
         return twin
 
     @property
+    def delay_is_free(self) -> bool:
+        """The delay of the current is an unknown, not as declared."""
+        return self._own.current_late >= 0
+
+    def free_delay(self) -> None:
+        """Let the delay of the current be an unknown, the last of all."""
+        scale_s = self.response.pwm_period_s or self.timeline.period_s
+        self._own.free_delay(self.capture.channels[CURRENT], scale_s)
+        self.unknowns = tuple(self._own.unknowns)
+
+    def hold_delay(self) -> None:
+        """Take the delay of the current as declared again."""
+        self._own.hold_delay()
+        self.unknowns = tuple(self._own.unknowns)
+
+    @property
     def starts_at_rest(self) -> bool:
         """The motor stands still, and carries no current, over the first few samples."""
         return starts_at_rest(self.capture, self.driven)
@@ -205,26 +222,17 @@ class MotorRecord(Weighed):
     def readings(self, shared: Floats, own: Floats) -> Floats:
         """The response (outputs, count) before offsets; remembers the last few."""
         initial = self._initial(own)
-        volts, kicks = self._levels(own), [float(own[j]) for j in self._own.coasts.values()]
-        late = [self._own.of(own, "voltage_late"), *(float(own[j]) for j in self._own.jumps)]
-        key = (*shared, *volts, *kicks, *late, *self._losing(own).values(), *initial)
+        changes = Changes.of(self._own, own, len(self.timeline.parts))
+        key = (*shared, *changes.key, *self._losing(own).values(), *initial)
         readings = self._memory.pop(key, None)
         if readings is None:
-            self._drive(volts, kicks, late, self._lost_volts(own))
+            self._drive(changes, self._lost_volts(own))
             readings = self.response(self.motor(shared), initial)
             self.simulated += 1
             if len(self._memory) >= REMEMBERED:
                 del self._memory[next(iter(self._memory))]
         self._memory[key] = readings  # the latest used is the last to go
         return readings
-
-    def _levels(self, own: Floats) -> list[float]:
-        """V that the offset and their own uncertainty add to every part's voltage."""
-        bias = self._own.of(own, "voltage_offset")
-        volts = [-bias] * len(self.timeline.parts)
-        for k, place in self._own.levels.items():
-            volts[k] += float(own[place])
-        return volts
 
     def _losing(self, own: Floats) -> dict[str, float]:
         """The unknowns of what is lost."""
@@ -235,27 +243,19 @@ class MotorRecord(Weighed):
         """V (count,) that they take beyond R i."""
         return 0.0 if self._loss is None else self._loss.volts(self._losing(own))
 
-    def _drive(
-        self,
-        volts: Sequence[float],
-        kicks: Sequence[float],
-        late: Sequence[float],
-        lost: Floats | float,
-    ) -> None:
-        """Shift the voltage of every part less what is lost, and the speed at the start of every
-        coast; and a log's voltage and jumps in time.
-        """
+    def _drive(self, changes: Changes, lost: Floats | float) -> None:
+        """Let the response be of these changes, with ``lost`` (V) off the voltage."""
         waveform = self.sensed.waveform
-        if waveform is not None and any(late):
-            moved = waveform.means(self.timeline, late[0], late[1:]) - self.sensed.volts
-            self.response.shift(moved + volts[0] - lost)
-        elif len(set(volts)) == 1:
-            self.response.shift(volts[0] - lost)
-        else:
-            lengths = [part.stop - part.start for part in self.timeline.parts]
-            self.response.shift(np.repeat(volts, lengths) - lost)
-        for k, kick in zip(self._own.coasts, kicks, strict=True):
+        moved: Floats | float = 0.0
+        if waveform is not None and any(changes.late):
+            first, *jumps = changes.late
+            moved = waveform.means(self.timeline, first, jumps) - self.sensed.volts
+        self.response.shift(changes.over(self.timeline.parts) + moved - lost)
+        for k, kick in zip(self._own.coasts, changes.kicks, strict=True):
             self.response.kick(self._first[k], kick)
+        for m in self.measured:
+            if m.block.name == CURRENT:
+                self.response.delay(m.row, changes.current_late)
 
     def _initial(self, own: Floats) -> tuple[float, ...]:
         return self._own.of(own, "initial_current"), self._own.of(own, "initial_speed"), 0.0

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from motorid.estimate import colour
+from motorid.estimate import colour, delays
 from motorid.estimate.algebra import misfits
 from motorid.estimate.likelihood import ENOUGH, maximise
 from motorid.estimate.record import MotorRecord
@@ -64,7 +64,25 @@ def settled(
         best = merged(start, min(trials, key=lambda one: one.objective))
         solution = with_sources(records, free, best, best["L"])  # what drives it is the last one's
         solution = with_sources(records, free, merged(start, solution))
-    return solution
+    return with_delays(records, free, start, solution)
+
+
+def with_delays(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    before: Solution,
+) -> Solution:
+    """With a delay that the data tell among the unknowns, unless they contradict what is said."""
+    widened = delays.freed(records, before)
+    if widened is before:
+        return before
+    found = again(records, free, start, widened, ROUGH)
+    if delays.contradicted(records, found):
+        for record in records:
+            record.hold_delay()
+        return before
+    return found
 
 
 def _vanished(solution: Solution, records: Sequence[MotorRecord]) -> bool:

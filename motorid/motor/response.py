@@ -93,13 +93,8 @@ class Response:
         self.pwm_period_s = pwm_period_s
         self._motor = ffi.new("mr_motor *")
         self._initial = ffi.new("double[3]")
-        self._outputs = ffi.new(
-            "mr_output[]",
-            [
-                (o.quantity, o.aperture_s, o.delay_s, -1.0 if o.pwm_phase is None else o.pwm_phase)
-                for o in outputs
-            ],
-        )
+        self._given_outputs = tuple(outputs)
+        self._outputs = ffi.new("mr_output[]", [_as_c(o) for o in outputs])
         self._n_outputs = len(outputs)
         self._work = np.empty(lib.mr_work_size(self.count, len(outputs)))
         self._work_c = ffi.cast("double *", ffi.from_buffer(self._work))
@@ -139,6 +134,16 @@ class Response:
         """The jump of speed at the start of a stretch."""
         self._stretches[stretch].kick = speed_rad_s
 
+    def delay(self, row: int, late_s: float) -> None:
+        """Read an output so much later than it was given (0 takes an earlier delay back).
+
+        Raises ValueError where that is before its moment has come.
+        """
+        output = self._given_outputs[row].delayed(late_s, self.pwm_period_s)
+        if output.delay_s < 0.0:
+            raise ValueError(f"a reading cannot show what is {-output.delay_s:g} s ahead of it")
+        self._outputs[row] = _as_c(output)
+
     def __call__(
         self,
         motor: Sequence[float] | Floats,
@@ -170,3 +175,8 @@ class Response:
         if events < 0:
             raise ValueError(f"no response exists for R, L, K, B, J, T0 = {tuple(motor)}")
         return readings
+
+
+def _as_c(o: Output) -> tuple[int, float, float, float]:
+    """An ``mr_output``."""
+    return o.quantity, o.aperture_s, o.delay_s, -1.0 if o.pwm_phase is None else o.pwm_phase

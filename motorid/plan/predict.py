@@ -17,6 +17,7 @@ from motorid.estimate import instrument
 from motorid.estimate.intervals import NORMAL_95, POSITIVE
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.record import MotorRecord
+from motorid.estimate.settling import with_delays
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.uncertainty import covariance_of
 from motorid.estimate.unknowns import unknowns_of
@@ -79,6 +80,7 @@ def predict(bench: Bench, program: Program, motor: Motor, seed: int = 0) -> Pred
     # what brushes might take follows the motor's current
     record.retake_sources(np.array(motor.values), own)
     solution = maximise(unknowns_of([record], PARAMETERS, start), [record], enough=ROUGH)
+    solution = with_delays([record], PARAMETERS, start, solution)
     deviations = np.sqrt(np.diag(covariance_of(solution.information)))
     names = [u.name for u in solution.unknowns]
     causes = instrument.budget(solution, [record])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -72,6 +73,14 @@ def test_the_size_is_found(runs: Runs) -> None:
     first = fit([late]).suspects[0]
     microseconds = float(first.evidence.split(" µs")[0].split()[-1])
     assert microseconds == pytest.approx(200, abs=10)
+
+
+@pytest.mark.slow
+def test_a_lag_beyond_what_is_declared_of_a_delay_is_named(runs: Runs) -> None:
+    """A delay that is an unknown of the fit takes up no more than its declaration allows."""
+    late = inject.decimated(inject.lag(runs.fine, CURRENT, 4))
+    unsure = replace(late.channels[CURRENT], delay_uncertainty_s=1.5e-6)
+    assert named(fit([inject.replaced(late, unsure)]))[:1] == ["current_lag"]
 
 
 def test_one_bad_run_of_several_is_pointed_at(runs: Runs) -> None:

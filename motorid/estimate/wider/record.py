@@ -57,6 +57,8 @@ class WideRecord(MotorRecord):
             if term.phase and not (first and term.phase == "initial_warmth"):
                 self._own.add(self._phase(term.phase))
         self.unknowns = tuple(self._own.unknowns)
+        if six.delay_is_free:
+            self.free_delay()
         self.adopt(six)
 
     @staticmethod
