@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.algebra import square
+from motorid.estimate.clusters import part_rows
 from motorid.estimate.readings import Measured
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
@@ -50,7 +50,8 @@ def thin(records: Sequence[MotorRecord], solution: Solution) -> bool:
     for record, own in zip(records, solution.own, strict=True):
         left = record.weighed(record.departures(solution.values, own))
         for m, r in zip(record.measured, left, strict=True):
-            for key, rows in _stretches(record, m, len(r)):
+            for k, rows in part_rows(record.timeline, m, len(r)):
+                key = (m.block.group, record.timeline.parts[k].open)
                 roots = np.ones(len(r)) if m.root_weights is None else m.root_weights[-len(r) :]
                 found.setdefault(key, []).append((r[rows], roots[rows]))
     factors = {key: excess(*zip(*pieces, strict=True)) for key, pieces in found.items()}
@@ -59,21 +60,10 @@ def thin(records: Sequence[MotorRecord], solution: Solution) -> bool:
     return any(f > 1.0 for f in factors.values())
 
 
-def _stretches(
-    record: MotorRecord, m: Measured, count: int
-) -> Iterator[tuple[tuple[str, bool], slice]]:
-    """The last ``count`` readings of a block by the program's parts, and what each belongs to."""
-    edges = [part.start for part in record.timeline.parts] + [record.timeline.count]
-    places = np.searchsorted(m.keep[-count:], edges)
-    for part, (a, b) in zip(record.timeline.parts, pairwise(places), strict=True):
-        if b > a:
-            yield (m.block.group, part.open), slice(int(a), int(b))
-
-
 def _roots(
     record: MotorRecord, m: Measured, factors: dict[tuple[str, bool], float]
 ) -> Floats | None:
     roots = np.ones(len(m.keep))
-    for key, rows in _stretches(record, m, len(m.keep)):
-        roots[rows] = factors.get(key, 1.0) ** -0.5
+    for k, rows in part_rows(record.timeline, m, len(m.keep)):
+        roots[rows] = factors.get((m.block.group, record.timeline.parts[k].open), 1.0) ** -0.5
     return roots if roots.min(initial=1.0) < 1.0 else None

@@ -22,6 +22,7 @@ from motorid.estimate import (
     residual_remarks,
     tables,
 )
+from motorid.estimate.clusters import by_part
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.lazy import Suspects
@@ -67,7 +68,7 @@ def report(
     simulated = max(record.simulated for record in records)
     kinds = (input_noise, log_noise, common)
     hidden = [shift for kind in kinds for shift in kind.shifts(solution, records)]
-    scatter = statistical(solution, hidden)
+    scatter = statistical(solution, hidden, by_part(solution, records))
     found = intervals.Findings(
         solution,
         scatter,

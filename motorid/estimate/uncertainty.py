@@ -4,7 +4,8 @@ Search coordinates throughout (the logarithm of positive parameters): a standard
 a relative one. With white residuals the covariance is H⁻¹. Correlated ones make it H⁻¹ S H⁻¹,
 where S sums the derivatives against the residuals' spectrum; that spectrum is autoregressive, of
 the order that Schwarz's criterion chooses, so that white residuals change
-nothing. Three runs or more also show their own spread: their scores are compared.
+nothing. Three runs or more also show their own spread, and that of the parts of their programs:
+what every one of them pulls at the answer is compared with what noise would.
 """
 
 from __future__ import annotations
@@ -15,8 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.algebra import dot, gram, project, square
+from motorid.estimate.algebra import dot, gram, square
 from motorid.estimate.solution import Linearised, Solution
+from motorid.estimate.spread import pull, spread_of
 
 Floats = NDArray[np.float64]
 
@@ -54,10 +56,15 @@ def covariance_of(information: Floats) -> Floats:
     return np.asarray(inverse * np.outer(scale, scale))
 
 
-def statistical(solution: Solution, shifts: Sequence[Floats] = ()) -> Statistical:
+def statistical(
+    solution: Solution,
+    shifts: Sequence[Floats] = (),
+    parts: Sequence[NDArray[np.intp]] = (),
+) -> Statistical:
     """Covariance of the shared parameters, those at a bound taken as free.
 
-    ``shifts`` (p,) each are what one standard deviation of noise does that no residual shows.
+    ``shifts`` (p,) each are what one standard deviation of noise does that no residual shows;
+    ``parts`` tell of every record which part of its program a residual (n,) belongs to.
     """
     inverse = covariance_of(solution.information)
     rows = sum(len(r.residual) for r in solution.records)
@@ -76,7 +83,7 @@ def statistical(solution: Solution, shifts: Sequence[Floats] = ()) -> Statistica
     freedom = np.full(len(before), np.inf)
     if len(solution.records) < FEWEST_RUNS:
         return Statistical(within, freedom, widening, False)
-    return _between(solution, inverse, within, widening)
+    return _between(solution, inverse, within, widening, parts)
 
 
 def _with_variances(covariance: Floats, variances: Floats) -> Floats:
@@ -87,18 +94,25 @@ def _with_variances(covariance: Floats, variances: Floats) -> Floats:
     return np.asarray(covariance * np.outer(ratio, ratio) + np.diag(np.where(some, 0.0, variances)))
 
 
-def _between(solution: Solution, inverse: Floats, within: Floats, widening: float) -> Statistical:
-    """Adds what the runs' scores scatter beyond their noise; Welch-Satterthwaite freedom."""
-    runs = len(solution.records)
-    pulls = np.array([project(r.orthogonal.T, r.residual) for r in solution.records])
-    pulls = pulls - pulls.mean(axis=0)
-    spread = inverse @ (pulls.T @ pulls) @ inverse * runs / (runs - 1)
-    inside = np.diag(within)
-    extra = np.maximum(np.diag(spread) - inside, 0.0)
-    total = inside + extra
-    # what runs show beyond white noise has as many degrees as runs less one, whatever explains it
-    beyond = np.clip(np.diag(spread) - np.diag(inverse), 0.0, total)
-    freedom = np.where(beyond > 0, (runs - 1) * total**2 / np.maximum(beyond**2, 1e-300), np.inf)
+def _between(
+    solution: Solution,
+    inverse: Floats,
+    within: Floats,
+    widening: float,
+    parts: Sequence[NDArray[np.intp]],
+) -> Statistical:
+    """Adds what runs, and their parts, scatter beyond their noise; Welch-Satterthwaite freedom."""
+    lines = solution.records
+    spread, degrees = spread_of([pull(line, slice(None)) for line in lines], inverse)
+    if parts:
+        each = zip(lines, parts, strict=True)
+        pulls = [pull(line, part == k) for line, part in each for k in np.unique(part)]
+        finer, more = spread_of(pulls, inverse)
+        spread, degrees = np.maximum(spread, finer), np.where(finer > spread, more, degrees)
+    total = np.maximum(np.diag(within), spread)
+    # what they show beyond white noise has their degrees, whatever explains it
+    beyond = np.clip(spread - np.diag(inverse), 0.0, total)
+    freedom = np.where(beyond > 0, degrees * total**2 / np.maximum(beyond**2, 1e-300), np.inf)
     return Statistical(_with_variances(within, total), freedom, widening, True)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.signal import lfilter
@@ -10,6 +12,7 @@ from scipy.special import stdtrit
 from motorid.estimate.intervals import Findings, student
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.solution import Block, Solution, Unknown
+from motorid.estimate.spread import spread_of
 from motorid.estimate.uncertainty import (
     Statistical,
     autoregression,
@@ -87,6 +90,35 @@ def test_three_runs_show_their_spread() -> None:
     assert found.between_runs
     assert found.deviations[0] == pytest.approx(np.std(offsets, ddof=1) / np.sqrt(3), rel=0.1)
     assert found.freedom[0] == pytest.approx(2.0, rel=0.1)
+
+
+def test_parts_of_runs_show_theirs() -> None:
+    rng = np.random.default_rng(8)
+    offsets = rng.standard_normal((3, 4))
+    offsets -= offsets.mean(axis=1)[:, None]  # runs agree
+    parts = [rng.permutation(np.repeat(np.arange(4), 200)) for _ in offsets]  # no colour
+    noise = 0.01 * rng.standard_normal((3, 800))
+    runs = [row[part] + e for row, part, e in zip(offsets, parts, noise, strict=True)]
+    found = statistical(solve(*runs), parts=parts)
+    assert found.deviations[0] == pytest.approx(np.std(offsets, ddof=1) / np.sqrt(12), rel=0.01)
+    assert found.freedom[0] == pytest.approx(11.0, rel=0.02)
+    assert statistical(solve(*runs)).freedom[0] > 11.0  # which the runs alone do not show
+
+
+def test_white_noise_spreads_by_its_own_variance_however_little_a_cluster_tells() -> None:
+    rng = np.random.default_rng(9)
+    columns = rng.standard_normal((300, 2)) * [[1.0, 0.2]]
+    columns[:40] *= 5.0  # one cluster tells most
+    edges = [0, 40, 60, 120, 200, 230, 300]
+    inverse = np.linalg.inv(columns.T @ columns)
+    spreads = []
+    for _ in range(600):
+        noise = rng.standard_normal(300)
+        left = noise - columns @ (inverse @ (columns.T @ noise))
+        clusters = [slice(a, b) for a, b in pairwise(edges)]
+        pulls = [(columns[c].T @ left[c], columns[c].T @ columns[c]) for c in clusters]
+        spreads.append(spread_of(pulls, inverse)[0])
+    np.testing.assert_allclose(np.mean(spreads, axis=0), np.diag(inverse), rtol=0.1)
 
 
 def test_two_runs_do_not() -> None:

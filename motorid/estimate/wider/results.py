@@ -17,6 +17,7 @@ from motorid.estimate import (
 )
 from motorid.estimate.algebra import square
 from motorid.estimate.alternative import Alternative, ChannelFit, TermTrial
+from motorid.estimate.clusters import by_part
 from motorid.estimate.intervals import Findings
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
@@ -40,7 +41,7 @@ def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -
     hidden = [*input_noise.shifts(*of), *log_noise.shifts(*of)]
     return Findings(
         fitted.solution,
-        statistical(fitted.solution, hidden),
+        statistical(fitted.solution, hidden, by_part(fitted.solution, fitted.records)),
         instrument.budget(fitted.solution, fitted.records),
         held_values(fix, without),
         without,
