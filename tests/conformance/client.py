@@ -257,14 +257,18 @@ class Client:
         return Record(self.get("start", **hashes)["start_tick"])
 
     def follow(self, record: Record, beat: bool = True, patience_s: float = 5.0) -> Record:
-        """Hear a run to its end, with heartbeats or without."""
+        """Hear a run to its end, with heartbeats or without.
+
+        A board that answers heartbeats and tells nothing of a run has forgotten it.
+        """
         beat_at = heard_at = self.port.now()
         while not record.told or record.told[-1].name != "done":
             now = self.port.now()
             if beat and now >= beat_at:
                 beat_at = now + BEAT_S
                 self.send("heartbeat", sequence=0)
-            if self.listen():
+            self.listen()
+            if self.told:
                 heard_at = now
             assert now - heard_at < patience_s, "the board fell silent"
             while self.told and (not record.told or record.told[-1].name != "done"):
