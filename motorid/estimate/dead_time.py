@@ -25,6 +25,7 @@ from motorid.estimate.bridge import (
     supply_voltage,
     swings,
 )
+from motorid.estimate.rise import PLACES, Rise, swing_at_start
 from motorid.estimate.timeline import Part
 from motorid.program import Decay
 
@@ -34,7 +35,7 @@ UNSURE = 0.06  # of the current at which the ripple turns round: its relative st
 COMMUTATION = 0.0015  # of the back-EMF: what is left of a commutator's ripple over a PWM period
 FAR = 4.0  # standard deviations beyond which nothing is blurred
 STEP_A = 1e-6  # a volt of _Period: without inductance there is no ripple, and the loss is a step
-PLACES = (np.arange(32) + 0.5) / 32  # of an interval
+ALL, NOTHING = 5, 3  # of the six points: the lowest current stays with the drive, or against it
 _erf = np.vectorize(math.erf, otypes=[float])
 
 
@@ -50,6 +51,8 @@ class DeadTime:
     amperes: Floats
     volts: Floats
     blur: float
+    starts: Floats
+    firsts: Floats
 
     @classmethod
     def of(
@@ -70,7 +73,10 @@ class DeadTime:
             scale = bent / (inductance_h * pwm_hz)
         blur = COMMUTATION * period.mean / resistance_ohm if resistance_ohm else 0.0
         side = 1.0 if part.level > 0 else -1.0
-        return cls(side, scale * volts, losses, blur)
+        ahead, against = period.carried
+        starts = -scale * share * np.array([against, 0.0, ahead])
+        firsts = np.array([losses[NOTHING], share * rail, losses[ALL]])
+        return cls(side, scale * volts, losses, blur, starts, firsts)
 
     def lost(self, current: Floats) -> Floats:
         """V (n,) less in the mean, signed like the terminals, at mean currents (n,)."""
@@ -81,6 +87,15 @@ class DeadTime:
             near = np.flatnonzero(np.abs(along - at) < FAR * self.blur)
             lost[near] += bend * self.blur * _rounding((along[near] - at) / self.blur)
         return np.asarray(self.side * lost)
+
+    def first(self, current: float) -> float:
+        """V less in the mean of the first PWM period, which begins with that current.
+
+        It has no ripple of its own yet. A current against the drive or with it may end within the
+        dead time, and rests for what is left of it.
+        """
+        lost = np.interp(self.side * current, self.starts, self.firsts)
+        return self.side * float(lost)
 
 
 def _rounding(over: Floats) -> Floats:
@@ -150,28 +165,45 @@ def dead_time_loss(
     current: Floats,
     inductance_h: float,
     resistance_ohm: float = 0.0,
-) -> Floats:
-    """V (count,) that the dead time takes from duty times supply, by the model's ``current``.
+    rises: Sequence[Rise] = (),
+    seen: Floats | None = None,
+) -> tuple[Floats, Floats]:
+    """V that the dead time takes from duty times supply, by the model's ``current``: over every
+    interval, (count,), and over readings of the voltage, (count,).
 
-    That is the mean (count,) over every interval; in the first of a part it comes from the one
-    before, and may pass zero on its way.
+    ``current`` is the mean (count,) over intervals; ``rises``, how it runs within the first ones
+    of a part, in which it may pass zero; ``seen`` (16,), what a reading sees of them.
     """
     lost = np.zeros(len(current))
-    for part in parts:
+    shown = np.zeros(len(current))
+    risen = {rise.part.start: rise for rise in rises}
+    for k, part in enumerate(parts):
         dead = DeadTime.of(capture, part, inductance_h, resistance_ohm)
-        if dead is not None:
-            lost[part.slice] = dead.lost(current[part.slice])
-            if part.start and resistance_ohm and inductance_h:
-                before, mean = current[part.start - 1 : part.start + 1]
-                tau = inductance_h / resistance_ohm / capture.period_s
-                lost[part.start] = float(np.mean(dead.lost(_rise(before, mean, tau))))
-    return lost
+        if dead is None:
+            continue
+        lost[part.slice] = shown[part.slice] = dead.lost(current[part.slice])
+        if part.start in risen:
+            rise = risen[part.start]
+            swing = swing_at_start(capture, parts[k - 1], inductance_h, resistance_ohm) if k else 0
+            over = _within(capture, rise, dead, float(current[part.start - 1]) - swing)
+            lost[rise.where] = rise.mean(over)
+            shown[rise.where] = rise.mean(over) if seen is None else over @ seen
+    return lost, shown
 
 
-def _rise(before: float, mean: float, tau: float) -> Floats:
-    """A current at PLACES of an interval of that mean, from ``before``; ``tau`` in intervals."""
-    rest = np.exp(-PLACES / tau)
-    return np.asarray(before + (mean - before) * (1.0 - rest) / (1.0 - rest.mean()))
+def _within(capture: Capture, rise: Rise, dead: DeadTime, found: float) -> Floats:
+    """V (k, 16) lost in the PWM period of every place of the first intervals of a part, which
+    ``found`` that current (A).
+    """
+    periods = capture.wiring.pwm_hz * capture.period_s
+    late = ahead_a = 0.0
+    if rise.part.decay == Decay.FAST and rise.part.level < 0:  # forward is what comes first
+        late = 1.0 - driven_share(rise.part, supply_voltage(capture))[0]
+        ahead_a = float(dead.amperes[NOTHING - 1] - dead.amperes[NOTHING])
+    within = rise.at((np.floor(PLACES * periods) + late) / periods)
+    over = dead.lost(within.ravel()).reshape(within.shape)
+    over[0, PLACES * periods < 1.0] = dead.first(found + dead.side * ahead_a)
+    return np.asarray(over)
 
 
 def turning(

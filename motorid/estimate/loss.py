@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, Capture, Wiring
 from motorid.estimate.bridge import STRAIGHT, driven_share, ripple, supply_voltage
 from motorid.estimate.dead_time import UNSURE
+from motorid.estimate.rise import Rise
 from motorid.estimate.solution import Unknown
 from motorid.estimate.temperature import Coefficients
 from motorid.estimate.timeline import Part, Timeline
@@ -70,10 +71,13 @@ def expected_drop(wiring: Wiring, top_v: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Flow:
-    """The current: its mean (count,) over every interval, and how it swings within PWM periods."""
+    """The current: its mean (count,) over every interval, how it swings within PWM periods, and how
+    it rises within the first intervals of a part.
+    """
 
     mean: Floats
     swings: tuple[Swing, ...] = ()
+    rises: tuple[Rise, ...] = ()
 
     @classmethod
     def of(
@@ -83,20 +87,31 @@ class Flow:
         mean: Floats,
         inductance_h: float,
         resistance_ohm: float,
+        rises: Sequence[Rise] = (),
     ) -> Flow:
         """That of a motor whose mean current is known."""
         found = (Swing.of(capture, part, inductance_h, resistance_ohm) for part in parts)
-        return cls(mean, tuple(swing for swing in found if swing is not None))
+        return cls(mean, tuple(swing for swing in found if swing is not None), tuple(rises))
 
     def saturation(self, bend: float) -> tuple[Floats, Floats]:
-        """Means (count,) over a PWM period of s = i/hypot(i, ``bend``) and of ds/d ln bend."""
-        size = np.hypot(self.mean, bend)
-        share = self.mean / size
-        bending = -share * (bend / size) ** 2
+        """Means (count,) over an interval of s = i/hypot(i, ``bend``) and of ds/d ln bend."""
+        share, bending = _saturation(self.mean, bend)
+        swings = {swing.part.start: swing for swing in self.swings}
         for swing in self.swings:
             here = swing.part.slice
             share[here], bending[here] = swing.saturation(self.mean[here], bend)
+        for rise in self.rises:
+            shown, own = rise.amperes.ravel(), swings.get(rise.part.start)
+            both = own.saturation(shown, bend) if own is not None else _saturation(shown, bend)
+            share[rise.where], bending[rise.where] = (rise.mean(one) for one in both)
         return share, bending
+
+
+def _saturation(current: Floats, bend: float) -> tuple[Floats, Floats]:
+    """s and ds/d ln ``bend`` at currents (n,)."""
+    size = np.hypot(current, bend)
+    share = current / size
+    return share, -share * (bend / size) ** 2
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,12 @@ from motorid.estimate.excitation import excitation
 from motorid.estimate.loss import Flow, Loss
 from motorid.estimate.nuisance import nuisances, starts_at_rest
 from motorid.estimate.readings import read
+from motorid.estimate.rise import Rise, rises
 from motorid.estimate.sense import Sense, sense
 from motorid.estimate.solution import Unknown
 from motorid.estimate.source import Source, source_resistance, sources
 from motorid.estimate.standstill import with_standstill
+from motorid.estimate.supply import NO_SAGS, Sag, sags, seen
 from motorid.estimate.timeline import lay
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.unrest import Unrest
@@ -134,9 +136,16 @@ class MotorRecord(Weighed):
 
     # ---- excitation -------------------------------------------------------------------------
 
-    def take_sources(self, current: Floats, ohms: float, mean: Floats | None = None) -> None:
+    def take_sources(
+        self,
+        current: Floats,
+        ohms: float,
+        mean: Floats | None = None,
+        sagging: Mapping[int, Sag] = NO_SAGS,
+    ) -> None:
         """Judge the sources with the current (count,) over windows, and its mean over intervals."""
-        self.sources = sources(self._heard, current, self.timeline.parts, self._lost, ohms, mean)
+        parts = self.timeline.parts
+        self.sources = sources(self._heard, current, parts, self._lost, ohms, mean, sagging)
         self._excite()
 
     def _excite(self) -> None:
@@ -156,38 +165,48 @@ class MotorRecord(Weighed):
         """Judge the source lines with the model's own current over the voltage's windows."""
         period_s = self.timeline.period_s
         window = self.sensed.window or Window(period_s)
-        outputs = [*window.outputs, Output(Quantity.CURRENT, period_s)]
+        outputs = [*window.outputs, Output(Quantity.CURRENT, period_s), Output(Quantity.CURRENT)]
         volts = self.volts - self._lost_volts(own)
         over = self.respond(period_s, volts, outputs, self.stretches)
-        *rows, mean = over(self.motor(shared), self._initial(own))
+        *rows, mean, end = over(self.motor(shared), self._initial(own))
         current = window.current(np.array(rows), mean, self.timeline)
         self.simulated += 1
         resistance, inductance = (float(v) for v in self.motor(shared)[:2])
         self.timeline = confirmed(self.capture, self.timeline, inductance, resistance)
-        self._lose(mean, shared, own)
         parts = self.timeline.parts
+        risen = tuple(rises(self.capture, parts, mean, end, inductance, resistance))
+        self._lose(mean, risen, shared, own)
         self.switched_late = tuple(
             switched_late(self.capture, part, current, inductance, resistance) for part in parts
         )
-        lost = dead_time_loss(self.capture, parts, mean, inductance, resistance)
+        lost, shown = dead_time_loss(
+            self.capture, parts, mean, inductance, resistance, risen, seen(window)
+        )
         if self.sensed.commanded:
             self._heard = replace(self.sensed, volts=self.sensed.volts - lost)
         else:  # the readings show the loss: only their line must know of it
-            self._heard = replace(self.sensed, lost=lost)
+            self._heard = replace(self.sensed, lost=lost, lost_shown=shown)
         prior = bridge_prior(self.capture) if self.sensed.shows_emf else (0.0, np.inf)
         ohms = source_resistance(self._heard, current, parts, self._lost, prior)
         motor = self.motor(shared)
         for k, place in self._own.coasts.items():
             spread = self._unrest.speed_deviation(k, self.sources[k - 1], motor)
             self._own.expect(place, spread)
-        self.take_sources(current, ohms, mean)
+        sagging: Mapping[int, Sag] = NO_SAGS
+        if not self.sensed.commanded:
+            source_v = self._heard.volts + shown + ohms * current
+            sagging = sags(
+                window, parts, source_v, current, ~self._lost, mean, risen, self.supply_v
+            )
+        self.take_sources(current, ohms, mean, sagging)
 
-    def _lose(self, mean: Floats, shared: Floats, own: Floats) -> None:
-        """Judge what is lost with the model's own ``mean`` current (count,) over intervals."""
+    def _lose(self, mean: Floats, risen: Sequence[Rise], shared: Floats, own: Floats) -> None:
+        """Judge what is lost with the model's own current: its ``mean`` (count,) over intervals."""
         if self._loss is None:
             return
         resistance_ohm, inductance_h = (float(v) for v in self.motor(shared)[:2])
-        flow = Flow.of(self.capture, self.timeline.parts, mean, inductance_h, resistance_ohm)
+        parts = self.timeline.parts
+        flow = Flow.of(self.capture, parts, mean, inductance_h, resistance_ohm, risen)
         values = self._losing(own)
         unsure = turning(self.capture, self.timeline.parts, mean, inductance_h, resistance_ohm)
         followed = self._loss.follow(flow, resistance_ohm, values, unsure)

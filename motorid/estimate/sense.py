@@ -37,8 +37,17 @@ class Sense:
     resolution: float = 0.0
     window: Window | None = None  # of the readings; ``volts`` are at the intervals they describe
     commanded: bool = False  # volts by the program, or duty times the supply
-    lost: Floats | float = 0.0  # V that the readings lack of the source, for its dead time
+    lost: Floats | float = 0.0  # V that the intervals lack of the source, for its dead time
+    lost_shown: Floats | float = 0.0  # the same of the readings
     waveform: Waveform | None = None  # of a log whose program is not known
+
+    @property
+    def noise(self) -> float:
+        """V, of one reading, as the channel declares it, rounding and all; 0: it does not."""
+        channel = self.channel
+        if channel is None or not channel.noise:
+            return 0.0
+        return math.hypot(channel.noise, channel.resolution / math.sqrt(12.0))
 
     @property
     def gain_uncertainty(self) -> float:

@@ -10,7 +10,7 @@ no window does, the fit is given the readings themselves.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from motorid.estimate.algebra import dot, square
 from motorid.estimate.head import HEAD, head_errors, shares
 from motorid.estimate.sense import Sense
+from motorid.estimate.supply import NO_SAG, NO_SAGS, Sag
 from motorid.estimate.timeline import Part
 from motorid.estimate.trend import trend_of
 
@@ -65,7 +66,7 @@ def source_resistance(
     for part in parts:
         if part.discontinuous or not _drawn(part, current, lost):
             continue
-        dv = np.diff((sensed.volts + sensed.lost)[part.slice])
+        dv = np.diff((sensed.volts + sensed.lost_shown)[part.slice])
         di = np.diff(current[part.slice])
         known = ~lost[part.slice]
         good = np.isfinite(dv) & np.isfinite(di) & known[1:] & known[:-1]
@@ -87,16 +88,20 @@ def sources(
     lost: NDArray[np.bool_],
     ohms: float,
     mean: Floats | None = None,
+    sags: Mapping[int, Sag] = NO_SAGS,
 ) -> tuple[Source | None, ...]:
     """The source of every part behind ``ohms``; ``current`` as in ``source_resistance``.
 
     ``mean`` (count,): the current over the intervals; None: they are the voltage's windows.
+    ``sags``: what the supply takes from some of them.
     """
     good = np.isfinite(current) & ~lost
     mean = current if mean is None else mean
     return tuple(
-        _source(sensed, current, mean, good, part, ohms) if _drawn(part, current, lost) else None
-        for part in parts
+        _source(sensed, current, mean, good, part, ohms, sags.get(k, NO_SAG))
+        if _drawn(part, current, lost)
+        else None
+        for k, part in enumerate(parts)
     )
 
 
@@ -109,30 +114,41 @@ def _drawn(part: Part, current: Floats, lost: NDArray[np.bool_]) -> bool:
 
 
 def _source(
-    sensed: Sense, current: Floats, mean: Floats, good: NDArray[np.bool_], part: Part, ohms: float
+    sensed: Sense,
+    current: Floats,
+    mean: Floats,
+    good: NDArray[np.bool_],
+    part: Part,
+    ohms: float,
+    sag: Sag,
 ) -> Source | None:
     known = np.flatnonzero(good[part.slice])
     lost = np.broadcast_to(sensed.lost, len(current))[part.slice]
-    open_circuit = (sensed.volts + ohms * current)[part.slice] + lost
+    open_circuit = (sensed.volts + sensed.lost_shown + ohms * current)[part.slice] - sag.shown
     open_circuit = np.interp(np.arange(len(open_circuit)), known, open_circuit[known])
+    seen = np.interp(np.arange(len(open_circuit)), known, current[part.slice][known])
     level = float(open_circuit[HEAD:].mean())
     left = open_circuit - level
     between = np.diff(left[HEAD:])
     noise = square(between) / (2 * len(between))
-    slope, flow, deviation = _slope(left, current[part.slice], noise)
-    sag = slope * flow
+    slope, flow, deviation = _slope(left, seen, noise)
     allowed = EXCESS * noise + sensed.resolution**2 / 12
-    curve, head, quiet = trend_of(left - sag, noise, allowed)
+    curve, head, quiet = trend_of(left - slope * flow, noise, allowed, sensed.noise**2)
     if sensed.commanded and not quiet:  # it is what the dead time takes that jumps
         return None
-    volts = level + sag + curve - lost
-    steady = curve[:head] + _sure(slope, deviation) * flow[:head]
-    departure = left[:head] - steady
+    own = flow
+    if not part.discontinuous:  # there every period begins anew: nothing builds up with the current
+        own = flow + np.nan_to_num(mean[part.slice] - seen)  # over intervals, not windows
+    volts = level + slope * own + curve - lost
+    sure = _sure(slope, deviation)
+    departure = left[:head] - curve[:head] - sure * flow[:head]
     share = shares(current, mean, known, part)[:head]
-    if part.discontinuous:  # every period begins anew: nothing of it builds up with the current
+    if part.discontinuous:
         share = np.ones(head)
-    volts[:head] = level + steady + share * departure - lost[:head]
-    errors = head_errors(known, share, departure, float(np.sqrt(noise)))
+    volts[:head] = level + curve[:head] + sure * own[:head] + share * departure - lost[:head]
+    volts += sag.taken
+    own_noise = float(np.sqrt(noise if quiet else min(noise, sensed.noise**2 or noise)))
+    errors = head_errors(known, share, departure, own_noise)
     tilt = deviation * flow
     return Source(volts, ohms, float(np.sqrt(noise)), head, tilt, errors, as_read=not quiet)
 

@@ -17,9 +17,12 @@ NEAR = 32  # samples that tell where the source was just before them
 WINDOWS = (64, 32, 16, 8, 4)  # half-widths in samples
 
 
-def trend_of(left: Floats, noise: float, allowed: float) -> tuple[Floats, int, bool]:
+def trend_of(
+    left: Floats, noise: float, allowed: float, declared: float = 0.0
+) -> tuple[Floats, int, bool]:
     """What the source does beyond its line, (n,), how many samples of the head depart from it, and
-    whether that is free of noise. It is as read when no window leaves only noise behind.
+    whether that is free of noise. It is as read when no window leaves only noise behind: its head
+    is then judged by the ``declared`` variance of a reading, as what comes and goes is no noise.
     """
     late = left[HEAD:]
     trend = np.zeros_like(left)
@@ -28,6 +31,7 @@ def trend_of(left: Floats, noise: float, allowed: float) -> tuple[Floats, int, b
         quiet = _wanders(late, allowed, trend[HEAD:])
         if not quiet:
             trend[HEAD:] = late
+            noise = min(noise, declared or noise)
         trend[:HEAD] = _carried_back(late)
     odd = left[:HEAD] - trend[:HEAD]
     out = np.flatnonzero(np.abs(odd) > ODD_SAMPLE * np.sqrt(noise))

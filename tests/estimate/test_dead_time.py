@@ -11,6 +11,7 @@ import pytest
 
 from motorid.capture.model import SUPPLY, Capture, Channel, Wiring
 from motorid.estimate.dead_time import DeadTime, dead_time_loss, turning
+from motorid.estimate.rise import PLACES, rises, swing_at_start
 from motorid.estimate.timeline import Part
 from motorid.program import Decay, StepKind
 from motorid.sim.bench import Bench
@@ -81,23 +82,59 @@ def test_the_loss_is_that_of_the_bridge_however_the_ripple_lies(duty: float, dec
 def test_without_an_inductance_the_loss_has_the_currents_sign(decay: Decay) -> None:
     one, part = bridge(0.4, decay)
     resistance = OPTIONS.preset.resistance_ohm
-    lost = dead_time_loss(one, [part], np.linspace(-1.0, 1.0, 1500), 0.0, resistance)
+    lost, _ = dead_time_loss(one, [part], np.linspace(-1.0, 1.0, 1500), 0.0, resistance)
     full = model(0.4, decay).volts
     assert lost[0] == pytest.approx(full.min())
     assert lost[-1] == pytest.approx(full.max())
     assert (np.diff(lost) > -1e-9).all()
 
 
-@pytest.mark.parametrize("duty", [0.3, 0.5])
-def test_a_current_that_rises_from_rest_loses_less_in_its_first_interval(duty: float) -> None:
-    """The whole bridge changes over, which costs nothing until the ripple turns no more."""
-    current, lost = shown(duty, Decay.FAST)
-    one, part = bridge(duty, Decay.FAST)
-    after_rest = np.concatenate([[0.0], current[:-1]])
-    motor, driven = OPTIONS.preset, replace(part, start=1)
-    found = dead_time_loss(one, [driven], after_rest, motor.inductance_h, motor.resistance_ohm)
-    settled = model(duty, Decay.FAST).lost(current[:1])[0]
-    assert abs(found[1] - lost[0]) < 0.5 * abs(settled - lost[0])
+def stepped(before: float, duty: float, decay: Decay) -> tuple[np.ndarray, np.ndarray, float]:
+    """Mean currents (6,) and missing volts (6,) from the interval before a command on, and the
+    current at the end of the first interval under it. ``before``: the duty until then; 0: rest.
+    """
+    bench = Bench(OPTIONS, draw_chain(OPTIONS))
+    if before:
+        bench.command(StepKind.DRIVE_DUTY, before, decay)
+        bench.run(4000)
+    totals, ends = [bench.integrals()], []
+    for n in range(6):
+        if n == 1:
+            bench.command(StepKind.DRIVE_DUTY, duty, decay)
+        bench.run(1)
+        totals.append(bench.integrals())
+        ends.append(float(bench.plant.current))
+    seconds, charge, flux, supply = np.array([np.subtract(b, a) for a, b in pairwise(totals)]).T
+    command = np.array([before] + [duty] * 5)
+    return charge / seconds, (command * supply - flux) / seconds, ends[1]
+
+
+@pytest.mark.parametrize("decay", [Decay.SYNCHRONOUS_SLOW, Decay.FAST])
+@pytest.mark.parametrize(("before", "duty"), [(0.0, 0.5), (0.3, 0.6), (0.4, -0.4), (-0.5, -0.8)])
+def test_the_first_interval_loses_period_by_period(
+    before: float, duty: float, decay: Decay
+) -> None:
+    """The first PWM period finds the current of before, all of whose ripple is the old one."""
+    current, lost, end = stepped(before, duty, decay)
+    one, part = bridge(duty, decay)
+    motor = OPTIONS.preset
+    R, L = motor.resistance_ohm, motor.inductance_h
+    kind = StepKind.DRIVE_DUTY if before else StepKind.COAST
+    parts = [Part(0, 1, kind, before, decay if before else Decay.NONE), replace(part, start=1)]
+    mean = np.concatenate([current, np.full(len(one) - 6, current[-1])])
+    # the model's current knows of no ripple, nor of the jump in the mean that its change makes
+    swings = [swing_at_start(one, p, L, R) for p in parts]
+    tau, jump = L / R / one.period_s, swings[1] - swings[0]
+    forgotten = np.exp(-np.arange(6) / tau)
+    mean[1:6] -= jump * tau * (forgotten[:5] - forgotten[1:])
+    ends = np.concatenate([mean[:1], [end + swings[1] - jump * forgotten[1]], mean[2:]])
+    risen = list(rises(one, parts, mean, ends, L, R))
+    even = np.full(len(PLACES), 1 / len(PLACES))
+    _, found = dead_time_loss(one, parts, mean, L, R, risen, even)
+    settled, _ = dead_time_loss(one, parts, mean, L, R)
+    most = float(np.abs(model(duty, decay).volts).max())
+    assert abs(found[1] - lost[1]) < 0.15 * most
+    assert abs(found[1] - lost[1]) <= abs(settled[1] - lost[1]) + 0.02 * most
 
 
 def test_a_current_that_turns_earlier_loses_less() -> None:

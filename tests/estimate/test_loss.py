@@ -89,7 +89,7 @@ def test_a_diode_carries_its_drop_only_while_it_conducts() -> None:
 def test_a_bridge_that_does_not_switch_loses_no_dead_time() -> None:
     current = np.full(4, 3.0)
     for duty, lost in ((0.5, True), (1.0, False)):
-        volts = dead_time_loss(switched(), [driven(duty)], current, 1e-3)
+        volts, _ = dead_time_loss(switched(), [driven(duty)], current, 1e-3)
         assert bool(volts.any()) is lost
 
 

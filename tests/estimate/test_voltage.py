@@ -178,7 +178,7 @@ def test_dead_time_takes_its_share_unless_ripple_turns_the_current() -> None:
     line = lay(one)
     current = np.full(line.count, 1.0)
     current[-100:] = 0.01
-    lost = dead_time_loss(one, line.parts, current, 1e-3)
+    lost, _ = dead_time_loss(one, line.parts, current, 1e-3)
     assert lost[150] == pytest.approx(200e-9 * 20e3 * (8.0 + 1.4))
     assert lost[-1] == pytest.approx(0.0, abs=1e-12)
     assert lost[10] == 0.0  # the bridge is open there
