@@ -27,7 +27,7 @@ from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.lazy import Suspects
 from motorid.estimate.types import Estimate, Parameter
-from motorid.estimate.uncertainty import statistical
+from motorid.estimate.uncertainty import Statistical, statistical
 from motorid.estimate.unknowns import held_values
 from motorid.segment import segment
 
@@ -66,9 +66,7 @@ def report(
     """
     fixed = held_values(fix, without)
     simulated = max(record.simulated for record in records)
-    kinds = (input_noise, log_noise, common)
-    hidden = [shift for kind in kinds for shift in kind.shifts(solution, records)]
-    scatter = statistical(solution, hidden, by_part(solution, records))
+    scatter = scattered(solution, records)
     found = intervals.Findings(
         solution,
         scatter,
@@ -103,6 +101,13 @@ def report(
         budget=intervals.budget_shares(found),
         suspects=Suspects(records, solution, parameters),
     )
+
+
+def scattered(solution: Solution, records: Sequence[MotorRecord]) -> Statistical:
+    """Covariance of any model's fit: with what no residual shows, and the spread of its parts."""
+    kinds = (input_noise, log_noise, common)
+    hidden = [shift for kind in kinds for shift in kind.shifts(solution, records)]
+    return statistical(solution, hidden, by_part(solution, records))
 
 
 def nominal_voltage(records: Sequence[MotorRecord]) -> float:

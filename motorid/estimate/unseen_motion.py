@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT
 from motorid.errors import DataError
-from motorid.estimate.algebra import square
 from motorid.estimate.closed_form import Signals, mechanical, shows_motion
+from motorid.estimate.concentrated import Concentrated
 from motorid.estimate.readings import EMF
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.types import PARAMETERS
+from motorid.estimate.unknowns import unknowns_of
 
 Floats = NDArray[np.float64]
 
@@ -99,11 +100,5 @@ def _misfit(
     records: Sequence[MotorRecord], start: Mapping[str, float], fixed: Mapping[str, float]
 ) -> float:
     """Twice the negative log-likelihood, but for a constant, each channel's noise unknown."""
-    shared = np.array([start[name] for name in PARAMETERS if name not in fixed])
-    total = 0.0
-    for record in records:
-        own = np.array([u.start for u in record.unknowns])
-        for block, left in zip(record.blocks, record.residuals(shared, own), strict=True):
-            spread = max(square(left) / max(block.count, 1.0), block.floor**2)
-            total += block.count * float(np.log(spread))
-    return total if np.isfinite(total) else np.inf
+    free = [name for name in PARAMETERS if name not in fixed]
+    return Concentrated(unknowns_of(records, free, start), records).start.objective

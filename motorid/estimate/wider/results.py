@@ -8,22 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate import (
-    input_noise,
     instrument,
     intervals,
-    log_noise,
     motor_results,
     residual_remarks,
 )
 from motorid.estimate.algebra import square
 from motorid.estimate.alternative import Alternative, ChannelFit, TermTrial
-from motorid.estimate.clusters import by_part
 from motorid.estimate.intervals import Findings
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.tables import UNITS as CHANNEL_UNITS
 from motorid.estimate.types import Parameter
-from motorid.estimate.uncertainty import statistical
 from motorid.estimate.unknowns import held_values
 from motorid.estimate.wider.fit import Fitted
 from motorid.estimate.wider.terms import ADDED
@@ -37,11 +33,9 @@ CAPACITY = "C_w"
 
 def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -> Findings:
     """Covariance and budget of a wider fit: what its input hides is in both, as for the six."""
-    of = fitted.solution, fitted.records
-    hidden = [*input_noise.shifts(*of), *log_noise.shifts(*of)]
     return Findings(
         fitted.solution,
-        statistical(fitted.solution, hidden, by_part(fitted.solution, fitted.records)),
+        motor_results.scattered(fitted.solution, fitted.records),
         instrument.budget(fitted.solution, fitted.records),
         held_values(fix, without),
         without,
