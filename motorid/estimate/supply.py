@@ -33,6 +33,7 @@ Floats = NDArray[np.float64]
 LATENESS = tuple(0.1 * 1.8**k for k in range(11))  # Rs Cs in intervals that are tried, to 36
 TELLING = 120  # intervals of a part that may tell; a later current has settled
 SHORTEST = 24  # intervals of a part that tells
+FORGOTTEN = 20.0  # times its lateness, after which a supply knows nothing of a current
 CLEAR = 25.0  # chi-square by which a supply must explain the readings better
 
 
@@ -78,13 +79,23 @@ class Draw:
         after = np.pad(after, (0, TELLING - HEAD - len(after)), mode="edge")
         return cls(share, follows, before, share * rise.amperes.ravel(), after)
 
-    def whole(self, row: Floats, mean: Floats) -> Floats:
-        """V (n,) of a part from those of its first intervals (TELLING,): later ones follow the
-        ``mean`` current (n,) at once.
+    def whole(
+        self, rows: tuple[Floats, Floats], mean: Floats, late: float, window: Window
+    ) -> tuple[Floats, Floats]:
+        """V (n,) of a part for an ohm of a supply ``late`` by so many intervals, over the readings'
+        windows and over the intervals, from ``rows`` of its first intervals (TELLING,) and the
+        ``mean`` current (n,): commutation ripple draws as long as the motor turns.
         """
-        later = mean[TELLING:] - mean[TELLING - 1 : TELLING]
-        tail = row[-1] + (self.follows - self.share) * self.share * later
-        return np.concatenate([row[: len(mean)], tail])
+        drawn = self.share * mean
+        forgets = np.exp(-np.arange(int(FORGOTTEN * late) + 2) / late)
+        follows = np.convolve(drawn - self.before, forgets * (1.0 - np.exp(-1.0 / late)))
+        begin = self.before + np.concatenate([[0.0], follows[: len(mean) - 1]])
+        shown = _mean(drawn, begin, late, *_reach(window))
+        given = self.follows * np.concatenate([[self.before], shown[:-1]])
+        whole = given - self.share * shown, given - self.share * _mean(drawn, begin, late)
+        for later, row in zip(whole, rows, strict=True):
+            later[:TELLING] = row[: len(later)]
+        return whole
 
 
 def _share(part: Part, rail: float | None) -> float:
@@ -199,8 +210,8 @@ def sags(
         return NO_SAGS
     found = zip(drawn.items(), *draws.sags(late), strict=True)
     return {
-        k: Sag(*(ohms * draw.whole(row, mean[parts[k].slice]) for row in rows))
-        for (k, draw), *rows in found
+        k: Sag(*(ohms * v for v in draw.whole((a, b), mean[parts[k].slice], late, window)))
+        for (k, draw), a, b in found
     }
 
 

@@ -27,12 +27,13 @@ Steps = tuple[tuple[StepKind, float], ...]
 Run = tuple[list[Part], np.ndarray, np.ndarray]  # parts, current and volts of every interval
 
 
-def board(share: float, late: float) -> Options:
+def board(share: float, late: float, ripple: float = 0.0) -> Options:
     """Its supply has that share of the motor's resistance, and is late by so many intervals."""
     ohms = share * Options().preset.resistance_ohm
     return Options(
         pwm=PWM_HZ, dead_time=0.0, supply=RAIL_V, supply_resistance=ohms, bits=14, noise=0.3,
         supply_capacitance=late * PERIOD_S / ohms, bridge_resistance=0.0, heating=False,
+        ripple=ripple,
     )  # fmt: skip
 
 
@@ -98,6 +99,20 @@ def test_the_first_intervals_have_the_voltage_of_the_supply(late: float, steps: 
         off.append(np.abs(taken - true)[:8].max())
         largest.append(np.abs(true)[:8].max())
     assert max(off) < 0.08 * max(largest)
+
+
+@pytest.mark.parametrize("late", [0.5, 1.0, 3.0])
+def test_commutation_ripple_draws_on_the_supply_as_long_as_the_motor_turns(late: float) -> None:
+    """Of what it takes beyond a line in the current, a quarter is left at most."""
+    told, (parts, current, volts) = found(board(0.1, late, ripple=0.06), VOLTS)
+    here = slice(parts[2].start + 120, parts[2].stop)  # long after the command
+    lines = np.vander(current[here], 2)
+    true, taken = (
+        v - lines @ np.linalg.lstsq(lines, v, rcond=None)[0]
+        for v in (volts[here], told[2].taken[120:])
+    )
+    assert np.std(true) > 1e-3
+    assert np.std(taken - true) < 0.25 * np.std(true)
 
 
 def test_a_stiff_supply_is_left_alone() -> None:
