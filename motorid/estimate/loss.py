@@ -13,21 +13,19 @@ drop nothing (wiring.brush_drop_v) and the winding's thermal figures.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture, Wiring
-from motorid.estimate.bridge import STRAIGHT, driven_share, ripple, supply_voltage
 from motorid.estimate.dead_time import UNSURE
-from motorid.estimate.rise import Rise
+from motorid.estimate.flow import Flow
 from motorid.estimate.solution import Unknown
 from motorid.estimate.temperature import Coefficients
 from motorid.estimate.timeline import Part, Timeline
 from motorid.estimate.winding import FIGURES, STALL_K_S, THERMAL, by_figures, figures
-from motorid.program import Decay
 
 Floats = NDArray[np.float64]
 
@@ -47,8 +45,6 @@ COOL = 1e-6  # of R: no warming is known better
 HEAVIEST = 1e9  # J/K: a winding that never warms
 SETTLED = 3e-4  # of the highest voltage: a change that no other pass need follow
 FEWEST = 24  # readings of a driven current
-_NODES, _WORTH = np.polynomial.legendre.leggauss(16)
-PLACES, WEIGHTS = (_NODES + 1.0) / 2.0, _WORTH / 2.0  # of a mean from 0 to 1
 HEAVY = {"winding_k_w": 1e-12, "winding_s": 1.0}  # thermal figures of a winding that never warms
 
 
@@ -67,101 +63,6 @@ def expected_drop(wiring: Wiring, top_v: float) -> tuple[float, float]:
     if drop is None:
         return 0.0, DROP_SHARE * top_v
     return drop, wiring.brush_drop_uncertainty_v or DECLARED * drop
-
-
-@dataclass(frozen=True)
-class Flow:
-    """The current: its mean (count,) over every interval, how it swings within PWM periods, and how
-    it rises within the first intervals of a part.
-    """
-
-    mean: Floats
-    swings: tuple[Swing, ...] = ()
-    rises: tuple[Rise, ...] = ()
-
-    @classmethod
-    def of(
-        cls,
-        capture: Capture,
-        parts: Sequence[Part],
-        mean: Floats,
-        inductance_h: float,
-        resistance_ohm: float,
-        rises: Sequence[Rise] = (),
-    ) -> Flow:
-        """That of a motor whose mean current is known."""
-        found = (Swing.of(capture, part, inductance_h, resistance_ohm) for part in parts)
-        return cls(mean, tuple(swing for swing in found if swing is not None), tuple(rises))
-
-    def saturation(self, bend: float) -> tuple[Floats, Floats]:
-        """Means (count,) over an interval of s = i/hypot(i, ``bend``) and of ds/d ln bend."""
-        share, bending = _saturation(self.mean, bend)
-        swings = {swing.part.start: swing for swing in self.swings}
-        for swing in self.swings:
-            here = swing.part.slice
-            share[here], bending[here] = swing.saturation(self.mean[here], bend)
-        for rise in self.rises:
-            shown, own = rise.amperes.ravel(), swings.get(rise.part.start)
-            both = own.saturation(shown, bend) if own is not None else _saturation(shown, bend)
-            share[rise.where], bending[rise.where] = (rise.mean(one) for one in both)
-        return share, bending
-
-
-def _saturation(current: Floats, bend: float) -> tuple[Floats, Floats]:
-    """s and ds/d ln ``bend`` at currents (n,)."""
-    size = np.hypot(current, bend)
-    share = current / size
-    return share, -share * (bend / size) ** 2
-
-
-@dataclass(frozen=True)
-class Swing:
-    """How the current departs from its mean within the PWM periods of a part.
-
-    ``deviations`` (m,) in A, each for its share of the period, ``weights`` (m,).
-    """
-
-    part: Part
-    below: float
-    deviations: Floats
-    weights: Floats
-
-    @classmethod
-    def of(
-        cls, capture: Capture, part: Part, inductance_h: float, resistance_ohm: float
-    ) -> Swing | None:
-        """Exponential rise and fall; None without ripple."""
-        below, above = ripple(capture, part, inductance_h, resistance_ohm)
-        if not below + above > 0.0:
-            return None
-        duty, _ = driven_share(part, supply_voltage(capture))
-        decay = resistance_ohm / (inductance_h * capture.wiring.pwm_hz)
-        rise = -below + (below + above) * _bent(decay * duty)
-        fall = above - (below + above) * _bent(decay * (1.0 - duty))
-        weights = np.concatenate([duty * WEIGHTS, (1.0 - duty) * WEIGHTS])
-        side = 1.0 if part.level > 0 else -1.0
-        return cls(part, below, side * np.concatenate([rise, fall]), weights)
-
-    def saturation(self, mean: Floats, bend: float) -> tuple[Floats, Floats]:
-        """As ``Flow.saturation``, for the mean current (n,) of the part.
-
-        A diode's current stops where another's would turn round: it flows for a share of the
-        period, and its own mean is that at which it would just touch zero.
-        """
-        stops = self.part.decay == Decay.DIODE
-        flows = np.minimum(np.abs(mean) / self.below, 1.0) if stops else np.ones(len(mean))
-        middle = np.where(flows < 1.0, np.sign(mean) * self.below, mean)
-        current = middle[:, None] + self.deviations
-        size = np.hypot(current, bend)
-        share = flows * ((current / size) @ self.weights)
-        return share, -flows * ((current * bend**2 / size**3) @ self.weights)
-
-
-def _bent(decay: float) -> Floats:
-    """How far (m,) an exponential of so many time constants has come at PLACES of its time."""
-    if decay < STRAIGHT:
-        return PLACES
-    return np.asarray(np.expm1(-decay * PLACES) / np.expm1(-decay))
 
 
 @dataclass(frozen=True)

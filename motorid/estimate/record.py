@@ -16,7 +16,8 @@ from motorid.estimate.changes import Changes
 from motorid.estimate.conduction import confirmed, divided
 from motorid.estimate.dead_time import dead_time_loss, turning
 from motorid.estimate.excitation import excitation
-from motorid.estimate.loss import Flow, Loss
+from motorid.estimate.flow import Flow
+from motorid.estimate.loss import Loss
 from motorid.estimate.nuisance import nuisances, starts_at_rest
 from motorid.estimate.readings import read
 from motorid.estimate.rise import Rise, rises
@@ -165,17 +166,20 @@ class MotorRecord(Weighed):
         """Judge the source lines with the model's own current over the voltage's windows."""
         period_s = self.timeline.period_s
         window = self.sensed.window or Window(period_s)
-        outputs = [*window.outputs, Output(Quantity.CURRENT, period_s), Output(Quantity.CURRENT)]
+        outputs = [
+            *window.outputs, Output(Quantity.SPEED, period_s), Output(Quantity.CURRENT, period_s),
+            Output(Quantity.CURRENT),
+        ]  # fmt: skip
         volts = self.volts - self._lost_volts(own)
         over = self.respond(period_s, volts, outputs, self.stretches)
-        *rows, mean, end = over(self.motor(shared), self._initial(own))
+        *rows, speed, mean, end = over(self.motor(shared), self._initial(own))
         current = window.current(np.array(rows), mean, self.timeline)
         self.simulated += 1
         resistance, inductance = (float(v) for v in self.motor(shared)[:2])
         self.timeline = confirmed(self.capture, self.timeline, inductance, resistance)
         parts = self.timeline.parts
         risen = tuple(rises(self.capture, parts, mean, end, inductance, resistance))
-        self._lose(mean, risen, shared, own)
+        self._lose(mean, speed, risen, shared, own)
         self.switched_late = tuple(
             switched_late(self.capture, part, current, inductance, resistance) for part in parts
         )
@@ -200,13 +204,16 @@ class MotorRecord(Weighed):
             )
         self.take_sources(current, ohms, mean, sagging)
 
-    def _lose(self, mean: Floats, risen: Sequence[Rise], shared: Floats, own: Floats) -> None:
-        """Judge what is lost with the model's own current: its ``mean`` (count,) over intervals."""
+    def _lose(
+        self, mean: Floats, speed: Floats, risen: Sequence[Rise], shared: Floats, own: Floats
+    ) -> None:
+        """Judge what is lost with the model's own ``mean`` current and speed (count,)."""
         if self._loss is None:
             return
         resistance_ohm, inductance_h = (float(v) for v in self.motor(shared)[:2])
         parts = self.timeline.parts
-        flow = Flow.of(self.capture, parts, mean, inductance_h, resistance_ohm, risen)
+        emf = self.emf_constant(shared) * speed
+        flow = Flow.of(self.capture, parts, mean, inductance_h, resistance_ohm, risen, emf)
         values = self._losing(own)
         unsure = turning(self.capture, self.timeline.parts, mean, inductance_h, resistance_ohm)
         followed = self._loss.follow(flow, resistance_ohm, values, unsure)

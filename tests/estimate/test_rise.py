@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, Capture, Channel, Wiring
-from motorid.estimate.loss import Flow
+from motorid.estimate.flow import Flow
 from motorid.estimate.rise import rises
 from motorid.estimate.timeline import Part
 from motorid.program import Decay, StepKind
