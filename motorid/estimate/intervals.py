@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.input_noise import Hidden
 from motorid.estimate.solution import Solution
 from motorid.estimate.types import PARAMETERS, UNITS, Parameter
 from motorid.estimate.uncertainty import Statistical
@@ -76,6 +77,7 @@ class Findings:
     fixed: Mapping[str, float]
     without: Sequence[str]
     profiles: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # of the likelihood
+    hidden: Sequence[Hidden] = ()  # errors of what drove the motor, in the statistical part
 
     @property
     def names(self) -> tuple[str, ...]:

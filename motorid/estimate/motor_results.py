@@ -23,6 +23,7 @@ from motorid.estimate import (
     tables,
 )
 from motorid.estimate.clusters import by_part
+from motorid.estimate.input_noise import Hidden
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.lazy import Suspects
@@ -66,7 +67,8 @@ def report(
     """
     fixed = held_values(fix, without)
     simulated = max(record.simulated for record in records)
-    scatter = scattered(solution, records)
+    unseen = input_noise.hidden(solution, records)
+    scatter = scattered(solution, records, unseen)
     found = intervals.Findings(
         solution,
         scatter,
@@ -74,6 +76,7 @@ def report(
         fixed,
         without,
         profile.intervals(solution, records, scatter) if profiled and solution.converged else {},
+        unseen,
     )
     parameters = intervals.parameters(found)
     voltage = nominal_voltage(records)
@@ -85,7 +88,7 @@ def report(
         parameters=parameters,
         combinations=intervals.combinations(found, parameters),
         derived=intervals.derived(found, voltage),
-        nuisance=nuisance_parameters(solution, records),
+        nuisance=nuisance_parameters(solution, records, unseen),
         free=found.names,
         correlation=correlation(found.statistical.covariance),
         chi_square=chi_square,
@@ -103,10 +106,13 @@ def report(
     )
 
 
-def scattered(solution: Solution, records: Sequence[MotorRecord]) -> Statistical:
+def scattered(
+    solution: Solution, records: Sequence[MotorRecord], unseen: Sequence[Hidden]
+) -> Statistical:
     """Covariance of any model's fit: with what no residual shows, and the spread of its parts."""
-    kinds = (input_noise, log_noise, common)
+    kinds = (log_noise, common)
     hidden = [shift for kind in kinds for shift in kind.shifts(solution, records)]
+    hidden += input_noise.shifts(unseen)
     return statistical(solution, hidden, by_part(solution, records))
 
 
@@ -136,12 +142,15 @@ def correlation(covariance: Floats) -> Floats:
     return np.asarray(np.clip(covariance / np.outer(scale, scale), -1.0, 1.0))
 
 
-def nuisance_parameters(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, Parameter]:
-    """What was estimated of each capture on the way."""
+def nuisance_parameters(
+    solution: Solution, records: Sequence[MotorRecord], unseen: Sequence[Hidden]
+) -> dict[str, Parameter]:
+    """What was estimated of each capture on the way; ``unseen``: with errors of its input."""
     out = {}
     for k, record in enumerate(records):
         label = f" of run {k + 1}" if len(records) > 1 else ""
-        deviations = np.sqrt(np.diag(solution.own_covariance[k]))
+        noise = np.diag(solution.own_covariance[k])
+        deviations = np.sqrt(noise + input_noise.own_variance(unseen, k, len(noise)))
         for unknown, value, sd in zip(record.unknowns, solution.own[k], deviations, strict=True):
             if unknown.name not in NUISANCE_UNITS:
                 continue  # what noise left open of a voltage says nothing of the motor or its rig

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate import (
+    input_noise,
     instrument,
     intervals,
     motor_results,
@@ -33,12 +34,14 @@ CAPACITY = "C_w"
 
 def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -> Findings:
     """Covariance and budget of a wider fit: what its input hides is in both, as for the six."""
+    unseen = input_noise.hidden(fitted.solution, fitted.records)
     return Findings(
         fitted.solution,
-        motor_results.scattered(fitted.solution, fitted.records),
+        motor_results.scattered(fitted.solution, fitted.records, unseen),
         instrument.budget(fitted.solution, fitted.records),
         held_values(fix, without),
         without,
+        hidden=unseen,
     )
 
 
@@ -156,7 +159,7 @@ def alternative(
         equations=tuple(term.equation for term in fitted.terms),
         asked=asked,
         parameters=parameters(found, fitted),
-        nuisance=motor_results.nuisance_parameters(fitted.solution, fitted.records),
+        nuisance=motor_results.nuisance_parameters(fitted.solution, fitted.records, found.hidden),
         chi_square=chi_square,
         degrees_of_freedom=freedom,
         evaluations=max(record.simulated for record in fitted.records),
