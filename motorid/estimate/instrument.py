@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, POSITION, SPEED
+from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY
 from motorid.estimate.algebra import project
 from motorid.estimate.bridge import DIODE_DROPS_SD_V
 from motorid.estimate.readings import EMF
@@ -22,7 +22,7 @@ from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.uncertainty import covariance_of
 from motorid.motor.response import Stretch
-from motorid.program import Decay
+from motorid.program import Decay, StepKind
 
 Floats = NDArray[np.float64]
 Shift = Callable[[MotorRecord, Floats, Floats], list[Floats]]
@@ -126,6 +126,18 @@ def _source_level(record: MotorRecord, values: Floats, own: Floats) -> list[Floa
     return [-size / UNITS_V * (new - y) for y, new in zip(base, moved, strict=True)]
 
 
+def _duty(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
+    """A board makes volts by a supply that it has read: their mean is measured, their duty not."""
+    base = record.fitted(values, own)
+    parts = record.timeline.parts
+    by_volts = any(p.kind == StepKind.DRIVE_VOLTS and p.decay != Decay.NONE for p in parts)
+    gain = record.sensed.gain_uncertainty
+    if not by_volts or not gain or record.capture.get(SUPPLY) is not None:
+        return [np.zeros(len(y)) for y in base]
+    moved = _fitted_if(record, values, own, duty=1.0 + SMALL)
+    return [-gain / SMALL * (new - y) for y, new in zip(base, moved, strict=True)]
+
+
 def _diode_drops(record: MotorRecord, values: Floats, own: Floats) -> list[Floats]:
     """Two diodes drop more: against the current in the off part of diode decay, and at a coast."""
     base = record.fitted(values, own)
@@ -143,14 +155,15 @@ def _fitted_if(
     volts: float = 1.0,
     shift_v: float = 0.0,
     clock: float = 1.0,
+    duty: float = 1.0,
     drops_v: float = 0.0,
     late_s: Mapping[str, float] = NOT_LATE,
 ) -> list[Floats]:
     """``fitted`` if the source gave ``volts`` times its voltage, or ticks lay ``clock`` apart.
 
     ``shift_v`` is added in the direction of the voltage, ``late_s`` to the delay of the blocks
-    it names, ``drops_v`` to what two diodes drop. What drives the motor scales alike, and so does
-    all that the board times.
+    it names, ``drops_v`` to what two diodes drop; volts are made by ``duty`` times their duty. What
+    drives the motor scales alike, and so does all that the board times.
     """
     usual = record.response
     outputs = [
@@ -162,7 +175,7 @@ def _fitted_if(
         outputs[m.row] = outputs[m.row].delayed(late, usual.pwm_period_s)
     scaled = [
         replace(s, swing_v=volts * s.swing_v, clamp_v=volts * s.clamp_v)
-        for s in _clamped(record, drops_v)
+        for s in _stretches_if(record, duty, drops_v)
     ]
     source = volts * record.volts + shift_v * np.sign(record.volts)
     moved = record.respond(
@@ -171,18 +184,27 @@ def _fitted_if(
     return record.fitted_by(moved, values, own)
 
 
-def _clamped(record: MotorRecord, drops_v: float) -> Sequence[Stretch]:
-    """The record's stretches if two diodes dropped so much more."""
-    if not drops_v:
-        return record.stretches
-    parts = [part for part in record.timeline.parts if part.decay == Decay.DIODE]
+def _stretches_if(record: MotorRecord, duty: float, drops_v: float) -> list[Stretch]:
+    """The record's stretches at ``duty`` times the duty of volts, and two diodes' larger drops."""
     out = []
     for s in record.stretches:
-        by_diodes = any(part.start <= s.start < part.stop for part in parts)
-        more = np.copysign(drops_v, s.swing_v) if by_diodes and s.swing_v else 0.0
+        part = next(p for p in reversed(record.timeline.parts) if p.start <= s.start)
+        if part.kind == StepKind.DRIVE_VOLTS:
+            s = _at_duty(s, part.decay, duty)
+        more = np.copysign(drops_v, s.swing_v) if part.decay == Decay.DIODE and s.swing_v else 0.0
         clamp = s.clamp_v + drops_v if s.clamp_v else 0.0
         out.append(replace(s, swing_v=s.swing_v + more, clamp_v=clamp))
     return out
+
+
+def _at_duty(s: Stretch, decay: Decay, duty: float) -> Stretch:
+    """At so many times its duty, the mean voltage being the same."""
+    if not 0.0 < s.duty < 1.0:
+        return s
+    if decay == Decay.FAST:  # half of the period for no volts
+        return replace(s, duty=0.5 + duty * (s.duty - 0.5))
+    swing = s.swing_v / duty if decay == Decay.SYNCHRONOUS_SLOW else s.swing_v
+    return replace(s, duty=duty * s.duty, swing_v=swing)
 
 
 _CAUSES: dict[str, Shift] = {
@@ -193,5 +215,6 @@ _CAUSES: dict[str, Shift] = {
     "current delay": _delay(CURRENT),
     "voltage delay": _delay(EMF),
     "voltage resolution": _source_level,
+    "duty of volts": _duty,
     "diode drops": _diode_drops,
 }

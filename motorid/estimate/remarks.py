@@ -33,6 +33,7 @@ IMPROVE = {  # what to do about a cause
     "current delay": "measure the delay of the current's channel",
     "voltage delay": "measure the delay of the voltage's channel",
     "voltage resolution": "measure the voltage with a finer converter or a smaller range",
+    "duty of volts": "capture the supply's voltage as well, or drive by duty",
     "diode drops": "drive with synchronous decay",
     "wiring resistance": "measure the leads' and the bridge's resistance",
 }

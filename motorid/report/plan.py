@@ -20,6 +20,7 @@ IMPROVE = {
     "encoder or speed gain": "count the encoder over whole turns (`motorid calibrate`, encoder)",
     "clock": "calibrate the board's clock (`motorid calibrate`, clock)",
     "voltage resolution": "use a finer voltage divider or converter",
+    "duty of volts": "capture the supply's voltage as well, or drive by duty",
     "diode drops": "drive with synchronous decay",
     "wiring resistance": "measure leads and bridge, or sense the voltage at the terminals",
 }
