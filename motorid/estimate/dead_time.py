@@ -34,6 +34,7 @@ Floats = NDArray[np.float64]
 UNSURE = 0.06  # of the current at which the ripple turns round: its relative standard uncertainty
 COMMUTATION = 0.0015  # of the back-EMF: what is left of a commutator's ripple over a PWM period
 FAR = 4.0  # standard deviations beyond which nothing is blurred
+BLURRED = np.linspace(-FAR, FAR, 17)
 STEP_A = 1e-6  # a volt of _Period: without inductance there is no ripple, and the loss is a step
 ALL, NOTHING = 5, 3  # of the six points: the lowest current stays with the drive, or against it
 _erf = np.vectorize(math.erf, otypes=[float])
@@ -87,6 +88,16 @@ class DeadTime:
             near = np.flatnonzero(np.abs(along - at) < FAR * self.blur)
             lost[near] += bend * self.blur * _rounding((along[near] - at) / self.blur)
         return np.asarray(self.side * lost)
+
+    def balanced(self, current: Floats, taken: Floats, ohms: float) -> Floats:
+        """The current (n,) that loses what it should, of a model that had ``taken`` (n,) from it
+        instead, behind ``ohms``, and so found ``current`` (n,).
+        """
+        drop = current + taken / ohms
+        reach = 2.0 * float(np.abs(drop).max() + np.abs(self.volts).max() / ohms)
+        bends = np.add.outer(self.amperes, self.blur * BLURRED).ravel()
+        grid = np.unique(self.side * np.concatenate([[-reach], bends, [reach]]))
+        return np.asarray(np.interp(drop, grid + self.lost(grid) / ohms, grid))
 
     def first(self, current: float) -> float:
         """V less in the mean of the first PWM period, which begins with that current.
@@ -204,6 +215,30 @@ def _within(capture: Capture, rise: Rise, dead: DeadTime, found: float) -> Float
     over = dead.lost(within.ravel()).reshape(within.shape)
     over[0, PLACES * periods < 1.0] = dead.first(found + dead.side * ahead_a)
     return np.asarray(over)
+
+
+def swinging(
+    capture: Capture,
+    parts: Sequence[Part],
+    current: Floats,
+    taken: Floats,
+    inductance_h: float,
+    resistance_ohm: float,
+) -> Floats:
+    """A (count,) by which a model's mean ``current`` departs from one that loses what it should.
+
+    Where the loss turns, it changes by many times R for an ampere: a model that is given the loss
+    of its own last current, ``taken`` (count,), swings from all to nothing and back for ever. At
+    the motor's speed R i + lost(i) is what drives it, which has one solution.
+    """
+    off = np.zeros(len(current))
+    for part in parts:
+        dead = DeadTime.of(capture, part, inductance_h, resistance_ohm)
+        if dead is not None and resistance_ohm:
+            late = slice(part.start + 1, part.stop)  # in the first interval R i is not all
+            here = current[late]
+            off[late] = here - dead.balanced(here, taken[late], resistance_ohm)
+    return off
 
 
 def turning(

@@ -14,7 +14,7 @@ from motorid.errors import DataError
 from motorid.estimate.bridge import bridge_prior, clamp_voltage, supply_voltage, switched_late
 from motorid.estimate.changes import Changes
 from motorid.estimate.conduction import confirmed, divided
-from motorid.estimate.dead_time import dead_time_loss, turning
+from motorid.estimate.dead_time import dead_time_loss, swinging, turning
 from motorid.estimate.excitation import excitation
 from motorid.estimate.flow import Flow
 from motorid.estimate.loss import Loss
@@ -178,6 +178,10 @@ class MotorRecord(Weighed):
         resistance, inductance = (float(v) for v in self.motor(shared)[:2])
         self.timeline = confirmed(self.capture, self.timeline, inductance, resistance)
         parts = self.timeline.parts
+        if self.sensed.commanded:
+            taken = np.broadcast_to(self._heard.lost, len(mean))
+            off = swinging(self.capture, parts, mean, taken, inductance, resistance)
+            current, mean, end = current - off, mean - off, end - off
         risen = tuple(rises(self.capture, parts, mean, end, inductance, resistance))
         self._lose(mean, speed, risen, shared, own)
         self.switched_late = tuple(
@@ -187,21 +191,20 @@ class MotorRecord(Weighed):
             self.capture, parts, mean, inductance, resistance, risen, seen(window)
         )
         if self.sensed.commanded:
-            self._heard = replace(self.sensed, volts=self.sensed.volts - lost)
+            given = self.sensed.volts - lost
+            self._heard = replace(self.sensed, volts=given, lost=lost, lost_shown=lost)
         else:  # the readings show the loss: only their line must know of it
             self._heard = replace(self.sensed, lost=lost, lost_shown=shown)
-        prior = bridge_prior(self.capture) if self.sensed.shows_emf else (0.0, np.inf)
-        ohms = source_resistance(self._heard, current, parts, self._lost, prior)
+        ohms = 0.0  # a supply gives way by what it shows, and before a brake there is none
+        if not self.sensed.commanded:
+            prior = bridge_prior(self.capture) if self.sensed.shows_emf else (0.0, np.inf)
+            ohms = source_resistance(self._heard, current, parts, self._lost, prior)
         motor = self.motor(shared)
         for k, place in self._own.coasts.items():
             spread = self._unrest.speed_deviation(k, self.sources[k - 1], motor)
             self._own.expect(place, spread)
-        sagging: Mapping[int, Sag] = NO_SAGS
-        if not self.sensed.commanded:
-            source_v = self._heard.volts + shown + ohms * current
-            sagging = sags(
-                window, parts, source_v, current, ~self._lost, mean, risen, self.supply_v
-            )
+        source_v = self._heard.volts + self._heard.lost_shown + ohms * current
+        sagging = sags(window, parts, source_v, current, ~self._lost, mean, risen, self.supply_v)
         self.take_sources(current, ohms, mean, sagging)
 
     def _lose(

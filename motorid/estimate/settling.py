@@ -62,8 +62,11 @@ def settled(
             near_h = rise * known["R"] * period
             trials.append(with_sources(records, free, {**known, "L": near_h}, near_h))
         best = merged(start, min(trials, key=lambda one: one.objective))
-        solution = with_sources(records, free, best, best["L"])  # what drives it is the last one's
-        solution = with_sources(records, free, merged(start, solution))
+        held = with_sources(records, free, best, best["L"])  # what drives it is the last one's
+        solution = with_sources(records, free, merged(start, held))
+        if solution.objective > held.objective + ROUGH:  # it lost it again
+            kept = merged(start, held)
+            solution = with_sources(records, free, kept, kept["L"])
     return with_delays(records, free, start, solution)
 
 

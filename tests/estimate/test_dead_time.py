@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import SUPPLY, Capture, Channel, Wiring
-from motorid.estimate.dead_time import DeadTime, dead_time_loss, turning
+from motorid.estimate.dead_time import DeadTime, dead_time_loss, swinging, turning
 from motorid.estimate.rise import PLACES, rises, swing_at_start
 from motorid.estimate.timeline import Part
 from motorid.program import Decay, StepKind
@@ -156,3 +156,25 @@ def test_a_current_that_turns_earlier_loses_less() -> None:
 def test_diodes_alone_need_no_dead_time() -> None:
     assert DeadTime.of(*bridge(0.5, Decay.DIODE), 1e-3, 1.0) is None
     assert DeadTime.of(*bridge(1.0, Decay.SYNCHRONOUS_SLOW), 1e-3, 1.0) is None
+
+
+@pytest.mark.parametrize("duty", [0.3, -0.6])
+@pytest.mark.parametrize("given", [0.0, 1.0])
+def test_a_model_with_the_wrong_loss_tells_the_current_that_the_bridge_has(
+    duty: float, given: float
+) -> None:
+    """Given none of the loss, or all of it at every current, at the speed that the motor has."""
+    motor = OPTIONS.preset
+    one, part = bridge(duty, Decay.SYNCHRONOUS_SLOW)
+    current, lost = shown(duty, Decay.SYNCHRONOUS_SLOW)
+    dead = model(duty, Decay.SYNCHRONOUS_SLOW)
+    taken = np.full(len(current), given * dead.lost(np.array([1e3 * duty]))[0])
+    wrong = current + (lost - taken) / motor.resistance_ohm
+    known = (motor.inductance_h, motor.resistance_ohm)
+    found = wrong - swinging(one, [part], wrong, taken, *known)
+    late = slice(5, None)  # the current has risen
+    off = np.abs(found - current)[late] / np.abs(wrong - current)[late].max()
+    assert np.median(off) < 1e-3
+    assert off.max() < 0.06  # where it turns: the current still falls, and L takes its share
+    kept = swinging(one, [part], found, dead.lost(found), *known)
+    assert np.abs(kept).max() < 1e-3 * np.abs(dead.amperes).min()  # and there it stays
