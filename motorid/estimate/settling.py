@@ -60,12 +60,16 @@ def settled(
         trials = [solution]
         for rise in RISES:
             near_h = rise * known["R"] * period
+            _judge_at(records, solution, near_h)
             trials.append(with_sources(records, free, {**known, "L": near_h}, near_h))
-        best = merged(start, min(trials, key=lambda one: one.objective))
-        held = with_sources(records, free, best, best["L"])  # what drives it is the last one's
+        likeliest = min(trials, key=lambda one: one.objective)
+        best = merged(start, likeliest)
+        _judge_at(records, likeliest, best["L"])  # what drives them is the last one's
+        held = with_sources(records, free, best, best["L"])
         solution = with_sources(records, free, merged(start, held))
         if solution.objective > held.objective + ROUGH:  # it lost it again
             kept = merged(start, held)
+            _judge_at(records, held, kept["L"])
             solution = with_sources(records, free, kept, kept["L"])
     return with_delays(records, free, start, solution)
 
@@ -86,6 +90,19 @@ def with_delays(
             record.hold_delay()
         return before
     return found
+
+
+def _judge_at(records: Sequence[MotorRecord], solution: Solution, inductance_h: float) -> None:
+    """What drives the motor, and what is lost, if that were its inductance.
+
+    Ripple and pulses follow it, and what brushes take of them: judged by none, it stays none.
+    """
+    values = np.array([
+        inductance_h if unknown.name == "L" else value
+        for unknown, value in zip(solution.unknowns, solution.values, strict=True)
+    ])  # fmt: skip
+    for record, own in zip(records, solution.own, strict=True):
+        record.retake_sources(values, own)
 
 
 def _vanished(solution: Solution, records: Sequence[MotorRecord]) -> bool:

@@ -125,6 +125,23 @@ def test_brushes_may_be_declared() -> None:
 
 
 @pytest.mark.slow
+def test_a_drop_in_a_diodes_pulses_is_no_resistance(tmp_path: Path) -> None:
+    """Taken for pulses of one height, it made R 13 % and K 1.4 % too large."""
+    rig = load_rig("sim")
+    exact = "&gain_error=0&voltage_gain_error=0&offset_error=0"
+    url = f"{rig.port}&speed=max&seed=4&stiction=1&heating=0&brush_drop=0.2{exact}"
+    drives = tuple(Step(StepKind.DRIVE_DUTY, 0.1, d, Decay.DIODE) for d in (0.6, 0.8, 1.0))
+    program = Program((Step(StepKind.COAST, 0.02), *drives, Step(StepKind.COAST, 0.7)))
+    channels = ("current", "terminal_voltage", "position")
+    bench = replace(rig, port=url, program=program, sampling=Sampling(5000.0, channels))
+    found = fit([store.load(record(bench, program, tmp_path / "run.h5"))]).parameters
+    true = truth(url)
+    assert abs(found["R"].value / true["R"] - 1.0) < 0.01
+    assert abs(found["K"].value / true["K"] - 1.0) < 1e-3
+    assert abs(found["L"].value / true["L"] - 1.0) < 0.05
+
+
+@pytest.mark.slow
 def test_a_drop_is_within_the_interval(tmp_path: Path) -> None:
     """A drop of 0.2 V of 5, which taken for a resistance is 7 % of R."""
     rig = load_rig("sim")
