@@ -325,3 +325,18 @@ def test_an_inductance_that_a_search_loses_is_found_again(
     assert found["R"].value == pytest.approx(runs.truth["R"], rel=0.015)
     monkeypatch.setattr(settling, "RISES", ())
     assert fit(runs.captures, model="six").parameters["L"].value is None
+
+
+@pytest.mark.slow
+def test_a_current_that_hovers_where_the_dead_time_turns_it_settles(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A simulated rig without a sensed voltage: 1.6 % of dead time, no load below the ripple."""
+    runs = record(draw_bench(277), tmp_path)
+    found = fit(runs.captures, model="six").parameters
+    for name, most in {"R": 0.01, "L": 0.01, "B": 0.01, "T0": 0.01}.items():
+        assert found[name].value == pytest.approx(runs.truth[name], rel=most)
+        assert found[name].interval_95[0] < runs.truth[name] < found[name].interval_95[1]
+    monkeypatch.setattr("motorid.estimate.record.swinging", lambda *_: 0.0)
+    swung = fit(runs.captures, model="six").parameters
+    assert abs(swung["R"].value / runs.truth["R"] - 1.0) > 0.015
