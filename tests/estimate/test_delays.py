@@ -120,6 +120,14 @@ def test_what_is_an_unknown_is_no_cause_in_the_budget_as_well(amid_ripple: Captu
     assert least < u < 0.5 * np.hypot(least, share["L"] * L)
 
 
+def test_a_wider_model_finds_the_delay_as_well(amid_ripple: Capture) -> None:
+    found = fit([moved(amid_ripple, -1.3 * LATE_S, LATE_S)], model="quadratic-load")
+    assert found.alternative is not None
+    late_s, u = known(found.alternative.nuisance["current late"])
+    assert late_s == pytest.approx(1.3 * LATE_S, abs=2.5 * u)
+    assert u < 0.2 * LATE_S
+
+
 def test_a_delay_beyond_its_declaration_stays_as_declared(amid_ripple: Capture) -> None:
     """What the data show is then something else's doing, and no unknown hides it."""
     found = fit([moved(amid_ripple, -8.0 * LATE_S, LATE_S)])
