@@ -20,7 +20,7 @@ from motorid.estimate.flow import Flow
 from motorid.estimate.loss import Loss
 from motorid.estimate.nuisance import nuisances, starts_at_rest
 from motorid.estimate.readings import read
-from motorid.estimate.rise import Rise, rises
+from motorid.estimate.rise import Rise, moving, rises
 from motorid.estimate.sense import Sense, sense
 from motorid.estimate.solution import Unknown
 from motorid.estimate.source import Source, source_resistance, sources
@@ -205,7 +205,7 @@ class MotorRecord(Weighed):
             self._own.expect(place, spread)
         source_v = self._heard.volts + self._heard.lost_shown + ohms * current
         sagging = sags(window, parts, source_v, current, ~self._lost, mean, risen, self.supply_v)
-        self.take_sources(current, ohms, mean, sagging)
+        self.take_sources(current, ohms, moving(mean, risen), sagging)
 
     def _lose(
         self, mean: Floats, speed: Floats, risen: Sequence[Rise], shared: Floats, own: Floats

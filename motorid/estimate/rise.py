@@ -84,6 +84,14 @@ def rises(
         yield Rise(part, amperes, weights)
 
 
+def moving(mean: Floats, risen: Sequence[Rise]) -> Floats:
+    """The ``mean`` current (count,) over intervals, that of ``risen`` ones as it moves a reading."""
+    moved = mean.copy()
+    for rise in risen:
+        moved[rise.where] = rise.mean(rise.amperes.ravel())
+    return moved
+
+
 def swing_at_start(
     capture: Capture, part: Part, inductance_h: float, resistance_ohm: float
 ) -> float:

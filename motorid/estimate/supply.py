@@ -111,8 +111,8 @@ def _share(part: Part, rail: float | None) -> float:
 class Draws:
     """Those of several parts, and what a supply makes of them."""
 
-    def __init__(self, draws: Sequence[Draw], window: Window) -> None:
-        self.window = window
+    def __init__(self, draws: Sequence[Draw], window: Window, weights: Floats) -> None:
+        self.window, self.weights = window, weights
         self.share = np.array([[draw.share] for draw in draws])
         self.follows = np.array([[draw.follows] for draw in draws])
         self.before = np.array([[draw.before] for draw in draws])
@@ -121,14 +121,14 @@ class Draws:
 
     def sags(self, late: float) -> tuple[Floats, Floats]:
         """V (parts, TELLING) for an ohm of a supply that comes ``late`` by so many intervals: over
-        the readings' windows, and over the intervals.
+        the readings' windows, and over the intervals as they move a reading of the current.
         """
         grid = len(PLACES)
         fine = np.hstack([self.before, self.first]) @ _behind(HEAD * grid, late * grid)
         first = _mean(self.first, fine[:, :-1], late * grid).reshape(-1, HEAD, grid)
         begin = np.hstack([fine[:, -1:], self.after]) @ _behind(TELLING - HEAD, late)
         start, stop = _reach(self.window)
-        over = np.hstack([first.mean(axis=2), _mean(self.after, begin[:, :-1], late)])
+        over = np.hstack([first @ self.weights, _mean(self.after, begin[:, :-1], late)])
         after = _mean(self.after, begin[:, :-1], late, start, stop)
         shown = np.hstack([first @ seen(self.window), after])
         given = self.follows * np.hstack([self.before, shown[:, :-1]])
@@ -195,7 +195,7 @@ def sags(
     }
     if window.lag or not drawn:
         return NO_SAGS
-    draws = Draws(tuple(drawn.values()), window)
+    draws = Draws(tuple(drawn.values()), window, rises[0].weights)
     told = [_Told.of(open_circuit, shown, known, parts[k]) for k in drawn]
     variance = float(np.mean(np.concatenate([np.diff(t.left) ** 2 for t in told]))) / 2.0
     best = CLEAR * variance, 0.0, 0.0
