@@ -85,7 +85,7 @@ def rises(
 
 
 def moving(mean: Floats, risen: Sequence[Rise]) -> Floats:
-    """The ``mean`` current (count,) over intervals, of ``risen`` ones as it moves a reading of it."""
+    """The ``mean`` current (count,) over intervals, of ``risen`` ones as it moves a reading."""
     moved = mean.copy()
     for rise in risen:
         moved[rise.where] = rise.mean(rise.amperes.ravel())
