@@ -161,11 +161,20 @@ def _run_to_add(
 
 
 def _budget(found: Findings, parameters: Mapping[str, Parameter]) -> list[Diagnostic]:
-    """Which cause gives most of each parameter's uncertainty, and what to improve first."""
+    """Of every parameter that came out."""
+    shares = budget_shares(found)
+    return budget({n: s for n, s in shares.items() if parameters[n].value is not None})
+
+
+def budget(shares_of: Mapping[str, Mapping[str, float]]) -> list[Diagnostic]:
+    """Which cause gives most of each one's uncertainty, and what to improve first.
+
+    ``shares_of`` each name: standard uncertainties by cause.
+    """
     by_cause: dict[str, list[tuple[str, float]]] = {}
-    for name, shares in budget_shares(found).items():
+    for name, shares in shares_of.items():
         total = sum(share**2 for share in shares.values())
-        if parameters[name].value is None or total <= 0.0:
+        if total <= 0.0:
             continue
         cause = max(shares, key=lambda c: shares[c])
         by_cause.setdefault(cause, []).append((name, shares[cause] ** 2 / total))

@@ -19,6 +19,7 @@ from motorid.estimate.intervals import unknown
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.motor_results import report
 from motorid.estimate.record import MotorRecord
+from motorid.estimate.remarks import budget
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.lazy import Suspects
 from motorid.estimate.types import PARAMETERS, UNITS, Diagnostic, Estimate
@@ -150,14 +151,21 @@ def _open(found: Estimate) -> Estimate:
         parameters[name] = unknown(name, UNITS[name], why)
     parameters["K"] = unknown("K", UNITS["K"], f"no motion was measured: {REMEDY}")
     names = {name: ratio for name, (ratio, _) in RATIOS.items()}
+    shares = {names.get(name, name): each for name, each in found.budget.items()}
+    known = {n for n, p in {**parameters, **combinations}.items() if p.value is not None}
+    remarks_on = [d for d in found.diagnostics if d.code != "budget"]
     return replace(
         found,
         parameters=parameters,
         combinations=combinations,
         derived={name: found.derived[name] for name in SCALELESS if name in found.derived},
         free=tuple(names.get(name, name) for name in found.free),
-        budget={names.get(name, name): shares for name, shares in found.budget.items()},
-        diagnostics=(_said(), *found.diagnostics),
+        budget=shares,
+        diagnostics=(
+            _said(),
+            *remarks_on,
+            *budget({n: s for n, s in shares.items() if n in known}),
+        ),
         segments=(),  # nobody saw it move: none could be told
     )
 

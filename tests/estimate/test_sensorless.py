@@ -58,6 +58,10 @@ def test_all_but_the_scale_of_its_constant_is_told() -> None:
     for name in ("K", "B", "J", "T0"):
         assert estimate.parameters[name].status == "not_identifiable"
         assert "add the speed or the position" in estimate.parameters[name].note
+    (said,) = (d.message for d in estimate.diagnostics if d.code == "budget")
+    for name in ("R", "L", "J/K²", "B/K²", "T0/K"):
+        assert f"{name} (" in said
+    assert not any(f" {name} (" in said for name in ("K", "B", "J", "T0"))
     assert set(estimate.derived) == {
         "stall_current", "electrical_time_constant", "mechanical_time_constant", "peak_efficiency",
     }  # fmt: skip
