@@ -107,3 +107,17 @@ def standing(records: Sequence[MotorRecord]) -> list[Diagnostic]:
             "may hold it against more than T0. Such a part tells nothing of K, B, J and T0",
         )
     ]  # fmt: skip
+
+
+def unseen_voltage(records: Sequence[MotorRecord]) -> list[Diagnostic]:
+    """What a search does not know of a log's voltage, and the default method does."""
+    if all(record.sensed.waveform is None for record in records):
+        return []
+    return [
+        Diagnostic(
+            "voltage_between_stamps", "warning",
+            "nobody tells what the voltage of such a log did between two stamps: this method takes "
+            "it straight, and the stamps as exact, and the intervals do not cover that; the method "
+            "ml tries other shapes and delays for the six parameters, which L needs most",
+        )
+    ]  # fmt: skip

@@ -60,11 +60,12 @@ def test_closed_forms_find_the_motor(capture, method):
 
 
 @pytest.mark.slow
-def test_a_search_says_what_it_does_not_know_of_a_logs_voltage(capture):
+@pytest.mark.parametrize("model", [{}, {"model": "quadratic-load"}])
+def test_a_search_says_what_it_does_not_know_of_a_logs_voltage(capture, model):
     instant = replace(capture.channels[VOLTAGE], kind="instant", aperture_s=0.0)
     log = replace(capture, program=None, phases=(), channels={**capture.channels, VOLTAGE: instant})
     codes = [
-        {d.code for d in search_fit([c], "nls", budget=30, seed=0).diagnostics}
+        {d.code for d in search_fit([c], "nls", **model, budget=30, seed=0).diagnostics}
         for c in (capture, log)
     ]
     assert ["voltage_between_stamps" in found for found in codes] == [False, True]

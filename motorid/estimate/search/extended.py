@@ -17,6 +17,7 @@ from motorid.capture.store import describe
 from motorid.errors import DataError, UsageError
 from motorid.estimate import intervals, motor_results, tables
 from motorid.estimate.closed_form import start_values
+from motorid.estimate.data_remarks import unseen_voltage
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.search import captures as capture_problem
 from motorid.estimate.search import models
@@ -68,7 +69,7 @@ def fit(
         chi_square=likely.chi_square,
         degrees_of_freedom=likely.degrees_of_freedom,
         evaluations=found.evaluations,
-        diagnostics=_remarks(problem, model, found),
+        diagnostics=(*_remarks(problem, model, found), *unseen_voltage(records)),
         curves=_curves(problem, found, likely),
         segments=tables.segments(named),
         inputs=tuple(describe(capture) for capture in captures),

@@ -15,6 +15,7 @@ import numpy as np
 from motorid.capture.model import Capture
 from motorid.errors import UsageError, nearest
 from motorid.estimate.closed_form import start_values
+from motorid.estimate.data_remarks import unseen_voltage
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.motor_results import report
 from motorid.estimate.record import MotorRecord
@@ -80,7 +81,11 @@ def fit(
         estimate,
         method=_title(method, found),
         evaluations=found.evaluations,
-        diagnostics=(*_remarks(found, likely, linear), *_logs(records), *estimate.diagnostics),
+        diagnostics=(
+            *_remarks(found, likely, linear),
+            *unseen_voltage(records),
+            *estimate.diagnostics,
+        ),
         options={**estimate.options, "method": method, "budget": budget, "seed": seed},
     )
 
@@ -210,17 +215,3 @@ def _remarks(found: Solution, likely: Likely, linear: bool) -> list[Diagnostic]:
             )
         )  # fmt: skip
     return out
-
-
-def _logs(records: Sequence[MotorRecord]) -> list[Diagnostic]:
-    """What the searches do not know of a log's voltage, and the default method does."""
-    if all(record.sensed.waveform is None for record in records):
-        return []
-    return [
-        Diagnostic(
-            "voltage_between_stamps", "warning",
-            "nobody tells what the voltage of such a log did between two stamps: this method takes "
-            "it straight, and the stamps as exact, and the intervals do not cover that; the method "
-            "ml tries other shapes and delays, which L needs most",
-        )
-    ]  # fmt: skip
