@@ -165,6 +165,13 @@ class Concentrated:
         each = zip(at.residuals[k], at.sigmas[k], strict=True)
         return np.concatenate([r / s**power for r, s in each] or [np.zeros(0)])
 
+    def weighed_slopes(self, at: Point, known: Derivatives, k: int) -> tuple[Floats, Floats]:
+        """Derivatives (p, n) and (m, n) of record k at a point, over the sigmas there."""
+        weights = np.repeat(1.0 / at.sigmas[k], [len(r) for r in at.residuals[k]])
+        shared = known.shared[k] * self.frame.growth(known.at, at.shared) * weights
+        own = known.own_slopes[k] * self.own[k].growth(known.own[k], at.own[k]) * weights
+        return shared, own
+
     def _products(self, known: Derivatives) -> list[Products]:
         """They stay as long as the derivatives do, whatever becomes of the noise."""
         if self._summed is None or self._summed[0] is not known:

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.concentrated import Concentrated, Point
+from motorid.estimate.elimination import by_rows, by_sums
 from motorid.estimate.solution import (
     Block,
     Derivatives,
@@ -152,21 +153,18 @@ def _solution(search: Concentrated, at: Point, converged: bool) -> Solution:
     normals = search.normals(at, known)
     frame = search.frame
     information = np.diag(frame.precision.astype(np.float64))
-    own_covariance, followed, explained = [], [], []
+    eliminated = []
     blocks = [tuple(record.blocks) for record in search.records]  # as they are now
     for k, normal in enumerate(normals):
         held = search.own[k].blocked(at.own[k], normal.go)
-        inverse = bounded_inverse(normal.oo, held)
-        information = information + normal.ss - normal.so @ inverse @ normal.so.T
-        own_covariance.append(inverse)
-        followed.append(inverse @ normal.so.T)
-        explained.append(normal.so @ inverse)
+        found = by_sums(normal, held)
+        if found.doubtful(normal):
+            found = by_rows(*search.weighed_slopes(at, known, k), search.own[k].precision, held)
+        information = information + found.left
+        eliminated.append(found)
     at_bound = (at.shared <= frame.lower) | (at.shared >= frame.upper)
     covariance = bounded_inverse(information, at_bound)
-    own_covariance = [
-        inverse + follows @ covariance @ follows.T
-        for inverse, follows in zip(own_covariance, followed, strict=True)
-    ]
+    own_covariance = [e.inverse + e.follows @ covariance @ e.follows.T for e in eliminated]
     return Solution(
         unknowns=frame.unknowns,
         values=frame.outward(at.shared),
@@ -174,7 +172,7 @@ def _solution(search: Concentrated, at: Point, converged: bool) -> Solution:
         own_covariance=tuple(own_covariance),
         information=information,
         at_bound=at_bound,
-        linearise=partial(_linearised, search, at, known, explained, blocks),
+        linearise=partial(_linearised, search, at, known, [e.follows for e in eliminated], blocks),
         objective=at.objective,
         evaluations=search.evaluations,
         converged=converged,
@@ -186,22 +184,20 @@ def _linearised(
     search: Concentrated,
     at: Point,
     known: Derivatives,
-    explained: Sequence[Floats],
+    follows: Sequence[Floats],
     blocks: Sequence[tuple[Block, ...]],
 ) -> tuple[Linearised, ...]:
-    """Every record at a point; ``explained`` (p, m): by how much its nuisances follow."""
+    """Every record at a point; ``follows`` (m, p): by how much its nuisances do."""
     out = []
     for k in range(len(blocks)):
         edges = np.cumsum([0, *(len(r) for r in at.residuals[k])])
-        weights = np.repeat(1.0 / at.sigmas[k], np.diff(edges))
-        shared = known.shared[k] * search.frame.growth(known.at, at.shared) * weights
-        own = known.own_slopes[k] * search.own[k].growth(known.own[k], at.own[k]) * weights
+        shared, own = search.weighed_slopes(at, known, k)
         out.append(
             Linearised(
                 residual=search.weighed_residual(at, k),
                 shared=shared.T,
                 own=own.T,
-                orthogonal=(shared - np.einsum("pm,mn->pn", explained[k], own)).T,
+                orthogonal=(shared - np.einsum("mp,mn->pn", follows[k], own)).T,
                 own_precision=search.own[k].precision,
                 blocks=blocks[k],
                 slices=tuple(slice(int(a), int(b)) for a, b in pairwise(edges)),
