@@ -11,13 +11,14 @@ from functools import cache
 from pathlib import Path
 
 import jsonschema
+import numpy as np
 import pytest
 
 from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate import fit, motor_fit, settling
+from motorid.estimate import fit, input_noise, motor_fit, settling
 from motorid.estimate.loss import lossless
 from motorid.estimate.types import PARAMETERS, Estimate
 from motorid.estimate.uncertainty import statistical
@@ -93,8 +94,11 @@ def test_what_no_residual_shows_of_the_voltage_is_in_the_wider_intervals_too(fol
     fitted = offer.asked_for(records, solution, values, (TERMS["brush-drop"],))
     shown = statistical(fitted.solution).deviations
     told = results.findings(fitted, {}, ()).statistical.deviations
+    unseen = input_noise.hidden(fitted.solution, fitted.records)
+    added = sum(error.shared**2 for error in unseen)
+    np.testing.assert_allclose(told**2, shown**2 + added, rtol=1e-9)
     for name in ("R", "V_b"):
-        assert told[fitted.free.index(name)] > 1.2 * shown[fitted.free.index(name)]
+        assert added[fitted.free.index(name)] > 0.2 * shown[fitted.free.index(name)] ** 2
 
 
 @pytest.mark.slow
