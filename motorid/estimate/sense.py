@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import SUPPLY, VOLTAGE, Capture, Channel
 from motorid.estimate.timeline import Part, Timeline
-from motorid.estimate.waveform import JOINED, Shape, Waveform, of_log
+from motorid.estimate.waveform import JOINED, Shape, Waveform, held_means, of_log
 from motorid.estimate.window import Window
 from motorid.program import StepKind
 
@@ -75,6 +75,12 @@ def sense(capture: Capture, timeline: Timeline, shape: Shape = JOINED) -> Sense 
         if waveform is not None:
             volts, none = waveform.means(timeline), np.zeros(timeline.count, dtype=bool)
             return Sense(volts, none, *series, emf, channel, channel.resolution, waveform=waveform)
+        if all(part.kind is None for part in timeline.parts):
+            volts, none = (
+                held_means(capture, channel, timeline),
+                np.zeros(timeline.count, dtype=bool),
+            )
+            return Sense(volts, none, *series, emf, channel, channel.resolution)
         window = Window.of(channel, timeline.period_s)
         readings = window.readings(timeline.spread(channel.values), timeline)
         volts = _filled(readings, timeline.parts)

@@ -3,7 +3,7 @@
 Interval n ends at grid tick n. A step that begins at tick t governs the intervals after it. Lost
 samples keep their place on the grid and carry no reading. The grid of a log, whose voltage changed
 when it liked and whose stamps may be irregular, is several times finer than its samples, which lie
-between two ticks.
+between two ticks; but not where every reading of the voltage is a mean since the one before.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import Capture
+from motorid.capture.model import VOLTAGE, Capture
 from motorid.errors import DataError
 from motorid.program import Decay, StepKind
 
@@ -114,7 +114,7 @@ def lay(capture: Capture) -> Timeline:
     place = (capture.ticks - capture.ticks[0]) / (capture.clock_hz * period)
     index = np.rint(place).astype(np.intp)
     jitter = float(np.abs(place - index).max())
-    if capture.program is None:
+    if capture.program is None and not (jitter <= IRREGULAR and _told_throughout(capture)):
         return _of_log(capture, jitter)
     if jitter > JITTER or np.diff(index).min() < 1:
         raise DataError(
@@ -129,6 +129,15 @@ def lay(capture: Capture) -> Timeline:
         )
     lost = count - len(capture)
     return Timeline(period, count, index, _parts(capture, period, count), jitter, lost)
+
+
+def _told_throughout(capture: Capture) -> bool:
+    """Every reading of the voltage is its mean since the one before: no finer grid tells more."""
+    channel = capture.get(VOLTAGE)
+    if channel is None or not np.isfinite(channel.values).all():
+        return False
+    off = (abs(channel.window_s - capture.period_s), channel.delay_s)
+    return max(off) <= IRREGULAR * capture.period_s
 
 
 def _of_log(capture: Capture, jitter: float) -> Timeline:

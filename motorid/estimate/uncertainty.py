@@ -52,7 +52,7 @@ def covariance_of(information: Floats) -> Floats:
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), NOTHING))
     # rounding may leave less than nothing of what nuisances explain: no correlation is beyond 1
     values, vectors = np.linalg.eigh(np.clip(information * scale[:, None] * scale, -1.0, 1.0))
-    inverse = (vectors / np.maximum(values, FLOOR * max(float(values[-1]), 1.0))) @ vectors.T
+    inverse = (vectors / np.maximum(values, FLOOR * values.max(initial=1.0))) @ vectors.T
     return np.asarray(inverse * np.outer(scale, scale))
 
 

@@ -26,6 +26,7 @@ HALF_WINDOWS = (4, 8, 16, 32)  # samples
 SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
 CALM = 16  # stretches of a log, of which the calmer ones tell its noise
 CLEAR, SHARE = 8.0, 0.05  # a jump in standard deviations of a reading, and of the range
+MISSING = 1.5  # usual periods between two readings, of which none is missing
 OFTEN, MOST_JUMPS = 0.5, 40  # share of stamps that makes a log irregular; unknowns for its jumps
 SHAPES: tuple[Shape, ...] = get_args(Shape)
 
@@ -119,6 +120,17 @@ def of_log(capture: Capture, channel: Channel, shape: Shape) -> Waveform | None:
         return None
     stamps = capture.time_s[known] - channel.delay_s - aperture / 2
     return Waveform(stamps, quiet(channel.values[known]), shape, capture.period_s)
+
+
+def held_means(capture: Capture, channel: Channel, timeline: Timeline) -> Floats:
+    """Means (count,) over a log's grid, of readings that are means over most of the time since the
+    one before each; after a reading that is missing, over the channel's own window.
+    """
+    known = np.isfinite(channel.values)
+    ends = capture.time_s[known] - channel.delay_s
+    since = np.diff(ends, prepend=ends[0] - channel.window_s)
+    begun = ends - np.where(since < MISSING * capture.period_s, since, channel.window_s)
+    return Waveform(begun, channel.values[known], "held", capture.period_s).means(timeline)
 
 
 def quiet(volts: Floats) -> Floats:

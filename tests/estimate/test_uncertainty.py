@@ -42,6 +42,10 @@ def solve(*noises: np.ndarray) -> Solution:
     return maximise([Unknown("level", 4.0)], [Level(noise) for noise in noises])
 
 
+def test_nothing_unknown_has_no_covariance() -> None:
+    assert covariance_of(np.zeros((0, 0))).shape == (0, 0)
+
+
 def test_white_noise_is_left_alone() -> None:
     noise = np.random.default_rng(1).standard_normal(N)
     found = statistical(solve(noise))
