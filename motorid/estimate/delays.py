@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT
-from motorid.estimate.algebra import gram, project, square
+from motorid.estimate.algebra import project, square
 from motorid.estimate.conduction import shows_ripple
 from motorid.estimate.instrument import later
 from motorid.estimate.record import MotorRecord
@@ -90,9 +90,8 @@ def _pays(changes: Sequence[Floats], solution: Solution) -> bool:
 
 def _left(line: Linearised, column: Floats) -> float:
     """Square of a column (n,) less what the record's own unknowns explain of it."""
-    within = gram(line.own.T, line.own.T) + np.diag(line.own_precision)
     score = project(line.own.T, column)
-    follows = np.linalg.lstsq(within, score, rcond=1e-14)[0]
+    follows = np.linalg.lstsq(line.own_information, score, rcond=1e-14)[0]
     return square(column) - float(score @ follows)
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.algebra import gram, project
+from motorid.estimate.algebra import project
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Linearised, Solution
 from motorid.estimate.source import Source
@@ -64,7 +64,7 @@ def _of_record(
 
 def _followed_by_own(line: Linearised) -> Floats:
     """(m, n): what a record's nuisances make of a change of its readings (n,), weighed."""
-    return covariance_of(gram(line.own.T, line.own.T) + np.diag(line.own_precision)) @ line.own.T
+    return covariance_of(line.own_information) @ line.own.T
 
 
 def _changes(

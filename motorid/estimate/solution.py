@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.algebra import square
+from motorid.estimate.algebra import gram, square
 
 Floats = NDArray[np.float64]
 
@@ -82,6 +82,11 @@ class Linearised:
     blocks: tuple[Block, ...]
     slices: tuple[slice, ...]
     sigmas: Floats
+
+    @property
+    def own_information(self) -> Floats:
+        """(m, m) of the record's nuisances, the shared parameters held, priors and all."""
+        return gram(self.own.T, self.own.T) + np.diag(self.own_precision)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.algebra import gram, project
+from motorid.estimate.algebra import project
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Linearised, Solution
 from motorid.estimate.uncertainty import covariance_of
@@ -31,7 +31,6 @@ def variances(solution: Solution, records: Sequence[MotorRecord], name: str) -> 
 
 def pull(line: Linearised, j: int) -> Floats:
     """Score (p,) of the parameters if nuisance ``j`` were off its prior by a standard deviation."""
-    own = line.own
-    within = gram(own.T, own.T) + np.diag(line.own_precision)
+    own, within = line.own, line.own_information
     follows = np.linalg.lstsq(within, np.eye(len(within))[j], rcond=1e-14)[0]
     return np.asarray(-project(line.shared.T, own @ follows) * np.sqrt(line.own_precision[j]))

@@ -9,22 +9,16 @@ import pytest
 
 from motorid.estimate.common import shifts
 from motorid.estimate.loss import DROP
-from motorid.estimate.solution import Unknown
+from motorid.estimate.solution import Linearised, Unknown
 
 RUNS, READINGS, PRIOR = 3, 400, 0.5
 
 
 def fitted(name: str, signs: tuple[float, ...] = (1.0,) * RUNS) -> tuple[SimpleNamespace, list]:
     """Runs that read a parameter plus an unknown of that name, which its prior alone tells."""
-    own = 1.0 / PRIOR**2 + READINGS
-    lines = [
-        SimpleNamespace(
-            shared=np.ones((READINGS, 1)),
-            own=sign * np.ones((READINGS, 1)),
-            own_precision=np.array([PRIOR**-2.0]),
-        )
-        for sign in signs
-    ]
+    own, ones, none = 1.0 / PRIOR**2 + READINGS, np.ones((READINGS, 1)), np.zeros(0)
+    precision = np.array([PRIOR**-2.0])
+    lines = [Linearised(none, ones, sign * ones, none, precision, (), (), none) for sign in signs]
     information = np.array([[len(signs) * (READINGS - READINGS**2 / own)]])
     records = [SimpleNamespace(unknowns=(Unknown(name, 0.0, prior_sd=PRIOR),)) for _ in signs]
     return SimpleNamespace(information=information, records=tuple(lines)), records

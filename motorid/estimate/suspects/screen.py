@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.algebra import dot, gram, project, square
+from motorid.estimate.algebra import dot, project, square
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.hypothesis import Hypothesis, Size
@@ -41,10 +41,7 @@ class Screen:
     def __init__(self, records: Sequence[MotorRecord], solution: Solution) -> None:
         self.records, self.solution = records, plain(records, solution)
         self._inverse = covariance_of(self.solution.information)
-        self._own = [
-            np.linalg.pinv(gram(line.own.T, line.own.T) + np.diag(line.own_precision))
-            for line in self.solution.records
-        ]
+        self._own = [np.linalg.pinv(line.own_information) for line in self.solution.records]
         lines = self.solution.records
         own = [self._less_own(k, line.residual) for k, line in enumerate(lines)]
         self._rest = self._less_shared(own)  # residuals that nothing in the model would explain

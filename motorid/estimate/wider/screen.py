@@ -192,7 +192,7 @@ def sums_of(changes: Floats, line: Linearised) -> Sums:
     products, squares = gram(table, rows), gram(table, table)
     shared, explained, pull = products[:, :p], products[:, p:-1], products[:, -1]
     if len(own):
-        inverse = covariance_of(gram(own, own) + np.diag(line.own_precision))
+        inverse = covariance_of(line.own_information)
         squares = squares - explained @ inverse @ explained.T
         pull = pull - explained @ inverse @ project(own, line.residual)
     return Sums(squares, shared, pull)

@@ -143,4 +143,4 @@ def _explained(line: Linearised, residual: Floats) -> float:
     if not len(own):
         return 0.0
     pull = project(own, residual)
-    return float(pull @ covariance_of(own @ own.T + np.diag(line.own_precision)) @ pull)
+    return float(pull @ covariance_of(line.own_information) @ pull)
