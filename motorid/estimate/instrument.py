@@ -54,6 +54,9 @@ def budget(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, Floa
         k = names.index("R")
         causes["wiring resistance"] = np.zeros(len(names))
         causes["wiring resistance"][k] = float(series.mean()) / solution.values[k]
+    told = records[0].foretold
+    if told is not None:
+        causes["PWM ripple"] = np.array([told.shift.get(name, 0.0) for name in names])
     return causes
 
 

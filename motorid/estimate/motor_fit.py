@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from motorid.capture.model import Capture
-from motorid.estimate import closed_form, unseen_motion
+from motorid.estimate import closed_form, unseen_inductance, unseen_motion
 from motorid.estimate.loss import lossless
 from motorid.estimate.motor_results import report
 from motorid.estimate.record import MotorRecord
@@ -46,7 +46,9 @@ def solved(
     solution = settled(records, free, start)
     if any(record.sensed.waveform for record in records):
         records, solution = _best_shaped(records, solution, free, start, fixed)
-    return records, whitened(records, free, merged(start, solution), solution)
+    solution = whitened(records, free, merged(start, solution), solution)
+    known = merged(start, solution)
+    return unseen_inductance.told(records, free, fixed, known, solution) or (records, solution)
 
 
 def _best_shaped(

@@ -4,34 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture
 from motorid.errors import DataError
-from motorid.estimate.bridge import bridge_prior, clamp_voltage, supply_voltage, switched_late
+from motorid.estimate.bridge import ripple, supply_voltage
 from motorid.estimate.changes import Changes
-from motorid.estimate.conduction import confirmed, divided
-from motorid.estimate.dead_time import dead_time_loss, swinging, turning
-from motorid.estimate.excitation import excitation
-from motorid.estimate.flow import Flow
-from motorid.estimate.loss import Loss
+from motorid.estimate.conduction import divided
+from motorid.estimate.driving import Course, Driving
+from motorid.estimate.foretold import Foretold
 from motorid.estimate.nuisance import nuisances, starts_at_rest
 from motorid.estimate.readings import read
-from motorid.estimate.rise import Rise, moving, rises
 from motorid.estimate.sense import Sense, sense
 from motorid.estimate.solution import Unknown
-from motorid.estimate.source import Source, source_resistance, sources
+from motorid.estimate.source import Source
 from motorid.estimate.standstill import with_standstill
-from motorid.estimate.supply import NO_SAGS, Sag, sags, seen
-from motorid.estimate.timeline import lay
+from motorid.estimate.timeline import Timeline, lay
 from motorid.estimate.types import PARAMETERS
 from motorid.estimate.unrest import Unrest
 from motorid.estimate.waveform import JOINED, Rival, Shape
 from motorid.estimate.weighing import Weighed
-from motorid.estimate.window import Window
 from motorid.motor.response import Output, Quantity, Response, Stretch
 
 Floats = NDArray[np.float64]
@@ -61,32 +55,27 @@ class MotorRecord(Weighed):
         sensed = sense(capture, timeline, shape)
         if sensed is None:
             raise DataError("the capture holds no voltage: R, L and K cannot be known from it")
-        self.timeline = divided(capture, timeline, sensed)
         self.sensed: Sense = sensed
-        self._heard = sensed  # less what the dead time takes, once the current is known
+        self.driving = Driving.of(capture, divided(capture, timeline, sensed), sensed)
         self.gear = capture.wiring.gear_ratio or 1.0
         self._template = np.array([fixed.get(name, np.nan) for name in self.names])
         self._places = [self.names.index(name) for name in free]
         self.supply_v = supply_voltage(capture)
-        self.clamp_v = clamp_voltage(capture, float(np.abs(sensed.volts).max()))
-        self._lost = sensed.filled | np.isnan(self.timeline.spread(np.zeros(len(capture))))
         self.driven = self.timeline.driven
-        self.sources: tuple[Source | None, ...] = tuple(None for _ in self.timeline.parts)
-        self.switched_late = tuple(0 for _ in self.timeline.parts)  # interval up to which it is
         measured, self.outputs = read(capture, self.timeline, self.driven, sensed.shows_emf)
         if not measured:
             raise DataError("the capture holds neither a current nor a position or speed to fit")
         super().__init__(measured)
         self._unrest = Unrest(capture, self.timeline, sensed)
-        self.settled = True  # what is lost is that of the model's own current
-        self._loss = Loss.of(capture, self.timeline, self.driven, sensed.volts, sensed.commanded)
+        loss = self.driving.loss
         self._own = nuisances(
             capture, self.timeline.period_s, self.driven, sensed, self._unrest, self.measured,
-            self._loss.unknowns if self._loss is not None else (),
+            loss.unknowns if loss is not None else (),
         )  # fmt: skip
         self.unknowns = tuple(self._own.unknowns)
         self.simulated = 0  # responses computed so far
         self.rivals: tuple[Rival, ...] = ()
+        self.foretold: Foretold | None = None  # an inductance that no reading shows
         pwm = capture.wiring.pwm_hz
         self.response = self.respond(
             self.timeline.period_s,
@@ -94,12 +83,7 @@ class MotorRecord(Weighed):
             self.outputs,
             pwm_period_s=1.0 / pwm if pwm else 0.0,
         )
-        amperes = capture.get(CURRENT)
-        if amperes is not None:
-            ohms = bridge_prior(capture)[0] if sensed.shows_emf else 0.0
-            self.take_sources(self.timeline.spread(amperes.values), ohms)
-        else:
-            self._excite()
+        self.excite(self.driving)
 
     def twin(self) -> MotorRecord:
         """This record as it is now, whatever becomes of it; with a response of its own."""
@@ -113,6 +97,16 @@ class MotorRecord(Weighed):
         )
         twin._memory = {}
         return twin
+
+    @property
+    def timeline(self) -> Timeline:
+        """The fit's intervals, and the parts of the program in them."""
+        return self.driving.timeline
+
+    @property
+    def sources(self) -> tuple[Source | None, ...]:
+        """What drives every part; None: the voltage as heard."""
+        return self.driving.sources
 
     @property
     def delay_is_free(self) -> bool:
@@ -131,99 +125,59 @@ class MotorRecord(Weighed):
         self.unknowns = tuple(self._own.unknowns)
 
     @property
+    def ripples(self) -> bool:
+        """PWM makes its current swing in some part, and what that takes is among its unknowns."""
+        parts = self.timeline.parts
+        swings = any(ripple(self.capture, part, 1.0)[0] > 0.0 for part in parts)
+        return swings and self.driving.loss is not None
+
+    @property
     def starts_at_rest(self) -> bool:
         """The motor stands still, and carries no current, over the first few samples."""
         return starts_at_rest(self.capture, self.driven)
 
     # ---- excitation -------------------------------------------------------------------------
 
-    def take_sources(
-        self,
-        current: Floats,
-        ohms: float,
-        mean: Floats | None = None,
-        sagging: Mapping[int, Sag] = NO_SAGS,
-    ) -> None:
-        """Judge the sources with the current (count,) over windows, and its mean over intervals."""
-        parts = self.timeline.parts
-        self.sources = sources(self._heard, current, parts, self._lost, ohms, mean, sagging)
-        self._excite()
-
-    def _excite(self) -> None:
-        driving = excitation(
-            self.capture.wiring, self.supply_v, self.clamp_v, self._heard,
-            self.timeline.parts, self.sources, self.switched_late,
-        )  # fmt: skip
-        self.volts, self.stretches, self._first = driving.volts, driving.stretches, driving.first
+    def excite(self, driving: Driving) -> None:
+        """Be driven like that from here on."""
+        self.driving, given = driving, driving.excitation
+        self.volts, self.stretches, self._first = given.volts, given.stretches, given.first
         self._memory: dict[tuple[float, ...], Floats] = {}
         self.response.excite(self.volts, self.stretches)
         for k, place in self._own.levels.items():
-            mean = self._unrest.level_deviation(k, self.sources[k])
-            self._own.expect(place, mean)
+            self._own.expect(place, self._unrest.level_deviation(k, self.sources[k]))
         self.unknowns = tuple(self._own.unknowns)
 
     def retake_sources(self, shared: Floats, own: Floats) -> None:
-        """Judge the source lines with the model's own current over the voltage's windows."""
-        period_s = self.timeline.period_s
-        window = self.sensed.window or Window(period_s)
+        """Judge what drives the motor with the model's own current."""
+        losing, motor = self._losing(own), self.motor(shared)
+        driving = self.driving.judged(self._course(shared, own), losing)
+        for k, place in self._own.coasts.items():
+            spread = self._unrest.speed_deviation(k, self.sources[k - 1], motor)
+            self._own.expect(place, spread)
+        if driving.loss is not None:
+            self._own.expect(self._own.warming, *driving.loss.rise[::-1])
+            self._own.expect(self._own.loss_bend, *driving.loss.bending(losing))
+        self.excite(driving)
+
+    def _course(self, shared: Floats, own: Floats) -> Course:
+        period_s, window = self.timeline.period_s, self.driving.window
         outputs = [
             *window.outputs, Output(Quantity.SPEED, period_s), Output(Quantity.CURRENT, period_s),
             Output(Quantity.CURRENT),
         ]  # fmt: skip
-        volts = self.volts - self._lost_volts(own)
-        over = self.respond(period_s, volts, outputs, self.stretches)
-        *rows, speed, mean, end = over(self.motor(shared), self._initial(own))
+        *rows, speed, mean, end = self.runs(shared, own, outputs)
         current = window.current(np.array(rows), mean, self.timeline)
-        self.simulated += 1
         resistance, inductance = (float(v) for v in self.motor(shared)[:2])
-        self.timeline = confirmed(self.capture, self.timeline, inductance, resistance)
-        parts = self.timeline.parts
-        if self.sensed.commanded:
-            taken = np.broadcast_to(self._heard.lost, len(mean))
-            off = swinging(self.capture, parts, mean, taken, inductance, resistance)
-            current, mean, end = current - off, mean - off, end - off
-        risen = tuple(rises(self.capture, parts, mean, end, inductance, resistance))
-        self._lose(mean, speed, risen, shared, own)
-        self.switched_late = tuple(
-            switched_late(self.capture, part, current, inductance, resistance) for part in parts
-        )
-        lost, shown = dead_time_loss(
-            self.capture, parts, mean, inductance, resistance, risen, seen(window)
-        )
-        if self.sensed.commanded:
-            given = self.sensed.volts - lost
-            self._heard = replace(self.sensed, volts=given, lost=lost, lost_shown=lost)
-        else:  # the readings show the loss: only their line must know of it
-            self._heard = replace(self.sensed, lost=lost, lost_shown=shown)
-        ohms = 0.0  # a supply gives way by what it shows, and before a brake there is none
-        if not self.sensed.commanded:
-            prior = bridge_prior(self.capture) if self.sensed.shows_emf else (0.0, np.inf)
-            ohms = source_resistance(self._heard, current, parts, self._lost, prior)
-        motor = self.motor(shared)
-        for k, place in self._own.coasts.items():
-            spread = self._unrest.speed_deviation(k, self.sources[k - 1], motor)
-            self._own.expect(place, spread)
-        source_v = self._heard.volts + self._heard.lost_shown + ohms * current
-        sagging = sags(window, parts, source_v, current, ~self._lost, mean, risen, self.supply_v)
-        self.take_sources(current, ohms, moving(mean, risen), sagging)
-
-    def _lose(
-        self, mean: Floats, speed: Floats, risen: Sequence[Rise], shared: Floats, own: Floats
-    ) -> None:
-        """Judge what is lost with the model's own ``mean`` current and speed (count,)."""
-        if self._loss is None:
-            return
-        resistance_ohm, inductance_h = (float(v) for v in self.motor(shared)[:2])
-        parts = self.timeline.parts
         emf = self.emf_constant(shared) * speed
-        flow = Flow.of(self.capture, parts, mean, inductance_h, resistance_ohm, risen, emf)
-        values = self._losing(own)
-        unsure = turning(self.capture, self.timeline.parts, mean, inductance_h, resistance_ohm)
-        followed = self._loss.follow(flow, resistance_ohm, values, unsure)
-        self.settled = followed.near(self._loss, values)
-        self._loss = followed
-        self._own.expect(self._own.warming, *self._loss.rise[::-1])
-        self._own.expect(self._own.loss_bend, *self._loss.bending(values))
+        return Course(current, mean, end, emf, resistance, inductance)
+
+    def runs(self, shared: Floats, own: Floats, outputs: Sequence[Output]) -> Floats:
+        """What the model itself does, (outputs, count), driven as it is now but for own changes."""
+        volts = self.volts - self._lost_volts(own)
+        over = self.respond(self.timeline.period_s, volts, outputs, self.stretches)
+        self.simulated += 1
+        return over(self.motor(shared), self._initial(own))
 
     # ---- the model ----------------------------------------------------------------------------
 
@@ -265,12 +219,13 @@ class MotorRecord(Weighed):
 
     def _losing(self, own: Floats) -> dict[str, float]:
         """The unknowns of what is lost."""
-        names = self._loss.shapes if self._loss is not None else ()
+        names = () if self.driving.loss is None else self.driving.loss.shapes
         return {name: self._own.of(own, name) for name in names}
 
     def _lost_volts(self, own: Floats) -> Floats | float:
         """V (count,) that they take beyond R i."""
-        return 0.0 if self._loss is None else self._loss.volts(self._losing(own))
+        loss = self.driving.loss
+        return 0.0 if loss is None else loss.volts(self._losing(own))
 
     def _drive(self, changes: Changes, lost: Floats | float) -> None:
         """Let the response be of these changes, with ``lost`` (V) off the voltage."""

@@ -35,6 +35,7 @@ IMPROVE = {  # what to do about a cause
     "voltage resolution": "measure the voltage with a finer converter or a smaller range",
     "duty of volts": "capture the supply's voltage as well, or drive by duty",
     "diode drops": "drive with synchronous decay",
+    "PWM ripple": "sample the current several times within L/R",
     "wiring resistance": "measure the leads' and the bridge's resistance",
 }
 
@@ -69,6 +70,7 @@ def diagnostics(
     out += _statistics(found)
     out += _budget(found, parameters)
     out += _brushes(found, records)
+    out += _by_ripple(found, records)
     pairs = _inseparable(found, parameters)
     out += _told_apart(pairs)
     unknown = [n for n, p in parameters.items() if p.status == "not_identifiable"]
@@ -94,6 +96,23 @@ def _brushes(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic
             "drop_or_resistance", "info",
             "most of R's uncertainty is what its brushes may drop: at one level these data do not "
             f"tell the two apart; {remedy}",
+        )
+    ]  # fmt: skip
+
+
+def _by_ripple(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic]:
+    """An inductance that no reading shows: where its value comes from."""
+    told = records[0].foretold
+    if told is None:
+        return []
+    motor = found.motor()
+    periods = motor.L / motor.R / min(record.timeline.period_s for record in records)
+    return [
+        Diagnostic(
+            "inductance_by_ripple", "info",
+            f"no reading shows how the current rises: L/R is {periods:.2g} sample periods. L is "
+            f"what the current's ripple within the PWM periods tells of it, to "
+            f"{100 * told.shift['L']:.0f} %; for a better one {IMPROVE['PWM ripple']}",
         )
     ]  # fmt: skip
 

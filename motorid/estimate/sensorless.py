@@ -14,7 +14,7 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate import identifiability, motor_fit, settling, unseen_motion
+from motorid.estimate import identifiability, motor_fit, passes, settling, unseen_motion
 from motorid.estimate.intervals import unknown
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.motor_results import report
@@ -114,7 +114,7 @@ def _moves(captures: Sequence[Capture], still: Mapping[str, float]) -> bool:
     free = [name for name in PARAMETERS if name not in still]
     records = [MotorRecord(capture, free, still) for capture in captures]
     start = unseen_motion.start_values(records, still)
-    rough = maximise(unknowns_of(records, free, start), records, enough=settling.ROUGH)
+    rough = maximise(unknowns_of(records, free, start), records, enough=passes.ROUGH)
     return settling.leaves_misfit(rough, records)
 
 

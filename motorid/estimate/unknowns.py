@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution, Unknown
 from motorid.estimate.types import PARAMETERS
 
+TOLD = 1e-3  # standard deviation of the logarithm of an inductance that readings do not tell
 SHORTEST_ELECTRICAL = 1e-3  # L/R in sample periods: below it the data know no inductance
 
 
@@ -27,12 +29,20 @@ def unknowns_of(
             out.append(Unknown(name, start[name], lower=0.0, scale=scales[name]))
         elif name == "L":
             least = SHORTEST_ELECTRICAL * start["R"] * period
-            out.append(Unknown(name, max(start[name], 2 * least), lower=least, log=True))
+            found = Unknown(name, max(start[name], 2 * least), lower=least, log=True)
+            told = records[0].foretold
+            out.append(found if told is None else _as_told(found, told.inductance_h))
         elif name not in PARAMETERS:
             out.append(records[0].unknown(name, start[name]))
         else:
             out.append(Unknown(name, start[name], lower=0.0, log=True))
     return out
+
+
+def _as_told(inductance: Unknown, inductance_h: float) -> Unknown:
+    """As good as held there: what is not known of it, the instruments' budget has."""
+    mean = float(np.log(inductance_h))
+    return replace(inductance, start=inductance_h, prior_mean=mean, prior_sd=TOLD)
 
 
 def held_values(fix: Mapping[str, float], without: Sequence[str]) -> dict[str, float]:

@@ -13,7 +13,7 @@ from motorid.capture.model import Capture
 from motorid.estimate import motor_fit
 from motorid.estimate.input_noise import hidden
 from motorid.estimate.likelihood import maximise
-from motorid.estimate.settling import again
+from motorid.estimate.passes import again
 from motorid.estimate.types import PARAMETERS
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig

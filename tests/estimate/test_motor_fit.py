@@ -15,7 +15,7 @@ from bench.coverage.rigs import draw_bench
 from bench.coverage.runs import record
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.errors import DataError, UsageError
-from motorid.estimate import fit, settling
+from motorid.estimate import fit
 from motorid.estimate.types import PARAMETERS, Estimate
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 
@@ -315,19 +315,6 @@ def test_correlated_residuals_are_said_once_however_many_runs_show_them() -> Non
 
 
 @pytest.mark.slow
-def test_an_inductance_that_a_search_loses_is_found_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Brushes, sag and ripple make a second valley, in which L is nothing and R 5 % too large."""
-    runs = record(draw_bench(534), tmp_path)
-    found = fit(runs.captures, model="six").parameters
-    assert found["L"].value == pytest.approx(runs.truth["L"], rel=0.05)
-    assert found["R"].value == pytest.approx(runs.truth["R"], rel=0.015)
-    monkeypatch.setattr(settling, "RISES", ())
-    assert fit(runs.captures, model="six").parameters["L"].value is None
-
-
-@pytest.mark.slow
 def test_a_current_that_hovers_where_the_dead_time_turns_it_settles(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -337,6 +324,6 @@ def test_a_current_that_hovers_where_the_dead_time_turns_it_settles(
     for name, most in {"R": 0.01, "L": 0.01, "B": 0.01, "T0": 0.01}.items():
         assert found[name].value == pytest.approx(runs.truth[name], rel=most)
         assert found[name].interval_95[0] < runs.truth[name] < found[name].interval_95[1]
-    monkeypatch.setattr("motorid.estimate.record.swinging", lambda *_: 0.0)
+    monkeypatch.setattr("motorid.estimate.driving.swinging", lambda *_: 0.0)
     swung = fit(runs.captures, model="six").parameters
     assert abs(swung["R"].value / runs.truth["R"] - 1.0) > 0.015

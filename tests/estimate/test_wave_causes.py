@@ -12,8 +12,9 @@ from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import VOLTAGE, Capture
 from motorid.estimate import bridge, closed_form, instrument
+from motorid.estimate.passes import with_sources
 from motorid.estimate.record import MotorRecord
-from motorid.estimate.settling import whitened, with_sources
+from motorid.estimate.settling import whitened
 from motorid.estimate.types import PARAMETERS
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig

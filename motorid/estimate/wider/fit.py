@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motorid.estimate import settling
+from motorid.estimate import passes, settling
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
@@ -62,7 +62,7 @@ class Begun:
     free: tuple[str, ...]
     start: Mapping[str, float]
 
-    def roughly(self, enough: float = settling.ROUGH) -> Fitted:
+    def roughly(self, enough: float = passes.ROUGH) -> Fitted:
         """The best in white noise, with the voltage sources as they are, to a change of F."""
         unknowns = unknowns_of(self.records, self.free, self.start)
         solution = maximise(unknowns, self.records, enough=enough)
@@ -76,17 +76,17 @@ class Begun:
             record.plan(first.values, own)
             names = (u.name for u in record.unknowns)
             record.starting(dict(zip(names, own.tolist(), strict=True)))
-        white = settling.with_sources(self.records, self.free, start)
+        white = passes.with_sources(self.records, self.free, start)
         for record, own in zip(self.records, white.own, strict=True):
             record.plan(white.values, own)
         start = merged(start, white)
-        judged = settling.whitened(self.records, self.free, start, white, settling.ROUGH)
+        judged = settling.whitened(self.records, self.free, start, white, passes.ROUGH)
         return Fitted(self.terms, self.records, judged, self.free, start)
 
 
 def finished(near: Fitted) -> Fitted:
     """The same fit to its end, in the noise that was found."""
-    solution = settling.again(near.records, near.free, near.values, near.solution)
+    solution = passes.again(near.records, near.free, near.values, near.solution)
     return Fitted(near.terms, near.records, solution, near.free, near.start)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.likelihood import maximise
-from motorid.estimate.settling import again
+from motorid.estimate.passes import again
 from motorid.estimate.solution import Solution
 from motorid.estimate.uncertainty import autoregression, covariance_of, power, statistical
 from motorid.estimate.unknowns import merged, unknowns_of

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from motorid.capture.model import Capture
 from motorid.errors import DataError
-from motorid.estimate import AUTO, SIX, motor_fit, settling
+from motorid.estimate import AUTO, SIX, motor_fit, passes, settling
 from motorid.estimate.alternative import TermTrial
 from motorid.estimate.loss import lossless
 from motorid.estimate.motor_results import report
@@ -91,6 +91,8 @@ def _without_loss(
         return records, solution
     free = [name for name in PARAMETERS if name not in held]
     bare = [MotorRecord(lossless(record.capture), free, held) for record in records]
+    for record, six in zip(bare, records, strict=True):
+        record.foretold = six.foretold
     return bare, settling.solve(bare, free, values)
 
 
@@ -122,7 +124,7 @@ def asked_for(
         start, own = _starts(*now, taken, stage)
         taken = (*taken, *stage)
         begun = begin(now[0], now[1], taken, fixed=fixed, start=start, own=own)
-        rough = begun.roughly(settling.ROUGH if len(taken) == len(terms) else COARSE)
+        rough = begun.roughly(passes.ROUGH if len(taken) == len(terms) else COARSE)
         now = rough.records, rough.solution, rough.values
     return finished(begun.nearly(rough))
 

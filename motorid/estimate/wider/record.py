@@ -69,9 +69,8 @@ class WideRecord(MotorRecord):
 
     def adopt(self, other: MotorRecord) -> None:
         """Be driven as another record of the same capture is."""
-        self._heard, self.sources, self.timeline = other._heard, other.sources, other.timeline
-        self.switched_late, self._loss = other.switched_late, other._loss
-        self._excite()
+        self.foretold = other.foretold
+        self.excite(other.driving)
         known = {u.name: u for u in other.unknowns}
 
         def expected(u: Unknown) -> Unknown:

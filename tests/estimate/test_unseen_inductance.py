@@ -1,0 +1,115 @@
+"""An inductance that no reading shows: by pulses against brute force, and on simulated rigs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from bench.coverage.rigs import draw_bench
+from bench.coverage.runs import record
+from motorid.estimate import fit, pulses, settling, unseen_inductance
+from motorid.estimate.bridge import DIODE_DROPS_V
+from motorid.estimate.pulses import Pulses
+from motorid.estimate.types import Estimate
+from tests.suspects.cases import CHAIN, Runs
+from tests.suspects.rigs import DUTIES, Bench
+
+SIX = ("R", "L", "K", "B", "J", "T0")
+
+
+def integrated(L: float, R: float, rail: float, emf: float, duty: float, period_s: float) -> float:
+    """Mean over a period of a current that rises from nothing and falls to it, step by step."""
+
+    def rise(_t: float, x: np.ndarray) -> list[float]:
+        return [(rail - emf - R * x[0]) / L, x[0]]
+
+    def fall(_t: float, x: np.ndarray) -> list[float]:
+        return [(-rail - DIODE_DROPS_V - emf - R * x[0]) / L, x[0]]
+
+    def stops(_t: float, x: np.ndarray) -> float:
+        return float(x[0])
+
+    stops.terminal = True  # type: ignore[attr-defined]
+    exact = {"rtol": 1e-10, "atol": 1e-12}
+    on = solve_ivp(rise, (0.0, duty * period_s), [0.0, 0.0], **exact)
+    off = solve_ivp(fall, (0.0, period_s), on.y[:, -1], events=stops, **exact)
+    return float(off.y[1, -1]) / period_s
+
+
+@pytest.mark.parametrize(
+    ("L", "duty", "emf"), [(5e-5, 0.3, 2.0), (2e-4, 0.45, 0.5), (1e-6, 0.6, 4)]
+)
+def test_pulses_are_as_large_as_those_of_a_switched_winding(
+    L: float, duty: float, emf: float
+) -> None:
+    one = Pulses(np.zeros(1), np.array([emf]), duty, 5e-5, 12.0, 3.0)
+    assert one.foretold(L)[0] == pytest.approx(integrated(L, 3.0, 12.0, emf, duty, 5e-5), rel=1e-6)
+
+
+def off(found: Estimate, truth: dict[str, float], name: str) -> float:
+    value = found.parameters[name].value
+    assert value is not None
+    return value / truth[name] - 1.0
+
+
+@pytest.mark.slow
+def test_ripple_tells_what_no_reading_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """L/R is 0.08 of a sample; brushes drop 2 % of the voltage at a current that ripples 100 %."""
+    runs = record(draw_bench(1123), tmp_path)
+    found = fit(runs.captures, model="six")
+    for name in SIX:
+        p = found.parameters[name]
+        assert p.interval_95[0] < runs.truth[name] < p.interval_95[1]
+    assert abs(off(found, runs.truth, "L")) < 0.06
+    assert abs(off(found, runs.truth, "B")) < 0.02
+    assert found.budget["L"]["PWM ripple"] == pytest.approx(0.08 * found.parameters["L"].value)
+    (said,) = [d.message for d in found.diagnostics if d.code == "inductance_by_ripple"]
+    assert "L/R is 0.08" in said
+    monkeypatch.setattr(unseen_inductance._Search, "by_ripple", lambda _: None)
+    blind = fit(runs.captures, model="six")
+    assert blind.parameters["L"].status == "not_identifiable"
+    assert abs(off(blind, runs.truth, "B")) > 0.2  # the wrong ripple takes friction with it
+
+
+@pytest.mark.slow
+def test_pulses_tell_what_no_reading_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Diode decay, a current that stops in every period, means over whole periods."""
+    runs = record(draw_bench(12), tmp_path)
+    found = fit(runs.captures, model="six")
+    assert abs(off(found, runs.truth, "L")) < 0.05
+    monkeypatch.setattr(pulses, "pulses_of", lambda *_: [])
+    monkeypatch.setattr(unseen_inductance._Search, "by_ripple", lambda _: None)
+    blind = fit(runs.captures, model="six")
+    assert blind.parameters["L"].total > 0.1 * runs.truth["L"]
+    assert abs(off(blind, runs.truth, "L")) > 0.5
+
+
+@pytest.mark.slow
+def test_an_inductance_that_a_search_loses_is_found_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Brushes, sag and ripple make a second valley, in which L is nothing and R 5 % too large."""
+    runs = record(draw_bench(534), tmp_path)
+    found = fit(runs.captures, model="six")
+    assert abs(off(found, runs.truth, "L")) < 0.05
+    assert abs(off(found, runs.truth, "R")) < 0.015
+    assert not [d for d in found.diagnostics if d.code == "inductance_by_ripple"]  # readings do
+    monkeypatch.setattr(settling, "vanished", lambda *_: False)
+    monkeypatch.setattr(unseen_inductance._Search, "by_ripple", lambda _: None)
+    blind = fit(runs.captures, model="six")
+    assert blind.parameters["L"].status == "not_identifiable"
+
+
+@pytest.mark.slow
+def test_a_voltage_that_comes_late_is_not_mended_by_ripple(tmp_path: Path) -> None:
+    """Readings that would tell L, and do not, have another fault, which stays to be named."""
+    late = next(case for case in CHAIN if case.name == "voltage lag")
+    rig = Runs(Bench("maxon-re35", 3, DUTIES, tmp_path))
+    found = fit([late.capture(rig)])
+    assert found.parameters["L"].status == "not_identifiable"
+    assert [s.code for s in found.suspects if s.strength == "named"] == ["voltage_lag"]
