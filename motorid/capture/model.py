@@ -171,6 +171,18 @@ class Capture:
             )
         return float(np.median(np.diff(self.ticks))) / self.clock_hz
 
+    @cached_property
+    def supply_v(self) -> float | None:
+        """V at the bridge: measured, else of the rig, else as the board found it; None: unknown."""
+        supply = self.get(SUPPLY)
+        if supply is not None and np.isfinite(supply.values).any():
+            return float(np.nanmedian(supply.values))
+        if self.wiring.supply_voltage_v > 0:
+            return self.wiring.supply_voltage_v
+        check = self.provenance.get("check") or {}
+        duty, volts = abs(check.get("duty") or 0.0), abs(check.get("volts") or 0.0)
+        return volts / duty if duty and volts else None
+
     def get(self, name: str) -> Channel | None:
         """The channel of that quantity, or None."""
         return self.channels.get(name)

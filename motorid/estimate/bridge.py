@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import SUPPLY, Capture, Wiring
+from motorid.capture.model import Capture, Wiring
 from motorid.estimate.timeline import Part
 from motorid.motor.response import Stretch
 from motorid.program import Decay, StepKind
@@ -21,24 +21,12 @@ DIODE_DROPS_SD_V = 0.23  # two alike, each anywhere from 0.5 to 0.9 V
 SWITCHED = (Decay.SYNCHRONOUS_SLOW, Decay.FAST)  # some switch is always closed, but for dead time
 
 
-def supply_voltage(capture: Capture) -> float | None:
-    """V at the bridge: measured, else of the rig, else as the board measured it; None: unknown."""
-    supply = capture.get(SUPPLY)
-    if supply is not None and np.isfinite(supply.values).any():
-        return float(np.nanmedian(supply.values))
-    if capture.wiring.supply_voltage_v > 0:
-        return capture.wiring.supply_voltage_v
-    check = capture.provenance.get("check") or {}
-    duty, volts = abs(check.get("duty") or 0.0), abs(check.get("volts") or 0.0)
-    return volts / duty if duty and volts else None
-
-
 def clamp_voltage(capture: Capture, highest_v: float) -> float:
     """V that turns a freewheeling current off when the bridge opens: the supply and two diodes.
 
     ``highest_v``, the highest voltage seen, stands in for a supply that nothing tells.
     """
-    return (supply_voltage(capture) or highest_v) + DIODE_DROPS_V
+    return (capture.supply_v or highest_v) + DIODE_DROPS_V
 
 
 def bridge_prior(capture: Capture) -> tuple[float, float]:
@@ -155,7 +143,7 @@ def ripple(
     capture: Capture, part: Part, inductance_h: float, resistance_ohm: float = 0.0
 ) -> tuple[float, float]:
     """``swings`` of a part's current; towards its level is above."""
-    rail = supply_voltage(capture)
+    rail = capture.supply_v
     duty, volts = driven_share(part, rail)
     if not rail:
         return 0.0, 0.0

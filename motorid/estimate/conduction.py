@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture, Channel
 from motorid.errors import DataError
-from motorid.estimate.bridge import DIODE_DROPS_V, ripple, signed_duty, supply_voltage
+from motorid.estimate.bridge import DIODE_DROPS_V, ripple, signed_duty
 from motorid.estimate.sense import Sense
 from motorid.estimate.timeline import Part, Timeline
 from motorid.estimate.trend import smoothed
@@ -67,7 +67,7 @@ def divided(capture: Capture, timeline: Timeline, sensed: Sense) -> Timeline:
     if all(part.decay != Decay.DIODE for part in timeline.parts):
         return timeline
     volts = sensed.volts
-    rail = supply_voltage(capture) or float(np.abs(volts).max())
+    rail = capture.supply_v or float(np.abs(volts).max())
     if not sensed.shows_emf:
         _refuse_unsensed(timeline, rail)
     ohms = capture.wiring.bridge_resistance_ohm + capture.wiring.lead_resistance_ohm

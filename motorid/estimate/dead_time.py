@@ -22,7 +22,6 @@ from motorid.estimate.bridge import (
     SWITCHED,
     driven_share,
     ripple,
-    supply_voltage,
     swings,
 )
 from motorid.estimate.rise import PLACES, Rise, swing_at_start
@@ -60,7 +59,7 @@ class DeadTime:
         cls, capture: Capture, part: Part, inductance_h: float, resistance_ohm: float
     ) -> DeadTime | None:
         """None where nothing switches, or diodes alone do, which need no dead time."""
-        rail, pwm_hz = supply_voltage(capture), capture.wiring.pwm_hz
+        rail, pwm_hz = capture.supply_v, capture.wiring.pwm_hz
         duty, swing_v = driven_share(part, rail)
         share = capture.wiring.dead_time_s * pwm_hz
         if part.decay not in SWITCHED or not rail or not 0.0 < share < min(duty, 1 - duty):
@@ -209,7 +208,7 @@ def _within(capture: Capture, rise: Rise, dead: DeadTime, found: float) -> Float
     periods = capture.wiring.pwm_hz * capture.period_s
     late = ahead_a = 0.0
     if rise.part.decay == Decay.FAST and rise.part.level < 0:  # forward is what comes first
-        late = 1.0 - driven_share(rise.part, supply_voltage(capture))[0]
+        late = 1.0 - driven_share(rise.part, capture.supply_v)[0]
         ahead_a = float(dead.amperes[NOTHING - 1] - dead.amperes[NOTHING])
     within = rise.at((np.floor(PLACES * periods) + late) / periods)
     over = dead.lost(within.ravel()).reshape(within.shape)

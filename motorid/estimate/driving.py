@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture
-from motorid.estimate.bridge import bridge_prior, clamp_voltage, supply_voltage, switched_late
+from motorid.estimate.bridge import bridge_prior, clamp_voltage, switched_late
 from motorid.estimate.conduction import confirmed
 from motorid.estimate.dead_time import dead_time_loss, swinging, turning
 from motorid.estimate.excitation import Excitation, excitation
@@ -79,7 +79,7 @@ class Driving:
         """What the model is given, but for its losses."""
         clamp_v = clamp_voltage(self.capture, float(np.abs(self.sensed.volts).max()))
         return excitation(
-            self.capture.wiring, supply_voltage(self.capture), clamp_v, self.heard,
+            self.capture.wiring, self.capture.supply_v, clamp_v, self.heard,
             self.timeline.parts, self.sources, self.switched_late,
         )  # fmt: skip
 
@@ -101,7 +101,7 @@ class Driving:
         now = now._hearing(course, risen)
         ohms = now._source_ohms(current)
         source_v = now.heard.volts + now.heard.lost_shown + ohms * current
-        rail = supply_voltage(self.capture)
+        rail = self.capture.supply_v
         sagging = sags(self.window, parts, source_v, current, ~self._gone, mean, risen, rail)
         return now._with_sources(current, ohms, moving(mean, risen), sagging)
 

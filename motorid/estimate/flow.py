@@ -19,7 +19,6 @@ from motorid.estimate.bridge import (
     STRAIGHT,
     driven_share,
     ripple,
-    supply_voltage,
 )
 from motorid.estimate.rise import Rise
 from motorid.estimate.timeline import Part
@@ -108,7 +107,7 @@ class Swing:
         below, above = ripple(capture, part, inductance_h, resistance_ohm)
         if not below + above > 0.0:
             return None
-        rail = supply_voltage(capture)
+        rail = capture.supply_v
         duty, _ = driven_share(part, rail)
         decay = resistance_ohm / (inductance_h * capture.wiring.pwm_hz)
         rise = -below + (below + above) * _bent(decay * duty)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture
 from motorid.errors import DataError
-from motorid.estimate.bridge import ripple, supply_voltage
+from motorid.estimate.bridge import ripple
 from motorid.estimate.changes import Changes
 from motorid.estimate.conduction import divided
 from motorid.estimate.driving import Course, Driving
@@ -60,7 +60,7 @@ class MotorRecord(Weighed):
         self.gear = capture.wiring.gear_ratio or 1.0
         self._template = np.array([fixed.get(name, np.nan) for name in self.names])
         self._places = [self.names.index(name) for name in free]
-        self.supply_v = supply_voltage(capture)
+        self.supply_v = capture.supply_v
         self.driven = self.timeline.driven
         measured, self.outputs = read(capture, self.timeline, self.driven, sensed.shows_emf)
         if not measured:

@@ -11,7 +11,6 @@ from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture, Channel, Ph
 from motorid.estimate.bridge import (
     clamp_voltage,
     pwm_shape,
-    supply_voltage,
     switched_late,
 )
 from motorid.estimate.dead_time import dead_time_loss
@@ -186,11 +185,11 @@ def test_dead_time_takes_its_share_unless_ripple_turns_the_current() -> None:
 
 def test_the_supply_is_known_from_the_best_there_is() -> None:
     volts = np.full(N, 4.0)
-    assert supply_voltage(capture(volts, supply=8.0, wiring=Wiring(supply_voltage_v=9.0))) == 8.0
-    assert supply_voltage(capture(volts, wiring=Wiring(supply_voltage_v=9.0))) == 9.0
+    assert capture(volts, supply=8.0, wiring=Wiring(supply_voltage_v=9.0)).supply_v == 8.0
+    assert capture(volts, wiring=Wiring(supply_voltage_v=9.0)).supply_v == 9.0
     checked = replace(capture(volts), provenance={"check": {"duty": 0.1, "volts": 0.7}})
-    assert supply_voltage(checked) == pytest.approx(7.0)
-    assert supply_voltage(capture(volts)) is None
+    assert checked.supply_v == pytest.approx(7.0)
+    assert capture(volts).supply_v is None
     assert clamp_voltage(capture(volts), 4.0) == pytest.approx(5.4)
 
 
