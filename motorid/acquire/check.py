@@ -1,50 +1,21 @@
-"""The first drive: a short weak pulse that shows signs, encoder and current."""
+"""The first drive: weak pulses that show signs, encoder and current, and what is wrong."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import asdict
 
 from motorid.acquire.board import Board, Fields
-from motorid.acquire.drive import Stop, drive, load, tripped
-from motorid.acquire.plan import wire_program
+from motorid.acquire.drive import Stop
+from motorid.acquire.pulse import MOVED, Pulse, weak_pulse
 from motorid.acquire.safety import pulse_resistance
-from motorid.acquire.timeline import Timeline
-from motorid.capture.model import CURRENT, VOLTAGE
+from motorid.capture.model import CURRENT
 from motorid.errors import RigError
-from motorid.program import Decay, Program, Step, StepKind
-from motorid.rig import Rig, settling_s
+from motorid.rig import Rig
 from motorid.wire.enums import ChannelKind
 
 DUTIES = (0.1, 0.2, 0.35)  # of the supply, rising until the motor moves
-MOVED = 4  # encoder counts, more than an edge's flicker
-CLEAR = 5.0  # standard deviations that tell a reading from noise
-BEFORE_S, AFTER_S = 0.01, 0.02
 WHOLE = 1e-3  # of an aperture, by which it may miss a whole number of PWM periods
-
-
-@dataclass(frozen=True)
-class Pulse:
-    """What a pulse showed. Currents and volts are means while driving, less those before."""
-
-    duty: float
-    volts: float  # applied: duty times supply
-    counts: int  # encoder, until the end of the run
-    current_a: float | None
-    current_noise_a: float
-    peak_a: float
-    saturated: bool
-    voltage_v: float | None
-
-    @property
-    def draws(self) -> bool:
-        """Whether current clearly flowed."""
-        return self.current_a is not None and abs(self.current_a) > CLEAR * self.current_noise_a
 
 
 def check_signs(
@@ -72,11 +43,13 @@ def check_signs(
             braked = weak_pulse(board, rig, config, zero, stop, duty, supply_v, braking=True)
             if braked is None:
                 return {}
-            if _brakes(braked):
+            if abs(braked.counts) >= MOVED and _brakes(braked):
                 board.wait_for_rest()
                 return found
         board.wait_for_rest()
-    raise RigError(_why_still(pulse) if braked is None else _why_dead(braked))
+    if braked is None or abs(braked.counts) < MOVED:
+        raise RigError(_why_still(braked or pulse))
+    raise RigError(_why_dead(braked))
 
 
 def check_supply(board: Board, rig: Rig) -> float:
@@ -116,84 +89,6 @@ def _duties(rig: Rig, supply_v: float) -> Iterator[float]:
             yield 0.8 * rig.limits.current_a * resistance / supply_v
             return
         yield duty
-
-
-def weak_pulse(
-    board: Board,
-    rig: Rig,
-    config: Fields,
-    zero: Fields,
-    stop: Stop,
-    duty: float,
-    supply_v: float,
-    braking: bool = False,
-) -> Pulse | None:
-    """One pulse, and what it showed while driving, or ``braking`` after it; None: stopped."""
-    drive_s = min(max(3 * settling_s(rig.nameplate) / 8, 0.06), 0.3)
-    steps = (
-        Step(StepKind.COAST, BEFORE_S),
-        Step(StepKind.DRIVE_DUTY, drive_s, duty, Decay.SYNCHRONOUS_SLOW),
-        Step(StepKind.BRAKE if braking else StepKind.COAST, AFTER_S),
-    )
-    period = config["sample_period_ticks"]
-    wire = wire_program(Program(steps), board.identity, period)
-    load(board, wire)
-    timeline = Timeline(period)
-    before = board.position()
-    reason = drive(board, wire, config, stop, timeline.add)
-    if stop.requested:
-        return None
-    if reason.startswith("fault"):
-        raise RigError(f"in the first weak pulse ({duty:.0%} duty) {tripped(reason)}")
-    counts = board.position() - before
-    if not timeline.blocks:
-        raise RigError("the board sent no samples of the first pulse: its firmware is at fault")
-    before_it, shown = (2, wire.steps[2]) if braking else (1, wire.steps[1])
-    first = timeline.blocks.firsts[0] + sum(step["ticks"] for step in wire.steps[:before_it])
-    return _measure(board, timeline, zero, duty, supply_v, counts, first, shown["ticks"])
-
-
-def _measure(
-    board: Board,
-    timeline: Timeline,
-    zero: Fields,
-    duty: float,
-    supply_v: float,
-    counts: int,
-    first: int,
-    ticks: int,
-) -> Pulse:
-    arrays = timeline.arrays()
-    driven = (arrays.ticks > first) & (arrays.ticks <= first + ticks)
-    current = _values(board, arrays.columns, CURRENT, zero["current_offset"])
-    voltage = _values(board, arrays.columns, VOLTAGE, zero["voltage_offset"])
-    if not driven.any():
-        raise RigError("every sample of the first pulse was lost: check the cable")
-    noise, peak, saturated = 0.0, 0.0, False
-    if current is not None:
-        fact = board.descriptors[CURRENT]
-        raw = arrays.columns[CURRENT][driven]
-        count = abs(fact["scale"])
-        noise = count * math.hypot(zero["current_noise"], 0.3) / math.sqrt(driven.sum())
-        peak = float(np.max(np.abs(current[driven])))
-        saturated = bool(np.any((raw <= fact["raw_min"]) | (raw >= fact["raw_max"])))
-    return Pulse(
-        duty=duty,
-        volts=duty * supply_v,
-        counts=(counts + (1 << 31)) % (1 << 32) - (1 << 31),
-        current_a=None if current is None else float(np.mean(current[driven])),
-        current_noise_a=noise,
-        peak_a=peak,
-        saturated=saturated,
-        voltage_v=None if voltage is None else float(np.mean(voltage[driven])),
-    )
-
-
-def _values(board: Board, columns: Any, name: str, offset: float) -> NDArray[np.float64] | None:
-    if name not in columns:
-        return None
-    values = board.descriptors[name]["scale"] * (columns[name].astype(np.float64) - offset)
-    return np.asarray(values, dtype=np.float64)
 
 
 def judge_sensors(rig: Rig, pulse: Pulse) -> None:

@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.coverage import runs as drawn
+from bench.coverage.rigs import draw_bench
 from motorid.acquire import record
 from motorid.acquire.journal import Kind, journal_path, parse_journal
 from motorid.capture import store
@@ -177,3 +179,13 @@ def test_a_current_read_in_the_off_part_of_a_pwm_period_is_judged_while_braking(
     for fault, says in (("dead", "dead or not in the motor's line"), ("reversed", "is reversed")):
         with pytest.raises(RigError, match=says):
             run(f"{OFF_PART}&fault=current_{fault}", tmp_path / f"{fault}.h5")
+
+
+@pytest.mark.slow
+def test_a_current_that_dies_under_a_brake_reverses_no_sensor(tmp_path: Path) -> None:
+    """A motor that cogs moves in the first pulse and stands in the next, whose current is positive
+    until L/R has ended it.
+    """
+    runs = drawn.record(draw_bench(907), tmp_path)
+    assert [len(capture.phases) for capture in runs.captures] == [6, 6, 6]
+    assert runs.captures[0].provenance["check"]["counts"] > 0

@@ -76,7 +76,7 @@ def gain(name: str) -> Callable[[Bench], Tables]:
 
 def _points(bench: Bench, session: Session, name: str, reference: Reference) -> Iterator[Point]:
     """One point a level; every level is announced before it is driven."""
-    from motorid.acquire.check import MOVED
+    from motorid.acquire.pulse import MOVED
     from motorid.wire.enums import ChannelKind
 
     if name not in session.facts:

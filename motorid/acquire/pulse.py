@@ -1,0 +1,134 @@
+"""A short weak pulse of the bridge, and what it showed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.acquire.board import Board, Fields
+from motorid.acquire.drive import Stop, drive, load, tripped
+from motorid.acquire.plan import wire_program
+from motorid.acquire.timeline import Timeline
+from motorid.capture.model import CURRENT, VOLTAGE
+from motorid.errors import RigError
+from motorid.program import Decay, Program, Step, StepKind
+from motorid.rig import Rig, settling_s
+
+MOVED = 4  # encoder counts, more than an edge's flicker
+CLEAR = 5.0  # standard deviations that tell a reading from noise
+BEFORE_S, AFTER_S = 0.01, 0.02
+
+
+@dataclass(frozen=True)
+class Pulse:
+    """What a pulse showed. Currents and volts are means while driving, less those before.
+
+    Of one that ends with a brake, means while braking.
+    """
+
+    duty: float
+    volts: float  # applied: duty times supply
+    counts: int  # encoder, until the end of the run
+    current_a: float | None
+    current_noise_a: float
+    peak_a: float
+    saturated: bool
+    voltage_v: float | None
+
+    @property
+    def draws(self) -> bool:
+        """Whether current clearly flowed."""
+        return self.current_a is not None and abs(self.current_a) > CLEAR * self.current_noise_a
+
+
+def weak_pulse(
+    board: Board,
+    rig: Rig,
+    config: Fields,
+    zero: Fields,
+    stop: Stop,
+    duty: float,
+    supply_v: float,
+    braking: bool = False,
+) -> Pulse | None:
+    """One pulse, and what it showed while driving, or ``braking`` after it; None: stopped."""
+    drive_s = min(max(3 * settling_s(rig.nameplate) / 8, 0.06), 0.3)
+    steps = (
+        Step(StepKind.COAST, BEFORE_S),
+        Step(StepKind.DRIVE_DUTY, drive_s, duty, Decay.SYNCHRONOUS_SLOW),
+        Step(StepKind.BRAKE if braking else StepKind.COAST, AFTER_S),
+    )
+    period = config["sample_period_ticks"]
+    wire = wire_program(Program(steps), board.identity, period)
+    load(board, wire)
+    timeline = Timeline(period)
+    before = board.position()
+    reason = drive(board, wire, config, stop, timeline.add)
+    if stop.requested:
+        return None
+    if reason.startswith("fault"):
+        raise RigError(f"in the first weak pulse ({duty:.0%} duty) {tripped(reason)}")
+    counts = board.position() - before
+    if not timeline.blocks:
+        raise RigError("the board sent no samples of the first pulse: its firmware is at fault")
+    before_it, shown = (2, wire.steps[2]) if braking else (1, wire.steps[1])
+    first = timeline.blocks.firsts[0] + sum(step["ticks"] for step in wire.steps[:before_it])
+    arrays = timeline.arrays()
+    part = (arrays.ticks > first) & (arrays.ticks <= first + shown["ticks"])
+    if not part.any():
+        raise RigError("every sample of the first pulse was lost: check the cable")
+    if braking:
+        part = _turned(part, _values(board, arrays.columns, CURRENT, zero["current_offset"]))
+    return _measure(board, arrays.columns, part, zero, duty, supply_v, counts)
+
+
+def _turned(part: NDArray[np.bool_], current: NDArray[np.float64] | None) -> NDArray[np.bool_]:
+    """The samples of a brake (count,) from where the current of the drive before has died."""
+    if current is None:
+        return part
+    here = np.flatnonzero(part)
+    other = np.sign(current[here]) != np.sign(current[here[0]])
+    begin = int(np.argmax(other))  # 0: it never turns, and was the brake's own from the start
+    return np.asarray(part & (np.arange(len(part)) >= here[begin]))
+
+
+def _measure(
+    board: Board,
+    columns: Any,
+    driven: NDArray[np.bool_],
+    zero: Fields,
+    duty: float,
+    supply_v: float,
+    counts: int,
+) -> Pulse:
+    current = _values(board, columns, CURRENT, zero["current_offset"])
+    voltage = _values(board, columns, VOLTAGE, zero["voltage_offset"])
+    noise, peak, saturated = 0.0, 0.0, False
+    if current is not None:
+        fact = board.descriptors[CURRENT]
+        raw = columns[CURRENT][driven]
+        count = abs(fact["scale"])
+        noise = count * math.hypot(zero["current_noise"], 0.3) / math.sqrt(driven.sum())
+        peak = float(np.max(np.abs(current[driven])))
+        saturated = bool(np.any((raw <= fact["raw_min"]) | (raw >= fact["raw_max"])))
+    return Pulse(
+        duty=duty,
+        volts=duty * supply_v,
+        counts=(counts + (1 << 31)) % (1 << 32) - (1 << 31),
+        current_a=None if current is None else float(np.mean(current[driven])),
+        current_noise_a=noise,
+        peak_a=peak,
+        saturated=saturated,
+        voltage_v=None if voltage is None else float(np.mean(voltage[driven])),
+    )
+
+
+def _values(board: Board, columns: Any, name: str, offset: float) -> NDArray[np.float64] | None:
+    if name not in columns:
+        return None
+    values = board.descriptors[name]["scale"] * (columns[name].astype(np.float64) - offset)
+    return np.asarray(values, dtype=np.float64)
