@@ -81,19 +81,7 @@ def weak_pulse(
     part = (arrays.ticks > first) & (arrays.ticks <= first + shown["ticks"])
     if not part.any():
         raise RigError("every sample of the first pulse was lost: check the cable")
-    if braking:
-        part = _turned(part, _values(board, arrays.columns, CURRENT, zero["current_offset"]))
     return _measure(board, arrays.columns, part, zero, duty, supply_v, counts)
-
-
-def _turned(part: NDArray[np.bool_], current: NDArray[np.float64] | None) -> NDArray[np.bool_]:
-    """The samples of a brake (count,) from where the current of the drive before has died."""
-    if current is None:
-        return part
-    here = np.flatnonzero(part)
-    other = np.sign(current[here]) != np.sign(current[here[0]])
-    begin = int(np.argmax(other))  # 0: it never turns, and was the brake's own from the start
-    return np.asarray(part & (np.arange(len(part)) >= here[begin]))
 
 
 def _measure(

@@ -182,10 +182,11 @@ def test_a_current_read_in_the_off_part_of_a_pwm_period_is_judged_while_braking(
 
 
 @pytest.mark.slow
-def test_a_current_that_dies_under_a_brake_reverses_no_sensor(tmp_path: Path) -> None:
+@pytest.mark.parametrize("seed", [907, 63], ids=["stands", "swings"])
+def test_no_sound_sensor_is_called_reversed_by_a_brake(seed: int, tmp_path: Path) -> None:
     """A motor that cogs moves in the first pulse and stands in the next, whose current is positive
-    until L/R has ended it.
+    until L/R has ended it; another's braking current swings through zero.
     """
-    runs = drawn.record(draw_bench(907), tmp_path)
+    runs = drawn.record(draw_bench(seed), tmp_path)
     assert [len(capture.phases) for capture in runs.captures] == [6, 6, 6]
     assert runs.captures[0].provenance["check"]["counts"] > 0
