@@ -1,5 +1,7 @@
 """Timing of the emulated boards: the tables of docs/emulated-rig.md, as Markdown.
 
+    python bench/bench_emulated_boards.py [--boards uno mega] [--rates 1000 2000 4000] [--no-search]
+
 At 1, 2 and 4 kHz with three channels, the encoder at rest and at full speed; then the search for
 what each board sustains: shorter windows than the firmware has, and faster edges. Exit code 1
 where a board does not sustain 4 kHz at full speed.
@@ -7,6 +9,7 @@ where a board does not sustain 4 kHz at full speed.
 
 from __future__ import annotations
 
+import argparse
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +20,7 @@ from motorid.errors import MotoridError
 from tests.emulated.rates import LINK_BYTES_S, PER_SAMPLE, Figures, run, scaled, sustained
 
 BOARDS = ("uno", "mega")
+RATES = (1000, 2000, 4000)
 FULL_SPEED_HZ = 39_500
 CEILING = "-DENCODER_EDGE_CEILING={}u"
 
@@ -54,7 +58,27 @@ def last_that_holds(trials: list[int], test: Callable[[int], bool]) -> int:
     return best
 
 
+def search(board: str) -> None:
+    """The shortest slot and the fastest edges that the board holds."""
+    slot = last_that_holds(
+        [250, 245, 240, 235, 230, 225],  # a conversion takes 216
+        lambda ticks: holds(board, FULL_SPEED_HZ, scaled(ticks)),
+    )
+    edges = last_that_holds(
+        [40_000, 45_000, 50_000, 55_000, 60_000, 70_000, 80_000, 90_000],
+        lambda hz: holds(board, 0.9875 * hz, CEILING.format(hz)),
+    )
+    rate = 1e6 / slot if slot else 0.0
+    print(f"{board}: {rate:.0f} Hz (slots of {slot}) at {FULL_SPEED_HZ} edges/s;", end=" ")
+    print(f"at 4000 Hz {edges} edges/s")
+
+
 def main() -> int:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--boards", nargs="+", choices=BOARDS, default=BOARDS)
+    parser.add_argument("--rates", nargs="+", type=int, default=RATES, help="Hz")
+    parser.add_argument("--no-search", action="store_true", help="the table only")
+    options = parser.parse_args()
     print(
         "| board | Hz | edges/s | slot late p99 / most | edge late p99 / most | receive late "
         "| sample's start jitter | enable from tick | longest sample | slots | samples | edges "
@@ -62,25 +86,15 @@ def main() -> int:
     )
     print("|---|" + "---:|" * 17)
     good = True
-    for board in BOARDS:
-        for rate in (1000, 2000, 4000):
+    for board in options.boards:
+        for rate in options.rates:
             for edges in (0, FULL_SPEED_HZ):
                 figures = run(board, rate, edges)
                 good &= sustained(figures)
                 print(row(figures), flush=True)
     print(f"\npayload a sample: {PER_SAMPLE} bytes; latencies in cycles of 62.5 ns\n")
-    for board in BOARDS:
-        slot = last_that_holds(
-            [250, 245, 240, 235, 230, 225],  # a conversion takes 216
-            lambda ticks, board=board: holds(board, FULL_SPEED_HZ, scaled(ticks)),  # type: ignore[misc]
-        )
-        edges = last_that_holds(
-            [40_000, 45_000, 50_000, 55_000, 60_000, 70_000, 80_000, 90_000],
-            lambda hz, board=board: holds(board, 0.9875 * hz, CEILING.format(hz)),  # type: ignore[misc]
-        )
-        rate = 1e6 / slot if slot else 0.0
-        print(f"{board}: {rate:.0f} Hz (slots of {slot}) at {FULL_SPEED_HZ} edges/s;", end=" ")
-        print(f"at 4000 Hz {edges} edges/s")
+    for board in () if options.no_search else options.boards:
+        search(board)
     return 0 if good else 1
 
 

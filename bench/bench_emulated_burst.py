@@ -1,5 +1,7 @@
 """L of motors whose current settles fast, through the emulated Uno.
 
+    python bench/bench_emulated_burst.py [BOARD=uno] [MOTOR ..]
+
 A run at 4 kHz, alone and beside four fast bursts of 4.75 ms at 16 kHz.
 
 Each cell is L's error in percent and, in brackets, half of its 95 % interval.
@@ -37,10 +39,10 @@ def cell(captures: list[Path], truth: float) -> str:
     return f"{100 * (found.value / truth - 1):+.2f} ({100 * SURE * found.total / truth:.2f})"
 
 
-def main() -> int:
-    board = sys.argv[1] if len(sys.argv) > 1 else "uno"
+def main(arguments: list[str]) -> int:
+    board = arguments[0] if arguments else "uno"
     print("| motor | L/R | run | run and bursts |\n|---|---:|---:|---:|")
-    for motor in MOTORS:
+    for motor in arguments[1:] or MOTORS:
         m = find_motor(motor)[1]
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
@@ -58,4 +60,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

@@ -1,6 +1,6 @@
 """Our fit against two peers on one problem, in one run: ratios of time, and the same minimum.
 
-python bench/bench_fit_speed.py [--archimedes VENV]
+python bench/bench_fit_speed.py [--archimedes VENV] [--repeats 7] [--rtol 1e-3 1e-4 1e-5 1e-6]
 (the archimedes environment is made by bench/peers/setup_archimedes.sh VENV)
 """
 
@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 HERE = Path(__file__).parent
+RTOLS = ("1e-3", "1e-4", "1e-5", "1e-6")
 sys.path.insert(0, str(HERE / "peers"))
 
 import problem  # noqa: E402
@@ -28,6 +29,12 @@ def peer(python: str, script: str, *args: str) -> dict[str, Any]:
         [python, str(HERE / "peers" / script), *args], capture_output=True, text=True, check=True
     )
     return json.loads(run.stdout.strip().splitlines()[-1])
+
+
+def middle(script: str, path: str, *args: str, runs: int) -> dict[str, Any]:
+    """The fit of median time, of so many in this Python."""
+    fits = [peer(sys.executable, script, path, *args) for _ in range(runs)]
+    return sorted(fits, key=lambda fit: fit["seconds"])[runs // 2]
 
 
 def report(name: str, fit: dict[str, Any], ours: float, data: dict[str, np.ndarray]) -> None:
@@ -43,20 +50,18 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--archimedes", help="virtual environment that holds archimedes")
-    parser.add_argument("--repeats", type=int, default=7)
+    parser.add_argument("--repeats", type=int, default=7, help="of our fit; of a peer's at most 3")
+    parser.add_argument("--rtol", nargs="*", default=RTOLS, help="of LSODA, one row each")
     options = parser.parse_args()
     data = problem.make()
     with tempfile.TemporaryDirectory() as folder:
         path = str(Path(folder) / "problem.npz")
         np.savez(path, **data)
-        ours = [peer(sys.executable, "motorid_fit.py", path) for _ in range(options.repeats)]
-        ours.sort(key=lambda fit: fit["seconds"])
-        best = ours[len(ours) // 2]
+        best = middle("motorid_fit.py", path, runs=options.repeats)
         report("motorid (same start)", best, best["seconds"], data)
-        for rtol in ("1e-3", "1e-4", "1e-5", "1e-6"):
-            fits = [peer(sys.executable, "lsoda_fit.py", path, rtol) for _ in range(3)]
-            fits.sort(key=lambda fit: fit["seconds"])
-            report(f"LSODA, rtol {rtol}", fits[1], best["seconds"], data)
+        for rtol in options.rtol:
+            fit = middle("lsoda_fit.py", path, rtol, runs=min(3, options.repeats))
+            report(f"LSODA, rtol {rtol}", fit, best["seconds"], data)
         if options.archimedes:
             python = str(Path(options.archimedes) / "bin" / "python")
             report(
@@ -67,4 +72,5 @@ def main() -> None:
             )
 
 
-main()
+if __name__ == "__main__":
+    main()

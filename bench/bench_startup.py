@@ -1,5 +1,7 @@
 """How long the command line takes to start, against bare imports, alternating in one run.
 
+    python bench/bench_startup.py [ROUNDS=15]
+
     motorid --help    at most 2 x  python -c "import click"
     motorid fit FILE  at most 2 x  python -c "import numpy, scipy.optimize, h5py"
 
@@ -29,10 +31,10 @@ def seconds(command: list[str]) -> float:
     return time.perf_counter() - began
 
 
-def ratio(ours: list[str], bare: list[str]) -> tuple[float, float, float]:
+def ratio(ours: list[str], bare: list[str], rounds: int) -> tuple[float, float, float]:
     """Median seconds of both, and the median of the ratio of neighbouring runs."""
     seconds(ours), seconds(bare)  # caches warm
-    pairs = [(seconds(ours), seconds(bare)) for _ in range(ROUNDS)]
+    pairs = [(seconds(ours), seconds(bare)) for _ in range(rounds)]
     return (
         statistics.median(a for a, _ in pairs),
         statistics.median(b for _, b in pairs),
@@ -60,8 +62,9 @@ def capture_of_samples(folder: Path) -> Path:
     return motorid.save(cut, folder / "capture.h5")
 
 
-def main() -> int:
+def main(arguments: list[str]) -> int:
     """Prints both comparisons; 1 where one misses its target."""
+    rounds = int(arguments[0]) if arguments else ROUNDS
     python = [sys.executable, "-c"]
     with tempfile.TemporaryDirectory() as folder:
         capture = str(capture_of_samples(Path(folder)))
@@ -74,7 +77,7 @@ def main() -> int:
         }
         missed = 0
         for name, (ours, bare) in cases.items():
-            a, b, r = ratio(ours, bare)
+            a, b, r = ratio(ours, bare, rounds)
             verdict = "ok" if r <= TARGET else "MISSED"
             missed += r > TARGET
             print(f"{name}: {a * 1e3:.0f} ms / {b * 1e3:.0f} ms = {r:.2f} (at most 2) {verdict}")
@@ -82,4 +85,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(sys.argv[1:]))

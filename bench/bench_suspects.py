@@ -76,7 +76,10 @@ def moved(good: Estimate, bad: Estimate | None) -> tuple[float, float]:
 
 def confusion(folder: Path, cases: Sequence[Case], args: argparse.Namespace) -> bool:
     """Puts every case into every bench's capture, and prints what it was called."""
-    scales, cases = cases is SCALES, [c for c in cases if c.name.startswith(args.case)]
+    scales, cases = (
+        cases is SCALES,
+        [c for c in cases if not args.case or c.name.startswith(tuple(args.case))],
+    )
     table: dict[str, Counter[str]] = defaultdict(Counter)
     biased: dict[str, list[tuple[float, float]]] = defaultdict(list)
     for bench in benches(folder, range(1, args.seeds + 1), args.motor):
@@ -196,7 +199,9 @@ def main() -> int:
     parser.add_argument("--part", choices=parts, action="append")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--motor", action="append", default=[])
-    parser.add_argument("--case", default="", help="only cases whose name begins so")
+    parser.add_argument(
+        "--case", action="append", default=[], help="only cases whose name begins so"
+    )
     parser.add_argument("--both", action="store_true", help="clean: each with and without cogging")
     args = parser.parse_args()
     good = True

@@ -1,6 +1,6 @@
 """Each effect alone in the simulator: is it named, is its size right, are the six put right?
 
-python bench/bench_wider.py [--seeds N] [--clean N] [EFFECT ..]
+python bench/bench_wider.py [--seeds N] [--clean N] [ROW ..]
 
 A row an effect: how often the six-parameter answer is off by more than its interval or 2 % (the
 effect matters), how often the better model is offered and names it, how often the added size and
@@ -76,6 +76,8 @@ EFFECTS = {
         {"J2": 4e-7, "Ks": 0.05, "b": 2e-6},
     ),
 }  # fmt: skip
+NONE, EVERY = "none", "every effect at once"
+ROWS = (*EFFECTS, NONE, EVERY)
 
 
 def captured(folder: Path, effect: Effect, seed: int) -> tuple[Capture, dict[str, float]]:
@@ -171,7 +173,7 @@ def widest(folder: Path) -> None:
         estimate, whole = timed(lambda model=model: fit([capture], model=model))  # type: ignore[misc]
         found = estimate.alternative.name if estimate.alternative else "six"
         print(
-            f"every effect at once, {model}: {found}, {whole:.2f} s processor time; "
+            f"{EVERY}, {model}: {found}, {whole:.2f} s processor time; "
             f"six: {alone:.2f} s; {whole / alone:.1f} x (target 10)"
         )
 
@@ -179,7 +181,7 @@ def widest(folder: Path) -> None:
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("effects", nargs="*", help="names, or their beginnings; all")
+    parser.add_argument("rows", nargs="*", help=f"beginnings of: {', '.join(ROWS)}")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--clean", type=int, default=20)
     options = parser.parse_args()
@@ -189,18 +191,16 @@ def main() -> None:
     )
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        for name, effect in EFFECTS.items():
-            if options.effects and not any(name.startswith(e) for e in options.effects):
+        for name in ROWS:
+            if options.rows and not name.startswith(tuple(options.rows)):
                 continue
-            tally = Tally()
-            for seed in range(1, options.seeds + 1):
+            if name == EVERY:
+                widest(folder)
+                continue
+            effect, tally = EFFECTS.get(name, Effect("", "")), Tally()
+            for seed in range(1, (options.clean if name == NONE else options.seeds) + 1):
                 tally.add(effect, *captured(folder, effect, seed))
             row(name, tally)
-        clean, none = Tally(), Effect("", "")
-        for seed in range(1, options.clean + 1):
-            clean.add(none, *captured(folder, none, seed))
-        row("none", clean)
-        widest(folder)
 
 
 if __name__ == "__main__":

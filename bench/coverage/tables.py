@@ -50,14 +50,16 @@ def coverage(rows: Sequence[Row], which: str, name: str) -> tuple[int, int]:
 
 def width_ratio(rows: Sequence[Row], which: str, name: str) -> float:
     """Median of the total standard uncertainty over the bound."""
-    ratios = [p["total"] / row["bound"][name] for row, p in given(rows, which, name)]
+    ratios = [
+        p["total"] / row["bound"][name] for row, p in given(rows, which, name) if "bound" in row
+    ]
     return float(np.median(ratios)) if ratios else math.nan
 
 
 def standing(rows: Sequence[Row], which: str, name: str) -> tuple[int, int]:
     """How often ``name`` was called not identifiable, and how often of these the bound agrees."""
     unknown = [
-        row["bound"][name]
+        row.get("bound", {}).get(name, math.nan)
         for row in rows
         if row.get(which, {}).get("parameters", {}).get(name, {}).get("status")
         == "not_identifiable"
