@@ -1,0 +1,189 @@
+"""Every script of bench/ still runs from end to end, in its shortest useful form.
+
+Each is started as a person starts it, and its table is looked at; never its times, which another
+program on the machine can spoil. A script may therefore end with 1 where it judges times, or shares
+of more runs than it is given here. Not run:
+
+- bench_plan.py plans a rig for 25 s of the processor; tests/plan/test_plan.py runs its ``confirm``.
+- bench_emulated_motors.py emulates at least five captures; tests/emulated/test_motors.py runs what
+  each of its rows is made of.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.conformance.boards import emulator_lacks
+
+pytestmark = pytest.mark.slow
+
+BENCH = Path(__file__).resolve().parents[2] / "bench"
+LEFT_OUT = {"plan", "emulated_motors"}
+MAY_MISS = {"cycle", "exactness", "gauge", "many", "search", "startup"}  # goals of a full run
+SIX = ("R", "L", "K", "B", "J", "T0")
+
+
+def run(name: str, *arguments: str) -> str:
+    """What bench_NAME.py prints; it ends with 0, or with 1 where it may miss a goal."""
+    command = [sys.executable, str(BENCH / f"bench_{name}.py"), *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert "Traceback" not in done.stderr, done.stderr
+    allowed = (0, 1) if name in MAY_MISS else (0,)
+    assert done.returncode in allowed, done.stdout + done.stderr
+    return done.stdout
+
+
+def found(pattern: str, text: str) -> re.Match[str]:
+    """The first match, which must be there."""
+    match = re.search(pattern, text)
+    assert match, f"no {pattern!r} in:\n{text}"
+    return match
+
+
+def cells(begins: str, text: str) -> list[str]:
+    """The row of a Markdown table whose first cell begins so, without that cell."""
+    (row,) = (line for line in text.splitlines() if line.startswith(f"| {begins}"))
+    return [cell.strip() for cell in row.strip("|").split("|")][1:]
+
+
+def test_every_script_is_run_here_or_left_out_with_its_reason() -> None:
+    scripts = {path.stem.removeprefix("bench_") for path in BENCH.glob("bench_*.py")}
+    here = Path(__file__).read_text(encoding="utf-8")
+    assert scripts == LEFT_OUT | set(re.findall(r"\brun\(\s*\"(\w+)\"", here))
+    assert all(f"- bench_{name}.py " in (__doc__ or "") for name in LEFT_OUT)
+
+
+def test_coverage_scores_a_rig_and_sums_up(tmp_path: Path) -> None:
+    out = tmp_path / "coverage.jsonl"
+    parts = ("--parts", "bound", "fit", "naive")
+    text = run("coverage", "--first", "1", "--rigs", "1", *parts, "--out", str(out), "--causes")
+    (row,) = map(json.loads, out.read_text(encoding="utf-8").splitlines())
+    for name in ("R", "K", "J"):
+        assert abs(row["fit"]["parameters"][name]["off"]) < 0.05, name
+        assert row["bound"][name] < 0.05
+    assert "1 rigs; without a fit: 0" in text
+    assert "by sense: " in text
+
+
+def test_coverage_sums_up_a_study_without_its_bound(tmp_path: Path) -> None:
+    fitted = {"parameters": {"R": {"interval": [-0.1, 0.1], "holds": True, "total": 0.05}}}
+    stored = tmp_path / "fit.jsonl"
+    stored.write_text(json.dumps({"seed": 1, "power_w": 5.0, "fit": fitted}) + "\n")
+    row = cells("R ", run("coverage", "--tables", str(stored)))
+    assert row[0].startswith("100.0%")
+    assert row[-3:] == ["nan", "5.00%", "0"]
+
+
+def test_cycle_inspects_a_good_motor() -> None:
+    assert "outcomes PASS" in run("cycle", "1")
+
+
+def test_exactness_is_near_the_bound_and_the_truth() -> None:
+    small = ("--captures", "12", "--count", "1000", "--seeds", "1", "--motor", "faulhaber")
+    text = run("exactness", *small)
+    for name in SIX:  # of 12 captures the RMS error scatters by a fifth
+        assert 0.5 < float(found(rf"\n  {name} +RMS error ([\d.]+) x", text)[1]) < 1.5, name
+    assert found(r"faulhaber-\S+ +median error %: .* (ok|MISSED)\n", text)[1] == "ok"
+    assert "an lfilter pass" in text
+
+
+def test_fit_speed_has_one_minimum_with_its_peer() -> None:
+    """Without archimedes, which needs an environment of its own."""
+    text = run("fit_speed", "--repeats", "1", "--rtol", "1e-5")
+    ours = float(found(r"motorid \(same start\).*chi-square ([\d.]+)", text)[1])
+    peer = float(found(r"LSODA, rtol 1e-5.*chi-square ([\d.]+)", text)[1])
+    assert ours == pytest.approx(peer, abs=0.1)  # six parameters at one sigma each add 6
+    assert ours == pytest.approx(20_000, abs=600)  # of 20,000 readings, 3 sigma
+
+
+def test_foreign_gives_a_regular_log_its_motor() -> None:
+    row = cells("steps, regular stamps", run("foreign", "--only", "regular stamps"))
+    assert len(row) == len(SIX)
+    errors = dict(zip(SIX, (float(cell.split()[0]) for cell in row), strict=True))
+    assert max(abs(errors[name]) for name in ("R", "K", "J")) < 1.0
+
+
+def test_gauge_foretells_what_the_study_finds() -> None:
+    """Of 2 parts, fixtures and repeats: 4 to 5 degrees of freedom for EV, and 1 for AV."""
+    text = run("gauge", "2", "2", "2", "1")
+    assert text.count("2 parts × 2 operators × 2 repeats") == 4
+    for name in ("R", "L", "K", "J"):
+        row = found(rf"\n{name} +(\S+) +(\S+) +\S+ to \S+ +(\S+) +(\S+) ", text)
+        foretold, repeats, most, fixtures = map(float, row.groups())
+        assert foretold / 3 < repeats < 3 * foretold, name
+        assert fixtures < 2 * most, name
+
+
+def test_line_lets_no_defect_escape_and_loses_none() -> None:
+    text = run("line", "3", "1")
+    assert "escapes         0 " in text
+    assert "3 results, none lost or doubled" in text
+    assert "trend of R_25" in text
+
+
+def test_many_gives_the_same_digits_on_two_processes() -> None:
+    text = run("many", "2", "2")
+    assert "2 captures, 0 failed" in text
+    assert found(r"the same digits +(\w+)", text)[1] == "True"
+
+
+def test_review_finds_the_default_at_the_ideal() -> None:
+    text = run("review", "--experiments", "2:4", "--jobs", "1")
+    for name in SIX[:5]:
+        assert float(cells(name, text)[-2]) == pytest.approx(1.0, abs=0.05), name
+    assert "goals met" in text
+
+
+def test_search_ends_at_the_noise() -> None:
+    text = run("search")
+    assert "100 candidates x 5000 samples, with friction" in text
+    cost = float(found(r"PSO 30 x 100.* cost ([\d.]+)", text)[1])
+    assert cost == pytest.approx(0.01, rel=0.05)
+
+
+def test_startup_compares_both_commands() -> None:
+    text = run("startup", "1")
+    assert len(re.findall(r"ms / \d+ ms = \d+\.\d+ \(at most 2\)", text)) == 2
+
+
+def test_suspects_names_faults_and_no_others() -> None:
+    parts = ("--part", "chain", "--part", "scale", "--part", "clean")
+    cases = ("--case", "current saturated", "--case", "mA for A")
+    text = run("suspects", *parts, *cases, "--motor", "qube")
+    assert cells("current saturated", text)[-2:] == ["2 of 2", "-"]
+    assert cells("mA for A", text)[-2:] == ["2 of 2", "-"]
+    assert "2 captures without a fault: 0 alarms" in text
+    assert "all goals met" in text
+
+
+def test_wider_names_a_brush_drop_and_its_size() -> None:
+    row = found(r"\nbrush drop 0.15 V +(.*)", run("wider", "brush", "--seeds", "1"))[1].split()
+    runs, _, offered, named, sizes, six = row[:6]
+    assert (runs, offered, named, sizes, six) == ("1", "1", "1", "2/2", "6/6")
+
+
+def test_emulated_boards_sustain_the_highest_rate() -> None:
+    if lack := emulator_lacks():
+        pytest.skip(f"no emulated board: {lack}")
+    text = run("emulated_boards", "--boards", "uno", "--rates", "4000", "--no-search")
+    rows = [line.strip("| ").split(" | ") for line in text.splitlines() if "uno" in line]
+    assert [row[:2] for row in rows] == [["uno", "4000"]] * 2
+    assert [row[-1] for row in rows] == ["0", "0"]  # samples dropped
+
+
+def test_emulated_bursts_find_the_inductance() -> None:
+    if lack := emulator_lacks():
+        pytest.skip(f"no emulated board: {lack}")
+    alone, with_bursts = cells("faulhaber", run("emulated_burst", "uno", "faulhaber-2338s006s"))[1:]
+    halves = []
+    for cell in (alone, with_bursts):
+        error, half = map(float, found(r"(\S+) \((\S+)\)", cell).groups())
+        assert abs(error) < 1.5 * half  # 3 standard uncertainties
+        halves.append(half)
+    assert halves[1] < halves[0] < 5.0
