@@ -65,14 +65,18 @@ def _fit(
         _insist_on_six(model)
         return mechanical.fit(captures, fix=known, without=without)
     _check(known, without)
-    from motorid.estimate import sensorless
+    from motorid.estimate import held, sensorless
     from motorid.estimate.pieces import pieces
     from motorid.estimate.wider import offer
 
     if sensorless.suits(captures):
         _insist_on_six(model)
         return sensorless.fit(pieces(captures), known, without)
-    return offer.fit(pieces(captures), known, without, SIX if model == "linear" else model)
+    whole = pieces(captures)
+    at_rest = held.without_motion(whole, known, without) if model in (SIX, AUTO) else None
+    if at_rest is not None:
+        return at_rest
+    return offer.fit(whole, known, without, SIX if model == "linear" else model)
 
 
 def _insist_on_six(model: str) -> None:

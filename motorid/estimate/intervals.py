@@ -118,6 +118,12 @@ class Findings:
         return float(np.sqrt(max(variance, 0.0))), instrument, freedom
 
 
+def torque_is_lost(solution: Solution, statistical: Statistical) -> bool:
+    """K is so uncertain that no torque has a scale: friction can have any value."""
+    deviations = zip(solution.unknowns, statistical.deviations, strict=True)
+    return any(u.name == "K" and deviation > UNKNOWN for u, deviation in deviations)
+
+
 def parameters(found: Findings) -> dict[str, Parameter]:
     """R, L, K, B, J, T0, in that order."""
     out = {}
@@ -154,6 +160,8 @@ def _free(found: Findings, name: str) -> Parameter:
             name, unit, value, value * deviation, value * instrument, value * relative,
             (value * float(np.exp(-half[0])), value * float(np.exp(half[1]))), "estimated",
         )  # fmt: skip
+    if torque_is_lost(found.solution, found.statistical):
+        return unknown(name, unit, f"no torque is known without K; {REMEDY['K']} would tell that")
     total = float(np.hypot(deviation, instrument))
     reach = below = student(freedom) * total
     if name in found.profiles:

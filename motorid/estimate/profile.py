@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motorid.estimate.intervals import UNKNOWN, student
+from motorid.estimate.intervals import UNKNOWN, student, torque_is_lost
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
@@ -75,7 +75,10 @@ def intervals(
     white = np.sqrt(np.diag(covariance_of(solution.information)))
     found = {}
     one_sided = bool(solution.at_bound.any())
+    lost = FRICTION if torque_is_lost(solution, statistical) else ()
     for k, unknown in enumerate(solution.unknowns):
+        if unknown.name in lost:
+            continue
         value, deviation = float(solution.values[k]), float(statistical.deviations[k])
         size = 1.0 if unknown.log else value
         leans = deviation > LEANS.get(unknown.name, np.inf) * size

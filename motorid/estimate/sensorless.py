@@ -14,23 +14,21 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate import identifiability, motor_fit, passes, settling, unseen_motion
+from motorid.estimate import held as rotor
+from motorid.estimate import identifiability, motor_fit, settling
 from motorid.estimate.intervals import unknown
-from motorid.estimate.likelihood import maximise
 from motorid.estimate.motor_results import report
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.remarks import budget
 from motorid.estimate.solution import Solution
 from motorid.estimate.suspects.lazy import Suspects
 from motorid.estimate.types import PARAMETERS, UNITS, Diagnostic, Estimate
-from motorid.estimate.unknowns import held_values, merged, unknowns_of
+from motorid.estimate.unknowns import held_values, merged
 
 POWERS = {"K": 1, "B": 2, "J": 2, "T0": 1}  # of K's scale in each parameter
 RATIOS = {"J": ("J/K²", "A·s/V"), "B": ("B/K²", "A/V"), "T0": ("T0/K", "A")}  # with V = N·m/A·rad/s
 SCALELESS = ("stall_current", "electrical_time_constant", "mechanical_time_constant",
              "peak_efficiency")  # fmt: skip
-STILL = SCALELESS[:2]  # of these, what a rotor that is held tells
-HOLDS = 2.0  # times the torque of the highest current: friction of a rotor that is held
 UNSEEN = "the speed is seen through v - R i, and these data do not tell R"
 REMEDY = "add the speed or the position, or give one of K, J, B and T0 by --fix"
 
@@ -58,9 +56,11 @@ def fit(captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence
         )
     _insist_on_current(captures)
     held = {**{n: v for n, v in fix.items() if n not in POWERS}, "K": fix.get("K", 1.0)}
-    stuck = None if given or without else _stuck(captures, held)
-    if stuck is not None:
-        return stuck
+    if not given and not without:
+        still = rotor.still_motor(captures, held)
+        if rotor.leaves_noise(captures, still):
+            known = motor_fit.solved(captures, still, ())
+            return rotor.estimate(captures, *known, still, fix)
     records, solution = motor_fit.solved(captures, held, without)
     if given and given != ["K"]:
         values = merged(held_values(held, without), solution)
@@ -83,39 +83,6 @@ def _insist_on_current(captures: Sequence[Capture]) -> None:
                 f"the current never changes{where}, and no motion was measured: check its sensor, "
                 "and that the motor is driven"
             )
-
-
-def _stuck(captures: Sequence[Capture], held: Mapping[str, float]) -> Estimate | None:
-    """R and L of a rotor that is held; None where such a rotor leaves a misfit."""
-    peak = max(float(np.nanmax(np.abs(c.channels[CURRENT].values))) for c in captures)
-    still = {**held, "B": 0.0, "J": 1.0, "T0": HOLDS * peak}  # with K = 1; nothing tells J
-    if _moves(captures, still):
-        return None
-    records, solution = motor_fit.solved(captures, still, ())
-    found = report(captures, records, solution, still, ())
-    why = f"nothing shows that the rotor turned: its friction holds {peak:.3g} A or more"
-    parameters = dict(found.parameters)
-    for name in POWERS:
-        parameters[name] = unknown(name, UNITS[name], f"{why}; let it turn")
-    said = Diagnostic("rotor_held", "warning", f"{why}. R and L are all that such a run tells.")
-    return replace(
-        found,
-        parameters=parameters,
-        derived={name: found.derived[name] for name in STILL if name in found.derived},
-        diagnostics=(said, *found.diagnostics),
-        segments=(),
-        suspects=Suspects(records, solution, parameters),
-        options={**found.options, "fix": {n: v for n, v in held.items() if n != "K"}},
-    )
-
-
-def _moves(captures: Sequence[Capture], still: Mapping[str, float]) -> bool:
-    """A rotor that is held leaves more than noise in these captures, roughly fitted."""
-    free = [name for name in PARAMETERS if name not in still]
-    records = [MotorRecord(capture, free, still) for capture in captures]
-    start = unseen_motion.start_values(records, still)
-    rough = maximise(unknowns_of(records, free, start), records, enough=passes.ROUGH)
-    return settling.leaves_misfit(rough, records)
 
 
 def _on_scale(

@@ -46,7 +46,8 @@ def fit(
     terms = () if model in (AUTO, SIX) else parse(model)
     records, solution = motor_fit.solved(captures, fix, without)
     estimate = report(captures, records, solution, fix, without)
-    if model == SIX:
+    scaleless = estimate.parameters["K"].status == "not_identifiable"
+    if model == SIX or (scaleless and not terms):  # a wider model would know K even less
         return estimate
     held = held_values(fix, without)
     values, matters = merged(held, solution), reach(estimate.parameters)
