@@ -26,7 +26,7 @@ import problem  # noqa: E402
 def peer(python: str, script: str, *args: str) -> dict[str, Any]:
     """One peer's fit in a process of its own: {seconds, evaluations, parameters}."""
     run = subprocess.run(
-        [python, str(HERE / "peers" / script), *args], capture_output=True, text=True, check=True
+        [python, str(HERE / "peers" / script), *args], stdout=subprocess.PIPE, text=True, check=True
     )
     return json.loads(run.stdout.strip().splitlines()[-1])
 
