@@ -72,11 +72,10 @@ def _fit(
     if sensorless.suits(captures):
         _insist_on_six(model)
         return sensorless.fit(pieces(captures), known, without)
-    whole = pieces(captures)
-    at_rest = held.without_motion(whole, known, without) if model in (SIX, AUTO) else None
+    at_rest = held.without_motion(captures, known, without) if model in (SIX, AUTO) else None
     if at_rest is not None:
         return at_rest
-    return offer.fit(whole, known, without, SIX if model == "linear" else model)
+    return offer.fit(pieces(captures), known, without, SIX if model == "linear" else model)
 
 
 def _insist_on_six(model: str) -> None:

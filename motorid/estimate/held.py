@@ -19,6 +19,7 @@ from motorid.estimate.algebra import dot, square
 from motorid.estimate.intervals import REMEDY, unknown
 from motorid.estimate.likelihood import maximise
 from motorid.estimate.motor_results import report
+from motorid.estimate.pieces import pieces
 from motorid.estimate.profile import LEANS
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
@@ -44,7 +45,7 @@ RARE = 8.0  # a chi-square is beyond what noise gives once in exp(8) blocks' wid
 def without_motion(
     captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]
 ) -> Estimate | None:
-    """R and L of logs whose motion was measured and is none; None where there is some.
+    """R and L of whole logs whose motion was measured and is none; None where there is some.
 
     None too where T0, which holds the rotor, is given. Raises DataError as ``estimate``.
     """
@@ -52,6 +53,7 @@ def without_motion(
         return None
     if not any(_draws_current(capture) for capture in captures):
         raise DataError(NOTHING)
+    captures = pieces(captures)
     still = still_motor(captures, {**dict.fromkeys(without, 0.0), **fix})
     records, solution = motor_fit.solved(captures, still, ())
     if settling.leaves_misfit(solution, records):  # such as a back-EMF that the current shows
