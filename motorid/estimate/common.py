@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.loss import BENT, DROP, TURN, WARMING
+from motorid.estimate.loss import BENT, DIODES, DROP, TURN, WARMING
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Solution
 from motorid.estimate.supposed import pull
@@ -19,7 +19,7 @@ from motorid.estimate.uncertainty import covariance_of
 
 Floats = NDArray[np.float64]
 
-ONE = (DROP, BENT, WARMING, "current_offset", "voltage_offset", "current_late")
+ONE = (DROP, BENT, WARMING, DIODES, "current_offset", "voltage_offset", "current_late")
 
 
 def shifts(solution: Solution, records: Sequence[MotorRecord]) -> list[Floats]:

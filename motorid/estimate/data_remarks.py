@@ -87,8 +87,8 @@ def stopping(records: Sequence[MotorRecord]) -> list[Diagnostic]:
         Diagnostic(
             "discontinuous_current", "info",
             f"the diodes' current stops within the PWM period in {100 * stopped / driven:.0f} % of "
-            f"the driven time (levels {', '.join(f'{level:.3g}' for level in levels)}): there its "
-            f"mean tells nothing of L{left_out}. A level at full duty, synchronous decay or a "
+            f"the driven time (levels {', '.join(f'{level:.3g}' for level in levels)}): there "
+            f"only its size tells of L{left_out}. A level at full duty, synchronous decay or a "
             "faster PWM would tell more of L",
         )
     ]  # fmt: skip

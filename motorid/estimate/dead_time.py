@@ -56,7 +56,12 @@ class DeadTime:
 
     @classmethod
     def of(
-        cls, capture: Capture, part: Part, inductance_h: float, resistance_ohm: float
+        cls,
+        capture: Capture,
+        part: Part,
+        inductance_h: float,
+        resistance_ohm: float,
+        drops_v: float = DIODE_DROPS_V,
     ) -> DeadTime | None:
         """None where nothing switches, or diodes alone do, which need no dead time."""
         rail, pwm_hz = capture.supply_v, capture.wiring.pwm_hz
@@ -64,7 +69,7 @@ class DeadTime:
         share = capture.wiring.dead_time_s * pwm_hz
         if part.decay not in SWITCHED or not rail or not 0.0 < share < min(duty, 1 - duty):
             return None
-        period = _Period.of(rail, part.decay, duty, share)
+        period = _Period.of(rail, part.decay, duty, share, drops_v)
         volts, losses = np.array(period.turns()).T
         scale = STEP_A
         if inductance_h:
@@ -128,9 +133,9 @@ class _Period:
     carried: tuple[float, float]
 
     @classmethod
-    def of(cls, rail: float, decay: Decay, duty: float, dead: float) -> _Period:
+    def of(cls, rail: float, decay: Decay, duty: float, dead: float, drops_v: float) -> _Period:
         fast = decay == Decay.FAST  # the whole bridge changes over, through two diodes
-        drop = DIODE_DROPS_V if fast else DIODE_DROPS_V / 2
+        drop = drops_v if fast else drops_v / 2
         off = -rail if fast else 0.0
         shares = np.array([dead, duty - dead, dead, 1.0 - duty - dead])
         return cls(shares, (rail, off), (off - drop, rail + drop))
@@ -177,18 +182,20 @@ def dead_time_loss(
     resistance_ohm: float = 0.0,
     rises: Sequence[Rise] = (),
     seen: Floats | None = None,
+    drops_v: float = DIODE_DROPS_V,
 ) -> tuple[Floats, Floats]:
     """V that the dead time takes from duty times supply, by the model's ``current``: over every
     interval, (count,), and over readings of the voltage, (count,).
 
     ``current`` is the mean (count,) over intervals; ``rises``, how it runs within the first ones
-    of a part, in which it may pass zero; ``seen`` (16,), what a reading sees of them.
+    of a part, in which it may pass zero; ``seen`` (16,), what a reading sees of them; ``drops_v``,
+    what two diodes drop.
     """
     lost = np.zeros(len(current))
     shown = np.zeros(len(current))
     risen = {rise.part.start: rise for rise in rises}
     for k, part in enumerate(parts):
-        dead = DeadTime.of(capture, part, inductance_h, resistance_ohm)
+        dead = DeadTime.of(capture, part, inductance_h, resistance_ohm, drops_v)
         if dead is None:
             continue
         lost[part.slice] = shown[part.slice] = dead.lost(current[part.slice])

@@ -13,7 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture
-from motorid.estimate.bridge import bridge_prior, clamp_voltage, switched_late
+from motorid.estimate.bridge import (
+    DIODE_DROPS_SD_V,
+    DIODE_DROPS_V,
+    bridge_prior,
+    clamp_voltage,
+    switched_late,
+)
 from motorid.estimate.conduction import confirmed
 from motorid.estimate.dead_time import dead_time_loss, swinging, turning
 from motorid.estimate.excitation import Excitation, excitation
@@ -132,8 +138,24 @@ class Driving:
         L, R, parts = course.inductance_h, course.resistance_ohm, self.timeline.parts
         flow = Flow.of(self.capture, parts, course.mean, L, R, risen, course.emf)
         unsure = turning(self.capture, parts, course.mean, L, R)
-        followed = self.loss.follow(flow, R, losing, unsure)
+        followed = self.loss.follow(flow, R, losing, unsure, self._lost_to_diodes(course))
         return replace(self, loss=followed, settled=followed.near(self.loss, losing))
+
+    def _lost_to_diodes(self, course: Course) -> Floats:
+        """What the dead time takes for a volt that two diodes drop, (count,), by their scatter.
+
+        Nothing where readings show what is lost.
+        """
+        if not self.sensed.commanded:
+            return np.zeros(len(course.mean))
+        less, more = (
+            dead_time_loss(
+                self.capture, self.timeline.parts, course.mean, course.inductance_h,
+                course.resistance_ohm, drops_v=DIODE_DROPS_V + by,
+            )[0]
+            for by in (-DIODE_DROPS_SD_V, DIODE_DROPS_SD_V)
+        )  # fmt: skip
+        return (more - less) / (2.0 * DIODE_DROPS_SD_V)
 
     def _hearing(self, course: Course, risen: Sequence[Rise]) -> Driving:
         """With the dead time: of a command it is taken, readings show it and need only be told."""

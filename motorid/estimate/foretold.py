@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Foretold:
-    """The inductance (H), and by how much each parameter's search coordinate moves if it is larger
-    by one standard uncertainty.
+    """The inductance (H), by what it is known, and by how much each parameter's search coordinate
+    moves if it is larger by one standard uncertainty.
     """
 
     inductance_h: float
+    by: str
     shift: Mapping[str, float]

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture, Wiring
+from motorid.estimate.bridge import DIODE_DROPS_SD_V
 from motorid.estimate.dead_time import UNSURE
 from motorid.estimate.flow import Flow
 from motorid.estimate.solution import Unknown
@@ -30,7 +31,7 @@ from motorid.estimate.winding import FIGURES, STALL_K_S, THERMAL, by_figures, fi
 Floats = NDArray[np.float64]
 
 DROP, BENT, WARMING = "voltage_loss", "loss_bend", "warming"  # V, W, w
-TURN = "loss_turn"  # of the dead time, where a source is commanded
+TURN, DIODES = "loss_turn", "loss_diodes"  # of the dead time, where a source is commanded
 DROP_SHARE = 0.03  # of the capture's highest voltage: standard deviation of a drop nobody declares
 DECLARED = 0.3  # of a declared drop: its standard uncertainty where none is given
 BENDING = 1 / 3  # of the drop's size: standard deviation of it times the logarithm of its bend
@@ -39,7 +40,7 @@ BEND = 0.05  # of the stall current at the highest voltage: the usual bend
 LEAST, MOST = -0.01, 0.3  # of the highest voltage: no drop is less or more, but for other causes
 WIDEST = 0.03  # of it: the same of the drop times the logarithm of its bend
 CLEAR = 3e-3  # of the highest voltage: a drop that tells its bend
-FARTHEST = 2.0  # logarithm of a bend over the usual one
+FARTHEST = 1.4  # logarithm of a bend over the usual one: two of its deviations
 FARTHEST_TURN = 0.5  # relative
 COOL = 1e-6  # of R: no warming is known better
 HEAVIEST = 1e9  # J/K: a winding that never warms
@@ -112,6 +113,7 @@ class Loss:
         if commanded and capture.wiring.dead_time_s:
             parts = timeline.parts
             turns = {f"{TURN}_{k}": part for k, part in enumerate(parts) if part.level}
+            names = (*names, DIODES)
         names = (*names, *turns)
         shapes = dict.fromkeys(names, np.zeros(len(driven)))
         blank = cls(driven, timeline.period_s, top, drop, capacity, turns=turns, shapes=shapes)
@@ -130,6 +132,7 @@ class Loss:
             ),
             BENT: Unknown(BENT, 0.0, -WIDEST * top, WIDEST * top, scale=top, prior_sd=bending),
             WARMING: Unknown(WARMING, rise, scale=0.1, prior_mean=rise, prior_sd=spread),
+            DIODES: Unknown(DIODES, 0.0, scale=top, prior_sd=DIODE_DROPS_SD_V),
         }  # fmt: skip
         turns = {
             name: Unknown(name, 0.0, -FARTHEST_TURN, FARTHEST_TURN, scale=UNSURE, prior_sd=UNSURE)
@@ -143,8 +146,13 @@ class Loss:
         resistance_ohm: float,
         values: Mapping[str, float],
         turning: Floats,
+        diodes: Floats,
     ) -> Loss:
-        """Along the model's current, with the bend as found; ``turning`` (count,) of dead time."""
+        """Along the model's current, with the bend as found.
+
+        ``turning`` (count,) of dead time; ``diodes`` (count,), what it takes for a volt that two
+        diodes drop.
+        """
         drop, bent = values.get(DROP, 0.0), values.get(BENT, 0.0)
         further = self.further
         if self.modelled and abs(drop) > CLEAR * self.top_v:
@@ -159,6 +167,7 @@ class Loss:
             DROP: share * self.driven,
             BENT: bending * self.driven,
             WARMING: resistance_ohm * amperes * (charge / end - 0.5),
+            DIODES: diodes,
         }
         for name, part in self.turns.items():
             known[name] = np.zeros_like(turning)
@@ -182,6 +191,13 @@ class Loss:
         """
         drop = values.get(DROP, 0.0)
         return FACTOR * float(np.hypot(drop, CLEAR * self.top_v)), -drop * self.further
+
+    def drop_at(
+        self, amperes: Floats, resistance_ohm: float, values: Mapping[str, float]
+    ) -> Floats:
+        """V (n,) that brushes drop at currents (n,), the bend as last found."""
+        bend = BEND * self.top_v / resistance_ohm * float(np.exp(self.further))
+        return np.asarray(values.get(DROP, 0.0) * amperes / np.hypot(amperes, bend))
 
     def near(self, before: Loss, values: Mapping[str, float]) -> bool:
         """It takes what the one before took with these values, whose bend it has made its own."""

@@ -1,8 +1,8 @@
 """What the pulses of a diode's current tell of the inductance.
 
 A current that stops within every PWM period begins each from nothing: it rises for the duty by the
-supply less the back-EMF, and falls by both and two diodes. Its mean is then as good as inverse to L
-whatever the sampling.
+supply less what opposes it (back-EMF, brushes), and falls by all of them and two diodes. Its mean
+is then as good as inverse to L, whatever the sampling.
 """
 
 from __future__ import annotations
@@ -28,43 +28,64 @@ LEAST, MOST = 1e-3, 1e2  # L/R in PWM periods
 
 @dataclass(frozen=True)
 class Pulses:
-    """Of a part of a run: ``mean`` current and back-EMF (n,) along its drive, by the model.
+    """Of a part of a run: ``mean`` current (A) and what opposes it (V), (n,), by the model.
 
     ``duty`` of every ``period_s`` at ``rail`` V and behind ``ohms`` in all.
     """
 
     mean: Floats
-    emf: Floats
+    against: Floats
     duty: float
     period_s: float
     rail: float
     ohms: float
 
-    def foretold(self, inductance_h: float) -> Floats:
-        """Mean current (n,) of pulses through that inductance."""
+    def mean_current(self, inductance_h: float) -> Floats:
+        """A (n,) in the mean of pulses through that inductance."""
+        charge = self._rising * self._on_s - self._falling * self._off_s(inductance_h)
+        return np.asarray(charge / self.period_s)  # what the peak adds, the fall takes again
+
+    def stops(self, inductance_h: float) -> bool:
+        """Most of the pulses end before their periods do."""
+        return float(np.median(self._on_s + self._off_s(inductance_h))) < self.period_s
+
+    @property
+    def _on_s(self) -> float:
+        return self.duty * self.period_s
+
+    @property
+    def _rising(self) -> Floats:
+        """A (n,) that the current rises towards."""
+        return np.asarray(np.maximum(self.rail - self.against, 0.0) / self.ohms)
+
+    @property
+    def _falling(self) -> Floats:
+        """A (n,) below nothing that it falls towards."""
+        opposed = self.rail + DIODE_DROPS_V + self.against
+        return np.asarray(np.maximum(opposed, DIODE_DROPS_V) / self.ohms)
+
+    def _off_s(self, inductance_h: float) -> Floats:
         tau = inductance_h / self.ohms
-        on_s = self.duty * self.period_s
-        towards = (self.rail - self.emf) / self.ohms
-        against = (self.rail + DIODE_DROPS_V + self.emf) / self.ohms
-        peak = -towards * math.expm1(-on_s / tau)
-        off_s = tau * np.log1p(peak / against)
-        charge = towards * on_s - against * off_s  # what the peak adds, the fall takes again
-        return np.asarray(charge / self.period_s)
+        peak = -self._rising * math.expm1(-self._on_s / tau)
+        return np.asarray(tau * np.log1p(peak / self._falling))
 
 
 def inductance(records: Sequence[MotorRecord], solution: Solution) -> float | None:
     """H by which the pulses of all records are as large as the current is; None: there are none."""
-    found = [
-        one
-        for record, own in zip(records, solution.own, strict=True)
-        for one in pulses_of(record, solution.values, own)
-    ]
+    each = zip(records, solution.own, strict=True)
+    found = [one for record, own in each for one in pulses_of(record, solution.values, own)]
+    inductance_h = _as_large(found)
+    kept = [one for one in found if inductance_h and one.stops(inductance_h)]
+    return inductance_h if len(kept) == len(found) else _as_large(kept)
+
+
+def _as_large(found: Sequence[Pulses]) -> float | None:
     if not found:
         return None
 
     def too_large(log_h: float) -> float:
         at = math.exp(log_h)
-        return float(sum((one.foretold(at) - one.mean).sum() for one in found))
+        return float(sum((one.mean_current(at) - one.mean).sum() for one in found))
 
     per_ohm = found[0].ohms * found[0].period_s
     low, high = math.log(LEAST * per_ohm), math.log(MOST * per_ohm)
@@ -76,8 +97,11 @@ def inductance(records: Sequence[MotorRecord], solution: Solution) -> float | No
 
 
 def pulses_of(record: MotorRecord, shared: Floats, own: Floats) -> list[Pulses]:
-    """Of every part of a record in which the current stops, as the model has it."""
-    parts = [part for part in record.timeline.parts if part.discontinuous]
+    """Of every part of a record in which the voltage shows a current that stops.
+
+    Whatever an inductance that is wrong made of the part since.
+    """
+    parts = [part for part in record.shown_parts if part.discontinuous]
     pwm_hz, rail = record.capture.wiring.pwm_hz, record.supply_v
     if not parts or not pwm_hz or not rail:
         return []
@@ -91,7 +115,7 @@ def pulses_of(record: MotorRecord, shared: Floats, own: Floats) -> list[Pulses]:
     for part in parts:
         late, side = slice(part.start + HEAD, part.stop), math.copysign(1.0, part.level)
         if part.stop - part.start - HEAD >= FEWEST:
-            mean, emf = side * current[late], side * constant * speed[late]
-            duty = abs(signed_duty(part, rail))
-            found.append(Pulses(mean, emf, duty, 1.0 / pwm_hz, rail, ohms))
+            mean, duty = side * current[late], abs(signed_duty(part, rail))
+            emf, drop = side * constant * speed[late], record.brush_drop(shared, own, mean / duty)
+            found.append(Pulses(mean, emf + drop, duty, 1.0 / pwm_hz, rail, ohms))
     return found

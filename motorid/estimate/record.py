@@ -57,6 +57,7 @@ class MotorRecord(Weighed):
             raise DataError("the capture holds no voltage: R, L and K cannot be known from it")
         self.sensed: Sense = sensed
         self.driving = Driving.of(capture, divided(capture, timeline, sensed), sensed)
+        self.shown_parts, self.shape = self.driving.timeline.parts, shape
         self.gear = capture.wiring.gear_ratio or 1.0
         self._template = np.array([fixed.get(name, np.nan) for name in self.names])
         self._places = [self.names.index(name) for name in free]
@@ -223,9 +224,16 @@ class MotorRecord(Weighed):
         return {name: self._own.of(own, name) for name in names}
 
     def _lost_volts(self, own: Floats) -> Floats | float:
-        """V (count,) that they take beyond R i."""
+        """V (count,) that brushes and winding take beyond R i."""
         loss = self.driving.loss
         return 0.0 if loss is None else loss.volts(self._losing(own))
+
+    def brush_drop(self, shared: Floats, own: Floats, amperes: Floats) -> Floats:
+        """V (n,) over both brushes at currents (n,)."""
+        loss, ohms = self.driving.loss, float(self.motor(shared)[0])
+        if loss is None:
+            return np.zeros(len(amperes))
+        return loss.drop_at(amperes, ohms, self._losing(own))
 
     def _drive(self, changes: Changes, lost: Floats | float) -> None:
         """Let the response be of these changes, with ``lost`` (V) off the voltage."""

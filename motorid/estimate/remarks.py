@@ -35,7 +35,7 @@ IMPROVE = {  # what to do about a cause
     "voltage resolution": "measure the voltage with a finer converter or a smaller range",
     "duty of volts": "capture the supply's voltage as well, or drive by duty",
     "diode drops": "drive with synchronous decay",
-    "PWM ripple": "sample the current several times within L/R",
+    "PWM ripple": "sample the current several times within L/R, or measure L apart (--fix L)",
     "wiring resistance": "measure the leads' and the bridge's resistance",
 }
 
@@ -111,7 +111,7 @@ def _by_ripple(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnost
         Diagnostic(
             "inductance_by_ripple", "info",
             f"no reading shows how the current rises: L/R is {periods:.2g} sample periods. L is "
-            f"what the current's ripple within the PWM periods tells of it, to "
+            f"known from the current's {told.by} within the PWM periods, to "
             f"{100 * told.shift['L']:.0f} %; for a better one {IMPROVE['PWM ripple']}",
         )
     ]  # fmt: skip

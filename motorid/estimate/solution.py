@@ -22,8 +22,8 @@ class Unknown:
     """One parameter of the search.
 
     ``log``: searched in its logarithm, so positive. ``scale``: its typical size (linear ones only),
-    which sets the finite-difference step. A finite ``prior_sd`` adds a Gaussian prior (linear
-    ones only).
+    which sets the finite-difference step. A finite ``prior_sd`` adds a Gaussian prior in the
+    search's coordinate.
     """
 
     name: str

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from motorid.capture.model import Capture
+from motorid.capture.model import CURRENT, SUPPLY, Capture
 from motorid.estimate import pulses
 from motorid.estimate.clusters import by_part
 from motorid.estimate.foretold import Foretold
@@ -29,9 +29,13 @@ from motorid.estimate.unknowns import merged
 
 Fitted = tuple[list[MotorRecord], Solution]
 
-UNSEEN = 0.1  # standard deviation of the logarithm of an inductance that readings hardly tell
+UNSEEN = 0.05  # standard deviation of the logarithm of an inductance that readings hardly tell
 WHITE = 0.1  # of that: the least of white noise, from which correlated noise may be as much
-BY_RIPPLE, BY_PULSES = 0.08, 0.04  # the same of one that these tell
+RIPPLE, PULSES = "ripple", "pulses"  # within PWM periods
+BY = {RIPPLE: 0.08, PULSES: 0.04}  # the same of one that these tell
+TRUSTED = 0.15  # of the logarithm by readings: those that know it no better are no authority
+APART = 3.0  # standard deviations by which a contradiction is one
+NOMINAL = 0.03  # relative standard uncertainty of a supply that nobody measured
 BETTER = 0.5  # of their standard deviation: what readings tell that well they should not lose
 LARGEST, SMALLEST, FACTOR = 2.0, 0.01, 1.6  # of those held: L/R in sample periods
 CLEAR = 100.0  # of chi-square, by which a next one is worse than the likeliest
@@ -49,13 +53,31 @@ def told(
     """Other records of the same captures, and their solution with an inductance that ``seen``, at
     ``known`` values, hardly tells; None where it does, or where neither ripple nor pulses can.
     """
-    if _unsure(seen, records) < UNSEEN:
+    unsure = _unsure(seen, records)
+    if unsure < UNSEEN:
         return None
-    search = _Search([record.capture for record in records], free, fixed, known, seen)
-    inductance_h, by = pulses.inductance(records, seen), BY_PULSES
-    if not inductance_h and all(record.ripples for record in records):
-        inductance_h, by = search.by_ripple(), BY_RIPPLE
-    return search.ended(inductance_h, by) if inductance_h else None
+    search = _Search(records, free, fixed, known, seen)
+    inductance_h, by = pulses.inductance(records, seen), PULSES
+    if not inductance_h and any(record.ripples for record in records):
+        inductance_h, by = search.by_ripple(), RIPPLE
+    found = None
+    if inductance_h and not _contradicted(inductance_h / known["L"], by, unsure):
+        found = search.ended(inductance_h, by)
+    for record in (*records, *(found[0] if found else ())):
+        record.simulated += search.spent
+    return found
+
+
+def _contradicted(ratio: float, by: str, unsure: float) -> bool:
+    """By readings that are some authority, and tell an inductance so many times smaller."""
+    return unsure < TRUSTED and abs(math.log(ratio)) > APART * math.hypot(unsure, BY[by])
+
+
+def _of_chain(capture: Capture) -> float:
+    """What an inductance is uncertain by, as it goes with the supply over the current."""
+    current, supply = capture.get(CURRENT), capture.get(SUPPLY)
+    rail = NOMINAL if supply is None else supply.gain_uncertainty
+    return math.hypot(rail, current.gain_uncertainty if current is not None else 0.0)
 
 
 def _unsure(solution: Solution, records: Sequence[MotorRecord]) -> float:
@@ -71,23 +93,34 @@ def _unsure(solution: Solution, records: Sequence[MotorRecord]) -> float:
 
 @dataclass(frozen=True)
 class _Search:
-    """Fits of ``captures`` with one inductance after the other, all from ``known`` values.
+    """Fits of captures with one inductance after the other, all from ``known`` values.
 
-    ``near`` is a solution with those values.
+    ``before`` are records of them that have a solution with those values, ``near``.
     """
 
-    captures: Sequence[Capture]
+    before: Sequence[MotorRecord]
     free: Sequence[str]
     fixed: Mapping[str, float]
     known: Mapping[str, float]
     near: Solution
+    trials: list[int] = field(default_factory=list)  # responses of each
+
+    @property
+    def spent(self) -> int:
+        """Responses of all trials."""
+        return sum(self.trials)
 
     def held(self, inductance_h: float) -> Fitted:
         """With that one."""
-        records = [MotorRecord(capture, self.free, self.fixed) for capture in self.captures]
+        records = [
+            MotorRecord(record.capture, self.free, self.fixed, record.shape)
+            for record in self.before
+        ]
         judge_at(records, self.near, inductance_h)
         known = {**self.known, "L": inductance_h}
-        return records, with_sources(records, self.free, known, inductance_h)
+        solution = with_sources(records, self.free, known, inductance_h)
+        self.trials.append(max(record.simulated for record in records))
+        return records, solution
 
     def by_ripple(self) -> float | None:
         """H of the likeliest where others are clearly less likely."""
@@ -95,7 +128,7 @@ class _Search:
         def worse(log_h: float) -> float:
             return self.held(math.exp(log_h))[1].objective
 
-        tau = self.known["R"] * min(capture.period_s for capture in self.captures)
+        tau = self.known["R"] * min(r.timeline.period_s for r in self.before)
         count = math.ceil(math.log(LARGEST / SMALLEST, FACTOR))
         logs = math.log(tau * LARGEST) - math.log(FACTOR) * np.arange(count)
         found = [worse(log_h) for log_h in logs]
@@ -108,11 +141,12 @@ class _Search:
         best = minimize_scalar(worse, bounds=ends, method="bounded", options={"xatol": CLOSE})
         return math.exp(float(best.x))
 
-    def ended(self, inductance_h: float, unsure: float) -> Fitted | None:
-        """With an inductance known to ``unsure`` of itself, or better if its readings tell it.
+    def ended(self, inductance_h: float, by: str) -> Fitted | None:
+        """With an inductance known ``by`` something, or better if its readings tell it.
 
         None where they would tell it better, if it were that, but do not.
         """
+        unsure = max(math.hypot(BY[by], _of_chain(record.capture)) for record in self.before)
         records, held = self.held(inductance_h)
         would_tell = _deviation(held, records)
         alone = self.finished(records, held)
@@ -123,12 +157,14 @@ class _Search:
         _, larger = self.held(inductance_h * math.exp(unsure))
         records, held = self.held(inductance_h)
         for record in records:
-            record.foretold = Foretold(inductance_h, _shift(held, larger))
+            record.foretold = Foretold(inductance_h, by, _shift(held, larger))
         return records, self.finished(records, held)
 
     def finished(self, records: Sequence[MotorRecord], held: Solution) -> Solution:
         """From a held one to an end like that of any other fit."""
         start = merged(self.known, held)
+        for record, before in zip(records, self.before, strict=True):
+            record.rivals = before.rivals
         solution = with_sources(records, self.free, start)
         solution = with_delays(records, self.free, start, solution)
         return whitened(records, self.free, merged(start, solution), solution)

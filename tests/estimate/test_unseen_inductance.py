@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +47,9 @@ def test_pulses_are_as_large_as_those_of_a_switched_winding(
     L: float, duty: float, emf: float
 ) -> None:
     one = Pulses(np.zeros(1), np.array([emf]), duty, 5e-5, 12.0, 3.0)
-    assert one.foretold(L)[0] == pytest.approx(integrated(L, 3.0, 12.0, emf, duty, 5e-5), rel=1e-6)
+    assert one.mean_current(L)[0] == pytest.approx(
+        integrated(L, 3.0, 12.0, emf, duty, 5e-5), rel=1e-6
+    )
 
 
 def off(found: Estimate, truth: dict[str, float], name: str) -> float:
@@ -67,7 +70,8 @@ def test_ripple_tells_what_no_reading_shows(
         assert p.interval_95[0] < runs.truth[name] < p.interval_95[1]
     assert abs(off(found, runs.truth, "L")) < 0.06
     assert abs(off(found, runs.truth, "B")) < 0.02
-    assert found.budget["L"]["PWM ripple"] == pytest.approx(0.08 * found.parameters["L"].value)
+    share = found.budget["L"]["PWM ripple"] / found.parameters["L"].value
+    assert share == pytest.approx(np.hypot(0.08, 0.03), rel=0.05)  # with a supply nobody measured
     (said,) = [d.message for d in found.diagnostics if d.code == "inductance_by_ripple"]
     assert "L/R is 0.08" in said
     monkeypatch.setattr(unseen_inductance._Search, "by_ripple", lambda _: None)
@@ -78,15 +82,17 @@ def test_ripple_tells_what_no_reading_shows(
 
 @pytest.mark.slow
 def test_pulses_tell_what_no_reading_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Diode decay, a current that stops in every period, means over whole periods."""
-    runs = record(draw_bench(12), tmp_path)
+    """Diode decay, a current that stops in every period, means over whole periods; 0.2 V of 9 are
+    lost to brushes.
+    """
+    drawn = draw_bench(12)
+    runs = record(replace(drawn, options=replace(drawn.options, brush_drop=0.2)), tmp_path)
     found = fit(runs.captures, model="six")
     assert abs(off(found, runs.truth, "L")) < 0.05
     monkeypatch.setattr(pulses, "pulses_of", lambda *_: [])
     monkeypatch.setattr(unseen_inductance._Search, "by_ripple", lambda _: None)
     blind = fit(runs.captures, model="six")
-    assert blind.parameters["L"].total > 0.1 * runs.truth["L"]
-    assert abs(off(blind, runs.truth, "L")) > 0.5
+    assert blind.parameters["L"].status == "not_identifiable"
 
 
 @pytest.mark.slow
