@@ -24,7 +24,7 @@ from motorid.program import Decay
 
 Floats = NDArray[np.float64]
 
-QUICKEST = 0.01  # L/R in intervals: less is as good as none
+QUICKEST, SLOWEST = 0.01, 1e6  # L/R in intervals: as good as none, and as a straight rise
 PLACES = (np.arange(16) + 0.5) / 16  # of an interval
 
 
@@ -69,7 +69,8 @@ def rises(
     """
     if not inductance_h > 0.0 or not resistance_ohm > 0.0:
         return
-    tau = max(inductance_h / resistance_ohm / capture.period_s, QUICKEST)
+    tau = inductance_h / resistance_ohm / capture.period_s
+    tau = min(max(tau, QUICKEST), SLOWEST)
     rest, last = np.exp(-PLACES / tau), np.exp(-1.0 / tau)
     shape = (rest - last) / (rest.mean() - last)
     weights = _worth(capture, tau)

@@ -66,3 +66,14 @@ def test_a_reading_shows_what_the_brushes_took_on_the_way_up(
     assert off(Flow(mean, rises=risen)) < 0.01
     if tau == 2.0:
         assert off(Flow(mean)) > 0.06
+
+
+def test_an_inductance_without_end_makes_a_straight_rise() -> None:
+    readings = Channel(CURRENT, "A", np.zeros(20), kind="instant")
+    one = Capture(np.arange(20, dtype=np.int64) * 100, 1e6, {CURRENT: readings}, wiring=Wiring())
+    parts = [Part(0, 1, StepKind.COAST), Part(1, 20, StepKind.DRIVE_VOLTS, VOLTS, Decay.DIODE)]
+    end = np.arange(20.0)
+    for tau in (1e5, 1e30):
+        (risen,) = rises(one, parts, end - 0.5, end, tau * PERIOD_S * R, R)
+        straight = end[1] + np.linspace(-1.0 + 1 / 32, -1 / 32, 16)
+        assert risen.amperes[0] == pytest.approx(straight, abs=1e-3)
