@@ -181,7 +181,8 @@ def widest(folder: Path) -> None:
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("rows", nargs="*", help=f"beginnings of: {', '.join(ROWS)}")
+    names = ", ".join(ROWS).replace("%", "%%")
+    parser.add_argument("rows", nargs="*", help=f"beginnings of: {names}")
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--clean", type=int, default=20)
     options = parser.parse_args()
