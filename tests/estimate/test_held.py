@@ -60,6 +60,7 @@ def test_a_motor_that_was_never_driven_tells_nothing_and_soon(
     assert not responses
 
 
+@pytest.mark.slow
 def test_a_rotor_that_is_held_tells_resistance_and_inductance(
     tmp_path: Path, responses: list[int]
 ) -> None:
