@@ -159,7 +159,7 @@ class Loss:
             further += float(np.clip(bent / drop, -1.0, 1.0))
         further = float(np.clip(further, -FARTHEST, FARTHEST))
         stall_a = self.top_v / resistance_ohm
-        share, bending = flow.saturation(BEND * stall_a * float(np.exp(further)))
+        share, bending = flow.saturation(self._bend(further, resistance_ohm))
         amperes = np.where(self.driven, flow.mean, 0.0)
         charge = np.cumsum(amperes**2) * self.period_s  # A²s
         end = float(charge[-1]) or 1.0
@@ -195,9 +195,13 @@ class Loss:
     def drop_at(
         self, amperes: Floats, resistance_ohm: float, values: Mapping[str, float]
     ) -> Floats:
-        """V (n,) that brushes drop at currents (n,), the bend as last found."""
-        bend = BEND * self.top_v / resistance_ohm * float(np.exp(self.further))
-        return np.asarray(values.get(DROP, 0.0) * amperes / np.hypot(amperes, bend))
+        """V (n,) that brushes drop at currents (n,) without ripple, the bend as last found."""
+        share, _ = Flow(amperes).saturation(self._bend(self.further, resistance_ohm))
+        return values.get(DROP, 0.0) * share
+
+    def _bend(self, further: float, resistance_ohm: float) -> float:
+        """A at which the drop bends, by the logarithm that it is over the usual one."""
+        return BEND * (self.top_v / resistance_ohm) * float(np.exp(further))
 
     def near(self, before: Loss, values: Mapping[str, float]) -> bool:
         """It takes what the one before took with these values, whose bend it has made its own."""

@@ -71,6 +71,20 @@ def judge_at(records: Sequence[MotorRecord], solution: Solution, inductance_h: f
         record.retake_sources(values, own)
 
 
+def with_inductance(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    known: Mapping[str, float],
+    near: Solution,
+    inductance_h: float,
+) -> Solution:
+    """``with_sources`` from ``known`` values with an inductance that is held, and what drives the
+    motor judged by it from the start; ``near`` is a solution to judge that with.
+    """
+    judge_at(records, near, inductance_h)
+    return with_sources(records, free, {**known, "L": inductance_h}, inductance_h)
+
+
 def _held(unknowns: list[Unknown], held_h: float) -> list[Unknown]:
     if not held_h:
         return unknowns

@@ -102,7 +102,7 @@ def pulses_of(record: MotorRecord, shared: Floats, own: Floats) -> list[Pulses]:
     Whatever an inductance that is wrong made of the part since.
     """
     parts = [part for part in record.shown_parts if part.discontinuous]
-    pwm_hz, rail = record.capture.wiring.pwm_hz, record.supply_v
+    pwm_hz, rail = record.capture.wiring.pwm_hz, record.capture.supply_v
     if not parts or not pwm_hz or not rail:
         return []
     period_s = record.timeline.period_s

@@ -61,7 +61,6 @@ class MotorRecord(Weighed):
         self.gear = capture.wiring.gear_ratio or 1.0
         self._template = np.array([fixed.get(name, np.nan) for name in self.names])
         self._places = [self.names.index(name) for name in free]
-        self.supply_v = capture.supply_v
         self.driven = self.timeline.driven
         measured, self.outputs = read(capture, self.timeline, self.driven, sensed.shows_emf)
         if not measured:

@@ -13,7 +13,7 @@ import numpy as np
 from motorid.estimate import colour, delays
 from motorid.estimate.algebra import misfits
 from motorid.estimate.likelihood import ENOUGH
-from motorid.estimate.passes import ROUGH, again, judge_at, with_sources
+from motorid.estimate.passes import ROUGH, again, judge_at, with_inductance, with_sources
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.solution import Derivatives, Solution
 from motorid.estimate.types import PARAMETERS
@@ -71,11 +71,9 @@ def _begun_again(
 ) -> Solution:
     """From the likelier of some inductances, held while what drives the motor settles with them."""
     period = min(record.timeline.period_s for record in records)
-    trials = []
-    for rise in RISES:
-        near_h = rise * known["R"] * period
-        judge_at(records, lost, near_h)
-        trials.append(with_sources(records, free, {**known, "L": near_h}, near_h))
+    trials = [
+        with_inductance(records, free, known, lost, rise * known["R"] * period) for rise in RISES
+    ]
     likeliest = min(trials, key=lambda one: one.objective)
     best = merged(known, likeliest)
     judge_at(records, likeliest, best["L"])

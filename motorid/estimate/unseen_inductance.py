@@ -20,7 +20,7 @@ from motorid.capture.model import CURRENT, SUPPLY, Capture
 from motorid.estimate import pulses
 from motorid.estimate.clusters import by_part
 from motorid.estimate.foretold import Foretold
-from motorid.estimate.passes import judge_at, with_sources
+from motorid.estimate.passes import with_inductance, with_sources
 from motorid.estimate.record import MotorRecord
 from motorid.estimate.settling import vanished, whitened, with_delays
 from motorid.estimate.solution import Solution
@@ -116,9 +116,7 @@ class _Search:
             MotorRecord(record.capture, self.free, self.fixed, record.shape)
             for record in self.before
         ]
-        judge_at(records, self.near, inductance_h)
-        known = {**self.known, "L": inductance_h}
-        solution = with_sources(records, self.free, known, inductance_h)
+        solution = with_inductance(records, self.free, self.known, self.near, inductance_h)
         self.trials.append(max(record.simulated for record in records))
         return records, solution
 
