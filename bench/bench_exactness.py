@@ -27,9 +27,9 @@ from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Wiring
 from motorid.estimate import fit
-from motorid.estimate.loss import lossless
-from motorid.estimate.record import MotorRecord
-from motorid.estimate.types import PARAMETERS, Estimate
+from motorid.estimate.effects.brush_and_heating import lossless
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import PARAMETERS, Estimate
 from motorid.motor.response import Output, Quantity, Response
 from motorid.rig import Limits, Nameplate, Rig, Sampling, default_program
 from motorid.sim import truth

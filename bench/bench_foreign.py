@@ -18,7 +18,7 @@ from bench.foreign.cases import CASES, MAPS, MOTOR, Case, logs
 from motorid.capture.table import read_table
 from motorid.errors import MotoridError
 from motorid.estimate import fit
-from motorid.estimate.types import Estimate
+from motorid.estimate.results.estimate import Estimate
 
 
 def estimate(case: Case, folder: Path, seed: int = 0) -> Estimate:

@@ -21,11 +21,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.review import tables
-from motorid.estimate.review.experiment import Experiment
-from motorid.estimate.review.ideal import Ideal
-from motorid.estimate.review.run import figures_found, relative_to_nominal
-from motorid.estimate.search.problem import Solution
+from motorid.search.problem import Solution
+from motorid.search.review import tables
+from motorid.search.review.experiment import Experiment
+from motorid.search.review.ideal import Ideal
+from motorid.search.review.run import figures_found, relative_to_nominal
 from motorid.workflow.compare_tables import run_cases
 
 NOISE = 0.01

@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 from scipy.signal import lfilter
 
-from motorid.estimate.search import Problem, solve
-from motorid.estimate.search.bounds import Box
-from motorid.estimate.search.objective import peaks
 from motorid.motor.batch import FRICTION, LINEAR, Record, blank
+from motorid.search import Problem, solve
+from motorid.search.bounds import Box
+from motorid.search.objective import peaks
 
 HERE = Path(__file__).parent
 MOTOR = {"R": 3.1363, "L": 0.01307, "K": 0.048774, "B": 1.69e-4, "J": 9e-6}  # Table 7 of the review

@@ -25,10 +25,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from motorid.capture.model import CURRENT, POSITION, Capture
 from motorid.errors import MotoridError
 from motorid.estimate import fit
-from motorid.estimate.suspects import scale
-from motorid.estimate.suspects.lazy import Suspects
-from motorid.estimate.suspects.signs import WrongSignError
-from motorid.estimate.types import Estimate
+from motorid.estimate.diagnosis.deferred import Suspects
+from motorid.estimate.diagnosis.faults import scale_errors
+from motorid.estimate.fit.sign_check import WrongSignError
+from motorid.estimate.results.estimate import Estimate
 from motorid.sim.motor import motors
 from tests.suspects import inject
 from tests.suspects.cases import CHAIN, COMMANDED, RPM, SCALES, Case, Runs
@@ -58,7 +58,7 @@ def named(capture: Capture, scales: bool = False) -> tuple[str, Estimate | None]
     except MotoridError:
         return FAILED, None
     codes = [s.code for s in estimate.suspects if s.strength == "named"]
-    hidden = {c.code for c in scale.CAUSES}
+    hidden = {c.code for c in scale_errors.CAUSES}
     codes = [c for c in codes if (c in hidden) == scales]
     return (codes[0] if codes else NOTHING), estimate
 
@@ -153,7 +153,7 @@ def discs(folder: Path, args: argparse.Namespace) -> bool:
                 fit([without_nameplate(inject.scaled(c, channel, factor))]).parameters["J"]
                 for c in pair
             )
-            found = scale.by_disc(bare, loaded, disc, 0.005 * disc)
+            found = scale_errors.by_disc(bare, loaded, disc, 0.005 * disc)
             table[name][found[0].code if found else NOTHING] += 1
     good = True
     for name, (_, _, code) in wrong.items():

@@ -21,8 +21,8 @@ from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.estimate import fit
-from motorid.estimate.types import PARAMETERS, Estimate, Parameter
-from motorid.estimate.wider import TERMS
+from motorid.estimate.model.extended_terms import TERMS
+from motorid.estimate.results.estimate import PARAMETERS, Estimate, Parameter
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Sampling, load_rig
 from motorid.sim import truth

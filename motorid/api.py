@@ -12,7 +12,7 @@ from motorid.errors import DataError
 if TYPE_CHECKING:
     from motorid.acquire.record import Progress
     from motorid.capture.model import Capture
-    from motorid.estimate.types import Estimate
+    from motorid.estimate.results.estimate import Estimate
     from motorid.quality.product import Product
     from motorid.quality.verdict import Verdict
     from motorid.rig import Rig

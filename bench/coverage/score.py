@@ -18,7 +18,7 @@ from bench.coverage.tables import COLD
 from motorid.capture.model import Capture
 from motorid.errors import MotoridError
 from motorid.estimate import AUTO, SIX, fit
-from motorid.estimate.types import Parameter
+from motorid.estimate.results.estimate import Parameter
 
 Row = dict[str, Any]
 

@@ -14,8 +14,8 @@ from problem import NAMES, PERIOD_S, start
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate import fit
-from motorid.estimate.record import MotorRecord
-from motorid.estimate.settling import solve
+from motorid.estimate.fit.multistart import solve
+from motorid.estimate.model.capture_model import MotorRecord
 
 REPEATS = 5
 

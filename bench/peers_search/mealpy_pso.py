@@ -40,9 +40,9 @@ def by_solve_ivp(data: dict[str, np.ndarray]) -> Cost:
 
 def by_compiled(data: dict[str, np.ndarray]) -> Cost:
     """motorid's objective, asked for one candidate at a time."""
-    from motorid.estimate.search.bounds import Box
-    from motorid.estimate.search.objective import Objective, peaks
     from motorid.motor.batch import LINEAR, Record
+    from motorid.search.bounds import Box
+    from motorid.search.objective import Objective, peaks
 
     record = Record(
         float(data["period_s"]),

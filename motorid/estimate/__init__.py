@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from motorid.capture.model import Capture
-    from motorid.estimate.types import Estimate
+    from motorid.estimate.results.estimate import Estimate
 
 OPTIONAL = ("L", "B", "T0")  # what ``without`` may take out of the model
 SIX, AUTO = "six", "auto"  # models: the six parameters; and a better one beside them where asked
@@ -31,7 +31,7 @@ def fit(
     captures hold too little.
     """
     from motorid.errors import DataError
-    from motorid.estimate.temperature import with_reference
+    from motorid.estimate.uncertainty.reference_temperature import with_reference
 
     if not captures:
         raise DataError("there is no capture to fit: name at least one file")
@@ -46,12 +46,12 @@ def _fit(
     search: dict[str, Any],
 ) -> Estimate:
     from motorid.errors import UsageError
-    from motorid.estimate import mechanical
+    from motorid.estimate.partial import mechanical_fit
 
     known = {name: float(value) for name, value in (fix or {}).items()}
     model = search.get("model", SIX)
     if method != "ml":
-        from motorid.estimate.search.fit import fit as by_name
+        from motorid.search.fit import fit as by_name
 
         _check(known, without)
         search |= {"model": "linear"} if model in (SIX, AUTO) else {}
@@ -61,21 +61,23 @@ def _fit(
         raise UsageError(
             f"the method ml takes no {', '.join(foreign)}: choose another by --method, such as nls"
         )
-    if mechanical.suits(captures):
+    if mechanical_fit.suits(captures):
         _insist_on_six(model)
-        return mechanical.fit(captures, fix=known, without=without)
+        return mechanical_fit.fit(captures, fix=known, without=without)
     _check(known, without)
-    from motorid.estimate import held, sensorless
-    from motorid.estimate.pieces import pieces
-    from motorid.estimate.wider import offer
+    from motorid.estimate.partial import electrical_only, locked_rotor
+    from motorid.estimate.selection import entry
+    from motorid.estimate.signals.log_sections import pieces
 
-    if sensorless.suits(captures):
+    if electrical_only.suits(captures):
         _insist_on_six(model)
-        return sensorless.fit(pieces(captures), known, without)
-    at_rest = held.without_motion(captures, known, without) if model in (SIX, AUTO) else None
+        return electrical_only.fit(pieces(captures), known, without)
+    at_rest = (
+        locked_rotor.without_motion(captures, known, without) if model in (SIX, AUTO) else None
+    )
     if at_rest is not None:
         return at_rest
-    return offer.fit(pieces(captures), known, without, SIX if model == "linear" else model)
+    return entry.fit(pieces(captures), known, without, SIX if model == "linear" else model)
 
 
 def _insist_on_six(model: str) -> None:
@@ -92,7 +94,7 @@ def _check(fix: Mapping[str, float], without: Sequence[str]) -> None:
     import math
 
     from motorid.errors import UsageError
-    from motorid.estimate.types import PARAMETERS
+    from motorid.estimate.results.estimate import PARAMETERS
 
     for name, value in fix.items():
         if name not in PARAMETERS:

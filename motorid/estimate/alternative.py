@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from motorid.estimate.types import Parameter
+from motorid.estimate.results.estimate import Parameter
 
 
 @dataclass(frozen=True)

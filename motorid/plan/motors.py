@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from motorid.errors import RigError
-from motorid.estimate.types import PARAMETERS, Estimate
+from motorid.estimate.results.estimate import PARAMETERS, Estimate
 from motorid.motor.parameters import Motor
 from motorid.rig import Nameplate
 

@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from motorid.errors import DataError
-from motorid.estimate import instrument
-from motorid.estimate.intervals import NORMAL_95, POSITIVE
-from motorid.estimate.likelihood import maximise
-from motorid.estimate.record import MotorRecord
-from motorid.estimate.settling import with_delays
-from motorid.estimate.types import PARAMETERS
-from motorid.estimate.uncertainty import covariance_of
-from motorid.estimate.unknowns import unknowns_of
+from motorid.estimate.fit.multistart import with_delays
+from motorid.estimate.fit.parameter_bounds import unknowns_of
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.solver.levenberg_marquardt import maximise
+from motorid.estimate.uncertainty import instrument_budget
+from motorid.estimate.uncertainty.covariance import covariance_of
+from motorid.estimate.uncertainty.intervals import NORMAL_95, POSITIVE
 from motorid.motor.parameters import Motor, no_load_speed
 from motorid.plan.skeleton import Bench, skeleton
 from motorid.program import Program
@@ -83,7 +83,7 @@ def predict(bench: Bench, program: Program, motor: Motor, seed: int = 0) -> Pred
     solution = with_delays([record], PARAMETERS, start, solution)
     deviations = np.sqrt(np.diag(covariance_of(solution.information)))
     names = [u.name for u in solution.unknowns]
-    causes = instrument.budget(solution, [record])
+    causes = instrument_budget.budget(solution, [record])
     return Prediction(
         motor,
         dict(zip(names, map(float, deviations), strict=True)),

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motorid.estimate.identifiability import CLIMB, STEP_DOWN
+from motorid.estimate.diagnosis.identifiability import CLIMB, STEP_DOWN
 from motorid.motor.parameters import Motor, mechanical_time_constant, no_load_speed
 from motorid.program import Decay, Program, Step, StepKind
 

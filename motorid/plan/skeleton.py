@@ -23,8 +23,8 @@ from motorid.capture.model import (
     Phase,
     Wiring,
 )
-from motorid.estimate.bridge import clamp_voltage, pwm_shape
-from motorid.estimate.timeline import Part, lay
+from motorid.estimate.signals.pwm_bridge import clamp_voltage, pwm_shape
+from motorid.estimate.signals.time_grid import Part, lay
 from motorid.motor.parameters import Motor
 from motorid.motor.response import Output, Quantity, Response, Stretch
 from motorid.program import Program, Step, StepKind

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from motorid.errors import UsageError
-from motorid.estimate.intervals import POSITIVE
-from motorid.estimate.types import PARAMETERS, UNITS
+from motorid.estimate.results.estimate import PARAMETERS, UNITS
+from motorid.estimate.uncertainty.intervals import POSITIVE
 from motorid.motor.parameters import Motor
 
 USUAL = ("R=1%", "L=5%", "K=1%", "J=2%", "B=20%", "T0=10%")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from motorid import __version__
-from motorid.estimate.types import Estimate
+from motorid.estimate.results.estimate import Estimate
 from motorid.quality.limits import Limit
 from motorid.quality.product import Product
 from motorid.quality.quantities import QUANTITIES, Context

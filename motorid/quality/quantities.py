@@ -15,8 +15,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION
-from motorid.estimate.temperature import COLD, Warmth, ambient_of, at_25, warmth_of
-from motorid.estimate.types import MEANING, PARAMETERS, UNITS, Estimate, Parameter
+from motorid.estimate.results.estimate import MEANING, PARAMETERS, UNITS, Estimate, Parameter
+from motorid.estimate.uncertainty.reference_temperature import (
+    COLD,
+    Warmth,
+    ambient_of,
+    at_25,
+    warmth_of,
+)
 from motorid.motor.parameters import FIGURES, Motor
 from motorid.quality import ripple
 from motorid.quality.verdict import Reading

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION
-from motorid.estimate.types import Curve, Estimate
+from motorid.estimate.results.estimate import Curve, Estimate
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

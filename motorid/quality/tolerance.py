@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from motorid.estimate.intervals import POSITIVE
-from motorid.estimate.types import PARAMETERS
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.uncertainty.intervals import POSITIVE
 from motorid.plan.motors import Range, Spread
 from motorid.plan.wants import Demand, Want
 from motorid.quality.limits import Limit

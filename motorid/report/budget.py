@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from motorid.estimate.types import Estimate, Parameter
+from motorid.estimate.results.estimate import Estimate, Parameter
 from motorid.report.numbers import NOTHING, percent, shown
 from motorid.report.page import paragraph, table
 from motorid.report.words import reference, six

@@ -8,7 +8,7 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.types import Curve, Estimate, SegmentRow
+from motorid.estimate.results.estimate import Curve, Estimate, SegmentRow
 from motorid.report.numbers import scaled_unit, significant
 from motorid.report.page import figure, paragraph, table
 from motorid.report.plot import Axis, Plot, axis, legend, thin

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from motorid.estimate.types import Estimate, Parameter
+from motorid.estimate.results.estimate import Estimate, Parameter
 from motorid.report import alternative, budget, curves, suspects
 from motorid.report.numbers import (
     aligned,

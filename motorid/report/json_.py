@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from motorid.estimate.alternative import Alternative, ChannelFit, TermTrial
-from motorid.estimate.types import Curve, Estimate, Parameter, SegmentRow, SteadyRow
-from motorid.estimate.winding import Rise
+from motorid.estimate.effects.winding_temperature import Rise
+from motorid.estimate.results.estimate import Curve, Estimate, Parameter, SegmentRow, SteadyRow
 from motorid.report import suspects
 
 SCHEMA = "motorid-estimate-1"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from motorid.estimate.types import Parameter
+from motorid.estimate.results.estimate import Parameter
 
 MINUS = "\N{MINUS SIGN}"
 NOTHING = "—"

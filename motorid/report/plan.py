@@ -6,9 +6,9 @@ import textwrap
 from collections.abc import Sequence
 
 from motorid.capture.model import CURRENT
-from motorid.estimate.identifiability import Excitation, advice, assess
-from motorid.estimate.intervals import POSITIVE
-from motorid.estimate.types import PARAMETERS, UNITS
+from motorid.estimate.diagnosis.identifiability import Excitation, advice, assess
+from motorid.estimate.results.estimate import PARAMETERS, UNITS
+from motorid.estimate.uncertainty.intervals import POSITIVE
 from motorid.plan.propose import Plan, Promise
 from motorid.program import Step, StepKind
 from motorid.report.numbers import percent, scaled_unit
@@ -60,7 +60,7 @@ def explain(run: Excitation) -> str:
 
 
 def _typical() -> dict[str, float]:
-    from motorid.estimate.identifiability import TYPICAL
+    from motorid.estimate.diagnosis.identifiability import TYPICAL
 
     return dict(TYPICAL)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from motorid.estimate.types import Estimate, SteadyRow
+from motorid.estimate.results.estimate import Estimate, SteadyRow
 from motorid.report.numbers import fixed
 from motorid.report.page import figure, paragraph, table
 from motorid.report.plot import Axis, Plot, axis, legend

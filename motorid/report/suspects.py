@@ -5,7 +5,7 @@ from __future__ import annotations
 from html import escape
 from typing import Any
 
-from motorid.estimate.types import Estimate, Suspect
+from motorid.estimate.results.estimate import Estimate, Suspect
 from motorid.report.words import sentence
 
 HIDDEN = (

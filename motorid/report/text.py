@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable
 
-from motorid.estimate.types import Estimate, Parameter
+from motorid.estimate.results.estimate import Estimate, Parameter
 from motorid.report import alternative, suspects
 from motorid.report.numbers import aligned, in_rpm, percent, relative, shown
 from motorid.report.words import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from motorid.estimate.types import PARAMETERS, Estimate, Parameter
+from motorid.estimate.results.estimate import PARAMETERS, Estimate, Parameter
 from motorid.report.numbers import shown
 
 NBSP = "\N{NO-BREAK SPACE}"

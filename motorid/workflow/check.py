@@ -65,7 +65,7 @@ class Line:
         import scipy.special  # noqa: F401
 
         from motorid.acquire import record  # noqa: F401
-        from motorid.estimate import motor_fit  # noqa: F401
+        from motorid.estimate.fit import joint_fit  # noqa: F401
         from motorid.quality import judge, records  # noqa: F401
 
         newest = max(self.folder.glob(f"*/{CAPTURE}"), key=_age, default=None)

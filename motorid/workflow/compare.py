@@ -15,13 +15,13 @@ from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.errors import DataError, UsageError, nearest
 from motorid.estimate import fit
-from motorid.estimate.closed_form import start_values
-from motorid.estimate.record import MotorRecord
-from motorid.estimate.review.run import Quartiles
-from motorid.estimate.search import closed
-from motorid.estimate.search import fit as by_name
-from motorid.estimate.search.problem import Solution
-from motorid.estimate.types import PARAMETERS
+from motorid.estimate.fit.start_values import start_values
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.search import closed
+from motorid.search import fit as by_name
+from motorid.search.problem import Solution
+from motorid.search.review.run import Quartiles
 from motorid.workflow.compare_tables import median_convergence, result_of, solution_of
 from motorid.workflow.tasks import Progress, Result, Task, run_all
 

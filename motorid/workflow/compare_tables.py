@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from motorid.estimate.review import remarks, tables
-from motorid.estimate.review.experiment import Experiment, Row
-from motorid.estimate.review.run import Summary, run, summarise
-from motorid.estimate.search.problem import Solution
+from motorid.search.problem import Solution
+from motorid.search.review import remarks, tables
+from motorid.search.review.experiment import Experiment, Row
+from motorid.search.review.run import Summary, run, summarise
 from motorid.workflow.tasks import Progress, Result, Task, run_all
 
 SEEDS = 30

@@ -6,9 +6,9 @@ import csv
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from motorid.estimate.review.experiment import Experiment
-from motorid.estimate.review.run import Quartiles
-from motorid.estimate.types import PARAMETERS, UNITS
+from motorid.estimate.results.estimate import PARAMETERS, UNITS
+from motorid.search.review.experiment import Experiment
+from motorid.search.review.run import Quartiles
 from motorid.workflow.compare import Comparison
 from motorid.workflow.compare_tables import Block, Line, TableResult
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from motorid.capture.model import Capture
-    from motorid.estimate.types import Diagnostic, Estimate
+    from motorid.estimate.results.estimate import Diagnostic, Estimate
     from motorid.rig import Rig
 
 ESTIMATE_FILE = "estimate.json"
@@ -69,7 +69,7 @@ def fit_captures(
 
 def _old(estimate: Estimate) -> Iterator[Diagnostic]:
     """Calibrations that lie too far from the run that they explain."""
-    from motorid.estimate.types import Diagnostic
+    from motorid.estimate.results.estimate import Diagnostic
     from motorid.rig_calibration import too_old
 
     said: set[str] = set()

@@ -191,7 +191,7 @@ def tolerances_of(product: Product) -> dict[str, float]:
 
 def units_known(product: Product | None = None) -> dict[str, str]:
     """Units by quantity: the fit's parameters, and what a product limits."""
-    from motorid.estimate.types import UNITS
+    from motorid.estimate.results.estimate import UNITS
 
     named = product.limits if product else {}
     return UNITS | {name: "" if one.unit == "1" else one.unit for name, one in named.items()}

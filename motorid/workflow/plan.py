@@ -13,8 +13,8 @@ from motorid.errors import RigError
 
 if TYPE_CHECKING:
     from motorid.capture.model import Channel
-    from motorid.estimate.identifiability import Excitation
-    from motorid.estimate.types import Estimate
+    from motorid.estimate.diagnosis.identifiability import Excitation
+    from motorid.estimate.results.estimate import Estimate
     from motorid.plan.motors import Spread
     from motorid.plan.propose import Plan
     from motorid.plan.skeleton import Bench
@@ -97,7 +97,7 @@ def _known(rig: Rig, first: Path | None) -> tuple[Spread, Board, dict[str, Chann
 
 def _of_values(told: Estimate) -> Spread:
     """Ranges where there is no nameplate: what the first run told must stand in for it."""
-    from motorid.estimate.types import PARAMETERS
+    from motorid.estimate.results.estimate import PARAMETERS
 
     lacking = [n for n in PARAMETERS if not told.parameters[n].value]
     if lacking:
@@ -111,7 +111,7 @@ def _of_values(told: Estimate) -> Spread:
 def _refuse_hidden(names: Sequence[str], channels: Iterable[str]) -> None:
     """Raises RigError where these channels hide a parameter however the motor is driven."""
     from motorid.capture.model import SUPPLY
-    from motorid.estimate.identifiability import Excitation, advice, assess
+    from motorid.estimate.diagnosis.identifiability import Excitation, advice, assess
 
     run = Excitation(frozenset((*channels, SUPPLY)))  # a plan commands volts, so they are known
     hidden = [name for name in names if name in assess(run).missing]
@@ -257,7 +257,7 @@ def _decay(board: Board) -> Decay:
 
 def excitation(rig: Rig, program: Program) -> Excitation:
     """What the rig's channels and a program show, before any run."""
-    from motorid.estimate.identifiability import of_program
+    from motorid.estimate.diagnosis.identifiability import of_program
     from motorid.rig import settling_s
 
     tau_s = settling_s(rig.nameplate) / 8  # a guess where the nameplate does not know it

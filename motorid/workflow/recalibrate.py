@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from motorid.capture.model import POSITION, Capture, Channel
 from motorid.errors import DataError, RigError
-from motorid.estimate.winding import THERMAL
+from motorid.estimate.effects.winding_temperature import THERMAL
 
 if TYPE_CHECKING:
     from motorid.rig import Rig

@@ -12,9 +12,9 @@ from bench.bench_foreign import estimate, truths
 from bench.foreign.cases import ALL, CASES, LENGTH_S, Case, prbs, regular, steps
 from motorid.capture.model import VOLTAGE, Capture, Channel
 from motorid.errors import UsageError
-from motorid.estimate.pieces import pieces
-from motorid.estimate.timeline import lay
-from motorid.estimate.waveform import Waveform, quiet, scatter
+from motorid.estimate.signals.intersample_voltage import Waveform, quiet, scatter
+from motorid.estimate.signals.log_sections import pieces
+from motorid.estimate.signals.time_grid import lay
 
 UNTOLD = "no motion, stamps at random"
 QUICK = (

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import Wiring
-from motorid.estimate.bridge import stretch_of
-from motorid.estimate.timeline import Part
+from motorid.estimate.signals.pwm_bridge import stretch_of
+from motorid.estimate.signals.time_grid import Part
 from motorid.motor.response import Output, Quantity, Response
 from motorid.program import Decay, StepKind
 from tests.sim.conftest import make_plant

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from motorid.estimate.common import shifts
-from motorid.estimate.loss import DROP
-from motorid.estimate.solution import Linearised, Unknown
+from motorid.estimate.effects.brush_and_heating import DROP
+from motorid.estimate.solver.problem import Linearised, Unknown
+from motorid.estimate.uncertainty.shared_causes import shifts
 
 RUNS, READINGS, PRIOR = 3, 400, 0.5
 

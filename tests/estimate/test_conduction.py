@@ -9,11 +9,11 @@ import pytest
 
 from motorid.capture.model import CURRENT, Channel, Wiring
 from motorid.errors import DataError
-from motorid.estimate.bridge import ripple
-from motorid.estimate.conduction import confirmed, divided, stops_from, unclear
-from motorid.estimate.sense import Sense
-from motorid.estimate.source import sources
-from motorid.estimate.timeline import Part, Timeline
+from motorid.estimate.signals.discontinuous_current import confirmed, divided, stops_from, unclear
+from motorid.estimate.signals.pwm_bridge import ripple
+from motorid.estimate.signals.thevenin_source import sources
+from motorid.estimate.signals.time_grid import Part, Timeline
+from motorid.estimate.signals.voltage_sensing import Sense
 from motorid.program import Decay, StepKind
 from tests.exact_capture import FAULHABER, clean_capture
 

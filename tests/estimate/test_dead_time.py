@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import SUPPLY, Capture, Channel, Wiring
-from motorid.estimate.dead_time import DeadTime, dead_time_loss, swinging, turning
-from motorid.estimate.rise import PLACES, rises, swing_at_start
-from motorid.estimate.timeline import Part
+from motorid.estimate.signals.current_transient import PLACES, rises, swing_at_start
+from motorid.estimate.signals.dead_time import DeadTime, dead_time_loss, swinging, turning
+from motorid.estimate.signals.time_grid import Part
 from motorid.program import Decay, StepKind
 from motorid.sim.bench import Bench
 from motorid.sim.chain import draw_chain

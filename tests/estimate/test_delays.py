@@ -11,11 +11,13 @@ import pytest
 from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import CURRENT, Capture
-from motorid.estimate import closed_form, fit, instrument
-from motorid.estimate.passes import with_sources
-from motorid.estimate.record import MotorRecord
-from motorid.estimate.settling import whitened
-from motorid.estimate.types import PARAMETERS, Parameter
+from motorid.estimate import fit
+from motorid.estimate.fit import start_values
+from motorid.estimate.fit.alternating_fit import with_sources
+from motorid.estimate.fit.multistart import whitened
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import PARAMETERS, Parameter
+from motorid.estimate.uncertainty import instrument_budget
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig
 from motorid.sim.chain import draw_chain
@@ -53,9 +55,11 @@ def shares(capture: Capture) -> tuple[dict[str, float], dict[str, float]]:
     does to it, both in search coordinates.
     """
     records = [MotorRecord(capture, PARAMETERS, {})]
-    start = closed_form.start_values(records, {})
+    start = start_values.start_values(records, {})
     solution = whitened(records, PARAMETERS, start, with_sources(records, PARAMETERS, start))
-    moved = instrument.budget(solution, records).get("current delay", np.zeros(len(PARAMETERS)))
+    moved = instrument_budget.budget(solution, records).get(
+        "current delay", np.zeros(len(PARAMETERS))
+    )
     values = (np.log(v) if u.log else v for u, v in
               zip(solution.unknowns, solution.values, strict=True))  # fmt: skip
     return dict(zip(PARAMETERS, values, strict=True)), dict(zip(PARAMETERS, moved, strict=True))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motorid.estimate.elimination import by_rows, by_sums
-from motorid.estimate.normal_equations import Normal
+from motorid.estimate.solver.normal_equations import Normal
+from motorid.estimate.solver.schur_complement import by_rows, by_sums
 
 N, NONE = 4000, np.zeros(3, dtype=bool)
 

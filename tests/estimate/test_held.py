@@ -15,8 +15,8 @@ from motorid.capture.model import Capture
 from motorid.capture.table import read_table
 from motorid.errors import DataError
 from motorid.estimate import fit
-from motorid.estimate.held import is_noise
-from motorid.estimate.record import MotorRecord
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.partial.locked_rotor import is_noise
 
 HELD = replace(cases.MOTOR, T0=10.0)
 MOST = 20_000  # evaluations; a fit of all six takes more

@@ -10,11 +10,11 @@ import numpy as np
 from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import Capture
-from motorid.estimate import motor_fit
-from motorid.estimate.input_noise import hidden
-from motorid.estimate.likelihood import maximise
-from motorid.estimate.passes import again
-from motorid.estimate.types import PARAMETERS
+from motorid.estimate.fit import joint_fit
+from motorid.estimate.fit.alternating_fit import again
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.solver.levenberg_marquardt import maximise
+from motorid.estimate.uncertainty.errors_in_variables import hidden
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig
 
@@ -31,7 +31,7 @@ def captured(folder: Path, seed: int) -> Capture:
 
 
 def test_nuisances_and_parameters_follow_an_error_of_the_voltage(tmp_path: Path) -> None:
-    (one,), solution = motor_fit.solved([captured(tmp_path, 1)], {}, ())
+    (one,), solution = joint_fit.solved([captured(tmp_path, 1)], {}, ())
     driven = [k for k, part in enumerate(one.timeline.parts) if not part.open]
     error = np.zeros(one.timeline.count)
     part = one.timeline.parts[driven[-1]]

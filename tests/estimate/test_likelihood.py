@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motorid.estimate.coordinates import Coordinates
-from motorid.estimate.likelihood import maximise
-from motorid.estimate.solution import Block, Unknown
+from motorid.estimate.solver.levenberg_marquardt import maximise
+from motorid.estimate.solver.problem import Block, Unknown
+from motorid.estimate.solver.search_coordinates import Coordinates
 
 STEPS = 8  # of a search on straight ground, whose damping falls from step to step
 RNG = np.random.default_rng(20)

@@ -16,7 +16,7 @@ from bench.coverage.runs import record
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.errors import DataError, UsageError
 from motorid.estimate import fit
-from motorid.estimate.types import PARAMETERS, Estimate
+from motorid.estimate.results.estimate import PARAMETERS, Estimate
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 
 PLAN = Plan(count=3000)
@@ -324,6 +324,6 @@ def test_a_current_that_hovers_where_the_dead_time_turns_it_settles(
     for name, most in {"R": 0.01, "L": 0.01, "B": 0.01, "T0": 0.01}.items():
         assert found[name].value == pytest.approx(runs.truth[name], rel=most)
         assert found[name].interval_95[0] < runs.truth[name] < found[name].interval_95[1]
-    monkeypatch.setattr("motorid.estimate.driving.swinging", lambda *_: 0.0)
+    monkeypatch.setattr("motorid.estimate.signals.reconstructed_voltage.swinging", lambda *_: 0.0)
     swung = fit(runs.captures, model="six").parameters
     assert abs(swung["R"].value / runs.truth["R"] - 1.0) > 0.015

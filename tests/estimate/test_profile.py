@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import Capture
-from motorid.estimate import fit, motor_fit
-from motorid.estimate.profile import Profile, interval
-from motorid.estimate.uncertainty import covariance_of
+from motorid.estimate import fit
+from motorid.estimate.fit import joint_fit
+from motorid.estimate.uncertainty.covariance import covariance_of
+from motorid.estimate.uncertainty.profile_likelihood import Profile, interval
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 
 CLEAN = clean_capture({**FAULHABER, "B": 0.0}, Plan(count=800))
@@ -24,13 +25,13 @@ def weak() -> Capture:
 @pytest.mark.parametrize("name", ["B", "T0", "L"])
 def test_the_ends_are_where_a_brute_force_finds_them(weak: Capture, name: str) -> None:
     """A whole fit by its own door, with the parameter given, has lost just as much there."""
-    records, solution = motor_fit.solved([weak], {}, ())
+    records, solution = joint_fit.solved([weak], {}, ())
     place = [u.name for u in solution.unknowns].index(name)
     white = float(np.sqrt(covariance_of(solution.information)[place, place]))
     ends = interval(solution, records, place, 1.959964 * white, white)
     for end in ends:
         if end > 0:
-            _, held = motor_fit.solved([weak], {name: end}, ())
+            _, held = joint_fit.solved([weak], {name: end}, ())
             fallen = held.objective - solution.objective
             assert fallen == pytest.approx(CHI_SQUARE_95, rel=0.07)
             root = Profile(solution, records, place).root(end)
@@ -45,7 +46,7 @@ def test_a_leaning_likelihood_gives_a_leaning_interval(weak: Capture) -> None:
     value = found.parameters["T0"].value
     assert found.parameters["B"].status == "at_bound"
     assert low < FAULHABER["T0"] < high
-    _, solution = motor_fit.solved([weak], {}, ())
+    _, solution = joint_fit.solved([weak], {}, ())
     place = [u.name for u in solution.unknowns].index("B")
     parabola = 1.96 * float(np.sqrt(covariance_of(solution.information)[place, place]))
     assert 0 < found.parameters["B"].interval_95[1] < 0.9 * parabola

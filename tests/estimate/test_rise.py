@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, Capture, Channel, Wiring
-from motorid.estimate.flow import Flow
-from motorid.estimate.rise import rises
-from motorid.estimate.timeline import Part
+from motorid.estimate.signals.current_transient import rises
+from motorid.estimate.signals.ripple_average import Flow
+from motorid.estimate.signals.time_grid import Part
 from motorid.program import Decay, StepKind
 
 R, VOLTS, DROP, BEND = 2.0, 10.0, 0.4, 0.25

@@ -9,8 +9,9 @@ import pytest
 
 from motorid.capture.model import POSITION, VOLTAGE, Capture
 from motorid.errors import UsageError
-from motorid.estimate import fit, sensorless
-from motorid.estimate.types import Estimate, Parameter
+from motorid.estimate import fit
+from motorid.estimate.partial import electrical_only
+from motorid.estimate.results.estimate import Estimate, Parameter
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 
 K = FAULHABER["K"]
@@ -116,11 +117,11 @@ def test_a_capture_without_motion_joins_one_with() -> None:
 def test_nothing_of_the_motion_is_told_where_the_resistance_is_not() -> None:
     """The speed is seen through R: whatever a fit says of friction then is worth nothing."""
     found = fit([motionless(4)])
-    vague = {**found.parameters, "R": sensorless.unknown("R", "ohm", "")}
-    told = sensorless._open(replace(found, parameters={**vague, **_of_scale_one(found)}))
+    vague = {**found.parameters, "R": electrical_only.unknown("R", "ohm", "")}
+    told = electrical_only._open(replace(found, parameters={**vague, **_of_scale_one(found)}))
     assert {p.status for p in told.combinations.values()} == {"not_identifiable"}
 
 
 def _of_scale_one(found: Estimate) -> dict[str, Parameter]:
     """J, B and T0 as of K = 1."""
-    return {name: found.combinations[ratio] for name, (ratio, _) in sensorless.RATIOS.items()}
+    return {name: found.combinations[ratio] for name, (ratio, _) in electrical_only.RATIOS.items()}

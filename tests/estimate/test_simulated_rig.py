@@ -11,7 +11,7 @@ from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.errors import DataError
 from motorid.estimate import fit
-from motorid.estimate.types import PARAMETERS, Estimate
+from motorid.estimate.results.estimate import PARAMETERS, Estimate
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Sampling, load_rig
 from motorid.sim import truth

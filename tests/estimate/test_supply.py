@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, Capture, Channel, Wiring
-from motorid.estimate.rise import rises, swing_at_start
-from motorid.estimate.supply import Sag, sags
-from motorid.estimate.timeline import Part
-from motorid.estimate.window import Window
+from motorid.estimate.signals.current_transient import rises, swing_at_start
+from motorid.estimate.signals.supply_sag import Sag, sags
+from motorid.estimate.signals.time_grid import Part
+from motorid.estimate.signals.voltage_window import Window
 from motorid.program import Decay, StepKind
 from motorid.sim.bench import Bench
 from motorid.sim.chain import draw_chain

@@ -8,8 +8,9 @@ from functools import cache
 import pytest
 
 from motorid.capture.model import Capture, Phase
-from motorid.estimate import fit, motor_fit
-from motorid.estimate.supposed import variances
+from motorid.estimate import fit
+from motorid.estimate.fit import joint_fit
+from motorid.estimate.uncertainty.prior_influence import variances
 from motorid.program import Decay, Program, Step, StepKind
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 
@@ -45,7 +46,7 @@ def dropping(capture: Capture, volts: float, uncertainty_v: float) -> Capture:
 
 def test_a_prior_that_is_off_moves_the_answer_by_what_it_gives() -> None:
     u = 1e-3
-    fits = [motor_fit.solved([dropping(run(), v, u)], {}, ()) for v in (0.01, 0.01 + u)]
+    fits = [joint_fit.solved([dropping(run(), v, u)], {}, ()) for v in (0.01, 0.01 + u)]
     records, solution = fits[0]
     foretold = variances(solution, records, "voltage_loss")[0] ** 0.5 * solution.slopes[0]
     assert abs(fits[1][1].values[0] - solution.values[0]) == pytest.approx(foretold, rel=0.1)

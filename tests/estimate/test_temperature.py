@@ -17,10 +17,11 @@ from motorid.acquire.record import capture_over
 from motorid.capture import store
 from motorid.capture.model import CURRENT, VOLTAGE, Capture, Channel
 from motorid.capture.table import read_table
-from motorid.estimate import fit, winding
-from motorid.estimate.temperature import Coefficients, at_25, warmth_of
-from motorid.estimate.types import Estimate, Parameter
-from motorid.estimate.winding import Rise, self_heating
+from motorid.estimate import fit
+from motorid.estimate.effects import winding_temperature
+from motorid.estimate.effects.winding_temperature import Rise, self_heating
+from motorid.estimate.results.estimate import Estimate, Parameter
+from motorid.estimate.uncertainty.reference_temperature import Coefficients, at_25, warmth_of
 from motorid.rig import Rig
 from motorid.rig_file import parse
 from motorid.sim.options import parse_url
@@ -154,14 +155,17 @@ def run(text: str, folder: Path, name: str) -> tuple[Capture, float]:
 def test_the_simulated_winding_is_as_warm_as_said(tmp_path: Path) -> None:
     from motorid.sim import truth
 
-    known, winding = run(RIG + THERMAL, tmp_path, "figures")
+    known, winding_temperature = run(RIG + THERMAL, tmp_path, "figures")
     plain, _ = run(RIG, tmp_path, "plain")
-    assert winding > 33.0  # the run heats it
+    assert winding_temperature > 33.0  # the run heats it
     by_figures, by_bound = fit([known]), fit([plain])
     assert by_figures.rise is not None
-    assert by_figures.rise.kelvin == pytest.approx(winding - 31.0, rel=0.2)
+    assert by_figures.rise.kelvin == pytest.approx(winding_temperature - 31.0, rel=0.2)
     assert by_bound.rise is not None
-    assert abs(by_bound.rise.kelvin - (winding - 31.0)) < math.sqrt(3) * by_bound.rise.uncertainty_k
+    assert (
+        abs(by_bound.rise.kelvin - (winding_temperature - 31.0))
+        < math.sqrt(3) * by_bound.rise.uncertainty_k
+    )
     for estimate in (by_figures, by_bound):
         low, high = estimate.at_25["R_25"].interval_95
         assert low < truth(HOT)["R_25"] < high
@@ -175,7 +179,7 @@ def test_the_simulated_winding_is_as_warm_as_said(tmp_path: Path) -> None:
         assert low < truth(HOT)[name] < high
     by_runs = fit([plain], model="heating")  # and as the run itself shows it
     assert by_runs.rise is not None
-    assert abs(by_runs.rise.kelvin - (winding - 31.0)) < 2 * by_runs.rise.uncertainty_k
+    assert abs(by_runs.rise.kelvin - (winding_temperature - 31.0)) < 2 * by_runs.rise.uncertainty_k
     assert by_runs.rise.uncertainty_k < 0.25 * by_runs.rise.kelvin
     total = [e.at_25["R_25"].total for e in (by_figures, by_bound)]
     assert total[0] < total[1]
@@ -217,8 +221,8 @@ def test_a_thermometers_column_is_the_ambient(tmp_path: Path) -> None:
 def test_a_rig_for_a_second_look_brings_its_own_thermal_figures() -> None:
     capture = replace(
         driven(1.0, 0.1),
-        provenance={"rig": RIG + THERMAL, winding.THERMAL: {"winding_s": 9.0}},
+        provenance={"rig": RIG + THERMAL, winding_temperature.THERMAL: {"winding_s": 9.0}},
     )
-    stated = winding.figures(capture)
+    stated = winding_temperature.figures(capture)
     assert (stated["winding_k_w"], stated["winding_s"], stated["voltage_v"]) == (6.0, 9.0, 6.0)
-    assert winding.figures(replace(capture, provenance={"rig": "not = toml ="})) == {}
+    assert winding_temperature.figures(replace(capture, provenance={"rig": "not = toml ="})) == {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motorid.estimate.thinning import excess
+from motorid.estimate.model.effective_sample_size import excess
 
 
 def white(seed: int, stretches: int, length: int) -> list[np.ndarray]:

@@ -9,11 +9,10 @@ import pytest
 from scipy.signal import lfilter
 from scipy.special import stdtrit
 
-from motorid.estimate.intervals import Findings, student
-from motorid.estimate.likelihood import maximise
-from motorid.estimate.solution import Block, Solution, Unknown
-from motorid.estimate.spread import spread_of
-from motorid.estimate.uncertainty import (
+from motorid.estimate.solver.levenberg_marquardt import maximise
+from motorid.estimate.solver.problem import Block, Solution, Unknown
+from motorid.estimate.uncertainty.between_run_variance import spread_of
+from motorid.estimate.uncertainty.covariance import (
     Statistical,
     autoregression,
     covariance_of,
@@ -21,6 +20,7 @@ from motorid.estimate.uncertainty import (
     statistical,
     whitener,
 )
+from motorid.estimate.uncertainty.intervals import Findings, student
 
 N = 2000
 

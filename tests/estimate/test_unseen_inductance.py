@@ -11,10 +11,11 @@ from scipy.integrate import solve_ivp
 
 from bench.coverage.rigs import draw_bench
 from bench.coverage.runs import record
-from motorid.estimate import fit, pulses, settling, unseen_inductance
-from motorid.estimate.bridge import DIODE_DROPS_V
-from motorid.estimate.pulses import Pulses
-from motorid.estimate.types import Estimate
+from motorid.estimate import fit
+from motorid.estimate.fit import discontinuous_current_inductance, multistart, subsample_inductance
+from motorid.estimate.fit.discontinuous_current_inductance import Pulses
+from motorid.estimate.results.estimate import Estimate
+from motorid.estimate.signals.pwm_bridge import DIODE_DROPS_V
 from tests.suspects.cases import CHAIN, Runs
 from tests.suspects.rigs import DUTIES, Bench
 
@@ -74,7 +75,7 @@ def test_ripple_tells_what_no_reading_shows(
     assert share == pytest.approx(np.hypot(0.08, 0.03), rel=0.05)  # with a supply nobody measured
     (said,) = [d.message for d in found.diagnostics if d.code == "inductance_by_ripple"]
     assert "L/R is 0.08" in said
-    monkeypatch.setattr(unseen_inductance._Search, "by_ripple", lambda _: None)
+    monkeypatch.setattr(subsample_inductance._Search, "by_ripple", lambda _: None)
     blind = fit(runs.captures, model="six")
     assert blind.parameters["L"].status == "not_identifiable"
     assert abs(off(blind, runs.truth, "B")) > 0.2  # the wrong ripple takes friction with it
@@ -89,8 +90,8 @@ def test_pulses_tell_what_no_reading_shows(tmp_path: Path, monkeypatch: pytest.M
     runs = record(replace(drawn, options=replace(drawn.options, brush_drop=0.2)), tmp_path)
     found = fit(runs.captures, model="six")
     assert abs(off(found, runs.truth, "L")) < 0.05
-    monkeypatch.setattr(pulses, "pulses_of", lambda *_: [])
-    monkeypatch.setattr(unseen_inductance._Search, "by_ripple", lambda _: None)
+    monkeypatch.setattr(discontinuous_current_inductance, "pulses_of", lambda *_: [])
+    monkeypatch.setattr(subsample_inductance._Search, "by_ripple", lambda _: None)
     blind = fit(runs.captures, model="six")
     assert blind.parameters["L"].status == "not_identifiable"
 
@@ -105,8 +106,8 @@ def test_an_inductance_that_a_search_loses_is_found_again(
     assert abs(off(found, runs.truth, "L")) < 0.05
     assert abs(off(found, runs.truth, "R")) < 0.015
     assert not [d for d in found.diagnostics if d.code == "inductance_by_ripple"]  # readings do
-    monkeypatch.setattr(settling, "vanished", lambda *_: False)
-    monkeypatch.setattr(unseen_inductance._Search, "by_ripple", lambda _: None)
+    monkeypatch.setattr(multistart, "vanished", lambda *_: False)
+    monkeypatch.setattr(subsample_inductance._Search, "by_ripple", lambda _: None)
     blind = fit(runs.captures, model="six")
     assert blind.parameters["L"].status == "not_identifiable"
 

@@ -8,15 +8,11 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture, Channel, Phase, Wiring
-from motorid.estimate.bridge import (
-    clamp_voltage,
-    pwm_shape,
-    switched_late,
-)
-from motorid.estimate.dead_time import dead_time_loss
-from motorid.estimate.sense import sense
-from motorid.estimate.source import source_resistance, sources
-from motorid.estimate.timeline import Part, lay
+from motorid.estimate.signals.dead_time import dead_time_loss
+from motorid.estimate.signals.pwm_bridge import clamp_voltage, pwm_shape, switched_late
+from motorid.estimate.signals.thevenin_source import source_resistance, sources
+from motorid.estimate.signals.time_grid import Part, lay
+from motorid.estimate.signals.voltage_sensing import sense
 from motorid.program import Decay, Program, Step, StepKind
 
 N, CLOCK_HZ, PERIOD = 600, 1e6, 1e-4

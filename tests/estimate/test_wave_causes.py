@@ -11,11 +11,13 @@ import pytest
 from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import VOLTAGE, Capture
-from motorid.estimate import bridge, closed_form, instrument
-from motorid.estimate.passes import with_sources
-from motorid.estimate.record import MotorRecord
-from motorid.estimate.settling import whitened
-from motorid.estimate.types import PARAMETERS
+from motorid.estimate.fit import start_values
+from motorid.estimate.fit.alternating_fit import with_sources
+from motorid.estimate.fit.multistart import whitened
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.signals import pwm_bridge
+from motorid.estimate.uncertainty import instrument_budget
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig
 
@@ -39,9 +41,9 @@ def instants(folder: Path, kind: StepKind, levels: tuple[float, ...], decay: Dec
 def inductance(capture: Capture, cause: str) -> tuple[float, float]:
     """The logarithm of L, and what the cause does to it."""
     records = [MotorRecord(capture, PARAMETERS, {})]
-    start = closed_form.start_values(records, {})
+    start = start_values.start_values(records, {})
     solution = whitened(records, PARAMETERS, start, with_sources(records, PARAMETERS, start))
-    moved = instrument.budget(solution, records).get(cause, np.zeros(len(PARAMETERS)))
+    moved = instrument_budget.budget(solution, records).get(cause, np.zeros(len(PARAMETERS)))
     k = PARAMETERS.index("L")
     return float(np.log(solution.values[k])), float(moved[k])
 
@@ -68,8 +70,8 @@ def test_what_diodes_drop_moves_the_wave_of_diode_decay(
 ) -> None:
     capture = instants(tmp_path, StepKind.DRIVE_DUTY, (0.7, 0.9), Decay.DIODE)
     L, share = inductance(capture, "diode drops")
-    drops = bridge.DIODE_DROPS_V + bridge.DIODE_DROPS_SD_V
-    monkeypatch.setattr(bridge, "DIODE_DROPS_V", drops)
+    drops = pwm_bridge.DIODE_DROPS_V + pwm_bridge.DIODE_DROPS_SD_V
+    monkeypatch.setattr(pwm_bridge, "DIODE_DROPS_V", drops)
     other, _ = inductance(capture, "diode drops")
     assert abs(share) == pytest.approx(abs(other - L), rel=0.1)
     assert abs(share) > 1e-3

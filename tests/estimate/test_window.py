@@ -11,8 +11,8 @@ from scipy.signal import lfilter
 
 import motorid
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Channel, Phase, Wiring
-from motorid.estimate.timeline import lay
-from motorid.estimate.window import Window
+from motorid.estimate.signals.time_grid import lay
+from motorid.estimate.signals.voltage_window import Window
 from motorid.motor.response import Quantity
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.sim.bench import plant_params

@@ -10,8 +10,8 @@ from scipy.stats import binom
 
 from motorid.capture.model import Capture, Channel
 from motorid.errors import DataError, UsageError
-from motorid.estimate import mechanical
-from motorid.estimate.types import Estimate
+from motorid.estimate.partial import mechanical_fit
+from motorid.estimate.results.estimate import Estimate
 from tests.estimate_mechanical.truth import Plant, capture, closed_loop, steps, sweep
 
 MOTOR = Plant()
@@ -53,7 +53,7 @@ def inside(estimate: Estimate, truth: dict[str, float]) -> bool:
 
 @pytest.mark.slow
 def test_without_noise_the_ratios_come_back(clean: Capture) -> None:
-    estimate = mechanical.fit([clean])
+    estimate = mechanical_fit.fit([clean])
     for name, value in RATIOS.items():
         assert estimate.combinations[name].value == pytest.approx(value, rel=5e-3)
     for name in ("R", "L", "K", "J", "B", "T0"):
@@ -66,7 +66,7 @@ def test_without_noise_the_ratios_come_back(clean: Capture) -> None:
 @pytest.mark.slow
 def test_fixed_torque_constant_gives_parameters() -> None:
     truth = {"B": MOTOR.B, "J": MOTOR.J, "T0": MOTOR.T0}
-    estimate = mechanical.fit([run(1)], fix={"K": MOTOR.K})
+    estimate = mechanical_fit.fit([run(1)], fix={"K": MOTOR.K})
     for name, value in truth.items():
         assert estimate.parameters[name].status == "estimated"
         assert estimate.parameters[name].value == pytest.approx(value, rel=0.05)
@@ -75,7 +75,7 @@ def test_fixed_torque_constant_gives_parameters() -> None:
 
 @pytest.mark.slow
 def test_fixed_inertia_gives_the_torque_constant() -> None:
-    estimate = mechanical.fit([run(2)], fix={"J": MOTOR.J})
+    estimate = mechanical_fit.fit([run(2)], fix={"J": MOTOR.J})
     assert estimate.parameters["K"].value == pytest.approx(MOTOR.K, rel=0.03)
     assert estimate.parameters["T0"].value == pytest.approx(MOTOR.T0, rel=0.05)
 
@@ -87,7 +87,7 @@ def test_position_serves_as_well_as_speed() -> None:
     channel = Channel("position", "rad", np.round(angle / quantum), quantum, resolution=quantum)
     rng = np.random.default_rng(0)
     noisy = i + 0.01 * rng.standard_normal(len(t))
-    estimate = mechanical.fit([capture(t, current=("A", noisy), position=channel)])
+    estimate = mechanical_fit.fit([capture(t, current=("A", noisy), position=channel)])
     for name, value in RATIOS.items():
         assert estimate.combinations[name].value == pytest.approx(value, rel=0.03)
 
@@ -99,7 +99,7 @@ def test_linear_axis_reports_mass_and_offset() -> None:
     position = np.r_[0.0, np.cumsum((v[1:] + v[:-1]) / 2 * np.diff(t))]
     rng = np.random.default_rng(0)
     noisy = force + 0.2 * rng.standard_normal(len(t))
-    estimate = mechanical.fit([capture(t, torque=("N", noisy), position=("m", position))])
+    estimate = mechanical_fit.fit([capture(t, torque=("N", noisy), position=("m", position))])
     assert [estimate.parameters[n].unit for n in ("J", "B", "T0")] == ["kg", "N·s/m", "N"]
     assert estimate.parameters["J"].value == pytest.approx(95.0, rel=0.01)
     assert estimate.parameters["B"].value == pytest.approx(200.0, rel=0.02)
@@ -110,7 +110,7 @@ def test_linear_axis_reports_mass_and_offset() -> None:
 def test_torque_beside_metres_is_refused() -> None:
     t = np.arange(100) * 1e-3
     with pytest.raises(DataError, match="map both linear or both not"):
-        mechanical.fit([capture(t, torque=("N·m", t), position=("m", t))])
+        mechanical_fit.fit([capture(t, torque=("N·m", t), position=("m", t))])
 
 
 def test_averaged_current_is_matched(clean: Capture) -> None:
@@ -120,8 +120,8 @@ def test_averaged_current_is_matched(clean: Capture) -> None:
     mean = np.convolve(i, kernel)[: len(i)]
     plain = Channel("current", "A", mean)
     declared = replace(plain, kind="mean", aperture_s=0.064)
-    wrong = mechanical.fit([capture(t, current=plain, speed=("rad/s", w))])
-    right = mechanical.fit([capture(t, current=declared, speed=("rad/s", w))])
+    wrong = mechanical_fit.fit([capture(t, current=plain, speed=("rad/s", w))])
+    right = mechanical_fit.fit([capture(t, current=declared, speed=("rad/s", w))])
     error = {
         label: abs(e.combinations["J/K"].value / RATIOS["J/K"] - 1)
         for label, e in (("wrong", wrong), ("right", right))
@@ -139,7 +139,7 @@ def test_magnitude_of_the_current_gets_its_sign_back() -> None:
     read = np.abs(i + 0.01 * rng.standard_normal(len(t)))
     current = Channel("current", "A", np.round(read / 0.02), 0.02, resolution=0.02, unsigned=True)
     speed = w + 0.3 * rng.standard_normal(len(t))
-    estimate = mechanical.fit([capture(t, current=current, speed=("rad/s", speed))])
+    estimate = mechanical_fit.fit([capture(t, current=current, speed=("rad/s", speed))])
     assert estimate.combinations["B/K"].value == pytest.approx(RATIOS["B/K"], rel=0.1)
     assert estimate.combinations["T0/K"].value == pytest.approx(RATIOS["T0/K"], rel=0.03)
     assert estimate.combinations["J/K"].value == pytest.approx(RATIOS["J/K"], rel=0.1)
@@ -150,7 +150,7 @@ def test_one_direction_knows_no_offset() -> None:
     t, i, w = closed_loop(MOTOR, steps(0.5, 40.0, 120.0, 80.0), 0.02, 8.0)
     rng = np.random.default_rng(0)
     noisy = i + 0.01 * rng.standard_normal(len(t))
-    estimate = mechanical.fit([capture(t, current=("A", noisy), speed=("rad/s", w))])
+    estimate = mechanical_fit.fit([capture(t, current=("A", noisy), speed=("rad/s", w))])
     assert not estimate.nuisance
     assert "offset" not in estimate.free
     assert inside(estimate, RATIOS)
@@ -162,7 +162,7 @@ def test_volts_without_current_give_time_constant_and_gain() -> None:
     equivalent = Plant(K=K / R, B=B + K**2 / R, J=J, T0=T0)  # L neglected: i = (v − Kω)/R
     t, volts, w = closed_loop(equivalent, sweep(100.0, 0.8), 0.3, 8.0)
     rng = np.random.default_rng(0)
-    estimate = mechanical.fit(
+    estimate = mechanical_fit.fit(
         [
             capture(
                 t,
@@ -175,7 +175,7 @@ def test_volts_without_current_give_time_constant_and_gain() -> None:
     assert estimate.combinations["JR/(K²+RB)"].value == pytest.approx(J * R / both, rel=0.02)
     assert estimate.combinations["K/(K²+RB)"].value == pytest.approx(K / both, rel=0.02)
     assert estimate.combinations["T0·R/K"].value == pytest.approx(T0 * R / K, rel=0.05)
-    known = mechanical.fit(
+    known = mechanical_fit.fit(
         [capture(t, terminal_voltage=("V", volts), speed=("rad/s", w))], fix={"R": R, "K": K}
     )
     assert known.parameters["J"].value == pytest.approx(J, rel=0.02)
@@ -189,10 +189,10 @@ def test_friction_that_the_model_lacks_is_said() -> None:
     )
     rng = np.random.default_rng(0)
     current = pushed / MOTOR.K + 0.005 * rng.standard_normal(len(t))
-    estimate = mechanical.fit([capture(t, current=("A", current), speed=("rad/s", w))])
+    estimate = mechanical_fit.fit([capture(t, current=("A", current), speed=("rad/s", w))])
     message = next(d.message for d in estimate.diagnostics if d.code == "lack_of_fit")
     assert "square of speed" in message
-    assert not any(d.code == "lack_of_fit" for d in mechanical.fit([run(5)]).diagnostics)
+    assert not any(d.code == "lack_of_fit" for d in mechanical_fit.fit([run(5)]).diagnostics)
 
 
 def test_slow_sampling_is_said() -> None:
@@ -200,7 +200,9 @@ def test_slow_sampling_is_said() -> None:
     thin = slice(None, None, 60)
     rng = np.random.default_rng(0)
     noisy = i[thin] + 0.02 * rng.standard_normal(len(t[thin]))
-    estimate = mechanical.fit([capture(t[thin], current=("A", noisy), speed=("rad/s", w[thin]))])
+    estimate = mechanical_fit.fit(
+        [capture(t[thin], current=("A", noisy), speed=("rad/s", w[thin]))]
+    )
     assert any(d.code == "slow_sampling" for d in estimate.diagnostics)
 
 
@@ -209,7 +211,7 @@ def test_negative_friction_is_held_at_zero() -> None:
     t, i, w = closed_loop(plant, sweep(100.0, 0.7), 0.02, 6.0)
     rng = np.random.default_rng(0)
     helped = i - 2e-5 * w + 0.01 * rng.standard_normal(len(t))
-    estimate = mechanical.fit([capture(t, current=("A", helped), speed=("rad/s", w))])
+    estimate = mechanical_fit.fit([capture(t, current=("A", helped), speed=("rad/s", w))])
     viscous = estimate.combinations["B/K"]
     assert (viscous.value, viscous.status) == (0.0, "at_bound")
     assert viscous.interval_95[0] == 0.0
@@ -220,11 +222,11 @@ def test_bad_requests_and_bad_captures_are_one_sentence(clean: Capture) -> None:
     still = capture(t, current=("A", t), speed=("rad/s", np.zeros(200)))
     for bad in ([], [still], [capture(t, speed=("rad/s", t))], [capture(t, current=("A", t))]):
         with pytest.raises(DataError) as caught:
-            mechanical.fit(bad)
+            mechanical_fit.fit(bad)
         assert "\n" not in str(caught.value)
     for fix, without in (({"Q": 1.0}, ()), ({"K": -1.0}, ()), ({}, ("K",)), ({"K": np.nan}, ())):
         with pytest.raises(UsageError):
-            mechanical.fit([clean], fix=fix, without=without)
+            mechanical_fit.fit([clean], fix=fix, without=without)
 
 
 @pytest.mark.slow
@@ -237,7 +239,9 @@ def test_intervals_hold_what_they_promise() -> None:
         wander = np.convolve(rng.standard_normal(len(t) + 49), np.ones(50) / 50, "valid")
         noise = 0.01 * rng.standard_normal(len(t)) + 0.02 * wander  # correlated over 50 samples
         speed = w + 0.5 * rng.standard_normal(len(t))
-        estimate = mechanical.fit([capture(t, current=("A", i + noise), speed=("rad/s", speed))])
+        estimate = mechanical_fit.fit(
+            [capture(t, current=("A", i + noise), speed=("rad/s", speed))]
+        )
         for name, value in RATIOS.items():
             ratio = estimate.combinations[name]
             low, high = ratio.interval_95
@@ -255,13 +259,15 @@ def test_coast_down_alone_gives_two_ratios() -> None:
     b, c = MOTOR.B / MOTOR.J, MOTOR.T0 / MOTOR.J
     w = np.maximum((200 + c / b) * np.exp(-b * t) - c / b, 0.0)
     rng = np.random.default_rng(0)
-    estimate = mechanical.fit([capture(t, speed=("rad/s", w + 0.2 * rng.standard_normal(len(t))))])
+    estimate = mechanical_fit.fit(
+        [capture(t, speed=("rad/s", w + 0.2 * rng.standard_normal(len(t))))]
+    )
     assert inside(estimate, {"B/J": b, "T0/J": c})
     assert estimate.combinations["T0/J"].value == pytest.approx(c, rel=0.02)
-    known = mechanical.fit([capture(t, speed=("rad/s", w))], fix={"J": MOTOR.J})
+    known = mechanical_fit.fit([capture(t, speed=("rad/s", w))], fix={"J": MOTOR.J})
     assert known.parameters["T0"].value == pytest.approx(MOTOR.T0, rel=0.02)
     with pytest.raises(DataError, match="gets faster"):
-        mechanical.fit([capture(t, speed=("rad/s", w[::-1].copy()))])
+        mechanical_fit.fit([capture(t, speed=("rad/s", w[::-1].copy()))])
 
 
 def test_steady_points_of_a_measured_table() -> None:
@@ -278,11 +284,11 @@ def test_steady_points_of_a_measured_table() -> None:
         "torque": ("N·m", load + 1e-3 * rng.standard_normal(27)),
     }
     table = replace(capture(np.arange(27.0), **measured), provenance={"static": True})
-    estimate = mechanical.fit([table])
+    estimate = mechanical_fit.fit([table])
     assert inside(estimate, {"R": R, "K": K, "T0": T0})
     assert [d.code for d in estimate.diagnostics] == ["no_instrument_uncertainty"]
     few = replace(
         capture(np.arange(3.0), current=("A", np.arange(3.0))), provenance={"static": True}
     )
     with pytest.raises(DataError, match="at least 8 rows"):
-        mechanical.fit([few])
+        mechanical_fit.fit([few])

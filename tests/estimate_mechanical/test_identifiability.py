@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from motorid.estimate.identifiability import (
+from motorid.estimate.diagnosis.identifiability import (
     COMBINATIONS,
     TYPICAL,
     Excitation,

@@ -9,8 +9,8 @@ import pytest
 
 from motorid.capture.model import Capture
 from motorid.capture.table import NOTES, read_table
-from motorid.estimate import mechanical
-from motorid.estimate.types import Estimate, Parameter
+from motorid.estimate.partial import mechanical_fit
+from motorid.estimate.results.estimate import Estimate, Parameter
 
 ROBOTINO = "robotino/data_for_identification_with_integral.csv"
 
@@ -37,7 +37,7 @@ def overlaps(parameter: Parameter, low: float, high: float) -> bool:
 
 @pytest.mark.slow
 def test_emps_agrees_with_its_published_values(shared_data: Path) -> None:
-    estimate = mechanical.fit([emps(shared_data)])
+    estimate = mechanical_fit.fit([emps(shared_data)])
     for name, value, unit, within in (
         ("J", 95.11, "kg", 0.02), ("B", 203.5, "N·s/m", 0.03), ("T0", 20.39, "N", 0.03),
     ):  # fmt: skip
@@ -55,7 +55,7 @@ def test_emps_agrees_with_its_published_values(shared_data: Path) -> None:
 @pytest.mark.slow
 def test_emps_with_pulses_gives_the_same_axis(shared_data: Path) -> None:
     plain, pulsed = (
-        mechanical.fit([emps(shared_data, name)]).parameters
+        mechanical_fit.fit([emps(shared_data, name)]).parameters
         for name in ("DATA_EMPS.mat", "DATA_EMPS_PULSES.mat")
     )
     for name in ("J", "B", "T0"):
@@ -65,7 +65,7 @@ def test_emps_with_pulses_gives_the_same_axis(shared_data: Path) -> None:
 
 @pytest.mark.parametrize("wheel", [1, 2, 3])
 def test_robotino_without_voltage_gives_ratios(shared_data: Path, wheel: int) -> None:
-    estimate = mechanical.fit([robotino(shared_data, wheel)])
+    estimate = mechanical_fit.fit([robotino(shared_data, wheel)])
     assert estimate.combinations["B/K"].status == "estimated"
     assert estimate.combinations["T0/K"].status == "estimated"
     assert {"unsigned_drive", "slow_sampling", "identifiability"} <= codes(estimate)
@@ -76,7 +76,7 @@ def test_robotino_without_voltage_gives_ratios(shared_data: Path, wheel: int) ->
 @pytest.mark.parametrize("wheel", [1, 2, 3])
 def test_robotino_with_its_torque_constant(shared_data: Path, wheel: int) -> None:
     """The authors give B 2.0 to 2.4e-5 N·m·s and T0 7 to 8e-3 N·m at the motor's shaft."""
-    estimate = mechanical.fit([robotino(shared_data, wheel)], fix={"K": 0.0514})
+    estimate = mechanical_fit.fit([robotino(shared_data, wheel)], fix={"K": 0.0514})
     assert overlaps(estimate.parameters["B"], 2.0e-5, 2.4e-5)
     assert overlaps(estimate.parameters["T0"], 7e-3, 8e-3)
     inertia = estimate.parameters["J"]
@@ -87,7 +87,7 @@ def test_robotino_with_its_torque_constant(shared_data: Path, wheel: int) -> Non
 
 
 def test_robotino_wheel_one_holds_its_inertia(shared_data: Path) -> None:
-    estimate = mechanical.fit([robotino(shared_data, 1)], fix={"K": 0.0514})
+    estimate = mechanical_fit.fit([robotino(shared_data, 1)], fix={"K": 0.0514})
     assert estimate.parameters["J"].status == "estimated"
     assert overlaps(estimate.combinations["J/K"], 7.1e-6 / 0.0514, 7.1e-6 / 0.0514)
 
@@ -107,7 +107,7 @@ def test_pwm_runs_give_time_constant_and_gain(shared_data: Path) -> None:
     captures = [
         read_table(path, maps) for path in sorted((shared_data / "pwm-rpm").glob("log_*.csv"))
     ]
-    estimate = mechanical.fit(captures)
+    estimate = mechanical_fit.fit(captures)
     assert "2 captures were left out" in " ".join(d.message for d in estimate.diagnostics)
     assert overlaps(estimate.combinations["JR/(K²+RB)"], 26.5e-3, 26.5e-3)
     slope = 2 * np.pi / 60 * (1411.9 - 712.3) / (5299 - 2899)  # between two steady speeds
@@ -120,7 +120,7 @@ def test_position_loop_is_read_through_references(shared_data: Path) -> None:
         for path in sorted((shared_data / "position-loop").glob("*.mat"))
     ]
     assert [len(capture) for capture in captures] == [6653, 7052, 8451]
-    estimate = mechanical.fit(captures)
+    estimate = mechanical_fit.fit(captures)
     assert overlaps(estimate.combinations["JR/(K²+RB)"], 0.297, 0.310)
     assert overlaps(estimate.combinations["K/(K²+RB)"], 12.8, 13.1)
 
@@ -135,7 +135,7 @@ def test_speed_bench_with_its_moving_average(shared_data: Path) -> None:
         for path in sorted((shared_data / "speed-bench").glob("*.csv"))
     ]
     assert all(capture.period_s == pytest.approx(1e-3) for capture in captures)
-    estimate = mechanical.fit(captures)
+    estimate = mechanical_fit.fit(captures)
     assert estimate.options["half_width_s"] >= 0.128
     assert estimate.combinations["T0/K"].status == "estimated"
     assert "lack_of_fit" in codes(estimate)
@@ -157,7 +157,7 @@ def test_static_points_give_resistance_and_torque_constant(
             "torque=Torque:N·m",
         ],
     )
-    estimate = mechanical.fit([capture])
+    estimate = mechanical_fit.fit([capture])
     assert estimate.parameters["R"].value == pytest.approx(R, rel=2e-3)
     assert estimate.parameters["K"].value == pytest.approx(K, rel=2e-3)
     assert estimate.parameters["J"].status == "not_identifiable"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import Capture, Channel
-from motorid.estimate import mechanical
+from motorid.estimate.partial import mechanical_fit
 
 R, K, T0 = 0.09, 0.0188, 0.05
 GAINS = {"terminal_voltage": 0.003, "current": 0.01, "speed": 0.002, "torque": 0.02}
@@ -54,7 +54,7 @@ def test_the_instrument_part_is_what_drawn_errors_scatter_by() -> None:
     for _ in range(400):
         gains = {name: u * rng.standard_normal() for name, u in GAINS.items()}
         offsets = {name: u * rng.standard_normal() for name, u in OFFSETS.items()}
-        estimate = mechanical.fit([points(gains, offsets)])
+        estimate = mechanical_fit.fit([points(gains, offsets)])
         found.append(
             [
                 estimate.parameters["R"].value,
@@ -63,7 +63,7 @@ def test_the_instrument_part_is_what_drawn_errors_scatter_by() -> None:
             ]
         )
     spread = np.std(np.array(found, dtype=float), axis=0)
-    stated = mechanical.fit([declared(points({}, {}))])
+    stated = mechanical_fit.fit([declared(points({}, {}))])
     own = [
         stated.parameters["R"].instrument,
         stated.combinations["Ke"].instrument,
@@ -73,16 +73,16 @@ def test_the_instrument_part_is_what_drawn_errors_scatter_by() -> None:
 
 
 def test_what_is_not_declared_is_said() -> None:
-    bare = mechanical.fit([points({}, {})])
+    bare = mechanical_fit.fit([points({}, {})])
     assert bare.parameters["R"].instrument == 0
     assert "no_instrument_uncertainty" in [d.code for d in bare.diagnostics]
-    stated = mechanical.fit([declared(points({}, {}))])
+    stated = mechanical_fit.fit([declared(points({}, {}))])
     assert "no_instrument_uncertainty" not in [d.code for d in stated.diagnostics]
 
 
 def test_two_tables_of_one_bench_do_not_average_its_gain_away() -> None:
-    one = mechanical.fit([declared(points({}, {}))]).parameters["R"]
-    two = mechanical.fit([declared(points({}, {}, k)) for k in (0, 1)]).parameters["R"]
+    one = mechanical_fit.fit([declared(points({}, {}))]).parameters["R"]
+    two = mechanical_fit.fit([declared(points({}, {}, k)) for k in (0, 1)]).parameters["R"]
     assert two.instrument == pytest.approx(one.instrument, rel=1e-2)
     assert two.statistical is not None
     assert one.statistical is not None

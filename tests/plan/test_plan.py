@@ -11,7 +11,7 @@ import pytest
 from bench.bench_plan import confirm
 from motorid.acquire.record import capture
 from motorid.errors import RigError, UsageError
-from motorid.estimate.intervals import NORMAL_95
+from motorid.estimate.uncertainty.intervals import NORMAL_95
 from motorid.motor.parameters import mechanical_time_constant, no_load_speed
 from motorid.plan.motors import CORNERS, middle, motors, of_nameplate
 from motorid.plan.propose import Plan

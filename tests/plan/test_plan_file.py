@@ -9,7 +9,7 @@ import pytest
 from motorid.capture.model import CURRENT, POSITION, SUPPLY, VOLTAGE
 from motorid.cli.main import run
 from motorid.errors import UsageError
-from motorid.estimate.identifiability import of_program
+from motorid.estimate.diagnosis.identifiability import of_program
 from motorid.plan.propose import Plan
 from motorid.plan.skeleton import Bench
 from motorid.program import Decay, Program, Step, StepKind

@@ -10,8 +10,8 @@ from scipy.stats import chi2
 
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Wiring
 from motorid.estimate import fit
-from motorid.estimate.intervals import POSITIVE
-from motorid.estimate.types import PARAMETERS
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.uncertainty.intervals import POSITIVE
 from motorid.motor.parameters import Motor
 from motorid.plan.predict import predict
 from motorid.plan.skeleton import Bench, skeleton

@@ -12,7 +12,7 @@ from motorid.acquire.record import capture
 from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.estimate import fit
-from motorid.estimate.types import Estimate
+from motorid.estimate.results.estimate import Estimate
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig
 

@@ -10,7 +10,7 @@ import pytest
 
 import motorid
 from motorid.acquire.record import capture
-from motorid.estimate.types import Estimate
+from motorid.estimate.results.estimate import Estimate
 from motorid.quality.product import Product, load_product
 from motorid.rig import Rig
 

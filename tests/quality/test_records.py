@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from motorid.estimate.types import Estimate
+from motorid.estimate.results.estimate import Estimate
 from motorid.quality.judge import judge, not_measured
 from motorid.quality.limits import Limit
 from motorid.quality.product import Product

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from motorid.estimate.types import Diagnostic, Estimate
+from motorid.estimate.results.estimate import Diagnostic, Estimate
 from motorid.quality.guard_band import Rule
 from motorid.quality.judge import judge, not_measured
 from motorid.quality.limits import Limit

@@ -8,7 +8,14 @@ from functools import cache
 
 import numpy as np
 
-from motorid.estimate.types import Curve, Diagnostic, Estimate, Parameter, SegmentRow, SteadyRow
+from motorid.estimate.results.estimate import (
+    Curve,
+    Diagnostic,
+    Estimate,
+    Parameter,
+    SegmentRow,
+    SteadyRow,
+)
 from tests.segment.truth import OPEN, SMALL, Run, drive
 
 RATE_HZ = 10_000.0

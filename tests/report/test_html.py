@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import Capture, Channel
-from motorid.estimate.types import Curve, Diagnostic, SegmentRow
+from motorid.estimate.results.estimate import Curve, Diagnostic, SegmentRow
 from motorid.report import html, segments
 from motorid.report.curves import autocorrelation, steepest
 from motorid.report.numbers import shown

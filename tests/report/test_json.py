@@ -11,7 +11,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from motorid.estimate.types import PARAMETERS, Estimate
+from motorid.estimate.results.estimate import PARAMETERS, Estimate
 from motorid.report import json_
 from tests.report.example import estimate, parameter, partial
 

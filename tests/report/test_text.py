@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from motorid.estimate.types import Diagnostic
+from motorid.estimate.results.estimate import Diagnostic
 from motorid.report import text
 from motorid.report.numbers import aligned, in_rpm, percent, scaled_unit, shown
 from tests.report.example import UNITS, estimate, parameter, partial

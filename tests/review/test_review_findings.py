@@ -8,16 +8,11 @@ import numpy as np
 import pytest
 
 from motorid.errors import UsageError
-from motorid.estimate.review.remarks import (
-    printed_rule_bias,
-    remarks,
-    speed_mse,
-    tied_r,
-)
-from motorid.estimate.review.run import relative_to_estimate, relative_to_nominal
-from motorid.estimate.review.speed_only import speed_numbers, speed_twin
-from motorid.estimate.review.tables import PERCENT_ORDER, printed, table
-from motorid.estimate.search.relations import inertia, steady, steady_peak, step_facts
+from motorid.search.relations import inertia, steady, steady_peak, step_facts
+from motorid.search.review.remarks import printed_rule_bias, remarks, speed_mse, tied_r
+from motorid.search.review.run import relative_to_estimate, relative_to_nominal
+from motorid.search.review.speed_only import speed_numbers, speed_twin
+from motorid.search.review.tables import PERCENT_ORDER, printed, table
 
 TWIN = {"R": 1.0998, "L": 0.55, "K": 0.01155, "B": 0.1050, "J": 0.0105}
 R, K, L, J, B = range(5)

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motorid.estimate.review.ideal import Ideal
-from motorid.estimate.review.run import figures_found, run
-from motorid.estimate.review.tables import TABLES, table
+from motorid.search.review.ideal import Ideal
+from motorid.search.review.run import figures_found, run
+from motorid.search.review.tables import TABLES, table
 
 NOISE = 0.01
 EXPERIMENTS = {e.key: e for number in TABLES for e in table(number)}

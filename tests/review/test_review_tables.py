@@ -7,17 +7,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from motorid.estimate.motor_fit import fit
-from motorid.estimate.review import tables
-from motorid.estimate.review.as_capture import capture_of
-from motorid.estimate.review.experiment import Experiment, Row
-from motorid.estimate.review.run import (
-    figures_found,
-    relative_to_estimate,
-    run,
-    summarise,
-)
-from motorid.estimate.review.tables import PERCENT_ORDER, table
+from motorid.estimate.fit.joint_fit import fit
+from motorid.search.review import tables
+from motorid.search.review.as_capture import capture_of
+from motorid.search.review.experiment import Experiment, Row
+from motorid.search.review.run import figures_found, relative_to_estimate, run, summarise
+from motorid.search.review.tables import PERCENT_ORDER, table
 
 # Medians of 11 trials on Motor 2 with weight 100, recovered before this code was written: percent
 # of the estimate, R K L J B, by population (30 x 100 and 20 x 50 iterations).

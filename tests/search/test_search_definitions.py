@@ -9,11 +9,12 @@ import pytest
 from scipy import stats
 
 from motorid.errors import UsageError
-from motorid.estimate.search import METHODS, bounds, chaos, cuckoo, jaya, minimise, pso, tlbo
-from motorid.estimate.search.cache import Cache
-from motorid.estimate.search.de import binomial, exponential
-from motorid.estimate.search.population import Population, others
-from motorid.estimate.search.registry import Method, get
+from motorid.search import METHODS, bounds, minimise
+from motorid.search.algorithms import chaos, cuckoo, jaya, pso, tlbo
+from motorid.search.algorithms.de import binomial, exponential
+from motorid.search.algorithms.population import Population, others
+from motorid.search.cache import Cache
+from motorid.search.registry import Method, get
 
 D = 4
 CENTRE = np.array([0.4, 0.6, 0.45, 0.55])

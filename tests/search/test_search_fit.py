@@ -11,8 +11,8 @@ import pytest
 from motorid.capture.model import VOLTAGE
 from motorid.errors import DataError, UsageError
 from motorid.estimate import fit
-from motorid.estimate.search.fit import fit as search_fit
-from motorid.estimate.search.fit import names
+from motorid.search.fit import fit as search_fit
+from motorid.search.fit import names
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 
 

@@ -9,10 +9,10 @@ from motorid.capture import store
 from motorid.cli.main import run
 from motorid.errors import UsageError
 from motorid.estimate import fit
-from motorid.estimate.review.as_capture import capture_of
-from motorid.estimate.review.tables import table
-from motorid.estimate.search.fit import fit as search_fit
 from motorid.motor.batch import DRIVEN_TWO_MASS, Record, blank, quadratic
+from motorid.search.fit import fit as search_fit
+from motorid.search.review.as_capture import capture_of
+from motorid.search.review.tables import table
 
 NOISE = 2e-3  # of a channel's peak
 LOAD = {"R": "R", "L": "L", "K": "c", "B": "Tb", "J": "J", "T0": "Ta", "T_lc": "Tc"}

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from scipy import optimize, stats
 
-from motorid.estimate.search import de, ga, gwo, minimise, pso
-from motorid.estimate.search.abc import abc
-from motorid.estimate.search.registry import Method
+from motorid.search import minimise
+from motorid.search.algorithms import de, ga, gwo, pso
+from motorid.search.algorithms.abc import abc
+from motorid.search.registry import Method
 
 pygmo = pytest.importorskip("pygmo", reason="pygmo is not installed: no oracle for this search")
 pytestmark = pytest.mark.slow

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorid.errors import DataError
-from motorid.estimate.steiglitz_mcbride import motor_of, steiglitz_mcbride
+from motorid.estimate.fit.steiglitz_mcbride import motor_of, steiglitz_mcbride
 from motorid.motor.batch import LINEAR, Record, blank
 
 UNDERDAMPED = {"R": 3.1363, "L": 0.01307, "K": 0.048774, "B": 1.69e-4, "J": 9e-6}

@@ -10,8 +10,8 @@ import pytest
 from motorid.capture.model import CURRENT
 from motorid.errors import DataError
 from motorid.estimate import fit
-from motorid.estimate.suspects.signs import WrongSignError
-from motorid.estimate.types import Estimate
+from motorid.estimate.fit.sign_check import WrongSignError
+from motorid.estimate.results.estimate import Estimate
 from tests.suspects import inject
 from tests.suspects.cases import CHAIN, COMMANDED, Case, Runs
 from tests.suspects.rigs import DIRECTIONS, DUTIES, Bench

@@ -11,15 +11,16 @@ import numpy as np
 import pytest
 
 from motorid.estimate import fit
-from motorid.estimate.loss import lossless
-from motorid.estimate.motor_fit import solved
-from motorid.estimate.suspects import held, jumps, look
-from motorid.estimate.suspects.hypothesis import Hypothesis, Words
-from motorid.estimate.suspects.low_pass import filtered
-from motorid.estimate.suspects.screen import Screen
-from motorid.estimate.suspects.slip import followed
-from motorid.estimate.timeline import lay
-from motorid.estimate.types import Suspect
+from motorid.estimate.diagnosis import rank
+from motorid.estimate.diagnosis.fault import Hypothesis, Words
+from motorid.estimate.diagnosis.faults import lost_samples, repeated_readings
+from motorid.estimate.diagnosis.faults.load_slip import followed
+from motorid.estimate.diagnosis.faults.low_pass_filter import filtered
+from motorid.estimate.diagnosis.score_test import Screen
+from motorid.estimate.effects.brush_and_heating import lossless
+from motorid.estimate.fit.joint_fit import solved
+from motorid.estimate.results.estimate import Suspect
+from motorid.estimate.signals.time_grid import lay
 from motorid.report import html, json_, text
 from tests.report.example import estimate as example
 from tests.suspects import inject
@@ -55,8 +56,8 @@ def test_nothing_is_looked_for_before_somebody_asks(
     runs: Runs, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     calls = []
-    usual = look.suspects
-    monkeypatch.setattr(look, "suspects", lambda *a: calls.append(1) or usual(*a))
+    usual = rank.suspects
+    monkeypatch.setattr(rank, "suspects", lambda *a: calls.append(1) or usual(*a))
     estimate = fit([runs.good])
     assert not calls
     assert len(estimate.suspects) == len(list(estimate.suspects))
@@ -82,13 +83,13 @@ def test_what_follows_is_limited_and_catches_up() -> None:
 
 def test_missing_samples_are_told_from_lost_counts(runs: Runs) -> None:
     good = runs.good
-    assert len(jumps.find(good, lay(good)).places) == 0
+    assert len(lost_samples.find(good, lay(good)).places) == 0
     dropped = inject.dropped(good, 3, 10, 4)
     missing = len(good) - len(dropped)
-    assert jumps.short_of_program(dropped) == missing
-    assert jumps.find(dropped, lay(dropped)).dropped == pytest.approx(missing, abs=6)
+    assert lost_samples.short_of_program(dropped) == missing
+    assert lost_samples.find(dropped, lay(dropped)).dropped == pytest.approx(missing, abs=6)
     lost = inject.lost_counts(good, 3, 10, 40)
-    found = jumps.find(lost, lay(lost))
+    found = lost_samples.find(lost, lay(lost))
     assert found.dropped == 0
     assert len(found.places) == 10
 
@@ -97,8 +98,8 @@ def test_every_second_reading_held_is_seen_as_such(runs: Runs) -> None:
     channel = runs.good.channels["current"]
     raw = np.repeat(np.asarray(channel.raw)[::2], 2)[: len(runs.good)]
     twice = inject.replaced(runs.good, dataclasses.replace(channel, raw=raw))
-    assert [f.repeat for f in held.find(twice)] == [2]
-    assert held.find(runs.good) == []
+    assert [f.repeat for f in repeated_readings.find(twice)] == [2]
+    assert repeated_readings.find(runs.good) == []
 
 
 def test_the_report_says_it() -> None:

@@ -8,8 +8,8 @@ import pytest
 
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE
 from motorid.estimate import fit
-from motorid.estimate.suspects import scale
-from motorid.estimate.types import Parameter
+from motorid.estimate.diagnosis.faults import scale_errors
+from motorid.estimate.results.estimate import Parameter
 from tests.exact_capture import FAULHABER, Plan, clean_capture
 from tests.suspects import inject
 from tests.suspects.cases import SCALES, Case, Runs
@@ -25,9 +25,13 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
 
 @pytest.mark.parametrize(
     ("channel", "cause"),
-    [(POSITION, scale.SPEED), (CURRENT, scale.AMPERES), (VOLTAGE, scale.VOLTS)],
+    [
+        (POSITION, scale_errors.SPEED),
+        (CURRENT, scale_errors.AMPERES),
+        (VOLTAGE, scale_errors.VOLTS),
+    ],
 )
-def test_the_powers_are_those_of_the_fit(channel: str, cause: scale.Cause) -> None:
+def test_the_powers_are_those_of_the_fit(channel: str, cause: scale_errors.Cause) -> None:
     """A capture of the exact model with one channel scaled fits as well, with these powers."""
     good = clean_capture(FAULHABER, Plan(volts=(6.0, 3.0), count=3000))
     before, after = (fit([c]).parameters for c in (good, inject.scaled(good, channel, FACTOR)))
@@ -54,11 +58,11 @@ SLOW = {"mA for A"}  # L is lost, and looked for
 )
 def test_a_nameplate_names_the_scale(case: Case, runs: Runs) -> None:
     capture = case.capture(runs)
-    found = [s for s in fit([capture]).suspects if s.code in {c.code for c in scale.CAUSES}]
+    found = [s for s in fit([capture]).suspects if s.code in {c.code for c in scale_errors.CAUSES}]
     assert [(s.code, s.strength) for s in found] == [(case.code, "named")]
     bare = fit([without_nameplate(capture)]).suspects
     hidden = {s.code for s in bare if s.strength == "not excluded"}
-    assert hidden == {c.code for c in scale.CAUSES}
+    assert hidden == {c.code for c in scale_errors.CAUSES}
 
 
 @pytest.mark.parametrize("options", ["", "&magnet=1.06&copper=0.93", "&load_inertia=8e-6"])
@@ -87,12 +91,12 @@ def inertia(value: float) -> Parameter:
 def test_a_disc_names_the_scale(factor: float, code: str) -> None:
     rotor, disc = 4e-6, 1e-5
     pair = inertia(rotor * factor), inertia((rotor + disc) * factor)
-    found = scale.by_disc(*pair, disc, 0.002 * disc)
+    found = scale_errors.by_disc(*pair, disc, 0.002 * disc)
     assert [s.code for s in found] == [code]
 
 
 def test_a_disc_that_fits_blames_nothing() -> None:
-    assert scale.by_disc(inertia(4e-6), inertia(1.401e-5), 1e-5) == ()
+    assert scale_errors.by_disc(inertia(4e-6), inertia(1.401e-5), 1e-5) == ()
 
 
 def test_millivolts_are_told_by_the_readings_where_the_fit_is_bad() -> None:
@@ -103,5 +107,5 @@ def test_millivolts_are_told_by_the_readings_where_the_fit_is_bad() -> None:
         n: Parameter(n, u, f * plate[n], 0.0, 0.0, 0.0, None, "estimated")
         for (n, u), f in zip(units.items(), (990.0, 980.0, 1.05, 0.9e-3), strict=True)
     }
-    assert [s.code for s in scale.suspects(fitted, plate, 6.0)] == ["current_scale"]
-    assert [s.code for s in scale.suspects(fitted, plate, 5980.0)] == ["voltage_scale"]
+    assert [s.code for s in scale_errors.suspects(fitted, plate, 6.0)] == ["current_scale"]
+    assert [s.code for s in scale_errors.suspects(fitted, plate, 5980.0)] == ["voltage_scale"]

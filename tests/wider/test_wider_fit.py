@@ -18,12 +18,15 @@ from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate import fit, input_noise, motor_fit, settling
-from motorid.estimate.loss import lossless
-from motorid.estimate.types import PARAMETERS, Estimate
-from motorid.estimate.uncertainty import statistical
-from motorid.estimate.unknowns import merged
-from motorid.estimate.wider import TERMS, offer, results
+from motorid.estimate import fit
+from motorid.estimate.effects.brush_and_heating import lossless
+from motorid.estimate.fit import joint_fit, multistart
+from motorid.estimate.fit.parameter_bounds import merged
+from motorid.estimate.model.extended_terms import TERMS
+from motorid.estimate.results.estimate import PARAMETERS, Estimate
+from motorid.estimate.selection import entry, extended_results
+from motorid.estimate.uncertainty import errors_in_variables
+from motorid.estimate.uncertainty.covariance import statistical
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.report import html, json_, text
 from motorid.rig import Sampling, load_rig
@@ -89,12 +92,12 @@ def test_brush_drop_is_found_and_what_it_biased_is_put_right(folder: Path) -> No
 def test_what_no_residual_shows_of_the_voltage_is_in_the_wider_intervals_too(folder: Path) -> None:
     """Readings that drive the motor as read: their noise is in R, and in the size of a drop."""
     bare = lossless(measured(folder, "stiction=1&brush_drop=0.2"))
-    records, solution = motor_fit.solved([bare], {}, ())
+    records, solution = joint_fit.solved([bare], {}, ())
     values = merged({}, solution)
-    fitted = offer.asked_for(records, solution, values, (TERMS["brush-drop"],))
+    fitted = entry.asked_for(records, solution, values, (TERMS["brush-drop"],))
     shown = statistical(fitted.solution).deviations
-    told = results.findings(fitted, {}, ()).statistical.deviations
-    unseen = input_noise.hidden(fitted.solution, fitted.records)
+    told = extended_results.findings(fitted, {}, ()).statistical.deviations
+    unseen = errors_in_variables.hidden(fitted.solution, fitted.records)
     added = sum(error.shared**2 for error in unseen)
     np.testing.assert_allclose(told**2, shown**2 + added, rtol=1e-9)
     for name in ("R", "V_b"):
@@ -131,8 +134,8 @@ def test_a_fit_without_loss_is_made_only_where_loss_or_residuals_ask(
 ) -> None:
     """Brushes and heat are unknowns of the six already: most captures need no second fit."""
     made = []
-    solve = settling.solve
-    monkeypatch.setattr(settling, "solve", lambda *given: made.append(1) or solve(*given))
+    solve = multistart.solve
+    monkeypatch.setattr(multistart, "solve", lambda *given: made.append(1) or solve(*given))
     fit([measured(folder, options)], model="auto")
     assert len(made) == fits
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from motorid.capture.model import Capture
-    from motorid.estimate.types import Estimate
+    from motorid.estimate.results.estimate import Estimate
     from motorid.quality.verdict import Verdict
 
 Kind = Literal["check", "rejudged", "fit", "golden"]

@@ -1,0 +1,1 @@
+"""What the data contradict: remarks, faults of the measuring chain, what cannot be identified."""

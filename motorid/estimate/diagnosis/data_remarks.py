@@ -1,0 +1,123 @@
+"""What the captures give to remark on: samples, stamps, converters, currents that stop."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from motorid.capture.model import CURRENT, VOLTAGE
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import Diagnostic
+from motorid.estimate.signals.discontinuous_current import unclear
+from motorid.estimate.signals.time_grid import IRREGULAR
+
+
+def of_capture(record: MotorRecord, where: str) -> list[Diagnostic]:
+    """Samples, stamps and readings of one capture that are not as they should be."""
+    out = []
+    lost = record.timeline.lost
+    if lost:
+        out.append(
+            Diagnostic(
+                "lost_samples", "warning",
+                f"{lost} of {len(record.capture) + lost} samples are missing{where}; the fit "
+                "passes over them, with the voltage taken from their neighbours",
+            )
+        )  # fmt: skip
+    if record.timeline.past is not None and record.timeline.jitter > IRREGULAR:
+        out.append(
+            Diagnostic(
+                "irregular_stamps", "info",
+                f"the time stamps are irregular{where}: every reading is compared with the model "
+                "at its own stamp",
+            )
+        )  # fmt: skip
+    elif record.timeline.jitter > IRREGULAR:
+        out.append(
+            Diagnostic(
+                "jitter", "warning",
+                f"time stamps miss a uniform grid by up to {record.timeline.jitter:.2f} "
+                f"periods{where}",
+            )
+        )  # fmt: skip
+    for name in (CURRENT, VOLTAGE):
+        channel = record.capture.get(name)
+        clipped = int(channel.saturated.sum()) if channel is not None else 0
+        if clipped:
+            out.append(
+                Diagnostic(
+                    "saturated", "warning",
+                    f"{clipped} readings of the {name.replace('_', ' ')} are at the end of its "
+                    f"converter's range{where} and are left out",
+                )
+            )  # fmt: skip
+    raw = [
+        p for p, s in zip(record.timeline.parts, record.sources, strict=True)
+        if (s is None or s.as_read) and not p.open
+    ]  # fmt: skip
+    if raw and record.sensed.resolution:
+        out.append(
+            Diagnostic(
+                "voltage_readings", "info",
+                f"the measured voltage is used reading by reading in {len(raw)} of the driven "
+                f"parts{where}: there it does not follow a source behind a resistance",
+            )
+        )  # fmt: skip
+    return out
+
+
+def stopping(records: Sequence[MotorRecord]) -> list[Diagnostic]:
+    """Where a diode's current stops, what that hides, and what to do about it."""
+    driven = sum(int(record.driven.sum()) for record in records)
+    stopped = sum(int(record.timeline.stopped.sum()) for record in records)
+    if not stopped:
+        return []
+    parts = [part for record in records for part in record.timeline.parts]
+    levels = sorted({part.level for part in parts if part.discontinuous})
+    hidden = sum(
+        int(unclear(channel, record.timeline, record.capture.wiring.pwm_hz).sum())
+        for record in records
+        if (channel := record.capture.get(CURRENT)) is not None
+    )
+    left_out = (
+        f", and the {hidden} readings of a part of the PWM period that nobody knows are left out"
+        if hidden
+        else ""
+    )
+    return [
+        Diagnostic(
+            "discontinuous_current", "info",
+            f"the diodes' current stops within the PWM period in {100 * stopped / driven:.0f} % of "
+            f"the driven time (levels {', '.join(f'{level:.3g}' for level in levels)}): there "
+            f"only its size tells of L{left_out}. A level at full duty, synchronous decay or a "
+            "faster PWM would tell more of L",
+        )
+    ]  # fmt: skip
+
+
+def standing(records: Sequence[MotorRecord]) -> list[Diagnostic]:
+    """Where the motor was driven and did not move."""
+    parts = [part for record in records for part in record.timeline.parts if part.still]
+    if not parts:
+        return []
+    levels = ", ".join(f"{level:.3g}" for level in sorted({part.level for part in parts}))
+    return [
+        Diagnostic(
+            "standstill", "info",
+            f"the motor stands still at levels {levels}, and the fit lets it: breakaway or cogging "
+            "may hold it against more than T0. Such a part tells nothing of K, B, J and T0",
+        )
+    ]  # fmt: skip
+
+
+def unseen_voltage(records: Sequence[MotorRecord]) -> list[Diagnostic]:
+    """What a search does not know of a log's voltage, and the default method does."""
+    if all(record.sensed.waveform is None for record in records):
+        return []
+    return [
+        Diagnostic(
+            "voltage_between_stamps", "warning",
+            "nobody tells what the voltage of such a log did between two stamps: this method takes "
+            "it straight, and the stamps as exact, and the intervals do not cover that; the method "
+            "ml tries other shapes and delays for the six parameters, which L needs most",
+        )
+    ]  # fmt: skip

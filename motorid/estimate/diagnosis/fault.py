@@ -1,0 +1,89 @@
+"""A suspicion that can be put to the data: what a fault of some size does to the readings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import CURRENT
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.signals.measurements import EMF
+
+Floats = NDArray[np.float64]
+Size = tuple[float, ...]
+Effect = Callable[[MotorRecord, Floats, Floats, Floats], list[Floats]]
+
+SMALL = 1e-3  # of an added voltage, by which its effect is tried
+
+
+@dataclass(frozen=True)
+class Words:
+    """What is said of a fault: ``evidence`` and ``action``, without capital or full stop."""
+
+    where: str
+    evidence: str
+    action: str
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One fault with a size of one or more numbers.
+
+    ``effect(record, values, own, size)`` is the change of every block's readings in SI units.
+    ``sizes`` are tried first, ``scale`` is a typical step of each number, ``lower`` and ``upper``
+    bound them. A ``guard`` is no fault of the chain but something that the six-parameter model
+    lacks: where it explains the residuals, no fault is named.
+    """
+
+    code: str
+    effect: Effect
+    sizes: tuple[Size, ...]
+    scale: Size
+    lower: Size
+    upper: Size
+    words: Callable[[Floats], Words]
+    guard: bool = False
+
+
+def nothing(record: MotorRecord) -> list[Floats]:
+    """No change of any block."""
+    return [np.zeros(len(m.values)) for m in record.measured]
+
+
+def series(
+    record: MotorRecord, values: Floats, own: Floats, *names: str
+) -> Iterator[tuple[int, Floats]]:
+    """Place and response (count,) of the blocks of these names, in their unit, without offsets."""
+    full = record.readings(values, own)
+    for k, m in enumerate(record.measured):
+        if m.block.name in names and not m.unsigned:
+            yield k, full[m.row] * (record.motor(values)[2] if m.block.name == EMF else 1.0)
+
+
+def current_of(record: MotorRecord, values: Floats, own: Floats) -> Floats | None:
+    """The model's current at every tick, (count,); None: the capture has none."""
+    return next((y for _, y in series(record, values, own, CURRENT)), None)
+
+
+def added_voltage(record: MotorRecord, values: Floats, own: Floats, volts: Floats) -> list[Floats]:
+    """What ``volts`` (count,), added to the source, does to the readings; to first order."""
+    base = record.fitted(values, own)
+    usual = record.volts
+    largest = float(np.abs(volts).max())
+    if not largest > 0:
+        return nothing(record)
+    step = min(1.0, SMALL * float(np.abs(usual).max()) / largest)
+    moved = record.fitted_with(values, own, usual + step * volts)
+    return [(new - old) / step for new, old in zip(moved, base, strict=True)]
+
+
+def changed_voltage(
+    record: MotorRecord, values: Floats, own: Floats, volts: Floats
+) -> list[Floats]:
+    """The same for another source voltage (count,) altogether, exactly."""
+    base = record.fitted(values, own)
+    moved = record.fitted_with(values, own, volts)
+    return [new - old for new, old in zip(moved, base, strict=True)]

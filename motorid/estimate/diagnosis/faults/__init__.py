@@ -1,0 +1,1 @@
+"""One fault of the measuring chain a module."""

@@ -1,0 +1,90 @@
+"""A channel that comes later than it declares: current, motion or voltage against the others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
+from motorid.estimate.diagnosis.fault import (
+    Effect,
+    Hypothesis,
+    Words,
+    changed_voltage,
+    nothing,
+    series,
+)
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.signals.measurements import EMF
+
+Floats = NDArray[np.float64]
+
+SAMPLES = (0.5, 2.0, 5.0, 12.0)  # by which a channel is tried to be late
+OF_VOLTAGE = (1.0, 3.0, 8.0)
+LATEST = 60.0  # samples
+ROUNDING = 1e-9
+WORDS = {CURRENT: "current", POSITION: "position", SPEED: "speed", VOLTAGE: "terminal voltage"}
+
+
+def late(values: Floats, samples: float) -> Floats:
+    """(count,) so many samples later, by straight lines; the first value before."""
+    place = np.arange(len(values))
+    return np.asarray(np.interp(place - samples, place, values))
+
+
+def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
+    """One for each measured channel that can be late by itself."""
+    period = min(r.timeline.period_s for r in records)
+    names = {m.block.name for r in records for m in r.measured}
+    found = [
+        _hypothesis(name, _late_output(name), SAMPLES, period)
+        for name in (CURRENT, POSITION, SPEED)
+        if name in names
+    ]
+    if all(r.sensed.channel is not None and r.sensed.shows_emf for r in records):
+        found.append(_hypothesis(VOLTAGE, _late_voltage, OF_VOLTAGE, period))
+    return found
+
+
+def _late_output(name: str) -> Effect:
+    def effect(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:
+        out = nothing(record)
+        for k, y in series(record, values, own, name):
+            samples = float(size[0]) / record.timeline.period_s
+            out[k] = (late(y, samples) - y)[record.measured[k].where]
+        return out
+
+    return effect
+
+
+def _late_voltage(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:
+    """The source rises in time with its command, and the back-EMF is read late."""
+    samples = float(size[0]) / record.timeline.period_s
+    volts, place = record.volts.copy(), np.arange(record.timeline.count)
+    ahead = int(np.ceil(samples - ROUNDING))
+    for part in record.timeline.parts:
+        volts[part.slice] = record.volts[np.minimum(place[part.slice] + ahead, part.stop - 1)]
+    out = changed_voltage(record, values, own, volts)
+    for k, y in series(record, values, own, EMF):
+        out[k] = out[k] + (late(y, samples) - y)[record.measured[k].where]
+    return out
+
+
+def _hypothesis(name: str, effect: Effect, sizes: Sequence[float], period: float) -> Hypothesis:
+    what = WORDS[name]
+
+    def words(size: Floats) -> Words:
+        return Words(
+            what,
+            f"the {what} comes {1e6 * size[0]:.0f} µs later than it declares "
+            f"({size[0] / period:.1f} samples)",
+            f"declare the delay of the {what}, or look for a buffer or a slow conversion in it",
+        )
+
+    code = f"{'voltage' if name == VOLTAGE else name}_lag"
+    return Hypothesis(
+        code, effect, tuple((k * period,) for k in sizes), (period,), (0.0,),
+        (LATEST * period,), words,
+    )  # fmt: skip

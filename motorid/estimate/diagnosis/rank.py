@@ -1,0 +1,241 @@
+"""Who is to blame: from cheap looks at the readings to fits with a fault's size as an unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.errors import DataError
+from motorid.estimate.diagnosis import misfit
+from motorid.estimate.diagnosis.fault import Hypothesis, Size
+from motorid.estimate.diagnosis.faults import (
+    channel_delay,
+    current_limited_supply,
+    current_zero,
+    encoder_bandwidth,
+    load_slip,
+    lost_samples,
+    low_pass_filter,
+    model_alternatives,
+    repeated_readings,
+    saturation,
+)
+from motorid.estimate.diagnosis.refit import Refit, refit
+from motorid.estimate.diagnosis.score_test import Screen
+from motorid.estimate.fit.start_values import start_values
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import Suspect
+from motorid.estimate.solver.problem import Solution
+
+Floats = NDArray[np.float64]
+
+SCREENED = (channel_delay, low_pass_filter, saturation, current_zero)  # by the fit's derivatives
+SEEN = (
+    load_slip,
+    saturation,
+    encoder_bandwidth,
+    current_limited_supply,
+)  # in blocks: they mislead a fit too far for its derivatives
+WORTH = 0.08  # fall of F for each reading that a hypothesis must promise, to be fitted
+RIVAL = 0.1  # of the best promise, that makes a rival
+MOST = 4  # rivals
+SURELY = 0.7  # fall of F for each reading that names a suspect,
+LIKELY = 0.1  # or this much,
+NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
+SHARE = 0.3  # and this share of all that there is to explain
+ODD = 2.0  # excess of one run over that of any other, which makes it the one to look at
+VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
+HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: others are sought too
+HARM = 0.002  # relative shift of a parameter that makes a fault worth naming
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A hypothesis after its own fit: ``gain`` is how far F fell for each reading.
+
+    ``share`` is that of all that there is to explain; ``shift`` how the fault moved each parameter,
+    as a share of it; ``seen``: the plain laws show it in blocks of the capture.
+    """
+
+    hypothesis: Hypothesis
+    found: Refit
+    gain: float
+    share: float
+    shift: Mapping[str, float]
+    seen: bool = False
+
+    @property
+    def convincing(self) -> bool:
+        """It explains enough, and matters; what the blocks show needs less."""
+        enough = self.gain > SURELY or (self.gain > LIKELY and (self.seen or self.share > SHARE))
+        return enough and max(abs(s) for s in self.shift.values()) > HARM
+
+
+def suspects(records: Sequence[MotorRecord], solution: Solution) -> tuple[Suspect, ...]:
+    """What in the measuring chain spoils these captures, the surest first; empty: nothing seen."""
+    found = direct(records)
+    if not spoiling(found):
+        some, alone, where = _odd_one_out(records, solution)
+        found += [
+            replace(s, evidence=s.evidence + where)
+            for s in tried(some, alone)
+            if s.code not in {f.code for f in found}
+        ]
+    return tuple(found)
+
+
+def spoiling(found: Sequence[Suspect]) -> bool:
+    """Whether one of these makes the parameters worthless as long as it is there."""
+    return any(s.code not in HARMLESS for s in found)
+
+
+def _odd_one_out(
+    records: Sequence[MotorRecord], solution: Solution
+) -> tuple[Sequence[MotorRecord], Solution, str]:
+    """The one run that misfits far more than the others, or all of them.
+
+    In the fit of all runs together, or where that has spread the misfit, each in its own.
+    """
+    alone = [_alone(solution, k) for k in range(len(records))]
+    together = misfit.excess(records, misfit.residuals(records, solution))
+    k = _odd(records, alone)
+    if k is None and together > LIKELY and len(records) > 1:
+        runs = zip(records, alone, strict=True)
+        alone = [refit([record], [start]).search for record, start in runs]
+        k = _odd(records, alone)
+    if k is None:
+        return records, solution, ""
+    return records[k : k + 1], alone[k], f" (run {k + 1})"
+
+
+def _odd(records: Sequence[MotorRecord], alone: Sequence[Solution]) -> int | None:
+    """Which run's residuals in its own solution stand out; None: no one's."""
+    each = [
+        misfit.excess([record], misfit.residuals([record], solution))
+        for record, solution in zip(records, alone, strict=True)
+    ]
+    k = int(np.argmax(each))
+    others = max(each[:k] + each[k + 1 :], default=np.inf)
+    return k if each[k] >= ODD * others + LIKELY else None
+
+
+def _alone(solution: Solution, k: int) -> Solution:
+    """A solution as of its run ``k``."""
+    return replace(
+        solution,
+        own=solution.own[k : k + 1],
+        own_covariance=solution.own_covariance[k : k + 1],
+        linearise=lambda: solution.records[k : k + 1],
+    )
+
+
+def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
+    """What the readings show by themselves."""
+    found: list[Suspect] = []
+    for k, record in enumerate(records):
+        run = [
+            *lost_samples.suspects(record.capture, record.timeline),
+            *repeated_readings.suspects(record.capture),
+            *current_zero.suspects(record),
+            *current_limited_supply.suspects(record),
+        ]
+        where = f" (run {k + 1})" if len(records) > 1 else ""
+        found += [replace(s, evidence=s.evidence + where) for s in run]
+    return found
+
+
+def tried(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect]:
+    """What a fit with its size as an unknown convicts: the best of all, if it convinces."""
+    found = trials(records, solution)
+    if not found or found[0].hypothesis.guard or not found[0].convincing:
+        return []
+    best = found[0]
+    words = best.hypothesis.words(best.found.size)
+    name, most = max(best.shift.items(), key=lambda s: abs(s[1]))
+    evidence = (
+        f"{words.evidence}; that explains {min(best.share, 1.0):.0%} of the misfit, and "
+        f"taken into account moves {name} by {most:+.1%}"
+    )
+    return [Suspect(best.hypothesis.code, words.where, evidence, words.action, "named")]
+
+
+def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:
+    """Every hypothesis that promises enough, after its own fit, the best first."""
+    left = misfit.residuals(records, solution)
+    readings = sum(m.block.count for r in records for m in r.measured)
+    excess = misfit.excess(records, left)
+    if excess < LIKELY:
+        return []
+    rivals = list(_rivals(records, solution, WORTH * readings))
+    if not rivals:
+        return []
+    starts, enough = _starts(records, solution), max(NEAR * excess * readings, 1.0)
+    usual = refit(records, starts, enough=enough)
+    out = []
+    for hypothesis, size, begin, seen in rivals:
+        found = refit(records, begin or starts, hypothesis, size, enough)
+        gain = (usual.objective - found.objective) / readings
+        moved = found.values / np.maximum(usual.values, 1e-300) - 1.0
+        shift = {
+            u.name: float(s)
+            for u, s, v in zip(solution.unknowns, moved, usual.values, strict=True)
+            if v > 0 and u.name != "B"
+        }
+        out.append(Trial(hypothesis, found, gain, gain / max(excess, 1e-9), shift, seen))
+    return sorted(out, key=lambda t: -t.gain)
+
+
+def _rivals(
+    records: Sequence[MotorRecord], solution: Solution, least: float
+) -> Iterator[tuple[Hypothesis, Size, list[Solution] | None, bool]]:
+    """Hypotheses worth a fit, with the size and the motors to begin with (None: the usual)."""
+    some = False
+    period = min(r.timeline.period_s for r in records)
+    for module in SEEN:
+        seen = module.seen(records)
+        if seen is not None:
+            some = True
+            hypothesis, start = seen
+            yield hypothesis, start.size, [_at(solution, start.motor, period), solution], True
+    screen = Screen(records, solution)
+    scores = [screen.best(h) for module in SCREENED for h in module.hypotheses(records)]
+    scores.sort(key=lambda s: -s.gain)
+    for s in scores[:MOST]:
+        if s.gain > max(least, RIVAL * scores[0].gain):
+            some = True
+            yield s.hypothesis, s.size, None, False
+    for h in model_alternatives.hypotheses(records) if some else ():
+        s = screen.best(h)
+        if s.gain > least:
+            yield s.hypothesis, s.size, [solution], False
+
+
+def _starts(records: Sequence[MotorRecord], solution: Solution) -> list[Solution]:
+    """Where fits begin: the solution, and the closed forms, which a fault misleads less."""
+    free = {u.name for u in solution.unknowns}
+    fixed = {
+        name: float(value)
+        for name, value in zip(records[0].names, records[0].motor(solution.values), strict=True)
+        if name not in free
+    }
+    period = min(r.timeline.period_s for r in records)
+    try:
+        closed = start_values(records, fixed)
+    except DataError:  # the closed forms need a current and a motion
+        return [_at(solution, {}, period)]
+    return [_at(solution, {}, period), _at(solution, closed, period)]
+
+
+def _at(solution: Solution, motor: Mapping[str, float], period_s: float) -> Solution:
+    """The same with the motor's values in place of the solution's.
+
+    An inductance that has all but vanished gets one that the data can tell: no fit finds back.
+    """
+    values = {u.name: float(v) for u, v in zip(solution.unknowns, solution.values, strict=True)}
+    values |= {name: v for name, v in motor.items() if name in values and v > 0}
+    if "L" in values and "R" in values and values["L"] < VANISHED * values["R"] * period_s:
+        values["L"] = AGAIN * values["R"] * period_s
+    return replace(solution, values=np.array([values[u.name] for u in solution.unknowns]))

@@ -1,0 +1,95 @@
+"""The fit again with a fault's size as one more unknown, which confirms a suspicion or not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.diagnosis.fault import Hypothesis, Size
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.solver.levenberg_marquardt import maximise
+from motorid.estimate.solver.problem import Solution, Unknown
+
+Floats = NDArray[np.float64]
+
+STEPS = 20
+
+
+class Widened:
+    """A record whose last shared unknowns are the size of a fault. Its noise is taken as white."""
+
+    def __init__(self, record: MotorRecord, own: Floats, hypothesis: Hypothesis | None) -> None:
+        self.record, self.hypothesis = record, hypothesis
+        self.unknowns = tuple(
+            replace(u, start=float(x)) for u, x in zip(record.unknowns, own, strict=True)
+        )
+        self.blocks = tuple(m.block for m in record.measured)
+
+    def residuals(self, shared: Floats, own: Floats) -> list[Floats]:
+        """Measured less fitted less what the fault does, weighed; one array per block."""
+        if self.hypothesis is None:
+            return self.record.weighed(self.record.departures(shared, own), filtered=False)
+        p = len(shared) - len(self.hypothesis.scale)
+        left = self.record.departures(shared[:p], own)
+        moved = self.hypothesis.effect(self.record, shared[:p], own, shared[p:])
+        parts = [a - b for a, b in zip(left, moved, strict=True)]
+        return self.record.weighed(parts, filtered=False)
+
+
+@dataclass(frozen=True)
+class Refit:
+    """``values`` of the motor and ``size`` of the fault that fit best, and F there."""
+
+    values: Floats
+    size: Floats
+    size_sd: Floats
+    objective: float
+    search: Solution
+
+
+def refit(
+    records: Sequence[MotorRecord],
+    starts: Sequence[Solution],
+    hypothesis: Hypothesis | None = None,
+    size: Size = (),
+    enough: float = 1.0,
+) -> Refit:
+    """The most likely motor and size, the best from all ``starts``; without a hypothesis, of six.
+
+    A fit ends when F would fall by less than ``enough``.
+    """
+    found = [_from(records, start, hypothesis, size, enough) for start in starts]
+    return min(found, key=lambda f: f.objective)
+
+
+def plain(records: Sequence[MotorRecord], solution: Solution) -> Solution:
+    """The derivatives at ``solution`` in white noise: what a fit weighs down is seen again."""
+    shared = [
+        replace(u, start=float(v), log=u.log or (u.lower == 0.0 and v > 0))
+        for u, v in zip(solution.unknowns, solution.values, strict=True)
+    ]
+    widened = [Widened(r, own, None) for r, own in zip(records, solution.own, strict=True)]
+    return maximise(shared, widened, max_iterations=0)
+
+
+def _from(
+    records: Sequence[MotorRecord],
+    start: Solution,
+    hypothesis: Hypothesis | None,
+    size: Size,
+    enough: float,
+) -> Refit:
+    shared = [replace(u, start=float(v)) for u, v in zip(start.unknowns, start.values, strict=True)]
+    more = []
+    if hypothesis is not None:
+        h = hypothesis
+        bounds = zip(size, h.scale, h.lower, h.upper, strict=True)
+        more = [Unknown(f"size {k}", a, b, c, scale=s) for k, (a, s, b, c) in enumerate(bounds)]
+    widened = [Widened(r, own, hypothesis) for r, own in zip(records, start.own, strict=True)]
+    found = maximise([*shared, *more], widened, max_iterations=STEPS, enough=enough)
+    p = len(shared)
+    sd = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
+    return Refit(found.values[:p], found.values[p:], sd[p:], found.objective, found)

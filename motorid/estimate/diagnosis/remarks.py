@@ -1,0 +1,209 @@
+"""What a fit gives to remark on, in sentences: its data, its residuals, what it could not tell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import Capture
+from motorid.estimate.diagnosis import data_remarks, residual_remarks
+from motorid.estimate.diagnosis.identifiability import run_to_add
+from motorid.estimate.effects.brush_and_heating import BENT, DROP
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import Diagnostic, Parameter
+from motorid.estimate.uncertainty.intervals import Findings, budget_shares
+from motorid.estimate.uncertainty.prior_influence import variances as supposed_of
+from motorid.motor.parameters import Motor, mechanical_time_constant
+from motorid.segment import Segment
+
+Floats = NDArray[np.float64]
+
+HALF = 0.5  # of a variance, from which one cause is most of it
+COLOURED = 1.3  # widening of an interval that is worth saying
+INSEPARABLE = 0.98  # correlation
+WORTH_SEPARATING = 0.01  # relative statistical uncertainty
+IMPROVE = {  # what to do about a cause
+    "noise": "take more runs or livelier ones",
+    "current gain": "calibrate the current's gain (motorid calibrate)",
+    "voltage gain": "calibrate the voltage's gain (motorid calibrate)",
+    "encoder or speed gain": "calibrate the encoder's counts or the speed's gain",
+    "clock": "calibrate the board's clock (motorid calibrate)",
+    "current delay": "measure the delay of the current's channel",
+    "voltage delay": "measure the delay of the voltage's channel",
+    "voltage resolution": "measure the voltage with a finer converter or a smaller range",
+    "duty of volts": "capture the supply's voltage as well, or drive by duty",
+    "diode drops": "drive with synchronous decay",
+    "PWM ripple": "sample the current several times within L/R, or measure L apart (--fix L)",
+    "wiring resistance": "measure the leads' and the bridge's resistance",
+}
+
+
+def diagnostics(
+    found: Findings,
+    records: Sequence[MotorRecord],
+    parameters: Mapping[str, Parameter],
+    named: Sequence[tuple[Capture, Sequence[Segment]]] = (),
+) -> tuple[Diagnostic, ...]:
+    """Findings about data and fit, the gravest first. ``named``: the captures' segments."""
+    out: list[Diagnostic] = []
+    coloured: dict[str, list[float]] = {}
+    if not found.solution.converged:
+        out.append(
+            Diagnostic(
+                "not_converged", "error",
+                "the search did not settle: the values are not the most likely ones",
+            )
+        )  # fmt: skip
+    for k, (record, own) in enumerate(zip(records, found.solution.own, strict=True)):
+        where = f" in run {k + 1}" if len(records) > 1 else ""
+        left = record.weighed(record.departures(found.solution.values, own), filtered=False)
+        segments = named[k][1] if named else ()
+        for m, residual in zip(record.measured, left, strict=True):
+            out += residual_remarks.lack_of_fit(record, m, residual, segments, where)
+            coloured.setdefault(m.block.name, []).extend(residual_remarks.memory(residual))
+        out += data_remarks.of_capture(record, where)
+    out += [residual_remarks.coloured(name, rhos) for name, rhos in coloured.items() if rhos]
+    out += data_remarks.stopping(records)
+    out += data_remarks.standing(records)
+    out += _statistics(found)
+    out += _budget(found, parameters)
+    out += _brushes(found, records)
+    out += _by_ripple(found, records)
+    pairs = _inseparable(found, parameters)
+    out += _told_apart(pairs)
+    unknown = [n for n, p in parameters.items() if p.status == "not_identifiable"]
+    doubtful = [*unknown, *(n for a, b, _ in pairs for n in (a, b))]
+    out += _run_to_add([n for n in parameters if n in doubtful], found.motor(), records)
+    order = {"error": 0, "warning": 1, "info": 2}
+    return tuple(sorted(out, key=lambda d: order[d.severity]))
+
+
+def _brushes(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic]:
+    """Where R is as uncertain as it is because nobody said what the brushes drop."""
+    if "R" not in found.names:
+        return []
+    k = found.names.index("R")
+    supposed = sum(float(supposed_of(found.solution, records, n)[k]) for n in (DROP, BENT))
+    instrument = sum(float(shift[k]) ** 2 for shift in found.causes.values())
+    if supposed <= HALF * (float(found.statistical.covariance[k, k]) + instrument):
+        return []
+    declared = all(record.capture.wiring.brush_drop_v is not None for record in records)
+    remedy = "add a level" if declared else "declare it (brush_drop_v of the rig), or add a level"
+    return [
+        Diagnostic(
+            "drop_or_resistance", "info",
+            "most of R's uncertainty is what its brushes may drop: at one level these data do not "
+            f"tell the two apart; {remedy}",
+        )
+    ]  # fmt: skip
+
+
+def _by_ripple(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic]:
+    """An inductance that no reading shows: where its value comes from."""
+    told = records[0].foretold
+    if told is None:
+        return []
+    motor = found.motor()
+    periods = motor.L / motor.R / min(record.timeline.period_s for record in records)
+    return [
+        Diagnostic(
+            "inductance_by_ripple", "info",
+            f"no reading shows how the current rises: L/R is {periods:.2g} sample periods. L is "
+            f"known from the current's {told.by} within the PWM periods, to "
+            f"{100 * told.shift['L']:.0f} %; for a better one {IMPROVE['PWM ripple']}",
+        )
+    ]  # fmt: skip
+
+
+def _statistics(found: Findings) -> list[Diagnostic]:
+    out = []
+    if found.statistical.coloured > COLOURED:
+        out.append(
+            Diagnostic(
+                "widened", "info",
+                "correlated residuals widened the intervals by up to "
+                f"{found.statistical.coloured:.1f} times",
+            )
+        )  # fmt: skip
+    if not found.statistical.between_runs:
+        runs = len(found.solution.records)
+        said = "this run only: one run shows" if runs == 1 else "these two runs only: they show"
+        out.append(
+            Diagnostic(
+                "few_runs", "info",
+                f"{said} no spread between runs; three or more would enter it in the intervals",
+            )
+        )  # fmt: skip
+    return out
+
+
+def _inseparable(
+    found: Findings, parameters: Mapping[str, Parameter]
+) -> list[tuple[str, str, float]]:
+    """Pairs that share what is not known of them, where that is worth telling apart."""
+    names, covariance = found.names, found.statistical.covariance
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    table = covariance / np.outer(scale, scale)
+    loose = [
+        p.value is not None and (p.statistical or 0.0) > WORTH_SEPARATING * p.value
+        for p in (parameters[n] for n in names)
+    ]
+    return [
+        (names[a], names[b], float(table[a, b]))
+        for a in range(len(names))
+        for b in range(a + 1, len(names))
+        if loose[a] and loose[b] and abs(table[a, b]) > INSEPARABLE
+    ]
+
+
+def _told_apart(pairs: Sequence[tuple[str, str, float]]) -> list[Diagnostic]:
+    if not pairs:
+        return []
+    said = ", ".join(f"{a} and {b} ({correlation:+.3f})" for a, b, correlation in pairs)
+    message = f"These data hardly tell apart, by their correlation: {said}."
+    return [Diagnostic("inseparable", "info", message)]
+
+
+def _run_to_add(
+    names: Sequence[str], motor: Motor, records: Sequence[MotorRecord]
+) -> list[Diagnostic]:
+    """The run that would tell what these did not, in the motor's own voltage and time."""
+    if not names:
+        return []
+    volts = max(float(np.abs(record.volts).max()) for record in records)
+    periods = [record.timeline.period_s for record in records]
+    longest = max(record.timeline.count for record in records) * max(periods)
+    tau_s = float(np.clip(mechanical_time_constant(motor), 20 * min(periods), longest))
+    return [Diagnostic("run_to_add", "info", run_to_add(names, volts, tau_s))]
+
+
+def _budget(found: Findings, parameters: Mapping[str, Parameter]) -> list[Diagnostic]:
+    """Of every parameter that came out."""
+    shares = budget_shares(found)
+    return budget({n: s for n, s in shares.items() if parameters[n].value is not None})
+
+
+def budget(shares_of: Mapping[str, Mapping[str, float]]) -> list[Diagnostic]:
+    """Which cause gives most of each one's uncertainty, and what to improve first.
+
+    ``shares_of`` each name: standard uncertainties by cause.
+    """
+    by_cause: dict[str, list[tuple[str, float]]] = {}
+    for name, shares in shares_of.items():
+        total = sum(share**2 for share in shares.values())
+        if total <= 0.0:
+            continue
+        cause = max(shares, key=lambda c: shares[c])
+        by_cause.setdefault(cause, []).append((name, shares[cause] ** 2 / total))
+    if not by_cause:
+        return []
+    first = max(by_cause, key=lambda c: len(by_cause[c]))
+    said = "; ".join(
+        f"{cause} for {', '.join(f'{n} ({100 * share:.0f} %)' for n, share in names)}"
+        for cause, names in sorted(by_cause.items(), key=lambda item: -len(item[1]))
+    )
+    remedy = IMPROVE.get(first, f"reduce what is unknown of the {first}")
+    message = f"Largest part of each variance: {said}. To narrow most, {remedy}."
+    return [Diagnostic("budget", "info", message)]

@@ -1,0 +1,1 @@
+"""Influence quantities: what is no parameter, but moves a reading."""

@@ -1,0 +1,220 @@
+"""What takes voltage from the motor beyond R i: brushes that drop some, and a winding that warms.
+
+No rig file names them, but every motor has them, so that each capture has them as unknowns:
+
+    lost(t) = V s + W ds/d ln b + w R i (q/q_end − 1/2),    s = i / sqrt(i² + b²),  q = ∫i² dt
+
+V is the drop over both brushes, which hardly grows with the current; W, how it departs from the
+usual bend b; w, by how much of itself R grows over the capture, about its mean. Taken for a
+resistance, V makes R too large and K with it; w bends speeds, and with them B and T0. The current
+is the model's of the pass before; s is its mean over a PWM period. A rig may declare brushes that
+drop nothing (wiring.brush_drop_v) and the winding's thermal figures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import CURRENT, Capture, Wiring
+from motorid.estimate.effects.winding_temperature import (
+    FIGURES,
+    STALL_K_S,
+    THERMAL,
+    by_figures,
+    figures,
+)
+from motorid.estimate.signals.dead_time import UNSURE
+from motorid.estimate.signals.pwm_bridge import DIODE_DROPS_SD_V
+from motorid.estimate.signals.ripple_average import Flow
+from motorid.estimate.signals.time_grid import Part, Timeline
+from motorid.estimate.solver.problem import Unknown
+from motorid.estimate.uncertainty.reference_temperature import Coefficients
+
+Floats = NDArray[np.float64]
+
+DROP, BENT, WARMING = "voltage_loss", "loss_bend", "warming"  # V, W, w
+TURN, DIODES = "loss_turn", "loss_diodes"  # of the dead time, where a source is commanded
+DROP_SHARE = 0.03  # of the capture's highest voltage: standard deviation of a drop nobody declares
+DECLARED = 0.3  # of a declared drop: its standard uncertainty where none is given
+BENDING = 1 / 3  # of the drop's size: standard deviation of it times the logarithm of its bend
+FACTOR = 0.7  # logarithm: the bend is known to a factor of 2
+BEND = 0.05  # of the stall current at the highest voltage: the usual bend
+LEAST, MOST = -0.01, 0.3  # of the highest voltage: no drop is less or more, but for other causes
+WIDEST = 0.03  # of it: the same of the drop times the logarithm of its bend
+CLEAR = 3e-3  # of the highest voltage: a drop that tells its bend
+FARTHEST = 1.4  # logarithm of a bend over the usual one: two of its deviations
+FARTHEST_TURN = 0.5  # relative
+COOL = 1e-6  # of R: no warming is known better
+HEAVIEST = 1e9  # J/K: a winding that never warms
+SETTLED = 3e-4  # of the highest voltage: a change that no other pass need follow
+FEWEST = 24  # readings of a driven current
+HEAVY = {"winding_k_w": 1e-12, "winding_s": 1.0}  # thermal figures of a winding that never warms
+
+
+def lossless(capture: Capture) -> Capture:
+    """The capture as of a motor whose brushes drop nothing and whose winding stays as it is.
+
+    For models that have these among their own parameters.
+    """
+    none = replace(capture.wiring, brush_drop_v=0.0, brush_drop_uncertainty_v=0.0)
+    return replace(capture, wiring=none, provenance={**capture.provenance, THERMAL: HEAVY})
+
+
+def expected_drop(wiring: Wiring, top_v: float) -> tuple[float, float]:
+    """The drop over both brushes (V) and its standard uncertainty; both 0: declared to be none."""
+    drop = wiring.brush_drop_v
+    if drop is None:
+        return 0.0, DROP_SHARE * top_v
+    return drop, wiring.brush_drop_uncertainty_v or DECLARED * drop
+
+
+@dataclass(frozen=True)
+class Loss:
+    """What one capture loses: ``shapes`` (count,) are the volts a unit of each unknown takes.
+
+    ``capacity_j_k`` is the winding's heat capacity, None where nobody stated its figures.
+    """
+
+    driven: NDArray[np.bool_]
+    period_s: float
+    top_v: float
+    drop: tuple[float, float]
+    capacity_j_k: float | None
+    further: float = 0.0  # logarithm of the bend over the usual one
+    modelled: bool = False  # a model's current was followed; else the shapes are nothing yet
+    rise: tuple[float, float] = (0.0, COOL)  # of R over the capture as a share of it, and its sd
+    turns: Mapping[str, Part] = field(default_factory=dict)
+    shapes: Mapping[str, Floats] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        capture: Capture,
+        timeline: Timeline,
+        driven: NDArray[np.bool_],
+        volts: Floats,
+        commanded: bool = False,
+    ) -> Loss | None:
+        """None where nothing is lost, or no signed current tells of it; and for a log without a
+        program, whose voltage between its readings is known too loosely.
+        """
+        if any(part.kind is None for part in timeline.parts):
+            return None
+        channel = capture.get(CURRENT)
+        top = float(np.abs(volts[driven]).max(initial=0.0))
+        if channel is None or channel.unsigned or not top:
+            return None
+        if np.isfinite(timeline.spread(channel.values)[driven]).sum() < FEWEST:
+            return None
+        drop, winding = expected_drop(capture.wiring, top), by_figures(figures(capture))
+        capacity = winding.capacity_j_k if winding is not None else None
+        names = (DROP, BENT) if drop[1] > 0.0 else ()
+        if capacity is None or capacity < HEAVIEST:
+            names = (*names, WARMING)
+        turns = {}
+        if commanded and capture.wiring.dead_time_s:
+            parts = timeline.parts
+            turns = {f"{TURN}_{k}": part for k, part in enumerate(parts) if part.level}
+            names = (*names, DIODES)
+        names = (*names, *turns)
+        shapes = dict.fromkeys(names, np.zeros(len(driven)))
+        blank = cls(driven, timeline.period_s, top, drop, capacity, turns=turns, shapes=shapes)
+        return blank if names else None
+
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """V, W and w, those that are not declared to be nothing."""
+        drop, deviation = self.drop
+        bending = BENDING * float(np.hypot(drop, deviation))
+        top, (rise, spread) = self.top_v, self.rise
+        known = {
+            DROP: Unknown(
+                DROP, drop, LEAST * top, MOST * top + drop, scale=top, prior_mean=drop,
+                prior_sd=deviation,
+            ),
+            BENT: Unknown(BENT, 0.0, -WIDEST * top, WIDEST * top, scale=top, prior_sd=bending),
+            WARMING: Unknown(WARMING, rise, scale=0.1, prior_mean=rise, prior_sd=spread),
+            DIODES: Unknown(DIODES, 0.0, scale=top, prior_sd=DIODE_DROPS_SD_V),
+        }  # fmt: skip
+        turns = {
+            name: Unknown(name, 0.0, -FARTHEST_TURN, FARTHEST_TURN, scale=UNSURE, prior_sd=UNSURE)
+            for name in self.turns
+        }
+        return tuple((known | turns)[name] for name in self.shapes)
+
+    def follow(
+        self,
+        flow: Flow,
+        resistance_ohm: float,
+        values: Mapping[str, float],
+        turning: Floats,
+        diodes: Floats,
+    ) -> Loss:
+        """Along the model's current, with the bend as found.
+
+        ``turning`` (count,) of dead time; ``diodes`` (count,), what it takes for a volt that two
+        diodes drop.
+        """
+        drop, bent = values.get(DROP, 0.0), values.get(BENT, 0.0)
+        further = self.further
+        if self.modelled and abs(drop) > CLEAR * self.top_v:
+            further += float(np.clip(bent / drop, -1.0, 1.0))
+        further = float(np.clip(further, -FARTHEST, FARTHEST))
+        stall_a = self.top_v / resistance_ohm
+        share, bending = flow.saturation(self._bend(further, resistance_ohm))
+        amperes = np.where(self.driven, flow.mean, 0.0)
+        charge = np.cumsum(amperes**2) * self.period_s  # A²s
+        end = float(charge[-1]) or 1.0
+        known = {
+            DROP: share * self.driven,
+            BENT: bending * self.driven,
+            WARMING: resistance_ohm * amperes * (charge / end - 0.5),
+            DIODES: diodes,
+        }
+        for name, part in self.turns.items():
+            known[name] = np.zeros_like(turning)
+            known[name][part.slice] = turning[part.slice]
+        shapes = {name: known[name] for name in self.shapes}
+        rise = self._rise(end, stall_a)
+        return replace(self, shapes=shapes, rise=rise, further=further, modelled=True)
+
+    def _rise(self, charge_a2s: float, stall_a: float) -> tuple[float, float]:
+        """By how much of itself R grows over the capture, and its standard uncertainty."""
+        per_k = Coefficients().copper_per_k
+        if self.capacity_j_k is None:  # between nothing and the bound, within two deviations
+            return 0.0, max(per_k * STALL_K_S / 2 * charge_a2s / stall_a**2, COOL)
+        rise = per_k * self.top_v / stall_a * charge_a2s / self.capacity_j_k
+        return rise, max(FIGURES * rise, COOL)
+
+    def bending(self, values: Mapping[str, float]) -> tuple[float, float]:
+        """Standard deviation and mean (V) of the drop times the logarithm of its bend from here on.
+
+        The bend is known to a factor from the usual one, wherever the passes have moved it.
+        """
+        drop = values.get(DROP, 0.0)
+        return FACTOR * float(np.hypot(drop, CLEAR * self.top_v)), -drop * self.further
+
+    def drop_at(
+        self, amperes: Floats, resistance_ohm: float, values: Mapping[str, float]
+    ) -> Floats:
+        """V (n,) that brushes drop at currents (n,) without ripple, the bend as last found."""
+        share, _ = Flow(amperes).saturation(self._bend(self.further, resistance_ohm))
+        return values.get(DROP, 0.0) * share
+
+    def _bend(self, further: float, resistance_ohm: float) -> float:
+        """A at which the drop bends, by the logarithm that it is over the usual one."""
+        return BEND * (self.top_v / resistance_ohm) * float(np.exp(further))
+
+    def near(self, before: Loss, values: Mapping[str, float]) -> bool:
+        """It takes what the one before took with these values, whose bend it has made its own."""
+        bent = values.get(BENT, 0.0) - values.get(DROP, 0.0) * (self.further - before.further)
+        moved = self.volts({**values, BENT: bent}) - before.volts(values)
+        return before.modelled and float(np.abs(moved).max()) < SETTLED * self.top_v
+
+    def volts(self, values: Mapping[str, float]) -> Floats:
+        """V (count,) that are lost."""
+        return np.asarray(sum(values[name] * shape for name, shape in self.shapes.items()))

@@ -1,0 +1,1 @@
+"""The joint fit: start values, search, alternation with the source, assembly of the estimate."""

@@ -1,0 +1,149 @@
+"""The most likely parameters: several starts, delays as unknowns, correlated noise.
+
+Whatever the model: records of six parameters settle as those of a wider model do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from motorid.estimate.fit import free_delay
+from motorid.estimate.fit.alternating_fit import (
+    ROUGH,
+    again,
+    judge_at,
+    with_inductance,
+    with_sources,
+)
+from motorid.estimate.fit.parameter_bounds import merged
+from motorid.estimate.model import prewhitening
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.solver.dense_products import misfits
+from motorid.estimate.solver.levenberg_marquardt import ENOUGH
+from motorid.estimate.solver.problem import Derivatives, Solution
+
+COLOUR_PASSES = 2  # of noise model and fit in turn
+VANISHED = 0.02  # L/R in sample periods: less than readings tell from none
+RISES = (0.3, 0.1)  # L/R in sample periods to begin with instead
+GROSS = 0.02  # residuals in units of a channel's range: worth another start
+OTHER_STARTS: tuple[dict[str, float], ...] = (
+    {"L": 0.2},
+    {"L": 5.0},
+    {"J": 0.4, "L": 2.0},
+    {"J": 2.5, "R": 1.5},
+)
+
+
+def solve(
+    records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
+) -> Solution:
+    """The most likely parameters: as ``settled``, then correlated noise allowed."""
+    solution = settled(records, free, start)
+    return whitened(records, free, merged(start, solution), solution)
+
+
+def settled(
+    records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
+) -> Solution:
+    """The most likely parameters for white noise: other starts are tried where one misfits."""
+    solution = with_sources(records, free, start)
+    if not solution.converged or leaves_misfit(solution, records):
+        for factors in OTHER_STARTS:
+            other = {n: start[n] * factors.get(n, 1.0) for n in PARAMETERS}
+            trial = with_sources(records, free, other)
+            if trial.objective < solution.objective - 1.0:
+                solution = trial
+        solution = with_sources(records, free, merged(start, solution))
+    if vanished(solution, records):
+        solution = _begun_again(records, free, merged(start, solution), solution)
+    return with_delays(records, free, start, solution)
+
+
+def vanished(solution: Solution, records: Sequence[MotorRecord]) -> bool:
+    """The inductance has gone to where it is none; what the ripple does went with it."""
+    values = merged({}, solution)
+    period = min(record.timeline.period_s for record in records)
+    return 0.0 < values.get("L", 0.0) < VANISHED * values.get("R", 0.0) * period
+
+
+def _begun_again(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    known: Mapping[str, float],
+    lost: Solution,
+) -> Solution:
+    """From the likelier of some inductances, held while what drives the motor settles with them."""
+    period = min(record.timeline.period_s for record in records)
+    trials = [
+        with_inductance(records, free, known, lost, rise * known["R"] * period) for rise in RISES
+    ]
+    likeliest = min(trials, key=lambda one: one.objective)
+    best = merged(known, likeliest)
+    judge_at(records, likeliest, best["L"])
+    return with_sources(records, free, best)
+
+
+def with_delays(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    before: Solution,
+) -> Solution:
+    """With a delay that the data tell among the unknowns, unless they contradict what is said."""
+    widened = free_delay.freed(records, before)
+    if widened is before:
+        return before
+    found = again(records, free, start, widened, ROUGH)
+    if free_delay.contradicted(records, found):
+        for record in records:
+            record.hold_delay()
+        return before
+    return found
+
+
+def whitened(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    solution: Solution,
+    enough: float = ENOUGH,
+) -> Solution:
+    """The fit again with the memory of every kind of residual in its weights, where it has one.
+
+    Derivatives that ``solution`` has are those of white readings.
+    """
+    white = solution.derivatives
+    for _ in range(COLOUR_PASSES):
+        coloured = prewhitening.whiten(records, solution)
+        prewhitening.thin(records, solution)
+        lent = replace(solution, derivatives=_filtered(records, white))
+        solution = again(records, free, start, lent, enough)
+        if not coloured:
+            break
+    return solution
+
+
+def _filtered(records: Sequence[MotorRecord], white: Derivatives | None) -> Derivatives | None:
+    """Derivatives of white readings as the records weigh those now."""
+    if white is None:
+        return None
+    shared = (r.filtered_rows(table) for r, table in zip(records, white.shared, strict=True))
+    own = (r.filtered_rows(table) for r, table in zip(records, white.own_slopes, strict=True))
+    return replace(white, shared=tuple(shared), own_slopes=tuple(own))
+
+
+def leaves_misfit(solution: Solution, records: Sequence[MotorRecord]) -> bool:
+    """Residuals are neither noise nor small: the search ended in the wrong valley, or the model is
+    the wrong one.
+
+    A little that the model lacks, such as warming between runs, is no such thing.
+    """
+    return any(
+        misfits(left, GROSS * float(np.ptp(m.values)))
+        for record, own in zip(records, solution.own, strict=True)
+        for m, left in zip(record.measured, record.departures(solution.values, own), strict=True)
+    )

@@ -1,0 +1,248 @@
+"""Start values without any from the user: linear least squares on integrals of the equations.
+
+    integral of v = R integral of i + L change of i + K change of angle
+    K integral of i = J change of w + B change of angle + T0 time of motion
+
+Windows at steady state make these the steady-state equations over all levels; windows of a coast
+are the integrated coast-down, which gives B/J and T0/J; windows after a step give L and J. No
+derivative of a noisy signal is taken, and parts that a capture lacks leave no hole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import CURRENT, POSITION, SPEED
+from motorid.errors import DataError
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.solver.dense_products import dot
+
+Floats = NDArray[np.float64]
+
+WINDOWS = 24  # mechanical windows in each part
+SHORTEST = 6  # samples of a mechanical window
+HIDDEN = 0.02  # share of the voltage of a back-EMF that noise gave the wrong sign
+STALLED = 1e-3  # of the largest speed, below which friction may hold
+
+
+@dataclass(frozen=True)
+class Signals:
+    """A record's readings on its grid, offsets at rest removed: V, A, rad, rad/s; all (count,)."""
+
+    period_s: float
+    volts: Floats
+    current: Floats
+    angle: Floats
+    speed: Floats | None  # where it was measured itself
+    edges: tuple[int, ...]  # first intervals of the program's parts, and the end
+    open: tuple[bool, ...]
+    series_ohm: float
+
+
+def signals(record: MotorRecord) -> Signals:
+    """The record's readings made whole. Raises DataError when it lacks current or motion."""
+    line = record.timeline
+    named = {m.block.name: m for m in record.measured}
+    _insist(record, set(named))
+    grid: dict[str, Floats] = {}
+    for name, m in named.items():
+        grid[name] = np.interp(np.arange(line.count), m.keep, m.values)
+    starts = {u.name: u.start for u in record.unknowns}
+    amperes = grid[CURRENT] - starts.get("current_offset", 0.0)
+    if named[CURRENT].unsigned:  # near enough for a start
+        amperes = amperes * np.sign(record.sensed.volts)
+    amperes = np.where(record.driven, amperes, 0.0)
+    speed = grid.get(SPEED) if POSITION not in named else None
+    angle = grid[POSITION] if POSITION in named else np.cumsum(grid[SPEED]) * line.period_s
+    return Signals(
+        line.period_s,
+        np.where(record.driven, record.sensed.volts, 0.0),
+        amperes,
+        angle,
+        speed,
+        (*(p.start for p in line.parts), line.count),
+        tuple(p.open for p in line.parts),
+        record.sensed.series_ohm,
+    )
+
+
+def _insist(record: MotorRecord, named: set[str]) -> None:
+    """Raises DataError when the current or the motion is missing, unusable, or never changes."""
+    where = f" in {record.capture.path}" if record.capture.path else ""
+    for names, what in (((CURRENT,), "current"), ((POSITION, SPEED), "position or speed")):
+        if not named & set(names):
+            given = any(record.capture.get(name) is not None for name in names)
+            why = (
+                "no usable reading (missing, or at the end of the range)" if given else "no channel"
+            )
+            raise DataError(
+                f"there is {why} of the {what}{where}: the fit of all six parameters needs "
+                "voltage, current and motion"
+            )
+        m = next(m for m in record.measured if m.block.name in names)
+        if float(np.ptp(m.values)) <= 1.5 * m.channel.resolution * record.gear:
+            raise DataError(
+                f"the {m.block.name} never changes{where}: check its sensor, and that the motor "
+                "moves"
+            )
+
+
+def start_values(records: Sequence[MotorRecord], fixed: Mapping[str, float]) -> dict[str, float]:
+    """R, L, K, B, J, T0 (SI) near the answer. Raises DataError where the signals contradict.
+
+    Records without a motion have no say where others have one.
+    """
+    moving = [record for record in records if shows_motion(record)]
+    data = [signals(record) for record in moving or records]
+    R, L, K = _electrical(data, fixed)
+    B, J, T0 = mechanical(data, K, fixed)
+    return {"R": R, "L": L, "K": K, "B": B, "J": J, "T0": T0} | dict(fixed)
+
+
+def shows_motion(record: MotorRecord) -> bool:
+    """Position or speed is measured."""
+    return any(m.block.name in (POSITION, SPEED) for m in record.measured)
+
+
+def _electrical(data: Sequence[Signals], fixed: Mapping[str, float]) -> tuple[float, float, float]:
+    rows = np.array([row for s in data for row in _voltage_windows(s)])
+    if not len(rows) or not np.abs(rows[:, 0]).max() > 0:
+        raise DataError("the motor was never driven in these captures: capture a run with a step")
+    known = {j: fixed[n] for j, n in enumerate(("R", "L", "K")) if n in fixed}
+    found = dict(known)
+    left = rows[:, 0] - sum((known[j] * rows[:, 1 + j] for j in known), np.zeros(len(rows)))
+    free = [j for j in range(3) if j not in known]
+    if free:
+        columns = rows[:, [1 + j for j in free]]
+        scale = np.sqrt((columns**2).sum(axis=0)) + 1e-300
+        solved = np.linalg.lstsq(columns / scale, left, rcond=1e-9)[0] / scale
+        found |= dict(zip(free, solved, strict=True))
+    R, L, K = (float(found[j]) for j in range(3))
+    if K <= 0 and "K" not in fixed:
+        K = _unseen_constant(rows)
+    peak = max(float(np.abs(s.current).max()) for s in data)
+    volts = max(float(np.abs(s.volts).max()) for s in data)
+    if R <= 0:
+        R = 0.5 * volts / peak
+    period = min(s.period_s for s in data)
+    if L <= 0 and fixed.get("L") != 0.0:
+        L = 0.3 * R * period
+    return R, L, K
+
+
+def _unseen_constant(rows: Floats) -> float:
+    """A start for a K whose back-EMF noise hides. Raises DataError where the motion is reversed."""
+    flux, angle = rows[:, 0], rows[:, 3]
+    if not dot(flux, angle) > 0:
+        raise DataError(
+            "the motor turns against its voltage in these captures: "
+            "reverse the encoder (or the motor's leads) in the rig"
+        )
+    return HIDDEN * dot(flux, flux) / dot(flux, angle)
+
+
+def _voltage_windows(s: Signals) -> Iterator[Floats]:
+    """Rows (∫v, ∫i, Δi, Δangle) over windows that double in length after every step."""
+    charge, flux = np.cumsum(s.current) * s.period_s, np.cumsum(s.volts) * s.period_s
+    for k, opened in enumerate(s.open):
+        a, stop, width = max(s.edges[k] - 1, 0), s.edges[k + 1] - 1, 1
+        while not opened and a < stop:
+            b = min(a + width, stop)
+            q = charge[b] - charge[a]
+            row = np.array(
+                [
+                    flux[b] - flux[a] - s.series_ohm * q,
+                    q,
+                    s.current[b] - s.current[a],
+                    s.angle[b] - s.angle[a],
+                ]
+            )
+            yield row / np.sqrt((b - a) * s.period_s)
+            a, width = b, min(2 * width, max(1, (stop - s.edges[k]) // 4))
+
+
+def mechanical(
+    data: Sequence[Signals], K: float, fixed: Mapping[str, float]
+) -> tuple[float, float, float]:
+    """B, J and T0 from windows of the torque."""
+    rows = np.array([row for s in data for row in _torque_windows(s, K)])
+    names = ("J", "B", "T0")
+    if not len(rows):
+        raise DataError("the motor did not move in these captures: raise the level of the steps")
+    known = {j: fixed[n] for j, n in enumerate(names) if n in fixed}
+    left = rows[:, 0] - sum((known[j] * rows[:, 1 + j] for j in known), np.zeros(len(rows)))
+    free = [j for j in range(3) if j not in known]
+    found = dict(known) | dict(zip(free, _non_negative(rows[:, [1 + j for j in free]], left),
+                                   strict=True))  # fmt: skip
+    J, B, T0 = (float(found[j]) for j in range(3))
+    if J <= 0:
+        raise DataError(
+            "the speed does not follow the current in these captures: check the sign and the "
+            "unit of the current and of the position"
+        )
+    return B, J, T0
+
+
+def _torque_windows(s: Signals, K: float) -> Iterator[Floats]:
+    """Rows (K ∫i, Δw, Δangle, time of motion with its sign)."""
+    charge = np.cumsum(s.current) * s.period_s
+    top = _top_speed(s)
+    if not top > 0:
+        return
+    for first, end in zip(s.edges[:-1], s.edges[1:], strict=True):
+        first, end = max(first - 1, 0), end - 1
+        width = max(SHORTEST, (end - first) // WINDOWS)
+        marks = range(first + width // 2, end - width // 2, width)
+        speeds = [_speed_at(s, m, width) for m in marks]
+        for (a, wa), (b, wb) in zip(
+            zip(marks[:-1], speeds[:-1], strict=True), zip(marks[1:], speeds[1:], strict=True),
+            strict=True,
+        ):  # fmt: skip
+            if wa * wb <= 0 or min(abs(wa), abs(wb)) < STALLED * top:
+                continue
+            time = (b - a) * s.period_s
+            yield np.array(
+                [
+                    K * (charge[b] - charge[a]),
+                    wb - wa,
+                    s.angle[b] - s.angle[a],
+                    time if wa > 0 else -time,
+                ]
+            ) / np.sqrt(time)
+
+
+def _top_speed(s: Signals) -> float:
+    width = max(2, SHORTEST, len(s.angle) // 200)
+    if len(s.angle) <= width:
+        return 0.0
+    return float(np.abs(s.angle[width:] - s.angle[:-width]).max()) / (width * s.period_s)
+
+
+def _speed_at(s: Signals, n: int, width: int) -> float:
+    half = max(width // 2, 1)
+    if s.speed is not None:
+        quarter = max(half // 2, 1)
+        return float(s.speed[n - quarter : n + quarter + 1].mean())
+    return float(s.angle[n + half] - s.angle[n - half]) / (2 * half * s.period_s)
+
+
+def _non_negative(columns: Floats, target: Floats) -> Floats:
+    """Least squares over the best set of columns whose coefficients come out positive."""
+    n = columns.shape[1]
+    best, smallest = np.zeros(n), float(target @ target)
+    for size in range(1, n + 1):
+        for chosen in combinations(range(n), size):
+            part = columns[:, chosen]
+            scale = np.sqrt((part**2).sum(axis=0)) + 1e-300
+            solved = np.linalg.lstsq(part / scale, target, rcond=None)[0] / scale
+            left = target - part @ solved
+            if (solved >= 0).all() and float(left @ left) < smallest:
+                smallest = float(left @ left)
+                best = np.zeros(n)
+                best[list(chosen)] = solved
+    return best

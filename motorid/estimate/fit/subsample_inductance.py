@@ -1,0 +1,194 @@
+"""An inductance that no reading shows: what PWM does with it tells it.
+
+Where L/R is far below a sample and the current is a mean over whole PWM periods, no reading shows
+how a current rises. How far it swings within those periods still depends on L, and with that what
+brushes and dead time take. Judged by the search's own last answer, a wrong L brings a wrong loss,
+and that an L which is worse: the search runs off, and takes friction with it. So one inductance
+after the other is held, what drives the motor is judged by it, and the likeliest is taken. With
+diode decay the size of the pulses tells it (pulses.py). How well either is foretold bounds it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from motorid.capture.model import CURRENT, SUPPLY, Capture
+from motorid.estimate.effects.held_inductance import Foretold
+from motorid.estimate.fit import discontinuous_current_inductance
+from motorid.estimate.fit.alternating_fit import with_inductance, with_sources
+from motorid.estimate.fit.multistart import vanished, whitened, with_delays
+from motorid.estimate.fit.parameter_bounds import merged
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.program_parts import by_part
+from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.covariance import statistical
+
+Fitted = tuple[list[MotorRecord], Solution]
+
+UNSEEN = 0.05  # standard deviation of the logarithm of an inductance that readings hardly tell
+WHITE = 0.1  # of that: the least of white noise, from which correlated noise may be as much
+RIPPLE, PULSES = "ripple", "pulses"  # within PWM periods
+BY = {RIPPLE: 0.08, PULSES: 0.04}  # the same of one that these tell
+TRUSTED = 0.15  # of the logarithm by readings: those that know it no better are no authority
+APART = 3.0  # standard deviations by which a contradiction is one
+NOMINAL = 0.03  # relative standard uncertainty of a supply that nobody measured
+BETTER = 0.5  # of their standard deviation: what readings tell that well they should not lose
+LARGEST, SMALLEST, FACTOR = 2.0, 0.01, 1.6  # of those held: L/R in sample periods
+CLEAR = 100.0  # of chi-square, by which a next one is worse than the likeliest
+CLOSE = 0.04  # logarithm: near enough to the likeliest
+KEPT = 0.3  # logarithm, by which a search may depart from it
+
+
+def told(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    fixed: Mapping[str, float],
+    known: Mapping[str, float],
+    seen: Solution,
+) -> Fitted | None:
+    """Other records of the same captures, and their solution with an inductance that ``seen``, at
+    ``known`` values, hardly tells; None where it does, or where neither ripple nor pulses can.
+    """
+    unsure = _unsure(seen, records)
+    if unsure < UNSEEN:
+        return None
+    search = _Search(records, free, fixed, known, seen)
+    inductance_h, by = discontinuous_current_inductance.inductance(records, seen), PULSES
+    if not inductance_h and any(record.ripples for record in records):
+        inductance_h, by = search.by_ripple(), RIPPLE
+    found = None
+    if inductance_h and not _contradicted(inductance_h / known["L"], by, unsure):
+        found = search.ended(inductance_h, by)
+    for record in (*records, *(found[0] if found else ())):
+        record.simulated += search.spent
+    return found
+
+
+def _contradicted(ratio: float, by: str, unsure: float) -> bool:
+    """By readings that are some authority, and tell an inductance so many times smaller."""
+    return unsure < TRUSTED and abs(math.log(ratio)) > APART * math.hypot(unsure, BY[by])
+
+
+def _of_chain(capture: Capture) -> float:
+    """What an inductance is uncertain by, as it goes with the supply over the current."""
+    current, supply = capture.get(CURRENT), capture.get(SUPPLY)
+    rail = NOMINAL if supply is None else supply.gain_uncertainty
+    return math.hypot(rail, current.gain_uncertainty if current is not None else 0.0)
+
+
+def _unsure(solution: Solution, records: Sequence[MotorRecord]) -> float:
+    """Standard deviation of the logarithm of the inductance, as far as it matters; 0: held."""
+    if all(unknown.name != "L" for unknown in solution.unknowns):
+        return 0.0
+    k = _place(solution)
+    if solution.at_bound[k] or vanished(solution, records):
+        return math.inf
+    white = math.sqrt(max(float(solution.covariance[k, k]), 0.0))
+    return white if white < WHITE * UNSEEN else _deviation(solution, records)
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Fits of captures with one inductance after the other, all from ``known`` values.
+
+    ``before`` are records of them that have a solution with those values, ``near``.
+    """
+
+    before: Sequence[MotorRecord]
+    free: Sequence[str]
+    fixed: Mapping[str, float]
+    known: Mapping[str, float]
+    near: Solution
+    trials: list[int] = field(default_factory=list)  # responses of each
+
+    @property
+    def spent(self) -> int:
+        """Responses of all trials."""
+        return sum(self.trials)
+
+    def held(self, inductance_h: float) -> Fitted:
+        """With that one."""
+        records = [
+            MotorRecord(record.capture, self.free, self.fixed, record.shape)
+            for record in self.before
+        ]
+        solution = with_inductance(records, self.free, self.known, self.near, inductance_h)
+        self.trials.append(max(record.simulated for record in records))
+        return records, solution
+
+    def by_ripple(self) -> float | None:
+        """H of the likeliest where others are clearly less likely."""
+
+        def worse(log_h: float) -> float:
+            return self.held(math.exp(log_h))[1].objective
+
+        tau = self.known["R"] * min(r.timeline.period_s for r in self.before)
+        count = math.ceil(math.log(LARGEST / SMALLEST, FACTOR))
+        logs = math.log(tau * LARGEST) - math.log(FACTOR) * np.arange(count)
+        found = [worse(log_h) for log_h in logs]
+        k = int(np.argmin(found))
+        if k in (0, count - 1) or min(found[k - 1], found[k + 1]) < found[k] + CLEAR:
+            return None
+        from scipy.optimize import minimize_scalar  # rarely needed, and slow to load
+
+        ends = float(logs[k + 1]), float(logs[k - 1])
+        best = minimize_scalar(worse, bounds=ends, method="bounded", options={"xatol": CLOSE})
+        return math.exp(float(best.x))
+
+    def ended(self, inductance_h: float, by: str) -> Fitted | None:
+        """With an inductance known ``by`` something, or better if its readings tell it.
+
+        None where they would tell it better, if it were that, but do not.
+        """
+        unsure = max(math.hypot(BY[by], _of_chain(record.capture)) for record in self.before)
+        records, held = self.held(inductance_h)
+        would_tell = _deviation(held, records)
+        alone = self.finished(records, held)
+        if _stays(alone, held, _deviation(alone, records), unsure):
+            return records, alone
+        if would_tell < BETTER * unsure:
+            return None
+        _, larger = self.held(inductance_h * math.exp(unsure))
+        records, held = self.held(inductance_h)
+        for record in records:
+            record.foretold = Foretold(inductance_h, by, _shift(held, larger))
+        return records, self.finished(records, held)
+
+    def finished(self, records: Sequence[MotorRecord], held: Solution) -> Solution:
+        """From a held one to an end like that of any other fit."""
+        start = merged(self.known, held)
+        for record, before in zip(records, self.before, strict=True):
+            record.rivals = before.rivals
+        solution = with_sources(records, self.free, start)
+        solution = with_delays(records, self.free, start, solution)
+        return whitened(records, self.free, merged(start, solution), solution)
+
+
+def _stays(alone: Solution, held: Solution, deviation: float, unsure: float) -> bool:
+    """The search keeps to what it was given, and its readings tell it better."""
+    k = _place(alone)
+    moved = math.log(float(alone.values[k] / held.values[k]))
+    return not alone.at_bound[k] and abs(moved) < KEPT and deviation < unsure
+
+
+def _place(solution: Solution) -> int:
+    return [unknown.name for unknown in solution.unknowns].index("L")
+
+
+def _deviation(solution: Solution, records: Sequence[MotorRecord]) -> float:
+    """Of the logarithm of the inductance, whatever the noise, with the spread of the parts."""
+    spread = statistical(solution, parts=by_part(solution, records))
+    return float(spread.deviations[_place(solution)])
+
+
+def _shift(held: Solution, larger: Solution) -> dict[str, float]:
+    """By name, of search coordinates."""
+    each = zip(held.unknowns, held.values, larger.values, strict=True)
+    return {
+        u.name: math.log(float(b / a)) if u.log and a > 0 and b > 0 else float(b - a)
+        for u, a, b in each
+    }

@@ -1,0 +1,1 @@
+"""A capture as the likelihood sees it: residuals, their weights, their correlation."""

@@ -1,0 +1,218 @@
+"""A capture as the likelihood sees it under a wider model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import POSITION
+from motorid.estimate.model.angle_spectrum import MOST
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.extended_terms import ADDED, COPPER_PER_K, NAMES, Scales, Term, unknown
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.signals.intersample_voltage import JOINED
+from motorid.estimate.signals.measurements import EMF, Measured
+from motorid.estimate.signals.smoothing import smoothed
+from motorid.estimate.solver.problem import Unknown
+from motorid.motor.response import Output, Quantity, Response, Stretch
+from motorid.motor.wide import WideResponse
+
+Floats = NDArray[np.float64]
+Priors = Mapping[str, tuple[float, float]]
+
+PLACE = {name: k for k, name in enumerate(NAMES)}
+FINE = 0.02  # rad of an encoder's step that shows what repeats 60 times a turn
+EXACT = 0.05  # rad of the shortest period that is looked for: what its rounding may err by
+WARMTH_SD = 0.1  # of R, by which a run may begin warmer than the first
+
+
+class WideRecord(MotorRecord):
+    """``MotorRecord`` whose shared parameters may be any of ``terms.NAMES``."""
+
+    names = NAMES
+    _steps: NDArray[np.uint8] | None = None
+    _rotor: Floats | None = None  # its angle (rad) at every tick, where it is measured
+
+    def __init__(
+        self,
+        six: MotorRecord,
+        free: Sequence[str],
+        fixed: Mapping[str, float],
+        terms: Sequence[Term],
+        scales: Scales,
+        priors: Priors,
+        first: bool,
+    ) -> None:
+        absent = {name: added.absent for name, added in ADDED.items()}
+        log = six.sensed.waveform
+        shape = log.shape if log is not None else JOINED
+        super().__init__(six.capture, free, {**absent, **fixed}, shape)
+        self.scales, self.priors = scales, priors
+        self._repeats = any(term.per_turn for term in terms)
+        for term in terms:
+            if term.phase and not (first and term.phase == "initial_warmth"):
+                self._own.add(self._phase(term.phase))
+        self.unknowns = tuple(self._own.unknowns)
+        if six.delay_is_free:
+            self.free_delay()
+        self.adopt(six)
+
+    @staticmethod
+    def _phase(name: str) -> Unknown:
+        if name == "initial_warmth":  # relative to the first run's R
+            return Unknown(name, 0.0, scale=0.01, prior_sd=WARMTH_SD)
+        return Unknown(name, 0.0)
+
+    def adopt(self, other: MotorRecord) -> None:
+        """Be driven as another record of the same capture is."""
+        self.foretold = other.foretold
+        self.excite(other.driving)
+        known = {u.name: u for u in other.unknowns}
+
+        def expected(u: Unknown) -> Unknown:
+            as_known = known.get(u.name, u)
+            return replace(u, prior_mean=as_known.prior_mean, prior_sd=as_known.prior_sd)
+
+        self._renew(expected)
+
+    def follow(self, other: MotorRecord) -> None:
+        """Take over how another record of the same capture sees noise, and its steps."""
+        self.whiten(other.filters)
+        self.thin(other.thinned)
+        self.step_as(other)
+
+    def step_as(self, other: MotorRecord) -> None:
+        """Integrate with the steps of another record of the same capture."""
+        if isinstance(other, WideRecord) and other._steps is not None:
+            self._steps, self._rotor = other._steps, other._rotor
+            self._prepare(self.response)
+            self._memory.clear()
+
+    def starting(self, values: Mapping[str, float]) -> None:
+        """Begin nuisances at these values, those that are named."""
+        self._renew(lambda u: replace(u, start=values.get(u.name, u.start)))
+
+    def _renew(self, change: Callable[[Unknown], Unknown]) -> None:
+        self._own.unknowns = [change(u) for u in self._own.unknowns]
+        self.unknowns = tuple(self._own.unknowns)
+
+    def respond(
+        self,
+        period_s: float,
+        volts: Floats,
+        outputs: Sequence[Output],
+        stretches: Sequence[Stretch] = (Stretch(0),),
+        pwm_period_s: float = 0.0,
+    ) -> Response:
+        """The wider motor, with the steps that were planned last."""
+        response = WideResponse(period_s, volts, outputs, stretches, pwm_period_s)
+        self._prepare(response)
+        return response
+
+    def _prepare(self, response: Response) -> None:
+        assert isinstance(response, WideResponse)
+        if self._steps is not None:
+            response.levels = self._steps
+        response.angle = self._rotor
+
+    def plan(self, shared: Floats, own: Floats) -> None:
+        """Choose the integration's steps for these parameters, and keep them."""
+        assert isinstance(self.response, WideResponse)
+        if self._repeats:
+            self.locate(shared, own)
+        self.response.plan(self.motor(shared), self._initial(own))
+        self._steps = self.response.levels
+        self._memory.clear()
+
+    def locate(self, shared: Floats, own: Floats) -> None:
+        """Let what repeats with the rotor follow its measured angle, where an encoder shows it.
+
+        The model's angle adds up what is wrong of a speed, many turns of it.
+        """
+        fine = [
+            k
+            for k, m in enumerate(self.measured)
+            if m.block.name == POSITION and 0.0 < m.channel.resolution * self.gear < FINE
+        ]
+        if not fine:
+            return
+        m, model = self.measured[fine[0]], self.fitted(shared, own)[fine[0]]
+        rounded = m.channel.resolution * self.gear / math.sqrt(12.0) * MOST / EXACT
+        about = int(rounded**2 / 2.0)  # readings on either side that its rounding is smoothed over
+        left = m.values - model
+        shown = model + (smoothed(left, about) if about else left)
+        shown -= m.values[0]  # a fitted origin would turn every phase as it moves
+        late = m.channel.delay_s / self.timeline.period_s
+        self._rotor = np.interp(np.arange(self.timeline.count), m.keep - late, shown)
+        self._prepare(self.response)
+        self._memory.clear()
+
+    def retake_sources(self, shared: Floats, own: Floats) -> None:
+        """As the six-parameter record's; the steps are planned anew."""
+        super().retake_sources(shared, own)
+        self.plan(shared, own)
+
+    def unknown(self, name: str, start: float) -> Unknown:
+        """A parameter beyond the six."""
+        return unknown(name, start, self.scales, self.priors.get(name))
+
+    def motor(self, shared: Floats) -> Floats:
+        """The values by ``motorid.motor.wide.NAMES``."""
+        values = super().motor(shared)
+        share, inertia = values[PLACE["J2_share"]], values[PLACE["J"]]
+        values[PLACE["per_C_w"]] *= COPPER_PER_K * values[PLACE["R"]]
+        values[PLACE["J2_share"]], values[PLACE["J"]] = share * inertia, (1 - share) * inertia
+        return values
+
+    def fitted(self, shared: Floats, own: Floats) -> list[Floats]:
+        """As the six-parameter record's; an open bridge shows the ripple of K too."""
+        models = super().fitted(shared, own)
+        ripple = self.motor(shared)[PLACE["k_K"]]
+        if ripple == 0.0 or self._rotor is None:
+            return models
+        for k, m in enumerate(self.measured):
+            if m.block.name == EMF:
+                steady = models[k] - self._own.of(own, "voltage_offset")
+                models[k] = models[k] + ripple * self._rippled(m, steady, shared, own)
+        return models
+
+    def _rippled(self, m: Measured, volts: Floats, shared: Floats, own: Floats) -> Floats:
+        """What a ripple of 1 adds to readings (n,) of a back-EMF."""
+        assert self._rotor is not None
+        periods = self.motor(shared)[PLACE["N_r"]]
+        phase, output = self._own.of(own, "ripple_phase"), self.outputs[m.row]
+        ticks = np.arange(self.timeline.count)
+        past = m.keep if m.past is None else m.keep + m.past
+        at = past - output.delay_s / self.timeline.period_s
+        angle = periods * np.interp(at, ticks, self._rotor) + phase
+        if output.aperture_s == 0.0:
+            return np.asarray(volts * np.cos(angle))
+        before = at - output.aperture_s / self.timeline.period_s
+        turned = np.sin(angle) - np.sin(periods * np.interp(before, ticks, self._rotor) + phase)
+        return np.asarray(self.emf_constant(shared) * turned / (periods * output.aperture_s))
+
+    def emf_constant(self, shared: Floats) -> float:
+        """V·s/rad that an open bridge shows."""
+        values = self.motor(shared)
+        return float(values[PLACE["K"]] * (1.0 + values[PLACE["d_Ke"]]))
+
+    def angle(self, shared: Floats, own: Floats) -> Floats:
+        """The rotor's (count,), rad from the first tick: as measured, else the model's."""
+        if self._rotor is not None:
+            return self._rotor
+        over = self.respond(
+            self.timeline.period_s, self.volts, [Output(Quantity.POSITION)], self.stretches
+        )
+        return np.asarray(over(self.motor(shared), self._initial(own))[0])
+
+    def _initial(self, own: Floats) -> tuple[float, ...]:
+        of = self._own.of
+        names = ("initial_warmth", "cogging_phase", "ripple_phase")
+        return (*super()._initial(own), *(of(own, name) for name in names))
+
+
+assert NAMES[: len(PARAMETERS)] == PARAMETERS

@@ -1,0 +1,177 @@
+"""What a wider model may add to the six parameters: terms, their parameters, and how those move."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from motorid.errors import UsageError, nearest
+from motorid.estimate import AUTO, SIX
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.solver.problem import Unknown
+
+COPPER_PER_K = 0.00393  # at 20 to 25 °C (IEC 60228)
+
+
+@dataclass(frozen=True)
+class Added:
+    """A parameter beyond the six. ``absent`` is its value where its term is left out.
+
+    ``log``: positive, searched by its logarithm. ``scale``: which of ``Scales`` it is counted in,
+    and what part of that a search begins with.
+    """
+
+    unit: str
+    meaning: str
+    scale: str
+    part: float
+    log: bool = False
+    lower: float = 0.0
+    upper: float = float("inf")
+    absent: float = 0.0
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Typical sizes in these captures, SI: they set steps and start values, never an answer."""
+
+    volts: float
+    current: float  # at stall
+    speed: float
+    torque: float
+    resistance: float
+    inertia: float
+    duration: float  # s
+    one: float = 1.0
+
+    def of(self, name: str) -> float:
+        """The size of an added parameter."""
+        sizes = {
+            "1": self.one,
+            "V": self.volts,
+            "A": self.current,
+            "rad/s": self.speed,
+            "N·m": self.torque,
+            "N·m·s²/rad²": self.torque / self.speed**2,
+            "K/J": 1.0 / (COPPER_PER_K * self.resistance * self.current**2 * self.duration),
+            "1/s": 1.0 / self.duration,
+            "N·m/rad": self.inertia * (self.speed / 10.0) ** 2,
+            "N·m·s/rad": self.inertia / self.duration,
+        }
+        return sizes[ADDED[name].scale]
+
+
+ADDED = {
+    "d_Ke": Added("1", "back-EMF constant over torque constant, less 1", "1", 0.0, lower=-0.9),
+    "V_b": Added("V", "brush drop at large current", "V", 0.01),
+    "i_b": Added("A", "current over which the brush drop rises", "A", 0.05, log=True),
+    "T_lc": Added("N·m·s²/rad²", "quadratic load", "N·m·s²/rad²", 0.1),
+    "d_T0": Added("1", "Coulomb torque forwards over its mean, less 1", "1", 0.0, False, -1.0, 1.0),
+    "T_s": Added("N·m", "breakaway torque above T0", "N·m", 0.2),
+    "w_s": Added("rad/s", "Stribeck speed", "rad/s", 0.05, log=True),
+    "T_c": Added("N·m", "cogging torque, amplitude", "N·m", 0.1),
+    "N_c": Added("1", "cogging periods a turn", "1", 0.0),
+    "k_K": Added("1", "commutation ripple of K, amplitude", "1", 0.01),
+    "k_R": Added("1", "commutation ripple of R, amplitude", "1", 0.0, lower=-1.0, upper=1.0),
+    "N_r": Added("1", "commutations a turn", "1", 0.0),
+    "per_C_w": Added("K/J", "one over the heat capacity of the winding", "K/J", 0.1),
+    "k_w": Added("1/s", "cooling rate of the winding", "1/s", 0.0),
+    "J2_share": Added("1", "share of J behind the flexible shaft", "1", 0.5, False, 0.01, 0.99),
+    "Ks": Added("N·m/rad", "stiffness of the shaft", "N·m/rad", 1.0, log=True),
+    "b": Added("N·m·s/rad", "damping of the shaft", "N·m·s/rad", 1.0),
+}
+"""In the order of ``motorid.motor.wide.NAMES`` after the six."""
+NAMES = (*PARAMETERS, *ADDED)
+
+
+@dataclass(frozen=True, eq=False)  # each is itself
+class Term:
+    """One effect. ``free``: the parameters that it adds; ``size``: the one that is 0 without it.
+
+    ``shapes``: values, in units of ``Scales``, that the screen tries for a parameter which means
+    nothing while the size is 0. ``phase``: the nuisance of every capture that it needs.
+    """
+
+    name: str
+    title: str
+    equation: str
+    free: tuple[str, ...]
+    size: str
+    shapes: Mapping[str, tuple[float, ...]]
+    phase: str = ""
+    per_turn: str = ""  # the parameter that is counted, not searched
+
+    @property
+    def sizes(self) -> tuple[str, ...]:
+        """Those of ``free`` that are 0 without it."""
+        return self.free if self.per_turn else (self.size,)
+
+
+TERMS = {
+    term.name: term
+    for term in (
+        Term(
+            "brush-drop", "voltage drop of the brushes", "v has V_b i/√(i² + i_b²) more",
+            ("V_b", "i_b"), "V_b", {"i_b": (0.02, 0.05, 0.15)},
+        ),
+        Term(
+            "quadratic-load", "load that grows with the square of speed",
+            "friction has T_lc w |w| more", ("T_lc",), "T_lc", {},
+        ),
+        Term(
+            "direction", "friction that differs with direction", "T0 is T0 (1 + d_T0 sign w)",
+            ("d_T0",), "d_T0", {},
+        ),
+        Term(
+            "stribeck", "friction that is higher at low speed",
+            "friction has T_s exp(−(w/w_s)²) sign w more", ("T_s", "w_s"), "T_s",
+            {"w_s": (0.01, 0.03, 0.1, 0.3)},
+        ),
+        Term(
+            "cogging", "torque that varies with the rotor's position",
+            "torque has T_c sin(N_c angle + phase) less", ("T_c",), "T_c", {},
+            "cogging_phase", "N_c",
+        ),
+        Term(
+            "ripple", "K and R that vary with commutation",
+            "K is K (1 + k_K cos(N_r angle + phase)), R likewise with k_R", ("k_K", "k_R"), "k_K",
+            {}, "ripple_phase", "N_r",
+        ),
+        Term(
+            "heating", "a winding that warms up within a run",
+            "C_w dT/dt = R i² − k_w C_w T, R rises by 0.393 %/K of T", ("per_C_w", "k_w"),
+            "per_C_w", {}, "initial_warmth",
+        ),
+        Term(
+            "two-masses", "a flexible shaft between two inertias",
+            "J is J1 + J2, joined by Ks and b", ("J2_share", "Ks", "b"), "J2_share", {},
+        ),
+        Term(
+            "ke-kt", "a back-EMF constant apart from the torque constant",
+            "the back-EMF is K (1 + d_Ke) w", ("d_Ke",), "d_Ke", {},
+        ),
+    )
+}  # fmt: skip
+
+
+def parse(model: str) -> tuple[Term, ...]:
+    """The terms of NAME[+NAME]. Raises UsageError that names the nearest."""
+    found = []
+    for name in model.split("+"):
+        if name not in TERMS:
+            known = (SIX, AUTO, *TERMS)
+            raise UsageError(
+                f'there is no model "{name}"{nearest(name, known)}; the models are '
+                f"{', '.join(known)}, and terms joined by +"
+            )
+        found.append(TERMS[name])
+    return tuple(dict.fromkeys(found))
+
+
+def unknown(name: str, start: float, scales: Scales, prior: tuple[float, float] | None) -> Unknown:
+    """An added parameter as the search takes it. ``prior``: (mean, sd) in search coordinates."""
+    added = ADDED[name]
+    mean, sd = prior or (0.0, float("inf"))
+    return Unknown(
+        name, start, added.lower, added.upper, added.log, scales.of(name), mean, sd
+    )  # fmt: skip

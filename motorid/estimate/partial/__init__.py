@@ -1,0 +1,1 @@
+"""Fits of captures that lack a voltage, a current, a motion or all motion."""

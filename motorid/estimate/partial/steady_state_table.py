@@ -1,0 +1,230 @@
+"""The fit of steady points without an order in time: a maker's table of speed, torque and current.
+
+    V = R i + K ω        T_load = K i − B ω − T0
+
+Both are fitted as straight lines by least squares. At one supply voltage current and speed lie on
+a line of their own, and B cannot be told from K and T0: it is taken as 0 in the torque's slope with
+the current, which is K.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid import __version__
+from motorid.capture.model import CURRENT, SPEED, TORQUE, VOLTAGE, Capture
+from motorid.capture.store import describe
+from motorid.errors import DataError, UsageError
+from motorid.estimate.partial.mechanical_results import Judge, Quantity, fixed, unknown
+from motorid.estimate.results.estimate import PARAMETERS, UNITS, Diagnostic, Estimate, Parameter
+
+Floats = NDArray[np.float64]
+Columns = Mapping[str, Floats]
+
+FEWEST_POINTS = 8
+APART = 0.05  # relative difference of the two K's that is worth saying
+STRAIGHT = 1e-3  # scatter of the torque about a line, relative to its range
+WHY = "steady points show no dynamics and no friction of their own; a run from rest with voltage, "
+WHY += "current and speed, and a coast-down, would tell"
+
+
+def suits(captures: Sequence[Capture]) -> bool:
+    """Whether all captures are tables of steady points."""
+    return bool(captures) and all(c.provenance.get("static") is True for c in captures)
+
+
+def fit(captures: Sequence[Capture], *, fix: Mapping[str, float] | None = None) -> Estimate:
+    """R and K, as far as the volts, current, speed and torque of steady points tell them.
+
+    Raises DataError where there are too few points, or neither volts nor torque; UsageError on an
+    unknown name.
+    """
+    for name in fix or {}:
+        if name not in PARAMETERS:
+            raise UsageError(f"{name!r} is not a parameter: {', '.join(PARAMETERS)}")
+    columns = {name: _joined(captures, name) for name in (CURRENT, SPEED, VOLTAGE, TORQUE)}
+    points = len(columns[CURRENT])
+    if points < FEWEST_POINTS:
+        raise DataError(
+            f"steady points need at least {FEWEST_POINTS} rows with a current: map more of the "
+            "table, or map time if its rows follow each other"
+        )
+    judge = Judge(points - 2)
+    shifted = list(_shifted(captures, columns))
+    electrical = _with_instrument(_electrical, columns, shifted)
+    torque = _with_instrument(_torque, columns, shifted)
+    if electrical and torque:  # two ways to K: their difference is a systematic uncertainty
+        apart = abs(electrical["K"].value - torque["K"].value) / 2
+        both = float(np.hypot(torque["K"].instrument, apart))
+        torque["K"] = replace(torque["K"], instrument=both)
+    if not electrical and not torque:
+        raise DataError("steady points need voltage and speed for R and K, or torque for K")
+    found = {name: unknown(name, UNITS[name], WHY) for name in PARAMETERS}
+    found |= _judged(judge, {**electrical, **torque})
+    combinations = {}
+    if torque and electrical:
+        combinations["Ke"] = judge.parameter(
+            "Ke", "V·s/rad", electrical["K"], "back-EMF constant, from volts and speed"
+        )
+    found |= {name: fixed(name, UNITS[name], value) for name, value in (fix or {}).items()}
+    return Estimate(
+        model="V = R i + K ω; T = K i − T0 (steady points, B neglected)",
+        method="least squares",
+        parameters=found,
+        combinations=combinations,
+        derived={},
+        nuisance={},
+        free=(),
+        correlation=np.zeros((0, 0)),
+        chi_square=0.0,
+        degrees_of_freedom=points - 2,
+        evaluations=1,
+        diagnostics=(
+            *_apart(electrical, torque),
+            *_too_straight(columns),
+            *_undeclared(shifted),
+            *_notes(captures),
+        ),
+        inputs=tuple(describe(capture) for capture in captures),
+        options={"fix": dict(fix or {})},
+        versions={"motorid": __version__, "numpy": np.__version__},
+    )
+
+
+def _joined(captures: Sequence[Capture], name: str) -> Floats:
+    """A quantity's points of all captures, or none where one lacks it."""
+    channels = [capture.get(name) for capture in captures]
+    if any(channel is None for channel in channels):
+        return np.zeros(0)
+    return np.concatenate([channel.values for channel in channels if channel is not None])
+
+
+def _shifted(captures: Sequence[Capture], columns: Mapping[str, Floats]) -> Iterator[Columns]:
+    """The columns as each declared cause would move them by its standard uncertainty.
+
+    Captures share their instruments: one cause moves all of them together.
+    """
+    for name, values in columns.items():
+        if not len(values):
+            continue
+        for key, sizes in (("gain_uncertainty", values), ("offset_uncertainty", None)):
+            declared = [
+                np.full(len(capture), getattr(capture.channels[name], key)) for capture in captures
+            ]
+            shift = np.concatenate(declared) * (1.0 if sizes is None else sizes)
+            if shift.any():
+                yield {**columns, name: values + shift}
+
+
+def _with_instrument(
+    solve: Callable[[Columns], dict[str, Quantity]], columns: Columns, shifted: Sequence[Columns]
+) -> dict[str, Quantity]:
+    """The quantities with what each cause does to them, causes independent of each other."""
+    found = solve(columns)
+    moved = [solve(other) for other in shifted]
+    return {
+        name: replace(
+            q, instrument=float(np.sqrt(sum((m[name].value - q.value) ** 2 for m in moved if m)))
+        )
+        for name, q in found.items()
+    }
+
+
+def _undeclared(shifted: Sequence[Columns]) -> tuple[Diagnostic, ...]:
+    """Without a declared uncertainty the intervals say less than they seem to."""
+    if shifted:
+        return ()
+    return (
+        Diagnostic(
+            "no_instrument_uncertainty",
+            "info",
+            "No uncertainty of gain or offset is declared for these points, so the intervals hold "
+            "their scatter only; import them with --gain-uncertainty, such as current=0.005.",
+        ),
+    )
+
+
+def _judged(judge: Judge, quantities: Mapping[str, Quantity]) -> dict[str, Parameter]:
+    return {name: judge.parameter(name, UNITS[name], q) for name, q in quantities.items()}
+
+
+def _line(drive: Floats, *regressors: Floats) -> tuple[Floats, Floats]:
+    """Least-squares coefficients and their covariance."""
+    matrix = np.stack(regressors, axis=1)
+    values, _, rank, _ = np.linalg.lstsq(matrix, drive, rcond=None)
+    if rank < matrix.shape[1]:
+        raise DataError("the steady points are all alike: nothing can be fitted to them")
+    residual = drive - matrix @ values
+    variance = float(residual @ residual) / max(len(drive) - len(values), 1)
+    covariance = variance * np.linalg.inv(matrix.T @ matrix)
+    return np.asarray(values, np.float64), np.asarray(covariance, np.float64)
+
+
+def _electrical(columns: Mapping[str, Floats]) -> dict[str, Quantity]:
+    """R and K from i = V/R − (K/R) ω."""
+    current, speed, volts = columns[CURRENT], columns[SPEED], columns[VOLTAGE]
+    if not len(volts) or not len(speed):
+        return {}
+    (g, h), cov = _line(current, volts, -speed)
+    if g <= 0:
+        return {}
+    slope = np.array([-h / g**2, 1 / g])
+    return {
+        "R": Quantity(float(1 / g), float(cov[0, 0] / g**4)),
+        "K": Quantity(float(h / g), float(slope @ cov @ slope)),
+    }
+
+
+def _torque(columns: Mapping[str, Floats]) -> dict[str, Quantity]:
+    """K and T0 from T = K i − T0."""
+    current, torque = columns[CURRENT], columns[TORQUE]
+    if not len(torque):
+        return {}
+    (K, T0), cov = _line(torque, current, -np.ones(len(torque)))
+    return {"K": Quantity(float(K), float(cov[0, 0])), "T0": Quantity(float(T0), float(cov[1, 1]))}
+
+
+def _apart(
+    electrical: Mapping[str, Quantity], torque: Mapping[str, Quantity]
+) -> tuple[Diagnostic, ...]:
+    if not electrical or not torque:
+        return ()
+    emf, constant = electrical["K"].value, torque["K"].value
+    if abs(emf / constant - 1) <= APART:
+        return ()
+    return (
+        Diagnostic(
+            "constants_differ",
+            "warning",
+            f"Volts and speed give K = {emf:.4g} V·s/rad, torque and current {constant:.4g} N·m/A; "
+            "in one motor these are equal. Suspect volts that sag under load, or torque that was "
+            "not measured at the shaft. K is the latter here.",
+        ),
+    )
+
+
+def _too_straight(columns: Mapping[str, Floats]) -> tuple[Diagnostic, ...]:
+    """A table whose points lie on a line as well as its digits allow was hardly measured."""
+    current, torque = columns[CURRENT], columns[TORQUE]
+    if not len(torque):
+        return ()
+    scatter = np.std(torque - np.polyval(np.polyfit(current, torque, 1), current))
+    if scatter > STRAIGHT * np.ptp(torque):
+        return ()
+    return (
+        Diagnostic(
+            "computed_table",
+            "warning",
+            "Torque and current lie on one straight line to the last digits: these points were "
+            "computed or smoothed, so their scatter says nothing of how well the motor is known.",
+        ),
+    )
+
+
+def _notes(captures: Sequence[Capture]) -> list[Diagnostic]:
+    notes = dict.fromkeys(note for c in captures for note in c.provenance.get("notes", ()))
+    return [Diagnostic("import", "info", f"On import: {note}.") for note in notes]

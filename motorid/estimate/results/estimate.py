@@ -1,0 +1,148 @@
+"""What a fit says: values with two-part uncertainty, their standing, and the evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from motorid.estimate.alternative import Alternative
+    from motorid.estimate.effects.winding_temperature import Rise
+
+Floats = NDArray[np.float64]
+Status = Literal["estimated", "fixed", "at_bound", "not_identifiable"]
+Severity = Literal["info", "warning", "error"]
+Strength = Literal["named", "not excluded"]
+
+PARAMETERS = ("R", "L", "K", "B", "J", "T0")
+UNITS = {"R": "ohm", "L": "H", "K": "N·m/A", "B": "N·m·s/rad", "J": "kg·m²", "T0": "N·m"}
+MEANING = {
+    "R": "resistance at the terminals, as run",
+    "L": "inductance",
+    "K": "torque and back-EMF constant",
+    "B": "viscous friction",
+    "J": "inertia",
+    "T0": "Coulomb torque",
+}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One quantity. Uncertainties are standard ones in ``unit``; ``value`` None: unknown.
+
+    ``total`` combines ``statistical`` (noise and spread between runs) with ``instrument`` (gain,
+    offset, timing, supply, rig facts). ``interval_95`` is (low, high) from the total. ``note`` says
+    why a status is not "estimated", and which run would help.
+    """
+
+    name: str
+    unit: str
+    value: float | None
+    statistical: float | None
+    instrument: float | None
+    total: float | None
+    interval_95: tuple[float, float] | None
+    status: Status
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Diagnostic:
+    """One finding about the data or the fit, as a sentence for a person and a code for a script."""
+
+    code: str
+    severity: Severity
+    message: str
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """A fault of the measuring chain: ``evidence`` for it, and the ``action`` that mends it.
+
+    ``where`` is a channel or a part of the rig. "named": these data show it. "not excluded": it
+    would leave no trace in these data.
+    """
+
+    code: str
+    where: str
+    evidence: str
+    action: str
+    strength: Strength
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One channel of one capture, measured against fitted, for the report. Shapes (n,)."""
+
+    capture: int
+    channel: str
+    unit: str
+    time_s: Floats
+    measured: Floats
+    fitted: Floats
+    sigma: float  # standard deviation of the residual that the fit settled on
+
+
+@dataclass(frozen=True)
+class SteadyRow:
+    """One steady-state level: means over the segment, and the model's current there."""
+
+    capture: int
+    start_s: float
+    end_s: float
+    voltage_v: float | None
+    current_a: float | None
+    speed_rad_s: float | None
+    fitted_current_a: float | None
+
+
+@dataclass(frozen=True)
+class SegmentRow:
+    """One stretch of a capture as the segmenter named it; ``reason`` says why it is rejected."""
+
+    capture: int
+    kind: str
+    start_s: float
+    end_s: float
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """The answer of a fit.
+
+    ``parameters`` holds R, L, K, B, J, T0 always, in that order, then what the model adds.
+    ``combinations`` are ratios such as "J/K" which the data know when the parameters alone are
+    not known. ``derived`` are figures such as the no-load speed. ``nuisance`` are the offsets and
+    delays estimated on the way. ``correlation`` is over ``free`` (names, in order). ``budget``
+    holds, for each free parameter, the standard uncertainty in its unit that each cause gives.
+    ``at_25`` has R_25, and K_25 where the magnets' coefficient is stated: R and K at 25 °C.
+    """
+
+    model: str
+    method: str
+    parameters: Mapping[str, Parameter]
+    combinations: Mapping[str, Parameter]
+    derived: Mapping[str, Parameter]
+    nuisance: Mapping[str, Parameter]
+    free: tuple[str, ...]
+    correlation: Floats
+    chi_square: float
+    degrees_of_freedom: int
+    evaluations: int
+    diagnostics: tuple[Diagnostic, ...]
+    curves: tuple[Curve, ...] = ()
+    steady: tuple[SteadyRow, ...] = ()
+    segments: tuple[SegmentRow, ...] = ()
+    inputs: tuple[Mapping[str, Any], ...] = ()  # path, sha256, samples, serial of each capture
+    options: Mapping[str, Any] = field(default_factory=dict)
+    versions: Mapping[str, str] = field(default_factory=dict)
+    budget: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    suspects: Sequence[Suspect] = ()
+    alternative: Alternative | None = None  # a better model beside this answer
+    at_25: Mapping[str, Parameter] = field(default_factory=dict)
+    rise: Rise | None = None  # how warm the runs made the winding

@@ -1,0 +1,1 @@
+"""The search for a better model than the six parameters."""

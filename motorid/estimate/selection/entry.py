@@ -1,0 +1,218 @@
+"""The six-parameter answer with a better model beside it: where the data ask for one, or a person.
+
+The six-parameter answer itself is never changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from motorid.capture.model import Capture
+from motorid.errors import DataError
+from motorid.estimate import AUTO, SIX
+from motorid.estimate.alternative import TermTrial
+from motorid.estimate.diagnosis.refit import plain
+from motorid.estimate.effects.brush_and_heating import lossless
+from motorid.estimate.fit import alternating_fit, joint_fit, multistart
+from motorid.estimate.fit.assemble import report
+from motorid.estimate.fit.parameter_bounds import held_values, merged
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.extended_terms import TERMS, Term, parse
+from motorid.estimate.results.estimate import PARAMETERS, Diagnostic, Estimate, Parameter
+from motorid.estimate.selection.extended_fit import Fitted, begin, finished
+from motorid.estimate.selection.extended_results import alternative, findings
+from motorid.estimate.selection.forward_selection import Trial, asks, select
+from motorid.estimate.selection.joint_start import starts
+from motorid.estimate.selection.shaft_resonance import springs
+from motorid.estimate.selection.trigger import ALLOWED, carry_loss, loss_stands_out
+from motorid.estimate.solver.problem import Solution
+
+COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
+COARSE = 100.0  # change of F that is near enough before what repeats with the rotor is in
+HALF = 0.5  # of that, from which a term is worth offering
+
+
+def fit(
+    captures: Sequence[Capture],
+    fix: Mapping[str, float],
+    without: Sequence[str] = (),
+    model: str = AUTO,
+) -> Estimate:
+    """``motor_fit.fit`` and, as its ``alternative``, the better model or the one of that name.
+
+    ``model``: auto, six, or terms joined by +. Raises UsageError for an unknown one, DataError
+    where a term that was asked for cannot be told from these captures.
+    """
+    terms = () if model in (AUTO, SIX) else parse(model)
+    records, solution = joint_fit.solved(captures, fix, without)
+    estimate = report(captures, records, solution, fix, without)
+    scaleless = estimate.parameters["K"].status == "not_identifiable"
+    if model == SIX or (scaleless and not terms):  # a wider model would know K even less
+        return estimate
+    held = held_values(fix, without)
+    values, matters = merged(held, solution), reach(estimate.parameters)
+    if not (terms or _is_needed(records, solution, values, matters)):
+        return estimate
+    bare, solution = _without_loss(records, solution, values, held)
+    values = merged(held, solution)
+    if terms:
+        fitted = asked_for(bare, solution, values, terms)
+        trials: tuple[TermTrial, ...] = ()
+    else:
+        chosen = select(bare, solution, values, matters)
+        trials = tuple(_stated(trial) for trial in chosen.trials)
+        if chosen.fitted is None:
+            return _with_trials(estimate, trials)
+        fitted = chosen.fitted
+    found = findings(fitted, fix, without)
+    better = alternative(fitted, found, bare, solution, trials, asked=bool(terms))
+    return _said(replace(estimate, alternative=better), fitted)
+
+
+def _is_needed(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    values: Mapping[str, float],
+    matters: Mapping[str, float],
+) -> bool:
+    """Brushes and heat take what stands out, or the residuals ask for another term."""
+    if not carry_loss(records) or loss_stands_out(records, solution, matters):
+        return True
+    return asks(records, solution, values, matters, [TERMS[name] for name in ALLOWED])
+
+
+def _without_loss(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    values: Mapping[str, float],
+    held: Mapping[str, float],
+) -> tuple[Sequence[MotorRecord], Solution]:
+    """The fit that terms begin from: they explain brushes and heat by themselves."""
+    if not carry_loss(records):
+        return records, solution
+    free = [name for name in PARAMETERS if name not in held]
+    bare = [MotorRecord(lossless(record.capture), free, held) for record in records]
+    for record, six in zip(bare, records, strict=True):
+        record.foretold = six.foretold
+    return bare, multistart.solve(bare, free, values)
+
+
+def reach(parameters: Mapping[str, Parameter]) -> dict[str, float]:
+    """By how much a parameter may move before it matters: its interval, or 2 % if that is less."""
+    out = {}
+    for name, p in parameters.items():
+        if p.value and p.interval_95:
+            half = (p.interval_95[1] - p.interval_95[0]) / 2
+            out[name] = HALF * min(half, COUNTS * abs(p.value)) if half else float("inf")
+    return out
+
+
+def asked_for(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    values: Mapping[str, float],
+    terms: Sequence[Term],
+) -> Fitted:
+    """The fit with terms that a person names; the screen finds where each begins.
+
+    What repeats with the rotor shows once the others are in: they are fitted roughly before it.
+    """
+    names = {u.name for u in solution.unknowns}
+    fixed = {n: v for n, v in values.items() if n not in names}
+    now = (records, solution, values)
+    taken: tuple[Term, ...] = ()
+    for stage in _stages(terms):
+        start, own = _starts(*now, taken, stage)
+        taken = (*taken, *stage)
+        begun = begin(now[0], now[1], taken, fixed=fixed, start=start, own=own)
+        rough = begun.roughly(alternating_fit.ROUGH if len(taken) == len(terms) else COARSE)
+        now = rough.records, rough.solution, rough.values
+    return finished(begun.nearly(rough))
+
+
+def _stages(terms: Sequence[Term]) -> list[tuple[Term, ...]]:
+    """All that does not repeat with the rotor, then one by one what does: ripple shows more."""
+    still = tuple(t for t in terms if not t.per_turn)
+    turning = sorted((t for t in terms if t.per_turn), key=lambda t: t.name, reverse=True)
+    return [stage for stage in (still, *((t,) for t in turning)) if stage]
+
+
+def _starts(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    values: Mapping[str, float],
+    taken: Sequence[Term],
+    terms: Sequence[Term],
+) -> tuple[dict[str, float], list[dict[str, float]]]:
+    """Where the parameters and every record's nuisances begin, with ``terms`` beside ``taken``."""
+    white = plain(records, solution)
+    found = starts(records, white, values, [t for t in terms if t not in taken])
+    if TERMS["two-masses"] in terms:
+        found |= {
+            c.term: (dict(c.start), ()) for c in springs(records, white, values, taken, asked=True)
+        }
+    start: dict[str, float] = dict(values)
+    own = [
+        {u.name: float(v) for u, v in zip(r.unknowns, o, strict=True)}
+        for r, o in zip(records, solution.own, strict=True)
+    ]
+    for term in terms:
+        if term in found:
+            shared, each = found[term]
+            start |= shared
+            for mine, more in zip(own, each or own, strict=True):
+                mine.update(more)
+        elif term.per_turn or term.name in ("ke-kt", "direction"):
+            raise DataError(f"these captures cannot tell {term.name} ({term.title}){_why(term)}")
+    return start, own
+
+
+def _why(term: Term) -> str:
+    if term.per_turn:
+        return ": their residuals do not repeat with the rotor's angle"
+    if term.name == "direction":
+        return ": the motor turns one way; add a run the other way"
+    return ": torque, inertia and friction scale together; hold one, as by --fix J=..."
+
+
+def _stated(trial: Trial) -> TermTrial:
+    e = trial.evidence
+    return TermTrial(
+        trial.term.name, trial.term.title, tuple(t.name for t in trial.beside),
+        e.gain / e.inflation, e.needed, e.size, e.left_out, trial.moves, trial.taken,
+    )  # fmt: skip
+
+
+def _with_trials(estimate: Estimate, trials: Sequence[TermTrial]) -> Estimate:
+    """What was tried and not offered, as a remark."""
+    if not trials:
+        return estimate
+    names = ", ".join(dict.fromkeys(trial.term for trial in trials))
+    said = Diagnostic(
+        "model_tried", "info",
+        f"a model with {names} was tried: the data do not support it, or it changes nothing that "
+        "matters",
+    )  # fmt: skip
+    return replace(estimate, diagnostics=(*estimate.diagnostics, said))
+
+
+def _said_of(terms: Sequence[Term]) -> str:
+    """What lacking these means for the six parameters."""
+    if {term.name for term in terms} <= set(ALLOWED):
+        return "the six parameters allow for it, and this model says how large it is"
+    return "the six parameters are biased by what they lack"
+
+
+def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
+    better = estimate.alternative
+    assert better is not None
+    what = " and ".join(term.title for term in fitted.terms)
+    if better.asked:
+        said = Diagnostic("model_asked", "info", f"beside it, as asked: a model with {what}")
+    else:
+        said = Diagnostic(
+            "better_model", "warning",
+            f"the residuals ask for {what}: {_said_of(fitted.terms)}; see the better model",
+        )  # fmt: skip
+    return replace(estimate, diagnostics=(said, *estimate.diagnostics))

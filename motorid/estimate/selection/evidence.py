@@ -1,0 +1,157 @@
+"""Whether the data support a wider fit: information criterion, size, and captures left out.
+
+Both fits are held against the noise as the wider one leaves it: the narrower is fitted again with
+the wider's whitening filters and voltage sources, so that what it lacks is not called noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.fit.alternating_fit import again
+from motorid.estimate.fit.parameter_bounds import merged, unknowns_of
+from motorid.estimate.model.extended_capture_model import WideRecord
+from motorid.estimate.model.extended_terms import ADDED, Term
+from motorid.estimate.selection.extended_fit import Fitted
+from motorid.estimate.solver.levenberg_marquardt import maximise
+from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.covariance import (
+    autoregression,
+    covariance_of,
+    power,
+    statistical,
+)
+
+Floats = NDArray[np.float64]
+
+MARGIN = 10.0  # beyond Schwarz's penalty: odds of exp(-5)
+SURE = 4.0  # of a size, in standard deviations
+PINNED = 1e-9  # relative freedom of a parameter that is held
+FREQUENCIES = 512
+COARSE = 100.0  # change of F that is near enough for a narrower fit which is out of the question
+SETTLED = 20.0  # of that, from which it is
+FOLDS = 8  # captures left out in turn, at most
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What speaks for a term. ``gain`` of F under the wider noise, over ``inflation`` by the colour
+    that is left; ``needed`` by Schwarz's criterion; ``left_out``: gain on captures that the fit did
+    not see, None for a single capture; ``size``: in standard deviations, colour allowed for."""
+
+    gain: float
+    inflation: float
+    needed: float
+    size: float = np.inf
+    left_out: float | None = None
+
+    @property
+    def suffices(self) -> bool:
+        """The likelihood rises by more than the unknowns cost."""
+        return self.gain / self.inflation > self.needed
+
+    @property
+    def supports(self) -> bool:
+        """All of it speaks for the term."""
+        better = self.left_out is None or self.left_out > 0.0
+        return self.suffices and self.size > SURE and better
+
+
+def weigh(wider: Fitted, narrower: Sequence[Term], before: Solution, added: Term) -> Evidence:
+    """The evidence for ``added`` over the terms ``narrower``, whose own fit was ``before``."""
+    null = _nested(wider, narrower, before)
+    own = sum(len(a) - len(b) for a, b in zip(wider.solution.own, null.solution.own, strict=True))
+    more = len(wider.free) - len(null.free) + own
+    found = evidence(wider.solution, null.solution, more)
+    found = replace(found, size=size_of(wider.solution, wider.free.index(added.size)))
+    if len(wider.records) > 1 and found.suffices:
+        return replace(found, left_out=_left_out(null) - _left_out(wider))
+    return found
+
+
+def evidence(wider: Solution, narrower: Solution, more: int) -> Evidence:
+    """What speaks for ``more`` unknowns, the noise of both solutions being the wider one's.
+
+    Without a size of its own, or captures left out.
+    """
+    inflation = _inflation(wider)
+    readings = sum(b.count for line in wider.records for b in line.blocks) / inflation
+    needed = more * float(np.log(readings)) + MARGIN
+    return Evidence(narrower.objective - wider.objective, inflation, needed)
+
+
+def _nested(wider: Fitted, terms: Sequence[Term], before: Solution) -> Fitted:
+    """The narrower fit with the wider's noise and sources."""
+    extra = {n for t in wider.terms if t not in terms for n in (*t.free, t.per_turn)}
+    free = tuple(n for n in wider.free if n not in extra)
+    absent = {name: ADDED[name].absent for name in extra if name}
+    start = {**merged(wider.start, before), **absent}
+    fixed = {n: v for n, v in start.items() if n not in free}
+    records = []
+    for k, record in enumerate(wider.records):
+        null = WideRecord(record, free, fixed, terms, record.scales, record.priors, k == 0)
+        null.follow(record)
+        named = zip((u.name for u in record.unknowns), wider.solution.own[k], strict=True)
+        null.starting({name: float(v) for name, v in named})
+        records.append(null)
+    unknowns = unknowns_of(records, free, start)
+    solution = maximise(unknowns, records, enough=COARSE)
+    if solution.objective - wider.solution.objective < SETTLED * COARSE:
+        start = merged(start, solution)
+        solution = again(records, free, start, solution)
+    return Fitted(tuple(terms), tuple(records), solution, free, start)
+
+
+def size_of(solution: Solution, k: int) -> float:
+    """The k-th unknown in standard deviations, by its distance from 0 or as a factor."""
+    if solution.at_bound[k]:
+        return 0.0
+    deviation = float(statistical(solution).deviations[k])
+    size = 1.0 if solution.unknowns[k].log else abs(float(solution.values[k]))
+    return size / max(deviation, 1e-300)
+
+
+def _inflation(solution: Solution) -> float:
+    """Top of the residuals' spectrum over its mean, at least 1: readings that count as one."""
+    worst = 1.0
+    for line in solution.records:
+        for part in line.slices:
+            coefficients, innovation = autoregression(line.residual[part])
+            if len(coefficients):
+                spectrum = power(coefficients, innovation, FREQUENCIES)
+                worst = max(worst, float(spectrum.max() / spectrum.mean()))
+    return worst
+
+
+def _left_out(fitted: Fitted) -> float:
+    """F of every capture at the parameters that the others alone would give, summed.
+
+    Those follow by one Newton step from the common answer, with that capture's part of the
+    information and of the slope taken out.
+    """
+    solution = fitted.solution
+    total = 0.0
+    for k, (record, line) in enumerate(zip(fitted.records, solution.records, strict=True)):
+        if k == FOLDS:
+            break
+        rest = solution.information - line.orthogonal.T @ line.orthogonal
+        step = -covariance_of(rest) @ (line.orthogonal.T @ line.residual)
+        step = np.clip(step, -1.0, 1.0)
+        total += _alone(fitted, record, step)
+    return total
+
+
+def _alone(fitted: Fitted, record: WideRecord, step: Floats) -> float:
+    """F of one record with the shared parameters held a step away, its nuisances its own."""
+    pinned = []
+    start = merged(fitted.start, fitted.solution)
+    for u, move in zip(unknowns_of([record], fitted.free, start), step, strict=True):
+        value = u.start * float(np.exp(move)) if u.log else u.start + float(move)
+        value = float(np.clip(value, u.lower, u.upper))
+        room = PINNED * max(abs(value), 0.0 if u.log else u.scale)
+        pinned.append(replace(u, start=value, lower=value - room, upper=value + room))
+    return maximise(pinned, [record]).objective

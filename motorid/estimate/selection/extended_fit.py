@@ -1,0 +1,140 @@
+"""The fit with given terms: the six-parameter fit's engine, noise model and voltage sources."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motorid.estimate.effects.winding_temperature import STALL_K_S
+from motorid.estimate.fit import alternating_fit, multistart
+from motorid.estimate.fit.parameter_bounds import merged, typical, unknowns_of
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.extended_capture_model import Priors, WideRecord
+from motorid.estimate.model.extended_terms import ADDED, Scales, Term
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.solver.levenberg_marquardt import maximise
+from motorid.estimate.solver.problem import Solution
+
+KNEE_SD = 1.0  # of ln i_b about a twentieth of the stall current
+SLOW_SD = 1.0  # of ln w_s about a twentieth of the highest speed
+COOLS_1_S = 0.5  # standard deviation of a winding's rate of cooling
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The most likely parameters under six parameters and ``terms``."""
+
+    terms: tuple[Term, ...]
+    records: tuple[WideRecord, ...]
+    solution: Solution
+    free: tuple[str, ...]
+    start: Mapping[str, float]  # every value that was not searched among them
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every parameter, searched or not."""
+        return merged(self.start, self.solution)
+
+    def deviation(self, name: str) -> float:
+        """Standard deviation of a parameter for white residuals, in its unit; inf at a bound."""
+        k = self.free.index(name)
+        if self.solution.at_bound[k]:
+            return float("inf")
+        return float(np.sqrt(self.solution.covariance[k, k]) * self.solution.slopes[k])
+
+
+def scales_of(records: Sequence[MotorRecord], values: Mapping[str, float]) -> Scales:
+    """Typical sizes in these captures."""
+    torque, speed = typical(records, values)
+    volts = max(float(np.abs(record.volts).max()) for record in records) or 1.0
+    duration = max(r.timeline.count * r.timeline.period_s for r in records)
+    return Scales(volts, volts / values["R"], speed, torque, values["R"], values["J"], duration)
+
+
+@dataclass(frozen=True)
+class Begun:
+    """A fit with terms that has a start: the records under it, ``fixed`` values among its start."""
+
+    terms: tuple[Term, ...]
+    records: tuple[WideRecord, ...]
+    free: tuple[str, ...]
+    start: Mapping[str, float]
+
+    def roughly(self, enough: float = alternating_fit.ROUGH) -> Fitted:
+        """The best in white noise, with the voltage sources as they are, to a change of F."""
+        unknowns = unknowns_of(self.records, self.free, self.start)
+        solution = maximise(unknowns, self.records, enough=enough)
+        return Fitted(self.terms, self.records, solution, self.free, self.start)
+
+    def nearly(self, rough: Fitted) -> Fitted:
+        """Sources, noise and all, near enough to be judged; ``rough``: what ``roughly`` gave."""
+        first = rough.solution
+        start = merged(self.start, first)
+        for record, own in zip(self.records, first.own, strict=True):
+            record.plan(first.values, own)
+            names = (u.name for u in record.unknowns)
+            record.starting(dict(zip(names, own.tolist(), strict=True)))
+        white = alternating_fit.with_sources(self.records, self.free, start)
+        for record, own in zip(self.records, white.own, strict=True):
+            record.plan(white.values, own)
+        start = merged(start, white)
+        judged = multistart.whitened(self.records, self.free, start, white, alternating_fit.ROUGH)
+        return Fitted(self.terms, self.records, judged, self.free, start)
+
+
+def finished(near: Fitted) -> Fitted:
+    """The same fit to its end, in the noise that was found."""
+    solution = alternating_fit.again(near.records, near.free, near.values, near.solution)
+    return Fitted(near.terms, near.records, solution, near.free, near.start)
+
+
+def begin(
+    records: Sequence[MotorRecord],
+    before: Solution,
+    terms: Sequence[Term],
+    *,
+    fixed: Mapping[str, float] | None = None,
+    start: Mapping[str, float] | None = None,
+    own: Sequence[Mapping[str, float]] | None = None,
+    priors: Priors | None = None,
+) -> Begun:
+    """A fit of the records and of ``terms``, from ``before``, the records' own solution.
+
+    ``fixed`` are those that are not searched; ``start`` and ``own`` begin others elsewhere than
+    their terms say (``own`` nuisances, one mapping a record). ``priors``: (mean, sd) of an added
+    parameter in search coordinates, the logarithm of those that are positive.
+    """
+    fixed = {**(fixed or {}), **_counted(terms, start or {})}
+    names = [name for term in terms for name in term.free]
+    free = [n for n in (*PARAMETERS, *names) if n not in fixed]
+    values = {**dict.fromkeys(PARAMETERS, 0.0), **fixed, **merged({}, before)}
+    scales = scales_of(records, values)
+    first = {name: ADDED[name].part * scales.of(name) for name in names}
+    first = {**first, **values, **(start or {}), **fixed}
+    known = {**_known(scales), **(priors or {})}
+    wide = []
+    for k, record in enumerate(records):
+        wider = WideRecord(record, free, fixed, terms, scales, known, first=k == 0)
+        named = zip((u.name for u in record.unknowns), before.own[k].tolist(), strict=True)
+        wider.starting({**dict(named), **(own[k] if own else {})})
+        wider.plan(np.array([first[n] for n in free]), np.array([u.start for u in wider.unknowns]))
+        wide.append(wider)
+    return Begun(tuple(terms), tuple(wide), tuple(free), first)
+
+
+def _known(scales: Scales) -> Priors:
+    """What is known of a term's shape before any data: it keeps a search from where none is."""
+    bend, slow = (ADDED[n].part * scales.of(n) for n in ("i_b", "w_s"))
+    return {
+        "i_b": (float(np.log(bend)), KNEE_SD),
+        "w_s": (float(np.log(slow)), SLOW_SD),
+        "per_C_w": (0.0, STALL_K_S / 2 / (scales.volts * scales.current)),
+        "k_w": (0.0, COOLS_1_S),
+    }
+
+
+def _counted(terms: Sequence[Term], start: Mapping[str, float]) -> dict[str, float]:
+    """Periods a turn are whole numbers: given, never searched."""
+    return {t.per_turn: start[t.per_turn] for t in terms if t.per_turn}

@@ -1,0 +1,76 @@
+"""Whether a better model is worth looking for: most captures of a good motor need none.
+
+Brushes and a warming winding are unknowns of every capture already (loss.py). The terms that
+describe them begin from a fit without those unknowns, which costs as much as the first one. It is
+made only where they take something that stands out, or where the residuals ask for another term.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from motorid.estimate.effects.brush_and_heating import BENT, DROP, WARMING
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.solver.dense_products import gram
+from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.covariance import covariance_of
+
+ALLOWED = ("brush-drop", "heating")  # terms of which each capture has an unknown
+LOST = (DROP, BENT, WARMING)
+STANDS_OUT = 15.0  # of chi-square: half of what a term must promise to be fitted
+HINT = 0.5  # of what matters, that it must move some parameter by
+
+
+def carry_loss(records: Sequence[MotorRecord]) -> bool:
+    """Some capture has unknowns of what brushes and winding take."""
+    return any(_places(record) for record in records)
+
+
+def loss_stands_out(
+    records: Sequence[MotorRecord], solution: Solution, reach: Mapping[str, float]
+) -> bool:
+    """What brushes and winding take is no noise, and without it some parameter would be elsewhere.
+
+    ``reach``: by how much a parameter may move (SI) before it matters.
+    """
+    if sum(_taken(record, solution, k) for k, record in enumerate(records)) < STANDS_OUT:
+        return False
+    moves = _moves(records, solution)
+    return any(
+        not abs(moves.get(name, 0.0)) <= HINT * limit
+        for name, limit in reach.items()
+        if name != "L"  # a few steps tell it, and they tell of losses next to nothing
+    )
+
+
+def _places(record: MotorRecord) -> list[int]:
+    return [j for j, u in enumerate(record.unknowns) if u.name in LOST]
+
+
+def _taken(record: MotorRecord, solution: Solution, k: int) -> float:
+    """The square of the capture's loss in its standard deviations."""
+    places = _places(record)
+    values = solution.own[k][places]
+    information = covariance_of(solution.own_covariance[k][np.ix_(places, places)])
+    return float(values @ information @ values) if places else 0.0
+
+
+def _moves(records: Sequence[MotorRecord], solution: Solution) -> dict[str, float]:
+    """By how much (SI) each parameter would be elsewhere if nothing were lost, by straight lines.
+
+    Those of the likelihood: what is lost goes, and all other unknowns follow.
+    """
+    information = np.zeros_like(solution.information)
+    pull = np.zeros(len(information))
+    for record, line, own in zip(records, solution.records, solution.own, strict=True):
+        places = _places(record)
+        others = [j for j in range(len(own)) if j not in places]
+        shared, rest, lost = line.shared.T, line.own.T[others], line.own.T[places]
+        inverse = covariance_of(gram(rest, rest) + np.diag(line.own_precision[others]))
+        cleared = shared - np.einsum("pm,mn->pn", gram(shared, rest) @ inverse, rest)
+        information += gram(cleared, shared)
+        pull += gram(cleared, lost) @ own[places]
+    shifts = covariance_of(information) @ pull * solution.slopes
+    return dict(zip((u.name for u in solution.unknowns), shifts.tolist(), strict=True))

@@ -1,0 +1,176 @@
+"""The voltage of somebody else's log: readings at stamps, whatever the motor had in between.
+
+Nobody says whether the voltage went straight from a reading to the next, was a smooth curve, or was
+held until then (a controller's output), nor by how much its stamps are off those of the other
+channels. The first is tried in each way, the second is an unknown of the fit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import Capture, Channel
+from motorid.estimate.signals.time_grid import IRREGULAR, Timeline
+
+Floats = NDArray[np.float64]
+Shape = Literal["joined", "curved", "held"]
+
+JOINED: Shape = "joined"
+HALF_WINDOWS = (4, 8, 16, 32)  # samples
+SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
+CALM = 16  # stretches of a log, of which the calmer ones tell its noise
+CLEAR, SHARE = 8.0, 0.05  # a jump in standard deviations of a reading, and of the range
+MISSING = 1.5  # usual periods between two readings, of which none is missing
+OFTEN, MOST_JUMPS = 0.5, 40  # share of stamps that makes a log irregular; unknowns for its jumps
+SHAPES: tuple[Shape, ...] = get_args(Shape)
+
+
+@dataclass(frozen=True)
+class Waveform:
+    """Readings (n,) in V at ``time_s`` (n,) from the first tick; ``period_s`` is the usual one.
+
+    ``shape``: they are joined by straight lines, or by a spline; or each is held until the next.
+    """
+
+    time_s: Floats
+    volts: Floats
+    shape: Shape
+    period_s: float
+
+    def means(self, timeline: Timeline, late_s: float = 0.0, early: Sequence[float] = ()) -> Floats:
+        """Means (count,) over the grid's intervals, if what was logged came ``late_s`` later.
+
+        ``early``: of every jump, the share of the time since the reading before that it came before
+        its own.
+        """
+        edges = np.arange(-1.0, timeline.count) * timeline.period_s - late_s
+        moved = self._with_jumps(early) if any(early) else self
+        return np.asarray(np.diff(moved._flux(edges)) / timeline.period_s)
+
+    @cached_property
+    def jumps(self) -> NDArray[np.intp]:
+        """Readings before which a held voltage jumped at a moment that no stamp tells."""
+        none = np.zeros(0, dtype=np.intp)
+        steps, rises = np.diff(self.time_s), np.abs(np.diff(self.volts))
+        if self.shape != "held" or not len(steps):
+            return none
+        far = rises > max(CLEAR * scatter(self.volts), SHARE * float(np.ptp(self.volts)))
+        loose = np.abs(steps / self.period_s - 1.0) > IRREGULAR
+        found = np.flatnonzero(far & (loose | (np.mean(loose) > OFTEN)))
+        largest = found[np.argsort(-(rises * steps)[found])[:MOST_JUMPS]]
+        return np.asarray(np.sort(largest) + 1, dtype=np.intp)
+
+    def _with_jumps(self, early: Sequence[float]) -> Waveform:
+        time = self.time_s.copy()
+        time[self.jumps] -= np.asarray(early) * (time[self.jumps] - self.time_s[self.jumps - 1])
+        return replace(self, time_s=time)
+
+    def _flux(self, at_s: Floats) -> Floats:
+        """Integral (V·s) up to other times; before and after the log the voltage stays."""
+        inside = np.clip(at_s, self.time_s[0], self.time_s[-1])
+        outside = at_s - inside
+        beyond = np.where(outside < 0, self.volts[0], self.volts[-1])
+        return np.asarray(self._integral(inside) + outside * beyond, dtype=np.float64)
+
+    @cached_property
+    def _integral(self) -> Callable[[Floats], Floats]:
+        """Integral (V·s) from the first stamp to times within the log."""
+        time, volts = self.time_s, self.volts
+        if self.shape == "curved":
+            from scipy.interpolate import CubicSpline
+
+            flux = CubicSpline(time, volts).antiderivative()
+            return lambda at_s: np.asarray(flux(at_s), dtype=np.float64)
+        steps = np.diff(time)
+        slopes = np.zeros(len(steps)) if self.shape == "held" else np.diff(volts) / steps
+        total = np.concatenate([[0.0], np.cumsum(steps * (volts[:-1] + slopes * steps / 2))])
+        slopes = np.append(slopes, 0.0)
+
+        def so_far(at_s: Floats) -> Floats:
+            k = np.searchsorted(time, at_s, side="right") - 1
+            past = at_s - time[k]
+            return np.asarray(total[k] + past * (volts[k] + slopes[k] * past / 2))
+
+        return so_far
+
+
+@dataclass(frozen=True)
+class Rival:
+    """An answer (p,) under another shape of the voltage: its values, and the objective by which it
+    is the less likely.
+    """
+
+    values: Floats
+    behind: float
+
+
+def of_log(capture: Capture, channel: Channel, shape: Shape) -> Waveform | None:
+    """The waveform of a capture without a program; None for a mean over most of a sample."""
+    if capture.program is not None and capture.phases:
+        return None
+    aperture = channel.window_s
+    known = np.isfinite(channel.values)
+    if aperture > capture.period_s / 2 or known.sum() < 2:
+        return None
+    stamps = capture.time_s[known] - channel.delay_s - aperture / 2
+    return Waveform(stamps, quiet(channel.values[known]), shape, capture.period_s)
+
+
+def held_means(capture: Capture, channel: Channel, timeline: Timeline) -> Floats:
+    """Means (count,) over a log's grid, of readings that are means over most of the time since the
+    one before each; after a reading that is missing, over the channel's own window.
+    """
+    known = np.isfinite(channel.values)
+    ends = capture.time_s[known] - channel.delay_s
+    since = np.diff(ends, prepend=ends[0] - channel.window_s)
+    begun = ends - np.where(since < MISSING * capture.period_s, since, channel.window_s)
+    return Waveform(begun, channel.values[known], "held", capture.period_s).means(timeline)
+
+
+def quiet(volts: Floats) -> Floats:
+    """Readings (n,) freed of noise where they follow a parabola for a while; jumps stay.
+
+    Noise of the readings would drive the model. About each the widest window is sought in which the
+    readings leave a parabola by no more than they scatter; the parabola of its inner half, which
+    bends a sixteenth as much, says what the voltage was.
+    """
+    deviation = scatter(volts)
+    out = volts.copy()
+    if not deviation:
+        return out
+    for half in (w for w in HALF_WINDOWS if 2 * w < len(volts)):  # the widest has the last word
+        middle = slice(half, len(volts) - half)
+        _, left = _parabolas(volts, half)
+        inner = half // 2
+        value = _parabolas(volts, inner)[0][half - inner : len(volts) - half - inner]
+        out[middle] = np.where(left <= SMOOTH * deviation**2, value, out[middle])
+    return out
+
+
+def _parabolas(volts: Floats, half: int) -> tuple[Floats, Floats]:
+    """Through every window of 2·half + 1 readings a parabola: its middle, and the variance left."""
+    size = 2 * half + 1
+    place = np.arange(-half, half + 1.0)
+    bend = place**2 - (place**2).mean()
+    windows = np.lib.stride_tricks.sliding_window_view(volts - volts.mean(), size)
+    mean = windows.mean(axis=1)
+    first, second = windows @ place, windows @ bend
+    total = np.einsum("nk,nk->n", windows, windows) - size * mean**2
+    squares = float(place @ place), float(bend @ bend)
+    left = (total - first**2 / squares[0] - second**2 / squares[1]) / (size - 3)
+    return mean + volts.mean() + second / squares[1] * bend[half], left
+
+
+def scatter(volts: Floats) -> float:
+    """Standard deviation of a reading by its neighbours, in the calmer quarter of the log."""
+    if len(volts) < CALM * 8:
+        return 0.0
+    second = np.abs(np.diff(volts, 2))
+    blocks = second[: len(second) // CALM * CALM].reshape(CALM, -1)
+    return float(np.percentile(np.median(blocks, axis=1), 25) / 0.6745 / np.sqrt(6.0))

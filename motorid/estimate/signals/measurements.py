@@ -1,0 +1,152 @@
+"""What a capture's channels read, block by block, as the likelihood compares it with the model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import CURRENT, HELD, POSITION, SPEED, VOLTAGE, Capture, Channel
+from motorid.estimate.signals.discontinuous_current import unclear
+from motorid.estimate.signals.time_grid import Timeline
+from motorid.estimate.solver.problem import Block
+from motorid.motor.response import Output, Quantity
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+EMF = "back_emf"  # the terminal voltage while the bridge is open
+FEWEST = 10  # readings that make a block
+FREEWHEEL_SAMPLES = 3  # of an opened bridge whose voltage is not yet the back-EMF
+TINY = 1e-7  # of a channel's range: the floor of a noise level where no resolution is declared
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One block: its readings (SI), where they sit on the grid, and the roots of their weights."""
+
+    block: Block
+    values: Floats
+    keep: NDArray[np.intp]  # grid ticks
+    where: slice | NDArray[np.intp]  # the same; a slice where they follow each other
+    root_weights: Floats | None
+    row: int  # of the response
+    channel: Channel
+    unsigned: bool = False
+    past: Floats | None = None  # share of a grid period by which each is later than its tick
+
+    def of(self, response: Floats) -> Floats:
+        """What the response (outputs, count) shows at these readings."""
+        at_tick = response[self.row, self.where]
+        if self.past is None:
+            return at_tick
+        return np.asarray(at_tick + self.past * (response[self.row, self.keep + 1] - at_tick))
+
+
+def read(
+    capture: Capture, timeline: Timeline, driven: Bools, shows_emf: bool
+) -> tuple[tuple[Measured, ...], list[Output]]:
+    """The blocks of a capture, and how the model must read for each."""
+    outputs: list[Output] = []
+    measured: list[Measured] = []
+    gear = capture.wiring.gear_ratio or 1.0
+
+    def add(channel: Channel, name: str, quantity: Quantity, keep: Bools, scale: float) -> None:
+        shown = timeline.spread(np.where(_fresh(capture, channel), channel.values, np.nan))
+        kept = np.flatnonzero(keep & np.isfinite(shown))
+        if len(kept) >= FEWEST:
+            block = _block(channel, name, shown[kept] * scale, kept, scale, len(outputs))
+            if timeline.past is not None:
+                block = replace(block, past=timeline.spread(timeline.past)[kept])
+            measured.append(block)
+            outputs.append(Output(quantity, channel.window_s, channel.delay_s, channel.pwm_phase))
+
+    everywhere = ~_clipped(capture, timeline)
+    everywhere[0] = False  # its window lies before the record
+    current, motion_ = capture.get(CURRENT), motion(capture)
+    if current is not None:
+        # a magnitude tells nothing where noise decides its sign
+        shown = everywhere & driven if current.unsigned else everywhere
+        shown = shown & ~unclear(current, timeline, capture.wiring.pwm_hz)
+        add(current, CURRENT, Quantity.CURRENT, shown, 1.0)
+    if motion_ is not None:
+        quantity = Quantity.POSITION if motion_.name == POSITION else Quantity.SPEED
+        add(motion_, motion_.name, quantity, everywhere, gear)
+    volts = capture.get(VOLTAGE)
+    if volts is not None and shows_emf:
+        add(volts, EMF, Quantity.SPEED, everywhere & _emf_shows(timeline), 1.0)
+    return tuple(measured), outputs
+
+
+def motion(capture: Capture) -> Channel | None:
+    """Position where there is one, else speed: the two are rarely independent."""
+    for name in (POSITION, SPEED):
+        channel = capture.get(name)
+        if channel is not None and np.isfinite(channel.values).any():
+            return channel
+    return None
+
+
+def _fresh(capture: Capture, channel: Channel) -> Bools:
+    """Samples (n,) at which a channel that repeats its readings has a new one."""
+    held = capture.provenance.get(HELD, {})
+    period = held.get(channel.name, 1) if isinstance(held, Mapping) else 1
+    fresh = np.ones(len(capture), dtype=bool)
+    if isinstance(period, int) and period > 1:
+        changes = np.flatnonzero(np.diff(channel.raw)) + 1
+        phase = int(np.bincount(changes % period, minlength=1).argmax())
+        fresh = np.arange(len(capture)) % period == phase
+    return fresh
+
+
+def _clipped(capture: Capture, timeline: Timeline) -> Bools:
+    """Grid ticks at which the current or voltage converter was at its end."""
+    clipped = np.zeros(len(capture), dtype=bool)
+    for name in (CURRENT, VOLTAGE):
+        channel = capture.get(name)
+        if channel is not None:
+            clipped |= channel.saturated
+    return timeline.spread(clipped.astype(np.float64)) > 0
+
+
+def _emf_shows(timeline: Timeline) -> Bools:
+    shows = np.zeros(timeline.count, dtype=bool)
+    for part in timeline.parts:
+        if part.open:
+            late = FREEWHEEL_SAMPLES if part.start else 0
+            shows[part.start + late : part.stop] = True
+    return shows
+
+
+def _block(
+    channel: Channel,
+    name: str,
+    values: Floats,
+    kept: NDArray[np.intp],
+    scale: float,
+    row: int,
+) -> Measured:
+    extent = float(np.ptp(values)) or float(np.abs(values).max()) or 1.0
+    floor = max(channel.resolution * scale / np.sqrt(12.0), TINY * extent)
+    roots, count = None, float(len(values))
+    if name == POSITION and channel.resolution > 0:
+        roots = repeated_count_weights(values)
+        count = float((roots**2).sum())
+    first, last = int(kept[0]), int(kept[-1]) + 1
+    where = slice(first, last) if last - first == len(kept) else kept
+    # readings of one kind have one noise
+    group = f"{name} {channel.resolution:g} {channel.noise:.3g}"
+    block = Block(name, floor, count, group)
+    return Measured(block, values, kept, where, roots, row, channel, channel.unsigned)
+
+
+def repeated_count_weights(values: Floats) -> Floats:
+    """Roots of weights that make a run of equal encoder counts worth one reading, (n,).
+
+    The error of a count is the same as long as the count does not change.
+    """
+    edges = np.flatnonzero(np.diff(values)) + 1
+    lengths = np.diff(np.concatenate([[0], edges, [len(values)]]))
+    return np.asarray(np.repeat(lengths**-0.5, lengths), dtype=np.float64)

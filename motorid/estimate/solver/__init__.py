@@ -1,0 +1,1 @@
+"""Least squares and likelihood for any model: no motor, no capture."""

@@ -1,0 +1,207 @@
+"""Output-error maximum likelihood for any model: the engine below every fit.
+
+A ``Record`` (one capture, as a model sees it) turns shared parameters and its own nuisances into
+residuals, one block per channel. The engine finds the parameters that make them most likely when
+each block is Gaussian with an unknown standard deviation, never below the block's floor
+(quantisation, declared noise). Levenberg-Marquardt on the concentrated likelihood
+
+    F = sum over blocks of  n log s² + |r|² / s²,   s² = max(|r|² / n, floor²),
+
+plus Gaussian priors. Nuisances are eliminated per record (Schur complement), so that the work
+grows with the number of captures and not with its square. See docs/method.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.solver.concentrated_likelihood import Concentrated, Point
+from motorid.estimate.solver.problem import (
+    Block,
+    Derivatives,
+    Linearised,
+    Record,
+    Solution,
+    Unknown,
+    bounded_inverse,
+)
+from motorid.estimate.solver.schur_complement import by_rows, by_sums
+
+Floats = NDArray[np.float64]
+
+ENOUGH = 1e-3  # predicted decrease of F (in chi-square units) at which the search ends
+DAMPING, LEAST_DAMPING = 1e-3, 1e-12  # at the start, and ever
+CREEPING = 10.0  # times the decrease that is enough: what undamped steps would still promise
+MAX_ITERATIONS = 100
+NEAR = 0.01  # distance, in search coordinates, over which derivatives are taken to stay the same
+KEPT_WORD = 0.25  # of what a step promised: what it may miss before derivatives are taken anew
+
+
+def maximise(
+    shared: Sequence[Unknown],
+    records: Sequence[Record],
+    max_iterations: int = MAX_ITERATIONS,
+    enough: float = ENOUGH,
+    before: Solution | None = None,
+) -> Solution:
+    """The most likely parameters of ``records``. Finds no start point of its own.
+
+    The search ends when F would fall by less than ``enough`` (a change of chi-square).
+    ``converged`` is false when the iterations ran out or no step helped while one was promised.
+    ``before``, a solution for the same unknowns and nearly the same readings, lends its nuisances
+    and its derivatives, and its evaluations are counted with this search's.
+    """
+    search = Concentrated(shared, records, before)
+    bent = any(u.log != _straightened(u, u.start).log for u in shared)
+    at, converged, creeping = _descend(
+        search, search.start, max_iterations, enough, patient=not bent
+    )
+    values = search.frame.outward(at.shared)
+    if bent and (creeping or not converged):
+        straight = [_straightened(u, float(v)) for u, v in zip(shared, values, strict=True)]
+        other = Concentrated(straight, records)
+        other.known = _lent(search, other)
+        first = other.point(other.frame.start, at.own)
+        ahead, _, _ = _descend(other, first, max_iterations, enough, LEAST_DAMPING)
+        search.evaluations += other.evaluations
+        if ahead.objective < at.objective:
+            values = other.frame.outward(ahead.shared)
+            search.known = _lent(other, search)
+            back = search.point(search.frame.inward(values), ahead.own)
+            at, converged, _ = _descend(search, back, max_iterations, enough)
+    return _solution(search, at, converged)
+
+
+def _lent(one: Concentrated, other: Concentrated) -> Derivatives | None:
+    """The derivatives that one search knows, in the shared coordinates of another."""
+    if one.known is None:
+        return None
+    at = other.frame.inward(one.frame.outward(one.known.at))
+    factors = (other.frame.slopes(at) / one.frame.slopes(one.known.at))[:, None]
+    return replace(one.known, at=at, shared=tuple(A * factors for A in one.known.shared))
+
+
+def _straightened(unknown: Unknown, value: float) -> Unknown:
+    """Searched by its logarithm where it can be: valleys along ratios are straight there."""
+    bent = unknown.lower == 0.0 and value > 0.0 and not np.isfinite(unknown.prior_sd)
+    return replace(unknown, start=value, log=unknown.log or bent)
+
+
+def _descend(
+    search: Concentrated,
+    at: Point,
+    max_iterations: int,
+    enough: float,
+    damping: float = DAMPING,
+    patient: bool = True,
+) -> tuple[Point, bool, bool]:
+    """The point, whether steps ended there, and whether damping alone ended them.
+
+    One that is not patient gives up where a step fails by the derivatives of its own place: a bent
+    valley, which other coordinates may make straight.
+
+    Derivatives serve until they no longer keep their word, or the answer has left them behind.
+    """
+    converged = stopped = False
+    near = NEAR if enough <= ENOUGH else np.inf  # a rough answer serves with rough derivatives
+    known = search.known
+    if known is None or search.apart(at, known) > near:
+        known = search.derivatives(at)
+    normals = search.normals(at, known)
+    for _ in range(max_iterations):
+        trial, promise = search.step(at, normals, damping)
+        gain = at.objective - trial.objective
+        fresh, fallen = known.at is at.shared, at.fallen_to(trial)
+        if gain >= 0:
+            at = trial
+            damping = damping if stopped else max(damping / 10.0, LEAST_DAMPING)
+            stopped = False
+            if promise < enough and gain < enough:
+                if fresh or search.apart(at, known) <= near:
+                    converged = True
+                    break
+                known = search.derivatives(at)
+            elif abs(fallen - promise) > KEPT_WORD * promise:
+                known = search.derivatives(at)
+            normals = search.normals(at, known)
+        elif 0 <= promise < enough and damping < 1.0 and (fresh or search.apart(at, known) <= near):
+            converged = True  # at the minimum as far as rounding can tell
+            break
+        elif not fresh:
+            known = search.derivatives(at)
+            normals = search.normals(at, known)
+        else:
+            if not patient:
+                break
+            damping *= 8.0
+            stopped = True  # the first step that gets through does not lift what let it
+            if damping > 1e12:
+                break
+    search.known = known
+    *_, undamped = search.move(at, search.normals(at, known), 0.0)
+    return at, converged, undamped > CREEPING * enough
+
+
+def _solution(search: Concentrated, at: Point, converged: bool) -> Solution:
+    known = search.known or search.derivatives(at)
+    normals = search.normals(at, known)
+    frame = search.frame
+    information = np.diag(frame.precision.astype(np.float64))
+    eliminated = []
+    blocks = [tuple(record.blocks) for record in search.records]  # as they are now
+    for k, normal in enumerate(normals):
+        held = search.own[k].blocked(at.own[k], normal.go)
+        found = by_sums(normal, held)
+        if found.doubtful(normal):
+            found = by_rows(*search.weighed_slopes(at, known, k), search.own[k].precision, held)
+        information = information + found.left
+        eliminated.append(found)
+    at_bound = (at.shared <= frame.lower) | (at.shared >= frame.upper)
+    covariance = bounded_inverse(information, at_bound)
+    own_covariance = [e.inverse + e.follows @ covariance @ e.follows.T for e in eliminated]
+    return Solution(
+        unknowns=frame.unknowns,
+        values=frame.outward(at.shared),
+        own=tuple(f.outward(x) for f, x in zip(search.own, at.own, strict=True)),
+        own_covariance=tuple(own_covariance),
+        information=information,
+        at_bound=at_bound,
+        linearise=partial(_linearised, search, at, known, [e.follows for e in eliminated], blocks),
+        objective=at.objective,
+        evaluations=search.evaluations,
+        converged=converged,
+        derivatives=known,
+    )
+
+
+def _linearised(
+    search: Concentrated,
+    at: Point,
+    known: Derivatives,
+    follows: Sequence[Floats],
+    blocks: Sequence[tuple[Block, ...]],
+) -> tuple[Linearised, ...]:
+    """Every record at a point; ``follows`` (m, p): by how much its nuisances do."""
+    out = []
+    for k in range(len(blocks)):
+        edges = np.cumsum([0, *(len(r) for r in at.residuals[k])])
+        shared, own = search.weighed_slopes(at, known, k)
+        out.append(
+            Linearised(
+                residual=search.weighed_residual(at, k),
+                shared=shared.T,
+                own=own.T,
+                orthogonal=(shared - np.einsum("mp,mn->pn", follows[k], own)).T,
+                own_precision=search.own[k].precision,
+                blocks=blocks[k],
+                slices=tuple(slice(int(a), int(b)) for a, b in pairwise(edges)),
+                sigmas=at.sigmas[k],
+            )
+        )
+    return tuple(out)

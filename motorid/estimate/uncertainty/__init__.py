@@ -1,0 +1,1 @@
+"""From a solution to standard uncertainties, budgets and intervals."""

@@ -1,0 +1,195 @@
+"""R and K at 25 °C: how warm winding and magnets were in the runs that told R and K as run.
+
+    R_25 = R / (1 + a (T − 25 °C)),    T = ambient + self-heating
+
+How warm I²R made the winding is winding.py's. What is unknown of that, or of the ambient, widens
+R_25 by a for each kelvin.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from motorid.capture.model import Capture
+from motorid.estimate.effects.winding_temperature import (
+    BOUND,
+    Rise,
+    figures,
+    self_heating,
+    shown_by,
+)
+from motorid.estimate.results.estimate import UNITS, Estimate, Parameter
+
+if TYPE_CHECKING:
+    from motorid.estimate.alternative import Alternative
+
+REFERENCE_C = 25.0
+NORMAL_95 = 1.959963984540054
+ROOM_C = (10.0, 35.0)  # where an ambient that nobody gave lies, evenly
+COLD = {"R": "R_25", "K": "K_25"}
+AMBIENT, HEATING, COPPER, MAGNETS = (
+    "ambient temperature", "self-heating", "copper coefficient", "magnets' coefficient",
+)  # fmt: skip
+IMPROVE = {
+    AMBIENT: "give the ambient and its uncertainty (rig file, or --ambient)",
+    HEATING: "state the motor's thermal figures in the rig file's [thermal]",
+    COPPER: "measure nearer to 25 °C",
+    MAGNETS: "measure nearer to 25 °C",
+}
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """Relative change a kelvin, with standard uncertainties. ``magnet_per_k`` None: not stated."""
+
+    copper_per_k: float = 0.00393
+    copper_uncertainty_per_k: float = 5e-5
+    magnet_per_k: float | None = None
+    magnet_uncertainty_per_k: float = 0.0
+
+
+@dataclass(frozen=True)
+class Warmth:
+    """Above 25 °C, in K: ``winding`` and ``magnets``, and what is unknown of each by cause."""
+
+    winding: float
+    magnets: float
+    ambient_uncertainty: float
+    rise_uncertainty: float
+
+
+def with_reference(estimate: Estimate, captures: Sequence[Capture]) -> Estimate:
+    """The estimate with R, and K where the magnets' coefficient is stated, at 25 °C.
+
+    ``captures`` are those of the estimate. It stays as it is without a measured R, and for steady
+    points without a time: how long the winding carried their currents is not known.
+    """
+    resistance = estimate.parameters["R"]
+    timeless = any(capture.provenance.get("static") for capture in captures)
+    if resistance.status != "estimated" or not resistance.value or timeless:
+        return estimate
+    stated = figures(captures[0])
+    rise = self_heating(captures, resistance.value, stated, shown_by(estimate.alternative))
+    if rise is None:
+        return estimate
+    coefficients = Coefficients(
+        **{n: stated[n] for n in Coefficients.__dataclass_fields__ if n in stated}
+    )
+    warmth = warmth_of(estimate.inputs, rise)
+    cold, shares = at_25(estimate.parameters, warmth, coefficients)
+    note = words(estimate.inputs, rise)
+    cold = {n: replace(p, note=_joined(note, shares[n])) for n, p in cold.items()}
+    budget = dict(estimate.budget)
+    for name, own in COLD.items():
+        if own in cold:
+            budget[own] = _scaled(estimate, name, cold[own]) | shares[own]
+    return replace(
+        estimate,
+        at_25=cold,
+        rise=rise,
+        budget=budget,
+        alternative=_beside(estimate.alternative, estimate.inputs, rise, coefficients),
+    )
+
+
+def _beside(
+    better: Alternative | None,
+    inputs: Sequence[Mapping[str, Any]],
+    rise: Rise,
+    coefficients: Coefficients,
+) -> Alternative | None:
+    """The better model's R at 25 °C; one that knows the heating has R as the first run began."""
+    if better is None:
+        return None
+    if "heating" in better.terms:
+        rise = replace(rise, kelvin=0.0, uncertainty_k=0.0)
+    cold, _ = at_25(better.parameters, warmth_of(inputs, rise), coefficients)
+    return replace(better, at_25=cold)
+
+
+def ambient_of(inputs: Sequence[Mapping[str, Any]]) -> tuple[float, float, bool]:
+    """Ambient of an estimate's inputs in °C, its standard uncertainty, and whether it was given."""
+    given = [i for i in inputs if i.get("ambient_c") is not None]
+    if not given or len(given) < len(inputs):
+        return sum(ROOM_C) / 2, (ROOM_C[1] - ROOM_C[0]) / math.sqrt(12.0), False
+    mean = sum(float(i["ambient_c"]) for i in given) / len(given)
+    return mean, max(float(i.get("ambient_uncertainty_c") or 0.0) for i in given), True
+
+
+def warmth_of(inputs: Sequence[Mapping[str, Any]], rise: Rise) -> Warmth:
+    """Temperatures of the runs. Magnets are in the housing, which warms up far more slowly than a
+    winding: they are taken at the ambient, with the winding's rise as what is unknown of them.
+    """
+    ambient, doubt, _ = ambient_of(inputs)
+    above = ambient - REFERENCE_C
+    return Warmth(above + rise.kelvin, above, doubt, rise.uncertainty_k)
+
+
+def at_25(
+    parameters: Mapping[str, Parameter], warmth: Warmth, coefficients: Coefficients
+) -> tuple[dict[str, Parameter], dict[str, dict[str, float]]]:
+    """R_25, and K_25 where the coefficient is stated; and what each cause adds to their u (SI)."""
+    found, shares = {}, {}
+    c = coefficients
+    rows = [("R", COPPER, c.copper_per_k, c.copper_uncertainty_per_k, warmth.winding)]
+    if c.magnet_per_k is not None:
+        rows.append(("K", MAGNETS, c.magnet_per_k, c.magnet_uncertainty_per_k, warmth.magnets))
+    for name, cause, per_k, doubt_per_k, above in rows:
+        hot = parameters[name]
+        if hot.status == "estimated" and hot.value:
+            factor = 1.0 + per_k * above
+            relative = {
+                AMBIENT: abs(per_k / factor) * warmth.ambient_uncertainty,
+                HEATING: abs(per_k / factor) * warmth.rise_uncertainty,
+                cause: abs(above / factor) * doubt_per_k,
+            }
+            cold = _cold(hot, COLD[name], factor, math.hypot(*relative.values()))
+            found[COLD[name]] = cold
+            shares[COLD[name]] = {k: u * float(cold.value or 0.0) for k, u in relative.items()}
+    return found, shares
+
+
+def _cold(hot: Parameter, name: str, factor: float, doubt: float) -> Parameter:
+    """``hot`` divided by ``factor``, which is known to ``doubt`` (relative, standard).
+
+    Half-widths of both parts add in squares on the logarithmic scale; the second has no degrees of
+    freedom to lose.
+    """
+    assert hot.value is not None
+    assert hot.interval_95 is not None
+    value = hot.value / factor
+    reach = math.hypot(math.log(hot.interval_95[1] / hot.value), NORMAL_95 * doubt)
+    instrument = math.hypot((hot.instrument or 0.0) / factor, doubt * value)
+    return Parameter(
+        name, UNITS[hot.name], value, (hot.statistical or 0.0) / factor, instrument,
+        math.hypot((hot.total or 0.0) / factor, doubt * value),
+        (value * math.exp(-reach), value * math.exp(reach)), "estimated",
+    )  # fmt: skip
+
+
+def words(inputs: Sequence[Mapping[str, Any]], rise: Rise) -> str:
+    """What the temperature of the runs rests on."""
+    ambient, doubt, given = ambient_of(inputs)
+    low, high = ROOM_C
+    room = f"{ambient:.3g} °C ± {1.96 * doubt:.2g} K" if doubt else f"{ambient:.3g} °C, as exact"
+    said = room if given else f"not given, so anything from {low:.0f} to {high:.0f} °C"
+    warm = f"{rise.kelvin:.2g} ± {1.96 * rise.uncertainty_k:.2g} K"
+    if rise.basis == BOUND:
+        warm = f"none to {2.0 * rise.kelvin:.2g} K"
+    return f"ambient {said}; self-heating {warm}, {rise.basis}, from {rise.heat_j:.3g} J"
+
+
+def _joined(note: str, shares: Mapping[str, float]) -> str:
+    """``note``, and what to do about the largest of its own causes."""
+    most = max(shares, key=lambda cause: shares[cause])
+    return f"{note}; to narrow it, {IMPROVE[most]}" if shares[most] > 0 else note
+
+
+def _scaled(estimate: Estimate, name: str, cold: Parameter) -> dict[str, float]:
+    """The causes of a parameter as run, at 25 °C."""
+    hot = estimate.parameters[name].value or 1.0
+    factor = (cold.value or 0.0) / hot
+    return {cause: u * factor for cause, u in estimate.budget.get(name, {}).items()}
