@@ -26,10 +26,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Wiring
-from motorid.estimate import fit
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
+from motorid.identify import fit
 from motorid.motor.response import Output, Quantity, Response
 from motorid.rig import Limits, Nameplate, Rig, Sampling, default_program
 from motorid.sim import truth

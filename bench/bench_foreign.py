@@ -17,8 +17,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from bench.foreign.cases import CASES, MAPS, MOTOR, Case, logs
 from motorid.capture.table import read_table
 from motorid.errors import MotoridError
-from motorid.estimate import fit
 from motorid.estimate.results.estimate import Estimate
+from motorid.identify import fit
 
 
 def estimate(case: Case, folder: Path, seed: int = 0) -> Estimate:

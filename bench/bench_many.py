@@ -19,7 +19,7 @@ from pathlib import Path
 
 from motorid.acquire.record import capture
 from motorid.capture import store
-from motorid.estimate import SIX
+from motorid.estimate.results.estimate import SIX
 from motorid.quality.product import load_product
 from motorid.rig import load_rig
 from motorid.workflow.many import Fitted, fit_many

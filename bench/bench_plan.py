@@ -19,8 +19,8 @@ import numpy as np
 
 from motorid.acquire.record import capture_all
 from motorid.capture import store
-from motorid.estimate import fit
 from motorid.estimate.uncertainty.intervals import NORMAL_95, POSITIVE
+from motorid.identify import fit
 from motorid.plan.propose import Plan
 from motorid.rig import Rig, load_rig
 from motorid.rig_file import presets

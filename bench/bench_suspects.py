@@ -24,11 +24,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from motorid.capture.model import CURRENT, POSITION, Capture
 from motorid.errors import MotoridError
-from motorid.estimate import fit
 from motorid.estimate.diagnosis.deferred import Suspects
 from motorid.estimate.diagnosis.faults import scale_errors
 from motorid.estimate.fit.sign_check import WrongSignError
 from motorid.estimate.results.estimate import Estimate
+from motorid.identify import fit
 from motorid.sim.motor import motors
 from tests.suspects import inject
 from tests.suspects.cases import CHAIN, COMMANDED, RPM, SCALES, Case, Runs

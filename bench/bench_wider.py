@@ -20,9 +20,9 @@ from pathlib import Path
 from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import Capture
-from motorid.estimate import fit
 from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.results.estimate import PARAMETERS, Estimate, Parameter
+from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Sampling, load_rig
 from motorid.sim import truth

@@ -13,7 +13,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parent.parent / "motorid"
 BASE = {"errors", "toml"}
 DATA = BASE | {"program", "capture"}
-FIT = DATA | {"motor", "segment", "estimate", "plan"}
+FIT = DATA | {"motor", "segment", "estimate", "plan", "search", "identify"}
 DRIVE = DATA | {"rig", "wire", "sim", "acquire"}
 MAY_IMPORT = {
     "errors": set[str](),
@@ -25,7 +25,9 @@ MAY_IMPORT = {
     "calibration": DATA,
     "segment": DATA,
     "motor": DATA,
-    "estimate": FIT - {"plan"},
+    "estimate": DATA | {"motor", "segment"},
+    "search": FIT - {"plan"} | {"search"},
+    "identify": FIT - {"plan"} | {"search"},
     "plan": FIT | {"rig"},
     "quality": FIT | {"quality"},
     "report": FIT | {"quality", "report"},
@@ -85,7 +87,7 @@ def loaded_after(statement: str) -> set[str]:
 
 
 def test_estimate_leaves_serial_unloaded() -> None:
-    assert "serial" not in loaded_after("import motorid.estimate")
+    assert "serial" not in loaded_after("import motorid.identify")
 
 
 def test_help_loads_nothing_heavy() -> None:

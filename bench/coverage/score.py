@@ -17,8 +17,7 @@ from bench.coverage.runs import Runs, kept, record, save
 from bench.coverage.tables import COLD
 from motorid.capture.model import Capture
 from motorid.errors import MotoridError
-from motorid.estimate import AUTO, SIX, fit
-from motorid.estimate.results.estimate import Parameter
+from motorid.estimate.results.estimate import AUTO, SIX, Parameter, fit
 
 Row = dict[str, Any]
 

@@ -13,9 +13,9 @@ import numpy as np
 from problem import NAMES, PERIOD_S, start
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
-from motorid.estimate import fit
 from motorid.estimate.fit.multistart import solve
 from motorid.estimate.model.capture_model import MotorRecord
+from motorid.identify import fit
 
 REPEATS = 5
 

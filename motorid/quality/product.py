@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from motorid.errors import MotoridError, UsageError, nearest
-from motorid.estimate.effects.winding_temperature import Rise
-from motorid.estimate.uncertainty.reference_temperature import Coefficients
+from motorid.estimate.effects.winding_temperature import Coefficients
+from motorid.estimate.results.estimate import Rise
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.quality.guard_band import RULES, Rule
 from motorid.quality.limits import Limit

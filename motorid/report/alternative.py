@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from motorid.estimate.alternative import Alternative, ChannelFit, TermTrial
-from motorid.estimate.results.estimate import PARAMETERS, Estimate, Parameter
+from motorid.estimate.results.estimate import (
+    PARAMETERS,
+    Alternative,
+    ChannelFit,
+    Estimate,
+    Parameter,
+    TermTrial,
+)
 from motorid.report.numbers import half_width, percent, shown, significant
 from motorid.report.page import paragraph, section, table
 from motorid.report.words import NAMES, name_of, sentence

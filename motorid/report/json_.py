@@ -10,9 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from motorid.estimate.alternative import Alternative, ChannelFit, TermTrial
-from motorid.estimate.effects.winding_temperature import Rise
-from motorid.estimate.results.estimate import Curve, Estimate, Parameter, SegmentRow, SteadyRow
+from motorid.estimate.results.estimate import (
+    Alternative,
+    ChannelFit,
+    Curve,
+    Estimate,
+    Parameter,
+    Rise,
+    SegmentRow,
+    SteadyRow,
+    TermTrial,
+)
 from motorid.report import suspects
 
 SCHEMA = "motorid-estimate-1"

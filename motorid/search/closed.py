@@ -13,7 +13,7 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, Capture
 from motorid.errors import DataError
-from motorid.estimate.fit import plot_data
+from motorid.estimate.assembly import plot_data
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Floats
 from motorid.motor.parameters import Motor

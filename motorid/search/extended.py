@@ -15,8 +15,8 @@ from motorid import __version__
 from motorid.capture.model import CURRENT, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError, UsageError
+from motorid.estimate.assembly import assemble, plot_data
 from motorid.estimate.diagnosis.data_remarks import unseen_voltage
-from motorid.estimate.fit import assemble, plot_data
 from motorid.estimate.fit.parameter_bounds import held_values
 from motorid.estimate.fit.start_values import start_values
 from motorid.estimate.model.capture_model import MotorRecord

@@ -14,8 +14,8 @@ import numpy as np
 
 from motorid.capture.model import Capture
 from motorid.errors import UsageError, nearest
+from motorid.estimate.assembly.assemble import report
 from motorid.estimate.diagnosis.data_remarks import unseen_voltage
-from motorid.estimate.fit.assemble import report
 from motorid.estimate.fit.parameter_bounds import unknowns_of
 from motorid.estimate.fit.start_values import start_values
 from motorid.estimate.model.capture_model import MotorRecord

@@ -169,7 +169,7 @@ def judge_files(
     Captures that cannot be fitted give INVALID; a file that is none raises DataError.
     """
     from motorid.capture import store
-    from motorid.estimate import SIX
+    from motorid.estimate.results.estimate import SIX
     from motorid.quality.judge import judge, not_measured
     from motorid.workflow.fit import fit_captures
 

@@ -14,10 +14,10 @@ import numpy as np
 from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.errors import DataError, UsageError, nearest
-from motorid.estimate import fit
 from motorid.estimate.fit.start_values import start_values
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
+from motorid.identify import fit
 from motorid.search import closed
 from motorid.search import fit as by_name
 from motorid.search.problem import Solution

@@ -52,7 +52,8 @@ def fit_captures(
     **options: Any,
 ) -> Estimate:
     """As ``fit_files``, for captures that are loaded already. The model is auto unless given."""
-    from motorid.estimate import AUTO, fit
+    from motorid.estimate.results.estimate import AUTO
+    from motorid.identify import fit
 
     if rig is not None:
         from motorid.workflow.recalibrate import recalibrated

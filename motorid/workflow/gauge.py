@@ -133,7 +133,7 @@ _Row = dict[str, tuple[Any, Any]]  # quantity -> value and standard uncertainty
 
 
 def _fitted(runs: Sequence[Run], folder: Path, jobs: int, progress: Progress | None) -> list[_Row]:
-    from motorid.estimate import SIX
+    from motorid.estimate.results.estimate import SIX
     from motorid.workflow.many import fit_many
 
     paths = [run.path for run in runs]

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from motorid import __version__
 from motorid.capture.whole import refuse_existing, write_whole
 from motorid.errors import DataError, MotoridError
-from motorid.estimate import AUTO
+from motorid.estimate.results.estimate import AUTO
 from motorid.workflow.recalibrate import cited
 from motorid.workflow.tasks import Progress, Result, Task, run_all
 

@@ -78,7 +78,7 @@ def plan_run(
 def _known(rig: Rig, first: Path | None) -> tuple[Spread, Board, dict[str, Channel]]:
     """Ranges of the motor's parameters, the board, and its channels: from a first run, or asked."""
     from motorid.capture import store
-    from motorid.estimate import fit
+    from motorid.identify import fit
     from motorid.plan.motors import of_estimate, of_nameplate
 
     if first is None:

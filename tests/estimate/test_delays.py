@@ -11,13 +11,13 @@ import pytest
 from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import CURRENT, Capture
-from motorid.estimate import fit
 from motorid.estimate.fit import start_values
 from motorid.estimate.fit.alternating_fit import with_sources
 from motorid.estimate.fit.multistart import whitened
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS, Parameter
 from motorid.estimate.uncertainty import instrument_budget
+from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig
 from motorid.sim.chain import draw_chain

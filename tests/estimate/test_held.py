@@ -14,9 +14,9 @@ from bench.foreign.plant import Drive, turn
 from motorid.capture.model import Capture
 from motorid.capture.table import read_table
 from motorid.errors import DataError
-from motorid.estimate import fit
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.partial.locked_rotor import is_noise
+from motorid.identify import fit
 
 HELD = replace(cases.MOTOR, T0=10.0)
 MOST = 20_000  # evaluations; a fit of all six takes more

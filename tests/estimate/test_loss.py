@@ -13,13 +13,13 @@ from bench.coverage.rigs import draw_bench
 from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import Capture, Wiring
+from motorid.estimate.assembly.assemble import fit
 from motorid.estimate.effects.brush_and_heating import expected_drop, lossless
-from motorid.estimate.fit.joint_fit import fit
 from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.reconstructed_voltage import Driving
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.dead_time import dead_time_loss
 from motorid.estimate.signals.pwm_bridge import ripple
-from motorid.estimate.signals.reconstructed_voltage import Driving
 from motorid.estimate.signals.ripple_average import Flow
 from motorid.estimate.signals.time_grid import Part
 from motorid.program import Decay, Program, Step, StepKind

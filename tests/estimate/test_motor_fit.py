@@ -15,8 +15,8 @@ from bench.coverage.rigs import draw_bench
 from bench.coverage.runs import record
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.errors import DataError, UsageError
-from motorid.estimate import fit
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
+from motorid.identify import fit
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 
 PLAN = Plan(count=3000)
@@ -282,7 +282,7 @@ def test_no_captures() -> None:
 
 def test_import_is_cheap_and_knows_no_serial_port() -> None:
     script = (
-        "import sys, motorid.estimate; "
+        "import sys, motorid.identify; "
         "heavy = {'serial', 'scipy', 'pandas', 'h5py', 'numpy', 'motorid.acquire'}; "
         "bad = heavy & set(sys.modules); "
         "sys.exit(str(bad) if bad else 0)"
@@ -324,6 +324,6 @@ def test_a_current_that_hovers_where_the_dead_time_turns_it_settles(
     for name, most in {"R": 0.01, "L": 0.01, "B": 0.01, "T0": 0.01}.items():
         assert found[name].value == pytest.approx(runs.truth[name], rel=most)
         assert found[name].interval_95[0] < runs.truth[name] < found[name].interval_95[1]
-    monkeypatch.setattr("motorid.estimate.signals.reconstructed_voltage.swinging", lambda *_: 0.0)
+    monkeypatch.setattr("motorid.estimate.model.reconstructed_voltage.swinging", lambda *_: 0.0)
     swung = fit(runs.captures, model="six").parameters
     assert abs(swung["R"].value / runs.truth["R"] - 1.0) > 0.015

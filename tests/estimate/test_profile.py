@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import Capture
-from motorid.estimate import fit
 from motorid.estimate.fit import joint_fit
 from motorid.estimate.uncertainty.covariance import covariance_of
 from motorid.estimate.uncertainty.profile_likelihood import Profile, interval
+from motorid.identify import fit
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 
 CLEAN = clean_capture({**FAULHABER, "B": 0.0}, Plan(count=800))

@@ -9,9 +9,9 @@ import pytest
 
 from motorid.capture.model import POSITION, VOLTAGE, Capture
 from motorid.errors import UsageError
-from motorid.estimate import fit
 from motorid.estimate.partial import electrical_only
 from motorid.estimate.results.estimate import Estimate, Parameter
+from motorid.identify import fit
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 
 K = FAULHABER["K"]

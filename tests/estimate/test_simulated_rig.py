@@ -10,8 +10,8 @@ import pytest
 from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.errors import DataError
-from motorid.estimate import fit
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
+from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Sampling, load_rig
 from motorid.sim import truth

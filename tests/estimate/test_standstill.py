@@ -10,9 +10,9 @@ import numpy as np
 from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import POSITION, Capture
-from motorid.estimate import fit
 from motorid.estimate.signals.standstill import with_standstill
 from motorid.estimate.signals.time_grid import lay
+from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig
 from motorid.sim import truth

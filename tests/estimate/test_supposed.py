@@ -8,9 +8,9 @@ from functools import cache
 import pytest
 
 from motorid.capture.model import Capture, Phase
-from motorid.estimate import fit
 from motorid.estimate.fit import joint_fit
 from motorid.estimate.uncertainty.prior_influence import variances
+from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 

@@ -17,11 +17,11 @@ from motorid.acquire.record import capture_over
 from motorid.capture import store
 from motorid.capture.model import CURRENT, VOLTAGE, Capture, Channel
 from motorid.capture.table import read_table
-from motorid.estimate import fit
 from motorid.estimate.effects import winding_temperature
-from motorid.estimate.effects.winding_temperature import Rise, self_heating
-from motorid.estimate.results.estimate import Estimate, Parameter
-from motorid.estimate.uncertainty.reference_temperature import Coefficients, at_25, warmth_of
+from motorid.estimate.effects.winding_temperature import Coefficients, self_heating
+from motorid.estimate.results.estimate import Estimate, Parameter, Rise
+from motorid.estimate.uncertainty.reference_temperature import at_25, warmth_of
+from motorid.identify import fit
 from motorid.rig import Rig
 from motorid.rig_file import parse
 from motorid.sim.options import parse_url

@@ -9,17 +9,11 @@ import pytest
 from scipy.signal import lfilter
 from scipy.special import stdtrit
 
+from motorid.estimate.solver.autoregression import autoregression, power, whitener
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Block, Solution, Unknown
 from motorid.estimate.uncertainty.between_run_variance import spread_of
-from motorid.estimate.uncertainty.covariance import (
-    Statistical,
-    autoregression,
-    covariance_of,
-    power,
-    statistical,
-    whitener,
-)
+from motorid.estimate.uncertainty.covariance import Statistical, covariance_of, statistical
 from motorid.estimate.uncertainty.intervals import Findings, student
 
 N = 2000

@@ -11,11 +11,11 @@ from scipy.integrate import solve_ivp
 
 from bench.coverage.rigs import draw_bench
 from bench.coverage.runs import record
-from motorid.estimate import fit
 from motorid.estimate.fit import discontinuous_current_inductance, multistart, subsample_inductance
 from motorid.estimate.fit.discontinuous_current_inductance import Pulses
 from motorid.estimate.results.estimate import Estimate
 from motorid.estimate.signals.pwm_bridge import DIODE_DROPS_V
+from motorid.identify import fit
 from tests.suspects.cases import CHAIN, Runs
 from tests.suspects.rigs import DUTIES, Bench
 

@@ -63,7 +63,7 @@ def test_a_motor_is_captured_through_it(device: str, tmp_path: Path) -> None:
 
     from motorid.acquire import record
     from motorid.capture import store
-    from motorid.estimate import fit
+    from motorid.identify import fit
     from motorid.program import StepKind, climbs
     from motorid.rig import Nameplate, Sampling
     from tests.acquire.rigs import sim_rig

@@ -102,12 +102,12 @@ def test_an_interrupted_run_goes_on(
 def test_a_defect_costs_one_capture(
     captures: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import motorid.estimate
+    import motorid.identify
 
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("a defect")
 
-    monkeypatch.setattr(motorid.estimate, "fit", broken)
+    monkeypatch.setattr(motorid.identify, "fit", broken)
     (found,) = fit_many([captures / "motor-1.h5"], tmp_path)
     assert found.failure == "internal error, ZeroDivisionError: a defect"
 

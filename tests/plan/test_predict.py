@@ -9,9 +9,9 @@ import pytest
 from scipy.stats import chi2
 
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Wiring
-from motorid.estimate import fit
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.uncertainty.intervals import POSITIVE
+from motorid.identify import fit
 from motorid.motor.parameters import Motor
 from motorid.plan.predict import predict
 from motorid.plan.skeleton import Bench, skeleton

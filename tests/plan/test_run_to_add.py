@@ -11,8 +11,8 @@ import pytest
 from motorid.acquire.record import capture
 from motorid.capture import store
 from motorid.capture.model import Capture
-from motorid.estimate import fit
 from motorid.estimate.results.estimate import Estimate
+from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig
 

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from motorid.estimate.fit.joint_fit import fit
+from motorid.estimate.assembly.assemble import fit
 from motorid.search.review import tables
 from motorid.search.review.as_capture import capture_of
 from motorid.search.review.experiment import Experiment, Row

@@ -10,7 +10,7 @@ import pytest
 
 from motorid.capture.model import VOLTAGE
 from motorid.errors import DataError, UsageError
-from motorid.estimate import fit
+from motorid.identify import fit
 from motorid.search.fit import fit as search_fit
 from motorid.search.fit import names
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy

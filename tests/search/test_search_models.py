@@ -8,7 +8,7 @@ import pytest
 from motorid.capture import store
 from motorid.cli.main import run
 from motorid.errors import UsageError
-from motorid.estimate import fit
+from motorid.identify import fit
 from motorid.motor.batch import DRIVEN_TWO_MASS, Record, blank, quadratic
 from motorid.search.fit import fit as search_fit
 from motorid.search.review.as_capture import capture_of

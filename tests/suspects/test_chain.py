@@ -9,9 +9,9 @@ import pytest
 
 from motorid.capture.model import CURRENT
 from motorid.errors import DataError
-from motorid.estimate import fit
 from motorid.estimate.fit.sign_check import WrongSignError
 from motorid.estimate.results.estimate import Estimate
+from motorid.identify import fit
 from tests.suspects import inject
 from tests.suspects.cases import CHAIN, COMMANDED, Case, Runs
 from tests.suspects.rigs import DIRECTIONS, DUTIES, Bench

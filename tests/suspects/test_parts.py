@@ -10,7 +10,6 @@ import jsonschema
 import numpy as np
 import pytest
 
-from motorid.estimate import fit
 from motorid.estimate.diagnosis import rank
 from motorid.estimate.diagnosis.fault import Hypothesis, Words
 from motorid.estimate.diagnosis.faults import lost_samples, repeated_readings
@@ -21,6 +20,7 @@ from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit.joint_fit import solved
 from motorid.estimate.results.estimate import Suspect
 from motorid.estimate.signals.time_grid import lay
+from motorid.identify import fit
 from motorid.report import html, json_, text
 from tests.report.example import estimate as example
 from tests.suspects import inject

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE
-from motorid.estimate import fit
 from motorid.estimate.diagnosis.faults import scale_errors
 from motorid.estimate.results.estimate import Parameter
+from motorid.identify import fit
 from tests.exact_capture import FAULHABER, Plan, clean_capture
 from tests.suspects import inject
 from tests.suspects.cases import SCALES, Case, Runs

@@ -18,7 +18,6 @@ from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate import fit
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit import joint_fit, multistart
 from motorid.estimate.fit.parameter_bounds import merged
@@ -27,6 +26,7 @@ from motorid.estimate.results.estimate import PARAMETERS, Estimate
 from motorid.estimate.selection import entry, extended_results
 from motorid.estimate.uncertainty import errors_in_variables
 from motorid.estimate.uncertainty.covariance import statistical
+from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.report import html, json_, text
 from motorid.rig import Sampling, load_rig

@@ -12,9 +12,13 @@ from motorid.capture.model import Capture
 from motorid.estimate.diagnosis import rank
 from motorid.estimate.diagnosis.faults import scale_errors
 from motorid.estimate.effects.brush_and_heating import lossless
+from motorid.estimate.fit.joint_fit import solved
+from motorid.estimate.fit.parameter_bounds import held_values
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Parameter, Suspect
 from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty import intervals
+from motorid.estimate.uncertainty.findings import findings
 
 _Fit = tuple[list[MotorRecord], Solution, Mapping[str, Parameter]]
 
@@ -23,12 +27,11 @@ def without_loss(
     records: Sequence[MotorRecord], parameters: Mapping[str, Parameter]
 ) -> Mapping[str, Parameter]:
     """The parameters of a fit whose brushes drop nothing and whose winding stays as it is."""
-    from motorid.estimate.fit.joint_fit import fit
-
     held = {
         n: p.value for n, p in parameters.items() if p.status == "fixed" and p.value is not None
     }
-    return fit([lossless(record.capture) for record in records], fix=held).parameters
+    found = solved([lossless(record.capture) for record in records], held, ())
+    return intervals.parameters(findings(*found, held_values(held, ()), ()))
 
 
 class Suspects(Sequence[Suspect]):

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT
+from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.measurements import EMF
 
 Floats = NDArray[np.float64]
-Size = tuple[float, ...]
 Effect = Callable[[MotorRecord, Floats, Floats, Floats], list[Floats]]
 
 SMALL = 1e-3  # of an added voltage, by which its effect is tried

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from motorid.errors import DataError
 from motorid.estimate.diagnosis import misfit
-from motorid.estimate.diagnosis.fault import Hypothesis, Size
+from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.faults import (
     channel_delay,
     current_limited_supply,
@@ -25,6 +25,7 @@ from motorid.estimate.diagnosis.faults import (
 )
 from motorid.estimate.diagnosis.refit import Refit, refit
 from motorid.estimate.diagnosis.score_test import Screen
+from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.fit.start_values import start_values
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Suspect

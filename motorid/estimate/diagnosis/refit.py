@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.diagnosis.fault import Hypothesis, Size
+from motorid.estimate.diagnosis.fault import Hypothesis
+from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Solution, Unknown

@@ -11,9 +11,9 @@ from motorid.estimate.diagnosis.localise import place
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic
 from motorid.estimate.signals.measurements import EMF, Measured
+from motorid.estimate.solver.autoregression import autocovariance
 from motorid.estimate.solver.dense_products import square
 from motorid.estimate.solver.problem import Solution
-from motorid.estimate.uncertainty.covariance import autocovariance
 from motorid.segment import Segment
 
 Floats = NDArray[np.float64]

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.diagnosis.fault import Hypothesis, Size
+from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.refit import plain
+from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.solver.dense_products import dot, project, square
 from motorid.estimate.solver.problem import Solution

@@ -24,6 +24,7 @@ from motorid.estimate.effects.winding_temperature import (
     FIGURES,
     STALL_K_S,
     THERMAL,
+    Coefficients,
     by_figures,
     figures,
 )
@@ -32,7 +33,6 @@ from motorid.estimate.signals.pwm_bridge import DIODE_DROPS_SD_V
 from motorid.estimate.signals.ripple_average import Flow
 from motorid.estimate.signals.time_grid import Part, Timeline
 from motorid.estimate.solver.problem import Unknown
-from motorid.estimate.uncertainty.reference_temperature import Coefficients
 
 Floats = NDArray[np.float64]
 

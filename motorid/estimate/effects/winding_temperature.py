@@ -11,15 +11,12 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture
-
-if TYPE_CHECKING:
-    from motorid.estimate.alternative import Alternative
+from motorid.estimate.results.estimate import Alternative, Rise
 
 Floats = NDArray[np.float64]
 
@@ -32,16 +29,13 @@ BOUND = "bounded for want of thermal figures"
 
 
 @dataclass(frozen=True)
-class Rise:
-    """How much warmer than the ambient the winding was, in the mean of the runs by I².
+class Coefficients:
+    """Relative change a kelvin, with standard uncertainties. ``magnet_per_k`` None: not stated."""
 
-    K, with its standard uncertainty; ``basis`` says what it rests on, ``heat_j`` the I²R of all.
-    """
-
-    kelvin: float
-    uncertainty_k: float
-    heat_j: float
-    basis: str
+    copper_per_k: float = 0.00393
+    copper_uncertainty_per_k: float = 5e-5
+    magnet_per_k: float | None = None
+    magnet_uncertainty_per_k: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED
-from motorid.estimate.diagnosis.fault import Size
 from motorid.estimate.model.capture_model import MotorRecord
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+Size = tuple[float, ...]  # of a fault
 
 BLOCK = 16  # samples
 FEWEST = 8  # blocks that tell anything

@@ -12,27 +12,12 @@ from motorid.estimate.fit import (
     start_values_without_motion,
     subsample_inductance,
 )
-from motorid.estimate.fit.assemble import report
 from motorid.estimate.fit.multistart import settled, whitened
 from motorid.estimate.fit.parameter_bounds import held_values, merged
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.results.estimate import PARAMETERS, Estimate
+from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.intersample_voltage import SHAPES, Rival
 from motorid.estimate.solver.problem import Solution
-
-
-def fit(
-    captures: Sequence[Capture],
-    fix: Mapping[str, float] | None = None,
-    without: Sequence[str] = (),
-) -> Estimate:
-    """The six parameters from captures with a voltage and a current or a motion.
-
-    ``fix`` holds parameters at SI values; ``without`` takes L, B or T0 out of the model. Raises
-    DataError where the captures cannot be fitted at all.
-    """
-    records, solution = solved(captures, fix or {}, without)
-    return report(captures, records, solution, fix or {}, without)
 
 
 def solved(

@@ -14,13 +14,13 @@ from motorid.estimate.effects.action import Changes
 from motorid.estimate.effects.held_inductance import Foretold
 from motorid.estimate.effects.registry import nuisances, starts_at_rest
 from motorid.estimate.effects.source_noise import Unrest
+from motorid.estimate.model.reconstructed_voltage import Course, Driving
 from motorid.estimate.model.weighting import Weighed
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.discontinuous_current import divided
 from motorid.estimate.signals.intersample_voltage import JOINED, Rival, Shape
 from motorid.estimate.signals.measurements import read
 from motorid.estimate.signals.pwm_bridge import ripple
-from motorid.estimate.signals.reconstructed_voltage import Course, Driving
 from motorid.estimate.signals.standstill import with_standstill
 from motorid.estimate.signals.thevenin_source import Source
 from motorid.estimate.signals.time_grid import Timeline, lay

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from motorid.errors import UsageError, nearest
-from motorid.estimate import AUTO, SIX
-from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.results.estimate import AUTO, PARAMETERS, SIX
 from motorid.estimate.solver.problem import Unknown
 
 COPPER_PER_K = 0.00393  # at 20 to 25 °C (IEC 60228)

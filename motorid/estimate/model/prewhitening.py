@@ -11,9 +11,9 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.effective_sample_size import excess
 from motorid.estimate.model.program_parts import part_rows
 from motorid.estimate.signals.measurements import Measured
+from motorid.estimate.solver.autoregression import whitener
 from motorid.estimate.solver.dense_products import square
 from motorid.estimate.solver.problem import Solution
-from motorid.estimate.uncertainty.covariance import whitener
 
 Floats = NDArray[np.float64]
 

@@ -14,11 +14,11 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError, UsageError
+from motorid.estimate.assembly.assemble import report
 from motorid.estimate.diagnosis import identifiability
 from motorid.estimate.diagnosis.deferred import Suspects
 from motorid.estimate.diagnosis.remarks import budget
 from motorid.estimate.fit import joint_fit, multistart
-from motorid.estimate.fit.assemble import report
 from motorid.estimate.fit.parameter_bounds import held_values, merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.partial import locked_rotor as rotor

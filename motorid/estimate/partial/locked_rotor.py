@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError
+from motorid.estimate.assembly.assemble import report
 from motorid.estimate.diagnosis.deferred import Suspects
 from motorid.estimate.fit import alternating_fit, joint_fit, multistart, start_values_without_motion
-from motorid.estimate.fit.assemble import report
 from motorid.estimate.fit.parameter_bounds import unknowns_of
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS, UNITS, Diagnostic, Estimate

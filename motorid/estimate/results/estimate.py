@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from motorid.estimate.alternative import Alternative
-    from motorid.estimate.effects.winding_temperature import Rise
 
 Floats = NDArray[np.float64]
 Status = Literal["estimated", "fixed", "at_bound", "not_identifiable"]
 Severity = Literal["info", "warning", "error"]
 Strength = Literal["named", "not excluded"]
 
+SIX, AUTO = "six", "auto"  # models: the six parameters; and a better one where the data ask for it
 PARAMETERS = ("R", "L", "K", "B", "J", "T0")
 UNITS = {"R": "ohm", "L": "H", "K": "N·m/A", "B": "N·m·s/rad", "J": "kg·m²", "T0": "N·m"}
 MEANING = {
@@ -109,6 +106,73 @@ class SegmentRow:
     start_s: float
     end_s: float
     reason: str = ""
+
+
+@dataclass(frozen=True)
+class Rise:
+    """How much warmer than the ambient the winding was, in the mean of the runs by I².
+
+    K, with its standard uncertainty; ``basis`` says what it rests on, ``heat_j`` the I²R of all.
+    """
+
+    kelvin: float
+    uncertainty_k: float
+    heat_j: float
+    basis: str
+
+
+@dataclass(frozen=True)
+class TermTrial:
+    """One term that was fitted, and whether the data support it.
+
+    ``gain`` of twice the log-likelihood beside the terms taken before it, less the residuals'
+    colour; ``needed`` by Schwarz's criterion. ``size``: in standard deviations. ``left_out``: gain
+    on captures that the fit did not see; None for a single one. ``moves``: the largest move of one
+    of the six parameters, as a share of what counts.
+    """
+
+    term: str
+    title: str
+    beside: tuple[str, ...]
+    gain: float
+    needed: float
+    size: float
+    left_out: float | None
+    moves: float
+    taken: bool
+
+
+@dataclass(frozen=True)
+class ChannelFit:
+    """Root mean square of a channel's residuals (``unit``) under both models."""
+
+    capture: int
+    channel: str
+    unit: str
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """A wider model's answer. ``asked``: by name, whatever the data say of it.
+
+    ``parameters`` holds R, L, K, B, J, T0, then what the terms add.
+    """
+
+    name: str
+    terms: tuple[str, ...]
+    titles: tuple[str, ...]
+    equations: tuple[str, ...]
+    asked: bool
+    parameters: Mapping[str, Parameter]
+    nuisance: Mapping[str, Parameter]
+    chi_square: float
+    degrees_of_freedom: int
+    evaluations: int
+    lack_of_fit: tuple[ChannelFit, ...]
+    trials: tuple[TermTrial, ...] = ()
+    at_25: Mapping[str, Parameter] = field(default_factory=dict)  # as of ``Estimate``
 
 
 @dataclass(frozen=True)

@@ -10,16 +10,22 @@ from dataclasses import replace
 
 from motorid.capture.model import Capture
 from motorid.errors import DataError
-from motorid.estimate import AUTO, SIX
-from motorid.estimate.alternative import TermTrial
+from motorid.estimate.assembly.assemble import report
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit import alternating_fit, joint_fit, multistart
-from motorid.estimate.fit.assemble import report
 from motorid.estimate.fit.parameter_bounds import held_values, merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS, Term, parse
-from motorid.estimate.results.estimate import PARAMETERS, Diagnostic, Estimate, Parameter
+from motorid.estimate.results.estimate import (
+    AUTO,
+    PARAMETERS,
+    SIX,
+    Diagnostic,
+    Estimate,
+    Parameter,
+    TermTrial,
+)
 from motorid.estimate.selection.extended_fit import Fitted, begin, finished
 from motorid.estimate.selection.extended_results import alternative, findings
 from motorid.estimate.selection.forward_selection import Trial, asks, select

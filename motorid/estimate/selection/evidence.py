@@ -17,14 +17,10 @@ from motorid.estimate.fit.parameter_bounds import merged, unknowns_of
 from motorid.estimate.model.extended_capture_model import WideRecord
 from motorid.estimate.model.extended_terms import ADDED, Term
 from motorid.estimate.selection.extended_fit import Fitted
+from motorid.estimate.solver.autoregression import autoregression, power
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Solution
-from motorid.estimate.uncertainty.covariance import (
-    autoregression,
-    covariance_of,
-    power,
-    statistical,
-)
+from motorid.estimate.uncertainty.covariance import covariance_of, statistical
 
 Floats = NDArray[np.float64]
 

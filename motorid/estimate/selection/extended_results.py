@@ -7,18 +7,18 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.alternative import Alternative, ChannelFit, TermTrial
+from motorid.estimate.assembly import assemble
+from motorid.estimate.assembly.plot_data import UNITS as CHANNEL_UNITS
 from motorid.estimate.diagnosis import residual_remarks
-from motorid.estimate.fit import assemble
 from motorid.estimate.fit.parameter_bounds import held_values
-from motorid.estimate.fit.plot_data import UNITS as CHANNEL_UNITS
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import ADDED
-from motorid.estimate.results.estimate import Parameter
+from motorid.estimate.results.estimate import Alternative, ChannelFit, Parameter, TermTrial
 from motorid.estimate.selection.extended_fit import Fitted
 from motorid.estimate.solver.dense_products import square
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import errors_in_variables, instrument_budget, intervals
+from motorid.estimate.uncertainty.findings import scattered
 from motorid.estimate.uncertainty.intervals import Findings
 
 Floats = NDArray[np.float64]
@@ -33,7 +33,7 @@ def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -
     unseen = errors_in_variables.hidden(fitted.solution, fitted.records)
     return Findings(
         fitted.solution,
-        assemble.scattered(fitted.solution, fitted.records, unseen),
+        scattered(fitted.solution, fitted.records, unseen),
         instrument_budget.budget(fitted.solution, fitted.records),
         held_values(fix, without),
         without,

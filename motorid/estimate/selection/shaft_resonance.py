@@ -17,9 +17,10 @@ from motorid.estimate.model.extended_capture_model import WideRecord
 from motorid.estimate.model.extended_terms import TERMS, Term
 from motorid.estimate.selection.extended_fit import scales_of
 from motorid.estimate.selection.score_test import Candidate
+from motorid.estimate.solver.autoregression import whitener
 from motorid.estimate.solver.dense_products import project, square
 from motorid.estimate.solver.problem import Linearised, Solution
-from motorid.estimate.uncertainty.covariance import covariance_of, whitener
+from motorid.estimate.uncertainty.covariance import covariance_of
 
 Floats = NDArray[np.float64]
 

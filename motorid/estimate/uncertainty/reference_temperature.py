@@ -11,20 +11,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from motorid.capture.model import Capture
 from motorid.estimate.effects.winding_temperature import (
     BOUND,
-    Rise,
+    Coefficients,
     figures,
     self_heating,
     shown_by,
 )
-from motorid.estimate.results.estimate import UNITS, Estimate, Parameter
-
-if TYPE_CHECKING:
-    from motorid.estimate.alternative import Alternative
+from motorid.estimate.results.estimate import UNITS, Alternative, Estimate, Parameter, Rise
 
 REFERENCE_C = 25.0
 NORMAL_95 = 1.959963984540054
@@ -39,16 +36,6 @@ IMPROVE = {
     COPPER: "measure nearer to 25 °C",
     MAGNETS: "measure nearer to 25 °C",
 }
-
-
-@dataclass(frozen=True)
-class Coefficients:
-    """Relative change a kelvin, with standard uncertainties. ``magnet_per_k`` None: not stated."""
-
-    copper_per_k: float = 0.00393
-    copper_uncertainty_per_k: float = 5e-5
-    magnet_per_k: float | None = None
-    magnet_uncertainty_per_k: float = 0.0
 
 
 @dataclass(frozen=True)

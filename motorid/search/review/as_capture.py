@@ -17,8 +17,8 @@ from motorid.capture.model import (
     Phase,
     Wiring,
 )
+from motorid.estimate.assembly.assemble import fit
 from motorid.estimate.effects.brush_and_heating import lossless
-from motorid.estimate.fit.joint_fit import fit
 from motorid.estimate.results.estimate import Floats
 from motorid.motor.batch import FRICTION, Model, Record
 from motorid.program import Decay, Program, Step, StepKind

@@ -69,7 +69,7 @@ def _heavier(rig: Rig, inertia: float) -> Rig:
 def _inertia(bench: Bench, rig: Rig, name: str) -> Inertia:
     """J that several runs give together."""
     from motorid.capture import store
-    from motorid.estimate import fit
+    from motorid.identify import fit
     from motorid.workflow.record import capture_runs
 
     with tempfile.TemporaryDirectory(prefix="motorid-") as scratch:

@@ -11,24 +11,17 @@ from motorid import __version__
 from motorid.capture.model import Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
+from motorid.estimate.assembly import plot_data
 from motorid.estimate.diagnosis import remarks, residual_remarks
 from motorid.estimate.diagnosis.deferred import Suspects
-from motorid.estimate.fit import plot_data
+from motorid.estimate.fit.joint_fit import solved
 from motorid.estimate.fit.parameter_bounds import held_values
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.model.program_parts import by_part
 from motorid.estimate.results.estimate import Estimate, Parameter
 from motorid.estimate.solver.problem import Solution
-from motorid.estimate.uncertainty import (
-    errors_in_variables,
-    instrument_budget,
-    intervals,
-    log_scatter,
-    profile_likelihood,
-    shared_causes,
-)
-from motorid.estimate.uncertainty.covariance import Statistical, statistical
+from motorid.estimate.uncertainty import errors_in_variables, intervals
 from motorid.estimate.uncertainty.errors_in_variables import Hidden
+from motorid.estimate.uncertainty.findings import findings
 from motorid.segment import segment
 
 Floats = NDArray[np.float64]
@@ -52,6 +45,20 @@ NUISANCE_UNITS = {
 }
 
 
+def fit(
+    captures: Sequence[Capture],
+    fix: Mapping[str, float] | None = None,
+    without: Sequence[str] = (),
+) -> Estimate:
+    """The six parameters from captures with a voltage and a current or a motion.
+
+    ``fix`` holds parameters at SI values; ``without`` takes L, B or T0 out of the model. Raises
+    DataError where the captures cannot be fitted at all.
+    """
+    records, solution = solved(captures, fix or {}, without)
+    return report(captures, records, solution, fix or {}, without)
+
+
 def report(
     captures: Sequence[Capture],
     records: Sequence[MotorRecord],
@@ -66,19 +73,7 @@ def report(
     """
     fixed = held_values(fix, without)
     simulated = max(record.simulated for record in records)
-    unseen = errors_in_variables.hidden(solution, records)
-    scatter = scattered(solution, records, unseen)
-    found = intervals.Findings(
-        solution,
-        scatter,
-        instrument_budget.budget(solution, records),
-        fixed,
-        without,
-        profile_likelihood.intervals(solution, records, scatter)
-        if profiled and solution.converged
-        else {},
-        unseen,
-    )
+    found = findings(records, solution, fixed, without, profiled)
     parameters = intervals.parameters(found)
     voltage = nominal_voltage(records)
     chi_square, freedom = residual_remarks.chi_square(solution, records)
@@ -89,7 +84,7 @@ def report(
         parameters=parameters,
         combinations=intervals.combinations(found, parameters),
         derived=intervals.derived(found, voltage),
-        nuisance=nuisance_parameters(solution, records, unseen),
+        nuisance=nuisance_parameters(solution, records, found.hidden),
         free=found.names,
         correlation=correlation(found.statistical.covariance),
         chi_square=chi_square,
@@ -105,16 +100,6 @@ def report(
         budget=intervals.budget_shares(found),
         suspects=Suspects(records, solution, parameters),
     )
-
-
-def scattered(
-    solution: Solution, records: Sequence[MotorRecord], unseen: Sequence[Hidden]
-) -> Statistical:
-    """Covariance of any model's fit: with what no residual shows, and the spread of its parts."""
-    kinds = (log_scatter, shared_causes)
-    hidden = [shift for kind in kinds for shift in kind.shifts(solution, records)]
-    hidden += errors_in_variables.shifts(unseen)
-    return statistical(solution, hidden, by_part(solution, records))
 
 
 def nominal_voltage(records: Sequence[MotorRecord]) -> float:

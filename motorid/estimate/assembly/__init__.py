@@ -1,0 +1,1 @@
+"""From a solution to the estimate: values with their standing, remarks, suspects, curves."""

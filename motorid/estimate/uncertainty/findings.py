@@ -1,0 +1,54 @@
+"""All that is uncertain of a solution, together: noise, spread, instruments, profiles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.program_parts import by_part
+from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty import (
+    errors_in_variables,
+    instrument_budget,
+    log_scatter,
+    profile_likelihood,
+    shared_causes,
+)
+from motorid.estimate.uncertainty.covariance import Statistical, statistical
+from motorid.estimate.uncertainty.errors_in_variables import Hidden
+from motorid.estimate.uncertainty.intervals import Findings
+
+
+def findings(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    fixed: Mapping[str, float],
+    without: Sequence[str],
+    profiled: bool = True,
+) -> Findings:
+    """The uncertain answer of any method, its uncertainty by the curvature at the solution.
+
+    ``profiled``: it is the likelihood's own minimum, so that the profile may bound what leans.
+    """
+    unseen = errors_in_variables.hidden(solution, records)
+    scatter = scattered(solution, records, unseen)
+    leaning = profiled and solution.converged
+    return Findings(
+        solution,
+        scatter,
+        instrument_budget.budget(solution, records),
+        fixed,
+        without,
+        profile_likelihood.intervals(solution, records, scatter) if leaning else {},
+        unseen,
+    )
+
+
+def scattered(
+    solution: Solution, records: Sequence[MotorRecord], unseen: Sequence[Hidden]
+) -> Statistical:
+    """Covariance of any model's fit: with what no residual shows, and the spread of its parts."""
+    kinds = (log_scatter, shared_causes)
+    hidden = [shift for kind in kinds for shift in kind.shifts(solution, records)]
+    hidden += errors_in_variables.shifts(unseen)
+    return statistical(solution, hidden, by_part(solution, records))

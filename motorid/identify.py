@@ -1,0 +1,109 @@
+"""Which fit suits the captures: the one door to the estimator and to the searches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from motorid.capture.model import Capture
+    from motorid.estimate.results.estimate import Estimate
+
+OPTIONAL = ("L", "B", "T0")  # what ``without`` may take out of the model
+
+
+def fit(
+    captures: Sequence[Capture],
+    *,
+    fix: Mapping[str, float] | None = None,
+    without: Sequence[str] = (),
+    method: str = "ml",
+    **search: Any,
+) -> Estimate:
+    """The estimate that captures of one motor give together.
+
+    ``fix`` holds parameters at SI values; ``without`` leaves L, B or T0 out of the model. Captures
+    without a voltage or without a current are fitted by their mechanics alone. ``model``: six,
+    auto (a better model beside the six parameters where the residuals ask for one), or terms of
+    ``extended_terms`` joined by +. ``search``: that and ``budget`` and ``seed`` of another method
+    (``search.fit``). Raises UsageError on an unknown name, method or model, DataError where the
+    captures hold too little.
+    """
+    from motorid.errors import DataError
+    from motorid.estimate.uncertainty.reference_temperature import with_reference
+
+    if not captures:
+        raise DataError("there is no capture to fit: name at least one file")
+    return with_reference(_fit(captures, fix, without, method, search), captures)
+
+
+def _fit(
+    captures: Sequence[Capture],
+    fix: Mapping[str, float] | None,
+    without: Sequence[str],
+    method: str,
+    search: dict[str, Any],
+) -> Estimate:
+    from motorid.errors import UsageError
+    from motorid.estimate.partial import mechanical_fit
+    from motorid.estimate.results.estimate import AUTO, SIX
+
+    known = {name: float(value) for name, value in (fix or {}).items()}
+    model = search.get("model", SIX)
+    if method != "ml":
+        from motorid.search.fit import fit as by_name
+
+        _check(known, without)
+        search |= {"model": "linear"} if model in (SIX, AUTO) else {}
+        return by_name(captures, method, fix=known, without=without, **search)
+    foreign = [name for name in search if name != "model"]
+    if foreign:
+        raise UsageError(
+            f"the method ml takes no {', '.join(foreign)}: choose another by --method, such as nls"
+        )
+    if mechanical_fit.suits(captures):
+        _insist_on_six(model)
+        return mechanical_fit.fit(captures, fix=known, without=without)
+    _check(known, without)
+    from motorid.estimate.partial import electrical_only, locked_rotor
+    from motorid.estimate.selection import entry
+    from motorid.estimate.signals.log_sections import pieces
+
+    if electrical_only.suits(captures):
+        _insist_on_six(model)
+        return electrical_only.fit(pieces(captures), known, without)
+    at_rest = (
+        locked_rotor.without_motion(captures, known, without) if model in (SIX, AUTO) else None
+    )
+    if at_rest is not None:
+        return at_rest
+    return entry.fit(pieces(captures), known, without, SIX if model == "linear" else model)
+
+
+def _insist_on_six(model: str) -> None:
+    from motorid.errors import UsageError
+    from motorid.estimate.results.estimate import AUTO, SIX
+
+    if model not in (SIX, AUTO, "linear"):
+        raise UsageError(
+            f"--model {model} needs captures with a voltage, a current and a motion: leave it "
+            "out for these"
+        )
+
+
+def _check(fix: Mapping[str, float], without: Sequence[str]) -> None:
+    import math
+
+    from motorid.errors import UsageError
+    from motorid.estimate.results.estimate import PARAMETERS
+
+    for name, value in fix.items():
+        if name not in PARAMETERS:
+            raise UsageError(f'cannot fix "{name}": the parameters are {", ".join(PARAMETERS)}')
+        if not math.isfinite(value) or value < 0 or (value == 0 and name not in OPTIONAL):
+            raise UsageError(f"cannot fix {name} at {value:g}: give a positive value in SI units")
+    for name in without:
+        if name not in OPTIONAL:
+            raise UsageError(f'cannot leave "{name}" out: only {", ".join(OPTIONAL)} can be')
+        if name in fix:
+            raise UsageError(f"{name} is both fixed and left out: choose one")
