@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from motorid.errors import DataError
-from motorid.estimate.fit.multistart import with_delays
+from motorid.estimate.fit.multistart import with_promoted
 from motorid.estimate.fit.parameter_bounds import unknowns_of
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.solver.levenberg_marquardt import maximise
-from motorid.estimate.uncertainty import instrument_budget
+from motorid.estimate.uncertainty import budget
 from motorid.estimate.uncertainty.covariance import covariance_of
 from motorid.estimate.uncertainty.intervals import NORMAL_95, POSITIVE
 from motorid.motor.parameters import Motor, no_load_speed
@@ -80,10 +80,10 @@ def predict(bench: Bench, program: Program, motor: Motor, seed: int = 0) -> Pred
     # what brushes might take follows the motor's current
     record.retake_sources(np.array(motor.values), own)
     solution = maximise(unknowns_of([record], PARAMETERS, start), [record], enough=ROUGH)
-    solution = with_delays([record], PARAMETERS, start, solution)
+    solution = with_promoted([record], PARAMETERS, start, solution)
     deviations = np.sqrt(np.diag(covariance_of(solution.information)))
     names = [u.name for u in solution.unknowns]
-    causes = instrument_budget.budget(solution, [record])
+    causes = budget.propagated(solution, [record])
     return Prediction(
         motor,
         dict(zip(names, map(float, deviations), strict=True)),

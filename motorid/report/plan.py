@@ -8,22 +8,13 @@ from collections.abc import Sequence
 from motorid.capture.model import CURRENT
 from motorid.estimate.diagnosis.identifiability import Excitation, advice, assess
 from motorid.estimate.results.estimate import PARAMETERS, UNITS
+from motorid.estimate.uncertainty.budget import remedy
 from motorid.estimate.uncertainty.intervals import POSITIVE
 from motorid.plan.propose import Plan, Promise
 from motorid.program import Step, StepKind
 from motorid.report.numbers import percent, scaled_unit
 
 WIDTH = 96
-IMPROVE = {
-    "current gain": "calibrate the current sensor (`motorid calibrate`, current)",
-    "voltage gain": "calibrate the voltage divider (`motorid calibrate`, voltage)",
-    "encoder or speed gain": "count the encoder over whole turns (`motorid calibrate`, encoder)",
-    "clock": "calibrate the board's clock (`motorid calibrate`, clock)",
-    "voltage resolution": "use a finer voltage divider or converter",
-    "duty of volts": "capture the supply's voltage as well, or drive by duty",
-    "diode drops": "drive with synchronous decay",
-    "wiring resistance": "measure leads and bridge, or sense the voltage at the terminals",
-}
 
 
 def render(plan: Plan, channels: Sequence[str], spread: int) -> str:
@@ -130,7 +121,7 @@ def _remarks(plan: Plan) -> list[str]:
             continue
         asked, held = _reach(p.want.name, p.want.reach), _reach(p.want.name, p.instrument)
         if p.instrument_limited:
-            cause = IMPROVE.get(p.cause, f"improve the {p.cause}")
+            cause = remedy(p.cause)
             out.append(
                 f"{p.want.name} to {asked} cannot be met however long the run: instruments alone "
                 f"take {held}, most of it the {p.cause}. To improve it, {cause}."

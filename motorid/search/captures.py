@@ -14,6 +14,7 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION
 from motorid.errors import DataError
+from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS, Floats
 from motorid.estimate.signals.measurements import EMF
@@ -83,7 +84,7 @@ def batch_record(record: MotorRecord) -> Record:
         raise DataError("the search methods need captures that begin at rest: use the method ml")
     starts = {unknown.name: unknown.start for unknown in record.unknowns}
     offsets = {
-        CURRENT: starts.get("current_offset", 0.0),
+        CURRENT: starts.get(CURRENT_OFFSET.name, 0.0),
         POSITION: starts.get("position_origin", 0.0),
     }
     period = record.timeline.period_s

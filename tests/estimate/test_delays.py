@@ -16,7 +16,7 @@ from motorid.estimate.fit.alternating_fit import with_sources
 from motorid.estimate.fit.multistart import whitened
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS, Parameter
-from motorid.estimate.uncertainty import instrument_budget
+from motorid.estimate.uncertainty import budget
 from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig
@@ -57,9 +57,7 @@ def shares(capture: Capture) -> tuple[dict[str, float], dict[str, float]]:
     records = [MotorRecord(capture, PARAMETERS, {})]
     start = start_values.start_values(records, {})
     solution = whitened(records, PARAMETERS, start, with_sources(records, PARAMETERS, start))
-    moved = instrument_budget.budget(solution, records).get(
-        "current delay", np.zeros(len(PARAMETERS))
-    )
+    moved = budget.propagated(solution, records).get("current delay", np.zeros(len(PARAMETERS)))
     values = (np.log(v) if u.log else v for u, v in
               zip(solution.unknowns, solution.values, strict=True))  # fmt: skip
     return dict(zip(PARAMETERS, values, strict=True)), dict(zip(PARAMETERS, moved, strict=True))
@@ -108,27 +106,27 @@ def test_a_delay_that_ripple_tells_is_found(off: float, amid_ripple: Capture) ->
     """Off by so many of its standard uncertainties, it costs L next to nothing."""
     exact = fit([moved(amid_ripple, 0.0, 0.0)])
     found = fit([moved(amid_ripple, -off * LATE_S, LATE_S)])
-    late_s, late_u = known(found.nuisance["current late"])
+    late_s, late_u = known(found.nuisance["current delay"])
     assert late_s == pytest.approx(off * LATE_S, abs=2.5 * late_u)
-    assert found.nuisance["current late"].unit == "s"
+    assert found.nuisance["current delay"].unit == "s"
     assert late_u < 0.2 * LATE_S
     found_h, u = known(found.parameters["L"])
     assert found_h == pytest.approx(known(exact.parameters["L"])[0], abs=2.0 * u)
 
 
-def test_what_is_an_unknown_is_no_cause_in_the_budget_as_well(amid_ripple: Capture) -> None:
+def test_what_is_an_unknown_is_no_propagated_cause_as_well(amid_ripple: Capture) -> None:
     found, exact = (fit([moved(amid_ripple, 0.0, u)]) for u in (LATE_S, 0.0))
-    assert "current delay" not in found.budget["L"]
-    assert "current late" not in exact.nuisance
+    assert "current delay" not in exact.nuisance
     _, share = shares(moved(amid_ripple, 0.0, LATE_S))
     (L, u), (_, least) = (known(e.parameters["L"]) for e in (found, exact))
+    assert found.budget["L"]["current delay"] < 0.1 * abs(share["L"]) * L  # what its prior still decides
     assert least < u < 0.5 * np.hypot(least, share["L"] * L)
 
 
 def test_a_wider_model_finds_the_delay_as_well(amid_ripple: Capture) -> None:
     found = fit([moved(amid_ripple, -1.3 * LATE_S, LATE_S)], model="quadratic-load")
     assert found.alternative is not None
-    late_s, u = known(found.alternative.nuisance["current late"])
+    late_s, u = known(found.alternative.nuisance["current delay"])
     assert late_s == pytest.approx(1.3 * LATE_S, abs=2.5 * u)
     assert u < 0.2 * LATE_S
 
@@ -136,7 +134,7 @@ def test_a_wider_model_finds_the_delay_as_well(amid_ripple: Capture) -> None:
 def test_a_delay_beyond_its_declaration_stays_as_declared(amid_ripple: Capture) -> None:
     """What the data show is then something else's doing, and no unknown hides it."""
     found = fit([moved(amid_ripple, -8.0 * LATE_S, LATE_S)])
-    assert "current late" not in found.nuisance
+    assert "current delay" not in found.nuisance
     assert found.budget["L"]["current delay"] > 0.0
 
 
@@ -144,7 +142,7 @@ def test_a_delay_that_only_a_step_tells_stays_as_declared() -> None:
     """Means without ripple: the voltage is least sure where they would tell it."""
     capture = noisy(clean_capture(FAULHABER, Plan()), 3, 1e-3, 1e-4)
     found = fit([declared(capture, capture.channels[CURRENT].delay_s, LATE_S)])
-    assert "current late" not in found.nuisance
+    assert "current delay" not in found.nuisance
     assert found.budget["L"]["current delay"] > 0.0
 
 
@@ -158,7 +156,7 @@ def test_the_simulated_boards_delays_are_found_within_what_is_stated(tmp_path: P
         current = capture.channels[CURRENT]
         true_s = draw_chain(parse_url(port)).current.true_delay_s - current.delay_s
         found = fit([declared(capture, current.delay_s, stated_s)])
-        late_s, u = known(found.nuisance["current late"])
+        late_s, u = known(found.nuisance["current delay"])
         assert u < 0.2 * stated_s
         off.append((late_s - true_s) / u)
         (tmp_path / "run.h5").unlink()

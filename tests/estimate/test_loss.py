@@ -119,11 +119,11 @@ def test_a_bridge_that_does_not_switch_loses_no_dead_time() -> None:
 def test_brushes_may_be_declared() -> None:
     known = switched(replace(BRIDGE, brush_drop_v=0.2, brush_drop_uncertainty_v=0.05))
     own = {u.name: u for u in MotorRecord(known, PARAMETERS, {}).unknowns}
-    assert (own["voltage_loss"].prior_mean, own["voltage_loss"].prior_sd) == (0.2, 0.05)
+    assert (own["brush drop"].prior_mean, own["brush drop"].prior_sd) == (0.2, 0.05)
     none = MotorRecord(switched(replace(BRIDGE, brush_drop_v=0.0)), PARAMETERS, {})
-    assert "voltage_loss" not in {u.name for u in none.unknowns}
+    assert "brush drop" not in {u.name for u in none.unknowns}
     bare = MotorRecord(lossless(switched()), PARAMETERS, {})
-    assert not {"voltage_loss", "loss_bend", "warming"} & {u.name for u in bare.unknowns}
+    assert not {"brush drop", "brush bend", "winding warming"} & {u.name for u in bare.unknowns}
     assert expected_drop(Wiring(), 10.0) == (0.0, pytest.approx(0.3))
 
 

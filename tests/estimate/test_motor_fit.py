@@ -297,7 +297,7 @@ def test_the_report_says_which_cause_to_improve_first() -> None:
     assert "current gain for R (" in said
     assert "calibrate the current's gain" in said
     (said,) = (d.message for d in fit([run()]).diagnostics if d.code == "budget")
-    assert "noise for R (100 %), L (100 %)" in said
+    assert "noise for R (98 %), L (100 %)" in said  # the rest is what brushes may take
 
 
 def test_correlated_residuals_are_said_once_however_many_runs_show_them() -> None:

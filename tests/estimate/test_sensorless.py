@@ -72,7 +72,7 @@ def test_all_but_the_scale_of_its_constant_is_told() -> None:
 
 def test_a_fit_that_begins_at_its_answer_knows_the_brushes_drop() -> None:
     """Derivatives from before a model's current was followed, when nothing was lost, must go."""
-    drop = fit([motionless(3)]).nuisance["voltage loss"]
+    drop = fit([motionless(3)]).nuisance["brush drop"]
     assert drop.total < 0.01
 
 

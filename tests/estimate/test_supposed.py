@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -9,7 +10,7 @@ import pytest
 
 from motorid.capture.model import Capture, Phase
 from motorid.estimate.fit import joint_fit
-from motorid.estimate.uncertainty.prior_influence import variances
+from motorid.estimate.uncertainty.budget import of_priors
 from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
@@ -48,7 +49,8 @@ def test_a_prior_that_is_off_moves_the_answer_by_what_it_gives() -> None:
     u = 1e-3
     fits = [joint_fit.solved([dropping(run(), v, u)], {}, ()) for v in (0.01, 0.01 + u)]
     records, solution = fits[0]
-    foretold = variances(solution, records, "voltage_loss")[0] ** 0.5 * solution.slopes[0]
+    (shift,) = of_priors(solution, records).shifts["brush drop"]
+    foretold = abs(shift[0]) * solution.slopes[0]
     assert abs(fits[1][1].values[0] - solution.values[0]) == pytest.approx(foretold, rel=0.1)
 
 
@@ -64,3 +66,23 @@ def test_brushes_that_nobody_declared_are_named_where_they_are_most_of_the_resis
     assert said(dropping(steady(), 0.0, 0.0), fix=ALL_BUT_R) == []
     (sentence,) = said(dropping(steady(), 0.1, 0.05), fix=ALL_BUT_R)
     assert "declare" not in sentence
+
+
+def shares_of(captures: Sequence[Capture]) -> tuple[dict[str, float], str]:
+    """Of R's variance by cause, and the remark on the budget."""
+    found = fit(captures, fix=ALL_BUT_R)
+    lines = found.budget["R"]
+    total = found.parameters["R"].total or 0.0
+    assert sum(u**2 for u in lines.values()) == pytest.approx(total**2, rel=1e-9)
+    (remark,) = (d.message for d in found.diagnostics if d.code == "budget")
+    return {cause: u**2 / total**2 for cause, u in lines.items()}, remark
+
+
+@pytest.mark.parametrize("runs", [1, 3])
+def test_the_budget_names_the_brushes_however_many_runs_share_them(runs: int) -> None:
+    """Their prior is one for all runs: more of them do not make it better known."""
+    shares, remark = shares_of([steady()] * runs)
+    brushes = shares.get("brush drop", 0.0) + shares.get("brush bend", 0.0)
+    assert brushes > 0.7
+    assert shares["noise"] < 0.3
+    assert "brush_drop_v" in remark

@@ -17,7 +17,7 @@ from motorid.estimate.fit.multistart import whitened
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals import pwm_bridge
-from motorid.estimate.uncertainty import instrument_budget
+from motorid.estimate.uncertainty import budget
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig
 
@@ -43,7 +43,7 @@ def inductance(capture: Capture, cause: str) -> tuple[float, float]:
     records = [MotorRecord(capture, PARAMETERS, {})]
     start = start_values.start_values(records, {})
     solution = whitened(records, PARAMETERS, start, with_sources(records, PARAMETERS, start))
-    moved = instrument_budget.budget(solution, records).get(cause, np.zeros(len(PARAMETERS)))
+    moved = budget.propagated(solution, records).get(cause, np.zeros(len(PARAMETERS)))
     k = PARAMETERS.index("L")
     return float(np.log(solution.values[k])), float(moved[k])
 

@@ -29,20 +29,6 @@ Floats = NDArray[np.float64]
 MODEL = "v = R i + L di/dt + K w; J dw/dt = K i - B w - T0 sign(w)"
 METHOD = "output-error maximum likelihood"
 HIGH = 95  # percentile of a log's voltages that counts as its highest level
-NUISANCE_UNITS = {
-    "current_offset": "A",
-    "position_origin": "rad",
-    "voltage_offset": "V",
-    "initial_speed": "rad/s",
-    "initial_current": "A",
-    "voltage_late": "s",
-    "current_late": "s",
-    "voltage_loss": "V",
-    "warming": "1",
-    "initial_warmth": "1",
-    "cogging_phase": "rad",
-    "ripple_phase": "rad",
-}
 
 
 def fit(
@@ -137,14 +123,11 @@ def nuisance_parameters(
         label = f" of run {k + 1}" if len(records) > 1 else ""
         noise = np.diag(solution.own_covariance[k])
         deviations = np.sqrt(noise + errors_in_variables.own_variance(unseen, k, len(noise)))
-        for unknown, value, sd in zip(record.unknowns, solution.own[k], deviations, strict=True):
-            if unknown.name not in NUISANCE_UNITS:
+        for one, value, sd in zip(record.instances, solution.own[k], deviations, strict=True):
+            if not one.quantity.listed:
                 continue  # what noise left open of a voltage says nothing of the motor or its rig
             v, u = float(value), float(sd)
             reach = intervals.NORMAL_95 * u
-            name = unknown.name.replace("_", " ") + label
-            out[name] = Parameter(
-                name, NUISANCE_UNITS[unknown.name], v, u, 0.0, u, (v - reach, v + reach),
-                "estimated",
-            )  # fmt: skip
+            name, unit = one.name + label, one.quantity.unit
+            out[name] = Parameter(name, unit, v, u, 0.0, u, (v - reach, v + reach), "estimated")
     return out

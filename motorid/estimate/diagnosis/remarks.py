@@ -11,10 +11,12 @@ from motorid.capture.model import Capture
 from motorid.estimate.diagnosis import data_remarks, residual_remarks
 from motorid.estimate.diagnosis.identifiability import run_to_add
 from motorid.estimate.effects.brush_and_heating import BENT, DROP
+from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
+from motorid.estimate.effects.source.held_inductance import HELD_INDUCTANCE
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic, Parameter
+from motorid.estimate.uncertainty.budget import remedy
 from motorid.estimate.uncertainty.intervals import Findings, budget_shares
-from motorid.estimate.uncertainty.prior_influence import variances as supposed_of
 from motorid.motor.parameters import Motor, mechanical_time_constant
 from motorid.segment import Segment
 
@@ -24,20 +26,6 @@ HALF = 0.5  # of a variance, from which one cause is most of it
 COLOURED = 1.3  # widening of an interval that is worth saying
 INSEPARABLE = 0.98  # correlation
 WORTH_SEPARATING = 0.01  # relative statistical uncertainty
-IMPROVE = {  # what to do about a cause
-    "noise": "take more runs or livelier ones",
-    "current gain": "calibrate the current's gain (motorid calibrate)",
-    "voltage gain": "calibrate the voltage's gain (motorid calibrate)",
-    "encoder or speed gain": "calibrate the encoder's counts or the speed's gain",
-    "clock": "calibrate the board's clock (motorid calibrate)",
-    "current delay": "measure the delay of the current's channel",
-    "voltage delay": "measure the delay of the voltage's channel",
-    "voltage resolution": "measure the voltage with a finer converter or a smaller range",
-    "duty of volts": "capture the supply's voltage as well, or drive by duty",
-    "diode drops": "drive with synchronous decay",
-    "PWM ripple": "sample the current several times within L/R, or measure L apart (--fix L)",
-    "wiring resistance": "measure the leads' and the bridge's resistance",
-}
 
 
 def diagnostics(
@@ -82,20 +70,17 @@ def diagnostics(
 
 def _brushes(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic]:
     """Where R is as uncertain as it is because nobody said what the brushes drop."""
-    if "R" not in found.names:
-        return []
-    k = found.names.index("R")
-    supposed = sum(float(supposed_of(found.solution, records, n)[k]) for n in (DROP, BENT))
-    instrument = sum(float(shift[k]) ** 2 for shift in found.causes.values())
-    if supposed <= HALF * (float(found.statistical.covariance[k, k]) + instrument):
+    shares = budget_shares(found).get("R", {})
+    supposed = sum(shares.get(cause, 0.0) ** 2 for cause in (DROP, BENT))
+    if supposed <= HALF * sum(u**2 for u in shares.values()):
         return []
     declared = all(record.capture.wiring.brush_drop_v is not None for record in records)
-    remedy = "add a level" if declared else "declare it (brush_drop_v of the rig), or add a level"
+    mend = "add a level" if declared else BRUSH_DROP.remedy
     return [
         Diagnostic(
             "drop_or_resistance", "info",
             "most of R's uncertainty is what its brushes may drop: at one level these data do not "
-            f"tell the two apart; {remedy}",
+            f"tell the two apart; {mend}",
         )
     ]  # fmt: skip
 
@@ -112,7 +97,7 @@ def _by_ripple(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnost
             "inductance_by_ripple", "info",
             f"no reading shows how the current rises: L/R is {periods:.2g} sample periods. L is "
             f"known from the current's {told.by} within the PWM periods, to "
-            f"{100 * told.shift['L']:.0f} %; for a better one {IMPROVE['PWM ripple']}",
+            f"{100 * told.shift['L']:.0f} %; for a better one {HELD_INDUCTANCE.remedy}",
         )
     ]  # fmt: skip
 
@@ -204,6 +189,5 @@ def budget(shares_of: Mapping[str, Mapping[str, float]]) -> list[Diagnostic]:
         f"{cause} for {', '.join(f'{n} ({100 * share:.0f} %)' for n, share in names)}"
         for cause, names in sorted(by_cause.items(), key=lambda item: -len(item[1]))
     )
-    remedy = IMPROVE.get(first, f"reduce what is unknown of the {first}")
-    message = f"Largest part of each variance: {said}. To narrow most, {remedy}."
+    message = f"Largest part of each variance: {said}. To narrow most, {remedy(first)}."
     return [Diagnostic("budget", "info", message)]

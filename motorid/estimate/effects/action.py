@@ -1,52 +1,223 @@
-"""What a record's own unknowns change of its response: voltages, times, the start of a coast."""
+"""What influence quantities do: to one run of the simulation, or to what a channel shows."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.effects.registry import Nuisances
 from motorid.estimate.signals.time_grid import Part
+from motorid.motor.response import Stretch
 
 Floats = NDArray[np.float64]
+Restretch = Callable[[Stretch, Part, float], Stretch]
+
+
+@dataclass
+class Setup:
+    """One run; actions change it. Every number of it is beside what is declared and judged.
+
+    ``volts`` (count,) V are added to the source. ``kicks`` (rad/s) by part, ``late_s`` and
+    ``filter_s`` by block, ``motor`` by parameter. ``log_jumps`` are shares of what hides them.
+    """
+
+    count: int
+    initial: list[float]
+    volts: Floats | float = 0.0
+    kicks: dict[int, float] = field(default_factory=dict)
+    late_s: dict[str, float] = field(default_factory=dict)
+    filter_s: dict[str, float] = field(default_factory=dict)
+    motor: dict[str, float] = field(default_factory=dict)
+    log_late_s: float = 0.0
+    log_jumps: list[float] = field(default_factory=list)
+    source_gain: float = 1.0
+    clock: float = 1.0
+    stretched: list[tuple[Restretch, float]] = field(default_factory=list)
+
+    def add_volts(self, volts: Floats | float, where: slice | None = None) -> None:
+        """More of the source, everywhere or in some intervals."""
+        if where is None:
+            self.volts = self.volts + volts
+        else:
+            if not isinstance(self.volts, np.ndarray):
+                self.volts = np.full(self.count, self.volts)
+            self.volts[where] += volts
+
+    @property
+    def rebuilt(self) -> bool:
+        """No response that stands can be changed into it."""
+        return bool(self.source_gain != 1.0 or self.clock != 1.0 or self.stretched)
+
+
+class Action(Protocol):
+    """Adds ``size`` of a quantity to a run of ``subject``."""
+
+    @property
+    def simulated(self) -> bool:
+        """It changes the run; else only what a channel shows of it."""
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None: ...
 
 
 @dataclass(frozen=True)
-class Changes:
-    """``volts`` are added in every part, ``kicks`` (rad/s) to the speed at every coast's start.
-
-    ``late``: by how much a log's voltage is (s), then each of its jumps (share of what hides it).
-    ``current_late`` (s): by how much the readings of the current are, beyond what is declared.
-    """
-
-    volts: tuple[float, ...]
-    kicks: tuple[float, ...]
-    late: tuple[float, ...]
-    current_late: float
-
-    @classmethod
-    def of(cls, unknowns: Nuisances, own: Floats, parts: int) -> Changes:
-        """Those of a record's ``own`` values (SI), in so many parts of its program."""
-        volts = [-unknowns.of(own, "voltage_offset")] * parts
-        for k, place in unknowns.levels.items():
-            volts[k] += float(own[place])
-        return cls(
-            tuple(volts),
-            tuple(float(own[place]) for place in unknowns.coasts.values()),
-            (unknowns.of(own, "voltage_late"), *(float(own[place]) for place in unknowns.jumps)),
-            unknowns.of(own, "current_late"),
-        )
+class Simulated:
+    """An action on the run."""
 
     @property
-    def key(self) -> tuple[float, ...]:
-        """By which equal ones are known."""
-        return (*self.volts, *self.kicks, *self.late, self.current_late)
+    def simulated(self) -> bool:
+        """It is."""
+        return True
 
-    def over(self, parts: Sequence[Part]) -> Floats | float:
-        """``volts`` in every interval, (count,); one figure where all are equal."""
-        if len(set(self.volts)) == 1:
-            return self.volts[0]
-        return np.repeat(self.volts, [part.stop - part.start for part in parts])
+
+@dataclass(frozen=True)
+class SourceVoltage(Simulated):
+    """``shape`` of subject and place: V (count,), or one figure, for a unit of size."""
+
+    shape: Callable[[Any, int], Floats | float]
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        if size:
+            setup.add_volts(size * self.shape(subject, place))
+
+
+class PartVoltage(Simulated):
+    """V in the intervals of one part of the program."""
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        if size:
+            setup.add_volts(size, subject.timeline.parts[place].slice)
+
+
+@dataclass(frozen=True)
+class SourceGain(Simulated):
+    """The source, its PWM levels and its clamps are larger by ``sign`` times the size."""
+
+    sign: float = 1.0
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        setup.source_gain *= 1.0 + self.sign * size
+
+
+class TimeBase(Simulated):
+    """The board's ticks, and all that it times, lie 1 + size apart."""
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        setup.clock *= 1.0 + size
+
+
+@dataclass(frozen=True)
+class Delay(Simulated):
+    """Readings of a block come later (s)."""
+
+    block: str
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        setup.late_s[self.block] = setup.late_s.get(self.block, 0.0) + size
+
+
+@dataclass(frozen=True)
+class LowPass(Simulated):
+    """The filter before a block's converter has a longer time constant (s), its delay the same.
+
+    ``delay_s`` of a channel counts the filter, so that the pure delay is less by as much.
+    """
+
+    block: str
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        setup.filter_s[self.block] = setup.filter_s.get(self.block, 0.0) + size
+
+
+@dataclass(frozen=True)
+class InitialState(Simulated):
+    """Index of the state in which the run begins: current (A), speed (rad/s), angle, then those of
+    ``motorid.motor.wide.START``.
+    """
+
+    index: int
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        if self.index < len(setup.initial):
+            setup.initial[self.index] += size
+
+
+class Kick(Simulated):
+    """rad/s by which a turning rotor's speed jumps where a part begins."""
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        setup.kicks[place] = setup.kicks.get(place, 0.0) + size
+
+
+@dataclass(frozen=True)
+class MotorParameter(Simulated):
+    """A parameter by its name in ``motorid.motor.wide.NAMES``, larger by the size (SI)."""
+
+    name: str
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        setup.motor[self.name] = setup.motor.get(self.name, 0.0) + size
+
+
+class LogTime(Simulated):
+    """A log's voltage comes later (s)."""
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        setup.log_late_s += size
+
+
+class LogJump(Simulated):
+    """How early a jump of a log's voltage came, as a share of the time that hides it."""
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        setup.log_jumps.append(size)
+
+
+@dataclass(frozen=True)
+class Bridge(Simulated):
+    """``change`` of a stretch of PWM, with its part of the program, by a size."""
+
+    change: Restretch
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        setup.stretched.append((self.change, size))
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the channel of a block shows of a series (n,): ``shown`` of it and of the size."""
+
+    block: str
+    shown: Callable[[Floats, float], Floats]
+
+    @property
+    def simulated(self) -> bool:
+        """It leaves the run as it is."""
+        return False
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        """Nothing of the run changes."""
+
+
+def plus(series: Floats, size: float) -> Floats:
+    """Shown with an offset."""
+    return series + size
+
+
+def times(series: Floats, size: float) -> Floats:
+    """Shown with a gain of 1 + size."""
+    return series * (1.0 + size)
+
+
+def restretched(
+    stretches: Sequence[Stretch], parts: Sequence[Part], changes: Sequence[tuple[Restretch, float]]
+) -> list[Stretch]:
+    """Every stretch with these changes, each told of its part of the program."""
+    out = list(stretches)
+    for change, size in changes:
+        for k, stretch in enumerate(out):
+            part = next(p for p in reversed(parts) if p.start <= stretch.start)
+            out[k] = change(stretch, part, size)
+    return out

@@ -28,26 +28,19 @@ from motorid.estimate.effects.winding_temperature import (
     by_figures,
     figures,
 )
-from motorid.estimate.signals.dead_time import UNSURE
-from motorid.estimate.signals.pwm_bridge import DIODE_DROPS_SD_V
 from motorid.estimate.signals.ripple_average import Flow
 from motorid.estimate.signals.time_grid import Part, Timeline
-from motorid.estimate.solver.problem import Unknown
 
 Floats = NDArray[np.float64]
 
-DROP, BENT, WARMING = "voltage_loss", "loss_bend", "warming"  # V, W, w
-TURN, DIODES = "loss_turn", "loss_diodes"  # of the dead time, where a source is commanded
+DROP, BENT, WARMING = "brush drop", "brush bend", "winding warming"  # V, W, w
+TURN, DIODES = "dead-time turn", "dead-time diodes"  # where a source is commanded
 DROP_SHARE = 0.03  # of the capture's highest voltage: standard deviation of a drop nobody declares
 DECLARED = 0.3  # of a declared drop: its standard uncertainty where none is given
-BENDING = 1 / 3  # of the drop's size: standard deviation of it times the logarithm of its bend
 FACTOR = 0.7  # logarithm: the bend is known to a factor of 2
 BEND = 0.05  # of the stall current at the highest voltage: the usual bend
-LEAST, MOST = -0.01, 0.3  # of the highest voltage: no drop is less or more, but for other causes
-WIDEST = 0.03  # of it: the same of the drop times the logarithm of its bend
 CLEAR = 3e-3  # of the highest voltage: a drop that tells its bend
 FARTHEST = 1.4  # logarithm of a bend over the usual one: two of its deviations
-FARTHEST_TURN = 0.5  # relative
 COOL = 1e-6  # of R: no warming is known better
 HEAVIEST = 1e9  # J/K: a winding that never warms
 SETTLED = 3e-4  # of the highest voltage: a change that no other pass need follow
@@ -72,6 +65,11 @@ def expected_drop(wiring: Wiring, top_v: float) -> tuple[float, float]:
     return drop, wiring.brush_drop_uncertainty_v or DECLARED * drop
 
 
+def turn_of(part: int) -> str:
+    """The unknown of a part of the program."""
+    return f"{TURN} {part}"
+
+
 @dataclass(frozen=True)
 class Loss:
     """What one capture loses: ``shapes`` (count,) are the volts a unit of each unknown takes.
@@ -87,7 +85,7 @@ class Loss:
     further: float = 0.0  # logarithm of the bend over the usual one
     modelled: bool = False  # a model's current was followed; else the shapes are nothing yet
     rise: tuple[float, float] = (0.0, COOL)  # of R over the capture as a share of it, and its sd
-    turns: Mapping[str, Part] = field(default_factory=dict)
+    turns: Mapping[int, Part] = field(default_factory=dict)
     shapes: Mapping[str, Floats] = field(default_factory=dict)
 
     @classmethod
@@ -118,33 +116,12 @@ class Loss:
         turns = {}
         if commanded and capture.wiring.dead_time_s:
             parts = timeline.parts
-            turns = {f"{TURN}_{k}": part for k, part in enumerate(parts) if part.level}
+            turns = {k: part for k, part in enumerate(parts) if part.level}
             names = (*names, DIODES)
-        names = (*names, *turns)
+        names = (*names, *(turn_of(k) for k in turns))
         shapes = dict.fromkeys(names, np.zeros(len(driven)))
         blank = cls(driven, timeline.period_s, top, drop, capacity, turns=turns, shapes=shapes)
         return blank if names else None
-
-    @property
-    def unknowns(self) -> tuple[Unknown, ...]:
-        """V, W and w, those that are not declared to be nothing."""
-        drop, deviation = self.drop
-        bending = BENDING * float(np.hypot(drop, deviation))
-        top, (rise, spread) = self.top_v, self.rise
-        known = {
-            DROP: Unknown(
-                DROP, drop, LEAST * top, MOST * top + drop, scale=top, prior_mean=drop,
-                prior_sd=deviation,
-            ),
-            BENT: Unknown(BENT, 0.0, -WIDEST * top, WIDEST * top, scale=top, prior_sd=bending),
-            WARMING: Unknown(WARMING, rise, scale=0.1, prior_mean=rise, prior_sd=spread),
-            DIODES: Unknown(DIODES, 0.0, scale=top, prior_sd=DIODE_DROPS_SD_V),
-        }  # fmt: skip
-        turns = {
-            name: Unknown(name, 0.0, -FARTHEST_TURN, FARTHEST_TURN, scale=UNSURE, prior_sd=UNSURE)
-            for name in self.turns
-        }
-        return tuple((known | turns)[name] for name in self.shapes)
 
     def follow(
         self,
@@ -175,9 +152,9 @@ class Loss:
             WARMING: resistance_ohm * amperes * (charge / end - 0.5),
             DIODES: diodes,
         }
-        for name, part in self.turns.items():
-            known[name] = np.zeros_like(turning)
-            known[name][part.slice] = turning[part.slice]
+        for k, part in self.turns.items():
+            known[turn_of(k)] = np.zeros_like(turning)
+            known[turn_of(k)][part.slice] = turning[part.slice]
         shapes = {name: known[name] for name in self.shapes}
         rise = self._rise(end, stall_a)
         return replace(self, shapes=shapes, rise=rise, further=further, modelled=True)

@@ -27,7 +27,7 @@ LEAST_JITTER = 0.1  # of a voltage's noise, as variance: what may be true althou
 LEAST = 1e-9  # of a level: no uncertainty is smaller
 
 
-class Unrest:
+class SourceNoise:
     """Of one capture: the parts whose ``levels`` are means of readings that scatter, and ``coasts``
     that begin where such a part ends (indices of the timeline's parts).
     """

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED
+from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.model.capture_model import MotorRecord
 
 Floats = NDArray[np.float64]
@@ -73,7 +74,7 @@ def _of(record: MotorRecord) -> tuple[Floats, ...] | None:
         return None
     place = np.arange(record.timeline.count)
     starts = {u.name: u.start for u in record.unknowns}
-    amperes = np.interp(place, current.keep, current.values) - starts.get("current_offset", 0.0)
+    amperes = np.interp(place, current.keep, current.values) - starts.get(CURRENT_OFFSET.name, 0.0)
     y, h = np.interp(place, moving.keep, moving.values), BLOCK * record.timeline.period_s
     edges = place[: count * BLOCK + 1 : BLOCK]
     speed = np.diff(y[edges]) / h if moving.block.name == POSITION else _means(y, count)

@@ -10,7 +10,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from motorid.estimate.fit import free_delay
 from motorid.estimate.fit.alternating_fit import (
     ROUGH,
     again,
@@ -19,6 +18,7 @@ from motorid.estimate.fit.alternating_fit import (
     with_sources,
 )
 from motorid.estimate.fit.parameter_bounds import merged
+from motorid.estimate.fit.promotion import contradicted, promoted
 from motorid.estimate.model import prewhitening
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
@@ -60,7 +60,7 @@ def settled(
         solution = with_sources(records, free, merged(start, solution))
     if vanished(solution, records):
         solution = _begun_again(records, free, merged(start, solution), solution)
-    return with_delays(records, free, start, solution)
+    return with_promoted(records, free, start, solution)
 
 
 def vanished(solution: Solution, records: Sequence[MotorRecord]) -> bool:
@@ -87,22 +87,23 @@ def _begun_again(
     return with_sources(records, free, best)
 
 
-def with_delays(
+def with_promoted(
     records: Sequence[MotorRecord],
     free: Sequence[str],
     start: Mapping[str, float],
     before: Solution,
 ) -> Solution:
-    """With a delay that the data tell among the unknowns, unless they contradict what is said."""
-    widened = free_delay.freed(records, before)
-    if widened is before:
-        return before
-    found = again(records, free, start, widened, ROUGH)
-    if free_delay.contradicted(records, found):
-        for record in records:
-            record.hold_delay()
-        return before
-    return found
+    """With propagated quantities that the data tell among the unknowns, one after the other."""
+    while True:
+        widened, found = promoted(records, before)
+        if not found:
+            return before
+        after = again(records, free, start, widened, ROUGH)
+        if contradicted(records, after, found):
+            for record in records:
+                record.propagate(*found)
+            return before
+        before = after
 
 
 def whitened(

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED
 from motorid.errors import DataError
+from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.solver.dense_products import dot
 
@@ -53,7 +54,7 @@ def signals(record: MotorRecord) -> Signals:
     for name, m in named.items():
         grid[name] = np.interp(np.arange(line.count), m.keep, m.values)
     starts = {u.name: u.start for u in record.unknowns}
-    amperes = grid[CURRENT] - starts.get("current_offset", 0.0)
+    amperes = grid[CURRENT] - starts.get(CURRENT_OFFSET.name, 0.0)
     if named[CURRENT].unsigned:  # near enough for a start
         amperes = amperes * np.sign(record.sensed.volts)
     amperes = np.where(record.driven, amperes, 0.0)

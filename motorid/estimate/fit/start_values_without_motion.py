@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT
 from motorid.errors import DataError
+from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.fit.parameter_bounds import unknowns_of
 from motorid.estimate.fit.start_values import Signals, mechanical, shows_motion
 from motorid.estimate.model.capture_model import MotorRecord
@@ -59,7 +60,7 @@ class _Readings:
             )
         self.record = record
         ticks, m = np.arange(record.timeline.count), named[CURRENT]
-        offset = {u.name: u.start for u in record.unknowns}.get("current_offset", 0.0)
+        offset = {u.name: u.start for u in record.unknowns}.get(CURRENT_OFFSET.name, 0.0)
         self.current = np.where(record.driven, np.interp(ticks, m.keep, m.values) - offset, 0.0)
         self.volts = np.where(record.driven, record.sensed.volts, 0.0)
         self.open = np.zeros(len(ticks))

@@ -17,10 +17,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from motorid.capture.model import CURRENT, SUPPLY, Capture
-from motorid.estimate.effects.held_inductance import Foretold
+from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.fit import discontinuous_current_inductance
 from motorid.estimate.fit.alternating_fit import with_inductance, with_sources
-from motorid.estimate.fit.multistart import vanished, whitened, with_delays
+from motorid.estimate.fit.multistart import vanished, whitened, with_promoted
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.program_parts import by_part
@@ -164,7 +164,7 @@ class _Search:
         for record, before in zip(records, self.before, strict=True):
             record.rivals = before.rivals
         solution = with_sources(records, self.free, start)
-        solution = with_delays(records, self.free, start, solution)
+        solution = with_promoted(records, self.free, start, solution)
         return whitened(records, self.free, merged(start, solution), solution)
 
 

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, Capture
+from motorid.capture.model import Capture
 from motorid.errors import DataError
-from motorid.estimate.effects.action import Changes
-from motorid.estimate.effects.held_inductance import Foretold
-from motorid.estimate.effects.registry import nuisances, starts_at_rest
-from motorid.estimate.effects.source_noise import Unrest
+from motorid.estimate.effects.action import Reading, Setup, restretched
+from motorid.estimate.effects.brush_and_heating import Loss
+from motorid.estimate.effects.influence_quantity import Instance, Use, instances
+from motorid.estimate.effects.registry import used
+from motorid.estimate.effects.source.held_inductance import Foretold
+from motorid.estimate.effects.source_noise import SourceNoise
 from motorid.estimate.model.reconstructed_voltage import Course, Driving
 from motorid.estimate.model.weighting import Weighed
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.discontinuous_current import divided
 from motorid.estimate.signals.intersample_voltage import JOINED, Rival, Shape
-from motorid.estimate.signals.measurements import read
+from motorid.estimate.signals.measurements import EMF, Measured, read
 from motorid.estimate.signals.pwm_bridge import ripple
-from motorid.estimate.signals.standstill import with_standstill
+from motorid.estimate.signals.standstill import starts_at_rest, with_standstill
 from motorid.estimate.signals.thevenin_source import Source
 from motorid.estimate.signals.time_grid import Timeline, lay
 from motorid.estimate.signals.voltage_sensing import Sense, sense
@@ -29,19 +32,22 @@ from motorid.estimate.solver.problem import Unknown
 from motorid.motor.response import Output, Quantity, Response, Stretch
 
 Floats = NDArray[np.float64]
+Sizes = Mapping[Instance, float]
 
 REMEMBERED = 3  # responses: an offset of a reading needs no new one
+NOTHING: Sizes = {}
 
 
 class MotorRecord(Weighed):
-    """Residuals of one capture as a function of the free motor parameters and its nuisances.
+    """Residuals of one capture as a function of the free motor parameters and its own unknowns.
 
     ``free`` names the shared vector; ``fixed`` holds the other parameters; ``shape`` is that of
-    a log's voltage between its readings. Raises DataError when
-    the capture has no voltage, or neither current nor motion.
+    a log's voltage between its readings. ``own`` vectors hold the sizes of ``instances``. Raises
+    DataError when the capture has no voltage, or neither current nor motion.
     """
 
     names: tuple[str, ...] = PARAMETERS  # what ``free`` and ``fixed`` may name, in order
+    states = 3  # of a run's beginning: current, speed, angle
 
     def __init__(
         self,
@@ -66,37 +72,38 @@ class MotorRecord(Weighed):
         if not measured:
             raise DataError("the capture holds neither a current nor a position or speed to fit")
         super().__init__(measured)
-        self._unrest = Unrest(capture, self.timeline, sensed)
-        loss = self.driving.loss
-        self._own = nuisances(
-            capture, self.timeline.period_s, self.driven, sensed, self._unrest, self.measured,
-            loss.unknowns if loss is not None else (),
-        )  # fmt: skip
-        self.unknowns = tuple(self._own.unknowns)
+        self.noise = SourceNoise(capture, self.timeline, sensed)
+        self.judged_at: Floats | None = None
+        self.losing: Mapping[str, float] = {}
         self.simulated = 0  # responses computed so far
         self.rivals: tuple[Rival, ...] = ()
         self.foretold: Foretold | None = None  # an inductance that no reading shows
         pwm = capture.wiring.pwm_hz
+        self.pwm_period_s = 1.0 / pwm if pwm else 0.0
         self.response = self.respond(
-            self.timeline.period_s,
-            sensed.volts,
-            self.outputs,
-            pwm_period_s=1.0 / pwm if pwm else 0.0,
+            self.timeline.period_s, sensed.volts, self.outputs, pwm_period_s=self.pwm_period_s
         )
-        self.excite(self.driving)
+        self._late_s: Mapping[str, float] = {}  # of the response as it stands
+        self._drive_by(self.driving)
+        self._take(
+            [
+                (one, unknown)
+                for quantity in used(Use.ESTIMATED)
+                for one in instances(quantity, self)
+                if (unknown := one.unknown(self)) is not None
+            ]
+        )
 
     def twin(self) -> MotorRecord:
         """This record as it is now, whatever becomes of it; with a response of its own."""
         twin = copy(self)
         twin.response = self.respond(
-            self.timeline.period_s,
-            self.volts,
-            self.outputs,
-            self.stretches,
-            self.response.pwm_period_s,
+            self.timeline.period_s, self.volts, self.outputs, self.stretches, self.pwm_period_s
         )
-        twin._memory = {}
+        twin._memory, twin._kicked, twin._late_s = {}, {}, {}
         return twin
+
+    # ---- what declarations read ---------------------------------------------------------------
 
     @property
     def timeline(self) -> Timeline:
@@ -109,56 +116,89 @@ class MotorRecord(Weighed):
         return self.driving.sources
 
     @property
-    def delay_is_free(self) -> bool:
-        """The delay of the current is an unknown, not as declared."""
-        return self._own.current_late >= 0
+    def loss(self) -> Loss | None:
+        """What brushes and winding take from the motor's voltage."""
+        return self.driving.loss
 
-    def free_delay(self) -> None:
-        """Let the delay of the current be an unknown, the last of all."""
-        scale_s = self.response.pwm_period_s or self.timeline.period_s
-        self._own.free_delay(self.capture.channels[CURRENT], scale_s)
-        self.unknowns = tuple(self._own.unknowns)
-
-    def hold_delay(self) -> None:
-        """Take the delay of the current as declared again."""
-        self._own.hold_delay()
-        self.unknowns = tuple(self._own.unknowns)
+    def block(self, name: str) -> Measured | None:
+        """The readings of a block."""
+        return next((m for m in self.measured if m.block.name == name), None)
 
     @property
     def ripples(self) -> bool:
         """PWM makes its current swing in some part, and what that takes is among its unknowns."""
         parts = self.timeline.parts
         swings = any(ripple(self.capture, part, 1.0)[0] > 0.0 for part in parts)
-        return swings and self.driving.loss is not None
+        return swings and self.loss is not None
 
     @property
     def starts_at_rest(self) -> bool:
         """The motor stands still, and carries no current, over the first few samples."""
         return starts_at_rest(self.capture, self.driven)
 
+    # ---- its influence quantities -------------------------------------------------------------
+
+    def _take(self, pairs: Iterable[tuple[Instance, Unknown]]) -> None:
+        """Have these unknowns, in this order, and no others."""
+        pairs = list(pairs)
+        self.instances = tuple(one for one, _ in pairs)
+        self.unknowns = tuple(unknown for _, unknown in pairs)
+        self._simulated = [j for j, one in enumerate(self.instances) if one.quantity.simulated]
+        self._memory: dict[tuple[float, ...], Floats] = {}
+
+    @property
+    def propagated(self) -> tuple[tuple[Instance, Unknown], ...]:
+        """Quantities that are no unknowns here, but whose uncertainty is stated."""
+        found = (
+            (one, one.unknown(self))
+            for quantity in used(Use.PROPAGATED)
+            for one in instances(quantity, self)
+            if one not in self.instances
+        )
+        return tuple((one, unknown) for one, unknown in found if unknown is not None)
+
+    def estimate(self, *quantities: Instance) -> None:
+        """Let these be unknowns too, the last of all."""
+        more = [(one, unknown) for one in quantities if (unknown := one.unknown(self)) is not None]
+        self._take([*zip(self.instances, self.unknowns, strict=True), *more])
+
+    def propagate(self, *quantities: Instance) -> None:
+        """Take these as declared again."""
+        pairs = zip(self.instances, self.unknowns, strict=True)
+        self._take([(one, unknown) for one, unknown in pairs if one not in quantities])
+
+    def renew(self) -> None:
+        """Priors follow what drives the motor; starts and bounds stay."""
+        renewed = []
+        for one, unknown in zip(self.instances, self.unknowns, strict=True):
+            prior = one.quantity.prior(self, one.place)
+            if prior is not None:
+                unknown = replace(unknown, prior_mean=prior.mean, prior_sd=prior.sd)
+            renewed.append(unknown)
+        self.unknowns = tuple(renewed)
+
+    def sizes(self, own: Floats) -> dict[str, float]:
+        """Its own unknowns (SI) by name."""
+        return {u.name: float(x) for u, x in zip(self.unknowns, own, strict=True)}
+
     # ---- excitation -------------------------------------------------------------------------
 
     def excite(self, driving: Driving) -> None:
         """Be driven like that from here on."""
+        self._drive_by(driving)
+        self.renew()
+
+    def _drive_by(self, driving: Driving) -> None:
         self.driving, given = driving, driving.excitation
         self.volts, self.stretches, self._first = given.volts, given.stretches, given.first
-        self._memory: dict[tuple[float, ...], Floats] = {}
+        self._memory = {}
+        self._kicked: Mapping[int, float] = {}
         self.response.excite(self.volts, self.stretches)
-        for k, place in self._own.levels.items():
-            self._own.expect(place, self._unrest.level_deviation(k, self.sources[k]))
-        self.unknowns = tuple(self._own.unknowns)
 
     def retake_sources(self, shared: Floats, own: Floats) -> None:
         """Judge what drives the motor with the model's own current."""
-        losing, motor = self._losing(own), self.motor(shared)
-        driving = self.driving.judged(self._course(shared, own), losing)
-        for k, place in self._own.coasts.items():
-            spread = self._unrest.speed_deviation(k, self.sources[k - 1], motor)
-            self._own.expect(place, spread)
-        if driving.loss is not None:
-            self._own.expect(self._own.warming, *driving.loss.rise[::-1])
-            self._own.expect(self._own.loss_bend, *driving.loss.bending(losing))
-        self.excite(driving)
+        self.losing, self.judged_at = self._losing(own), self.motor(shared)
+        self.excite(self.driving.judged(self._course(shared, own), self.losing))
 
     def _course(self, shared: Floats, own: Floats) -> Course:
         period_s, window = self.timeline.period_s, self.driving.window
@@ -174,10 +214,11 @@ class MotorRecord(Weighed):
 
     def runs(self, shared: Floats, own: Floats, outputs: Sequence[Output]) -> Floats:
         """What the model itself does, (outputs, count), driven as it is now but for own changes."""
-        volts = self.volts - self._lost_volts(own)
+        loss = self.loss
+        volts = self.volts if loss is None else self.volts - loss.volts(self._losing(own))
         over = self.respond(self.timeline.period_s, volts, outputs, self.stretches)
         self.simulated += 1
-        return over(self.motor(shared), self._initial(own))
+        return over(self.motor(shared), self._setup(own).initial)
 
     # ---- the model ----------------------------------------------------------------------------
 
@@ -202,92 +243,123 @@ class MotorRecord(Weighed):
         values[self._places] = shared
         return values
 
-    def readings(self, shared: Floats, own: Floats) -> Floats:
-        """The response (outputs, count) before offsets; remembers the last few."""
-        initial = self._initial(own)
-        changes = Changes.of(self._own, own, len(self.timeline.parts))
-        key = (*shared, *changes.key, *self._losing(own).values(), *initial)
-        readings = self._memory.pop(key, None)
-        if readings is None:
-            self._drive(changes, self._lost_volts(own))
-            readings = self.response(self.motor(shared), initial)
-            self.simulated += 1
-            if len(self._memory) >= REMEMBERED:
-                del self._memory[next(iter(self._memory))]
-        self._memory[key] = readings  # the latest used is the last to go
-        return readings
-
     def _losing(self, own: Floats) -> dict[str, float]:
         """The unknowns of what is lost."""
-        names = () if self.driving.loss is None else self.driving.loss.shapes
-        return {name: self._own.of(own, name) for name in names}
-
-    def _lost_volts(self, own: Floats) -> Floats | float:
-        """V (count,) that brushes and winding take beyond R i."""
-        loss = self.driving.loss
-        return 0.0 if loss is None else loss.volts(self._losing(own))
+        sizes = self.sizes(own)
+        names = () if self.loss is None else self.loss.shapes
+        return {name: sizes.get(name, 0.0) for name in names}
 
     def brush_drop(self, shared: Floats, own: Floats, amperes: Floats) -> Floats:
         """V (n,) over both brushes at currents (n,)."""
-        loss, ohms = self.driving.loss, float(self.motor(shared)[0])
-        if loss is None:
+        ohms = float(self.motor(shared)[0])
+        if self.loss is None:
             return np.zeros(len(amperes))
-        return loss.drop_at(amperes, ohms, self._losing(own))
-
-    def _drive(self, changes: Changes, lost: Floats | float) -> None:
-        """Let the response be of these changes, with ``lost`` (V) off the voltage."""
-        waveform = self.sensed.waveform
-        moved: Floats | float = 0.0
-        if waveform is not None and any(changes.late):
-            first, *jumps = changes.late
-            moved = waveform.means(self.timeline, first, jumps) - self.sensed.volts
-        self.response.shift(changes.over(self.timeline.parts) + moved - lost)
-        for k, kick in zip(self._own.coasts, changes.kicks, strict=True):
-            self.response.kick(self._first[k], kick)
-        for m in self.measured:
-            if m.block.name == CURRENT:
-                self.response.delay(m.row, changes.current_late)
-
-    def _initial(self, own: Floats) -> tuple[float, ...]:
-        return self._own.of(own, "initial_current"), self._own.of(own, "initial_speed"), 0.0
+        return self.loss.drop_at(amperes, ohms, self._losing(own))
 
     def emf_constant(self, shared: Floats) -> float:
         """V·s/rad that an open bridge shows."""
         return float(self.motor(shared)[2])
 
-    def fitted(self, shared: Floats, own: Floats) -> list[Floats]:
-        """The model of every block's readings, offsets included, in its own unit (motor shaft)."""
-        readings = self.readings(shared, own)
-        K = self.emf_constant(shared)
-        models = []
-        for m in self.measured:
-            y = m.of(readings)
-            match m.block.name:
-                case "current":
-                    y = (np.abs(y) if m.unsigned else y) + self._own.of(own, "current_offset")
-                case "position":
-                    y = y + self._own.of(own, "position_origin")
-                case "back_emf":
-                    y = K * y + self._own.of(own, "voltage_offset")
-            models.append(y)
-        return models
+    def _setup(self, own: Floats, more: Sizes = NOTHING) -> Setup:
+        """One run with its own unknowns and what else is said of its quantities."""
+        setup = Setup(self.timeline.count, [0.0] * self.states)
+        for one, size in (*zip(self.instances, own.tolist(), strict=True), *more.items()):
+            for action in one.quantity.acts:
+                action(setup, self, one.place, size)
+        return setup
 
-    def fitted_by(self, response: Response, shared: Floats, own: Floats) -> list[Floats]:
-        """``fitted`` if this response took the place of the record's."""
-        usual, self.response = self.response, response
-        self._memory.clear()
-        moved = self.fitted(shared, own)
-        self.response = usual
-        self._memory.clear()
-        return moved
+    def readings(self, shared: Floats, own: Floats, more: Sizes = NOTHING) -> Floats:
+        """The response (outputs, count) before offsets and gains; remembers the last few."""
+        if any(one.quantity.simulated for one in more):
+            return self._simulate(shared, self._setup(own, more))
+        key = (*shared, *own[self._simulated])
+        readings = self._memory.pop(key, None)
+        if readings is None:
+            readings = self._simulate(shared, self._setup(own))
+            if len(self._memory) >= REMEMBERED:
+                del self._memory[next(iter(self._memory))]
+        self._memory[key] = readings  # the latest used is the last to go
+        return readings
+
+    def _simulate(self, shared: Floats, setup: Setup) -> Floats:
+        self.simulated += 1
+        motor = self.motor(shared)
+        for name, more in setup.motor.items():
+            motor[self.names.index(name)] += more
+        if setup.rebuilt:
+            return self._rebuilt(setup)(motor, setup.initial)
+        self._change(setup)
+        return self.response(motor, setup.initial)
+
+    def _change(self, setup: Setup) -> None:
+        """Let the response that stands be of this run."""
+        self.response.shift(setup.volts + self._stamped(setup))
+        for part in self._kicked.keys() | setup.kicks.keys():
+            self.response.kick(self._first[part], setup.kicks.get(part, 0.0))
+        for m in self.measured:
+            late = setup.late_s.get(m.block.name, 0.0)
+            if late != self._late_s.get(m.block.name, 0.0):
+                self.response.delay(m.row, late)
+        self._kicked, self._late_s = setup.kicks, setup.late_s
+
+    def _stamped(self, setup: Setup) -> Floats | float:
+        """V (count,) by which a log's voltage changes where its stamps do."""
+        waveform = self.sensed.waveform
+        if waveform is None or not (setup.log_late_s or any(setup.log_jumps)):
+            return 0.0
+        moved = waveform.means(self.timeline, setup.log_late_s, setup.log_jumps)
+        return moved - self.sensed.volts
+
+    def _rebuilt(self, setup: Setup) -> Response:
+        """A response of its own for a run that no other can be changed into."""
+        clock, gain = setup.clock, setup.source_gain
+        outputs = [
+            replace(o, aperture_s=clock * o.aperture_s, delay_s=clock * o.delay_s)
+            for o in self.outputs
+        ]
+        for m in self.measured:
+            late = setup.late_s.get(m.block.name, 0.0)
+            outputs[m.row] = outputs[m.row].delayed(late, self.pwm_period_s)
+        stretches = [
+            replace(s, swing_v=gain * s.swing_v, clamp_v=gain * s.clamp_v)
+            for s in restretched(self.stretches, self.timeline.parts, setup.stretched)
+        ]
+        for part, kick in setup.kicks.items():
+            k = self._first[part]
+            stretches[k] = replace(stretches[k], kick_rad_s=kick)
+        volts = gain * (self.volts + self._stamped(setup)) + setup.volts
+        period_s = clock * self.timeline.period_s
+        return self.respond(period_s, volts, outputs, stretches, clock * self.pwm_period_s)
+
+    def fitted(self, shared: Floats, own: Floats, more: Sizes = NOTHING) -> list[Floats]:
+        """The model of every block's readings, in its own unit (motor shaft).
+
+        ``more``: sizes of quantities beside its own unknowns.
+        """
+        readings = self.readings(shared, own, more)
+        models = {m.block.name: self._modelled(m, readings, shared, own) for m in self.measured}
+        for one, size in (*zip(self.instances, own.tolist(), strict=True), *more.items()):
+            for action in one.quantity.acts:
+                if isinstance(action, Reading) and action.block in models:
+                    models[action.block] = action.shown(models[action.block], size)
+        return [models[m.block.name] for m in self.measured]
+
+    def _modelled(self, m: Measured, readings: Floats, shared: Floats, own: Floats) -> Floats:
+        """What an ideal channel of that block would show, (n,)."""
+        y = m.of(readings)
+        if m.block.name == EMF:
+            return self.emf_constant(shared) * y
+        return np.abs(y) if m.unsigned else y
 
     def fitted_with(self, shared: Floats, own: Floats, volts: Floats) -> list[Floats]:
         """``fitted`` if ``volts`` (count,) drove the motor in place of the source's."""
         usual, memory = self.volts, self._memory
         self._memory = {}
         self.response.excite(volts, self.stretches)
+        self._kicked = {}
         moved = self.fitted(shared, own)
         self.response.excite(usual, self.stretches)
+        self._kicked = {}
         self._memory = memory
         return moved
 

@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import POSITION
+from motorid.estimate.effects.influence_quantity import Instance
+from motorid.estimate.effects.state.initial_warmth import INITIAL_WARMTH
+from motorid.estimate.effects.state.ripple_phase import RIPPLE_PHASE
 from motorid.estimate.model.angle_spectrum import MOST
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import ADDED, COPPER_PER_K, NAMES, Scales, Term, unknown
@@ -19,7 +22,7 @@ from motorid.estimate.signals.measurements import EMF, Measured
 from motorid.estimate.signals.smoothing import smoothed
 from motorid.estimate.solver.problem import Unknown
 from motorid.motor.response import Output, Quantity, Response, Stretch
-from motorid.motor.wide import WideResponse
+from motorid.motor.wide import START, WideResponse
 
 Floats = NDArray[np.float64]
 Priors = Mapping[str, tuple[float, float]]
@@ -27,13 +30,13 @@ Priors = Mapping[str, tuple[float, float]]
 PLACE = {name: k for k, name in enumerate(NAMES)}
 FINE = 0.02  # rad of an encoder's step that shows what repeats 60 times a turn
 EXACT = 0.05  # rad of the shortest period that is looked for: what its rounding may err by
-WARMTH_SD = 0.1  # of R, by which a run may begin warmer than the first
 
 
 class WideRecord(MotorRecord):
     """``MotorRecord`` whose shared parameters may be any of ``terms.NAMES``."""
 
     names = NAMES
+    states = len(START)
     _steps: NDArray[np.uint8] | None = None
     _rotor: Floats | None = None  # its angle (rad) at every tick, where it is measured
 
@@ -53,19 +56,15 @@ class WideRecord(MotorRecord):
         super().__init__(six.capture, free, {**absent, **fixed}, shape)
         self.scales, self.priors = scales, priors
         self._repeats = any(term.per_turn for term in terms)
-        for term in terms:
-            if term.phase and not (first and term.phase == "initial_warmth"):
-                self._own.add(self._phase(term.phase))
-        self.unknowns = tuple(self._own.unknowns)
-        if six.delay_is_free:
-            self.free_delay()
+        begins = [
+            Instance(term.phase)
+            for term in terms
+            if term.phase and not (first and term.phase is INITIAL_WARMTH)
+        ]
+        known = {one.name for one in self.instances}
+        promoted = [one for one in six.instances if one.name not in known]
+        self.estimate(*begins, *promoted)
         self.adopt(six)
-
-    @staticmethod
-    def _phase(name: str) -> Unknown:
-        if name == "initial_warmth":  # relative to the first run's R
-            return Unknown(name, 0.0, scale=0.01, prior_sd=WARMTH_SD)
-        return Unknown(name, 0.0)
 
     def adopt(self, other: MotorRecord) -> None:
         """Be driven as another record of the same capture is."""
@@ -97,8 +96,7 @@ class WideRecord(MotorRecord):
         self._renew(lambda u: replace(u, start=values.get(u.name, u.start)))
 
     def _renew(self, change: Callable[[Unknown], Unknown]) -> None:
-        self._own.unknowns = [change(u) for u in self._own.unknowns]
-        self.unknowns = tuple(self._own.unknowns)
+        self.unknowns = tuple(change(u) for u in self.unknowns)
 
     def respond(
         self,
@@ -124,7 +122,7 @@ class WideRecord(MotorRecord):
         assert isinstance(self.response, WideResponse)
         if self._repeats:
             self.locate(shared, own)
-        self.response.plan(self.motor(shared), self._initial(own))
+        self.response.plan(self.motor(shared), self._setup(own).initial)
         self._steps = self.response.levels
         self._memory.clear()
 
@@ -168,23 +166,19 @@ class WideRecord(MotorRecord):
         values[PLACE["J2_share"]], values[PLACE["J"]] = share * inertia, (1 - share) * inertia
         return values
 
-    def fitted(self, shared: Floats, own: Floats) -> list[Floats]:
+    def _modelled(self, m: Measured, readings: Floats, shared: Floats, own: Floats) -> Floats:
         """As the six-parameter record's; an open bridge shows the ripple of K too."""
-        models = super().fitted(shared, own)
+        steady = super()._modelled(m, readings, shared, own)
         ripple = self.motor(shared)[PLACE["k_K"]]
-        if ripple == 0.0 or self._rotor is None:
-            return models
-        for k, m in enumerate(self.measured):
-            if m.block.name == EMF:
-                steady = models[k] - self._own.of(own, "voltage_offset")
-                models[k] = models[k] + ripple * self._rippled(m, steady, shared, own)
-        return models
+        if ripple == 0.0 or self._rotor is None or m.block.name != EMF:
+            return steady
+        return np.asarray(steady + ripple * self._rippled(m, steady, shared, own))
 
     def _rippled(self, m: Measured, volts: Floats, shared: Floats, own: Floats) -> Floats:
         """What a ripple of 1 adds to readings (n,) of a back-EMF."""
         assert self._rotor is not None
         periods = self.motor(shared)[PLACE["N_r"]]
-        phase, output = self._own.of(own, "ripple_phase"), self.outputs[m.row]
+        phase, output = self.sizes(own)[RIPPLE_PHASE.name], self.outputs[m.row]
         ticks = np.arange(self.timeline.count)
         past = m.keep if m.past is None else m.keep + m.past
         at = past - output.delay_s / self.timeline.period_s
@@ -207,12 +201,7 @@ class WideRecord(MotorRecord):
         over = self.respond(
             self.timeline.period_s, self.volts, [Output(Quantity.POSITION)], self.stretches
         )
-        return np.asarray(over(self.motor(shared), self._initial(own))[0])
-
-    def _initial(self, own: Floats) -> tuple[float, ...]:
-        of = self._own.of
-        names = ("initial_warmth", "cogging_phase", "ripple_phase")
-        return (*super()._initial(own), *(of(own, name) for name in names))
+        return np.asarray(over(self.motor(shared), self._setup(own).initial)[0])
 
 
 assert NAMES[: len(PARAMETERS)] == PARAMETERS

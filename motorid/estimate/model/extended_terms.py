@@ -6,6 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from motorid.errors import UsageError, nearest
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity
+from motorid.estimate.effects.state.cogging_phase import COGGING_PHASE
+from motorid.estimate.effects.state.initial_warmth import INITIAL_WARMTH
+from motorid.estimate.effects.state.ripple_phase import RIPPLE_PHASE
 from motorid.estimate.results.estimate import AUTO, PARAMETERS, SIX
 from motorid.estimate.solver.problem import Unknown
 
@@ -97,8 +101,12 @@ class Term:
     free: tuple[str, ...]
     size: str
     shapes: Mapping[str, tuple[float, ...]]
-    phase: str = ""
+    phase: InfluenceQuantity | None = None
     per_turn: str = ""  # the parameter that is counted, not searched
+
+    def phased(self, phase: float) -> dict[str, float]:
+        """The unknown of every capture that it needs, at ``phase``; empty: it needs none."""
+        return {} if self.phase is None else {self.phase.name: phase}
 
     @property
     def sizes(self) -> tuple[str, ...]:
@@ -129,17 +137,17 @@ TERMS = {
         Term(
             "cogging", "torque that varies with the rotor's position",
             "torque has T_c sin(N_c angle + phase) less", ("T_c",), "T_c", {},
-            "cogging_phase", "N_c",
+            COGGING_PHASE, "N_c",
         ),
         Term(
             "ripple", "K and R that vary with commutation",
             "K is K (1 + k_K cos(N_r angle + phase)), R likewise with k_R", ("k_K", "k_R"), "k_K",
-            {}, "ripple_phase", "N_r",
+            {}, RIPPLE_PHASE, "N_r",
         ),
         Term(
             "heating", "a winding that warms up within a run",
             "C_w dT/dt = R i² − k_w C_w T, R rises by 0.393 %/K of T", ("per_C_w", "k_w"),
-            "per_C_w", {}, "initial_warmth",
+            "per_C_w", {}, INITIAL_WARMTH,
         ),
         Term(
             "two-masses", "a flexible shaft between two inertias",

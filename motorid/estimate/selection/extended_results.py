@@ -17,7 +17,7 @@ from motorid.estimate.results.estimate import Alternative, ChannelFit, Parameter
 from motorid.estimate.selection.extended_fit import Fitted
 from motorid.estimate.solver.dense_products import square
 from motorid.estimate.solver.problem import Solution
-from motorid.estimate.uncertainty import errors_in_variables, instrument_budget, intervals
+from motorid.estimate.uncertainty import budget, errors_in_variables, intervals
 from motorid.estimate.uncertainty.findings import scattered
 from motorid.estimate.uncertainty.intervals import Findings
 
@@ -34,7 +34,7 @@ def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -
     return Findings(
         fitted.solution,
         scattered(fitted.solution, fitted.records, unseen),
-        instrument_budget.budget(fitted.solution, fitted.records),
+        budget.propagated(fitted.solution, fitted.records),
         held_values(fix, without),
         without,
         hidden=unseen,

@@ -59,7 +59,7 @@ class Probe:
             return self._change(k, term.size, shape, {})[None]
         return np.array(
             [
-                self._change(k, name, shape, {term.phase: phase})
+                self._change(k, name, shape, term.phased(phase))
                 for name in term.sizes
                 for phase in (0.0, QUARTER)
             ]

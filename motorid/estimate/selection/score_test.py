@@ -158,7 +158,7 @@ def begins(
         together = np.einsum("kq,kq->k", each[:, :2], each[:, 2:])
         start["k_R"] = float(np.mean(together)) / amplitude
     phases = np.arctan2(each[:, 1], each[:, 0])
-    return start, tuple({term.phase: float(phase)} for phase in phases)
+    return start, tuple(term.phased(float(phase)) for phase in phases)
 
 
 def _together(parts: Sequence[Sums]) -> Sums:

@@ -113,7 +113,7 @@ def _bare(
     scales = scales_of(records, values)
     out = []
     for record in records:
-        taken = [t for t in TERMS.values() if t.phase and _has(record, t.phase)]
+        taken = [t for t in TERMS.values() if t.phase and _has(record, t.phase.name)]
         wide = WideRecord(record, free, fixed, taken, scales, {}, first=False)
         wide.step_as(record)
         out.append(wide)

@@ -1,4 +1,4 @@
-"""Parts of a program in which the motor was driven and stood still all the same.
+"""Whether a motor stood still: as a run began, and in parts in which it was driven all the same.
 
 Breakaway and cogging hold a rotor against more torque than T0, the level of a motion. A model that
 knows T0 alone would let it creep: where the encoder shows no motion, it is told to stand.
@@ -9,12 +9,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from motorid.capture.model import POSITION, Capture
+from motorid.capture.model import CURRENT, POSITION, SPEED, Capture, Channel
+from motorid.estimate.signals.measurements import motion
 from motorid.estimate.signals.time_grid import Part, Timeline
 
 STIR = 1.5  # counts, by which the edge of one may flicker
 FEWEST = 24  # readings that tell
+HEAD = 8  # samples that show whether a record begins at rest
 
 
 def with_standstill(capture: Capture, timeline: Timeline) -> Timeline:
@@ -32,3 +35,24 @@ def with_standstill(capture: Capture, timeline: Timeline) -> Timeline:
         return float(np.ptp(here)) <= STIR * channel.resolution
 
     return replace(timeline, parts=tuple(replace(p, still=stands(p)) for p in timeline.parts))
+
+
+def starts_at_rest(capture: Capture, driven: NDArray[np.bool_]) -> bool:
+    """The motor stands still, and carries no current, over the first few samples."""
+    moving, current = motion(capture), capture.get(CURRENT)
+    if moving is not None and moving.name == POSITION and _moves(moving):
+        return False
+    if moving is not None and moving.name == SPEED and not _is_near_zero(moving):
+        return False
+    return not driven[0] or current is None or _is_near_zero(current)
+
+
+def _moves(position: Channel) -> bool:
+    early, late = position.values[:HEAD], position.values[HEAD : 2 * HEAD]
+    scatter = float(np.nanstd(np.diff(early)))
+    return abs(float(np.nanmean(late - early))) > 2.0 * scatter + 1.5 * position.resolution
+
+
+def _is_near_zero(channel: Channel) -> bool:
+    head, scatter = channel.values[:HEAD], float(np.nanstd(np.diff(channel.values[: 8 * HEAD])))
+    return abs(float(np.nanmean(head))) <= 3.0 * scatter + channel.resolution

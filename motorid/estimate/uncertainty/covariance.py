@@ -10,8 +10,8 @@ what every one of them pulls at the answer is compared with what noise would.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,21 +24,41 @@ from motorid.estimate.uncertainty.between_run_variance import pull, spread_of
 Floats = NDArray[np.float64]
 
 FEWEST_RUNS = 3  # that show a spread
-NOTHING = 1e-100  # information below it is none; the squares of its inverse can still be formed
+LEAST = 1e-100  # information below it is none; the squares of its inverse can still be formed
+NOISE, SPREAD, SCATTER = "noise", "spread between runs", "scatter of a log"  # lines of a budget
 FLOOR = 1e-13  # of a scaled information's eigenvalues: beyond it nothing is known
+
+
+@dataclass(frozen=True)
+class Known:
+    """What was supposed of the unknowns of records before any data.
+
+    ``shifts`` (k, p) of the parameters in search coordinates for one standard deviation of each
+    cause, by name; ``apart`` (p, p) or 0: their covariance if no two records shared a cause, which
+    is how the search counts them.
+    """
+
+    shifts: Mapping[str, Floats] = field(default_factory=dict)
+    apart: Floats | float = 0.0
+
+
+NOTHING = Known()
+NO_CAUSES: Mapping[str, Sequence[Floats]] = {}
 
 
 @dataclass(frozen=True)
 class Statistical:
     """``covariance`` (p, p) in search coordinates; ``freedom`` (p,) of each standard deviation.
 
-    ``coloured`` is the largest factor by which correlated residuals widened a parameter.
+    ``coloured`` is the largest factor by which correlated residuals widened a parameter. ``lines``:
+    variances (p,) by cause, which sum to those of ``covariance``.
     """
 
     covariance: Floats
     freedom: Floats
     coloured: float
     between_runs: bool
+    lines: Mapping[str, Floats] = field(default_factory=dict)
 
     @property
     def deviations(self) -> Floats:
@@ -48,7 +68,7 @@ class Statistical:
 
 def covariance_of(information: Floats) -> Floats:
     """Inverse that grows without end, and never vanishes, along directions nobody can see."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), NOTHING))
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), LEAST))
     # rounding may leave less than nothing of what nuisances explain: no correlation is beyond 1
     values, vectors = np.linalg.eigh(np.clip(information * scale[:, None] * scale, -1.0, 1.0))
     inverse = (vectors / np.maximum(values, FLOOR * values.max(initial=1.0))) @ vectors.T
@@ -57,32 +77,39 @@ def covariance_of(information: Floats) -> Floats:
 
 def statistical(
     solution: Solution,
-    shifts: Sequence[Floats] = (),
+    known: Known = NOTHING,
+    unseen: Mapping[str, Sequence[Floats]] = NO_CAUSES,
     parts: Sequence[NDArray[np.intp]] = (),
 ) -> Statistical:
     """Covariance of the shared parameters, those at a bound taken as free.
 
-    ``shifts`` (p,) each are what one standard deviation of noise does that no residual shows;
-    ``parts`` tell of every record which part of its program a residual (n,) belongs to.
+    ``known``: what the priors of records' unknowns leave open. ``unseen``, by cause: shifts (p,)
+    by one standard deviation of noise that no residual shows. ``parts`` tell of every record which
+    part of its program a residual (n,) belongs to.
     """
     inverse = covariance_of(solution.information)
     rows = sum(len(r.residual) for r in solution.records)
     few = rows / max(rows - len(solution.values) - sum(len(o) for o in solution.own), 1)
-    white = inverse * few
+    white = (inverse - known.apart) * few
     scores = sum(
         (score_covariance(r) for r in solution.records), np.zeros_like(solution.information)
     )
     coloured = inverse @ scores @ inverse * few
-    before, after = np.diag(white), np.diag(coloured)
+    before, after = np.maximum(np.diag(white), 0.0), np.diag(coloured)
     # The residuals' colour may widen an interval; it is not trusted to narrow one.
     within = _with_variances(coloured, np.maximum(before, after))
-    for shift in shifts:
-        within = within + np.outer(shift, shift)
-    widening = float(np.sqrt(np.max(after / np.maximum(before, 1e-300), initial=1.0)))
+    lines = {NOISE: np.diag(within).copy()}
+    for causes in (known.shifts, unseen):
+        for name, shifts in causes.items():
+            if len(shifts):
+                table = np.asarray(shifts)
+                within = within + table.T @ table
+                lines[name] = lines.get(name, 0.0) + (table**2).sum(axis=0)
+    widening = float(np.sqrt(np.max(after / np.maximum(np.diag(inverse), 1e-300), initial=1.0)))
     freedom = np.full(len(before), np.inf)
     if len(solution.records) < FEWEST_RUNS:
-        return Statistical(within, freedom, widening, False)
-    return _between(solution, inverse, within, widening, parts)
+        return Statistical(within, freedom, widening, False, lines)
+    return _between(solution, inverse, Statistical(within, freedom, widening, True, lines), parts)
 
 
 def _with_variances(covariance: Floats, variances: Floats) -> Floats:
@@ -96,8 +123,7 @@ def _with_variances(covariance: Floats, variances: Floats) -> Floats:
 def _between(
     solution: Solution,
     inverse: Floats,
-    within: Floats,
-    widening: float,
+    within: Statistical,
     parts: Sequence[NDArray[np.intp]],
 ) -> Statistical:
     """Adds what runs, and their parts, scatter beyond their noise; Welch-Satterthwaite freedom."""
@@ -108,11 +134,16 @@ def _between(
         pulls = [pull(line, part == k) for line, part in each for k in np.unique(part)]
         finer, more = spread_of(pulls, inverse)
         spread, degrees = np.maximum(spread, finer), np.where(finer > spread, more, degrees)
-    total = np.maximum(np.diag(within), spread)
+    before = np.diag(within.covariance)
+    total = np.maximum(before, spread)
     # what they show beyond white noise has their degrees, whatever explains it
     beyond = np.clip(spread - np.diag(inverse), 0.0, total)
     freedom = np.where(beyond > 0, degrees * total**2 / np.maximum(beyond**2, 1e-300), np.inf)
-    return Statistical(_with_variances(within, total), freedom, widening, True)
+    causes = dict(within.lines)
+    if (total > before).any():
+        causes[SPREAD] = total - before
+    covariance = _with_variances(within.covariance, total)
+    return replace(within, covariance=covariance, freedom=freedom, lines=causes)
 
 
 def score_covariance(record: Linearised) -> Floats:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from motorid.estimate.effects.source.voltage_noise import VOLTAGE_NOISE
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.program_parts import by_part
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import (
+    budget,
     errors_in_variables,
-    instrument_budget,
     log_scatter,
     profile_likelihood,
-    shared_causes,
 )
-from motorid.estimate.uncertainty.covariance import Statistical, statistical
+from motorid.estimate.uncertainty.covariance import SCATTER, Statistical, statistical
 from motorid.estimate.uncertainty.errors_in_variables import Hidden
 from motorid.estimate.uncertainty.intervals import Findings
 
@@ -36,7 +36,7 @@ def findings(
     return Findings(
         solution,
         scatter,
-        instrument_budget.budget(solution, records),
+        budget.propagated(solution, records),
         fixed,
         without,
         profile_likelihood.intervals(solution, records, scatter) if leaning else {},
@@ -47,8 +47,10 @@ def findings(
 def scattered(
     solution: Solution, records: Sequence[MotorRecord], unseen: Sequence[Hidden]
 ) -> Statistical:
-    """Covariance of any model's fit: with what no residual shows, and the spread of its parts."""
-    kinds = (log_scatter, shared_causes)
-    hidden = [shift for kind in kinds for shift in kind.shifts(solution, records)]
-    hidden += errors_in_variables.shifts(unseen)
-    return statistical(solution, hidden, by_part(solution, records))
+    """Covariance of any model's fit, cause by cause."""
+    hidden = {
+        VOLTAGE_NOISE.name: errors_in_variables.shifts(unseen),
+        SCATTER: log_scatter.shifts(solution, records),
+    }
+    known = budget.of_priors(solution, records)
+    return statistical(solution, known, hidden, by_part(solution, records))

@@ -246,11 +246,11 @@ def combinations(found: Findings, given: Mapping[str, Parameter]) -> dict[str, P
 
 
 def budget_shares(found: Findings) -> dict[str, dict[str, float]]:
-    """Standard uncertainty (SI) of every free parameter by cause; "noise" is the statistical."""
+    """Standard uncertainty (SI) of every free parameter by cause: their squares sum to its own."""
     slopes = found.solution.slopes
     shares: dict[str, dict[str, float]] = {}
     for k, name in enumerate(found.names):
-        shares[name] = {"noise": float(found.statistical.deviations[k] * slopes[k])}
-        for cause, shift in found.causes.items():
-            shares[name][cause] = float(abs(shift[k] * slopes[k]))
+        known = {cause: float(v[k]) ** 0.5 for cause, v in found.statistical.lines.items()}
+        known |= {cause: abs(float(shift[k])) for cause, shift in found.causes.items()}
+        shares[name] = {c: u * float(slopes[k]) for c, u in known.items() if u > 0.0}
     return shares

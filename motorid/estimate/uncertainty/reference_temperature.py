@@ -14,6 +14,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from motorid.capture.model import Capture
+from motorid.estimate.effects.reference.temperature import (
+    AMBIENT_TEMPERATURE,
+    COPPER_COEFFICIENT,
+    MAGNET_COEFFICIENT,
+    SELF_HEATING,
+)
+from motorid.estimate.effects.registry import BY_NAME
 from motorid.estimate.effects.winding_temperature import (
     BOUND,
     Coefficients,
@@ -27,15 +34,6 @@ REFERENCE_C = 25.0
 NORMAL_95 = 1.959963984540054
 ROOM_C = (10.0, 35.0)  # where an ambient that nobody gave lies, evenly
 COLD = {"R": "R_25", "K": "K_25"}
-AMBIENT, HEATING, COPPER, MAGNETS = (
-    "ambient temperature", "self-heating", "copper coefficient", "magnets' coefficient",
-)  # fmt: skip
-IMPROVE = {
-    AMBIENT: "give the ambient and its uncertainty (rig file, or --ambient)",
-    HEATING: "state the motor's thermal figures in the rig file's [thermal]",
-    COPPER: "measure nearer to 25 °C",
-    MAGNETS: "measure nearer to 25 °C",
-}
 
 
 @dataclass(frozen=True)
@@ -121,16 +119,26 @@ def at_25(
     """R_25, and K_25 where the coefficient is stated; and what each cause adds to their u (SI)."""
     found, shares = {}, {}
     c = coefficients
-    rows = [("R", COPPER, c.copper_per_k, c.copper_uncertainty_per_k, warmth.winding)]
+    rows = [
+        ("R", COPPER_COEFFICIENT.name, c.copper_per_k, c.copper_uncertainty_per_k, warmth.winding)
+    ]
     if c.magnet_per_k is not None:
-        rows.append(("K", MAGNETS, c.magnet_per_k, c.magnet_uncertainty_per_k, warmth.magnets))
+        rows.append(
+            (
+                "K",
+                MAGNET_COEFFICIENT.name,
+                c.magnet_per_k,
+                c.magnet_uncertainty_per_k,
+                warmth.magnets,
+            )
+        )
     for name, cause, per_k, doubt_per_k, above in rows:
         hot = parameters[name]
         if hot.status == "estimated" and hot.value:
             factor = 1.0 + per_k * above
             relative = {
-                AMBIENT: abs(per_k / factor) * warmth.ambient_uncertainty,
-                HEATING: abs(per_k / factor) * warmth.rise_uncertainty,
+                AMBIENT_TEMPERATURE.name: abs(per_k / factor) * warmth.ambient_uncertainty,
+                SELF_HEATING.name: abs(per_k / factor) * warmth.rise_uncertainty,
                 cause: abs(above / factor) * doubt_per_k,
             }
             cold = _cold(hot, COLD[name], factor, math.hypot(*relative.values()))
@@ -172,7 +180,7 @@ def words(inputs: Sequence[Mapping[str, Any]], rise: Rise) -> str:
 def _joined(note: str, shares: Mapping[str, float]) -> str:
     """``note``, and what to do about the largest of its own causes."""
     most = max(shares, key=lambda cause: shares[cause])
-    return f"{note}; to narrow it, {IMPROVE[most]}" if shares[most] > 0 else note
+    return f"{note}; to narrow it, {BY_NAME[most].remedy}" if shares[most] > 0 else note
 
 
 def _scaled(estimate: Estimate, name: str, cold: Parameter) -> dict[str, float]:

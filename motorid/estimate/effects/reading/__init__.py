@@ -1,0 +1,1 @@
+"""What a channel shows of the motor: offsets, gains, filters."""

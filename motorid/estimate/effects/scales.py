@@ -1,0 +1,77 @@
+"""Typical sizes in a capture, over which the effect of a quantity keeps its course."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import POSITION, SPEED
+from motorid.estimate.effects.influence_quantity import Prior, Subject
+from motorid.estimate.signals.measurements import Measured
+
+Floats = NDArray[np.float64]
+
+
+def one(_: Subject) -> float:
+    """Of a relative size."""
+    return 1.0
+
+
+def extent_of(values: Floats) -> float:
+    """From the least to the most, or what a constant is."""
+    return float(np.ptp(values)) or float(np.abs(values).max()) or 1.0
+
+
+def extent(block: str) -> Callable[[Subject], float]:
+    """That of a block's readings; 1 where there is none."""
+
+    def of(subject: Subject) -> float:
+        measured = subject.block(block)
+        return 1.0 if measured is None else extent_of(measured.values)
+
+    return of
+
+
+def volts(subject: Subject) -> float:
+    """V, that of the voltage."""
+    return extent_of(subject.sensed.volts)
+
+
+def period_s(subject: Subject) -> float:
+    """s: of a reading's place amid PWM or samples."""
+    return subject.pwm_period_s or subject.timeline.period_s
+
+
+def moving(subject: Subject) -> Measured | None:
+    """The block that shows the motion."""
+    return subject.block(POSITION) or subject.block(SPEED)
+
+
+def speed(subject: Subject) -> float:
+    """Highest mean speed (rad/s) over a twentieth of the readings; 0: no motion was measured."""
+    measured = moving(subject)
+    if measured is None:
+        return 0.0
+    if measured.block.name == SPEED:
+        return float(np.abs(measured.values).max())
+    step = max(len(measured.values) // 20, 1)
+    turned, ticks = np.diff(measured.values[::step]), np.diff(measured.keep[::step])
+    return float(np.abs(turned / ticks).max(initial=0.0)) / subject.timeline.period_s
+
+
+def declared(block: str, uncertainty: str) -> Callable[[Subject, int], Prior | None]:
+    """By a standard uncertainty that a block's channel declares; none where it declares none."""
+
+    def prior(subject: Subject, _: int) -> Prior | None:
+        measured = subject.block(block)
+        sd = float(getattr(measured.channel, uncertainty)) if measured is not None else 0.0
+        return Prior(sd) if sd else None
+
+    return prior
+
+
+def top_volts(subject: Subject) -> float:
+    """V, the highest that drove the motor."""
+    return subject.loss.top_v if subject.loss is not None else volts(subject)

@@ -1,0 +1,1 @@
+"""What drives the motor: the source, the bridge, the brushes, the winding."""

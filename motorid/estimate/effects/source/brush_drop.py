@@ -1,0 +1,61 @@
+"""What both brushes drop, which hardly grows with the current.
+
+    lost(t) = V s,    s = i / sqrt(i² + b²)
+
+Taken for a resistance it makes R too large, and K with it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.effects import scales
+from motorid.estimate.effects.action import SourceVoltage
+from motorid.estimate.effects.brush_and_heating import DROP
+from motorid.estimate.effects.influence_quantity import (
+    InfluenceQuantity,
+    Prior,
+    Scope,
+    Subject,
+    Use,
+)
+
+Floats = NDArray[np.float64]
+
+LEAST, MOST = -0.01, 0.3  # of the highest voltage: no drop is less or more, but for other causes
+
+
+def _prior(subject: Subject, place: int) -> Prior | None:
+    loss = subject.loss
+    if loss is None or DROP not in loss.shapes:
+        return None
+    drop, deviation = loss.drop
+    return Prior(deviation, mean=drop)
+
+
+def _shape(subject: Subject, place: int) -> Floats:
+    """V (count,) that a unit of it takes from the source."""
+    loss = subject.loss
+    assert loss is not None
+    return -loss.shapes[DROP]
+
+
+def _bounds(subject: Subject) -> tuple[float, float]:
+    loss = subject.loss
+    if loss is None:
+        return 0.0, 0.0
+    return LEAST * loss.top_v, MOST * loss.top_v + loss.drop[0]
+
+
+BRUSH_DROP = InfluenceQuantity(
+    name=DROP,
+    unit="V",
+    scope=Scope.MOTOR,
+    use=Use.ESTIMATED,
+    acts=(SourceVoltage(_shape),),
+    prior=_prior,
+    scale=scales.top_volts,
+    remedy="declare it (brush_drop_v of the rig), or add a level",
+    bounds=_bounds,
+)

@@ -1,0 +1,63 @@
+"""How much of the dead time a current takes that changes its sign within the PWM period.
+
+Of a part of the program whose voltage is commanded and not measured.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.effects.action import SourceVoltage
+from motorid.estimate.effects.brush_and_heating import TURN, turn_of
+from motorid.estimate.effects.influence_quantity import (
+    InfluenceQuantity,
+    Prior,
+    Scope,
+    Subject,
+    Use,
+)
+from motorid.estimate.signals.dead_time import UNSURE
+
+Floats = NDArray[np.float64]
+
+FARTHEST = 0.5  # relative
+
+
+def _prior(subject: Subject, place: int) -> Prior | None:
+    loss = subject.loss
+    if loss is None or place not in loss.turns:
+        return None
+    return Prior(UNSURE)
+
+
+def _shape(subject: Subject, place: int) -> Floats:
+    """V (count,) that a unit of it takes from the source."""
+    loss = subject.loss
+    assert loss is not None
+    return -loss.shapes[turn_of(place)]
+
+
+def _bounds(subject: Subject) -> tuple[float, float]:
+    return -FARTHEST, FARTHEST
+
+
+def _turns(subject: Subject) -> Sequence[int]:
+    return tuple(subject.loss.turns) if subject.loss is not None else ()
+
+
+DEAD_TIME_TURN = InfluenceQuantity(
+    name=TURN,
+    unit="1",
+    scope=Scope.MOTOR,
+    use=Use.ESTIMATED,
+    acts=(SourceVoltage(_shape),),
+    prior=_prior,
+    scale=lambda subject: UNSURE,
+    remedy="measure the voltage at the motor's terminals",
+    bounds=_bounds,
+    places=_turns,
+    listed=False,
+)

@@ -1,0 +1,50 @@
+"""By how much of itself R grows over a capture, about its mean.
+
+    lost(t) = w R i (q/q_end − 1/2),    q = ∫i² dt
+
+It bends speeds, and with them B and T0.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.effects.action import SourceVoltage
+from motorid.estimate.effects.brush_and_heating import WARMING
+from motorid.estimate.effects.influence_quantity import (
+    InfluenceQuantity,
+    Prior,
+    Scope,
+    Subject,
+    Use,
+)
+
+Floats = NDArray[np.float64]
+
+
+def _prior(subject: Subject, place: int) -> Prior | None:
+    loss = subject.loss
+    if loss is None or WARMING not in loss.shapes:
+        return None
+    rise, spread = loss.rise
+    return Prior(spread, mean=rise)
+
+
+def _shape(subject: Subject, place: int) -> Floats:
+    """V (count,) that a unit of it takes from the source."""
+    loss = subject.loss
+    assert loss is not None
+    return -loss.shapes[WARMING]
+
+
+WINDING_WARMING = InfluenceQuantity(
+    name=WARMING,
+    unit="1",
+    scope=Scope.MOTOR,
+    use=Use.ESTIMATED,
+    acts=(SourceVoltage(_shape),),
+    prior=_prior,
+    scale=lambda subject: 0.1,
+    remedy="state the motor's thermal figures in the rig file's [thermal], or run shorter",
+)

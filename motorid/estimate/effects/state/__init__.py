@@ -1,0 +1,1 @@
+"""In which state a run, or a coast, begins."""

@@ -1,0 +1,20 @@
+"""How much later than declared the terminals' voltage is read while the bridge is open."""
+
+from __future__ import annotations
+
+from motorid.estimate.effects import scales
+from motorid.estimate.effects.action import Delay
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Scope, Use
+from motorid.estimate.signals.measurements import EMF
+
+VOLTAGE_DELAY = InfluenceQuantity(
+    name="voltage delay",
+    unit="s",
+    scope=Scope.MOTOR,
+    use=Use.PROPAGATED,
+    acts=(Delay(EMF),),
+    prior=scales.declared(EMF, "delay_uncertainty_s"),
+    scale=scales.period_s,
+    remedy="measure the delay of the voltage's channel",
+    step=2e-4,
+)

@@ -1,0 +1,37 @@
+"""How much later a log's voltage comes than its stamps say: they are often off by a sample."""
+
+from __future__ import annotations
+
+from motorid.estimate.effects.action import LogTime
+from motorid.estimate.effects.influence_quantity import (
+    InfluenceQuantity,
+    Prior,
+    Scope,
+    Subject,
+    Use,
+)
+
+
+def _scale(subject: Subject) -> float:
+    waveform = subject.sensed.waveform
+    return waveform.period_s if waveform is not None else 1.0
+
+
+def _prior(subject: Subject, _: int) -> Prior | None:
+    waveform, channel = subject.sensed.waveform, subject.sensed.channel
+    if waveform is None:
+        return None
+    stated = channel.delay_uncertainty_s if channel is not None else 0.0
+    return Prior(max(waveform.period_s, stated))
+
+
+VOLTAGE_LATE = InfluenceQuantity(
+    name="voltage late",
+    unit="s",
+    scope=Scope.CAPTURE,
+    use=Use.ESTIMATED,
+    acts=(LogTime(),),
+    prior=_prior,
+    scale=_scale,
+    remedy="stamp all channels by one clock, or declare their delays (--delay)",
+)

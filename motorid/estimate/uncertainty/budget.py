@@ -1,0 +1,105 @@
+"""The uncertainty budget: by how much each influence quantity may move each parameter.
+
+What a fit estimates with a prior moves the parameters as far as the data leave that prior to
+decide. What it does not estimate, such as a gain, leaves no residual: its standard uncertainty is
+carried to the parameters linearly, the readings moving as it would move them and the fit following.
+A cause that all captures share moves them together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.effects.influence_quantity import Scope
+from motorid.estimate.effects.registry import BY_NAME
+from motorid.estimate.effects.source.held_inductance import HELD_INDUCTANCE
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.tangent import tangent
+from motorid.estimate.solver.dense_products import gram, project
+from motorid.estimate.solver.problem import Linearised, Solution
+from motorid.estimate.uncertainty.covariance import NOISE, SCATTER, SPREAD, Known, covariance_of
+
+Floats = NDArray[np.float64]
+
+REST = {  # what is left when every influence quantity has its line
+    NOISE: "record longer runs with more changes of speed, or more of them",
+    SPREAD: "clamp motor and sensors alike in every run, and take more runs",
+    SCATTER: "log faster, with the moments of the voltage's steps",
+}
+
+
+def remedy(cause: str) -> str:
+    """What to do about a line of the budget."""
+    return BY_NAME[cause].remedy if cause in BY_NAME else REST[cause]
+
+
+def propagated(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, Floats]:
+    """Shift (p,) of every parameter in search coordinates for one standard uncertainty of a cause.
+
+    Causes that are declared to be exact are left out.
+    """
+    inverse = covariance_of(solution.information)
+    pulls: dict[str, Floats] = {}
+    for record, line, own in zip(records, solution.records, solution.own, strict=True):
+        for one, unknown in record.propagated:
+            moved = tangent(record, solution.values, own, one)
+            parts = [
+                unknown.prior_sd * d / s
+                for d, s in zip(record.weighed(moved), line.sigmas, strict=True)
+            ]
+            # readings that are larger by what the model lacks pull the other way
+            pull = -project(line.orthogonal.T, np.concatenate(parts))
+            pulls[one.quantity.name] = pulls.get(one.quantity.name, 0.0) + pull
+    causes = {name: inverse @ pull for name, pull in pulls.items() if pull.any()}
+    held = records[0].foretold
+    if held is not None:
+        causes[HELD_INDUCTANCE.name] = np.array(
+            [held.shift.get(unknown.name, 0.0) for unknown in solution.unknowns]
+        )
+    return causes
+
+
+def of_priors(solution: Solution, records: Sequence[MotorRecord]) -> Known:
+    """What the priors of estimated quantities leave open of the parameters.
+
+    A cause that captures share is one: each capture has its own unknown of it, with the same prior,
+    and three would seem to know it by the root of three better than that prior does.
+    """
+    inverse = covariance_of(solution.information)
+    apart = np.zeros_like(inverse)
+    causes: dict[tuple[str, str, int], list[Floats]] = {}
+    for k, (record, line) in enumerate(zip(records, solution.records, strict=True)):
+        known = zip(record.instances, record.unknowns, (inverse @ pulled(line)).T, strict=True)
+        for one, unknown, shift in known:
+            if np.isfinite(unknown.prior_sd):
+                shared = one.quantity.scope is Scope.MOTOR
+                key = one.quantity.name, one.name, -1 if shared else k
+                causes.setdefault(key, []).append(shift)
+                apart += np.outer(shift, shift)
+    shifts: dict[str, list[Floats]] = {}
+    for (name, _, _), each in causes.items():
+        shifts.setdefault(name, []).extend(_together(np.array(each)))
+    return Known({name: np.array(rows) for name, rows in shifts.items()}, apart)
+
+
+def _together(each: Floats) -> list[Floats]:
+    """Shifts (p,) by a cause that captures share, which moves each of them by a row of (k, p).
+
+    Where those cancel it may still differ a little from one to the next: no less than if it were
+    each one's own.
+    """
+    together = each.sum(axis=0)
+    lacking = np.maximum((each**2).sum(axis=0) - together**2, 0.0)
+    return [together, np.sqrt(lacking)] if lacking.any() else [together]
+
+
+def pulled(line: Linearised) -> Floats:
+    """Scores (p, m) of the parameters if each unknown of a record were off its prior by one
+    standard deviation.
+    """
+    within = line.own_information
+    follows = np.linalg.lstsq(within, np.eye(len(within)), rcond=1e-14)[0]
+    return np.asarray(-gram(line.shared.T, line.own.T) @ follows * np.sqrt(line.own_precision))
