@@ -23,6 +23,15 @@ typedef struct {
     int still;         /* the rotor does not move */
 } mode;
 
+/* d/dt (i, w) = A (i, w) + v volts + c; a current that follows is (volts - K w) / Rt instead. */
+typedef struct {
+    double A[2][2], v[2], c[2];
+    int follows;
+    double K; /* 0 where the rotor is stuck */
+} rates;
+
+rates rates_of(const mr_motor *motor, const mode *md);
+
 /* x(t) = P x + gv v + gc and its integral S x + hv v + hc, for x = (i, w) */
 typedef struct {
     double P[2][2], S[2][2], gv[2], gc[2], hv[2], hc[2];

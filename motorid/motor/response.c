@@ -4,10 +4,12 @@
 #include <stddef.h>
 
 #include "affine.h"
+#include "filtered_motor.h"
 #include "root.h"
 #include "taps.h"
 
-#define MAX_EVENTS 16 /* in one interval; more is chatter of rounding */
+#define MAX_EVENTS 16     /* in one interval; more is chatter of rounding */
+#define LATEST (1 + 1e-9) /* of an interval: a tap at its end, rounded */
 
 typedef struct {
     const mr_motor *motor;
@@ -16,10 +18,11 @@ typedef struct {
     const double *v;
     taps taps;
     map tap_maps[MAX_TAPS];
+    filter_row tap_rows[MAX_TAPS], filter_rows[MAX_FILTERS]; /* behind filters */
     map step;
     mode mode;
     state x;
-    double *track; /* i, w, q, th at the start of each interval, 4 arrays of count */
+    double *track; /* i, w, q, th, a filter's y at the start of each interval: 5 arrays of count */
     int events;
 } run;
 
@@ -101,25 +104,51 @@ static double pulses(const run *r, int n, const tap *t, double speed)
     return pulse_extra(&r->taps, t, n, (r->v[n] - emf) / r->mode.Rt, emf);
 }
 
+static double tap_value(const run *r, const tap *t, double at, const state *x, double v)
+{
+    map m;
+    if (t->filter >= 0) {
+        const filter *f = &r->taps.filter[t->filter];
+        const filter_row row = filter_tap(r->motor, &r->mode, f, t, at);
+        return filter_at(&row, f, x, v);
+    }
+    mode_map(r, at, &m);
+    const state y = apply(&m, x, v);
+    return component(&y, t);
+}
+
 static void set_taps_between(run *r, int n, const state *x, double from, double to)
 {
     double v = source(r, n);
     for (int j = 0; j < r->taps.n; j++) {
         const tap *t = &r->taps.tap[j];
-        map m;
-        state y;
-        if (t->at <= from || t->at > to) continue;
-        mode_map(r, t->at - from, &m);
-        y = apply(&m, x, v);
+        if ((from > 0.0 && t->at <= from) || t->at > to) continue;
         r->taps.values[(size_t)j * r->count + n] =
-            component(&y, t) + t->extra + pulses(r, n, t, x->w);
+            tap_value(r, t, t->at - from, x, v) + t->extra + pulses(r, n, t, x->w);
     }
+}
+
+/* The filters after `t` of a mode that began at the present state. */
+static void advance_filters(run *r, int n, double t)
+{
+    for (int k = 0; k < r->taps.filters; k++) {
+        filter *f = &r->taps.filter[k];
+        const filter_row row = filter_later(r->motor, &r->mode, f, t);
+        f->y = filter_at(&row, f, &r->x, source(r, n));
+    }
+}
+
+static void meet_pulses(run *r, filter *f, int n, double speed)
+{
+    const double emf = r->motor->K * speed;
+    if (r->taps.wave.side) change_pulses(&r->taps, f, n, (r->v[n] - emf) / r->mode.Rt, emf);
 }
 
 /* One interval in which the mode changes, piece by piece. */
 static void eventful_interval(run *r, int n)
 {
     double done = 0.0;
+    for (int k = 0; k < r->taps.filters; k++) meet_pulses(r, &r->taps.filter[k], n, r->x.w);
     for (int k = 0; k <= MAX_EVENTS; k++) {
         double rest = r->h - done, v = source(r, n), until = rest;
         event next = NO_EVENT;
@@ -135,7 +164,8 @@ static void eventful_interval(run *r, int n)
                 if (next == NO_EVENT || at < until) until = at, next = e;
             }
         }
-        set_taps_between(r, n, &r->x, done, next == NO_EVENT ? r->h : done + until);
+        set_taps_between(r, n, &r->x, done, next == NO_EVENT ? LATEST * r->h : done + until);
+        advance_filters(r, n, until);
         if (next == NO_EVENT) {
             r->x = y;
             return;
@@ -170,11 +200,69 @@ static int quiet_intervals(run *r, int n, int end)
     return n;
 }
 
+/* All of a row but what it keeps of the filter's y, for each interval. */
+static void quiet_row(const run *r, const filter *f, filter_row row, int from, int to, double *out)
+{
+    const double *ti = r->track, *tw = ti + r->count, *v = r->v;
+    const double *base = tw + (size_t)(f->row + 1) * r->count;
+    if (r->mode.circuit == FREEWHEEL) {
+        row.c += -r->mode.fi * r->mode.clamp * row.v;
+        row.v = 0.0;
+    }
+    if (row.base != 0.0)
+        for (int n = from; n < to; n++)
+            out[n] = row.base * base[n] + row.i * ti[n] + row.w * tw[n] + row.v * v[n] + row.c;
+    else
+        for (int n = from; n < to; n++)
+            out[n] = row.i * ti[n] + row.w * tw[n] + row.v * v[n] + row.c;
+}
+
+/* From what each interval adds to the filter's y, y at the start of each. */
+static void run_filter(run *r, filter *f, double keep, int from, int to, double *ys)
+{
+    const double *tw = r->track + r->count;
+    double y = f->y;
+    for (int n = from; n < to; n++) {
+        if (r->taps.wave.side) {
+            f->y = y;
+            meet_pulses(r, f, n, tw[n]);
+            y = f->y;
+        }
+        const double added = ys[n];
+        ys[n] = y;
+        y = keep * y + added;
+    }
+    f->y = y;
+}
+
+static void quiet_filter(run *r, int k, int from, int to)
+{
+    const double *tw = r->track + r->count;
+    filter *f = &r->taps.filter[k];
+    const int *pair = r->taps.pair[f->output];
+    double *ys = r->track + (size_t)4 * r->count;
+    quiet_row(r, f, r->filter_rows[k], from, to, ys);
+    run_filter(r, f, r->filter_rows[k].keep, from, to, ys);
+    for (int side = 0; side < 2; side++) {
+        if (pair[side] < 0) continue;
+        const tap *t = &r->taps.tap[pair[side]];
+        filter_row row = r->tap_rows[pair[side]];
+        double *out = r->taps.values + (size_t)pair[side] * r->count;
+        row.c += t->extra;
+        quiet_row(r, f, row, from, to, out);
+        for (int n = from; n < to; n++) out[n] += row.keep * ys[n];
+        if (r->taps.wave.side)
+            for (int n = from; n < to; n++) out[n] += pulses(r, n, t, tw[n]);
+    }
+}
+
 static void quiet_taps(run *r, int from, int to)
 {
     const double *ti = r->track, *tw = ti + r->count, *v = r->v;
+    for (int k = 0; k < r->taps.filters; k++) quiet_filter(r, k, from, to);
     for (int j = 0; j < r->taps.n; j++) {
         const tap *t = &r->taps.tap[j];
+        if (t->filter >= 0) continue;
         const map *m = &r->tap_maps[j];
         const double *p = t->integral ? m->S[t->row] : m->P[t->row];
         const double a = p[0], b = p[1];
@@ -199,7 +287,16 @@ static void quiet_taps(run *r, int from, int to)
 static void prepare_maps(run *r)
 {
     mode_map(r, r->h, &r->step);
-    for (int j = 0; j < r->taps.n; j++) mode_map(r, r->taps.tap[j].at, &r->tap_maps[j]);
+    for (int j = 0; j < r->taps.n; j++) {
+        const tap *t = &r->taps.tap[j];
+        if (t->filter < 0)
+            mode_map(r, t->at, &r->tap_maps[j]);
+        else
+            r->tap_rows[j] =
+                filter_tap(r->motor, &r->mode, &r->taps.filter[t->filter], t, t->at);
+    }
+    for (int k = 0; k < r->taps.filters; k++)
+        r->filter_rows[k] = filter_later(r->motor, &r->mode, &r->taps.filter[k], r->h);
 }
 
 static void walk(run *r, const mr_stretch *stretches, int n_stretches)
@@ -223,7 +320,7 @@ static void walk(run *r, const mr_stretch *stretches, int n_stretches)
 
 int mr_work_size(int count, int n_outputs)
 {
-    return count * (4 + 2 * n_outputs);
+    return count * (5 + 2 * n_outputs);
 }
 
 int mr_response(const mr_motor *motor, double period, double pwm_period, int count,
@@ -241,7 +338,7 @@ int mr_response(const mr_motor *motor, double period, double pwm_period, int cou
     r.mode.fi = 0.0, r.mode.period = period, r.mode.discontinuous = 0;
     r.mode.still = 0;
     if (place_taps(&r.taps, period, pwm_period, count, &r.x, outputs, n_outputs,
-                   work + (size_t)4 * count))
+                   work + (size_t)5 * count))
         return -1;
     walk(&r, stretches, n_stretches);
     read_outputs(&r.taps, outputs, n_outputs, y);

@@ -41,6 +41,7 @@ typedef struct {
     double aperture;  /* s; 0: an instant (position is always an instant) */
     double delay;     /* s */
     double pwm_phase; /* of an instant current in the PWM period; < 0: that of its time */
+    double filter;    /* s, time constant of a low-pass filter before the reading; 0: none */
 } mr_output;
 
 /* Writes outputs[j] at tick n to y[j * count + n]. `work` holds mr_work_size doubles.

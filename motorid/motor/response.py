@@ -40,6 +40,7 @@ class Output:
     aperture_s: float = 0.0
     delay_s: float = 0.0
     pwm_phase: float | None = None
+    filter_s: float = 0.0
 
     def delayed(self, late_s: float, pwm_period_s: float) -> Output:
         """The reading with a larger delay: of an earlier moment, and so of an earlier phase."""
@@ -177,6 +178,7 @@ class Response:
         return readings
 
 
-def _as_c(o: Output) -> tuple[int, float, float, float]:
+def _as_c(o: Output) -> tuple[int, float, float, float, float]:
     """An ``mr_output``."""
-    return o.quantity, o.aperture_s, o.delay_s, -1.0 if o.pwm_phase is None else o.pwm_phase
+    phase = -1.0 if o.pwm_phase is None else o.pwm_phase
+    return o.quantity, o.aperture_s, o.delay_s, phase, o.filter_s

@@ -16,7 +16,7 @@ from cffi import FFI
 ROOM = Path(__file__).parent
 SOURCES = (
     "response.c", "wide.c", "wide_step.c", "wide_map.c", "phi.c",
-    "taps.c", "affine.c", "wave.c", "root.c",
+    "taps.c", "affine.c", "wave.c", "root.c", "filter.c", "filtered_wave.c", "filtered_motor.c",
 )  # fmt: skip
 HEADERS = (
     "response.h",
@@ -28,6 +28,9 @@ HEADERS = (
     "affine.h",
     "wave.h",
     "root.h",
+    "filter.h",
+    "filtered_wave.h",
+    "filtered_motor.h",
 )
 
 

@@ -7,6 +7,18 @@
 #include "wave.h"
 
 #define MAX_TAPS 32
+#define MAX_FILTERS (MAX_TAPS / 2)
+
+/* Between a quantity and its readings, y' = (x - y) / tau. A mean of y is that of x less
+ * tau (y at its end - y at its beginning): both taps of one are of its integral less tau y. */
+typedef struct {
+    double tau;
+    int position; /* x is th; else i or w */
+    int row;      /* 0: i, 1: w or th */
+    int output;
+    double y;     /* at the start of the present interval, ripple left out */
+    double ripple; /* what the ripple adds to y there */
+} filter;
 
 /* A value needed at `at` into an interval: i, w, q or th */
 typedef struct {
@@ -18,6 +30,8 @@ typedef struct {
     double extra;  /* what the ripple adds in this stretch */
     int whole;     /* 1 ends, -1 begins a mean over whole PWM periods; 0: neither */
     int span;      /* intervals from the beginning of such a mean to its end */
+    int filter;    /* before the reading; -1: none */
+    double before; /* what a filter that has settled adds, before tick 0 */
 } tap;
 
 typedef struct {
@@ -26,6 +40,9 @@ typedef struct {
     int n;
     tap tap[MAX_TAPS];
     int pair[MAX_TAPS][2]; /* taps of an output: its end, its beginning; -1: an instant */
+    int filters;
+    filter filter[MAX_FILTERS];
+    int in_step; /* an interval is a whole number of PWM periods */
     state x0;
     double *values;        /* n arrays of count */
     double pwm_period;
@@ -45,6 +62,10 @@ double change_wave(taps *t, const mr_motor *motor, const mr_stretch *s);
 /* What the shape of a current that stops within the PWM period adds at a tap in interval n. At both
  * ends of whole periods it is the same, so that only a mean over two stretches needs it there. */
 double pulse_extra(const taps *t, const tap *at, int n, double mean, double emf);
+
+/* At the start of interval n of a current that stops within the PWM period: a filter shows the same
+ * before and after it, so that its y jumps where the pulses change. */
+void change_pulses(taps *t, filter *f, int n, double mean, double emf);
 
 void read_outputs(const taps *t, const mr_output *outputs, int n_outputs, double *y);
 

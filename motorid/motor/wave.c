@@ -26,8 +26,7 @@ wave make_wave(const mr_motor *p, const mr_stretch *s, double T)
     return w;
 }
 
-/* Time since the on part began last. */
-static double since_on(const wave *w, double t)
+double since_on(const wave *w, double t)
 {
     t -= w->late;
     return t < 0.0 ? t + w->T : t >= w->T ? t - w->T : t;
@@ -66,18 +65,20 @@ double wave_charge(const wave *w, double t)
 
 /* ---- a current that stops ---------------------------------------------------------------- */
 
-#define SWEEPS 2 /* of Halley's method, to 1e-5; its start is exact for a straight rise and fall */
+/* Sweeps of Halley's method; its start is exact for a straight rise and fall. */
+#define SWEEPS 2       /* to 1e-5 */
+#define EXACT_SWEEPS 5 /* to the last digit */
 
 /* With x = peak / floor the charge of a pulse is floor / rate (a x - ln(1 + x)), a x being that of
  * the rise, and of the fall without its floor. */
-pulse make_pulse(const wave *w, double mean, double emf)
+static pulse pulse_of(const wave *w, double mean, double emf, int sweeps)
 {
     pulse p = {mean * w->side, 0.0, (w->against + emf * w->side) / w->Rt, 0.0};
     const double a = w->rate * w->on / w->bend;
     const double charge = p.mean * w->T * w->rate / p.floor;
     double x = 1.0 - a + sqrt((a - 1.0) * (a - 1.0) + 2.0 * charge);
     if (p.mean <= 0.0 || p.floor <= 0.0) return p;
-    for (int k = 0; k < SWEEPS; k++) {
+    for (int k = 0; k < sweeps; k++) {
         const double off = a * x - log1p(x) - charge, each = 1.0 / (1.0 + x), slope = a - each;
         x -= 2.0 * off * slope / (2.0 * slope * slope - off * each * each);
     }
@@ -85,6 +86,16 @@ pulse make_pulse(const wave *w, double mean, double emf)
     p.end = w->on + log1p(x) / w->rate;
     if (p.end >= w->T) p.end = 0.0;
     return p;
+}
+
+pulse make_pulse(const wave *w, double mean, double emf)
+{
+    return pulse_of(w, mean, emf, SWEEPS);
+}
+
+pulse make_exact_pulse(const wave *w, double mean, double emf)
+{
+    return pulse_of(w, mean, emf, EXACT_SWEEPS);
 }
 
 double pulse_current(const wave *w, const pulse *p, double t)

@@ -20,6 +20,9 @@ typedef struct {
 
 wave make_wave(const mr_motor *p, const mr_stretch *s, double T);
 
+/* Time since the on part began last, `t` seconds into the period. */
+double since_on(const wave *w, double t);
+
 /* A, `t` seconds into the period; 0 for a current that stops. */
 double wave_current(const wave *w, double t);
 
@@ -33,6 +36,9 @@ typedef struct {
 } pulse;
 
 pulse make_pulse(const wave *w, double mean, double emf);
+
+/* The same to the last digit. */
+pulse make_exact_pulse(const wave *w, double mean, double emf);
 
 /* As wave_current and wave_charge, for a current that stops. */
 double pulse_current(const wave *w, const pulse *p, double t);

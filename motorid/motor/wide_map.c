@@ -65,7 +65,7 @@ void make_wide_map(const mw_motor *motor, const mode *md, double coulomb, double
     equations(motor, md, A, input);
     for (int r = 0; r < n; r++)
         for (int c = 0; c < n; c++) A[r][c] *= t;
-    phi_functions(n, A, p);
+    phi_functions(n, PHI_COUNT - 1, A, p);
     memset(m, 0, sizeof *m);
     for (int c = 0; c < n; c++) {
         for (int r = 0; r < n; r++) m->P[c][row_of[r]] = p[0][r][c];
