@@ -20,7 +20,7 @@ static void phi(double p0[2][2], double p1[2][2], double p2[2][2], double z[2][2
     double top = fabs(z[0][0]) + fabs(z[0][1]), bottom = fabs(z[1][0]) + fabs(z[1][1]);
     double y[2][2], t[2][2];
     int doublings = 0;
-    if (isfinite(top) && isfinite(bottom)) frexp(2.0 * (top > bottom ? top : bottom), &doublings);
+    frexp(2.0 * (top > bottom ? top : bottom), &doublings);
     if (doublings < 0) doublings = 0;
     for (int r = 0; r < 2; r++)
         for (int k = 0; k < 2; k++) {
@@ -64,48 +64,56 @@ static void algebraic_current(map *m, double t, double K, double Rt)
     m->hc[0] = -K / Rt * m->hc[1];
 }
 
-rates rates_of(const mr_motor *p, const mode *md)
+/* d/dt (i, w) = A (i, w) + v volts + c, all zero before; returns whether the current follows. */
+static inline int equations(const mr_motor *p, const mode *md, double A[2][2], double v[2],
+                            double c[2])
 {
     int current = md->circuit != OPEN, moves = md->s != 0;
     int inductive = !md->discontinuous && p->L * STIFFEST > md->Rt * md->period;
-    rates e = {{{0, 0}, {0, 0}}, {0, 0}, {0, 0}, current && !inductive, moves ? p->K : 0.0};
 
     if (current && inductive) {
-        e.A[0][0] = -md->Rt / p->L;
-        e.v[0] = 1.0 / p->L;
-        if (moves) e.A[0][1] = -p->K / p->L;
+        A[0][0] = -md->Rt / p->L;
+        v[0] = 1.0 / p->L;
+        if (moves) A[0][1] = -p->K / p->L;
     }
     if (moves) {
-        e.A[1][1] = -p->B / p->J;
-        e.c[1] = -md->s * p->T0 / p->J;
-        if (current && inductive) e.A[1][0] = p->K / p->J;
+        A[1][1] = -p->B / p->J;
+        c[1] = -md->s * p->T0 / p->J;
+        if (current && inductive) A[1][0] = p->K / p->J;
         if (current && !inductive) {
-            e.A[1][1] -= p->K * p->K / (md->Rt * p->J);
-            e.v[1] = p->K / (md->Rt * p->J);
+            A[1][1] -= p->K * p->K / (md->Rt * p->J);
+            v[1] = p->K / (md->Rt * p->J);
         }
     }
+    return current && !inductive;
+}
+
+rates rates_of(const mr_motor *p, const mode *md)
+{
+    rates e = {.K = md->s ? p->K : 0.0};
+    e.follows = equations(p, md, e.A, e.v, e.c);
     return e;
 }
 
 void make_map(const mr_motor *p, const mode *md, double t, map *m)
 {
-    const rates e = rates_of(p, md);
-    double z[2][2], p0[2][2], p1[2][2], p2[2][2];
-
+    double z[2][2] = {{0, 0}, {0, 0}}, p0[2][2], p1[2][2], p2[2][2];
+    double bv[2] = {0, 0}, bc[2] = {0, 0};
+    const int follows = equations(p, md, z, bv, bc);
     for (int a = 0; a < 2; a++)
-        for (int b = 0; b < 2; b++) z[a][b] = e.A[a][b] * t;
+        for (int b = 0; b < 2; b++) z[a][b] *= t;
     phi(p0, p1, p2, z);
     for (int a = 0; a < 2; a++) {
         for (int b = 0; b < 2; b++) {
             m->P[a][b] = p0[a][b];
             m->S[a][b] = t * p1[a][b];
         }
-        m->gv[a] = t * (p1[a][0] * e.v[0] + p1[a][1] * e.v[1]);
-        m->gc[a] = t * (p1[a][0] * e.c[0] + p1[a][1] * e.c[1]);
-        m->hv[a] = t * t * (p2[a][0] * e.v[0] + p2[a][1] * e.v[1]);
-        m->hc[a] = t * t * (p2[a][0] * e.c[0] + p2[a][1] * e.c[1]);
+        m->gv[a] = t * (p1[a][0] * bv[0] + p1[a][1] * bv[1]);
+        m->gc[a] = t * (p1[a][0] * bc[0] + p1[a][1] * bc[1]);
+        m->hv[a] = t * t * (p2[a][0] * bv[0] + p2[a][1] * bv[1]);
+        m->hc[a] = t * t * (p2[a][0] * bc[0] + p2[a][1] * bc[1]);
     }
-    if (e.follows) algebraic_current(m, t, e.K, md->Rt);
+    if (follows) algebraic_current(m, t, md->s ? p->K : 0.0, md->Rt);
 }
 
 void enter_stretch(mode *m, const mr_stretch *s, double R, double *current)

@@ -10,11 +10,13 @@ typedef struct {
     double keep, base, i, w, v, c;
 } filter_row;
 
-/* The filter's y, `t` later. */
-filter_row filter_later(const mr_motor *motor, const mode *md, const filter *f, double t);
+/* The filter's y, `t` later; `m` is the motor's own map for that time. */
+filter_row filter_later(const mr_motor *motor, const mode *md, const filter *f, double t,
+                        const map *m);
 
 /* What a tap behind the filter shows, `t` later. */
-filter_row filter_tap(const mr_motor *motor, const mode *md, const filter *f, const tap *at, double t);
+filter_row filter_tap(const mr_motor *motor, const mode *md, const filter *f, const tap *at,
+                      double t, const map *m);
 
 static inline double filter_at(const filter_row *r, const filter *f, const state *x, double volts)
 {

@@ -107,12 +107,12 @@ static double pulses(const run *r, int n, const tap *t, double speed)
 static double tap_value(const run *r, const tap *t, double at, const state *x, double v)
 {
     map m;
+    mode_map(r, at, &m);
     if (t->filter >= 0) {
         const filter *f = &r->taps.filter[t->filter];
-        const filter_row row = filter_tap(r->motor, &r->mode, f, t, at);
+        const filter_row row = filter_tap(r->motor, &r->mode, f, t, at, &m);
         return filter_at(&row, f, x, v);
     }
-    mode_map(r, at, &m);
     const state y = apply(&m, x, v);
     return component(&y, t);
 }
@@ -128,12 +128,12 @@ static void set_taps_between(run *r, int n, const state *x, double from, double 
     }
 }
 
-/* The filters after `t` of a mode that began at the present state. */
-static void advance_filters(run *r, int n, double t)
+/* The filters after `t` of a mode that began at the present state, `m` being the map for it. */
+static void advance_filters(run *r, int n, double t, const map *m)
 {
     for (int k = 0; k < r->taps.filters; k++) {
         filter *f = &r->taps.filter[k];
-        const filter_row row = filter_later(r->motor, &r->mode, f, t);
+        const filter_row row = filter_later(r->motor, &r->mode, f, t, m);
         f->y = filter_at(&row, f, &r->x, source(r, n));
     }
 }
@@ -165,12 +165,13 @@ static void eventful_interval(run *r, int n)
             }
         }
         set_taps_between(r, n, &r->x, done, next == NO_EVENT ? LATEST * r->h : done + until);
-        advance_filters(r, n, until);
         if (next == NO_EVENT) {
+            advance_filters(r, n, rest, &m);
             r->x = y;
             return;
         }
         mode_map(r, until, &m);
+        advance_filters(r, n, until, &m);
         r->x = apply(&m, &r->x, v);
         done += until;
         change_mode(r, n, next);
@@ -289,14 +290,15 @@ static void prepare_maps(run *r)
     mode_map(r, r->h, &r->step);
     for (int j = 0; j < r->taps.n; j++) {
         const tap *t = &r->taps.tap[j];
-        if (t->filter < 0)
-            mode_map(r, t->at, &r->tap_maps[j]);
-        else
-            r->tap_rows[j] =
-                filter_tap(r->motor, &r->mode, &r->taps.filter[t->filter], t, t->at);
+        mode_map(r, t->at, &r->tap_maps[j]);
+        if (t->filter < 0) continue;
+        const filter *f = &r->taps.filter[t->filter];
+        r->tap_rows[j] = filter_tap(r->motor, &r->mode, f, t, t->at, &r->tap_maps[j]);
     }
-    for (int k = 0; k < r->taps.filters; k++)
-        r->filter_rows[k] = filter_later(r->motor, &r->mode, &r->taps.filter[k], r->h);
+    for (int k = 0; k < r->taps.filters; k++) {
+        const filter *f = &r->taps.filter[k];
+        r->filter_rows[k] = filter_later(r->motor, &r->mode, f, r->h, &r->step);
+    }
 }
 
 static void walk(run *r, const mr_stretch *stretches, int n_stretches)
