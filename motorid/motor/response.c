@@ -5,6 +5,7 @@
 
 #include "affine.h"
 #include "filtered_motor.h"
+#include "guard.h"
 #include "root.h"
 #include "taps.h"
 
@@ -320,9 +321,9 @@ static void walk(run *r, const mr_stretch *stretches, int n_stretches)
     }
 }
 
-int mr_work_size(int count, int n_outputs)
+size_t mr_work_size(int count, int n_outputs)
 {
-    return count * (5 + 2 * n_outputs);
+    return (size_t)count * (size_t) (5 + 2 * n_outputs);
 }
 
 int mr_response(const mr_motor *motor, double period, double pwm_period, int count,
@@ -331,7 +332,8 @@ int mr_response(const mr_motor *motor, double period, double pwm_period, int cou
                 double *work)
 {
     run r;
-    if (count < 1 || n_stretches < 1) return -1;
+    if (!stretches_fit(count, stretches, n_stretches) || !outputs_fit(period, outputs, n_outputs))
+        return -1;
     if (!(motor->R > 0 && motor->L >= 0 && motor->J > 0 && period > 0)) return -1;
     r.motor = motor, r.h = period, r.count = count, r.v = v, r.events = 0;
     r.track = work;

@@ -14,6 +14,8 @@
 #ifndef MOTORID_RESPONSE_H
 #define MOTORID_RESPONSE_H
 
+#include <stddef.h>
+
 typedef struct {
     double R, L, K, B, J, T0; /* SI; L = 0 leaves the inductance out */
 } mr_motor;
@@ -45,13 +47,15 @@ typedef struct {
 } mr_output;
 
 /* Writes outputs[j] at tick n to y[j * count + n]. `work` holds mr_work_size doubles.
- * Before tick 0 the motor is taken to have kept its initial current and speed.
- * Returns the number of friction and freewheel events, or -1 on an invalid argument. */
+ * Before tick 0 the motor is taken to have kept its initial current and speed, and a filter to have
+ * settled upon them. Returns the number of friction and freewheel events, or -1 on an argument that
+ * is refused: a time that is negative, not finite or beyond 1e9 intervals, stretches that are out of
+ * order or do not cover the record, more than 16 outputs, a motor that cannot be. */
 int mr_response(const mr_motor *motor, double period, double pwm_period, int count,
                 const double *v, const mr_stretch *stretches, int n_stretches,
                 const double initial[3], const mr_output *outputs, int n_outputs, double *y,
                 double *work);
 
-int mr_work_size(int count, int n_outputs);
+size_t mr_work_size(int count, int n_outputs);
 
 #endif

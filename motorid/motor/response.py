@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.motor._response import ffi, lib
+from motorid.motor.checks import check_output, check_outputs, check_stretches, check_timing
 
 Floats = NDArray[np.float64]
 AT_REST = (0.0, 0.0, 0.0)
@@ -34,6 +35,9 @@ class Output:
 
     ``pwm_phase``: of an instant current, fraction of the PWM period at which it is taken; None
     takes it from the time of the reading when the PWM keeps step with the samples, else no ripple.
+    ``filter_s``: time constant of a low-pass filter of first order before that, as an RC before a
+    converter: tau y' = x - y. It has settled upon the initial state, and sees the ripple too.
+    ``delay_s`` comes after it, a pure delay.
     """
 
     quantity: Quantity
@@ -89,12 +93,15 @@ class Response:
         stretches: Sequence[Stretch] = (Stretch(0),),
         pwm_period_s: float = 0.0,
     ) -> None:
+        check_timing(period_s, pwm_period_s, len(voltage_v))
+        check_outputs(outputs, period_s)
         self.count = len(voltage_v)
         self.period_s = period_s
         self.pwm_period_s = pwm_period_s
         self._motor = ffi.new("mr_motor *")
         self._initial = ffi.new("double[3]")
         self._given_outputs = tuple(outputs)
+        self._now = list(outputs)
         self._outputs = ffi.new("mr_output[]", [_as_c(o) for o in outputs])
         self._n_outputs = len(outputs)
         self._work = np.empty(lib.mr_work_size(self.count, len(outputs)))
@@ -103,9 +110,11 @@ class Response:
 
     def excite(self, voltage_v: Floats, stretches: Sequence[Stretch]) -> None:
         """Take another voltage of the same length, and other stretches."""
-        if len(voltage_v) != self.count:
-            raise ValueError(f"{len(voltage_v)} voltages for {self.count} samples")
-        self._given = np.array(voltage_v, dtype=np.float64)
+        given = np.array(voltage_v, dtype=np.float64)
+        if given.shape != (self.count,):
+            raise ValueError(f"voltages of shape {given.shape} for {self.count} samples")
+        check_stretches(stretches, self.count)
+        self._given = given
         self._voltage = self._given.copy()
         self._voltage_c = ffi.cast("double *", ffi.from_buffer(self._voltage))
         self._stretches = ffi.new(
@@ -133,6 +142,8 @@ class Response:
 
     def kick(self, stretch: int, speed_rad_s: float) -> None:
         """The jump of speed at the start of a stretch."""
+        if not 0 <= stretch < len(self._stretches):
+            raise ValueError(f"there is no stretch {stretch}; the last is {len(self._stretches) - 1}")
         self._stretches[stretch].kick = speed_rad_s
 
     def delay(self, row: int, late_s: float) -> None:
@@ -140,9 +151,27 @@ class Response:
 
         Raises ValueError where that is before its moment has come.
         """
-        output = self._given_outputs[row].delayed(late_s, self.pwm_period_s)
+        given, now = self._given_outputs[self._row(row)], self._now[row]
+        output = replace(given.delayed(late_s, self.pwm_period_s), filter_s=now.filter_s)
         if output.delay_s < 0.0:
             raise ValueError(f"a reading cannot show what is {-output.delay_s:g} s ahead of it")
+        self._read_as(row, output)
+
+    def filter(self, row: int, filter_s: float) -> None:
+        """Read an output through a filter of this time constant from now on; 0 takes it away.
+
+        Raises ValueError where it is negative or not finite.
+        """
+        self._read_as(row, replace(self._now[self._row(row)], filter_s=filter_s))
+
+    def _row(self, row: int) -> int:
+        if not 0 <= row < self._n_outputs:
+            raise ValueError(f"there is no output {row}; the last is {self._n_outputs - 1}")
+        return row
+
+    def _read_as(self, row: int, output: Output) -> None:
+        check_output(row, output, self.period_s)
+        self._now[row] = output
         self._outputs[row] = _as_c(output)
 
     def __call__(
@@ -155,6 +184,10 @@ class Response:
         ``initial`` is (current A, speed rad/s, position rad) at tick 0. Raises ValueError when
         R or J is not positive, or L negative.
         """
+        if len(motor) != 6 or len(initial) != 3:
+            raise ValueError(
+                f"{len(motor)} parameters and {len(initial)} initial values, where 6 and 3 belong"
+            )
         m = self._motor
         m.R, m.L, m.K, m.B, m.J, m.T0 = motor
         self._initial[0], self._initial[1], self._initial[2] = initial

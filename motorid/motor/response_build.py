@@ -17,6 +17,7 @@ ROOM = Path(__file__).parent
 SOURCES = (
     "response.c", "wide.c", "wide_step.c", "wide_map.c", "phi.c",
     "taps.c", "affine.c", "wave.c", "root.c", "filter.c", "filtered_wave.c", "filtered_motor.c",
+    "guard.c",
 )  # fmt: skip
 HEADERS = (
     "response.h",
@@ -31,6 +32,7 @@ HEADERS = (
     "filter.h",
     "filtered_wave.h",
     "filtered_motor.h",
+    "guard.h",
 )
 
 

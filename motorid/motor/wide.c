@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "guard.h"
 #include "root.h"
 #include "wide_step.h"
 
@@ -88,10 +89,14 @@ static void eventful_part(wide_run *r, int n, double from, double length)
         for (int j = 0; j < r->taps.n; j++) {
             const tap *t = &r->taps.tap[j];
             const double at = t->at - from - done;
-            tap_map m;
-            if (at <= 0.0 || at > (next == NO_EVENT ? rest + 1e-9 * r->h : until)) continue;
-            wide_tap_row(r, t, at, until, &m);
+            if ((at <= 0.0 && from + done > 0.0) || at > (next == NO_EVENT ? rest + 1e-9 * r->h : until)) continue;
+            const wide_row m = wide_tap_row(r, t, at, until);
             r->taps.values[(size_t)j * r->count + n] = wide_tapped(r, t, &m, v, &d);
+        }
+        for (int j = 0; until > 0.0 && j < r->taps.filters; j++) {
+            filter *f = &r->taps.filter[j];
+            const wide_row m = wide_filter_row(r, f, until, until);
+            f->y = wide_filtered(r, f, &m, v, &d);
         }
         if (next == NO_EVENT || until > 0.0) r->now.x = y, r->now.warmth = d.warmth;
         r->now.at += next == NO_EVENT ? rest : until;
@@ -115,8 +120,10 @@ static const level_maps *maps_of(wide_run *r, int level)
         const tap *t = &r->taps.tap[j];
         int at = (int)ceil(t->at / length - 1e-9) - 1;
         m->taps[j].step = at > 0 ? at : 0;
-        wide_tap_row(r, t, t->at - m->taps[j].step * length, length, &m->taps[j]);
+        m->taps[j].row = wide_tap_row(r, t, t->at - m->taps[j].step * length, length);
     }
+    for (int j = 0; j < r->taps.filters; j++)
+        m->filters[j] = wide_filter_row(r, &r->taps.filter[j], length, length);
     return m;
 }
 
@@ -128,14 +135,36 @@ static int idle(const wide_run *r)
     return fabs(torque) <= wide_breakaway(r->motor, torque);
 }
 
+/* A filter's y while nothing changes. */
+static double faded(const wide_run *r, const filter *f, double t)
+{
+    const double held = f->position ? r->now.x.x[WTH] : 0.0;
+    return held + (f->y - held) * exp(-t / f->tau);
+}
+
 static void idle_interval(wide_run *r, int n)
 {
     for (int j = 0; j < r->taps.n; j++) {
         const tap *t = &r->taps.tap[j];
-        const double held = t->integral ? r->now.x.x[wide_row(t)] : 0.0;
+        double held = t->integral ? r->now.x.x[row_of_tap(t)] : 0.0;
+        if (t->filter >= 0) {
+            const filter *f = &r->taps.filter[t->filter];
+            const double y = faded(r, f, t->at);
+            held = t->integral && !f->position ? held - f->tau * y : y;
+        }
         r->taps.values[(size_t)j * r->count + n] = held + t->extra;
     }
+    for (int j = 0; j < r->taps.filters; j++)
+        r->taps.filter[j].y = faded(r, &r->taps.filter[j], r->h);
     r->now.warmth *= exp(-r->motor->cooling * r->h);
+}
+
+static void meet_pulses(wide_run *r)
+{
+    const double *x = r->now.x.x;
+    for (int j = 0; j < r->taps.filters; j++)
+        change_pulses(&r->taps, &r->taps.filter[j], r->n, x[WI],
+                      r->motor->K * (1.0 + r->motor->emf) * x[WW]);
 }
 
 static void interval(wide_run *r, int n, int level)
@@ -146,6 +175,7 @@ static void interval(wide_run *r, int n, int level)
         idle_interval(r, n);
         return;
     }
+    if (r->taps.wave.side) meet_pulses(r);
     for (int k = 0; k < steps; k++) {
         const level_maps *m = maps_of(r, level);
         const double v = wide_source(r, n);
@@ -158,19 +188,22 @@ static void interval(wide_run *r, int n, int level)
         for (int j = 0; j < r->taps.n; j++)
             if (m->taps[j].step == k)
                 r->taps.values[(size_t)j * r->count + n] =
-                    wide_tapped(r, &r->taps.tap[j], &m->taps[j], v, &d);
+                    wide_tapped(r, &r->taps.tap[j], &m->taps[j].row, v, &d);
+        for (int j = 0; j < r->taps.filters; j++)
+            r->taps.filter[j].y =
+                wide_filtered(r, &r->taps.filter[j], &m->filters[j], v, &d);
         r->now.x = y, r->now.warmth = d.warmth, r->now.at += m->length;
     }
 }
 
-static void begin_stretch(wide_run *r, const mr_stretch *s)
+static void begin_stretch(wide_run *r, const mr_stretch *s, int first)
 {
     const double emf = r->motor->K * (1.0 + r->motor->emf) * r->now.x.x[WW];
     r->now.x.x[WI] = left_over(&r->now.mode, r->now.x.x[WI]) + change_wave(&r->taps, &r->six, s);
     r->swing = 0.5 * fabs(r->taps.wave.b - r->taps.wave.a);
     enter_stretch(&r->now.mode, s, r->motor->R, &r->now.x.x[WI]);
     if (s->discontinuous)
-        r->now.x.x[WI] = (r->v[s->start] - emf) / r->now.mode.Rt;
+        r->now.x.x[WI] = (r->v[first] - emf) / r->now.mode.Rt;
     r->now.x.x[WW] = kicked(r->now.x.x[WW], s->kick);
     r->now.x.x[WLOAD] = kicked(r->now.x.x[WLOAD], s->kick);
     if (s->still) r->now.x.x[WW] = r->now.x.x[WLOAD] = 0.0;
@@ -195,9 +228,9 @@ static int begin(wide_run *r, const mw_motor *p, double period, int count, const
     return 0;
 }
 
-int mw_work_size(int count, int n_outputs)
+size_t mw_work_size(int count, int n_outputs)
 {
-    return count * 2 * n_outputs;
+    return (size_t)count * 2 * n_outputs;
 }
 
 int mw_response(const mw_motor *motor, double period, double pwm_period, int count,
@@ -207,13 +240,16 @@ int mw_response(const mw_motor *motor, double period, double pwm_period, int cou
 {
     wide_run r;
     const state x0 = {start->current, start->speed, 0.0, start->position};
-    if (n_stretches < 1 || begin(&r, motor, period, count, v, start, angle)) return -1;
+    if (!stretches_fit(count, stretches, n_stretches) || !outputs_fit(period, outputs, n_outputs))
+        return -1;
+    if (begin(&r, motor, period, count, v, start, angle)) return -1;
     if (place_taps(&r.taps, period, pwm_period, count, &x0, outputs, n_outputs, work)) return -1;
     for (int k = 0; k < n_stretches; k++) {
         const int first = stretches[k].start > 1 ? stretches[k].start : 1;
         const int end = k + 1 < n_stretches ? stretches[k + 1].start : count;
+        if (first >= count) break;
         r.taps.first = first, r.taps.end = end;
-        begin_stretch(&r, &stretches[k]);
+        begin_stretch(&r, &stretches[k], first);
         for (int n = first; n < end; n++) interval(&r, n, levels[n] < FINEST ? levels[n] : FINEST);
     }
     read_outputs(&r.taps, outputs, n_outputs, y);
@@ -260,7 +296,8 @@ int mw_plan(const mw_motor *motor, double period, double pwm_period, int count, 
     wide_run r;
     double top = 0.0;
     int level = 0;
-    if (n_stretches < 1 || begin(&r, motor, period, count, v, start, angle)) return -1;
+    if (!stretches_fit(count, stretches, n_stretches)) return -1;
+    if (begin(&r, motor, period, count, v, start, angle)) return -1;
     r.taps = (taps){.h = period, .pwm_period = pwm_period};
     for (int n = 1; n < count; n++) top = fmax(top, fabs(v[n]));
     if (top == 0.0) top = 1.0;
@@ -268,7 +305,8 @@ int mw_plan(const mw_motor *motor, double period, double pwm_period, int count, 
     for (int k = 0; k < n_stretches; k++) {
         const int first = stretches[k].start > 1 ? stretches[k].start : 1;
         const int end = k + 1 < n_stretches ? stretches[k + 1].start : count;
-        begin_stretch(&r, &stretches[k]);
+        if (first >= count) break;
+        begin_stretch(&r, &stretches[k], first);
         for (int n = first; n < end; n++) {
             level = plan_interval(&r, n, level > 0 ? level - 1 : 0, top / motor->R,
                                   top / motor->K, tolerance);

@@ -51,6 +51,6 @@ int mw_plan(const mw_motor *motor, double period, double pwm_period, int count, 
             const mr_stretch *stretches, int n_stretches, const mw_start *start,
             const double *angle, double tolerance, unsigned char *levels);
 
-int mw_work_size(int count, int n_outputs);
+size_t mw_work_size(int count, int n_outputs);
 
 #endif

@@ -59,7 +59,15 @@ class WideResponse(Response):
             return ffi.NULL
         if self.angle.shape != (self.count,):
             raise ValueError(f"{self.angle.shape} angles for {self.count} ticks")
+        if self.angle.dtype != np.float64 or not self.angle.flags.c_contiguous:
+            raise ValueError("the angles are not an array of 64-bit floats without gaps")
         return ffi.from_buffer("double[]", self.angle)
+
+    def _levels(self) -> Any:
+        levels = self.levels
+        if levels.shape != (self.count,) or levels.dtype != np.uint8:
+            raise ValueError(f"levels are {levels.shape} of {levels.dtype}, not {self.count} of uint8")
+        return ffi.from_buffer("unsigned char[]", levels, require_writable=True)
 
     def plan(
         self,
@@ -72,7 +80,7 @@ class WideResponse(Response):
         events = lib.mw_plan(
             self._wide, self.period_s, self.pwm_period_s, self.count, self._voltage_c,
             self._stretches, len(self._stretches), self._start, self._known_angle(), tolerance,
-            ffi.from_buffer("unsigned char[]", self.levels, require_writable=True),
+            self._levels(),
         )  # fmt: skip
         _refuse(events, motor)
 
@@ -88,7 +96,7 @@ class WideResponse(Response):
         events = lib.mw_response(
             self._wide, self.period_s, self.pwm_period_s, self.count, self._voltage_c,
             self._stretches, len(self._stretches), self._start, self._outputs, self._n_outputs,
-            ffi.from_buffer("unsigned char[]", self.levels), self._known_angle(),
+            self._levels(), self._known_angle(),
             ffi.cast("double *", ffi.from_buffer(readings)), self._work_c,
         )  # fmt: skip
         _refuse(events, motor)

@@ -1,12 +1,17 @@
 #include "wide_map.h"
 
+#include <math.h>
 #include <string.h>
+
+#include "filter.h"
 
 #define LEAST_INDUCTANCE 1e-3 /* of R times the sample period */
 
-/* The dynamic states among phi's, and their rows. */
-enum { CURRENT, SPEED, LOAD, TWIST };
-static const int row_of[PHI_STATES] = {WI, WW, WLOAD, WTWIST};
+static const int row_of[DYNAMIC] = {WI, WW, WLOAD, WTWIST};
+
+/* A parabola through the nodes of a step: its slope and curvature at the start, times the step and
+ * its square. */
+static const double slope[NODES] = {-3, 4, -1}, bend[NODES] = {4, -8, 4};
 
 static void equations(const mw_motor *p, const mode *md, double A[PHI_STATES][PHI_STATES],
                       double input[FORCES][PHI_STATES])
@@ -57,8 +62,6 @@ static void response_to(int n, int k, double t, double p[PHI_COUNT][PHI_STATES][
 void make_wide_map(const mw_motor *motor, const mode *md, double coulomb, double t, double step,
                    wide_map *m)
 {
-    /* a parabola through three nodes: value, slope and curvature at the start of the step */
-    static const double slope[NODES] = {-3, 4, -1}, bend[NODES] = {4, -8, 4};
     double A[PHI_STATES][PHI_STATES], input[FORCES][PHI_STATES];
     double p[PHI_COUNT][PHI_STATES][PHI_STATES];
     const int n = motor->load_inertia > 0.0 ? 4 : 2;
@@ -83,4 +86,26 @@ void make_wide_map(const mw_motor *motor, const mode *md, double coulomb, double
             if (f == TORQUE) m->c[r] = -coulomb * by[0][r];
         }
     }
+}
+
+wide_row wide_filter_later(const mw_motor *motor, const mode *md, double coulomb, double t,
+                           double step, const filter *f)
+{
+    double A[PHI_STATES][PHI_STATES], input[FORCES][PHI_STATES], rows[PHI_COUNT][PHI_STATES];
+    const int n = motor->load_inertia > 0.0 ? 4 : 2, first = f->position;
+    wide_row y = {.base = first ? -expm1(-t / f->tau) : 0.0};
+    equations(motor, md, A, input);
+    y.keep = filter_rows(n, A, f->row ? SPEED : CURRENT, t, f->tau, first + 3, rows);
+    for (int c = 0; c < n; c++) y.P[c] = rows[first][c];
+    for (int k = 0; k < FORCES; k++) {
+        double by[3] = {0};
+        for (int power = 0; power < 3; power++)
+            for (int c = 0; c < n; c++) by[power] += rows[first + power + 1][c] * input[k][c];
+        for (int node = 0; node < NODES; node++)
+            y.F[k][node] = slope[node] / step * by[1] + bend[node] / (step * step) * by[2];
+        y.F[k][BEGIN] += by[0];
+        if (k == VOLTS) y.g = by[0];
+        if (k == TORQUE) y.c = -coulomb * by[0];
+    }
+    return y;
 }

@@ -4,11 +4,13 @@
 
 #include "affine.h"
 #include "phi.h"
+#include "taps.h"
 #include "wide.h"
 
 /* Rows: current, speed, charge, position; the load's speed and twist of the shaft where there are
  * two masses. */
 enum { WI, WW, WQ, WTH, WLOAD, WTWIST, WROWS, ONE_MASS = WLOAD };
+enum { CURRENT, SPEED, LOAD, TWIST, DYNAMIC }; /* the states that act on others */
 enum { VOLTS, TORQUE, FORCES };       /* what drives a state from outside the linear part */
 enum { BEGIN, MIDDLE, END, NODES };   /* of a step: where the forces are known */
 
@@ -18,14 +20,24 @@ typedef struct {
 
 /* x(t) = P x + g v + c + sum of F[force][node] times the forces at the nodes of a step */
 typedef struct {
-    double P[PHI_STATES][WROWS]; /* by column: current, speed, the load's speed, twist */
+    double P[DYNAMIC][WROWS]; /* by column */
     double g[WROWS], c[WROWS];
     double F[FORCES][NODES][WROWS];
 } wide_map;
 
+/* One row of such a map, for a reading or a filter: keep y + base x + P x + g v + c + forces, y being
+ * the filter's, and the x of base the charge or the position. */
+typedef struct {
+    double keep, base, P[DYNAMIC], g, c, F[FORCES][NODES];
+} wide_row;
+
 /* `t` seconds into a step of `step` seconds. `coulomb`: its torque while in motion, N m. */
 void make_wide_map(const mw_motor *motor, const mode *md, double coulomb, double t, double step,
                    wide_map *m);
+
+/* A filter's y in the same step. */
+wide_row wide_filter_later(const mw_motor *motor, const mode *md, double coulomb, double t,
+                           double step, const filter *f);
 
 /* Without the forces. `rows`: ONE_MASS or WROWS, known to the compiler. */
 static inline wide_state wide_linear(const wide_map *m, const int rows, const wide_state *x, double v)

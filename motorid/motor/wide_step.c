@@ -151,24 +151,62 @@ wide_state wide_free_step(const wide_run *r, double length, double v, drive *d)
 
 /* ---- taps --------------------------------------------------------------------------------- */
 
-void wide_tap_row(const wide_run *r, const tap *t, double at, double length, tap_map *out)
+wide_row wide_filter_row(const wide_run *r, const filter *f, double at, double length)
 {
-    wide_map m;
-    const int row = wide_row(t);
-    make_wide_map(r->motor, &r->now.mode, wide_coulomb(r->motor, r->now.mode.s), at, length, &m);
-    for (int k = 0; k < PHI_STATES; k++) out->P[k] = m.P[k][row];
-    out->g = m.g[row], out->c = m.c[row];
-    for (int f = 0; f < FORCES; f++)
-        for (int node = 0; node < NODES; node++) out->F[f][node] = m.F[f][node][row];
+    const double torque = wide_coulomb(r->motor, r->now.mode.s);
+    return wide_filter_later(r->motor, &r->now.mode, torque, at, length, f);
 }
 
-double wide_tapped(const wide_run *r, const tap *t, const tap_map *m, double v, const drive *d)
+static wide_row unfiltered_row(const wide_run *r, const tap *t, double at, double length)
+{
+    wide_map m;
+    wide_row out = {.base = t->integral};
+    const int row = row_of_tap(t);
+    make_wide_map(r->motor, &r->now.mode, wide_coulomb(r->motor, r->now.mode.s), at, length, &m);
+    for (int k = 0; k < DYNAMIC; k++) out.P[k] = m.P[k][row];
+    out.g = m.g[row], out.c = m.c[row];
+    for (int f = 0; f < FORCES; f++)
+        for (int node = 0; node < NODES; node++) out.F[f][node] = m.F[f][node][row];
+    return out;
+}
+
+wide_row wide_tap_row(const wide_run *r, const tap *t, double at, double length)
+{
+    if (t->filter < 0) return unfiltered_row(r, t, at, length);
+    const filter *f = &r->taps.filter[t->filter];
+    const wide_row y = wide_filter_row(r, f, at, length);
+    if (f->position || !t->integral) return y;
+    wide_row out = unfiltered_row(r, t, at, length); /* the integral less tau y */
+    out.keep = -f->tau * y.keep;
+    for (int k = 0; k < DYNAMIC; k++) out.P[k] -= f->tau * y.P[k];
+    out.g -= f->tau * y.g, out.c -= f->tau * y.c;
+    for (int k = 0; k < FORCES; k++)
+        for (int node = 0; node < NODES; node++) out.F[k][node] -= f->tau * y.F[k][node];
+    return out;
+}
+
+/* Beside `y`, what the motor itself gives a row. */
+static double shown(const wide_run *r, double y, const wide_row *m, const drive *d)
 {
     const wide_state *x = &r->now.x;
-    double y = m->g * v + m->c + t->extra + (t->integral ? x->x[wide_row(t)] : 0.0);
     y += m->P[0] * x->x[WI] + m->P[1] * x->x[WW];
     if (r->two) y += m->P[2] * x->x[WLOAD] + m->P[3] * x->x[WTWIST];
     for (int f = 0; f < FORCES; f++)
         for (int node = 0; node < NODES; node++) y += m->F[f][node] * d->f[node][f];
+    return y;
+}
+
+double wide_filtered(const wide_run *r, const filter *f, const wide_row *m, double v, const drive *d)
+{
+    const double y = m->keep * f->y + m->base * r->now.x.x[WTH] + m->g * v + m->c;
+    return shown(r, y, m, d);
+}
+
+double wide_tapped(const wide_run *r, const tap *t, const wide_row *m, double v, const drive *d)
+{
+    const wide_state *x = &r->now.x;
+    double y = m->g * v + m->c + t->extra + (t->integral ? m->base * x->x[row_of_tap(t)] : 0.0);
+    if (t->filter >= 0) y += m->keep * r->taps.filter[t->filter].y;
+    y = shown(r, y, m, d);
     return y + pulse_extra(&r->taps, t, r->n, x->x[WI], r->motor->K * (1.0 + r->motor->emf) * x->x[WW]);
 }

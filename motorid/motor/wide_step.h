@@ -8,10 +8,10 @@
 
 #define FINEST 8 /* levels of halving an interval */
 
-/* The row of a map that one tap needs. */
+/* What one tap needs of a map. */
 typedef struct {
     int step; /* of the interval in which the tap lies */
-    double P[PHI_STATES], g, c, F[FORCES][NODES];
+    wide_row row;
 } tap_map;
 
 typedef struct {
@@ -19,6 +19,7 @@ typedef struct {
     double length;
     wide_map half, full;
     tap_map taps[MAX_TAPS];
+    wide_row filters[MAX_FILTERS];
 } level_maps;
 
 /* Where the motor is. */
@@ -68,11 +69,15 @@ wide_state wide_step(const wide_run *r, const wide_map *half, const wide_map *fu
 /* The same for any length, without prepared maps. */
 wide_state wide_free_step(const wide_run *r, double length, double v, drive *d);
 
-/* What a tap needs of a map `at` seconds into a step of `length`, and its value in such a step. */
-void wide_tap_row(const wide_run *r, const tap *t, double at, double length, tap_map *out);
-double wide_tapped(const wide_run *r, const tap *t, const tap_map *m, double v, const drive *d);
+/* What a tap, or a filter, needs of a map `at` seconds into a step of `length` ... */
+wide_row wide_tap_row(const wide_run *r, const tap *t, double at, double length);
+wide_row wide_filter_row(const wide_run *r, const filter *f, double at, double length);
 
-static inline int wide_row(const tap *t)
+/* ... and what the tap shows, or the filter's y becomes, in such a step. */
+double wide_tapped(const wide_run *r, const tap *t, const wide_row *m, double v, const drive *d);
+double wide_filtered(const wide_run *r, const filter *f, const wide_row *m, double v, const drive *d);
+
+static inline int row_of_tap(const tap *t)
 {
     if (t->integral) return t->row ? WTH : WQ;
     return t->row ? WW : WI;
