@@ -42,7 +42,9 @@ def check_output(row: int, output: Output, period_s: float) -> None:
     for name in ("aperture_s", "delay_s", "filter_s"):
         value = getattr(output, name)
         if not (math.isfinite(value) and value >= 0.0):
-            raise ValueError(f"output {row}: {name} is {value:g}; it must be finite and not negative")
+            raise ValueError(
+                f"output {row}: {name} is {value:g}; it must be finite and not negative"
+            )
     if output.aperture_s + output.delay_s > MAX_INTERVALS * period_s:
         raise ValueError(
             f"output {row} reaches {output.aperture_s + output.delay_s:g} s back;"

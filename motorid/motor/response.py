@@ -143,7 +143,9 @@ class Response:
     def kick(self, stretch: int, speed_rad_s: float) -> None:
         """The jump of speed at the start of a stretch."""
         if not 0 <= stretch < len(self._stretches):
-            raise ValueError(f"there is no stretch {stretch}; the last is {len(self._stretches) - 1}")
+            raise ValueError(
+                f"there is no stretch {stretch}; the last is {len(self._stretches) - 1}"
+            )
         self._stretches[stretch].kick = speed_rad_s
 
     def delay(self, row: int, late_s: float) -> None:

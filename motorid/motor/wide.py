@@ -66,7 +66,9 @@ class WideResponse(Response):
     def _levels(self) -> Any:
         levels = self.levels
         if levels.shape != (self.count,) or levels.dtype != np.uint8:
-            raise ValueError(f"levels are {levels.shape} of {levels.dtype}, not {self.count} of uint8")
+            raise ValueError(
+                f"levels are {levels.shape} of {levels.dtype}, not {self.count} of uint8"
+            )
         return ffi.from_buffer("unsigned char[]", levels, require_writable=True)
 
     def plan(
