@@ -120,10 +120,7 @@ class Delay(Simulated):
 
 @dataclass(frozen=True)
 class LowPass(Simulated):
-    """The filter before a block's converter has a longer time constant (s), its delay the same.
-
-    ``delay_s`` of a channel counts the filter, so that the pure delay is less by as much.
-    """
+    """The filter before a block's converter has a longer time constant (s)."""
 
     block: str
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Use
+from motorid.estimate.effects.reading.current_filter import CURRENT_FILTER
 from motorid.estimate.effects.reading.current_gain import CURRENT_GAIN
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.effects.reading.motion_gain import MOTION_GAIN
@@ -59,6 +60,7 @@ CAPTURED = (
     COAST_START,
     # lines of the budget, as far as they are declared
     CURRENT_GAIN,
+    CURRENT_FILTER,
     VOLTAGE_GAIN,
     MOTION_GAIN,
     CLOCK,

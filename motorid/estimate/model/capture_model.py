@@ -84,6 +84,7 @@ class MotorRecord(Weighed):
             self.timeline.period_s, sensed.volts, self.outputs, pwm_period_s=self.pwm_period_s
         )
         self._late_s: Mapping[str, float] = {}  # of the response as it stands
+        self._filter_s: Mapping[str, float] = {}
         self._drive_by(self.driving)
         self._take(
             [
@@ -100,7 +101,7 @@ class MotorRecord(Weighed):
         twin.response = self.respond(
             self.timeline.period_s, self.volts, self.outputs, self.stretches, self.pwm_period_s
         )
-        twin._memory, twin._kicked, twin._late_s = {}, {}, {}
+        twin._memory, twin._kicked, twin._late_s, twin._filter_s = {}, {}, {}, {}
         return twin
 
     # ---- what declarations read ---------------------------------------------------------------
@@ -300,7 +301,10 @@ class MotorRecord(Weighed):
             late = setup.late_s.get(m.block.name, 0.0)
             if late != self._late_s.get(m.block.name, 0.0):
                 self.response.delay(m.row, late)
-        self._kicked, self._late_s = setup.kicks, setup.late_s
+            more = setup.filter_s.get(m.block.name, 0.0)
+            if more != self._filter_s.get(m.block.name, 0.0):
+                self.response.filter(m.row, self.outputs[m.row].filter_s + more)
+        self._kicked, self._late_s, self._filter_s = setup.kicks, setup.late_s, setup.filter_s
 
     def _stamped(self, setup: Setup) -> Floats | float:
         """V (count,) by which a log's voltage changes where its stamps do."""
@@ -319,7 +323,9 @@ class MotorRecord(Weighed):
         ]
         for m in self.measured:
             late = setup.late_s.get(m.block.name, 0.0)
-            outputs[m.row] = outputs[m.row].delayed(late, self.pwm_period_s)
+            as_read = outputs[m.row].delayed(late, self.pwm_period_s)
+            filter_s = as_read.filter_s + setup.filter_s.get(m.block.name, 0.0)
+            outputs[m.row] = replace(as_read, filter_s=filter_s)
         stretches = [
             replace(s, swing_v=gain * s.swing_v, clamp_v=gain * s.clamp_v)
             for s in restretched(self.stretches, self.timeline.parts, setup.stretched)

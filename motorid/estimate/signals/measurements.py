@@ -61,7 +61,7 @@ def read(
             if timeline.past is not None:
                 block = replace(block, past=timeline.spread(timeline.past)[kept])
             measured.append(block)
-            outputs.append(Output(quantity, channel.window_s, channel.delay_s, channel.pwm_phase))
+            outputs.append(_output(channel, quantity, name))
 
     everywhere = ~_clipped(capture, timeline)
     everywhere[0] = False  # its window lies before the record
@@ -78,6 +78,16 @@ def read(
     if volts is not None and shows_emf:
         add(volts, EMF, Quantity.SPEED, everywhere & _emf_shows(timeline), 1.0)
     return tuple(measured), outputs
+
+
+def _output(channel: Channel, quantity: Quantity, name: str) -> Output:
+    """How the model reads for a channel, whose delay counts the filter before its converter.
+
+    An open bridge's voltage is taken as later by it: what the filter held before is no back-EMF.
+    """
+    filter_s = 0.0 if name == EMF else min(channel.filter_s, channel.delay_s)
+    after_s = channel.delay_s - filter_s
+    return Output(quantity, channel.window_s, after_s, channel.pwm_phase, filter_s)
 
 
 def motion(capture: Capture) -> Channel | None:
