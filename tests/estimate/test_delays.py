@@ -119,7 +119,7 @@ def test_what_is_an_unknown_is_no_propagated_cause_as_well(amid_ripple: Capture)
     assert "current delay" not in exact.nuisance
     _, share = shares(moved(amid_ripple, 0.0, LATE_S))
     (L, u), (_, least) = (known(e.parameters["L"]) for e in (found, exact))
-    assert found.budget["L"]["current delay"] < 0.1 * abs(share["L"]) * L  # what its prior still decides
+    assert found.budget["L"]["current delay"] < 0.1 * abs(share["L"]) * L
     assert least < u < 0.5 * np.hypot(least, share["L"] * L)
 
 

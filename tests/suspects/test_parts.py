@@ -14,7 +14,6 @@ from motorid.estimate.diagnosis import rank
 from motorid.estimate.diagnosis.fault import Hypothesis, Words
 from motorid.estimate.diagnosis.faults import lost_samples, repeated_readings
 from motorid.estimate.diagnosis.faults.load_slip import followed
-from motorid.estimate.diagnosis.faults.low_pass_filter import filtered
 from motorid.estimate.diagnosis.score_test import Screen
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit.joint_fit import solved
@@ -62,16 +61,6 @@ def test_nothing_is_looked_for_before_somebody_asks(
     assert not calls
     assert len(estimate.suspects) == len(list(estimate.suspects))
     assert len(calls) == 1
-
-
-def test_a_filter_is_that_of_its_differential_equation() -> None:
-    """A ramp comes tau late; a step of the readings rises by 1 - exp(-t/tau)."""
-    n = np.arange(400.0)
-    ramp = filtered(np.maximum(n - 50, 0.0), 8.0)
-    assert ramp[-1] == pytest.approx(349 - 8.0, abs=1e-6)
-    step = filtered((n >= 100).astype(float), 8.0)
-    # the reading's flank is one sample long: as a step half a sample before
-    assert step[116] == pytest.approx(1 - np.exp(-16.5 / 8.0), abs=1e-3)
 
 
 def test_what_follows_is_limited_and_catches_up() -> None:

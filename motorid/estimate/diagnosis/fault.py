@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance
 from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.measurements import EMF
@@ -46,6 +47,18 @@ class Hypothesis:
     upper: Size
     words: Callable[[Floats], Words]
     guard: bool = False
+
+
+def acting(quantity: InfluenceQuantity) -> Effect:
+    """What a quantity of some size does, by the same action by which a fit estimates it."""
+    one = Instance(quantity)
+
+    def effect(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:
+        usual = record.fitted(values, own)
+        moved = record.fitted(values, own, {one: float(size[0])})
+        return [new - old for old, new in zip(usual, moved, strict=True)]
+
+    return effect
 
 
 def nothing(record: MotorRecord) -> list[Floats]:

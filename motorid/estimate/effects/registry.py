@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from motorid.estimate.effects.friction.quadratic_friction import QUADRATIC_FRICTION
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Use
 from motorid.estimate.effects.reading.current_filter import CURRENT_FILTER
 from motorid.estimate.effects.reading.current_gain import CURRENT_GAIN
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.effects.reading.motion_gain import MOTION_GAIN
 from motorid.estimate.effects.reading.position_origin import POSITION_ORIGIN
+from motorid.estimate.effects.reading.speed_filter import SPEED_FILTER
 from motorid.estimate.effects.reference.temperature import (
     AMBIENT_TEMPERATURE,
     COPPER_COEFFICIENT,
@@ -38,6 +40,7 @@ from motorid.estimate.effects.state.initial_warmth import INITIAL_WARMTH
 from motorid.estimate.effects.state.ripple_phase import RIPPLE_PHASE
 from motorid.estimate.effects.timing.clock import CLOCK
 from motorid.estimate.effects.timing.current_delay import CURRENT_DELAY
+from motorid.estimate.effects.timing.motion_delay import MOTION_DELAY
 from motorid.estimate.effects.timing.voltage_delay import VOLTAGE_DELAY
 from motorid.estimate.effects.timing.voltage_jump import VOLTAGE_JUMP
 from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
@@ -66,6 +69,7 @@ CAPTURED = (
     CLOCK,
     CURRENT_DELAY,
     VOLTAGE_DELAY,
+    MOTION_DELAY,
     VOLTAGE_RESOLUTION,
     DUTY_OF_VOLTS,
     DIODE_DROPS,
@@ -73,6 +77,9 @@ CAPTURED = (
 )
 """What a capture of a driven motor has by itself."""
 ADDED = (
+    # looked for where residuals ask for them
+    SPEED_FILTER,
+    QUADRATIC_FRICTION,
     # of wider models
     INITIAL_WARMTH,
     COGGING_PHASE,

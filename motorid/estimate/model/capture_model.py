@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 
@@ -30,6 +30,7 @@ from motorid.estimate.signals.time_grid import Timeline, lay
 from motorid.estimate.signals.voltage_sensing import Sense, sense
 from motorid.estimate.solver.problem import Unknown
 from motorid.motor.response import Output, Quantity, Response, Stretch
+from motorid.motor.wide import AT_REST, NAMES, SIX, WideResponse
 
 Floats = NDArray[np.float64]
 Sizes = Mapping[Instance, float]
@@ -285,12 +286,25 @@ class MotorRecord(Weighed):
     def _simulate(self, shared: Floats, setup: Setup) -> Floats:
         self.simulated += 1
         motor = self.motor(shared)
+        if len(motor) == len(SIX) and not setup.motor.keys() <= set(SIX):
+            return self._extended(motor, setup)
         for name, more in setup.motor.items():
-            motor[self.names.index(name)] += more
+            motor[NAMES.index(name)] += more
         if setup.rebuilt:
-            return self._rebuilt(setup)(motor, setup.initial)
+            return self._rebuilt(setup, self.respond)(motor, setup.initial)
         self._change(setup)
         return self.response(motor, setup.initial)
+
+    def _extended(self, motor: Floats, setup: Setup) -> Floats:
+        """With parameters beyond the six, by the response that knows them."""
+        wider, initial = np.zeros(len(NAMES)), [*setup.initial, *AT_REST[self.states :]]
+        wider[: len(motor)] = motor
+        for name, more in setup.motor.items():
+            wider[NAMES.index(name)] += more
+        response = self._rebuilt(setup, WideResponse)
+        assert isinstance(response, WideResponse)
+        response.plan(wider, initial)
+        return response(wider, initial)
 
     def _change(self, setup: Setup) -> None:
         """Let the response that stands be of this run."""
@@ -314,7 +328,7 @@ class MotorRecord(Weighed):
         moved = waveform.means(self.timeline, setup.log_late_s, setup.log_jumps)
         return moved - self.sensed.volts
 
-    def _rebuilt(self, setup: Setup) -> Response:
+    def _rebuilt(self, setup: Setup, respond: Callable[..., Response]) -> Response:
         """A response of its own for a run that no other can be changed into."""
         clock, gain = setup.clock, setup.source_gain
         outputs = [
@@ -335,7 +349,7 @@ class MotorRecord(Weighed):
             stretches[k] = replace(stretches[k], kick_rad_s=kick)
         volts = gain * (self.volts + self._stamped(setup)) + setup.volts
         period_s = clock * self.timeline.period_s
-        return self.respond(period_s, volts, outputs, stretches, clock * self.pwm_period_s)
+        return respond(period_s, volts, outputs, stretches, clock * self.pwm_period_s)
 
     def fitted(self, shared: Floats, own: Floats, more: Sizes = NOTHING) -> list[Floats]:
         """The model of every block's readings, in its own unit (motor shaft).

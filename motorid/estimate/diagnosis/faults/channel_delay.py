@@ -12,10 +12,12 @@ from motorid.estimate.diagnosis.fault import (
     Effect,
     Hypothesis,
     Words,
+    acting,
     changed_voltage,
-    nothing,
     series,
 )
+from motorid.estimate.effects.timing.current_delay import CURRENT_DELAY
+from motorid.estimate.effects.timing.motion_delay import MOTION_DELAY
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.measurements import EMF
 
@@ -25,6 +27,7 @@ SAMPLES = (0.5, 2.0, 5.0, 12.0)  # by which a channel is tried to be late
 OF_VOLTAGE = (1.0, 3.0, 8.0)
 LATEST = 60.0  # samples
 ROUNDING = 1e-9
+DELAYS = {CURRENT: CURRENT_DELAY, POSITION: MOTION_DELAY, SPEED: MOTION_DELAY}
 WORDS = {CURRENT: "current", POSITION: "position", SPEED: "speed", VOLTAGE: "terminal voltage"}
 
 
@@ -39,24 +42,13 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
     period = min(r.timeline.period_s for r in records)
     names = {m.block.name for r in records for m in r.measured}
     found = [
-        _hypothesis(name, _late_output(name), SAMPLES, period)
-        for name in (CURRENT, POSITION, SPEED)
+        _hypothesis(name, acting(quantity), SAMPLES, period)
+        for name, quantity in DELAYS.items()
         if name in names
     ]
     if all(r.sensed.channel is not None and r.sensed.shows_emf for r in records):
         found.append(_hypothesis(VOLTAGE, _late_voltage, OF_VOLTAGE, period))
     return found
-
-
-def _late_output(name: str) -> Effect:
-    def effect(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:
-        out = nothing(record)
-        for k, y in series(record, values, own, name):
-            samples = float(size[0]) / record.timeline.period_s
-            out[k] = (late(y, samples) - y)[record.measured[k].where]
-        return out
-
-    return effect
 
 
 def _late_voltage(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:

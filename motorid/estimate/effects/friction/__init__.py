@@ -1,0 +1,1 @@
+"""What brakes the rotor beyond B and T0."""

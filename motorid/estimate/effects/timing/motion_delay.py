@@ -1,0 +1,33 @@
+"""How much later than declared the encoder or the speed is read."""
+
+from __future__ import annotations
+
+from motorid.capture.model import POSITION, SPEED
+from motorid.estimate.effects import scales
+from motorid.estimate.effects.action import Delay
+from motorid.estimate.effects.influence_quantity import (
+    InfluenceQuantity,
+    Prior,
+    Scope,
+    Subject,
+    Use,
+)
+
+
+def _prior(subject: Subject, _: int) -> Prior | None:
+    measured = scales.moving(subject)
+    sd = measured.channel.delay_uncertainty_s if measured is not None else 0.0
+    return Prior(sd) if sd else None
+
+
+MOTION_DELAY = InfluenceQuantity(
+    name="encoder or speed delay",
+    unit="s",
+    scope=Scope.MOTOR,
+    use=Use.PROPAGATED,
+    acts=(Delay(POSITION), Delay(SPEED)),
+    prior=_prior,
+    scale=scales.period_s,
+    remedy="measure the delay of the encoder's or the speed's channel",
+    step=2e-4,
+)
