@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from motorid.errors import UsageError
 
 Floats = NDArray[np.float64]
+MAX_MATRIX = 6  # batch.c's
 
 
 @dataclass(frozen=True)
@@ -66,11 +67,18 @@ class Model:
 
     def squares(self, values: Floats, record: Record) -> Floats:
         """Sums of squared differences, (n, channels of the record)."""
-        return self.run(values, record, False)
+        return self.run(self._fitting(values), record, False)
 
     def outputs(self, values: Floats, record: Record) -> Floats:
         """Responses, (n, channels of the record, samples)."""
-        return self.run(values, record, True)
+        return self.run(self._fitting(values), record, True)
+
+    def _fitting(self, values: Floats) -> Floats:
+        if np.ndim(values) != 2 or np.shape(values)[1] != len(self.parameters):
+            raise ValueError(
+                f"candidates of shape {np.shape(values)} for {len(self.parameters)} parameters"
+            )
+        return values
 
 
 def expm(matrices: Floats) -> Floats:
@@ -78,7 +86,9 @@ def expm(matrices: Floats) -> Floats:
     from motorid.motor._batch import ffi, lib
 
     matrices = np.ascontiguousarray(matrices, dtype=np.float64)
-    n, m, _ = matrices.shape
+    n, m, columns = matrices.shape
+    if m != columns or not 1 <= m <= MAX_MATRIX:
+        raise ValueError(f"matrices of {m} by {columns}; they are square, {MAX_MATRIX} at most")
     out = np.empty_like(matrices)
     lib.batch_expm(n, m, ffi.from_buffer("double[]", matrices), ffi.from_buffer("double[]", out))
     return out
@@ -175,6 +185,19 @@ def quadratic(substeps: int = 2) -> Model:
     return Model("quadratic load", names, ("current", "speed", "position"), run)
 
 
+def _check(record: Record) -> None:
+    """Raise ValueError where an array is not as long as the input, which the compiled part asks."""
+    samples = len(record.input)
+    arrays = {"input": record.input, **record.measured}
+    if record.open is not None:
+        arrays["open"] = record.open
+    for name, array in arrays.items():
+        if np.shape(array) != (samples,) or not samples:
+            raise ValueError(
+                f"{name} has shape {np.shape(array)}; the record has {samples} samples"
+            )
+
+
 def _call(
     function: str,
     model: Model,
@@ -197,6 +220,7 @@ def _call(
     if unknown:
         known = ", ".join(model.channels)
         raise UsageError(f"the {model.name} model has no channel {unknown[0]}: it has {known}")
+    _check(record)
     lags = record.lag_s or {}
     squares = np.empty((n, len(channels)))
     responses = np.empty((n, len(channels), samples)) if outputs else np.empty(0)

@@ -129,32 +129,45 @@ class Bridge:
         return np.array(rows).T
 
 
-def behind(solved: Any, output: Output, times: np.ndarray) -> np.ndarray:
-    """What ``output`` reads at ``times`` of a motor that ``tests.motor_reference`` solved from rest."""
-    row, tau = {0: 0, 1: 1, 2: 3}[int(output.quantity)], output.filter_s
-    pieces, now = [], np.zeros(2)  # the filter, its integral
-    for begin, end, states in solved.pieces:
-        if end <= begin:
-            continue
+class Behind:
+    """What is read behind a filter of a motor that was ``Solved`` from rest."""
 
-        def rate(t: float, y: np.ndarray, states: Any = states) -> list[float]:
-            return [(states(t)[row] - y[0]) / tau, y[0]]
+    def __init__(self, solved: Any, tau_s: float) -> None:
+        self.solved, self.tau = solved, tau_s
+        self.runs: dict[int, list[tuple[float, Any]]] = {}
 
-        run = solve_ivp(
-            rate, (begin, end), now, method="DOP853", rtol=1e-11, atol=1e-13,
-            dense_output=True,
-        )  # fmt: skip
-        pieces.append((end, run.sol))
-        now = run.y[:, -1]
-    ends = np.array([end for end, _ in pieces])
+    def _run(self, row: int) -> list[tuple[float, Any]]:
+        """(end, solution) of each piece for the filter of a state and its integral."""
+        pieces, now = [], np.zeros(2)
+        for begin, end, states in self.solved.pieces:
+            if end <= begin:
+                continue
 
-    def at(moments: np.ndarray) -> np.ndarray:
-        which = np.minimum(np.searchsorted(ends, moments - 1e-15), len(ends) - 1)
-        return np.array(
-            [pieces[k][1](t) if t > 0 else [0.0, 0.0] for k, t in zip(which, moments, strict=True)]
-        )
+            def rate(t: float, y: np.ndarray, states: Any = states) -> list[float]:
+                return [(states(t)[row] - y[0]) / self.tau, y[0]]
 
-    end = at(times - output.delay_s)
-    if not output.aperture_s:
-        return end[:, 0]
-    return (end - at(times - output.delay_s - output.aperture_s))[:, 1] / output.aperture_s
+            run = solve_ivp(
+                rate, (begin, end), now, method="DOP853", rtol=1e-11, atol=1e-13,
+                dense_output=True,
+            )  # fmt: skip
+            pieces.append((end, run.sol))
+            now = run.y[:, -1]
+        return pieces
+
+    def _at(self, row: int, times: np.ndarray) -> np.ndarray:
+        if row not in self.runs:
+            self.runs[row] = self._run(row)
+        pieces = self.runs[row]
+        ends = np.array([end for end, _ in pieces])
+        which = np.minimum(np.searchsorted(ends, times - 1e-15), len(ends) - 1)
+        seen = zip(which, times, strict=True)
+        return np.array([pieces[k][1](t) if t > 0 else [0.0, 0.0] for k, t in seen])
+
+    def read(self, output: Output, times: np.ndarray) -> np.ndarray:
+        """The readings of ``output`` at ``times``."""
+        row = {0: 0, 1: 1, 2: 3}[int(output.quantity)]
+        end = self._at(row, times - output.delay_s)
+        if not output.aperture_s:
+            return end[:, 0]
+        begin = self._at(row, times - output.delay_s - output.aperture_s)
+        return (end - begin)[:, 1] / output.aperture_s
