@@ -188,7 +188,7 @@ def quadratic(substeps: int = 2) -> Model:
 def _check(record: Record) -> None:
     """Raise ValueError where an array is not as long as the input, which the compiled part asks."""
     samples = len(record.input)
-    arrays = {"input": record.input, **record.measured}
+    arrays: dict[str, NDArray[Any]] = {"input": record.input, **record.measured}
     if record.open is not None:
         arrays["open"] = record.open
     for name, array in arrays.items():

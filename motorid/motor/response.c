@@ -182,8 +182,14 @@ static void eventful_interval(run *r, int n)
 
 /* ---- the walk through the intervals ----------------------------------------------------- */
 
+#if defined(__GNUC__)
+#define ALONE __attribute__((noinline)) /* so that the loop's constants stay in registers */
+#else
+#define ALONE
+#endif
+
 /* Advances while the mode lasts; returns the first interval that it does not reach the end of. */
-static int quiet_intervals(run *r, int n, int end)
+static ALONE int quiet_intervals(run *r, int n, int end)
 {
     const map m = r->step;
     const int s = r->mode.s, still = r->mode.still, freewheels = r->mode.circuit == FREEWHEEL;
