@@ -42,7 +42,7 @@ static double hostile(double sane, double odds)
 
 static void *exactly(size_t count, size_t size)
 {
-    void *p = malloc(count * size ? count * size : 1);
+    void *p = malloc(count > 0 ? count * size : 1);
     if (!p) exit(3);
     memset(p, 0xA5, count * size);
     return p;
