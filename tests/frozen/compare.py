@@ -1,8 +1,8 @@
 """Two estimates laid flat, held against each other: bit for bit, or within a tolerance.
 
 A difference of a number is counted in units of what it may be off by: a value and its interval in
-the total standard uncertainty u, a line of a budget in itself or a hundredth of the greatest line
-of that parameter, a correlation in 1, everything else in itself.
+the total standard uncertainty u, a line of a budget in itself or a tenth of the greatest line of
+that parameter, a part of an uncertainty likewise, a correlation in 1, everything else in itself.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from tests.frozen.flat import SPLIT, Flat, Value
 
 MOST_ROWS = 40
-LEAST_LINE = 1e-2  # of a parameter's greatest line
+LEAST_SHARE = 0.1  # of a parameter's greatest line, or total uncertainty
 NUMBER = re.compile(r"[-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 COUNTED = re.compile(r"[\d,]+ (?=evaluations)")  # rounding moves these: each machine has its own
 EVALUATIONS = "evaluations"
@@ -133,13 +133,13 @@ class Scales:
         value = self._all.get(path)
         own = abs(value) if isinstance(value, int | float) else 0.0
         if parts[0] == "budget":
-            return max(own, LEAST_LINE * self._greatest[_kind(path)])
+            return max(own, LEAST_SHARE * self._greatest[_kind(path)])
         owner = parts[:-2] if parts[-2:-1] == ["interval_95"] else parts[:-1]
         total = self._all.get(SPLIT.join((*owner, "uncertainty", "total")))
         if isinstance(total, float) and total > 0:
             return total
         if "uncertainty" in parts:
-            return max(own, LEAST_LINE * self._greatest_part(parts))
+            return max(own, LEAST_SHARE * self._greatest_part(parts))
         return own or self._greatest.get(_kind(path), 0.0)
 
     def _greatest_part(self, parts: Sequence[str]) -> float:
