@@ -2,6 +2,7 @@
 
 python -m tests.frozen                      compare, within a tolerance
 python -m tests.frozen --against HEAD~1     compare with that commit's fits, bit for bit
+python -m tests.frozen --shake              fit perturbed readings; nothing may move by .01 u
 python -m tests.frozen --record [NAME ..]   record new answers, and say what moved
 """
 
@@ -15,10 +16,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy is loaded
 
 from tests.frozen import answers, compare, fits
 from tests.frozen.against import against
-from tests.frozen.answers import Answer
+from tests.frozen.answers import WIDEST, Answer
 from tests.frozen.cases import ANSWERS, CASES, Case
 from tests.frozen.compare import Difference
-from tests.frozen.perturb import moves
+from tests.frozen.perturb import SEEDS, moves, shaken
 
 
 def main() -> int:
@@ -28,6 +29,7 @@ def main() -> int:
     parser.add_argument("names", nargs="*", metavar="NAME", help="cases; all of them unless given")
     mode = parser.add_mutually_exclusive_group()
     mode.add_argument("--record", action="store_true", help="record what the fits say now")
+    mode.add_argument("--shake", action="store_true", help="perturb the readings by 1e-13")
     mode.add_argument("--against", metavar="REV", help="a commit; the fits must give its bits")
     chosen = parser.parse_args()
     cases = [case for case in CASES if not chosen.names or case.name in chosen.names]
@@ -37,7 +39,8 @@ def main() -> int:
     if chosen.against:
         found = against(chosen.against, [case.name for case in cases])
     else:
-        found = [d for case in cases for d in (record(case) if chosen.record else held(case))]
+        look = record if chosen.record else shake if chosen.shake else held
+        found = [difference for case in cases for difference in look(case)]
     print(compare.table(found))
     return 0 if chosen.record or not found else 1
 
@@ -51,13 +54,23 @@ def held(case: Case) -> list[Difference]:
     return found
 
 
+def shake(case: Case) -> list[Difference]:
+    """What rounding alone changes of the recorded answer, by each of the seeds."""
+    recorded, found = answers.load(case.name), []
+    for seed in SEEDS:
+        values = shaken(case, seed)
+        found += compare.beyond(case.name, recorded.values, values, lambda path: WIDEST)
+    print(f"{case.name:<28}{len(found)} differences of {len(SEEDS)} perturbations", flush=True)
+    return found
+
+
 def record(case: Case) -> list[Difference]:
     """Records the answer anew; what it differs from the last one by, bit for bit."""
     fitted = fits.here(case.name)
-    moved = moves(case, fitted.values)
+    answer = Answer(fitted.values, moves(case, fitted.values))
     last = answers.load(case.name).values if (ANSWERS / f"{case.name}.json").exists() else {}
-    answers.save(case.name, Answer(fitted.values, moved))
-    say(case.name, fitted.seconds, f"rounding moves it by {max(moved.values()):.0e}")
+    answers.save(case.name, answer)
+    say(case.name, fitted.seconds, f"rounding moves it by {answer.most:.0e}")
     return compare.bits(case.name, last, fitted.values)
 
 

@@ -24,6 +24,11 @@ class Answer:
     values: Flat
     moves: Mapping[str, float]
 
+    @property
+    def most(self) -> float:
+        """The greatest of the moves."""
+        return max(self.moves.values(), default=0.0)
+
     def tolerance(self, path: str) -> float:
         """What another machine may differ by: ten times what rounding does, within 1e-6 and .01."""
         return min(max(MARGIN * self.moves.get(part(path), 0.0), SHARPEST), WIDEST)

@@ -28,7 +28,7 @@ class Case:
     """Files, and the options of their fit.
 
     ``files``: captures by their name, or logs with ``maps`` and the import's ``options``. ``fit``:
-    keywords of ``fit_captures``.
+    keywords of ``fit_captures``. ``dear``: more than half a second of the processor.
     """
 
     name: str
@@ -36,6 +36,7 @@ class Case:
     maps: tuple[str, ...] = ()
     options: Mapping[str, Any] = field(default_factory=dict)
     fit: Mapping[str, Any] = field(default_factory=dict)
+    dear: bool = False
 
     def captures(self) -> list[Capture]:
         """The runs, as a person's files give them."""
@@ -50,9 +51,9 @@ def unpacked(name: str) -> Capture:
     return read(data, name, hashlib.sha256(data).hexdigest())
 
 
-def estimate(case: Case, captures: Sequence[Capture] | None = None) -> Estimate:
-    """The case's estimate, or that of these ``captures`` in place of its own."""
-    return fit_captures(list(captures or case.captures()), **case.fit)
+def estimate(case: Case, captures: Sequence[Capture]) -> Estimate:
+    """What the case's fit says of these captures."""
+    return fit_captures(list(captures), **case.fit)
 
 
 MAPS = {
@@ -66,9 +67,9 @@ def log(name: str, columns: str, options: Mapping[str, Any] | None = None, **fit
     return Case(f"log-{name}", (f"{name}.csv",), maps, options or {}, fit)
 
 
-def runs(name: str, files: int = 1, of: str = "", **fit: Any) -> Case:
+def runs(name: str, files: int = 1, of: str = "", dear: bool = False, **fit: Any) -> Case:
     """The first captures of a rig, which has another name where it is fitted in two ways."""
-    return Case(name, tuple(f"{of or name}-{k}" for k in range(files)), fit=fit)
+    return Case(name, tuple(f"{of or name}-{k}" for k in range(files)), fit=fit, dear=dear)
 
 
 CASES = (
@@ -79,22 +80,25 @@ CASES = (
     runs("sim-line"),
     runs("three-runs", 3),
     runs("emulated-uno"),
-    runs("no-resistance-on-the-plate"),
+    runs("no-resistance-on-the-plate", dear=True),
     runs("diode-decay"),
+    runs("fast-decay"),
+    runs("thermal-figures"),
+    runs("wrong-counts"),
     runs("supply-sense-by-duty"),
-    runs("brushes-and-cogging"),
-    runs("terms-asked", of="sim", model="brush-drop+direction"),
+    runs("brushes-and-cogging", dear=True),
+    runs("terms-asked", of="sim", dear=True, model="brush-drop+direction"),
     runs("fixed-and-left-out", of="sim", fix={"K": 7.68e-3}, without=("B",), model="six"),
-    runs("steiglitz-mcbride", of="sim", method="steiglitz-mcbride"),
+    runs("steiglitz-mcbride", of="sim", dear=True, method="steiglitz-mcbride"),
     runs("steady-state", of="sim", method="steady-state"),
     runs("nls", of="sim-line", method="nls"),
     runs("pso", of="sim-line", method="pso-ciw", budget=2000, seed=2),
-    runs("drawn-12", model="six"),
-    runs("drawn-526"),
-    runs("drawn-903", 3, model="six"),
-    runs("drawn-930"),
-    runs("drawn-1123", model="six"),
-    runs("drawn-1449"),
+    runs("drawn-12", dear=True, model="six"),
+    runs("drawn-526", 3, dear=True),
+    runs("drawn-903", 3, dear=True, model="six"),
+    runs("drawn-930", dear=True),
+    runs("drawn-1123", dear=True, model="six"),
+    runs("drawn-1449", dear=True),
     log("steps", "viw"),
     log("position", "vip"),
     log("means", "viw", {"aperture": {"current": 1e-3, "voltage": 1e-3, "speed": 1e-3}}),

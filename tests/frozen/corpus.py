@@ -27,10 +27,12 @@ from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Rig, Sampling, coasting_s, default_program, load_rig, settling_s
+from motorid.rig_file import parse
 from tests.frozen.cases import CAPTURES, LOGS, PACKED
 
 CREATED = "2026-01-01T00:00:00+00:00"
 REST_S = 0.03
+SIM, SIM_PITTMAN = (load_rig(name).text for name in ("sim", "sim-pittman"))
 
 
 def keep(name: str, captures: list[Capture]) -> None:
@@ -62,9 +64,9 @@ def shortened(rig: Rig, decay: Decay = Decay.SYNCHRONOUS_SLOW) -> Program:
     return Program((Step(StepKind.COAST, REST_S), *ahead, coast, *back, coast))
 
 
-def sim(preset: str, more: str = "", **changes: Any) -> Rig:
-    """A simulated preset with a short program, options added to its URL."""
-    rig = load_rig(preset)
+def sim(preset: str, more: str = "", text: str = "", **changes: Any) -> Rig:
+    """A simulated preset with a short program, options added to its URL; ``text`` in its place."""
+    rig = parse(text) if text else load_rig(preset)
     join = "&" if "?" in rig.port else "?"
     url = f"{rig.port}{join}speed=max&seed=3{more}"
     return replace(rig, port=url, **{"program": shortened(rig), **changes})
@@ -86,29 +88,38 @@ def by_duty() -> Rig:
 
 def without_plate_resistance() -> Rig:
     """Without R the program is long: a fit 20 times as dear, as its residuals are coloured."""
-    rig = load_rig("sim-pittman")
-    plate = replace(rig.nameplate, resistance_ohm=None)
-    return sim("sim-pittman", program=default_program(plate), sampling=plain(5000.0))
+    (line,) = (one for one in SIM_PITTMAN.splitlines() if one.startswith("resistance_ohm"))
+    text = SIM_PITTMAN.replace(line, "")
+    return sim("", text=text, program=default_program(parse(text).nameplate), sampling=plain(5000))
+
+
+def decaying(decay: Decay) -> Rig:
+    """The current decays through the bridge's diodes, and stops within the PWM period."""
+    return sim("sim-pittman", program=shortened(load_rig("sim-pittman"), decay))
+
+
+def with_thermal_figures() -> Rig:
+    """A small motor that warms as it runs, and what its data sheet says of that."""
+    lines = "winding_k_w = 28.0\nwinding_s = 8.0\nmagnet_per_k = -0.002\n"
+    return sim("", "&load_inertia=1e-6", text=f"{SIM}\n[thermal]\n{lines}", sampling=plain(5000))
 
 
 def plain(rate_hz: float) -> Sampling:
     return Sampling(rate_hz, ("current", "terminal_voltage", "position"))
 
 
-def with_diodes() -> Rig:
-    """The current decays through the bridge's diodes and stops within the PWM period."""
-    return sim("sim-pittman", program=shortened(load_rig("sim-pittman"), Decay.DIODE))
-
-
 WORN = "&heating=0&brush_drop=0.15&cogging=6e-4&cogging_per_turn=4&stiction=1"
 RIGS: Mapping[str, Callable[[], Rig]] = {
     **{name: lambda name=name: sim(name) for name in
        ("sim", "sim-re35", "sim-qube", "sim-pittman", "sim-line")},
-    "diode-decay": with_diodes,
+    "diode-decay": lambda: decaying(Decay.DIODE),
+    "fast-decay": lambda: decaying(Decay.FAST),
     "supply-sense-by-duty": by_duty,
     "no-resistance-on-the-plate": without_plate_resistance,
     "brushes-and-cogging": lambda: sim("sim", WORN, sampling=plain(5000.0)),
     "emulated-uno": lambda: sim("emulated-uno"),
+    "thermal-figures": with_thermal_figures,
+    "wrong-counts": lambda: sim("sim-re35", "&counts_per_turn=1024"),
 }  # fmt: skip
 
 
@@ -176,7 +187,7 @@ LOGS_MADE = {
     "coast-down": Log("w", foreign.then_open, begins=120.0),
     "tachometer": Log("v", foreign.then_open, begins=120.0),
 }
-DRAWN = {12: 1, 526: 1, 903: 3, 930: 1, 1123: 1, 1449: 1}
+DRAWN = {12: 1, 526: 3, 903: 3, 930: 1, 1123: 1, 1449: 1}
 
 
 def makers() -> dict[str, Callable[[], None]]:

@@ -11,6 +11,11 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from motorid.capture.model import Capture
+    from tests.frozen.cases import Case
 
 ROOT = Path(__file__).resolve().parents[2]
 Values = dict[str, float | int | str | bool | None]
@@ -19,7 +24,7 @@ ALONE = {"OPENBLAS_NUM_THREADS": "1"}  # the same order of additions every time
 
 @dataclass(frozen=True)
 class Fitted:
-    """One case's estimate laid flat, or why there is none; processor time in s."""
+    """One case's answer, and the processor time of its fit, s."""
 
     values: Values
     seconds: float
@@ -41,17 +46,23 @@ def in_child(
 
 def here(name: str) -> Fitted:
     """The case fitted in this process."""
-    from motorid.errors import MotoridError
-    from tests.frozen.cases import CASES, estimate
-    from tests.frozen.flat import flat
+    from tests.frozen.cases import CASES
 
     (case,) = (one for one in CASES if one.name == name)
     captures, began = case.captures(), time.process_time()
+    return Fitted(answer(case, captures), time.process_time() - began)
+
+
+def answer(case: Case, captures: Sequence[Capture]) -> Values:
+    """The estimate of these captures laid flat; or in which words there is none."""
+    from motorid.errors import MotoridError
+    from tests.frozen.cases import estimate
+    from tests.frozen.flat import flat
+
     try:
-        values = flat(estimate(case, captures))
-    except MotoridError as error:  # that too is an answer
-        values = {"refused": f"{type(error).__name__}: {error}"}
-    return Fitted(values, time.process_time() - began)
+        return flat(estimate(case, captures))
+    except MotoridError as error:
+        return {"refused": f"{type(error).__name__}: {error}"}
 
 
 def main(package: str, out: str, *names: str) -> None:

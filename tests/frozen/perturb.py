@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from motorid.capture.model import POSITION, Capture, Channel
-from tests.frozen.cases import Case, estimate
+from tests.frozen import fits
+from tests.frozen.cases import Case
 from tests.frozen.compare import sizes
-from tests.frozen.flat import Flat, flat
+from tests.frozen.flat import Flat
 
 RELATIVE = 1e-13
 SEEDS = (1, 2, 3)
@@ -35,11 +35,15 @@ def _disturbed(channel: Channel, rng: np.random.Generator) -> Channel:
     return replace(channel, raw=np.where(channel.saturated, raw, raw + off))
 
 
-def moves(case: Case, whole: Flat, seeds: Sequence[int] = SEEDS) -> dict[str, float]:
+def shaken(case: Case, seed: int) -> Flat:
+    """The case's answer to readings perturbed by that seed."""
+    return fits.answer(case, [perturbed(capture, seed) for capture in case.captures()])
+
+
+def moves(case: Case, whole: Flat) -> dict[str, float]:
     """By how much so little moves each part of a case's answer ``whole``, at most."""
     most: dict[str, float] = {}
-    for seed in seeds:
-        other = flat(estimate(case, [perturbed(c, seed) for c in case.captures()]))
-        for name, size in sizes(whole, other).items():
+    for seed in SEEDS:
+        for name, size in sizes(whole, shaken(case, seed)).items():
             most[name] = max(most.get(name, 0.0), size)
     return most
