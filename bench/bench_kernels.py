@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from bench.coverage.rigs import draw_bench
 from bench.coverage.runs import record, save
 from bench.kernels.child import RIG, fitted
-from bench.kernels.choice import available
+from bench.kernels.choice import KNOWN, others, probed
 from bench.kernels.moved import MOST_U, Moved, moved
 from motorid.errors import MotoridError
 from tests.frozen.cases import CASES
@@ -45,20 +45,19 @@ def main() -> int:
     parser.add_argument("--kernels", nargs="*", metavar="KERNEL", help="of those that run here")
     parser.add_argument("--out", type=Path, default=RESULTS)
     chosen = parser.parse_args()
-    own, *others = available() or [""]
-    if chosen.kernels:
-        absent = set(chosen.kernels) - {own, *others}
-        if absent:
-            parser.error(f"{', '.join(absent)} does not run here; {', '.join([own, *others])} do")
-        others = [kernel for kernel in chosen.kernels if kernel != own]
-    if not others:
-        parser.error("one kernel runs here: there is nothing to compare with")
+    own = probed("")
+    rest = others(own, chosen.kernels or KNOWN) if own else []
+    absent = set(chosen.kernels or ()) - {own, *rest}
+    if absent:
+        parser.error(f"the kernel {', '.join(sorted(absent))} does not run here")
+    if own is None or not rest:
+        parser.error("fewer than two kernels run here: there is nothing to compare")
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         seeds = range(chosen.first, chosen.first + chosen.rigs)
         subjects = [*chosen.cases, *(rig for seed in seeds for rig in captured(seed, folder))]
         first = fitted(subjects, folder, own)
-        found = [moved(kernel, first, fitted(subjects, folder, kernel)) for kernel in others]
+        found = [moved(kernel, first, fitted(subjects, folder, kernel)) for kernel in rest]
     say(own, len(subjects), found)
     store(chosen.out, own, subjects, found)
     return 1 if any(one.bad for one in found) else 0

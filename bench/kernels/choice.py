@@ -6,11 +6,13 @@ import ctypes
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 # oldest first; OpenBLAS names them after the first processors that they suit
-KNOWN = ("Nehalem", "Sandybridge", "Haswell", "Zen", "SkylakeX", "Cooperlake", "SapphireRapids")
+X86 = ("Nehalem", "Sandybridge", "Haswell", "Zen", "SkylakeX", "Cooperlake", "SapphireRapids")
+ARM = ("ARMV8", "CORTEXA57", "NEOVERSEN1", "NEOVERSEV1")
+KNOWN = X86 + ARM
 SYMBOLS = ("scipy_openblas_get_corename64_", "scipy_openblas_get_corename")
 PROBE = """
 import sys
@@ -48,10 +50,9 @@ def _corenames() -> Iterator[str]:
                 yield function().decode()
 
 
-def available() -> list[str]:
-    """The kernels that run here and are what they are asked to be, the processor's own first."""
-    own = probed("")
-    return ([own] if own else []) + [k for k in KNOWN if k != own and probed(k) == k]
+def others(own: str, wanted: Sequence[str] = KNOWN) -> list[str]:
+    """Those of ``wanted`` that run here and are what they are asked to be, but for ``own``."""
+    return [kernel for kernel in wanted if kernel != own and probed(kernel) == kernel]
 
 
 def probed(kernel: str) -> str | None:

@@ -61,10 +61,16 @@ MAPS = {
 }  # fmt: skip
 
 
-def log(name: str, columns: str, options: Mapping[str, Any] | None = None, **fit: Any) -> Case:
+def log(
+    name: str,
+    columns: str,
+    options: Mapping[str, Any] | None = None,
+    dear: bool = False,
+    **fit: Any,
+) -> Case:
     """A log of time t and some of v, i, w and p (V, A, rad/s, rad)."""
     maps = ("time=t:s", *(MAPS[c] for c in columns))
-    return Case(f"log-{name}", (f"{name}.csv",), maps, options or {}, fit)
+    return Case(f"log-{name}", (f"{name}.csv",), maps, options or {}, fit, dear)
 
 
 def runs(name: str, files: int = 1, of: str = "", dear: bool = False, **fit: Any) -> Case:
@@ -105,7 +111,7 @@ CASES = (
     log("random-stamps", "viw"),
     log("drop-outs", "viw"),
     log("motionless", "vi"),
-    log("motionless-random-stamps", "vi"),
+    log("motionless-random-stamps", "vi", dear=True),
     log("locked-rotor", "viw"),
     log("mechanical", "iw"),
     log("no-current", "vw"),
