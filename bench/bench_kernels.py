@@ -45,7 +45,7 @@ def main() -> int:
     parser.add_argument("--kernels", nargs="*", metavar="KERNEL", help="of those that run here")
     parser.add_argument("--out", type=Path, default=RESULTS)
     chosen = parser.parse_args()
-    own = probed("")
+    made_by, own = commit(), probed("")
     rest = others(own, chosen.kernels or KNOWN) if own else []
     absent = set(chosen.kernels or ()) - {own, *rest}
     if absent:
@@ -59,7 +59,7 @@ def main() -> int:
         first = fitted(subjects, folder, own)
         found = [moved(kernel, first, fitted(subjects, folder, kernel)) for kernel in rest]
     say(own, len(subjects), found)
-    store(chosen.out, own, subjects, found)
+    store(chosen.out, made_by, own, subjects, found)
     return 1 if any(one.bad for one in found) else 0
 
 
@@ -96,13 +96,15 @@ def summary(one: Moved) -> dict[str, Any]:
     }
 
 
-def store(path: Path, own: str, subjects: Sequence[str], found: Sequence[Moved]) -> None:
+def store(
+    path: Path, made_by: str, own: str, subjects: Sequence[str], found: Sequence[Moved]
+) -> None:
     """The results file."""
     import numpy
     import scipy
 
     results = {
-        "commit": commit(),
+        "commit": made_by,
         "numpy": numpy.__version__,
         "scipy": scipy.__version__,
         "kernel": own,
