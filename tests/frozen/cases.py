@@ -16,7 +16,7 @@ from motorid.workflow.fit import fit_captures
 
 if TYPE_CHECKING:
     from motorid.capture.model import Capture
-    from motorid.estimate.types import Estimate
+    from motorid.estimate.results.estimate import Estimate
 
 FOLDER = Path(__file__).resolve().parent
 CAPTURES, LOGS, ANSWERS = FOLDER / "captures", FOLDER / "logs", FOLDER / "answers"

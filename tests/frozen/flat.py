@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from motorid.report.json_ import to_dict
 
 if TYPE_CHECKING:
-    from motorid.estimate.types import Estimate
+    from motorid.estimate.results.estimate import Estimate
 
 Value = float | int | str | bool | None
 Flat = dict[str, Value]
