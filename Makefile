@@ -18,7 +18,7 @@ C_SOURCES := $(filter-out $(wildcard motorid/*/_*), \
 READY := $(VENV)/ready
 READY_TO_TEST := $(VENV)/ready-to-test
 
-.PHONY: run test quick check fuzz bench docs format wheel help clean
+.PHONY: run test quick check frozen fuzz bench docs format wheel help clean
 
 run: $(READY)
 	$(VENV)/bin/motorid run --rig $(RIG) -o $(OUT) --force
@@ -36,6 +36,9 @@ check: $(READY_TO_TEST)
 	$(VENV)/bin/lint-imports
 	$(PY) -m motorid.wire.generate --check
 	$(PY) tools/commands_page.py --check
+
+frozen: $(READY_TO_TEST)
+	$(PY) -m tests.frozen $(if $(AGAINST),--against $(AGAINST))
 
 fuzz: $(READY_TO_TEST)
 	@set -e; for target in wire rig csv journal hdf5 mat; do echo "== $$target"; \
@@ -74,6 +77,7 @@ help:
 	@echo "make test                     every test"
 	@echo "make quick                    the tests that take less than about half a second each"
 	@echo "make check                    format, lint, types, generated files"
+	@echo "make frozen [AGAINST=commit]  every number of a fixed corpus, as recorded or as that commit's bits"
 	@echo "make fuzz [SECONDS=60]        each parser and the firmware's receiver, for so long"
 	@echo "make bench                    speed and accuracy against their targets"
 	@echo "make docs                     write the generated documents"

@@ -12,6 +12,7 @@ of more runs than it is given here. Not run:
 from __future__ import annotations
 
 import json
+import platform
 import re
 import subprocess
 import sys
@@ -26,6 +27,7 @@ pytestmark = pytest.mark.slow
 BENCH = Path(__file__).resolve().parents[2] / "bench"
 LEFT_OUT = {"plan", "emulated_motors"}
 MAY_MISS = {"cycle", "exactness", "gauge", "many", "search", "startup"}  # goals of a full run
+X86 = ("x86_64", "AMD64")
 SIX = ("R", "L", "K", "B", "J", "T0")
 
 
@@ -118,6 +120,20 @@ def test_gauge_foretells_what_the_study_finds() -> None:
         foretold, repeats, most, fixtures = map(float, row.groups())
         assert foretold / 3 < repeats < 3 * foretold, name
         assert fixtures < 2 * most, name
+
+
+@pytest.mark.skipif(platform.machine() not in X86, reason="no second kernel for this processor")
+def test_kernels_give_one_answer(tmp_path: Path) -> None:
+    """The oldest kernel runs on every such processor."""
+    out = tmp_path / "kernels.json"
+    short = ("--cases", "log-steps", "--rigs", "1", "--first", "4", "--kernels", "Nehalem")
+    text = run("kernels", *short, "--out", str(out))
+    row = cells("Nehalem", text)
+    assert row[:2] == ["0", "0"]
+    assert 0 < float(row[2]) < 0.01  # another kernel was in force, or no bit would have moved
+    stored = json.loads(out.read_text(encoding="utf-8"))
+    assert stored["subjects"] == 2
+    assert stored["kernels"]["Nehalem"]["greatest_u"] == pytest.approx(float(row[2]), rel=0.1)
 
 
 def test_line_lets_no_defect_escape_and_loses_none() -> None:

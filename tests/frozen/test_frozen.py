@@ -1,0 +1,44 @@
+"""The estimates of a fixed corpus are what they were: each number, each word."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.frozen import answers, compare, fits
+from tests.frozen.answers import WIDEST
+from tests.frozen.cases import CASES
+from tests.frozen.perturb import SEEDS, shaken
+
+# Rounding alone moves these beyond the tolerance, so that another machine has another answer. They
+# are left out here, and compared bit for bit by ``make frozen AGAINST=commit`` only.
+UNSETTLED = {
+    "brushes-and-cogging": "the wider model gets other terms, and T_s moves by 0.2 u",
+    "drawn-903": "an end of L's interval moves by 0.0102 u",
+    "drawn-1123": "T0 moves by 0.3 u under another kernel, L by 0.1 u",
+    "drawn-1449": "the drop of the wider model moves by 0.011 u",
+    "log-drop-outs": "the search is said not to settle",
+}
+SETTLED = {case.name: case for case in CASES if case.name not in UNSETTLED}
+CHEAP = [name for name, case in SETTLED.items() if not case.dear]
+
+
+def test_the_unsettled_are_cases() -> None:
+    assert {case.name for case in CASES} >= UNSETTLED.keys()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SETTLED)
+def test_a_case_gives_the_recorded_answer(name: str) -> None:
+    recorded = answers.load(name)
+    found = compare.beyond(name, recorded.values, fits.here(name).values, recorded.tolerance)
+    assert not found, "\n" + compare.table(found)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CHEAP)
+def test_rounding_moves_no_answer(name: str) -> None:
+    """As another machine's: by no more than .01 u, and no word."""
+    recorded = answers.load(name).values
+    for seed in SEEDS:
+        found = compare.beyond(name, recorded, shaken(SETTLED[name], seed), lambda path: WIDEST)
+        assert not found, "\n" + compare.table(found)
