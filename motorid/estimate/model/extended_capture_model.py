@@ -61,7 +61,7 @@ class WideRecord(MotorRecord):
             for term in terms
             if term.phase and not (first and term.phase is INITIAL_WARMTH)
         ]
-        known = {one.name for one in self.instances}
+        known = {one.name for one in (*self.instances, *begins)}
         promoted = [one for one in six.instances if one.name not in known]
         self.estimate(*begins, *promoted)
         self.adopt(six)
