@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from motorid.estimate.effects.held_inductance import Foretold
 from motorid.estimate.effects.registry import nuisances, starts_at_rest
 from motorid.estimate.effects.source_noise import Unrest
 from motorid.estimate.model.reconstructed_voltage import Course, Driving
+from motorid.estimate.model.source_mixing import Mixer
 from motorid.estimate.model.weighting import Weighed
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.discontinuous_current import divided
@@ -76,6 +78,7 @@ class MotorRecord(Weighed):
         self.simulated = 0  # responses computed so far
         self.rivals: tuple[Rival, ...] = ()
         self.foretold: Foretold | None = None  # an inductance that no reading shows
+        self.unsettled: Floats | None = None  # the last pass's change of parameters, if too large
         pwm = capture.wiring.pwm_hz
         self.response = self.respond(
             self.timeline.period_s,
@@ -148,10 +151,18 @@ class MotorRecord(Weighed):
             self._own.expect(place, self._unrest.level_deviation(k, self.sources[k]))
         self.unknowns = tuple(self._own.unknowns)
 
-    def retake_sources(self, shared: Floats, own: Floats) -> None:
-        """Judge what drives the motor with the model's own current."""
+    def decide(self, decided: bool) -> None:
+        """Whether what is a choice between two things, of what drives the motor, stays as it is."""
+        self.driving = replace(self.driving, decided=decided)
+
+    def retake_sources(self, shared: Floats, own: Floats, mixer: Mixer | None = None) -> None:
+        """Judge what drives the motor with the model's own current; ``mixer``: to go on from what
+        was judged before.
+        """
         losing, motor = self._losing(own), self.motor(shared)
         driving = self.driving.judged(self._course(shared, own), losing)
+        if mixer is not None:
+            driving = mixer.next(self.driving, driving)
         for k, place in self._own.coasts.items():
             spread = self._unrest.speed_deviation(k, self.sources[k - 1], motor)
             self._own.expect(place, spread)

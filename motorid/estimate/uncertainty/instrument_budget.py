@@ -57,6 +57,8 @@ def budget(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, Floa
     told = records[0].foretold
     if told is not None:
         causes["PWM ripple"] = np.array([told.shift.get(name, 0.0) for name in names])
+    if records[0].unsettled is not None:
+        causes["source iteration"] = records[0].unsettled
     return causes
 
 
