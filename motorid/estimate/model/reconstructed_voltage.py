@@ -129,9 +129,11 @@ class Driving:
 
         A source that follows its readings has that from them.
         """
+        shown = not self.sensed.commanded
+        if shown and not np.any(self.heard.lost):  # the source's line has what is lost as yet
+            return course
         taken = np.broadcast_to(self.heard.lost, len(course.mean))
         off = np.zeros(len(course.mean))
-        shown = not self.sensed.commanded
         for part, source in zip(self.timeline.parts, self.sources, strict=True):
             if shown and (source is None or source.as_read):
                 continue
