@@ -215,11 +215,11 @@ def sags(
     _, ohms, late = best
     if not ohms:
         return NO_SAGS
-    found = zip(drawn.items(), *draws.sags(late), strict=True)
-    return {
-        k: Sag(*(ohms * v for v in draw.whole((a, b), mean[parts[k].slice], late, window)), late)
-        for (k, draw), a, b in found
-    }
+    found = {}
+    for (k, draw), a, b in zip(drawn.items(), *draws.sags(late), strict=True):
+        seen_v, taken_v = draw.whole((a, b), mean[parts[k].slice], late, window)
+        found[k] = Sag(ohms * seen_v, ohms * taken_v, late)
+    return found
 
 
 @dataclass(frozen=True)
