@@ -30,6 +30,7 @@ ROUGH_PASSES = 2  # from a start
 LATEST = 6  # passes after which all is decided
 DECIDED = 0.5  # of a standard deviation by noise: with less to come nothing is decided anew
 SETTLED = 0.02  # of it: the same of what is worth no other pass
+CALM = 2  # passes on end that are worth no other: what swings passes through its middle
 QUICKEST, SLOWEST = 0.3, 0.95  # that a pass changes of what the one before did
 ROUGH = 1.0  # change of chi-square that is near enough while sources and noise are unsettled
 CLOSE = 1e-2  # the same once they nearly are
@@ -85,7 +86,7 @@ def in_turn(
     """``with_sources`` from a solution on, with what was decided before it."""
     decided = all(record.driving.decided for record in records)
     mixers = [Mixer() for _ in records]
-    change, left = None, np.inf
+    change, left, calm = None, np.inf, 0
     for n in range(1, MOST_PASSES):
         lost = vanished(solution, records)
         if lost and n >= LOST_PASSES:
@@ -96,7 +97,8 @@ def in_turn(
         found = again(records, free, start, solution, enough, held_h)
         last, change = change, Change.of(solution, found)
         solution, left = found, change.left(last)
-        if decided and left < SETTLED:
+        calm = calm + 1 if decided and left < SETTLED else 0
+        if calm == CALM:
             break
         decided = decided or left < DECIDED or n >= LATEST
         for record in records:
