@@ -171,10 +171,10 @@ def test_a_model_with_the_wrong_loss_tells_the_current_that_the_bridge_has(
     taken = np.full(len(current), given * dead.lost(np.array([1e3 * duty]))[0])
     wrong = current + (lost - taken) / motor.resistance_ohm
     known = (motor.inductance_h, motor.resistance_ohm)
-    found = wrong - swinging(one, [part], wrong, taken, *known)
+    found = wrong - swinging(one, part, wrong, taken, *known)
     late = slice(5, None)  # the current has risen
     off = np.abs(found - current)[late] / np.abs(wrong - current)[late].max()
     assert np.median(off) < 1e-3
     assert off.max() < 0.06  # where it turns: the current still falls, and L takes its share
-    kept = swinging(one, [part], found, dead.lost(found), *known)
+    kept = swinging(one, part, found, dead.lost(found), *known)
     assert np.abs(kept).max() < 1e-3 * np.abs(dead.amperes).min()  # and there it stays

@@ -81,7 +81,7 @@ def test_a_wandering_source_is_followed_and_its_noise_is_not() -> None:
     error = source.volts - 6.0 - wander
     assert np.std(error[20:]) < 0.006
     assert np.abs(error[:8]).max() < 0.01  # carried back from what follows
-    assert source.head == 0
+    assert source.form.head == 0
 
 
 def test_samples_that_stand_out_after_a_step_are_taken_as_read() -> None:
@@ -89,7 +89,7 @@ def test_samples_that_stand_out_after_a_step_are_taken_as_read() -> None:
     late = np.where(np.arange(N) < 2, -0.08, 0.0)
     _, source = heard(capture(6.0 - 0.2 * CURRENT_A + late + noise), 0.2)
     assert source is not None
-    assert source.head == 2
+    assert source.form.head == 2
     np.testing.assert_allclose(source.volts[:2] - 6.0, -0.08 + noise[:2], atol=1e-9)
     assert np.abs(source.volts[2:] - 6.0).max() < 2e-3
 

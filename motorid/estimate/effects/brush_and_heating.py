@@ -41,9 +41,9 @@ FACTOR = 0.7  # logarithm: the bend is known to a factor of 2
 BEND = 0.05  # of the stall current at the highest voltage: the usual bend
 CLEAR = 3e-3  # of the highest voltage: a drop that tells its bend
 FARTHEST = 1.4  # logarithm of a bend over the usual one: two of its deviations
+CAUTIOUS = 0.1  # of a bend's step as asked for: the least that is made
 COOL = 1e-6  # of R: no warming is known better
 HEAVIEST = 1e9  # J/K: a winding that never warms
-SETTLED = 3e-4  # of the highest voltage: a change that no other pass need follow
 FEWEST = 24  # readings of a driven current
 HEAVY = {"winding_k_w": 1e-12, "winding_s": 1.0}  # thermal figures of a winding that never warms
 
@@ -71,6 +71,25 @@ def turn_of(part: int) -> str:
 
 
 @dataclass(frozen=True)
+class Bent:
+    """How the last pass moved the logarithm of the bend: as ``asked`` for there, and by how much.
+
+    A drop is no straight line in it, so that a step as asked for may go too far, and the next one
+    back again, for ever.
+    """
+
+    asked: float = 0.0
+    by: float = 0.0
+
+    def step(self, asked: float) -> float:
+        """The next one, by how the last one changed what is asked for."""
+        changed = self.asked - asked
+        share = self.by / changed if self.by and changed else 1.0
+        share = min(max(share, CAUTIOUS), 1.0) if share > 0.0 else 1.0
+        return min(max(share * asked, -1.0), 1.0)
+
+
+@dataclass(frozen=True)
 class Loss:
     """What one capture loses: ``shapes`` (count,) are the volts a unit of each unknown takes.
 
@@ -83,6 +102,7 @@ class Loss:
     drop: tuple[float, float]
     capacity_j_k: float | None
     further: float = 0.0  # logarithm of the bend over the usual one
+    bent: Bent = Bent()
     modelled: bool = False  # a model's current was followed; else the shapes are nothing yet
     rise: tuple[float, float] = (0.0, COOL)  # of R over the capture as a share of it, and its sd
     turns: Mapping[int, Part] = field(default_factory=dict)
@@ -123,6 +143,13 @@ class Loss:
         blank = cls(driven, timeline.period_s, top, drop, capacity, turns=turns, shapes=shapes)
         return blank if names else None
 
+    def mixed(self, other: Loss, share: float) -> Loss:
+        """This one, and of another its ``share`` of the difference to this one."""
+        shapes = {n: own + share * (other.shapes[n] - own) for n, own in self.shapes.items()}
+        further = self.further + share * (other.further - self.further)
+        further = float(np.clip(further, -FARTHEST, FARTHEST))
+        return replace(self, shapes=shapes, further=further, bent=Bent())
+
     def follow(
         self,
         flow: Flow,
@@ -136,11 +163,12 @@ class Loss:
         ``turning`` (count,) of dead time; ``diodes`` (count,), what it takes for a volt that two
         diodes drop.
         """
-        drop, bent = values.get(DROP, 0.0), values.get(BENT, 0.0)
-        further = self.further
+        drop, asked = values.get(DROP, 0.0), 0.0
         if self.modelled and abs(drop) > CLEAR * self.top_v:
-            further += float(np.clip(bent / drop, -1.0, 1.0))
+            asked = values.get(BENT, 0.0) / drop
+        further = self.further + self.bent.step(asked)
         further = float(np.clip(further, -FARTHEST, FARTHEST))
+        bent = Bent(asked, further - self.further)
         stall_a = self.top_v / resistance_ohm
         share, bending = flow.saturation(self._bend(further, resistance_ohm))
         amperes = np.where(self.driven, flow.mean, 0.0)
@@ -157,7 +185,7 @@ class Loss:
             known[turn_of(k)][part.slice] = turning[part.slice]
         shapes = {name: known[name] for name in self.shapes}
         rise = self._rise(end, stall_a)
-        return replace(self, shapes=shapes, rise=rise, further=further, modelled=True)
+        return replace(self, shapes=shapes, rise=rise, further=further, bent=bent, modelled=True)
 
     def _rise(self, charge_a2s: float, stall_a: float) -> tuple[float, float]:
         """By how much of itself R grows over the capture, and its standard uncertainty."""
@@ -185,12 +213,6 @@ class Loss:
     def _bend(self, further: float, resistance_ohm: float) -> float:
         """A at which the drop bends, by the logarithm that it is over the usual one."""
         return BEND * (self.top_v / resistance_ohm) * float(np.exp(further))
-
-    def near(self, before: Loss, values: Mapping[str, float]) -> bool:
-        """It takes what the one before took with these values, whose bend it has made its own."""
-        bent = values.get(BENT, 0.0) - values.get(DROP, 0.0) * (self.further - before.further)
-        moved = self.volts({**values, BENT: bent}) - before.volts(values)
-        return before.modelled and float(np.abs(moved).max()) < SETTLED * self.top_v
 
     def volts(self, values: Mapping[str, float]) -> Floats:
         """V (count,) that are lost."""

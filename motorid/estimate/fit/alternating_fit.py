@@ -1,21 +1,64 @@
-"""The search and what drives the motor in turn, until neither changes the other."""
+"""The search and what drives the motor in turn, until neither changes the other.
+
+Every pass judges the source by the model's own current, and the search goes on with that. What is a
+choice between two things (how many readings a source follows, a supply's lag) is decided while the
+answer still moves much, and kept from then on: two choices that bring each other about would else
+take turns for ever. The passes end where what is left to come is a small part of what noise leaves
+open. Where the last of them does not get there, its change is a cause of the budget.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motorid.estimate.fit.parameter_bounds import merged, unknowns_of
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.thevenin_source import Source
+from motorid.estimate.model.source_mixing import Mixer
 from motorid.estimate.solver.levenberg_marquardt import ENOUGH, maximise
 from motorid.estimate.solver.problem import Solution, Unknown
+from motorid.estimate.uncertainty.covariance import covariance_of
 
-SOURCE_PASSES = 3  # at most, of fit and source lines in turn
-LOSS_PASSES = 7  # the same while what brushes take follows a current that still moves
+Floats = NDArray[np.float64]
+
+MOST_PASSES = 24  # of fit and source in turn
+LOST_PASSES = 7  # the same where L has vanished: no pass finds it again
+ROUGH_PASSES = 2  # from a start
+LATEST = 6  # passes after which all is decided
+DECIDED = 0.5  # of a standard deviation by noise: with less to come nothing is decided anew
+SETTLED = 0.02  # of it: the same of what is worth no other pass
+CALM = 2  # passes on end that are worth no other: what swings passes through its middle
+QUICKEST, SLOWEST = 0.3, 0.95  # that a pass changes of what the one before did
 ROUGH = 1.0  # change of chi-square that is near enough while sources and noise are unsettled
+CLOSE = 1e-2  # the same once they nearly are
+VANISHED = 0.02  # L/R in sample periods: less than readings tell from none
+
+
+@dataclass(frozen=True)
+class Change:
+    """Of one pass: ``shift`` (p,) in search coordinates, and ``size``, that of the parameter which
+    moved most, in standard deviations by noise.
+    """
+
+    shift: Floats
+    size: float
+
+    @classmethod
+    def of(cls, before: Solution, after: Solution) -> Change:
+        """From one solution to the next."""
+        stays = after.at_bound & before.at_bound
+        shift = np.where(stays, 0.0, _coordinates(after) - _coordinates(before))
+        deviations = np.sqrt(np.diag(covariance_of(after.information)))
+        return cls(shift, float((np.abs(shift) / deviations).max(initial=0.0)))
+
+    def left(self, before: Change | None) -> float:
+        """In standard deviations, what all further passes will change: each that much less."""
+        ratio = self.size / before.size if before is not None and before.size else 1.0
+        ratio = min(max(ratio, QUICKEST), SLOWEST)
+        return self.size * ratio / (1.0 - ratio)
 
 
 def with_sources(
@@ -28,21 +71,54 @@ def with_sources(
     is not searched, 0: it is.
     """
     first = _held(unknowns_of(records, free, start), held_h)
-    solution = maximise(first, records, enough=ROUGH)
-    settled = True
-    for n in range(1, LOSS_PASSES):
-        if settled and n >= SOURCE_PASSES:
+    for record in records:
+        record.decide(False)
+    return in_turn(records, free, start, maximise(first, records, enough=ROUGH), held_h)
+
+
+def in_turn(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    solution: Solution,
+    held_h: float = 0.0,
+) -> Solution:
+    """``with_sources`` from a solution on, with what was decided before it."""
+    decided = all(record.driving.decided for record in records)
+    mixers = [Mixer() for _ in records]
+    change, left, calm = None, np.inf, 0
+    for n in range(1, MOST_PASSES):
+        lost = vanished(solution, records)
+        if lost and n >= LOST_PASSES:
             break
-        before = [record.sources for record in records]
-        for record, own in zip(records, solution.own, strict=True):
-            record.retake_sources(solution.values, own)
-        after = [record.sources for record in records]
-        settled = all(record.driving.settled for record in records)
-        if settled and all(_same(a, b) for old, new in zip(before, after, strict=True)
-               for a, b in zip(old, new, strict=True)):  # fmt: skip
+        for record, own, mixer in zip(records, solution.own, mixers, strict=True):
+            record.retake_sources(solution.values, own, mixer if decided else None)
+        enough = ROUGH if lost or (n <= ROUGH_PASSES and not decided) else CLOSE
+        found = again(records, free, start, solution, enough, held_h)
+        last, change = change, Change.of(solution, found)
+        solution, left = found, change.left(last)
+        calm = calm + 1 if decided and left < SETTLED else 0
+        if calm == CALM:
             break
-        solution = again(records, free, start, solution, ROUGH, held_h)
+        decided = decided or left < DECIDED or n >= LATEST
+        for record in records:
+            record.decide(decided)
+    unsettled = None if change is None or left < SETTLED else change.shift
+    for record in records:
+        record.unsettled = unsettled
     return solution
+
+
+def _coordinates(solution: Solution) -> Floats:
+    each = zip(solution.unknowns, solution.values, strict=True)
+    return np.array([np.log(v) if u.log else v for u, v in each])
+
+
+def vanished(solution: Solution, records: Sequence[MotorRecord]) -> bool:
+    """The inductance has gone to where it is none; what the ripple does went with it."""
+    values = merged({}, solution)
+    period = min(record.timeline.period_s for record in records)
+    return 0.0 < values.get("L", 0.0) < VANISHED * values.get("R", 0.0) * period
 
 
 def again(
@@ -92,7 +168,3 @@ def _held(unknowns: list[Unknown], held_h: float) -> list[Unknown]:
         replace(u, start=held_h, lower=held_h, upper=held_h) if u.name == "L" else u
         for u in unknowns
     ]
-
-
-def _same(a: Source | None, b: Source | None) -> bool:
-    return a is b if a is None or b is None else a.near(b)

@@ -13,7 +13,9 @@ import numpy as np
 from motorid.estimate.fit.alternating_fit import (
     ROUGH,
     again,
+    in_turn,
     judge_at,
+    vanished,
     with_inductance,
     with_sources,
 )
@@ -27,7 +29,6 @@ from motorid.estimate.solver.levenberg_marquardt import ENOUGH
 from motorid.estimate.solver.problem import Derivatives, Solution
 
 COLOUR_PASSES = 2  # of noise model and fit in turn
-VANISHED = 0.02  # L/R in sample periods: less than readings tell from none
 RISES = (0.3, 0.1)  # L/R in sample periods to begin with instead
 GROSS = 0.02  # residuals in units of a channel's range: worth another start
 OTHER_STARTS: tuple[dict[str, float], ...] = (
@@ -63,13 +64,6 @@ def settled(
     return with_promoted(records, free, start, solution)
 
 
-def vanished(solution: Solution, records: Sequence[MotorRecord]) -> bool:
-    """The inductance has gone to where it is none; what the ripple does went with it."""
-    values = merged({}, solution)
-    period = min(record.timeline.period_s for record in records)
-    return 0.0 < values.get("L", 0.0) < VANISHED * values.get("R", 0.0) * period
-
-
 def _begun_again(
     records: Sequence[MotorRecord],
     free: Sequence[str],
@@ -103,7 +97,7 @@ def with_promoted(
             for record in records:
                 record.propagate(*found)
             return before
-        before = after
+        before = in_turn(records, free, start, after)
 
 
 def whitened(

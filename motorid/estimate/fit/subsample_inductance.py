@@ -19,8 +19,8 @@ import numpy as np
 from motorid.capture.model import CURRENT, SUPPLY, Capture
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.fit import discontinuous_current_inductance
-from motorid.estimate.fit.alternating_fit import with_inductance, with_sources
-from motorid.estimate.fit.multistart import vanished, whitened, with_promoted
+from motorid.estimate.fit.alternating_fit import vanished, with_inductance, with_sources
+from motorid.estimate.fit.multistart import whitened, with_promoted
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.program_parts import by_part

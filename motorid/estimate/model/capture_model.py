@@ -18,6 +18,7 @@ from motorid.estimate.effects.registry import used
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.effects.source_noise import SourceNoise
 from motorid.estimate.model.reconstructed_voltage import Course, Driving
+from motorid.estimate.model.source_mixing import Mixer
 from motorid.estimate.model.weighting import Weighed
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.discontinuous_current import divided
@@ -79,6 +80,7 @@ class MotorRecord(Weighed):
         self.simulated = 0  # responses computed so far
         self.rivals: tuple[Rival, ...] = ()
         self.foretold: Foretold | None = None  # an inductance that no reading shows
+        self.unsettled: Floats | None = None  # the last pass's change of parameters, if too large
         pwm = capture.wiring.pwm_hz
         self.pwm_period_s = 1.0 / pwm if pwm else 0.0
         self.response = self.respond(
@@ -197,10 +199,17 @@ class MotorRecord(Weighed):
         self._kicked: Mapping[int, float] = {}
         self.response.excite(self.volts, self.stretches)
 
-    def retake_sources(self, shared: Floats, own: Floats) -> None:
-        """Judge what drives the motor with the model's own current."""
+    def decide(self, decided: bool) -> None:
+        """Whether what is a choice between two things, of what drives the motor, stays as it is."""
+        self.driving = replace(self.driving, decided=decided)
+
+    def retake_sources(self, shared: Floats, own: Floats, mixer: Mixer | None = None) -> None:
+        """Judge what drives the motor with the model's own current; ``mixer``: to go on from what
+        was judged before.
+        """
         self.losing, self.judged_at = self._losing(own), self.motor(shared)
-        self.excite(self.driving.judged(self._course(shared, own), self.losing))
+        driving = self.driving.judged(self._course(shared, own), self.losing)
+        self.excite(driving if mixer is None else mixer.next(self.driving, driving))
 
     def _course(self, shared: Floats, own: Floats) -> Course:
         period_s, window = self.timeline.period_s, self.driving.window

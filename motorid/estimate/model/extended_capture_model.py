@@ -16,6 +16,7 @@ from motorid.estimate.effects.state.ripple_phase import RIPPLE_PHASE
 from motorid.estimate.model.angle_spectrum import MOST
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import ADDED, COPPER_PER_K, NAMES, Scales, Term, unknown
+from motorid.estimate.model.source_mixing import Mixer
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.intersample_voltage import JOINED
 from motorid.estimate.signals.measurements import EMF, Measured
@@ -149,9 +150,9 @@ class WideRecord(MotorRecord):
         self._prepare(self.response)
         self._memory.clear()
 
-    def retake_sources(self, shared: Floats, own: Floats) -> None:
+    def retake_sources(self, shared: Floats, own: Floats, mixer: Mixer | None = None) -> None:
         """As the six-parameter record's; the steps are planned anew."""
-        super().retake_sources(shared, own)
+        super().retake_sources(shared, own, mixer)
         self.plan(shared, own)
 
     def unknown(self, name: str, start: float) -> Unknown:

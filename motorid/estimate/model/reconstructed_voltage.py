@@ -7,7 +7,7 @@ begins late, and where a current stops: all of it bends with a current that only
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ from motorid.estimate.signals.pwm_bridge import (
     switched_late,
 )
 from motorid.estimate.signals.ripple_average import Flow
-from motorid.estimate.signals.supply_sag import NO_SAGS, Sag, sags, seen
+from motorid.estimate.signals.supply_sag import Sag, sags, seen
 from motorid.estimate.signals.thevenin_source import Source, source_resistance, sources
 from motorid.estimate.signals.time_grid import Timeline
 from motorid.estimate.signals.voltage_sensing import Sense
@@ -56,7 +56,8 @@ class Driving:
     """The motor's excitation, as far as it is known.
 
     ``heard`` is ``sensed`` with what the dead time takes; ``switched_late``, of every part, the
-    interval up to which its PWM begins late; ``settled``: what is lost is that of the last course.
+    interval up to which its PWM begins late. ``decided``: what is a choice between two things
+    (where PWM begins late, the forms of sources, a supply's lag) stays as it is.
     """
 
     capture: Capture
@@ -66,7 +67,8 @@ class Driving:
     sources: tuple[Source | None, ...]
     switched_late: tuple[int, ...]
     loss: Loss | None
-    settled: bool = True
+    sagging: Mapping[int, Sag] = field(default_factory=dict)
+    decided: bool = False
 
     @classmethod
     def of(cls, capture: Capture, timeline: Timeline, sensed: Sense) -> Driving:
@@ -97,19 +99,24 @@ class Driving:
     def judged(self, course: Course, losing: Mapping[str, float]) -> Driving:
         """Anew by the model's course, which had ``losing``, the unknowns of what is lost."""
         L, R = course.inductance_h, course.resistance_ohm
-        now = replace(self, timeline=confirmed(self.capture, self.timeline, L, R))
-        parts = now.timeline.parts
+        timeline = self.timeline if self.decided else confirmed(self.capture, self.timeline, L, R)
+        now = replace(self, timeline=timeline)
+        parts = timeline.parts
         course = now._at_rest(course)
         current, mean = course.current, course.mean
         risen = tuple(rises(self.capture, parts, mean, course.end, L, R))
-        late = tuple(switched_late(self.capture, part, current, L, R) for part in parts)
-        now = replace(now._losing(course, risen, losing), switched_late=late)
-        now = now._hearing(course, risen)
+        if not self.decided:
+            late = tuple(switched_late(self.capture, part, current, L, R) for part in parts)
+            now = replace(now, switched_late=late)
+        now = now._losing(course, risen, losing)._hearing(course, risen)
         ohms = now._source_ohms(current)
         source_v = now.heard.volts + now.heard.lost_shown + ohms * current
         rail = self.capture.supply_v
-        sagging = sags(self.window, parts, source_v, current, ~self._gone, mean, risen, rail)
-        return now._with_sources(current, ohms, moving(mean, risen), sagging)
+        sagging = sags(
+            self.window, parts, source_v, current, ~self._gone, mean, risen, rail,
+            self.sagging if self.decided else None,
+        )  # fmt: skip
+        return replace(now, sagging=sagging)._with_sources(current, ohms, moving(mean, risen))
 
     @property
     def _gone(self) -> NDArray[np.bool_]:
@@ -118,17 +125,54 @@ class Driving:
         return np.asarray(self.sensed.filled | np.isnan(self.timeline.spread(none)))
 
     def _at_rest(self, course: Course) -> Course:
-        """The course where the dead time takes what it should of it, if nothing shows that."""
-        if not self.sensed.commanded:
+        """The course where the dead time takes what it should of it.
+
+        A source that follows its readings has that from them.
+        """
+        shown = not self.sensed.commanded
+        if shown and not np.any(self.heard.lost):  # the source's line has what is lost as yet
             return course
         taken = np.broadcast_to(self.heard.lost, len(course.mean))
-        off = swinging(
-            self.capture, self.timeline.parts, course.mean, taken, course.inductance_h,
-            course.resistance_ohm,
-        )  # fmt: skip
+        off = np.zeros(len(course.mean))
+        for part, source in zip(self.timeline.parts, self.sources, strict=True):
+            if shown and (source is None or source.as_read):
+                continue
+            ohms = self.heard.series_ohm + (source.ohms if source is not None else 0.0)
+            off[part.slice] = swinging(
+                self.capture, part, course.mean, taken, course.inductance_h,
+                course.resistance_ohm, ohms, shown,
+            )  # fmt: skip
         return replace(
             course, current=course.current - off, mean=course.mean - off, end=course.end - off
         )
+
+    def mixed(self, other: Driving, share: float) -> Driving:
+        """This one, and of another its ``share`` of the difference to this one."""
+
+        def mix(a: Floats, b: Floats) -> Floats:
+            return np.asarray(a + share * (np.asarray(b) - a))
+
+        sources = tuple(
+            replace(
+                a,
+                volts=mix(a.volts, b.volts),
+                ohms=max(a.ohms + share * (b.ohms - a.ohms), 0.0),
+            )
+            if a is not None and b is not None
+            else a
+            for a, b in zip(self.sources, other.sources, strict=True)
+        )
+        own, its = self.heard, other.heard
+        heard = replace(
+            own,
+            volts=mix(own.volts, its.volts),
+            lost=mix(np.asarray(own.lost), np.asarray(its.lost)),
+            lost_shown=mix(np.asarray(own.lost_shown), np.asarray(its.lost_shown)),
+        )
+        loss = self.loss
+        if loss is not None and other.loss is not None:
+            loss = loss.mixed(other.loss, share)
+        return replace(self, sources=sources, heard=heard, loss=loss)
 
     def _losing(
         self, course: Course, risen: Sequence[Rise], losing: Mapping[str, float]
@@ -139,7 +183,7 @@ class Driving:
         flow = Flow.of(self.capture, parts, course.mean, L, R, risen, course.emf)
         unsure = turning(self.capture, parts, course.mean, L, R)
         followed = self.loss.follow(flow, R, losing, unsure, self._lost_to_diodes(course))
-        return replace(self, loss=followed, settled=followed.near(self.loss, losing))
+        return replace(self, loss=followed)
 
     def _lost_to_diodes(self, course: Course) -> Floats:
         """What the dead time takes for a volt that two diodes drop, (count,), by their scatter.
@@ -182,9 +226,10 @@ class Driving:
         current: Floats,
         ohms: float,
         mean: Floats | None = None,
-        sagging: Mapping[int, Sag] = NO_SAGS,
     ) -> Driving:
         """By the current (count,) over windows, and its mean over intervals."""
-        parts = self.timeline.parts
-        found = sources(self.heard, current, parts, self._gone, ohms, mean, sagging)
+        found = sources(
+            self.heard, current, self.timeline.parts, self._gone, ohms, mean, self.sagging,
+            self.sources if self.decided else None,
+        )  # fmt: skip
         return replace(self, sources=found)

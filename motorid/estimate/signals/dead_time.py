@@ -34,6 +34,7 @@ UNSURE = 0.06  # of the current at which the ripple turns round: its relative st
 COMMUTATION = 0.0015  # of the back-EMF: what is left of a commutator's ripple over a PWM period
 FAR = 4.0  # standard deviations beyond which nothing is blurred
 BLURRED = np.linspace(-FAR, FAR, 17)
+HALVINGS = 40  # of what a source may be higher by
 STEP_A = 1e-6  # a volt of _Period: without inductance there is no ripple, and the loss is a step
 ALL, NOTHING = 5, 3  # of the six points: the lowest current stays with the drive, or against it
 _erf = np.vectorize(math.erf, otypes=[float])
@@ -93,15 +94,32 @@ class DeadTime:
             lost[near] += bend * self.blur * _rounding((along[near] - at) / self.blur)
         return np.asarray(self.side * lost)
 
-    def balanced(self, current: Floats, taken: Floats, ohms: float) -> Floats:
+    def balanced(
+        self, current: Floats, taken: Floats, ohms: float, by_readings: bool = False
+    ) -> Floats:
         """The current (n,) that loses what it should, of a model that had ``taken`` (n,) from it
         instead, behind ``ohms``, and so found ``current`` (n,).
+
+        ``by_readings``: the source is as high as readings of its voltage say, whatever is lost, so
+        that the mean of the current stays.
         """
         drop = current + taken / ohms
-        reach = 2.0 * float(np.abs(drop).max() + np.abs(self.volts).max() / ohms)
+        short = (self.lost(current) - taken) / ohms
+        low, high = float(short.min()), float(short.max())
+        reach = 2.0 * float(np.abs(drop).max() + np.abs(self.volts).max() / ohms) + high - low
         bends = np.add.outer(self.amperes, self.blur * BLURRED).ravel()
         grid = np.unique(self.side * np.concatenate([[-reach], bends, [reach]]))
-        return np.asarray(np.interp(drop, grid + self.lost(grid) / ohms, grid))
+        along = grid + self.lost(grid) / ohms
+        if not by_readings:
+            return np.asarray(np.interp(drop, along, grid))
+        mean = float(current.mean())
+        for _ in range(HALVINGS):
+            halfway = (low + high) / 2.0
+            if float(np.interp(drop + halfway, along, grid).mean()) < mean:
+                low = halfway
+            else:
+                high = halfway
+        return np.asarray(np.interp(drop + (low + high) / 2.0, along, grid))
 
     def first(self, current: float) -> float:
         """V less in the mean of the first PWM period, which begins with that current.
@@ -225,25 +243,27 @@ def _within(capture: Capture, rise: Rise, dead: DeadTime, found: float) -> Float
 
 def swinging(
     capture: Capture,
-    parts: Sequence[Part],
+    part: Part,
     current: Floats,
     taken: Floats,
     inductance_h: float,
     resistance_ohm: float,
+    source_ohm: float = 0.0,
+    by_readings: bool = False,
 ) -> Floats:
-    """A (count,) by which a model's mean ``current`` departs from one that loses what it should.
+    """A (n,) by which a model's mean ``current`` (count,) of a part departs from one that loses
+    what it should; ``by_readings`` as in ``DeadTime.balanced``.
 
     Where the loss turns, it changes by many times R for an ampere: a model that is given the loss
     of its own last current, ``taken`` (count,), swings from all to nothing and back for ever. At
     the motor's speed R i + lost(i) is what drives it, which has one solution.
     """
-    off = np.zeros(len(current))
-    for part in parts:
-        dead = DeadTime.of(capture, part, inductance_h, resistance_ohm)
-        if dead is not None and resistance_ohm:
-            late = slice(part.start + 1, part.stop)  # in the first interval R i is not all
-            here = current[late]
-            off[late] = here - dead.balanced(here, taken[late], resistance_ohm)
+    here = current[part.slice]
+    off = np.zeros(len(here))
+    dead = DeadTime.of(capture, part, inductance_h, resistance_ohm)
+    if dead is not None and resistance_ohm and len(here) > 1:  # in the first one R i is not all
+        ohms = resistance_ohm + source_ohm
+        off[1:] = here[1:] - dead.balanced(here[1:], taken[part.slice][1:], ohms, by_readings)
     return off
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,30 +17,61 @@ BLOCKS, SLOW = 8, 28.0  # stretches of a part, and chi-square of their means: 1 
 ODD_SAMPLE = 3.5  # standard deviations from the line of one of them
 NEAR = 32  # samples that tell where the source was just before them
 WINDOWS = (64, 32, 16, 8, 4)  # half-widths in samples
+LINE, AS_READ = 0, -1  # in place of one: no curve, and no smoothing
+
+
+@dataclass(frozen=True)
+class Form:
+    """What is decided of a part's source: ``half``, the half-width (samples) of the window of its
+    curve, LINE without one or AS_READ; and ``head``, how many first samples depart from that.
+    """
+
+    half: int = LINE
+    head: int = 0
+
+    @property
+    def quiet(self) -> bool:
+        """Free of the readings' noise after the head."""
+        return self.half != AS_READ
+
+
+PLAIN = Form()
 
 
 def trend_of(
-    left: Floats, noise: float, allowed: float, declared: float = 0.0
-) -> tuple[Floats, int, bool]:
-    """What the source does beyond its line, (n,), how many samples of the head depart from it, and
-    whether that is free of noise. It is as read when no window leaves only noise behind: its head
-    is then judged by the ``declared`` variance of a reading, as what comes and goes is no noise.
+    left: Floats, noise: float, allowed: float, declared: float = 0.0, form: Form | None = None
+) -> tuple[Floats, Form]:
+    """What the source does beyond its line, (n,), and its form: as given, or as the data ask for.
+
+    It is as read when no window leaves only noise behind: its head is then judged by the
+    ``declared`` variance of a reading, as what comes and goes is no noise.
     """
     late = left[HEAD:]
+    half = form.half if form is not None else _half(late, noise, allowed)
     trend = np.zeros_like(left)
-    quiet = True
-    if square(late) / len(late) > allowed or _slow(late) > SLOW * noise:
-        quiet = _wanders(late, allowed, trend[HEAD:])
-        if not quiet:
-            trend[HEAD:] = late
-            noise = min(noise, declared or noise)
+    if half != LINE:
+        trend[HEAD:] = late if half == AS_READ else smoothed(late, half)
         trend[:HEAD] = _carried_back(late)
-    odd = left[:HEAD] - trend[:HEAD]
+    if form is None:
+        scatter = min(noise, declared or noise) if half == AS_READ else noise
+        form = Form(half, _head(left[:HEAD] - trend[:HEAD], scatter))
+    return trend, form
+
+
+def _half(late: Floats, noise: float, allowed: float) -> int:
+    """The smoothest that leaves only noise."""
+    if square(late) / len(late) <= allowed and _slow(late) <= SLOW * noise:
+        return LINE
+    for half in WINDOWS:
+        if 4 * half <= len(late) and square(late - smoothed(late, half)) / len(late) <= allowed:
+            return half
+    return AS_READ
+
+
+def _head(odd: Floats, noise: float) -> int:
     out = np.flatnonzero(np.abs(odd) > ODD_SAMPLE * np.sqrt(noise))
     head = int(out[-1]) + 1 if len(out) else 0
-    if square(odd[head:]) > ODD_HEAD * noise * len(odd):
-        head = HEAD
-    return trend, head, quiet
+    return HEAD if square(odd[head:]) > ODD_HEAD * noise * len(odd) else head
 
 
 def _slow(late: Floats) -> float:
@@ -48,18 +81,6 @@ def _slow(late: Floats) -> float:
     length = len(late) // BLOCKS
     sums: Floats = late[: BLOCKS * length].reshape(BLOCKS, length) @ np.ones(length)
     return square(sums) / max(length, 1)
-
-
-def _wanders(late: Floats, allowed: float, trend: Floats) -> bool:
-    """Writes the smoothest curve that leaves only noise; False when there is none."""
-    for half in WINDOWS:
-        if 4 * half > len(late):
-            continue
-        trend[:] = smoothed(late, half)
-        rest = late - trend
-        if square(rest) / len(rest) <= allowed:
-            return True
-    return False
 
 
 def _carried_back(late: Floats) -> Floats:

@@ -39,10 +39,14 @@ CLEAR = 25.0  # chi-square by which a supply must explain the readings better
 
 @dataclass(frozen=True)
 class Sag:
-    """V (n,) that a supply adds to the source of a part: over readings' windows and intervals."""
+    """V (n,) that a supply adds to the source of a part: over readings' windows and intervals.
+
+    ``late``: intervals of the supply's lag.
+    """
 
     shown: Floats
     taken: Floats
+    late: float = 0.0
 
 
 NO_SAG, NO_SAGS = Sag(np.zeros(1), np.zeros(1)), MappingProxyType[int, Sag]({})
@@ -180,8 +184,11 @@ def sags(
     mean: Floats,
     rises: Sequence[Rise],
     rail: float | None,
+    before: Mapping[int, Sag] | None = None,
 ) -> Mapping[int, Sag]:
     """What the supply adds to the source of each part, by its place; none where no reading tells.
+
+    ``before``: sags whose lag is kept, None: the readings decide.
 
     ``open_circuit`` (count,) is what the readings show of the source, ``known`` which are any,
     ``shown`` (count,) the current that they saw, ``mean`` that over the intervals.
@@ -193,13 +200,13 @@ def sags(
         if parts[k].start in by_start
         and (draw := Draw.of(parts[k], parts[k - 1], by_start[parts[k].start], mean, rail))
     }
-    if window.lag or not drawn:
+    if window.lag or not drawn or (before is not None and not before):
         return NO_SAGS
     draws = Draws(tuple(drawn.values()), window, rises[0].weights)
     told = [_Told.of(open_circuit, shown, known, parts[k]) for k in drawn]
     variance = float(np.mean(np.concatenate([np.diff(t.left) ** 2 for t in told]))) / 2.0
-    best = CLEAR * variance, 0.0, 0.0
-    for late in LATENESS:
+    best = (CLEAR * variance if before is None else 0.0), 0.0, 0.0
+    for late in LATENESS if before is None else (next(iter(before.values())).late,):
         tried = draws.sags(late)[0]
         sums = np.array([t.against(row) for t, row in zip(told, tried, strict=True)])
         weight, cross = sums.sum(axis=0)
@@ -208,11 +215,11 @@ def sags(
     _, ohms, late = best
     if not ohms:
         return NO_SAGS
-    found = zip(drawn.items(), *draws.sags(late), strict=True)
-    return {
-        k: Sag(*(ohms * v for v in draw.whole((a, b), mean[parts[k].slice], late, window)))
-        for (k, draw), a, b in found
-    }
+    found = {}
+    for (k, draw), a, b in zip(drawn.items(), *draws.sags(late), strict=True):
+        seen_v, taken_v = draw.whole((a, b), mean[parts[k].slice], late, window)
+        found[k] = Sag(ohms * seen_v, ohms * taken_v, late)
+    return found
 
 
 @dataclass(frozen=True)

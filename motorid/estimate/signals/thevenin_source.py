@@ -11,12 +11,12 @@ no window does, the fit is given the readings themselves.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.signals.smoothing import trend_of
+from motorid.estimate.signals.smoothing import PLAIN, Form, trend_of
 from motorid.estimate.signals.step_transient import HEAD, head_errors, shares
 from motorid.estimate.signals.supply_sag import NO_SAG, NO_SAGS, Sag
 from motorid.estimate.signals.time_grid import Part
@@ -25,7 +25,6 @@ from motorid.estimate.solver.dense_products import dot, square
 
 Floats = NDArray[np.float64]
 
-SAME = 1e-5  # relative change of a source that a fit need not follow
 FEWEST = 24  # samples that a line needs
 EXCESS = 1.3  # variance about the line, in units of that between neighbours, still called noise
 
@@ -37,16 +36,14 @@ class Source:
     volts: Floats
     ohms: float
     noise: float  # standard deviation of a reading about it
-    head: int = 0  # first intervals that follow the readings themselves, noise and all
+    form: Form = PLAIN
     tilt: Floats | float = 0.0  # V (n,) that one standard deviation of its slope would add
     errors: tuple[Floats, ...] = ()  # V (head,): independent ones of what the head follows
-    as_read: bool = False  # all of it follows the readings
 
-    def near(self, other: Source) -> bool:
-        """The two would drive a motor alike."""
-        scale = float(np.abs(self.volts).max()) + 1e-12
-        apart = float(np.abs(self.volts - other.volts).max())
-        return apart < SAME * scale and abs(self.ohms - other.ohms) <= 1e-3 * self.ohms + 1e-9
+    @property
+    def as_read(self) -> bool:
+        """All of it follows the readings, noise and all."""
+        return not self.form.quiet
 
 
 def source_resistance(
@@ -89,17 +86,20 @@ def sources(
     ohms: float,
     mean: Floats | None = None,
     sags: Mapping[int, Sag] = NO_SAGS,
+    before: Sequence[Source | None] | None = None,
 ) -> tuple[Source | None, ...]:
     """The source of every part behind ``ohms``; ``current`` as in ``source_resistance``.
 
     ``mean`` (count,): the current over the intervals; None: they are the voltage's windows.
-    ``sags``: what the supply takes from some of them.
+    ``sags``: what the supply takes from some of them. ``before``: sources whose forms are kept,
+    None: the data decide.
     """
+    forms = [None] * len(parts) if before is None else [s.form if s else None for s in before]
     good = np.isfinite(current) & ~lost
     mean = current if mean is None else mean
     return tuple(
-        _source(sensed, current, mean, good, part, ohms, sags.get(k, NO_SAG))
-        if _drawn(part, current, lost)
+        _source(sensed, current, mean, good, part, ohms, sags.get(k, NO_SAG), forms[k])
+        if _drawn(part, current, lost) and (before is None or before[k] is not None)
         else None
         for k, part in enumerate(parts)
     )
@@ -121,6 +121,7 @@ def _source(
     part: Part,
     ohms: float,
     sag: Sag,
+    form: Form | None,
 ) -> Source | None:
     known = np.flatnonzero(good[part.slice])
     lost = np.broadcast_to(sensed.lost, len(current))[part.slice]
@@ -132,8 +133,13 @@ def _source(
     between = np.diff(left[HEAD:])
     noise = square(between) / (2 * len(between))
     slope, flow, deviation = _slope(left, seen, noise)
+    if part.discontinuous:  # its current follows the source without delay: it would follow itself
+        slope = deviation = 0.0
     allowed = EXCESS * noise + sensed.resolution**2 / 12
-    curve, head, quiet = trend_of(left - slope * flow, noise, allowed, sensed.noise**2)
+    curve, form = trend_of(left - slope * flow, noise, allowed, sensed.noise**2, form)
+    if part.discontinuous and not form.quiet:
+        form = replace(form, head=HEAD)  # nothing builds up: a line would follow its own current
+    head, quiet = form.head, form.quiet
     if sensed.commanded and not quiet:  # it is what the dead time takes that jumps
         return None
     own = flow
@@ -150,7 +156,7 @@ def _source(
     own_noise = float(np.sqrt(noise if quiet else min(noise, sensed.noise**2 or noise)))
     errors = head_errors(known, share, departure, own_noise)
     tilt = deviation * flow
-    return Source(volts, ohms, float(np.sqrt(noise)), head, tilt, errors, as_read=not quiet)
+    return Source(volts, ohms, float(np.sqrt(noise)), form, tilt, errors)
 
 
 def _sure(slope: float, deviation: float) -> float:

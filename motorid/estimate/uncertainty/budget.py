@@ -24,9 +24,11 @@ from motorid.estimate.uncertainty.covariance import NOISE, SCATTER, SPREAD, Know
 
 Floats = NDArray[np.float64]
 
+SETTLING = "source iteration"  # of fit and source in turn, as far as it did not settle
 REST = {  # what is left when every influence quantity has its line
     NOISE: "record longer runs with more changes of speed, or more of them",
     SPREAD: "clamp motor and sensors alike in every run, and take more runs",
+    SETTLING: "drive by higher or lower levels: at these the ripple turns the current",
     SCATTER: "log faster, with the moments of the voltage's steps",
 }
 
@@ -59,6 +61,8 @@ def propagated(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, 
         causes[HELD_INDUCTANCE.name] = np.array(
             [held.shift.get(unknown.name, 0.0) for unknown in solution.unknowns]
         )
+    if records[0].unsettled is not None:
+        causes[SETTLING] = records[0].unsettled
     return causes
 
 

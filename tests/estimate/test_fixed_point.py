@@ -1,0 +1,90 @@
+"""Fit and source in turn end at a point that more passes, or the last digits, do not move."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import motorid
+from bench.coverage.rigs import draw_bench
+from bench.coverage.runs import record
+from motorid.capture import store
+from motorid.capture.model import POSITION, Capture, Channel
+from motorid.estimate.fit import alternating_fit
+from motorid.estimate.results.estimate import Estimate
+from motorid.identify import fit
+
+SIX = ("R", "L", "K", "B", "J", "T0")
+STAYS = 0.01  # of a total uncertainty
+NOISE = 0.1  # of a statistical one
+ROUNDING = 1e-13
+
+
+@pytest.fixture(scope="module")
+def turning(tmp_path_factory: pytest.TempPathFactory) -> Capture:
+    """Of the default rig: the ripple turns its current round within the dead time."""
+    path = tmp_path_factory.mktemp("fixed") / "run.h5"
+    motorid.record("sim", path)
+    return store.load(path)
+
+
+def moved(one: Estimate, other: Estimate) -> tuple[float, float]:
+    """The farthest that a parameter moves, in total and in statistical uncertainties."""
+    total, noise = [], []
+    for name in SIX:
+        a, b = one.parameters[name], other.parameters[name]
+        assert a.status == b.status
+        total.append(abs(a.value - b.value) / b.total)  # type: ignore[operator]
+        noise.append(abs(a.value - b.value) / b.statistical)  # type: ignore[operator]
+    return max(total), max(noise)
+
+
+def rounded(capture: Capture, seed: int) -> Capture:
+    """Its readings as another processor might have them; counts of an encoder are whole numbers."""
+    rng = np.random.default_rng(seed)
+
+    def other(channel: Channel) -> Channel:
+        error = ROUNDING * rng.standard_normal(len(channel.raw))
+        return replace(channel, raw=channel.raw * (1.0 + error))
+
+    channels = {n: c if n == POSITION else other(c) for n, c in capture.channels.items()}
+    return replace(capture, channels=channels)
+
+
+def test_more_passes_move_nothing(turning: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    usual = fit([turning], model="six")
+    monkeypatch.setattr(alternating_fit, "SETTLED", 0.0)
+    many = fit([turning], model="six")
+    assert many.evaluations > usual.evaluations
+    total, noise = moved(usual, many)
+    assert total < STAYS
+    assert noise < NOISE
+    assert all("source iteration" not in causes for causes in usual.budget.values())
+
+
+def test_what_passes_leave_is_a_cause(turning: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(alternating_fit, "MOST_PASSES", 3)
+    cut = fit([turning], model="six")
+    assert max(causes.get("source iteration", 0.0) for causes in cut.budget.values()) > 0.0
+
+
+def test_the_last_digits_of_readings_move_nothing(turning: Capture) -> None:
+    usual = fit([turning], model="six")
+    total, _ = moved(fit([rounded(turning, 7)], model="six"), usual)
+    assert total < STAYS
+
+
+@pytest.mark.slow
+def test_a_bend_that_goes_too_far_comes_to_rest(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Diode decay and a drop that bends late: taken as asked for, it swung between two bends."""
+    runs = record(draw_bench(111), tmp_path)
+    usual = fit(runs.captures, model="six")
+    assert all("source iteration" not in causes for causes in usual.budget.values())
+    monkeypatch.setattr(alternating_fit, "SETTLED", alternating_fit.SETTLED / 10.0)
+    total, _ = moved(usual, fit(runs.captures, model="six"))
+    assert total < STAYS
