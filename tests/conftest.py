@@ -32,11 +32,21 @@ def shared_data() -> Path:
     return SHARED_DATA
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.get_closest_marker("long") is None)  # the rest stay in order
+    if config.getoption("--device") is None:
+        config.hook.pytest_deselected(items=[item for item in items if _is_of_a_device(item)])
+        items[:] = [item for item in items if not _is_of_a_device(item)]
+
+
+def _is_of_a_device(item: pytest.Item) -> bool:
+    callspec = getattr(item, "callspec", None)
+    return callspec is not None and callspec.params.get("board_name") == "device"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--device", help="port of a real board whose motor may turn; without it, the "
+                     "conformance suite's cases for a real board are deselected")  # fmt: skip
     parser.addoption(
         "--strict-skips",
         action="store_true",
