@@ -13,6 +13,12 @@ ROOT = Path(__file__).resolve().parent.parent
 SHARED_DATA = ROOT.parent / "shared" / "data"
 ALLOWED_SKIPS = ROOT / "tests" / "allowed_skips.toml"
 
+# Before numpy is loaded, and for every process that a test starts: one thread of linear algebra a
+# worker. More of them wait for each other by turning in circles where cores are shared (a fit then
+# takes three times the processor's time), and sums come out in another order on another machine.
+for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(name, "1")
+
 # The same examples on every run, and no deadline: a busy machine is not a failing property.
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("repeatable")

@@ -158,7 +158,7 @@ def test_the_simulated_winding_is_as_warm_as_said(tmp_path: Path) -> None:
     known, winding_temperature = run(RIG + THERMAL, tmp_path, "figures")
     plain, _ = run(RIG, tmp_path, "plain")
     assert winding_temperature > 33.0  # the run heats it
-    by_figures, by_bound = fit([known]), fit([plain])
+    by_figures, by_bound = fit([known], model="six"), fit([plain], model="six")
     assert by_figures.rise is not None
     assert by_figures.rise.kelvin == pytest.approx(winding_temperature - 31.0, rel=0.2)
     assert by_bound.rise is not None
