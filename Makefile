@@ -21,7 +21,7 @@ C_SOURCES := $(filter-out $(wildcard motorid/*/_*), \
 READY := $(VENV)/ready
 READY_TO_TEST := $(VENV)/ready-to-test
 
-.PHONY: run test quick check fuzz bench docs format wheel help clean
+.PHONY: run test quick evidence check fuzz bench docs format wheel help clean
 
 run: $(READY)
 	$(VENV)/bin/motorid run --rig $(RIG) -o $(OUT) --force
@@ -31,6 +31,9 @@ test: $(READY_TO_TEST)
 
 quick: $(READY_TO_TEST)
 	$(PYTEST) -m "not slow"
+
+evidence: $(READY_TO_TEST)
+	$(PY) bench/evidence.py $(if $(SHORT),--short) $(if $(PARTS),--parts $(PARTS))
 
 check: $(READY_TO_TEST)
 	$(PY) -m ruff format --check .
@@ -76,6 +79,7 @@ help:
 	@echo "make run [RIG=sim] [OUT=out]  capture, fit and report; RIG is a packaged name or a file"
 	@echo "make test                     every test"
 	@echo "make quick                    the tests that take less than about half a second each"
+	@echo "make evidence [PARTS=...]     what takes hours, into bench/results; SHORT=1 for a moment"
 	@echo "make check                    format, lint, types, generated files"
 	@echo "make fuzz [SECONDS=60]        each parser and the firmware's receiver, for so long"
 	@echo "make bench                    speed and accuracy against their targets"

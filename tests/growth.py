@@ -1,4 +1,4 @@
-"""How the work of a function grows with its input, whatever the machine and whoever else is on it."""
+"""How the work of a function grows with its input, whatever machine it is and whoever shares it."""
 
 from __future__ import annotations
 

@@ -16,7 +16,6 @@ from motorid.capture.model import Capture, Wiring
 from motorid.estimate.assembly.assemble import fit
 from motorid.estimate.effects.brush_and_heating import expected_drop, lossless
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.model.reconstructed_voltage import Driving
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.dead_time import dead_time_loss
 from motorid.estimate.signals.pwm_bridge import ripple

@@ -69,7 +69,7 @@ def test_currents_and_speeds_keep_within_the_limits_of_the_worst_motor(
 
     def worst_motors(spread: Spread) -> tuple[Motor, ...]:
         least = spread["R"][0], spread["K"][0]
-        return tuple(m for m in motors(spread) if m == middle(spread) or (m.R, m.K) == least)
+        return tuple(m for m in motors(spread) if m == middle(spread) or least == (m.R, m.K))
 
     monkeypatch.setattr("motorid.plan.motors.motors", worst_motors)
     rig = rig_of()

@@ -11,13 +11,12 @@ from typing import Any
 
 import pytest
 
-import motorid
 from motorid.cli.main import run
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.quality.product import Product
 from motorid.rig import Rig
 from motorid.sim import truth
-from motorid.workflow.check import Line, judge_files, resume
+from motorid.workflow.check import Line, resume
 
 LINE = "sim://?motor=faulhaber-2338s006s&load_inertia=6.4e-8&speed=max"
 CHECK = ["check", "--product", "sim-disc", "--rig", "sim-line"]
