@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE
+from motorid.estimate.diagnosis import deferred
 from motorid.estimate.diagnosis.faults import scale_errors
 from motorid.estimate.results.estimate import Parameter
 from motorid.identify import fit
@@ -56,13 +57,25 @@ SLOW = {"mA for A"}  # L is lost, and looked for
         for c in SCALES
     ],
 )
-def test_a_nameplate_names_the_scale(case: Case, runs: Runs) -> None:
-    capture = case.capture(runs)
-    found = [s for s in fit([capture]).suspects if s.code in {c.code for c in scale_errors.CAUSES}]
-    assert [(s.code, s.strength) for s in found] == [(case.code, "named")]
-    bare = fit([without_nameplate(capture)]).suspects
+def test_a_nameplate_names_the_scale(
+    case: Case, runs: Runs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And without one, of the same fit, no scale is excluded."""
+    suspects = fit([case.capture(runs)]).suspects
+    assert isinstance(suspects, deferred.Suspects)
+    with monkeypatch.context() as patch:
+        patch.setattr(deferred, "nameplate", lambda capture: {})
+        bare = suspects.look()
     hidden = {s.code for s in bare if s.strength == "not excluded"}
     assert hidden == {c.code for c in scale_errors.CAUSES}
+    found = [s for s in suspects if s.code in hidden]
+    assert [(s.code, s.strength) for s in found] == [(case.code, "named")]
+
+
+def test_a_rig_that_says_nothing_of_its_motor_excludes_no_scale(runs: Runs) -> None:
+    bare = fit([without_nameplate(runs.good)]).suspects
+    assert {s.code for s in bare} == {c.code for c in scale_errors.CAUSES}
+    assert {s.strength for s in bare} == {"not excluded"}
 
 
 @pytest.mark.parametrize("options", ["", "&magnet=1.06&copper=0.93", "&load_inertia=8e-6"])
