@@ -152,6 +152,7 @@ def run(text: str, folder: Path, name: str) -> tuple[Capture, float]:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_simulated_winding_is_as_warm_as_said(tmp_path: Path) -> None:
     from motorid.sim import truth
 

@@ -60,6 +60,7 @@ def off(found: Estimate, truth: dict[str, float], name: str) -> float:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_ripple_tells_what_no_reading_shows(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -86,6 +87,7 @@ def test_ripple_tells_what_no_reading_shows(
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_pulses_tell_what_no_reading_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Diode decay, a current that stops in every period, means over whole periods; 0.2 V of 9 are
     lost to brushes.

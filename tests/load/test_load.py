@@ -31,6 +31,7 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseud
 
 @posix
 @pytest.mark.slow
+@pytest.mark.long
 def test_ten_seconds_through_a_pseudo_terminal_lose_nothing(tmp_path: Path) -> None:
     from tests.load import pty
 
@@ -52,6 +53,7 @@ def test_a_slow_terminal_loses_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_slow_run_keeps_its_memory(tmp_path: Path) -> None:
     found = day.run(0.2, tmp_path)
     assert found["samples"] == found["expected"] == 72_000
@@ -138,6 +140,7 @@ def descriptors() -> int:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="only Linux lists descriptors")
 def test_no_failure_leaves_a_thread_or_a_descriptor(tmp_path: Path) -> None:
     """Every fault of docs/faults.md but a dead host, one after the other."""

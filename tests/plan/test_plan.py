@@ -41,6 +41,7 @@ def one_motor(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_simulated_rig_keeps_the_promise(usual: Plan, tmp_path: Path) -> None:
     """Eight specimens: the median of what fits state, and the RMS error of what they find."""
     assert usual.seconds < 0.2  # the packaged rig's own program takes 2.1 s
@@ -51,6 +52,7 @@ def test_the_simulated_rig_keeps_the_promise(usual: Plan, tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.usefixtures("one_motor")
 def test_a_tighter_want_takes_longer() -> None:
     tight = plan_run(rig_of(), ("B=3%",))
@@ -60,6 +62,7 @@ def test_a_tighter_want_takes_longer() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_currents_and_speeds_keep_within_the_limits_of_the_worst_motor(
     usual: Plan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -137,6 +140,7 @@ def test_a_first_run_narrows_the_spread(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_product_gets_steady_turns_in_both_directions() -> None:
     rig, product = rig_of("sim-line"), load_product("sim-disc")
     plan = plan_run(rig, (), product=product)

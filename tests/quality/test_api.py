@@ -47,6 +47,7 @@ def environment(repo_root: Path, tmp_path: Path) -> dict[str, str]:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_pytest_example(repo_root: Path, environment: dict[str, str]) -> None:
     example = repo_root / "docs" / "examples" / "pytest_motor.py"
     call = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(example)]

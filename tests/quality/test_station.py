@@ -94,6 +94,7 @@ def test_a_line_controller_gets_its_verdicts(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_killed_in_mid_shift_nothing_is_lost(tmp_path: Path, product: Product) -> None:
     """Kill -9 at random moments: every verdict told is on disk, every capture gets one."""
     rng, told, number = random.Random(7), {}, 0

@@ -43,7 +43,11 @@ def test_the_powers_are_those_of_the_fit(channel: str, cause: scale_errors.Cause
         assert b / a == pytest.approx(FACTOR ** cause.powers.get(name, 0), rel=5e-3), name
 
 
-SLOW = {"mA for A"}  # L is lost, and looked for
+SLOW = {  # L is lost, and looked for; or the fit has no motor to find
+    "mA for A": [pytest.mark.slow],
+    "voltage gain": [pytest.mark.slow],
+    "mV for V": [pytest.mark.slow, pytest.mark.long],
+}
 
 
 @pytest.mark.parametrize(
@@ -51,7 +55,7 @@ SLOW = {"mA for A"}  # L is lost, and looked for
     [
         pytest.param(
             c,
-            marks=[pytest.mark.slow] if c.name in SLOW or c.code == "voltage_scale" else [],
+            marks=SLOW.get(c.name, []),
             id=c.name,
         )
         for c in SCALES
