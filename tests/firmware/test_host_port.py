@@ -89,7 +89,7 @@ def test_motorid_finds_a_board_there(flags: tuple[str, ...]) -> None:
 def test_full_speed_is_faster_than_the_wall_clock() -> None:
     """Once at least, where other programs hold the cores most of the time."""
     with running("--socket", "0", "--speed", "max") as url:
-        client = Client(open_port(url))
+        client = Client(open_port(url), deadline_s=30.0)
         client.bring_up()
 
         def gained() -> float:
@@ -107,7 +107,7 @@ DRIVER = """
 import sys, time
 from motorid.acquire.port import open_port
 from tests.conformance.client import Client
-client = Client(open_port(sys.argv[1]))
+client = Client(open_port(sys.argv[1]), deadline_s=30.0)
 client.bring_up()
 client.start(client.drive(200_000), host_silence_ms=200)
 print("running", flush=True)
@@ -129,7 +129,7 @@ def test_a_host_that_is_killed_stops_the_motor() -> None:
         host.send_signal(signal.SIGKILL)
         stop(host)
         time.sleep(2.0)  # ten times the silence that it bears
-        client = Client(open_port(url))
+        client = Client(open_port(url), deadline_s=30.0)
         client.wait(0.05)
         status = client.get("read_status")
         assert (status["state"], status["fault"]) == (State.FAULTED, Fault.HOST_SILENCE)
