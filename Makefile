@@ -8,6 +8,9 @@ JOBS ?= 2
 SECONDS ?= 60
 PYTHON ?=
 export PYTHON
+# Empty is unset: where no byte code may be kept, each worker and each command that a test starts
+# compiles everything anew, which takes a third of the quick suite's time.
+export PYTHONDONTWRITEBYTECODE =
 
 VENV := .venv
 PY := $(VENV)/bin/python
@@ -18,7 +21,7 @@ C_SOURCES := $(filter-out $(wildcard motorid/*/_*), \
 READY := $(VENV)/ready
 READY_TO_TEST := $(VENV)/ready-to-test
 
-.PHONY: run test quick check frozen fuzz bench docs format wheel help clean
+.PHONY: run test quick evidence check frozen fuzz bench docs format wheel help clean
 
 run: $(READY)
 	$(VENV)/bin/motorid run --rig $(RIG) -o $(OUT) --force
@@ -28,6 +31,9 @@ test: $(READY_TO_TEST)
 
 quick: $(READY_TO_TEST)
 	$(PYTEST) -m "not slow"
+
+evidence: $(READY_TO_TEST)
+	$(PY) bench/evidence.py $(if $(SHORT),--short) $(if $(PARTS),--parts $(PARTS))
 
 check: $(READY_TO_TEST)
 	$(PY) -m ruff format --check .
@@ -76,6 +82,7 @@ help:
 	@echo "make run [RIG=sim] [OUT=out]  capture, fit and report; RIG is a packaged name or a file"
 	@echo "make test                     every test"
 	@echo "make quick                    the tests that take less than about half a second each"
+	@echo "make evidence [PARTS=...]     what takes hours, into bench/results; SHORT=1 for a moment"
 	@echo "make check                    format, lint, types, generated files"
 	@echo "make frozen [AGAINST=commit]  every number of a fixed corpus, as recorded or as that commit's bits"
 	@echo "make fuzz [SECONDS=60]        each parser and the firmware's receiver, for so long"

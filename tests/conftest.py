@@ -13,6 +13,12 @@ ROOT = Path(__file__).resolve().parent.parent
 SHARED_DATA = ROOT.parent / "shared" / "data"
 ALLOWED_SKIPS = ROOT / "tests" / "allowed_skips.toml"
 
+# Before numpy is loaded, and for every process that a test starts: one thread of linear algebra a
+# worker. More of them wait for each other by turning in circles where cores are shared (a fit then
+# takes three times the processor's time), and sums come out in another order on another machine.
+for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(name, "1")
+
 # The same examples on every run, and no deadline: a busy machine is not a failing property.
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("repeatable")
@@ -32,11 +38,21 @@ def shared_data() -> Path:
     return SHARED_DATA
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.get_closest_marker("long") is None)  # the rest stay in order
+    if config.getoption("--device") is None:
+        config.hook.pytest_deselected(items=[item for item in items if _is_of_a_device(item)])
+        items[:] = [item for item in items if not _is_of_a_device(item)]
+
+
+def _is_of_a_device(item: pytest.Item) -> bool:
+    callspec = getattr(item, "callspec", None)
+    return callspec is not None and callspec.params.get("board_name") == "device"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--device", help="port of a real board whose motor may turn; without it, the "
+                     "conformance suite's cases for a real board are deselected")  # fmt: skip
     parser.addoption(
         "--strict-skips",
         action="store_true",

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.long]
 SITE_PACKAGES = "import sysconfig; print(sysconfig.get_path('purelib'))"
 
 

@@ -17,7 +17,8 @@ from bench.coverage.runs import Runs, kept, record, save
 from bench.coverage.tables import COLD
 from motorid.capture.model import Capture
 from motorid.errors import MotoridError
-from motorid.estimate.results.estimate import AUTO, SIX, Parameter, fit
+from motorid.estimate.results.estimate import AUTO, SIX, Parameter
+from motorid.identify import fit
 
 Row = dict[str, Any]
 

@@ -15,6 +15,7 @@ import subprocess
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qsl, urlencode, urlsplit
@@ -133,22 +134,30 @@ def _alone() -> Iterator[None]:
 
 
 def build(setting: Setting) -> tuple[Path, Path]:
-    """Emulator and ELF, built when they are not up to date. Raises RigError."""
+    """Emulator and ELF, built when they are not up to date. Raises RigError.
+
+    Whether they are is asked once in a process: make takes longer to see it than a board to start.
+    """
     if lack := missing(setting.compiler):
         raise RigError(f"emu://: {lack}")
-    with _alone():
-        return _build(setting)
-
-
-def _build(setting: Setting) -> tuple[Path, Path]:
-    _make(ROOM, f"OUT={BUILD / 'emulator'}")
     shield = f"-DSHUNT_OHM={setting.shunt_ohm!r}f -DDIVIDER={setting.divider}.0f {setting.defines}"
+    return _built(setting.board, setting.compiler, shield)
+
+
+@cache
+def _built(board: str, compiler: str, shield: str) -> tuple[Path, Path]:
+    with _alone():
+        return _build(board, compiler, shield)
+
+
+def _build(board: str, compiler: str, shield: str) -> tuple[Path, Path]:
+    _make(ROOM, f"OUT={BUILD / 'emulator'}")
     tag = "".join(c if c.isalnum() or c in "._" else "-" for c in shield.replace("-D", ""))
-    second = "" if setting.compiler == "gcc" else f"-{setting.compiler}"
-    folder = BUILD / f"emu-{setting.board}{second}-{tag.strip('-')}"
-    choice = f"BOARD={setting.board}", f"COMPILER={setting.compiler}"
+    second = "" if compiler == "gcc" else f"-{compiler}"
+    folder = BUILD / f"emu-{board}{second}-{tag.strip('-')}"
+    choice = f"BOARD={board}", f"COMPILER={compiler}"
     _make(FIRMWARE / "ports" / "avr", *choice, f"OUT={folder}", f"SHIELD={shield}")
-    return BUILD / "emulator" / "emulator", folder / f"motorid-{setting.board}.elf"
+    return BUILD / "emulator" / "emulator", folder / f"motorid-{board}.elf"
 
 
 def parameters(setting: Setting) -> dict[str, float]:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import io
+import math
 import os
+import queue
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, BinaryIO
+from types import SimpleNamespace
+from typing import Any, BinaryIO, ClassVar
 
 import pytest
 from hypothesis import given
@@ -25,6 +29,7 @@ from motorid.acquire.journal import (
 )
 from motorid.errors import DataError, UsageError
 
+LONG_S = 60.0  # after which a thread that has not acted never will
 HEAD = MAGIC + encode_record(Kind.HEADER, 0, b'{"rig_name": "x"}')
 
 
@@ -156,32 +161,49 @@ def test_a_disk_that_is_full_from_the_start_leaves_nothing(tmp_path: Path) -> No
     assert not path.exists()
 
 
-@pytest.mark.slow
+class Watched(queue.SimpleQueue[Any]):
+    """A queue that notes how long its reader was willing to wait."""
+
+    waits: ClassVar[list[float]] = []
+
+    def get(self, block: bool = True, timeout: float | None = None) -> Any:
+        self.waits.append(math.inf if timeout is None else timeout)
+        return super().get(block, timeout)
+
+
 def test_written_in_100_ms_and_synced_in_a_second(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What a crash and what a power failure leave, sampled while records keep coming."""
+    """What a crash and what a power failure leave: by the waits that the writer asks for, and by a
+    clock that stands still, so that a busy computer changes nothing.
+    """
     path = tmp_path / "run.h5.journal"
-    synced = [0.0]
-    fsync = os.fsync
+    now, synced, fsync = [0.0], threading.Event(), os.fsync
 
     def note_sync(handle: int) -> None:
-        began = time.monotonic()
         fsync(handle)
-        synced[0] = began
+        synced.set()
 
     monkeypatch.setattr(room.os, "fsync", note_sync)
+    monkeypatch.setattr(room, "time", SimpleNamespace(monotonic=lambda: now[0], sleep=time.sleep))
+    monkeypatch.setattr(room.queue, "SimpleQueue", Watched)
+    Watched.waits.clear()
     writer = JournalWriter(path, {})
-    until = time.monotonic() + 2.5
-    appended: list[float] = []
-    while (now := time.monotonic()) < until:
-        writer.append(Kind.RECEIVED, now, bytes(64))
-        appended.append(now)
-        time.sleep(0.01)
-        # whatever is 100 ms old; a busy computer may sleep longer, which is not the writer's doing
-        due = [t for t in appended if time.monotonic() - t >= 0.1]
-        written = {record.time_s for record in read_journal(path).records}
-        assert written.issuperset(due)
-        assert time.monotonic() - synced[0] < 1.0
+    synced.clear()
+    writer.append(Kind.RECEIVED, 1.0, b"data")
+    until(lambda: [record.time_s for record in read_journal(path).records] == [1.0])
+    assert not synced.is_set()
+    now[0] += 1.0 - 0.1  # the last wait before it ends within the second
+    assert synced.wait(LONG_S)
     writer.close()
-    assert synced[0] >= until
+    assert max(Watched.waits) <= 0.1
+
+
+def until(done: Callable[[], bool]) -> None:
+    """Waits for the writer's thread, however busy the computer."""
+    patience = threading.Event()
+    for _ in range(int(LONG_S / 0.01)):
+        if done():
+            return
+        patience.wait(0.01)
+    raise AssertionError("the writer did nothing")

@@ -34,10 +34,10 @@ except KeyboardInterrupt as stopped:
 
 def capture_until(
     path: Path, act: Callable[[subprocess.Popen[str]], None]
-) -> tuple[int, float, str]:
-    """A capture in real time in a child, and what is done to it most of a second into the run.
+) -> tuple[int, list[float], str]:
+    """A capture in real time in a child, and what is done to it more than a second into the run.
 
-    Exit code, the last second of the run that the child said it had, and what it said at the end.
+    Exit code, each second of the run that the child said it had, and what it said at the end.
     """
     root = Path(__file__).resolve().parents[2]
     child = subprocess.Popen(
@@ -50,24 +50,26 @@ def capture_until(
     assert child.stdout is not None
     had = [child.stdout.readline()]
     assert had[0], child.stderr.read() if child.stderr else ""
-    while float(had[-1]) < 0.8:
+    while float(had[-1]) < 1.2:
         had.append(child.stdout.readline())
     act(child)
-    more, said = child.communicate(timeout=20)
+    more, said = child.communicate(timeout=120)
     had += more.split("\n")[:-1]  # a line that was cut short says nothing
-    return child.returncode, float(had[-1]), said
+    return child.returncode, [float(line) for line in had], said
 
 
 @pytest.mark.slow
 def test_kill_9_loses_nothing_that_was_read(tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
-    code, had_s, _ = capture_until(path, lambda child: child.kill())
+    code, had, _ = capture_until(path, lambda child: child.kill())
     assert code != 0
     assert list(tmp_path.iterdir()) == [journal_path(path)]
     capture = store.load(record.recover(path))
     assert capture.end_reason == "interrupted"
     assert capture.gaps == ()
-    assert capture.time_s[-1] > had_s - 0.15 > 0.6  # 100 ms may be unwritten, and a block
+    # 100 ms may be unwritten, and a block: half a second of the run later they are not, however
+    # seldom the child gets a core. tests/acquire/test_journal.py has the 100 ms.
+    assert capture.time_s[-1] > max(s for s in had if s < had[-1] - 0.5) > 0.4
     assert "ended early" in record.missing(capture)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import threading
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -98,11 +97,12 @@ def test_a_full_disk_stops_the_motor_and_keeps_what_fits(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The journal's disk fills in mid-run; room is made; the journal holds the beginning."""
-    full = threading.Event()
+    full, refused = threading.Event(), threading.Event()
     fsync = os.fsync
 
     def sync(handle: int) -> None:
         if full.is_set():
+            refused.set()
             raise OSError(28, "No space left on device")
         fsync(handle)
 
@@ -112,7 +112,7 @@ def test_a_full_disk_stops_the_motor_and_keeps_what_fits(
 
     def fill(live: Live) -> None:
         full.set()
-        time.sleep(0.2)
+        assert refused.wait(60)
 
     with pytest.raises(DataError, match=r"No space left.*the motor was stopped"):
         record.capture(rig, rig.program, tmp_path / "run.h5", progress=fill)

@@ -119,7 +119,7 @@ def test_reader_that_hangs_is_stopped(tmp_path: Path, monkeypatch: pytest.Monkey
     began = time.monotonic()
     with pytest.raises(DataError, match=r"more than 0\.5 s"):
         MatSource(path)
-    assert time.monotonic() - began < 10
+    assert time.monotonic() - began < 50  # of the 60 that it sleeps
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="memory limits are Linux's alone")

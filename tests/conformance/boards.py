@@ -325,8 +325,7 @@ def open_board(name: str, device: str | None, **options: Any) -> Board:
     if name == "host":
         return HostBoard(**options)
     if name == "device":
-        if device is None:
-            pytest.skip("no device: give --device PORT to test a real board")
+        assert device is not None, "its cases are deselected without --device PORT"
         return DeviceBoard(device)
     if lack := emulator_lacks(compiled(name)[1]):
         pytest.skip(f"no emulated {name}: {lack}")

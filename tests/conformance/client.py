@@ -63,8 +63,10 @@ class Record:
 class Client:
     """One end of the wire; the board is the other."""
 
-    def __init__(self, port: Port) -> None:
+    def __init__(self, port: Port, deadline_s: float = DEADLINE_S) -> None:
+        """``deadline_s``: for a reply; longer than promised where a board shares a computer."""
         self.port = port
+        self.deadline_s = deadline_s
         self.identity: Fields = {}
         self.descriptors: dict[Channel, Fields] = {}
         self.settings: Fields = {}
@@ -123,8 +125,9 @@ class Client:
         self.port.write(encode(encode_command(name, request, **fields)))
         return request
 
-    def await_reply(self, request: int, timeout_s: float = DEADLINE_S) -> Reply:
+    def await_reply(self, request: int, timeout_s: float | None = None) -> Reply:
         """The reply with that number. Raises TimeoutError."""
+        timeout_s = self.deadline_s if timeout_s is None else timeout_s
         until = self.port.now() + timeout_s
         while True:
             for reply in self.replies:

@@ -46,10 +46,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.slow)
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--device", help="port of a real board whose motor may turn")
-
-
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "needs(*traits): what a board must offer for this test")
 
@@ -71,7 +67,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 def open_board(board_name: str, request: pytest.FixtureRequest) -> Iterator[Callable[..., Board]]:
     """Opens the board under test, with options of the simulated bench where it takes them."""
     with ExitStack() as stack:
-        device = request.config.getoption("--device", default=None)
+        device = request.config.getoption("--device")
         yield lambda **options: stack.enter_context(opened(board_name, device, **options))
 
 

@@ -10,7 +10,17 @@ from motorid.estimate.solver.problem import Block, Unknown
 from motorid.estimate.solver.search_coordinates import Coordinates
 
 STEPS = 8  # of a search on straight ground, whose damping falls from step to step
-RNG = np.random.default_rng(20)
+
+
+class Noise:
+    """White noise that begins anew with every test, whichever ran before."""
+
+    rng = np.random.default_rng(20)
+
+
+@pytest.fixture(autouse=True)
+def same_noise() -> None:
+    Noise.rng = np.random.default_rng(20)
 
 
 class Line:
@@ -20,7 +30,7 @@ class Line:
         self, n: int, c: float, sd: float = 0.1, prior_sd: float = np.inf, group: str = ""
     ) -> None:
         self.x = np.linspace(-1, 2, n)
-        self.y = 2.0 * self.x + 0.5 * self.x**2 + c + sd * RNG.standard_normal(n)
+        self.y = 2.0 * self.x + 0.5 * self.x**2 + c + sd * Noise.rng.standard_normal(n)
         self.unknowns = (Unknown("c", 0.0, prior_sd=prior_sd),)
         self.blocks = (Block("y", 1e-9, n, group),)
 

@@ -60,6 +60,7 @@ def off(found: Estimate, truth: dict[str, float], name: str) -> float:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_ripple_tells_what_no_reading_shows(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -69,6 +70,7 @@ def test_ripple_tells_what_no_reading_shows(
     for name in SIX:
         p = found.parameters[name]
         assert p.interval_95[0] < runs.truth[name] < p.interval_95[1]
+    assert found.parameters["L"].total < 0.15 * runs.truth["L"]
     assert abs(off(found, runs.truth, "L")) < 0.06
     assert abs(off(found, runs.truth, "B")) < 0.02
     share = found.budget["L"]["PWM ripple"] / found.parameters["L"].value
@@ -78,10 +80,14 @@ def test_ripple_tells_what_no_reading_shows(
     monkeypatch.setattr(subsample_inductance._Search, "by_ripple", lambda _: None)
     blind = fit(runs.captures, model="six")
     assert blind.parameters["L"].status == "not_identifiable"
-    assert abs(off(blind, runs.truth, "B")) > 0.2  # the wrong ripple takes friction with it
+    assert "inductance_by_ripple" not in {d.code for d in blind.diagnostics}
+    # how far off the others come is a matter of the valley, and that of the last digits; that it
+    # is not the lowest one is not: the readings are explained four times as well with the ripple
+    assert blind.chi_square > 2.0 * found.chi_square
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_pulses_tell_what_no_reading_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Diode decay, a current that stops in every period, means over whole periods; 0.2 V of 9 are
     lost to brushes.

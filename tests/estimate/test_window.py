@@ -117,8 +117,10 @@ def error_of_l(sensed: tuple[Capture, float], filter_s: float) -> float:
 
 def test_l_is_right_behind_a_slow_terminal_filter(sensed: tuple[Capture, float]) -> None:
     told, as_delay = error_of_l(sensed, TAU), error_of_l(sensed, 0.0)
-    assert abs(told) < 0.004  # what a supply's capacitor leaves of it
-    assert abs(as_delay) > 2 * abs(told)  # the first interval is not only late
+    # what a supply's capacitor leaves of it is 0.0015; the first interval is not only late, and a
+    # filter declared as a delay leaves 0.0033
+    assert abs(told) < 0.0025
+    assert abs(told) < abs(as_delay)
 
 
 def test_a_current_is_seen_through_the_same_window() -> None:

@@ -34,6 +34,7 @@ def make(target: str, tool: str, *more: str, also: str = "") -> str:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_core_passes_its_tests_under_sanitizers(tmp_path: Path) -> None:
     lines = make("check", "gcc", f"BUILD={tmp_path}").splitlines()
     *tests, replay = lines

@@ -2,28 +2,40 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-PORT = Path(__file__).resolve().parents[2] / "firmware" / "ports" / "posix"
+ROOT = Path(__file__).resolve().parents[2]
+PORT = ROOT / "firmware" / "ports" / "posix"
+AT_ONCE = 4  # boards
 TESTS = 170  # of the suite that a real board can be put through, at least
 
 
-@pytest.fixture
-def device(tmp_path: Path) -> Iterator[str]:
-    """The name of the pseudo terminal behind which the board is."""
+@pytest.fixture(scope="module")
+def binary(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The board as a program of this computer."""
     if sys.platform == "win32" or not shutil.which("make") or not shutil.which("gcc"):
         pytest.skip("no make and gcc: the firmware's host port is not built")
+    folder = tmp_path_factory.mktemp("posix")
     done = subprocess.run(
-        ["make", "-s", "-C", str(PORT), f"OUT={tmp_path}"], capture_output=True, text=True
+        ["make", "-s", "-C", str(PORT), f"OUT={folder}"], capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
-    process = subprocess.Popen([tmp_path / "board"], stdout=subprocess.PIPE, text=True)
+    return folder / "board"
+
+
+@contextmanager
+def running(binary: Path) -> Iterator[str]:
+    """The name of the pseudo terminal behind which a board is."""
+    process = subprocess.Popen([binary], stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
         yield process.stdout.readline().strip()
@@ -34,26 +46,47 @@ def device(tmp_path: Path) -> Iterator[str]:
             process.stdout.close()
 
 
-def suite(device: str, root: Path, folder: Path, *more: str) -> str:
-    """What pytest says of the conformance suite on that device."""
-    command = [sys.executable, "-m", "pytest", "tests/conformance", "-q", "-p", "no:xdist"]
+@pytest.fixture
+def device(binary: Path) -> Iterator[str]:
+    """One such name."""
+    with running(binary) as name:
+        yield name
+
+
+def suite(device: str, modules: Sequence[Path], folder: Path, *more: str) -> str:
+    """What pytest says of these modules of the conformance suite on that device."""
+    command = [sys.executable, "-m", "pytest", *map(str, modules), "-q", "-p", "no:xdist"]
     words = ["-k", "device", "--device", device, "-o", f"cache_dir={folder}", "--tb=short", *more]
-    done = subprocess.run([*command, *words], capture_output=True, text=True, cwd=root)
+    done = subprocess.run([*command, *words], capture_output=True, text=True, cwd=ROOT)
     return done.stdout
 
 
-@pytest.mark.slow
-def test_it_passes_the_conformance_suite(device: str, repo_root: Path, tmp_path: Path) -> None:
-    """In real time: what a busy computer spoils is tried once more."""
-    said = suite(device, repo_root, tmp_path / "cache")
-    failed = " failed" in said
-    if failed:
-        said = suite(device, repo_root, tmp_path / "cache", "--last-failed")
+def passed(binary: Path, modules: Sequence[Path], folder: Path) -> int:
+    """How many cases of these modules passed; none may fail. What a busy computer spoils is tried
+    once more: it is in real time.
+    """
+    with running(binary) as device:
+        said = suite(device, modules, folder)
+        (count,) = map(int, re.findall(r"(\d+) passed", said)[-1:] or ["0"])
+        if " failed" in said or " error" in said:
+            said = suite(device, modules, folder, "--last-failed")
+            count += int(re.findall(r"(\d+) passed", said)[-1])
     *_, summary = said.strip().splitlines()
     assert " failed" not in summary, said[-4000:]
     assert " error" not in summary, said[-4000:]
-    passed = int(summary.split(" passed")[0].split()[-1])
-    assert passed >= (1 if failed else TESTS)
+    return count
+
+
+@pytest.mark.slow
+@pytest.mark.long
+def test_it_passes_the_conformance_suite(binary: Path, tmp_path: Path) -> None:
+    """Several boards at once, for a test waits on its board nearly all of its time."""
+    modules = sorted((ROOT / "tests" / "conformance").glob("test_*.py"))
+    shares = [modules[k::AT_ONCE] for k in range(AT_ONCE)]
+    folders = [tmp_path / f"cache-{k}" for k in range(AT_ONCE)]
+    with ThreadPoolExecutor(AT_ONCE) as pool:
+        counts = list(pool.map(passed, [binary] * AT_ONCE, shares, folders))
+    assert sum(counts) >= TESTS
 
 
 @pytest.mark.slow

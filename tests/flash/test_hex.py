@@ -12,6 +12,8 @@ import pytest
 from motorid.workflow import flash
 from tests.load.pty import ROOT
 
+pytestmark = [pytest.mark.slow, pytest.mark.long]
+
 BUILT = ("motorid-uno.hex", "motorid-mega.hex")
 
 
@@ -36,7 +38,6 @@ def builds(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     return first, second
 
 
-@pytest.mark.slow
 def test_two_builds_are_one(builds: tuple[Path, Path]) -> None:
     first, second = builds
     assert sorted(path.name for path in first.iterdir()) == ["SHA256SUMS", *sorted(BUILT)]
@@ -47,7 +48,6 @@ def test_two_builds_are_one(builds: tuple[Path, Path]) -> None:
         assert hashlib.sha256((first / name).read_bytes()).hexdigest() == digest
 
 
-@pytest.mark.slow
 def test_the_file_is_the_firmware_that_the_emulated_board_runs(builds: tuple[Path, Path]) -> None:
     for board in ("uno", "mega"):
         path = builds[0] / f"motorid-{board}.hex"
@@ -60,7 +60,6 @@ def test_the_file_is_the_firmware_that_the_emulated_board_runs(builds: tuple[Pat
         assert image == binary.read_bytes()
 
 
-@pytest.mark.slow
 def test_no_path_is_in_the_file(builds: tuple[Path, Path]) -> None:
     for name in BUILT:
         assert b"/" + b"here" not in flash.read_hex((builds[0] / name).read_text())

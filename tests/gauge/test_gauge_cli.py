@@ -145,6 +145,7 @@ def test_the_order_of_a_study_is_shuffled_and_repeatable(tmp_path: Path) -> None
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_study_on_the_simulated_rig(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Two fixtures whose current gains differ by 2 %, three discs: J's parts and R's fixtures show.
 

@@ -18,7 +18,7 @@ from motorid.quality.history.export import rows
 from tests.history.records import record
 from tests.history.test_history import run_stations
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.long]
 
 
 def programs() -> Path:

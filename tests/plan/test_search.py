@@ -44,6 +44,7 @@ def drawn(rng: np.random.Generator, tau: float) -> tuple[Stage, ...]:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("wants", [USUAL, ("L=1%", "R=1%"), ("J=0.5%", "B=3%", "T0=2%")])
 def test_no_random_program_is_much_cheaper(wants: tuple[str, ...]) -> None:
     """At most a tenth dearer than the best of 300 draws, which the search has not seen."""
@@ -53,7 +54,9 @@ def test_no_random_program_is_much_cheaper(wants: tuple[str, ...]) -> None:
     tau = mechanical_time_constant(found.motors[0])
     best = math.inf
     for _ in range(DRAWS):
-        best = min(best, found.price(drawn(rng, tau), best))
+        stages = drawn(rng, tau)
+        if found.frame.program(stages).duration_s < best:  # nothing costs less than one run
+            best = min(best, found.price(stages, best))
     assert price < 1.1 * best
 
 

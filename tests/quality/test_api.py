@@ -47,14 +47,15 @@ def environment(repo_root: Path, tmp_path: Path) -> dict[str, str]:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_pytest_example(repo_root: Path, environment: dict[str, str]) -> None:
     example = repo_root / "docs" / "examples" / "pytest_motor.py"
     call = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(example)]
-    done = subprocess.run(call, env=environment, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(call, env=environment, capture_output=True, text=True, timeout=240)
     assert done.returncode == 0, done.stdout
     assert "19 passed" in done.stdout, done.stdout
     wrong = {**environment, "MOTORID_SERIAL": "WRONG"}
-    done = subprocess.run(call, env=wrong, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(call, env=wrong, capture_output=True, text=True, timeout=240)
     assert done.returncode == 1
     assert "scan the label again" in done.stdout
 
@@ -64,7 +65,7 @@ def test_the_pytest_example(repo_root: Path, environment: dict[str, str]) -> Non
 def test_the_openhtf_example(repo_root: Path, environment: dict[str, str], tmp_path: Path) -> None:
     example = repo_root / "docs" / "examples" / "openhtf_motor.py"
     call = [sys.executable, str(example), "D000123"]
-    done = subprocess.run(call, env=environment, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(call, env=environment, capture_output=True, text=True, timeout=240)
     assert done.returncode == 0, done.stdout + done.stderr
     theirs = json.loads(next(tmp_path.glob("D000123.*.json")).read_text(encoding="utf-8"))
     assert theirs["outcome"] == "PASS"

@@ -38,7 +38,7 @@ class Controller:
     """A line controller: one connection, JSON lines."""
 
     def __init__(self, port: int) -> None:
-        self.link = socket.create_connection(("127.0.0.1", port), timeout=60)
+        self.link = socket.create_connection(("127.0.0.1", port), timeout=240)
         self.file = self.link.makefile("rwb")
 
     def say(self, line: bytes) -> None:
@@ -94,6 +94,7 @@ def test_a_line_controller_gets_its_verdicts(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_killed_in_mid_shift_nothing_is_lost(tmp_path: Path, product: Product) -> None:
     """Kill -9 at random moments: every verdict told is on disk, every capture gets one."""
     rng, told, number = random.Random(7), {}, 0
@@ -115,7 +116,8 @@ def test_killed_in_mid_shift_nothing_is_lost(tmp_path: Path, product: Product) -
     for message in told.values():
         stored = json.loads((Path(message["folder"]) / "verdict.json").read_text())
         assert (stored["serial"], stored["outcome"]) == (message["serial"], message["outcome"])
-    time.sleep(2.0)  # a journal that still grows is another process's
+    for journal in tmp_path.rglob("*.journal"):  # one that still grows is another process's
+        os.utime(journal, (time.time() - 60, time.time() - 60))
     with running(tmp_path) as (_, port):
         controller = Controller(port)
         assert controller.ask(order="inspect", serial="D999999")["event"] == "accepted"
@@ -154,7 +156,7 @@ def test_a_shift_goes_into_the_history_once(tmp_path: Path) -> None:
     assert {row.station for row in rows} == {"line-1"}
 
 
-def wait_for(done: Any, patience_s: float = 60.0) -> None:
+def wait_for(done: Any, patience_s: float = 240.0) -> None:
     until = time.monotonic() + patience_s
     while not done():
         assert time.monotonic() < until, "it did not happen in time"
@@ -204,7 +206,7 @@ def test_the_operators_screen_in_tmux(tmp_path: Path) -> None:
 def test_the_scanner_works_through_a_pipe(tmp_path: Path) -> None:
     call = [*COMMAND, "--rig", "sim-line", "--speed", "max", "--no-listen", "-o", str(tmp_path)]
     typed = "D000001\r\nwhat\nD000002"
-    done = subprocess.run(call, input=typed, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(call, input=typed, capture_output=True, text=True, timeout=240)
     assert done.returncode == 0, done.stderr
     words = [line.split(" |")[0] for line in done.stdout.splitlines()]
     assert words == ["READY", "RUN", "PASS", "READY", "RUN", "PASS"]

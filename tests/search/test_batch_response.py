@@ -15,7 +15,6 @@ from motorid.motor.batch import FRICTION, LINEAR, TWO_MASS, Record, blank, expm,
 MOTOR = {"R": 3.1363, "L": 0.01307, "K": 0.048774, "B": 1.69e-4, "J": 9e-6}
 LOADED = {"R": 42.5, "L": 8e-2, "c": 0.4781, "J": 2e-5, "Ta": 1e-2, "Tb": 3.27e-5, "Tc": 8.55e-8}
 MASSES = {"J1": 0.00274, "J2": 0.00256, "Ks": 43.456, "b": 0.04}
-RNG = np.random.default_rng(0)
 VOLTS = np.concatenate([np.full(200, 8.0), np.full(100, -3.0), np.zeros(100)])
 
 
@@ -175,7 +174,7 @@ def test_a_lag_reads_between_the_samples():
 def test_a_candidate_does_not_feel_its_neighbours(n):
     clean = LINEAR.outputs(row(MOTOR), silent(1e-4, VOLTS, ("current", "speed")))[0]
     record = Record(1e-4, VOLTS, {"current": clean[0], "speed": clean[1]})
-    motors = row(MOTOR) * RNG.uniform(0.3, 3.0, (n, 5))
+    motors = row(MOTOR) * np.random.default_rng(0).uniform(0.3, 3.0, (n, 5))
     together = LINEAR.squares(motors, record)
     alone = np.vstack([LINEAR.squares(motor[None], record) for motor in motors])
     assert np.array_equal(together, alone)

@@ -17,26 +17,27 @@ from tests.sim.client import Client, duty
 IDENTIFY = encode(encode_command("identify", 1, host_major=1, host_minor=0))
 
 
-def test_simulated_time_moves_only_in_read() -> None:
+def test_simulated_time_moves_only_in_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And nobody waits for it: the port does without a clock, and so without sleep."""
     port = open_sim("sim://?speed=max")
     port.read(1000, 0.0)
     before = port.now()
     time.sleep(0.02)
     assert port.now() == before
+    monkeypatch.setattr("motorid.sim.port.time", None)
     assert port.read(1000, 2.0), "the board greets"
     before = port.now()
-    began = time.monotonic()
     assert port.read(1000, 2.0) == b""
     assert port.now() == pytest.approx(before + 2.0, abs=0.02)
-    assert time.monotonic() - began < 2.0
 
 
 def test_real_time_is_the_walls() -> None:
     port = open_sim("sim://")
-    began = time.monotonic()
     port.read(1000, 0.05)
+    began, before = time.monotonic(), port.now()
     assert port.read(1000, 0.1) == b""
-    assert 0.1 <= time.monotonic() - began < 1.0
+    passed = port.now() - before
+    assert 0.1 <= passed <= time.monotonic() - began  # less only where this process had to wait
 
 
 def test_a_closed_port_says_so() -> None:
@@ -58,7 +59,8 @@ def test_ten_kilohertz_runs_well_above_real_time() -> None:
     client = Client()
     began = time.process_time()
     client.run(duty(0.7, 20_000))
-    assert 2.0 / (time.process_time() - began) > 5.0
+    # a tenth of what a core of 2020 gives, by its own time: other programs do not matter
+    assert 2.0 / (time.process_time() - began) > 2.0
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo terminals on Windows")
@@ -79,7 +81,7 @@ def test_another_program_talks_to_it_through_a_pseudo_terminal() -> None:
             with serial.Serial(paths[0], 1_000_000, timeout=0.2) as line:
                 line.write(b"\0" + IDENTIFY)
                 decoder = Decoder()
-                deadline = time.monotonic() + 5
+                deadline = time.monotonic() + 60  # however busy the computer
                 while not replies and time.monotonic() < deadline:
                     for frame in decoder.feed(line.read(line.in_waiting or 1)):
                         message = decode(frame.payload) if isinstance(frame, Frame) else None
@@ -87,5 +89,5 @@ def test_another_program_talks_to_it_through_a_pseudo_terminal() -> None:
             assert replies[0].fields["board"] == "motorid-sim"
     finally:
         over.set()
-        server.join(5)
+        server.join(60)
     assert not server.is_alive()

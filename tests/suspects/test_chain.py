@@ -54,6 +54,7 @@ def test_a_reversed_channel_is_refused_before_the_fit(case: Case, runs: Runs) ->
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_supply_limit_is_named_where_volts_are_commanded(tmp_path: Path) -> None:
     bench = Runs(Bench("faulhaber-2338s006s", 1, DIRECTIONS, tmp_path))
     assert named(fit([COMMANDED.capture(bench)]))[:1] == [COMMANDED.code]

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE
+from motorid.estimate.diagnosis import deferred
 from motorid.estimate.diagnosis.faults import scale_errors
 from motorid.estimate.results.estimate import Parameter
 from motorid.identify import fit
@@ -42,7 +43,11 @@ def test_the_powers_are_those_of_the_fit(channel: str, cause: scale_errors.Cause
         assert b / a == pytest.approx(FACTOR ** cause.powers.get(name, 0), rel=5e-3), name
 
 
-SLOW = {"mA for A"}  # L is lost, and looked for
+SLOW = {  # L is lost, and looked for; or the fit has no motor to find
+    "mA for A": [pytest.mark.slow],
+    "voltage gain": [pytest.mark.slow],
+    "mV for V": [pytest.mark.slow, pytest.mark.long],
+}
 
 
 @pytest.mark.parametrize(
@@ -50,19 +55,31 @@ SLOW = {"mA for A"}  # L is lost, and looked for
     [
         pytest.param(
             c,
-            marks=[pytest.mark.slow] if c.name in SLOW or c.code == "voltage_scale" else [],
+            marks=SLOW.get(c.name, []),
             id=c.name,
         )
         for c in SCALES
     ],
 )
-def test_a_nameplate_names_the_scale(case: Case, runs: Runs) -> None:
-    capture = case.capture(runs)
-    found = [s for s in fit([capture]).suspects if s.code in {c.code for c in scale_errors.CAUSES}]
-    assert [(s.code, s.strength) for s in found] == [(case.code, "named")]
-    bare = fit([without_nameplate(capture)]).suspects
+def test_a_nameplate_names_the_scale(
+    case: Case, runs: Runs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And without one, of the same fit, no scale is excluded."""
+    suspects = fit([case.capture(runs)]).suspects
+    assert isinstance(suspects, deferred.Suspects)
+    with monkeypatch.context() as patch:
+        patch.setattr(deferred, "nameplate", lambda capture: {})
+        bare = suspects.look()
     hidden = {s.code for s in bare if s.strength == "not excluded"}
     assert hidden == {c.code for c in scale_errors.CAUSES}
+    found = [s for s in suspects if s.code in hidden]
+    assert [(s.code, s.strength) for s in found] == [(case.code, "named")]
+
+
+def test_a_rig_that_says_nothing_of_its_motor_excludes_no_scale(runs: Runs) -> None:
+    bare = fit([without_nameplate(runs.good)]).suspects
+    assert {s.code for s in bare} == {c.code for c in scale_errors.CAUSES}
+    assert {s.strength for s in bare} == {"not excluded"}
 
 
 @pytest.mark.parametrize("options", ["", "&magnet=1.06&copper=0.93", "&load_inertia=8e-6"])

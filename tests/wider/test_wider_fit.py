@@ -81,8 +81,6 @@ def test_brush_drop_is_found_and_what_it_biased_is_put_right(folder: Path) -> No
     assert within(estimate, "stiction=1&brush_drop=0.2") == []
     true, six = truth(url(""))["R"], estimate.parameters["R"]
     assert six.interval_95[0] < true < six.interval_95[1]  # the drop is a nuisance of the six
-    bare = fit([lossless(measured(folder, "stiction=1&brush_drop=0.2"))]).parameters["R"]
-    assert bare.value > 1.02 * true  # and what brushes that are declared to drop nothing cost
     for fitted in estimate.alternative.lack_of_fit:
         assert fitted.after < 0.5 * fitted.before
     assert "better_model" in {d.code for d in estimate.diagnostics}
