@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import json
 import os
 import queue
 import struct
@@ -22,6 +21,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from motorid import json_text
 from motorid.acquire import lock
 from motorid.acquire.port import Port
 from motorid.capture.whole import sync_folder
@@ -58,8 +58,8 @@ class Record:
     def json(self) -> dict[str, Any]:
         """The object that a header or a mark holds. Raises DataError."""
         try:
-            value = json.loads(self.data)
-        except (ValueError, RecursionError):
+            value = json_text.loads(self.data)
+        except json_text.JsonError:
             value = None
         if not isinstance(value, dict):
             raise DataError("a journal's header or mark is not a JSON object: it is damaged")
@@ -189,7 +189,9 @@ class JournalWriter:
         except OSError as error:
             raise UsageError(f"{path} cannot be made: {error.strerror or error}") from None
         try:
-            self._file.write(MAGIC + encode_record(Kind.HEADER, 0, json.dumps(header).encode()))
+            self._file.write(
+                MAGIC + encode_record(Kind.HEADER, 0, json_text.dumps(header).encode())
+            )
             self._sync()
             sync_folder(path.parent)
         except OSError as error:
@@ -211,7 +213,7 @@ class JournalWriter:
 
     def mark(self, time_s: float, **what: Any) -> None:
         """Notes what the host does from here on."""
-        self.append(Kind.MARK, time_s, json.dumps(what).encode())
+        self.append(Kind.MARK, time_s, json_text.dumps(what).encode())
 
     def close(self) -> None:
         """Waits until all is synced to disk. May be called twice."""

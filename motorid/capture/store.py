@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import json
 from collections.abc import Mapping
 from dataclasses import fields
 from datetime import datetime
@@ -13,10 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from motorid import __version__
+from motorid import json_text
 from motorid.capture.model import Capture, Channel, Wiring
 from motorid.capture.whole import write_whole
 from motorid.errors import DataError
+from motorid.version import __version__
 
 if TYPE_CHECKING:
     import h5py
@@ -85,13 +85,13 @@ def to_bytes(capture: Capture) -> bytes:
             [(g.index, g.samples, g.reason.encode()[:120]) for g in capture.gaps], dtype=GAPS
         )
         if capture.program is not None:
-            _write_text(file, "program", json.dumps(capture.program.to_dict()), "json")
+            _write_text(file, "program", json_text.dumps(capture.program.to_dict()), "json")
         provenance = file.create_group("provenance")
         for key, value in capture.provenance.items():
             if isinstance(value, str):
                 _write_text(provenance, key, value, "text")
             else:
-                _write_text(provenance, key, json.dumps(value), "json")
+                _write_text(provenance, key, json_text.dumps(value), "json")
         file.flush()
         return bytes(file.id.get_file_image())
 

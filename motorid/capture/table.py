@@ -11,7 +11,6 @@ from typing import Any, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid import __version__
 from motorid.capture import table_checks as checks
 from motorid.capture.columns import Source
 from motorid.capture.mapping import ROW, SHORTHAND, ChannelMap, Formula, parse_maps
@@ -20,6 +19,7 @@ from motorid.capture.model import NOTES as NOTES
 from motorid.capture.model import VOLTAGE, Capture, Channel, Sense, Wiring
 from motorid.capture.units import AMBIENT, TIME
 from motorid.errors import DataError, UsageError, nearest
+from motorid.version import __version__
 
 Floats = NDArray[np.float64]
 CLOCK_HZ = 1e9  # ticks are integers, and nanoseconds lose nothing that a file's stamps hold

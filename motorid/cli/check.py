@@ -18,6 +18,8 @@ from motorid.cli.options import (
     speed_option,
     warned,
 )
+from motorid.cli.streams import paint
+from motorid.visible import visible
 
 if TYPE_CHECKING:
     from motorid.workflow.check import Inspection
@@ -98,7 +100,7 @@ def command(
     if as_json:
         click.echo(records.to_json(done.verdict), nl=False)
     else:
-        click.echo(_page(done))
+        paint(sys.stdout, f"{_page(done)}\n")
     return done.exit_code
 
 
@@ -119,4 +121,4 @@ def _page(done: Inspection) -> str:
         width=min(width, 100),
         colour=sys.stdout.isatty() and "NO_COLOR" not in os.environ,
     )
-    return f"{shown}\n{screen.table(done.verdict)}\n"
+    return f"{shown}\n{visible(screen.table(done.verdict))}\n"

@@ -9,6 +9,8 @@ from pathlib import Path
 import click
 
 from motorid.cli.options import Assignment, example, expand, force_option
+from motorid.cli.streams import paint
+from motorid.errors import EXIT_DONE
 
 
 class TaskBar:
@@ -30,8 +32,7 @@ class TaskBar:
         filled = 24 * done // total
         bar = f"[{'#' * filled}{'.' * (24 - filled)}] {done}/{total}"
         tail = f"{wait:5.0f} s left" if ran else ""
-        sys.stderr.write(f"\r{bar} {tail:<14}" + ("\n" if done == total else ""))
-        sys.stderr.flush()
+        paint(sys.stderr, f"\r{bar} {tail:<14}" + ("\n" if done == total else ""))
 
 
 @click.command(
@@ -94,7 +95,7 @@ def command(
     page: Path | None,
     output: Path,
     force: bool,
-) -> None:
+) -> int:
     """Run many methods on the same captures, or rebuild a table of the review.
 
     Equal budgets, equal seeds, all cores. Every finished run is kept in the folder, so an
@@ -131,3 +132,4 @@ def command(
         click.echo(text)
     for path in made:
         click.echo(f"wrote {path}", err=True)
+    return EXIT_DONE

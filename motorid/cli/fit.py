@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from motorid.cli.options import INSTANT, example, expand, fit_options, force_option, search_options
+from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
     from motorid.rig import Rig
@@ -82,7 +83,7 @@ def command(
     as_json: bool,
     output: Path | None,
     force: bool,
-) -> None:
+) -> int | None:
     """Estimate R, L, K, B, J and T0 from one or more captures of the same motor.
 
     Needs no start values. Prints a table with uncertainties; what these captures cannot tell is
@@ -117,7 +118,7 @@ def command(
             raise click.UsageError(f"--{alone} goes with one fit, not with many.")
         places = _of_history(history, serial, since) if history else expand(files)
         _fit_many(places, output, force, {**options, **search, "jobs": jobs or 1})
-        return
+        return EXIT_DONE
     from motorid.workflow import fit as workflow
 
     if output:
@@ -127,6 +128,7 @@ def command(
     if output:
         for path in workflow.write_report(estimate, output, force=force):
             click.echo(f"wrote {path}", err=True)
+    return EXIT_DONE if output else None
 
 
 def _rig(name: str | None) -> Rig | None:

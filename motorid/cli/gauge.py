@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from motorid.cli.options import Assignment, example, force_option
+from motorid.cli.streams import prompt
 from motorid.errors import EXIT_DONE, EXIT_FAIL_VERDICT
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ def crossed(
     max_grr: float | None,
     output: Path | None,
     force: bool,
-) -> int:
+) -> int | None:
     """Analyse a crossed study: CSV with columns part, operator, and one a quantity."""
     from motorid.quality.study_file import read_rows
     from motorid.workflow import gauge as workflow
@@ -144,7 +145,7 @@ def run(
     max_grr: float | None,
     output: Path,
     force: bool,
-) -> int:
+) -> int | None:
     """Measure a crossed study on the rig, then analyse it.
 
     Every operator measures every part in every round, in a shuffled order.
@@ -201,12 +202,12 @@ def _product(name: str | None) -> Product | None:
 
 def _ask(run: Run) -> None:
     said = f"round {run.repeat}: {run.operator}, mount motor {run.part}, then press Enter"
-    click.prompt(said, default="", show_default=False, prompt_suffix=" ", err=True)
+    prompt(said, default="", show_default=False, prompt_suffix=" ", err=True)
 
 
 def _report(
     results: list[GaugeResult], output: Path | None, title: str, force: bool, most: float | None
-) -> int:
+) -> int | None:
     from motorid.report import gauge
     from motorid.workflow.gauge import write
 
@@ -215,7 +216,7 @@ def _report(
         for path in write(results, output, title=title, force=force):
             click.echo(f"wrote {path}", err=True)
     if most is None:
-        return EXIT_DONE
+        return EXIT_DONE if output else None
     late = [r.study.quantity for r in results if not gauge.judged_percent(r)[0] <= most]
     for name in late:
         click.echo(f"FAIL: {name} has a %GRR above {most:g}")
@@ -247,7 +248,7 @@ def golden(
     share: float,
     spread: float,
     min_cgk: float | None,
-) -> int:
+) -> int | None:
     """Repeated readings of one golden motor: bias, Cg and Cgk."""
     import numpy as np
 
@@ -268,7 +269,7 @@ def golden(
     )
     click.echo(golden_text(result, quantity, units_known().get(quantity, "")))
     if min_cgk is None or result.cg is None or result.cgk is None:
-        return EXIT_DONE
+        return None
     return EXIT_DONE if min(result.cg, result.cgk) >= min_cgk else EXIT_FAIL_VERDICT
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from motorid.cli.options import example, force_option, port_option
+from motorid.errors import EXIT_DONE
 
 
 @click.command(
@@ -52,7 +53,7 @@ def command(
     explain: bool,
     output: Path | None,
     force: bool,
-) -> None:
+) -> int | None:
     """Propose the shortest program that reaches the uncertainties asked for.
 
     It keeps within the rig's limits and the board's, and holds for every motor that the nameplate
@@ -71,7 +72,7 @@ def command(
     if explain:
         program = product.program if product else rig.program
         click.echo(render.explain(planning.excitation(rig, program)), nl=False)
-        return
+        return None
     if output:
         refuse_existing(output, force)
     plan = planning.plan_run(
@@ -86,3 +87,4 @@ def command(
         )
         write_whole(output, text.encode(), force=force)
         click.echo(f"wrote {output}", err=True)
+    return EXIT_DONE if output else None

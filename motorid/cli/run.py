@@ -15,6 +15,7 @@ from motorid.cli.options import (
     warned,
     wrote,
 )
+from motorid.errors import EXIT_DONE
 
 
 @click.command(
@@ -46,7 +47,7 @@ def command(
     method: str,
     output: Path,
     force: bool,
-) -> None:
+) -> int:
     """Capture a run, fit it and write a report.
 
     The same as motorid capture, then motorid fit on the file that it wrote.
@@ -74,3 +75,4 @@ def command(
         wrote(path)
     for path in fit.write_report(estimate, output, force=force):
         click.echo(f"wrote {path}", err=True)
+    return EXIT_DONE

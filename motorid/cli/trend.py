@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
@@ -82,6 +81,7 @@ def command(
     the process: exit code 1. In control: 0. Too few readings to say: 4.
     """
     from motorid.capture.whole import write_whole
+    from motorid.json_text import dumps
     from motorid.quality.history import Query
     from motorid.quality.trend import trend
     from motorid.report import trend as report
@@ -106,8 +106,7 @@ def command(
         golden=golden is not None,
         least_ppk=min_ppk,
     )
-    shown = json.dumps(report.to_dict(found), indent=2, ensure_ascii=False, allow_nan=False)
-    click.echo(shown if as_json else report.text(found))
+    click.echo(dumps(report.to_dict(found), indent=2) if as_json else report.text(found))
     if output:
         write_whole(output, report.html(found).encode(), force=force)
         click.echo(f"wrote {output}", err=True)
