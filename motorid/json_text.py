@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from motorid.errors import MotoridError
+from motorid.reading import read_file
 from motorid.visible import HIDDEN
 
 LARGEST = 1 << 64  # an integer beyond it fits no column and no counter
@@ -64,11 +65,7 @@ def loads(text: str | bytes) -> Any:
 def read_object(path: Path, error: type[MotoridError]) -> dict[str, Any]:
     """The JSON object in a file. Raises ``error``, naming ``path``, where it holds none."""
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise error(f"{path}: larger than any such file: is it one?")
-        value = loads(path.read_bytes())
-    except OSError as problem:
-        raise error(f"{path}: cannot be read: {problem.strerror or problem}") from None
+        value = loads(read_file(path, error, MAX_BYTES, "a JSON file"))
     except JsonError as problem:
         raise error(f"{path}: not JSON: {problem}") from None
     if not isinstance(value, dict):

@@ -26,6 +26,7 @@ from motorid.acquire import lock
 from motorid.acquire.port import Port
 from motorid.capture.whole import sync_folder
 from motorid.errors import DataError, UsageError
+from motorid.reading import open_file
 
 MAGIC = b"motorid journal 1\n"
 SUFFIX = ".journal"
@@ -95,11 +96,7 @@ def parse_journal(data: bytes) -> Journal:
 @contextlib.contextmanager
 def open_journal(path: Path) -> Iterator[JournalReader]:
     """The journal in ``path``, record by record. Raises DataError when it is none."""
-    try:
-        file = path.open("rb")
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
-    with file:
+    with open_file(path, DataError) as file:
         try:
             reader = JournalReader(file, path.stat().st_size)
         except DataError as error:

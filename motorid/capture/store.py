@@ -16,6 +16,7 @@ from motorid import json_text
 from motorid.capture.model import Capture, Channel, Wiring
 from motorid.capture.whole import write_whole
 from motorid.errors import DataError
+from motorid.reading import open_file
 from motorid.version import __version__
 
 if TYPE_CHECKING:
@@ -49,11 +50,8 @@ def load(path: str | Path) -> Capture:
     What this process has written itself it reads itself; any other file is read by a child, which
     a damaged one may crash or hang.
     """
-    try:
-        data = Path(path).read_bytes() if _written else b""
-        Path(path).open("rb").close()
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
+    with open_file(Path(path), DataError) as file:
+        data = file.read() if _written else b""
     digest = hashlib.sha256(data).hexdigest()
     if digest in _written:
         from motorid.capture.store_read import read

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -10,10 +11,13 @@ import numpy as np
 
 from motorid.errors import DataError, UsageError, nearest
 from motorid.quality.gauge import Study
+from motorid.reading import read_file
 
 PART, OPERATOR = "part", "operator"
 ALIASES = {PART: ("part", "serial", "motor"), OPERATOR: ("operator", "appraiser", "fixture")}
 NOT_QUANTITIES = ("trial", "repeat", "order", "time", "note", "path", "sha256", "failure")
+
+MAX_BYTES = 1 << 26
 
 Row = Mapping[str, str]
 
@@ -23,9 +27,9 @@ def read_rows(path: Path) -> list[dict[str, str]]:
     operator's. Raises DataError where the file cannot be read or is empty.
     """
     try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            rows = [dict(row) for row in csv.DictReader(file)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        text = read_file(path, DataError, MAX_BYTES, "a study").decode("utf-8-sig")
+        rows = [dict(row) for row in csv.DictReader(io.StringIO(text, newline=""))]
+    except (UnicodeDecodeError, csv.Error) as error:
         raise DataError(f"{path} cannot be read as CSV: {error}") from None
     if not rows:
         raise DataError(f"{path} holds no readings: it needs a head and a row a reading")

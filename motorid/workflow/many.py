@@ -14,6 +14,7 @@ from motorid import csv_text
 from motorid.capture.whole import refuse_existing, write_whole
 from motorid.errors import DataError, MotoridError
 from motorid.estimate.results.estimate import AUTO
+from motorid.reading import open_file
 from motorid.version import __version__
 from motorid.workflow.recalibrate import cited
 from motorid.workflow.tasks import Progress, Result, Task, run_all
@@ -125,7 +126,7 @@ def sha256_of(path: Path) -> str:
     """The digest of a file's bytes. Raises DataError where they cannot be read."""
     digest = hashlib.sha256()
     try:
-        with open(path, "rb") as file:
+        with open_file(path, DataError) as file:
             while piece := file.read(CHUNK):
                 digest.update(piece)
     except OSError as error:
