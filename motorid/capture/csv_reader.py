@@ -62,7 +62,13 @@ class CsvSource:
     def _split(self, line: str) -> list[str]:
         if self._separator == " ":
             return line.split()
-        cells = next(csv.reader([line], delimiter=self._separator), [])
+        try:
+            cells = next(csv.reader([line], delimiter=self._separator), [])
+        except (csv.Error, TypeError) as error:
+            raise DataError(
+                f"{self._path} cannot be read as a table separated by {self._separator!r} "
+                f"({error}): repair that cell, or give --separator"
+            ) from None
         return [cell.strip() for cell in cells]
 
     def _is_number(self, cell: str) -> bool:

@@ -10,6 +10,7 @@ import click
 
 from motorid.cli.options import example, port_option, speed_option
 from motorid.cli.streams import confirm, prompt
+from motorid.cli.values import FINITE, Between, Named, Whole
 from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--answers",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    type=Named(exists=True, dir_okay=False, path_type=Path),
     help="Take the answers from this TOML file and ask nothing; steps it has no table of are left.",
 )
 @click.option(
@@ -49,36 +50,30 @@ if TYPE_CHECKING:
 )
 @click.option("--by", default="", help="Who calibrates.")
 @click.option("--note", default="", help="Free text kept in the file.")
-@click.option("--ambient", type=float, help="°C  [default: the rig file's]")
+@click.option("--ambient", type=FINITE, help="°C  [default: the rig file's]")
 @click.option(
     "--level",
     "levels_v",
     multiple=True,
-    type=float,
+    type=FINITE,
     metavar="VOLTS",
     help="Drive this level. Repeatable  [default: up to half the current limit, both ways]",
 )
+@click.option("--hold", "hold_s", type=Between(1, 60), default=4.0, help="Seconds of a level: 4.")
 @click.option(
-    "--hold", "hold_s", type=click.FloatRange(1, 60), default=4.0, help="Seconds of a level: 4."
+    "--turns", type=Between(1, 1000), default=10.0, help="Turns of the shaft by hand: 10."
 )
-@click.option(
-    "--turns", type=click.FloatRange(1, 1000), default=10.0, help="Turns of the shaft by hand: 10."
-)
-@click.option(
-    "--clock-time", "clock_s", type=click.FloatRange(5, 3600), default=30.0, help="Seconds: 30."
-)
+@click.option("--clock-time", "clock_s", type=Between(5, 3600), default=30.0, help="Seconds: 30.")
 @click.option(
     "--host-ppm",
-    type=click.FloatRange(0, 1000),
+    type=Between(0, 1000),
     default=10.0,
     help="Standard uncertainty of this computer's clock: 10 parts in a million.",
 )
-@click.option(
-    "--runs", type=click.IntRange(1, 50), default=3, help="Runs with and without disc: 3."
-)
+@click.option("--runs", type=Whole(1, 50), default=3, help="Runs with and without disc: 3.")
 @click.option(
     "--captures",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=Named(file_okay=False, path_type=Path),
     help="Folder that keeps the runs with and without the disc.",
 )
 @port_option
@@ -181,8 +176,8 @@ class Typed:
             text = "Its limit of error, from the data sheet, such as 0.5%+0.003 (A or V)"
             table["accuracy"] = prompt(text)
         else:
-            table["resistor_ohm"] = prompt("Ohm", type=float)
-            table["resistor_limit_ohm"] = prompt("Its limit of error, ohm", type=float)
+            table["resistor_ohm"] = prompt("Ohm", type=FINITE)
+            table["resistor_limit_ohm"] = prompt("Its limit of error, ohm", type=FINITE)
         return reference_of(table, step)
 
     def reading(self, step: str, number: int, what: str) -> float:
@@ -190,11 +185,11 @@ class Typed:
         if step == "supply_voltage":
             click.echo(_wrapped(what))
         unit = "A" if step == "current" else "V"
-        return float(prompt(f"The meter shows ({unit})", type=float))
+        return float(prompt(f"The meter shows ({unit})", type=FINITE))
 
     def levels(self, step: str) -> int:
         """See Person."""
-        return int(prompt("How many voltages", type=click.IntRange(2, 20), default=3))
+        return int(prompt("How many voltages", type=Whole(2, 20), default=3))
 
     def turn(self, turns: float) -> None:
         """See Person."""
@@ -215,7 +210,7 @@ class Typed:
             "bore_m": "Diameter of its hole, m (0: none)",
             "bore_uncertainty_m": "  its standard uncertainty, m",
         }
-        figures = {key: prompt(text, type=float) for key, text in asked.items()}
+        figures = {key: prompt(text, type=FINITE) for key, text in asked.items()}
         return disc_of(figures, "the disc")
 
     def arrange(self, rig: Rig, setup: str) -> Rig:

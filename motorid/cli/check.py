@@ -19,6 +19,7 @@ from motorid.cli.options import (
     warned,
 )
 from motorid.cli.streams import paint
+from motorid.cli.values import Named
 from motorid.visible import visible
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ if TYPE_CHECKING:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=Named(file_okay=False, path_type=Path),
     help="Folder that gets a folder for each inspection  [default: inspections, when measuring]",
 )
 @click.option("--history", help="Add the verdict to this history (file, or a database's URL).")

@@ -10,6 +10,7 @@ import click
 
 from motorid.cli.options import Assignment, example, expand, force_option
 from motorid.cli.streams import paint
+from motorid.cli.values import JOBS, Named, Whole
 from motorid.errors import EXIT_DONE
 
 
@@ -47,7 +48,7 @@ class TaskBar:
 @click.option(
     "--table",
     "tables",
-    type=click.IntRange(2, 9),
+    type=Whole(2, 9),
     multiple=True,
     help="Rebuild a table of the review instead. Repeatable.",
 )
@@ -56,14 +57,14 @@ class TaskBar:
 )
 @click.option(
     "--budget",
-    type=click.IntRange(min=100),
+    type=Whole(min=100),
     default=3000,
     show_default=True,
     help="Evaluations of each search (captures only: a table has its own).",
 )
-@click.option("--seeds", type=click.IntRange(min=1), help="Seeds: 10 for captures, 30 for tables.")
+@click.option("--seeds", type=Whole(min=1), help="Seeds: 10 for captures, 30 for tables.")
 @click.option(
-    "--jobs", type=int, default=-1, show_default=True, help="Processes; -1 is one a core."
+    "--jobs", type=JOBS, default=-1, show_default=True, help="Processes; -1 is one a core."
 )
 @click.option(
     "--truth",
@@ -73,14 +74,14 @@ class TaskBar:
 )
 @click.option(
     "--page",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=Named(dir_okay=False, path_type=Path),
     help="With --table: also write all tables as one Markdown page.",
 )
 @click.option(
     "-o",
     "--output",
     required=True,
-    type=click.Path(file_okay=False, path_type=Path),
+    type=Named(file_okay=False, path_type=Path),
     help="Folder for the HTML and CSV, and for each finished run.",
 )
 @force_option

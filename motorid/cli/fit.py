@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from motorid.cli.options import INSTANT, example, expand, fit_options, force_option, search_options
+from motorid.cli.values import JOBS, Between, Named
 from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
@@ -35,19 +36,19 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--ambient",
-    type=click.FloatRange(-100, 300),
+    type=Between(-100, 300),
     help="Ambient in °C, in place of what the captures hold of it.",
 )
 @click.option(
     "--ambient-uncertainty",
-    type=click.FloatRange(0, 100),
+    type=Between(0, 100),
     help="Its standard uncertainty in K.  [default: 0]",
 )
 @fit_options
 @search_options
 @click.option(
     "--jobs",
-    type=int,
+    type=JOBS,
     help="Fit each capture by itself, on so many processes; -1 is one a core.",
 )
 @click.option(
@@ -61,7 +62,7 @@ if TYPE_CHECKING:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=Named(file_okay=False, path_type=Path),
     help="Folder for estimate.json and report.html; for fits.csv with --jobs.",
 )
 @force_option

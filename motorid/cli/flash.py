@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from motorid.cli.options import example
+from motorid.cli.values import Named
 from motorid.errors import EXIT_DONE
 
 BOARDS = ("uno", "mega")
@@ -24,7 +25,7 @@ BOARDS = ("uno", "mega")
 @click.option(
     "--hex",
     "hex_file",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=Named(dir_okay=False, path_type=Path),
     help="Firmware file; without it, the one that came with motorid or was built here.",
 )
 @click.option("--dry-run", is_flag=True, help="Show avrdude's command, and do nothing.")

@@ -10,6 +10,7 @@ import click
 
 from motorid.cli.options import Assignment, example, force_option
 from motorid.cli.streams import prompt
+from motorid.cli.values import FINITE, JOBS, Between, Named, Whole
 from motorid.errors import EXIT_DONE, EXIT_FAIL_VERDICT
 
 if TYPE_CHECKING:
@@ -34,9 +35,9 @@ def command() -> None:
     """
 
 
-FILE = click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+FILE = click.argument("file", type=Named(exists=True, dir_okay=False, path_type=Path))
 OUTPUT = click.option(
-    "-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder of the report."
+    "-o", "--output", type=Named(file_okay=False, path_type=Path), help="Folder of the report."
 )
 TOLERANCES = click.option(
     "--tolerance",
@@ -56,7 +57,7 @@ METHOD = click.option(
     help="Analysis of variance, or average and range.",
 )
 MAX_GRR = click.option(
-    "--max-grr", type=float, metavar="PERCENT", help="A larger %GRR of any quantity is a FAIL."
+    "--max-grr", type=FINITE, metavar="PERCENT", help="A larger %GRR of any quantity is a FAIL."
 )
 PRODUCT = click.option(
     "--product", "product_name", help="Study a product's quantities, by its program and tolerances."
@@ -116,9 +117,9 @@ def crossed(
     metavar="NAME[=OPTIONS]",
     help="A motor, by its serial number; OPTIONS tell a simulated rig what it is. Repeatable.",
 )
-@click.option("--repeats", type=click.IntRange(min=2), default=3, show_default=True, help="Rounds.")
+@click.option("--repeats", type=Whole(min=2), default=3, show_default=True, help="Rounds.")
 @click.option("--yes", is_flag=True, help="Do not wait for each part to be mounted.")
-@click.option("--jobs", type=int, default=1, show_default=True, help="Processes that fit.")
+@click.option("--jobs", type=JOBS, default=1, show_default=True, help="Processes that fit.")
 @PRODUCT
 @TOLERANCES
 @METHOD
@@ -127,7 +128,7 @@ def crossed(
     "-o",
     "--output",
     required=True,
-    type=click.Path(file_okay=False, path_type=Path),
+    type=Named(file_okay=False, path_type=Path),
     help="Folder of captures, readings and report; an interrupted study goes on there.",
 )
 @force_option
@@ -226,19 +227,19 @@ def _report(
 @command.command("golden")
 @FILE
 @click.option("--quantity", required=True, help="Column of the readings.")
-@click.option("--reference", type=float, required=True, help="The golden motor's value, SI units.")
+@click.option("--reference", type=FINITE, required=True, help="The golden motor's value, SI units.")
 @click.option(
     "--uncertainty",
-    type=click.FloatRange(min=0),
+    type=Between(min=0),
     default=0.0,
     help="Standard uncertainty of the reference.",
 )
-@click.option("--tolerance", type=float, help="Width of the tolerance: gives Cg and Cgk.")
-@click.option("--share", type=float, default=0.2, show_default=True, help="Of it, for the gauge.")
+@click.option("--tolerance", type=FINITE, help="Width of the tolerance: gives Cg and Cgk.")
+@click.option("--share", type=FINITE, default=0.2, show_default=True, help="Of it, for the gauge.")
 @click.option(
-    "--spread", type=float, default=6.0, show_default=True, help="Standard deviations set against."
+    "--spread", type=FINITE, default=6.0, show_default=True, help="Standard deviations set against."
 )
-@click.option("--min-cgk", type=float, help="A smaller Cg or Cgk is a FAIL.")
+@click.option("--min-cgk", type=FINITE, help="A smaller Cg or Cgk is a FAIL.")
 def golden(
     file: Path,
     quantity: str,

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from motorid.cli.options import example, force_option, port_option
+from motorid.cli.values import Named
 from motorid.errors import EXIT_DONE
 
 
@@ -33,14 +34,14 @@ from motorid.errors import EXIT_DONE
 @click.option(
     "--capture",
     "first",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    type=Named(exists=True, dir_okay=False, path_type=Path),
     help="A first run of this motor on this rig: narrower than the nameplate.",
 )
 @click.option("--explain", is_flag=True, help="Only say what channels and program can tell.")
 @click.option(
     "-o",
     "--output",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=Named(dir_okay=False, path_type=Path),
     help="Write the rig file (with --product the product file) with the planned program.",
 )
 @force_option

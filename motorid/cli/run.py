@@ -15,6 +15,7 @@ from motorid.cli.options import (
     warned,
     wrote,
 )
+from motorid.cli.values import Named
 from motorid.errors import EXIT_DONE
 
 
@@ -31,7 +32,7 @@ from motorid.errors import EXIT_DONE
     "-o",
     "--output",
     required=True,
-    type=click.Path(file_okay=False, path_type=Path),
+    type=Named(file_okay=False, path_type=Path),
     help="Folder for capture.h5, estimate.json and report.html.",
 )
 @force_option

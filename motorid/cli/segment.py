@@ -7,14 +7,15 @@ from pathlib import Path
 import click
 
 from motorid.cli.options import example, force_option
+from motorid.cli.values import Named
 from motorid.errors import EXIT_DONE
 
 
 @click.command("segment", epilog=example("motorid segment run.h5 --plot segments.html"))
-@click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("file", type=Named(exists=True, dir_okay=False, path_type=Path))
 @click.option(
     "--plot",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=Named(dir_okay=False, path_type=Path),
     help="Draw them into an HTML page.",
 )
 @force_option

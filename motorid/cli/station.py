@@ -20,6 +20,7 @@ from motorid.cli.options import (
     warned,
 )
 from motorid.cli.streams import paint
+from motorid.cli.values import Named
 from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
 @click.option(
     "-o",
     "--output",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=Named(file_okay=False, path_type=Path),
     default=Path("inspections"),
     show_default=True,
     help="Folder that gets a folder for each inspection.",

@@ -61,7 +61,7 @@ def _finished(missing: Mapping[Path, Task], jobs: int) -> Any:
         return
     from joblib import Parallel, delayed
 
-    pool = Parallel(n_jobs=jobs, return_as="generator_unordered")
+    pool = Parallel(n_jobs=min(jobs, len(missing)), return_as="generator_unordered")
     yield from pool(delayed(_do)(path, task) for path, task in missing.items())
 
 

@@ -11,7 +11,7 @@ from sqlalchemy import select
 
 from motorid import csv_text
 from motorid.capture.whole import write_whole
-from motorid.errors import UsageError
+from motorid.errors import DataError, UsageError
 from motorid.quality.history import schema as s
 from motorid.quality.history.database import History
 from motorid.quality.history.query import Query
@@ -87,7 +87,10 @@ def _parquet(pieces: Iterator[list[tuple[Any, ...]]]) -> tuple[bytes, int]:
         for piece in pieces:
             cells = [map(csv_text.cell, row) for row in piece]
             table = dict(zip(columns(), map(list, zip(*cells, strict=True)), strict=True))
-            writer.write_table(pa.table(table, schema=schema))
+            try:
+                writer.write_table(pa.table(table, schema=schema))
+            except (pa.ArrowException, TypeError, OverflowError) as error:
+                raise DataError(f"the history is damaged: {error}") from None
             count += len(piece)
     return sink.getvalue(), count
 
