@@ -14,7 +14,7 @@ import contextlib
 import errno
 import io
 import os
-import select
+import selectors
 import sys
 from collections.abc import Iterator
 from typing import Any, TextIO
@@ -47,6 +47,11 @@ class Outlet(io.RawIOBase):
     def isatty(self) -> bool:
         return self.raw is not None and self.raw.isatty()
 
+    def close(self) -> None:
+        super().close()
+        if self.raw is not None:
+            self.raw.close()
+
     def write(self, data: Any) -> int:
         size = memoryview(data).nbytes
         self.touched = self.touched or size > 0
@@ -62,7 +67,9 @@ class Outlet(io.RawIOBase):
             count = self.raw.write(data)
             if count is not None:
                 return count
-            select.select([], [self.raw], [])  # somebody made the pipe non-blocking
+            with selectors.DefaultSelector() as waiting:  # somebody made the pipe non-blocking
+                waiting.register(self.raw, selectors.EVENT_WRITE)
+                waiting.select()
         return memoryview(data).nbytes
 
 

@@ -19,6 +19,7 @@ from sqlalchemy.exc import (
     SQLAlchemyError,
 )
 
+from motorid import json_text
 from motorid.errors import DataError, UsageError
 from motorid.quality.history import schema as s
 from motorid.quality.history.query import Query, matches
@@ -48,7 +49,9 @@ def open_history(where: str | Path, *, create: bool = True) -> History:
 def _engine(text: str) -> Engine:
     try:
         url = make_url(text if "://" in text else f"sqlite:///{Path(text)}")
-        engine = create_engine(url)
+        engine = create_engine(
+            url, json_serializer=json_text.dumps, json_deserializer=json_text.loads
+        )
     except (ArgumentError, NoSuchModuleError, *UNREADABLE) as error:
         raise UsageError(f"{text} is no database that SQLAlchemy knows: {error}") from None
     except ModuleNotFoundError as error:
