@@ -26,8 +26,8 @@ PRINTING = """\
 What becomes of a command does not depend on whether it can be printed. A verdict and a file stand
 with their exit code when standard output or standard error is closed, full or gone. An answer that
 goes to standard output only (`motorid fit run.h5 --json`, a list, a help text) ends with 4 when it
-cannot be written, and a sentence says so on standard error. A reader that closes a pipe early, as
-`motorid fit run.h5 --json | head -1` does, has what it wanted: the code stays, nothing is said."""
+cannot be written, and a sentence says so on standard error. A reader that closes a pipe early,
+as `head` does, has what it wanted: the code stays, and nothing is said."""
 
 
 def help_text(command: click.Command, parent: click.Context | None = None) -> str:
@@ -84,9 +84,12 @@ def _table() -> str:
                 facts["again"],
             )
         )
-    return "\n".join(
-        f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in r)} |" for r in rows
-    )
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
+
+
+def _leaves(facts: Mapping[str, Any]) -> str:
+    files = [" ".join(f"`{path}`" for path in facts["leaves"]), facts.get("also", "")]
+    return "; ".join(filter(None, files)) or "nothing"
 
 
 def _defaults(words: list[str]) -> Iterator[str]:
