@@ -121,7 +121,7 @@ def paint(stream: TextIO, text: str) -> None:
 def shown() -> Iterator[None]:
     """While it lasts, text on standard output and standard error passes ``Shown``."""
     before = sys.stdout, sys.stderr
-    sys.stdout, sys.stderr = (s if s is None else Shown(s) for s in before)  # type: ignore[assignment]
+    sys.stdout, sys.stderr = (s if s is None else Shown(s) for s in before)
     try:
         yield
     finally:
@@ -139,8 +139,8 @@ def sturdy() -> None:
         sys.stdin = open(os.devnull, encoding="utf-8")  # noqa: SIM115 - lives until exit
     elif isinstance(sys.stdin, io.TextIOWrapper):
         sys.stdin.reconfigure(errors="surrogateescape")  # no text is refused where it is used
-    sys.stdout = sys.__stdout__ = _on_outlet(sys.stdout)  # type: ignore[misc]
-    sys.stderr = sys.__stderr__ = _on_outlet(sys.stderr)  # type: ignore[misc]
+    sys.stdout = sys.__stdout__ = _on_outlet(sys.stdout)  # type: ignore[misc, assignment]
+    sys.stderr = sys.__stderr__ = _on_outlet(sys.stderr)  # type: ignore[misc, assignment]
 
 
 def _occupy_descriptors() -> None:

@@ -70,6 +70,27 @@ def test_no_value_is_an_internal_error(
         refused(line, capsys)
 
 
+@pytest.mark.parametrize(
+    "expression", [DIGITS, f"i*{DIGITS}", f"i-0x{DIGITS}", "i**9", "1e999", "i/0"]
+)
+def test_no_expression_is_an_internal_error(
+    expression: str, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "t.csv").write_text("t,i\n0,1\n1,2\n2,3\n", encoding="utf-8")
+    line = [
+        "import",
+        "t.csv",
+        "--map",
+        "time=t:s",
+        "--map",
+        f"current={expression}:A",
+        "-o",
+        "x.h5",
+    ]
+    assert refused(line, capsys) in (2, 4)
+    assert not (here / "x.h5").exists()
+
+
 def kinds(folder: Path) -> dict[str, Path]:
     """Files of every kind that is none of ours."""
     contents: dict[str, bytes] = {
