@@ -62,7 +62,7 @@ class TaskBar:
     show_default=True,
     help="Evaluations of each search (captures only: a table has its own).",
 )
-@click.option("--seeds", type=Whole(min=1), help="Seeds: 10 for captures, 30 for tables.")
+@click.option("--seeds", type=Whole(1, 10_000), help="Seeds: 10 for captures, 30 for tables.")
 @click.option(
     "--jobs", type=JOBS, default=-1, show_default=True, help="Processes; -1 is one a core."
 )

@@ -117,7 +117,7 @@ def crossed(
     metavar="NAME[=OPTIONS]",
     help="A motor, by its serial number; OPTIONS tell a simulated rig what it is. Repeatable.",
 )
-@click.option("--repeats", type=Whole(min=2), default=3, show_default=True, help="Rounds.")
+@click.option("--repeats", type=Whole(2, 1000), default=3, show_default=True, help="Rounds.")
 @click.option("--yes", is_flag=True, help="Do not wait for each part to be mounted.")
 @click.option("--jobs", type=JOBS, default=1, show_default=True, help="Processes that fit.")
 @PRODUCT

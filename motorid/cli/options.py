@@ -164,7 +164,7 @@ def capture_options(command: Command) -> Command:
         click.option("--serial", default="", help="Serial number of the motor."),
         click.option(
             "--repeat",
-            type=Whole(min=1),
+            type=Whole(1, 10_000),
             default=1,
             show_default=True,
             help="Number of runs; each is a file of its own.",

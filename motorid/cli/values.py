@@ -52,7 +52,7 @@ class Jobs(Whole):
     name = "integer"
 
     def __init__(self) -> None:
-        super().__init__(min=-1)
+        super().__init__(min=-1, max=1024)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
         found = super().convert(value, param, ctx)
