@@ -37,9 +37,9 @@ def open_file(path: Path, error: type[MotoridError]) -> BinaryIO:
     except IsADirectoryError:
         raise error(f"{name} is a folder: name a file in it") from None
     except OSError as problem:
-        raise error(f"{name} cannot be read: {problem.strerror or problem}") from None
+        raise error(f"{name}: cannot be read: {problem.strerror or problem}") from None
     except ValueError as problem:  # a NUL in the name
-        raise error(f"{name} cannot be read: {problem}") from None
+        raise error(f"{name}: cannot be read: {problem}") from None
 
 
 def read_file(path: Path, error: type[MotoridError], most: int, what: str) -> bytes:
@@ -52,10 +52,10 @@ def read_file(path: Path, error: type[MotoridError], most: int, what: str) -> by
             data = file.read(most + 1)
         except (OSError, MemoryError) as problem:
             said = getattr(problem, "strerror", None) or "this computer's memory does not hold it"
-            raise error(f"{on_one_line(str(path))} cannot be read: {said}") from None
+            raise error(f"{on_one_line(str(path))}: cannot be read: {said}") from None
     if len(data) > most:
         raise error(
-            f"{on_one_line(str(path))} is larger than {what} may be ({_size(most)}): is it one?"
+            f"{on_one_line(str(path))}: larger than {what} may be ({_size(most)}): is it one?"
         )
     return data
 
