@@ -76,7 +76,7 @@ def _say(sentence: str, code: int) -> int:
     one_line = " ".join(sentence.split())
     if len(one_line) > LONGEST:
         one_line = f"{one_line[:LONGEST]} ..."
-    click.echo(f"motorid: {one_line}", err=True)
+    click.echo(f"motorid: {one_line}", err=True, color=True)
     return code
 
 

@@ -74,7 +74,8 @@ def run(args: Sequence[str]) -> int:
 
 def _invoke(args: Sequence[str]) -> int | None:
     try:
-        with cli.make_context("motorid", list(args) or ["--help"]) as context:
+        # color: click would drop escape sequences of others unseen, where ``Shown`` shows them
+        with cli.make_context("motorid", list(args) or ["--help"], color=True) as context:
             code: int | None = cli.invoke(context)
             return code
     except click.exceptions.Exit as end:  # after --help and --version
@@ -90,6 +91,8 @@ def main() -> NoReturn:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # the outcome is settled
     except KeyboardInterrupt:  # a second one, while the first was reported
         code = EXIT_INTERRUPTED
+    except BaseException:
+        code = EXIT_INTERNAL
     sys.exit(code)
 
 

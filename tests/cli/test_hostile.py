@@ -91,6 +91,17 @@ def test_no_expression_is_an_internal_error(
     assert not (here / "x.h5").exists()
 
 
+def test_a_name_that_steers_a_terminal_is_shown(
+    here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for line in (["fit", "a\x1b[2Jb.h5"], ["rigs", "--show", "a\x1b[2Jb"]):
+        assert main.run(line) in (2, 3)
+        assert r"a\x1b[2Jb" in capsys.readouterr().err
+    (here / "a\x1b[2Jb.h5").touch()
+    assert main.run(["history", "add", "x.db", ".", "--product", "sim-disc"]) == 4
+    assert r"a\x1b[2Jb.h5" in capsys.readouterr().out
+
+
 def kinds(folder: Path) -> dict[str, Path]:
     """Files of every kind that is none of ours."""
     contents: dict[str, bytes] = {

@@ -123,6 +123,17 @@ def test_a_verdict_stands(
             assert "FAIL" in remark
 
 
+@pytest.mark.parametrize(("error", "code"), [(MemoryError(), 70), (KeyboardInterrupt(), 130)])
+def test_a_report_that_fails_is_no_fail_verdict(
+    error: BaseException, code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(_: BaseException) -> int:
+        raise error
+
+    monkeypatch.setattr("motorid.cli.main.report", broken)
+    assert run_main(["nosuch"], tmp_path)[0] == code
+
+
 def test_a_question_that_nobody_sees_is_not_asked(tmp_path: Path) -> None:
     """An answer read from a script must not set a motor going that nobody was warned of."""
     rig = tmp_path / "rig.toml"
