@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from motorid.version import __version__
 
 # Public name -> the module that holds it, imported when the name is first used.
 _HOMES = {

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from motorid.errors import MotoridError
+from motorid.reading import read_file
 
 MAX_BYTES = 1 << 20
 LONGEST_SHOWN = 60  # of a name that is none
@@ -16,12 +17,9 @@ LONGEST_SHOWN = 60  # of a name that is none
 
 def read_text(path: Path, what: str, error: type[MotoridError]) -> str:
     """The text of ``path``, which is to be ``what`` ("a rig file"). Raises ``error``."""
+    data = read_file(path, error, MAX_BYTES, what)
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise error(f"{path}: larger than {what} may be (1 MiB): is it one?")
-        return path.read_text(encoding="utf-8-sig")
-    except OSError as problem:
-        raise error(f"{path}: cannot be read: {problem.strerror or problem}") from None
+        return data.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError:
         raise error(f"{path}: not UTF-8 text: is it {what}?") from None
 

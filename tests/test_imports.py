@@ -11,13 +11,18 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).resolve().parent.parent / "motorid"
-BASE = {"errors", "toml"}
+BASE = {"errors", "toml", "version", "visible", "json", "csv", "reading"}
 DATA = BASE | {"program", "capture"}
 FIT = DATA | {"motor", "segment", "estimate", "plan", "search", "identify"}
 DRIVE = DATA | {"rig", "wire", "sim", "acquire"}
 MAY_IMPORT = {
     "errors": set[str](),
-    "toml": {"errors"},
+    "toml": {"errors", "reading"},
+    "version": set[str](),
+    "visible": set[str](),
+    "json": {"errors", "visible", "reading"},
+    "csv": {"visible"},
+    "reading": {"errors", "visible"},
     "wire": BASE,
     "program": BASE,
     "capture": DATA,
@@ -77,6 +82,21 @@ def test_imports_point_down(path: Path) -> None:
     assert own in MAY_IMPORT, "a new room: say in MAY_IMPORT what it may know"
     reached = {found for module in imported(path) if (found := room(module))}
     assert reached - MAY_IMPORT[own] - {own} == set()
+
+
+def test_nothing_inside_imports_the_public_face() -> None:
+    """``motorid/__init__.py`` reaches every room, so a room must not import it."""
+    for path in files():
+        reached = {module for module in imported(path) if module.split(".")[0] == "motorid"}
+        assert reached & {"motorid", "motorid.__version__"} == set(), path
+
+
+def test_json_and_csv_are_written_in_one_place() -> None:
+    """Python's own json writes NaN, its csv writes formulas; both have one guarded door."""
+    doors = {"json": {"json_text.py"}, "csv": {"csv_text.py", "csv_reader.py", "study_file.py"}}
+    for path in files():
+        for module in set(imported(path)) & set(doors):
+            assert path.name in doors[module], f"{path} imports {module}: see {doors[module]}"
 
 
 def loaded_after(statement: str) -> set[str]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import json
 import os
 import queue
 import struct
@@ -22,10 +21,12 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from motorid import json_text
 from motorid.acquire import lock
 from motorid.acquire.port import Port
 from motorid.capture.whole import sync_folder
 from motorid.errors import DataError, UsageError
+from motorid.reading import open_file
 
 MAGIC = b"motorid journal 1\n"
 SUFFIX = ".journal"
@@ -58,8 +59,8 @@ class Record:
     def json(self) -> dict[str, Any]:
         """The object that a header or a mark holds. Raises DataError."""
         try:
-            value = json.loads(self.data)
-        except (ValueError, RecursionError):
+            value = json_text.loads(self.data)
+        except json_text.JsonError:
             value = None
         if not isinstance(value, dict):
             raise DataError("a journal's header or mark is not a JSON object: it is damaged")
@@ -95,11 +96,7 @@ def parse_journal(data: bytes) -> Journal:
 @contextlib.contextmanager
 def open_journal(path: Path) -> Iterator[JournalReader]:
     """The journal in ``path``, record by record. Raises DataError when it is none."""
-    try:
-        file = path.open("rb")
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
-    with file:
+    with open_file(path, DataError) as file:
         try:
             reader = JournalReader(file, path.stat().st_size)
         except DataError as error:
@@ -189,7 +186,9 @@ class JournalWriter:
         except OSError as error:
             raise UsageError(f"{path} cannot be made: {error.strerror or error}") from None
         try:
-            self._file.write(MAGIC + encode_record(Kind.HEADER, 0, json.dumps(header).encode()))
+            self._file.write(
+                MAGIC + encode_record(Kind.HEADER, 0, json_text.dumps(header).encode())
+            )
             self._sync()
             sync_folder(path.parent)
         except OSError as error:
@@ -211,7 +210,7 @@ class JournalWriter:
 
     def mark(self, time_s: float, **what: Any) -> None:
         """Notes what the host does from here on."""
-        self.append(Kind.MARK, time_s, json.dumps(what).encode())
+        self.append(Kind.MARK, time_s, json_text.dumps(what).encode())
 
     def close(self) -> None:
         """Waits until all is synced to disk. May be called twice."""

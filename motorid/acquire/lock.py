@@ -5,10 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import BinaryIO
 
+from motorid.errors import DataError
+from motorid.reading import open_file
+
 
 def is_free(path: Path) -> bool | None:
     """Whether no capture writes the journal in ``path``; None where the system cannot tell."""
-    with path.open("rb") as file:
+    with open_file(path, DataError) as file:
         return hold(file)
 
 

@@ -11,7 +11,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from motorid import __version__
 from motorid.acquire.assemble import NoSamplesError, assemble
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.check import check_signs, check_supply, check_zero
@@ -39,6 +38,7 @@ from motorid.errors import DataError, LinkError, MotoridError, RigError
 from motorid.program import Program
 from motorid.rig import Rig
 from motorid.rig_calibration import citation, refuse_other_board
+from motorid.version import __version__
 from motorid.wire.enums import Mode
 
 Progress = Callable[[Live], None]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
+
+from motorid import json_text
 
 HEAD = """\
 # Written by `motorid calibrate`. It holds whenever the rig file beside it is loaded.
@@ -29,7 +30,7 @@ def _value(value: Any) -> str:
         case datetime():
             return value.isoformat(timespec="seconds")
         case str():
-            return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+            return json_text.dumps(value)  # its escapes are those of TOML too
         case bool():
             return "true" if value else "false"
         case list() | tuple():

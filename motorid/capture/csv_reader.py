@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 from motorid.capture.columns import BadCell, Columns, unknown_column
 from motorid.capture.units import spelled
 from motorid.errors import DataError
+from motorid.reading import read_file
 
 Floats = NDArray[np.float64]
 _SEPARATORS = (";", "\t", ",", "|")
 _COMMENT = ("#", "%", "//")
+MAX_BYTES = 1 << 32
 _PROBE_LINES = 400
 _MAX_HEADER = 100
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*\Z")
@@ -60,7 +62,13 @@ class CsvSource:
     def _split(self, line: str) -> list[str]:
         if self._separator == " ":
             return line.split()
-        cells = next(csv.reader([line], delimiter=self._separator), [])
+        try:
+            cells = next(csv.reader([line], delimiter=self._separator), [])
+        except (csv.Error, TypeError) as error:
+            raise DataError(
+                f"{self._path} cannot be read as a table separated by {self._separator!r} "
+                f"({error}): repair that cell, or give --separator"
+            ) from None
         return [cell.strip() for cell in cells]
 
     def _is_number(self, cell: str) -> bool:
@@ -153,10 +161,7 @@ class CsvSource:
 
 def _decode(path: Path) -> str:
     """The file's text with one kind of line end. Latin-1 where it is not UTF."""
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
+    data = read_file(path, DataError, MAX_BYTES, "a table")
     encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
     if not data.strip():
         raise DataError(f"{path} is empty")

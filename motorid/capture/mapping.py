@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import math
 import operator
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -107,8 +108,8 @@ class Formula:
                 self._check(right)
             case ast.UnaryOp(op=op, operand=operand) if type(op) in _SIGNS:
                 self._check(operand)
-            case ast.Constant(value=int() | float()):
-                pass
+            case ast.Constant(value=int() | float() as number):
+                _refuse_endless(number)
             case ast.Name(id=name) if name in self._constants or name in self._codes():
                 pass
             case _:
@@ -131,6 +132,18 @@ class Formula:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             result = _value(self._tree, values)
         return np.array(np.broadcast_to(result, (rows,)), dtype=np.float64)
+
+
+def _refuse_endless(number: float) -> None:
+    """Raises UsageError for a number beyond what a column can hold."""
+    try:
+        if math.isfinite(float(number)):
+            return
+    except OverflowError:
+        pass
+    raise UsageError(
+        f"--map: the number {str(number)[:20]}... is out of range: write a smaller one"
+    )
 
 
 def _value(node: ast.AST, values: Mapping[str, Any]) -> Any:

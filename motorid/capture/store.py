@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import json
 from collections.abc import Mapping
 from dataclasses import fields
 from datetime import datetime
@@ -13,10 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from motorid import __version__
+from motorid import json_text
 from motorid.capture.model import Capture, Channel, Wiring
 from motorid.capture.whole import write_whole
 from motorid.errors import DataError
+from motorid.reading import open_file
+from motorid.version import __version__
 
 if TYPE_CHECKING:
     import h5py
@@ -49,11 +50,8 @@ def load(path: str | Path) -> Capture:
     What this process has written itself it reads itself; any other file is read by a child, which
     a damaged one may crash or hang.
     """
-    try:
-        data = Path(path).read_bytes() if _written else b""
-        Path(path).open("rb").close()
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
+    with open_file(Path(path), DataError) as file:
+        data = file.read() if _written else b""
     digest = hashlib.sha256(data).hexdigest()
     if digest in _written:
         from motorid.capture.store_read import read
@@ -85,13 +83,13 @@ def to_bytes(capture: Capture) -> bytes:
             [(g.index, g.samples, g.reason.encode()[:120]) for g in capture.gaps], dtype=GAPS
         )
         if capture.program is not None:
-            _write_text(file, "program", json.dumps(capture.program.to_dict()), "json")
+            _write_text(file, "program", json_text.dumps(capture.program.to_dict()), "json")
         provenance = file.create_group("provenance")
         for key, value in capture.provenance.items():
             if isinstance(value, str):
                 _write_text(provenance, key, value, "text")
             else:
-                _write_text(provenance, key, json.dumps(value), "json")
+                _write_text(provenance, key, json_text.dumps(value), "json")
         file.flush()
         return bytes(file.id.get_file_image())
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import json
+import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from motorid import json_text
 from motorid.capture.child import serve
 from motorid.capture.model import Capture, Channel, Gap, Phase, Wiring
 from motorid.capture.store import CHANNEL_FIELDS, WIRING_FIELDS
@@ -33,7 +34,8 @@ def pack(capture: Capture) -> dict[str, Any]:
     channels = list(capture.channels.values())
     facts = {name: getattr(capture, name) for name in PLAIN} | {
         "channels": [
-            {"name": c.name} | {f: getattr(c, f) for f in CHANNEL_FIELDS} for c in channels
+            {"name": c.name} | {f: getattr(c, f) for f in CHANNEL_FIELDS if _is_written(c, f)}
+            for c in channels
         ],
         "wiring": {name: getattr(capture.wiring, name) for name in WIRING_FIELDS},
         "program": capture.program.to_dict() if capture.program is not None else None,
@@ -42,13 +44,19 @@ def pack(capture: Capture) -> dict[str, Any]:
         "provenance": dict(capture.provenance),
     }
     arrays = {f"raw{number}": np.asarray(c.raw) for number, c in enumerate(channels)}
-    text = np.frombuffer(json.dumps(facts).encode(), dtype=np.uint8)
+    text = np.frombuffer(json_text.dumps(facts).encode(), dtype=np.uint8)
     return {"ticks": capture.ticks, "facts": text, **arrays}
+
+
+def _is_written(channel: Channel, name: str) -> bool:
+    """Infinity, which JSON does not know, is only ever the default of a reading's ends."""
+    value = getattr(channel, name)
+    return not (isinstance(value, float) and math.isinf(value))
 
 
 def unpack(arrays: Any) -> Capture:
     """The capture that ``pack`` packed."""
-    facts = json.loads(arrays["facts"].tobytes())
+    facts = json_text.loads(arrays["facts"].tobytes())
     channels = {
         fact["name"]: Channel(raw=arrays[f"raw{number}"], **fact)
         for number, fact in enumerate(facts["channels"])

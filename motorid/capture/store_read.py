@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import math
 from typing import Any, cast, get_args
 
@@ -11,12 +10,14 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid import json_text
 from motorid.capture.model import QUANTITIES, Capture, Channel, Gap, Kind, Phase, Sense, Wiring
 from motorid.capture.store import CHANNEL_FIELDS, FORMAT, MAJOR, WIRING_FIELDS
 from motorid.errors import DataError, MotoridError
 from motorid.program import Program
 
 TEXTS = frozenset({"unit", "kind", "sense"})  # attributes; all others are numbers
+ENDLESS = {"raw_min": -math.inf, "raw_max": math.inf}  # of a reading that never saturates
 MAX_MEMBERS = 64  # columns, or provenance entries
 MAX_TEXT = 1 << 24  # bytes
 MAX_DATA = 1 << 33  # bytes
@@ -169,7 +170,7 @@ class _Reader:
     def program(self) -> Program | None:
         if "program" not in self.file:
             return None
-        return Program.from_dict(json.loads(self.text(self.file, "program")))
+        return Program.from_dict(json_text.loads(self.text(self.file, "program")))
 
     def provenance(self) -> dict[str, Any]:
         group = self.group(self.file, "provenance")
@@ -177,7 +178,7 @@ class _Reader:
         for key in self.members(group):
             text = self.text(group, key)
             encoded = self.text_attribute(group[key], "encoding", "text") == "json"
-            found[key] = json.loads(text) if encoded else text
+            found[key] = json_text.loads(text) if encoded else text
         return found
 
     # -- attributes: one number or one short text each
@@ -215,7 +216,9 @@ class _Reader:
         found = {}
         for name in names:
             value = self.attribute(target, name)
-            wrong = isinstance(value, str) != (name in TEXTS) or value != value
+            wrong = isinstance(value, str) != (name in TEXTS) or (
+                isinstance(value, float) and not math.isfinite(value) and value != ENDLESS.get(name)
+            )
             if value is not None and wrong:
                 raise DataError(f"attribute {name} is {value!r}: the file is damaged")
             if value is not None:

@@ -11,7 +11,6 @@ from typing import Any, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid import __version__
 from motorid.capture import table_checks as checks
 from motorid.capture.columns import Source
 from motorid.capture.mapping import ROW, SHORTHAND, ChannelMap, Formula, parse_maps
@@ -20,6 +19,8 @@ from motorid.capture.model import NOTES as NOTES
 from motorid.capture.model import VOLTAGE, Capture, Channel, Sense, Wiring
 from motorid.capture.units import AMBIENT, TIME
 from motorid.errors import DataError, UsageError, nearest
+from motorid.reading import open_file
+from motorid.version import __version__
 
 Floats = NDArray[np.float64]
 CLOCK_HZ = 1e9  # ticks are integers, and nanoseconds lose nothing that a file's stamps hold
@@ -127,11 +128,8 @@ def _open(path: Path, chosen: TableOptions) -> Source:
     from motorid.capture.csv_reader import CsvSource
     from motorid.capture.mat_reader import MatSource
 
-    try:
-        with path.open("rb") as file:
-            head = file.read(1024)
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
+    with open_file(path, DataError) as file:
+        head = file.read(1024)
     if path.suffix.lower() == ".mat" or head.startswith((b"MATLAB", b"\x89HDF")):
         return MatSource(path)
     return CsvSource(path, chosen.separator, chosen.decimal)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import json
 import os
 import select
 import subprocess
@@ -48,7 +47,7 @@ class WarmChild:
 
         Raises TimeoutError, GoneError; of no further use is a warm child after either.
         """
-        order = json.dumps([source, target, memory]) + "\n"
+        order = f"{os.fsencode(source).hex()} {os.fsencode(target).hex()} {memory}\n"
         with self._lock:
             try:
                 code = self._ask(order.encode(), time_s)
@@ -94,10 +93,11 @@ def serve_files(read_one: Callable[[str, str, int], int]) -> None:
     ``read_one`` reads a source into a target with so much memory and gives the exit code.
     """
     for line in sys.stdin.buffer:
-        source, target, memory = json.loads(line)
+        source, target, memory = line.split()
         pid = os.fork()
         if not pid:
-            _be_child(read_one, source, target, memory)
+            names = [os.fsdecode(bytes.fromhex(name.decode())) for name in (source, target)]
+            _be_child(read_one, *names, int(memory))
         _, status = os.waitpid(pid, 0)
         sys.stdout.buffer.write(b"%d\n" % os.waitstatus_to_exitcode(status))
         sys.stdout.buffer.flush()

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from motorid.cli.options import example, port_option, speed_option
+from motorid.cli.streams import confirm, prompt
+from motorid.cli.values import FINITE, Between, Named, Whole
+from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
     from motorid.acquire.port import Port
@@ -37,7 +40,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--answers",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    type=Named(exists=True, dir_okay=False, path_type=Path),
     help="Take the answers from this TOML file and ask nothing; steps it has no table of are left.",
 )
 @click.option(
@@ -47,36 +50,30 @@ if TYPE_CHECKING:
 )
 @click.option("--by", default="", help="Who calibrates.")
 @click.option("--note", default="", help="Free text kept in the file.")
-@click.option("--ambient", type=float, help="°C  [default: the rig file's]")
+@click.option("--ambient", type=FINITE, help="°C  [default: the rig file's]")
 @click.option(
     "--level",
     "levels_v",
     multiple=True,
-    type=float,
+    type=FINITE,
     metavar="VOLTS",
     help="Drive this level. Repeatable  [default: up to half the current limit, both ways]",
 )
+@click.option("--hold", "hold_s", type=Between(1, 60), default=4.0, help="Seconds of a level: 4.")
 @click.option(
-    "--hold", "hold_s", type=click.FloatRange(1, 60), default=4.0, help="Seconds of a level: 4."
+    "--turns", type=Between(1, 1000), default=10.0, help="Turns of the shaft by hand: 10."
 )
-@click.option(
-    "--turns", type=click.FloatRange(1, 1000), default=10.0, help="Turns of the shaft by hand: 10."
-)
-@click.option(
-    "--clock-time", "clock_s", type=click.FloatRange(5, 3600), default=30.0, help="Seconds: 30."
-)
+@click.option("--clock-time", "clock_s", type=Between(5, 3600), default=30.0, help="Seconds: 30.")
 @click.option(
     "--host-ppm",
-    type=click.FloatRange(0, 1000),
+    type=Between(0, 1000),
     default=10.0,
     help="Standard uncertainty of this computer's clock: 10 parts in a million.",
 )
-@click.option(
-    "--runs", type=click.IntRange(1, 50), default=3, help="Runs with and without disc: 3."
-)
+@click.option("--runs", type=Whole(1, 50), default=3, help="Runs with and without disc: 3.")
 @click.option(
     "--captures",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=Named(file_okay=False, path_type=Path),
     help="Folder that keeps the runs with and without the disc.",
 )
 @port_option
@@ -93,7 +90,7 @@ def command(
     port: str | None,
     speed: str | None,
     **how: Any,
-) -> None:
+) -> int:
     """Hold the readings of RIG, a rig file of yours, against references.
 
     Walks through zero, gains, the supply, the encoder, the clock and a disc of known inertia, and
@@ -124,6 +121,7 @@ def command(
     if written.archived:
         click.echo(f"kept the earlier one as {written.archived}", err=True)
     click.echo(f"wrote {written.path}", err=True)
+    return EXIT_DONE
 
 
 def _person(answers: Path | None, simulated: bool) -> Person:
@@ -148,19 +146,19 @@ class Typed:
     def ready(self, step: str, what: str) -> bool:
         """See Person."""
         click.echo(f"\n== {step.replace('_', ' ')}\n{_wrapped(what)}")
-        return bool(click.confirm("Do this step?", default=True))
+        return confirm("Do this step?", default=True)
 
     def proceed(self, what: str) -> None:
         """See Person."""
         click.echo(_wrapped(f"Next: {what}."))
-        click.prompt("Enter starts it, Ctrl-C stops", default="", show_default=False)
+        prompt("Enter starts it, Ctrl-C stops", default="", show_default=False)
 
     def again(self, step: str, problem: str) -> bool:
         """See Person."""
         if problem:
             click.echo(_wrapped(f"That did not work: {problem}"))
         name = step.replace("_", " ")
-        return bool(click.confirm(f"Repeat {name}?", default=bool(problem)))
+        return confirm(f"Repeat {name}?", default=bool(problem))
 
     def reference(self, step: str) -> Reference:
         """See Person."""
@@ -169,17 +167,17 @@ class Typed:
         kinds = ["meter", "resistor"] if step == "current" else ["meter"]
         kind = kinds[0]
         if len(kinds) > 1:
-            kind = click.prompt("Reference", type=click.Choice(kinds), default=kind)
+            kind = prompt("Reference", type=click.Choice(kinds), default=kind)
         table: dict[str, Any] = {
-            kind: click.prompt("Its name", default="", show_default=False),
-            "serial": click.prompt("Its serial number", default="", show_default=False),
+            kind: prompt("Its name", default="", show_default=False),
+            "serial": prompt("Its serial number", default="", show_default=False),
         }
         if kind == "meter":
             text = "Its limit of error, from the data sheet, such as 0.5%+0.003 (A or V)"
-            table["accuracy"] = click.prompt(text)
+            table["accuracy"] = prompt(text)
         else:
-            table["resistor_ohm"] = click.prompt("Ohm", type=float)
-            table["resistor_limit_ohm"] = click.prompt("Its limit of error, ohm", type=float)
+            table["resistor_ohm"] = prompt("Ohm", type=FINITE)
+            table["resistor_limit_ohm"] = prompt("Its limit of error, ohm", type=FINITE)
         return reference_of(table, step)
 
     def reading(self, step: str, number: int, what: str) -> float:
@@ -187,16 +185,16 @@ class Typed:
         if step == "supply_voltage":
             click.echo(_wrapped(what))
         unit = "A" if step == "current" else "V"
-        return float(click.prompt(f"The meter shows ({unit})", type=float))
+        return float(prompt(f"The meter shows ({unit})", type=FINITE))
 
     def levels(self, step: str) -> int:
         """See Person."""
-        return int(click.prompt("How many voltages", type=click.IntRange(2, 20), default=3))
+        return int(prompt("How many voltages", type=Whole(2, 20), default=3))
 
     def turn(self, turns: float) -> None:
         """See Person."""
         way = "forwards, from the mark to the mark" if turns > 0 else "back to the mark"
-        click.prompt(
+        prompt(
             f"Turn the shaft {abs(turns):g} turns {way}, then Enter", default="", show_default=False
         )
 
@@ -212,7 +210,7 @@ class Typed:
             "bore_m": "Diameter of its hole, m (0: none)",
             "bore_uncertainty_m": "  its standard uncertainty, m",
         }
-        figures = {key: click.prompt(text, type=float) for key, text in asked.items()}
+        figures = {key: prompt(text, type=FINITE) for key, text in asked.items()}
         return disc_of(figures, "the disc")
 
     def arrange(self, rig: Rig, setup: str) -> Rig:

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from motorid.cli.options import capture_options, example, force_option, make_way, warned, wrote
+from motorid.cli.values import Named
 
 
 @click.command(
@@ -22,7 +23,7 @@ from motorid.cli.options import capture_options, example, force_option, make_way
     "-o",
     "--output",
     required=True,
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=Named(dir_okay=False, path_type=Path),
     help="Capture file; --repeat 3 writes NAME-1.h5 to NAME-3.h5.",
 )
 @click.option(

@@ -18,6 +18,9 @@ from motorid.cli.options import (
     speed_option,
     warned,
 )
+from motorid.cli.streams import paint
+from motorid.cli.values import Named
+from motorid.visible import visible
 
 if TYPE_CHECKING:
     from motorid.workflow.check import Inspection
@@ -49,7 +52,7 @@ if TYPE_CHECKING:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=Named(file_okay=False, path_type=Path),
     help="Folder that gets a folder for each inspection  [default: inspections, when measuring]",
 )
 @click.option("--history", help="Add the verdict to this history (file, or a database's URL).")
@@ -98,7 +101,7 @@ def command(
     if as_json:
         click.echo(records.to_json(done.verdict), nl=False)
     else:
-        click.echo(_page(done))
+        paint(sys.stdout, f"{_page(done)}\n")
     return done.exit_code
 
 
@@ -119,4 +122,4 @@ def _page(done: Inspection) -> str:
         width=min(width, 100),
         colour=sys.stdout.isatty() and "NO_COLOR" not in os.environ,
     )
-    return f"{shown}\n{screen.table(done.verdict)}\n"
+    return f"{shown}\n{visible(screen.table(done.verdict))}\n"

@@ -9,6 +9,9 @@ from pathlib import Path
 import click
 
 from motorid.cli.options import Assignment, example, expand, force_option
+from motorid.cli.streams import paint
+from motorid.cli.values import JOBS, Named, Whole
+from motorid.errors import EXIT_DONE
 
 
 class TaskBar:
@@ -30,8 +33,7 @@ class TaskBar:
         filled = 24 * done // total
         bar = f"[{'#' * filled}{'.' * (24 - filled)}] {done}/{total}"
         tail = f"{wait:5.0f} s left" if ran else ""
-        sys.stderr.write(f"\r{bar} {tail:<14}" + ("\n" if done == total else ""))
-        sys.stderr.flush()
+        paint(sys.stderr, f"\r{bar} {tail:<14}" + ("\n" if done == total else ""))
 
 
 @click.command(
@@ -46,7 +48,7 @@ class TaskBar:
 @click.option(
     "--table",
     "tables",
-    type=click.IntRange(2, 9),
+    type=Whole(2, 9),
     multiple=True,
     help="Rebuild a table of the review instead. Repeatable.",
 )
@@ -55,14 +57,14 @@ class TaskBar:
 )
 @click.option(
     "--budget",
-    type=click.IntRange(min=100),
+    type=Whole(min=100),
     default=3000,
     show_default=True,
     help="Evaluations of each search (captures only: a table has its own).",
 )
-@click.option("--seeds", type=click.IntRange(min=1), help="Seeds: 10 for captures, 30 for tables.")
+@click.option("--seeds", type=Whole(1, 10_000), help="Seeds: 10 for captures, 30 for tables.")
 @click.option(
-    "--jobs", type=int, default=-1, show_default=True, help="Processes; -1 is one a core."
+    "--jobs", type=JOBS, default=-1, show_default=True, help="Processes; -1 is one a core."
 )
 @click.option(
     "--truth",
@@ -72,14 +74,14 @@ class TaskBar:
 )
 @click.option(
     "--page",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=Named(dir_okay=False, path_type=Path),
     help="With --table: also write all tables as one Markdown page.",
 )
 @click.option(
     "-o",
     "--output",
     required=True,
-    type=click.Path(file_okay=False, path_type=Path),
+    type=Named(file_okay=False, path_type=Path),
     help="Folder for the HTML and CSV, and for each finished run.",
 )
 @force_option
@@ -94,7 +96,7 @@ def command(
     page: Path | None,
     output: Path,
     force: bool,
-) -> None:
+) -> int:
     """Run many methods on the same captures, or rebuild a table of the review.
 
     Equal budgets, equal seeds, all cores. Every finished run is kept in the folder, so an
@@ -131,3 +133,4 @@ def command(
         click.echo(text)
     for path in made:
         click.echo(f"wrote {path}", err=True)
+    return EXIT_DONE

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from motorid.cli.options import INSTANT, example, expand, fit_options, force_option, search_options
+from motorid.cli.values import JOBS, Between, Named
+from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
     from motorid.rig import Rig
@@ -34,19 +36,19 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--ambient",
-    type=click.FloatRange(-100, 300),
+    type=Between(-100, 300),
     help="Ambient in °C, in place of what the captures hold of it.",
 )
 @click.option(
     "--ambient-uncertainty",
-    type=click.FloatRange(0, 100),
+    type=Between(0, 100),
     help="Its standard uncertainty in K.  [default: 0]",
 )
 @fit_options
 @search_options
 @click.option(
     "--jobs",
-    type=int,
+    type=JOBS,
     help="Fit each capture by itself, on so many processes; -1 is one a core.",
 )
 @click.option(
@@ -60,7 +62,7 @@ if TYPE_CHECKING:
 @click.option(
     "-o",
     "--output",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=Named(file_okay=False, path_type=Path),
     help="Folder for estimate.json and report.html; for fits.csv with --jobs.",
 )
 @force_option
@@ -82,7 +84,7 @@ def command(
     as_json: bool,
     output: Path | None,
     force: bool,
-) -> None:
+) -> int | None:
     """Estimate R, L, K, B, J and T0 from one or more captures of the same motor.
 
     Needs no start values. Prints a table with uncertainties; what these captures cannot tell is
@@ -117,7 +119,7 @@ def command(
             raise click.UsageError(f"--{alone} goes with one fit, not with many.")
         places = _of_history(history, serial, since) if history else expand(files)
         _fit_many(places, output, force, {**options, **search, "jobs": jobs or 1})
-        return
+        return EXIT_DONE
     from motorid.workflow import fit as workflow
 
     if output:
@@ -127,6 +129,7 @@ def command(
     if output:
         for path in workflow.write_report(estimate, output, force=force):
             click.echo(f"wrote {path}", err=True)
+    return EXIT_DONE if output else None
 
 
 def _rig(name: str | None) -> Rig | None:

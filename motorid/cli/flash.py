@@ -7,6 +7,8 @@ from pathlib import Path
 import click
 
 from motorid.cli.options import example
+from motorid.cli.values import Named
+from motorid.errors import EXIT_DONE
 
 BOARDS = ("uno", "mega")
 
@@ -23,11 +25,11 @@ BOARDS = ("uno", "mega")
 @click.option(
     "--hex",
     "hex_file",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=Named(dir_okay=False, path_type=Path),
     help="Firmware file; without it, the one that came with motorid or was built here.",
 )
 @click.option("--dry-run", is_flag=True, help="Show avrdude's command, and do nothing.")
-def command(port: str, board: str, hex_file: Path | None, dry_run: bool) -> None:
+def command(port: str, board: str, hex_file: Path | None, dry_run: bool) -> int | None:
     """Put motorid's firmware on an Arduino Uno or Mega, by avrdude.
 
     The file is checked first: it must be motorid's firmware, and for that board. A port that a
@@ -42,6 +44,7 @@ def command(port: str, board: str, hex_file: Path | None, dry_run: bool) -> None
     if dry_run:
         flash.check_firmware(path, board)
         click.echo(shlex.join(flash.command(port, board, path)))
-        return
+        return None
     click.echo(f"flashing {path} ...", err=True)
     click.echo(flash.flash(port, board, path))
+    return EXIT_DONE

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import click
 
 from motorid.cli.options import Assignment, example, force_option
+from motorid.cli.streams import prompt
+from motorid.cli.values import FINITE, JOBS, Between, Named, Whole
 from motorid.errors import EXIT_DONE, EXIT_FAIL_VERDICT
 
 if TYPE_CHECKING:
@@ -33,9 +35,9 @@ def command() -> None:
     """
 
 
-FILE = click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+FILE = click.argument("file", type=Named(exists=True, dir_okay=False, path_type=Path))
 OUTPUT = click.option(
-    "-o", "--output", type=click.Path(file_okay=False, path_type=Path), help="Folder of the report."
+    "-o", "--output", type=Named(file_okay=False, path_type=Path), help="Folder of the report."
 )
 TOLERANCES = click.option(
     "--tolerance",
@@ -55,7 +57,7 @@ METHOD = click.option(
     help="Analysis of variance, or average and range.",
 )
 MAX_GRR = click.option(
-    "--max-grr", type=float, metavar="PERCENT", help="A larger %GRR of any quantity is a FAIL."
+    "--max-grr", type=FINITE, metavar="PERCENT", help="A larger %GRR of any quantity is a FAIL."
 )
 PRODUCT = click.option(
     "--product", "product_name", help="Study a product's quantities, by its program and tolerances."
@@ -78,7 +80,7 @@ def crossed(
     max_grr: float | None,
     output: Path | None,
     force: bool,
-) -> int:
+) -> int | None:
     """Analyse a crossed study: CSV with columns part, operator, and one a quantity."""
     from motorid.quality.study_file import read_rows
     from motorid.workflow import gauge as workflow
@@ -115,9 +117,9 @@ def crossed(
     metavar="NAME[=OPTIONS]",
     help="A motor, by its serial number; OPTIONS tell a simulated rig what it is. Repeatable.",
 )
-@click.option("--repeats", type=click.IntRange(min=2), default=3, show_default=True, help="Rounds.")
+@click.option("--repeats", type=Whole(2, 1000), default=3, show_default=True, help="Rounds.")
 @click.option("--yes", is_flag=True, help="Do not wait for each part to be mounted.")
-@click.option("--jobs", type=int, default=1, show_default=True, help="Processes that fit.")
+@click.option("--jobs", type=JOBS, default=1, show_default=True, help="Processes that fit.")
 @PRODUCT
 @TOLERANCES
 @METHOD
@@ -126,7 +128,7 @@ def crossed(
     "-o",
     "--output",
     required=True,
-    type=click.Path(file_okay=False, path_type=Path),
+    type=Named(file_okay=False, path_type=Path),
     help="Folder of captures, readings and report; an interrupted study goes on there.",
 )
 @force_option
@@ -144,7 +146,7 @@ def run(
     max_grr: float | None,
     output: Path,
     force: bool,
-) -> int:
+) -> int | None:
     """Measure a crossed study on the rig, then analyse it.
 
     Every operator measures every part in every round, in a shuffled order.
@@ -201,12 +203,12 @@ def _product(name: str | None) -> Product | None:
 
 def _ask(run: Run) -> None:
     said = f"round {run.repeat}: {run.operator}, mount motor {run.part}, then press Enter"
-    click.prompt(said, default="", show_default=False, prompt_suffix=" ", err=True)
+    prompt(said, default="", show_default=False, prompt_suffix=" ", err=True)
 
 
 def _report(
     results: list[GaugeResult], output: Path | None, title: str, force: bool, most: float | None
-) -> int:
+) -> int | None:
     from motorid.report import gauge
     from motorid.workflow.gauge import write
 
@@ -215,7 +217,7 @@ def _report(
         for path in write(results, output, title=title, force=force):
             click.echo(f"wrote {path}", err=True)
     if most is None:
-        return EXIT_DONE
+        return EXIT_DONE if output else None
     late = [r.study.quantity for r in results if not gauge.judged_percent(r)[0] <= most]
     for name in late:
         click.echo(f"FAIL: {name} has a %GRR above {most:g}")
@@ -225,19 +227,19 @@ def _report(
 @command.command("golden")
 @FILE
 @click.option("--quantity", required=True, help="Column of the readings.")
-@click.option("--reference", type=float, required=True, help="The golden motor's value, SI units.")
+@click.option("--reference", type=FINITE, required=True, help="The golden motor's value, SI units.")
 @click.option(
     "--uncertainty",
-    type=click.FloatRange(min=0),
+    type=Between(min=0),
     default=0.0,
     help="Standard uncertainty of the reference.",
 )
-@click.option("--tolerance", type=float, help="Width of the tolerance: gives Cg and Cgk.")
-@click.option("--share", type=float, default=0.2, show_default=True, help="Of it, for the gauge.")
+@click.option("--tolerance", type=FINITE, help="Width of the tolerance: gives Cg and Cgk.")
+@click.option("--share", type=FINITE, default=0.2, show_default=True, help="Of it, for the gauge.")
 @click.option(
-    "--spread", type=float, default=6.0, show_default=True, help="Standard deviations set against."
+    "--spread", type=FINITE, default=6.0, show_default=True, help="Standard deviations set against."
 )
-@click.option("--min-cgk", type=float, help="A smaller Cg or Cgk is a FAIL.")
+@click.option("--min-cgk", type=FINITE, help="A smaller Cg or Cgk is a FAIL.")
 def golden(
     file: Path,
     quantity: str,
@@ -247,7 +249,7 @@ def golden(
     share: float,
     spread: float,
     min_cgk: float | None,
-) -> int:
+) -> int | None:
     """Repeated readings of one golden motor: bias, Cg and Cgk."""
     import numpy as np
 
@@ -268,7 +270,7 @@ def golden(
     )
     click.echo(golden_text(result, quantity, units_known().get(quantity, "")))
     if min_cgk is None or result.cg is None or result.cgk is None:
-        return EXIT_DONE
+        return None
     return EXIT_DONE if min(result.cg, result.cgk) >= min_cgk else EXIT_FAIL_VERDICT
 
 

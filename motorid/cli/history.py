@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from motorid.cli.options import INSTANT, example, expand, force_option, product_option
+from motorid.cli.values import Named, Whole
 from motorid.errors import EXIT_DATA, EXIT_DONE
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ def add(where: str, files: tuple[str, ...], product_name: str, station: str, ope
     "--captures",
     "folders",
     multiple=True,
-    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    type=Named(exists=True, file_okay=False, path_type=Path),
     help="Look here, by name and SHA-256, for captures that have moved. Repeatable.",
 )
 @query_options
@@ -127,7 +128,7 @@ def _say(judged: Iterable[Judged]) -> int:
 @command.command("list")
 @WHERE
 @click.option("--product", default="", help="Judged by this product.")
-@click.option("--last", type=click.IntRange(min=1), default=50, show_default=True, help="So many.")
+@click.option("--last", type=Whole(min=1), default=50, show_default=True, help="So many.")
 @query_options
 def list_(where: str, product: str, last: int, **fields: Any) -> None:
     """Results, oldest first."""
@@ -169,7 +170,7 @@ def trace(where: str, what: str) -> None:
     "-o",
     "--output",
     required=True,
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=Named(dir_okay=False, path_type=Path),
     help="File to write; .csv or .parquet says the format.",
 )
 @click.option("--product", default="", help="Judged by this product.")

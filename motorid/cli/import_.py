@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from motorid.cli.options import Assignment, example, force_option
+from motorid.cli.values import FINITE, Between, Named
 
 PairsT = tuple[tuple[str, float], ...]
 
@@ -19,7 +20,7 @@ PairsT = tuple[tuple[str, float], ...]
         "-o drive.h5",
     ),
 )
-@click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("file", type=Named(exists=True, dir_okay=False, path_type=Path))
 @click.option(
     "--map",
     "maps",
@@ -33,7 +34,7 @@ PairsT = tuple[tuple[str, float], ...]
     "-o",
     "--output",
     required=True,
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=Named(dir_okay=False, path_type=Path),
     help="Capture file to write.",
 )
 @click.option(
@@ -70,28 +71,31 @@ PairsT = tuple[tuple[str, float], ...]
 @click.option("--sense", help="Where the voltage was measured: terminals, bridge, supply, command.")
 @click.option(
     "--bridge-resistance",
-    type=click.FloatRange(0, 1e4),
+    type=Between(0, 1e4),
     help="Ohms between a commanded or supply voltage and the motor: switches and leads.",
 )
 @click.option(
     "--bridge-resistance-uncertainty",
-    type=click.FloatRange(0, 1e4),
+    type=Between(0, 1e4),
     help="Its standard uncertainty in ohms.  [default: 0]",
 )
-@click.option("--counts-per-turn", type=float, default=0.0, help="Of the encoder, after times 4.")
-@click.option("--gear-ratio", type=float, default=1.0, help="Motor turns for one of the encoder's.")
-@click.option("--start", "start_s", type=float, help="First second to keep, in the file's time.")
-@click.option("--stop", "stop_s", type=float, help="Last second to keep, in the file's time.")
+@click.option("--counts-per-turn", type=FINITE, default=0.0, help="Of the encoder, after times 4.")
+@click.option(
+    "--gear-ratio",
+    type=FINITE,
+    default=1.0,
+    help="Motor turns for one of the encoder's.",
+)
+@click.option("--start", "start_s", type=FINITE, help="First second to keep, in the file's time.")
+@click.option("--stop", "stop_s", type=FINITE, help="Last second to keep, in the file's time.")
 @click.option("--drop-bad", is_flag=True, help="Leave out rows with text, gaps or sentinels.")
 @click.option("--separator", help="Between columns, where it is not found by itself.")
 @click.option("--decimal", help="Decimal mark, where it is not found by itself.")
-@click.option(
-    "--ambient", "ambient_c", type=click.FloatRange(-100, 300), help="Ambient temperature in °C."
-)
+@click.option("--ambient", "ambient_c", type=Between(-100, 300), help="Ambient temperature in °C.")
 @click.option(
     "--ambient-uncertainty",
     "ambient_uncertainty_c",
-    type=click.FloatRange(0, 100),
+    type=Between(0, 100),
     help="Its standard uncertainty in K.  [default: 0]",
 )
 @click.option("--serial", default="", help="Serial number of the motor.")

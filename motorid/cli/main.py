@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Sequence
-from io import TextIOWrapper
 from typing import NoReturn
 
 import click
 
-from motorid import __version__
-from motorid.cli.failures import report
+from motorid.cli import streams
+from motorid.cli.failures import refuse_unprintable, report, report_lost
 from motorid.cli.lazy import LazyGroup
+from motorid.errors import EXIT_DONE, EXIT_INTERNAL, EXIT_INTERRUPTED
+from motorid.version import __version__
 
 COMMANDS = {
     "run": ("run", "Capture, fit and report in one go."),
@@ -54,22 +56,44 @@ def cli() -> None:
 
 
 def run(args: Sequence[str]) -> int:
-    """Runs one command line and returns its exit code; never raises."""
+    """Runs one command line and returns its exit code; never raises.
+
+    A command returns the code of an outcome that stands whether or not it could be printed: a
+    verdict, or what it left in a file. One that returns None has given its answer on standard
+    output, and fails where that could not be written.
+    """
+    with streams.shown():
+        try:
+            refuse_unprintable(args)
+            code = _invoke(args)
+            problem = streams.lost(sys.stdout)
+            return report_lost(problem, code) if problem else code or EXIT_DONE
+        except BaseException as error:
+            return report(error)
+
+
+def _invoke(args: Sequence[str]) -> int | None:
     try:
-        with cli.make_context("motorid", list(args) or ["--help"]) as context:
-            return int(cli.invoke(context) or 0)
+        # color: click would drop escape sequences of others unseen, where ``Shown`` shows them
+        with cli.make_context("motorid", list(args) or ["--help"], color=True) as context:
+            code: int | None = cli.invoke(context)
+            return code
     except click.exceptions.Exit as end:  # after --help and --version
-        return end.exit_code
-    except BaseException as error:
-        return report(error)
+        return end.exit_code or None
 
 
 def main() -> NoReturn:
     """The entry point of the installed command."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without Ω still gets its table
-    sys.exit(run(sys.argv[1:]))
+    code = EXIT_INTERNAL
+    try:
+        streams.sturdy()
+        code = run(sys.argv[1:])
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # the outcome is settled
+    except KeyboardInterrupt:  # a second one, while the first was reported
+        code = EXIT_INTERRUPTED
+    except BaseException:
+        code = EXIT_INTERNAL
+    sys.exit(code)
 
 
 if __name__ == "__main__":

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from motorid.cli.values import Whole, finite
+
 if TYPE_CHECKING:
     from motorid.rig import Rig
 
@@ -33,7 +35,7 @@ class Assignment(click.ParamType[tuple[str, float]]):
         try:
             if not (name and equals):
                 raise ValueError
-            return name.strip(), float(number)
+            return name.strip(), finite(number)
         except ValueError:
             self.fail(f"{value!r} is not NAME=NUMBER, such as {self.such_as}", param, ctx)
 
@@ -50,7 +52,7 @@ class Instant(click.ParamType[datetime]):
             return value
         try:
             return datetime.fromisoformat(str(value)).astimezone()
-        except ValueError:
+        except (ValueError, OverflowError, OSError):  # years that no clock can count
             self.fail(f"{value!r} is no date or time, such as 2026-11-21T06:00", param, ctx)
 
 
@@ -139,9 +141,9 @@ speed_option = click.option(
 def search_options(command: Command) -> Command:
     """--model, and --budget and --seed of a method that searches."""
     for option in (
-        click.option("--seed", type=click.IntRange(min=0), help="Of a search's random numbers: 0."),
+        click.option("--seed", type=Whole(min=0), help="Of a search's random numbers: 0."),
         click.option(
-            "--budget", type=click.IntRange(min=100), help="Evaluations of a search at most: 5000."
+            "--budget", type=Whole(min=100), help="Evaluations of a search at most: 5000."
         ),
         click.option(
             "--model",
@@ -162,7 +164,7 @@ def capture_options(command: Command) -> Command:
         click.option("--serial", default="", help="Serial number of the motor."),
         click.option(
             "--repeat",
-            type=click.IntRange(min=1),
+            type=Whole(1, 10_000),
             default=1,
             show_default=True,
             help="Number of runs; each is a file of its own.",

@@ -7,6 +7,8 @@ from pathlib import Path
 import click
 
 from motorid.cli.options import example, force_option, port_option
+from motorid.cli.values import Named
+from motorid.errors import EXIT_DONE
 
 
 @click.command(
@@ -32,14 +34,14 @@ from motorid.cli.options import example, force_option, port_option
 @click.option(
     "--capture",
     "first",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    type=Named(exists=True, dir_okay=False, path_type=Path),
     help="A first run of this motor on this rig: narrower than the nameplate.",
 )
 @click.option("--explain", is_flag=True, help="Only say what channels and program can tell.")
 @click.option(
     "-o",
     "--output",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=Named(dir_okay=False, path_type=Path),
     help="Write the rig file (with --product the product file) with the planned program.",
 )
 @force_option
@@ -52,7 +54,7 @@ def command(
     explain: bool,
     output: Path | None,
     force: bool,
-) -> None:
+) -> int | None:
     """Propose the shortest program that reaches the uncertainties asked for.
 
     It keeps within the rig's limits and the board's, and holds for every motor that the nameplate
@@ -71,7 +73,7 @@ def command(
     if explain:
         program = product.program if product else rig.program
         click.echo(render.explain(planning.excitation(rig, program)), nl=False)
-        return
+        return None
     if output:
         refuse_existing(output, force)
     plan = planning.plan_run(
@@ -86,3 +88,4 @@ def command(
         )
         write_whole(output, text.encode(), force=force)
         click.echo(f"wrote {output}", err=True)
+    return EXIT_DONE if output else None

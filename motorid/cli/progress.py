@@ -8,6 +8,8 @@ from dataclasses import replace
 from types import TracebackType
 from typing import TYPE_CHECKING
 
+from motorid.cli.streams import paint
+
 if TYPE_CHECKING:
     from motorid.acquire.live import Live
 
@@ -36,7 +38,7 @@ class ProgressLine:
             return
         if error is None:
             self._draw(replace(self.last, done_s=self.last.total_s))
-        sys.stderr.write("\n")
+        paint(sys.stderr, "\n")
 
     def __call__(self, live: Live) -> None:
         if not self.shown:
@@ -48,8 +50,7 @@ class ProgressLine:
 
     def _draw(self, live: Live) -> None:
         line = render(live, time.monotonic() - self.began)
-        sys.stderr.write("\r" + line.ljust(self.width))
-        sys.stderr.flush()
+        paint(sys.stderr, "\r" + line.ljust(self.width))
         self.width = len(line)
 
 

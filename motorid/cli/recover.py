@@ -7,10 +7,11 @@ from pathlib import Path
 import click
 
 from motorid.cli.options import example
+from motorid.cli.values import Named
 
 
 @click.command("recover", epilog=example("motorid recover run.h5"))
-@click.argument("path", type=click.Path(dir_okay=False, path_type=Path))
+@click.argument("path", type=Named(dir_okay=False, path_type=Path))
 def command(path: Path) -> None:
     """Build the capture that an interrupted run left in its journal, and say what it lacks.
 

@@ -15,6 +15,8 @@ from motorid.cli.options import (
     warned,
     wrote,
 )
+from motorid.cli.values import Named
+from motorid.errors import EXIT_DONE
 
 
 @click.command(
@@ -30,7 +32,7 @@ from motorid.cli.options import (
     "-o",
     "--output",
     required=True,
-    type=click.Path(file_okay=False, path_type=Path),
+    type=Named(file_okay=False, path_type=Path),
     help="Folder for capture.h5, estimate.json and report.html.",
 )
 @force_option
@@ -46,7 +48,7 @@ def command(
     method: str,
     output: Path,
     force: bool,
-) -> None:
+) -> int:
     """Capture a run, fit it and write a report.
 
     The same as motorid capture, then motorid fit on the file that it wrote.
@@ -74,3 +76,4 @@ def command(
         wrote(path)
     for path in fit.write_report(estimate, output, force=force):
         click.echo(f"wrote {path}", err=True)
+    return EXIT_DONE

@@ -7,17 +7,19 @@ from pathlib import Path
 import click
 
 from motorid.cli.options import example, force_option
+from motorid.cli.values import Named
+from motorid.errors import EXIT_DONE
 
 
 @click.command("segment", epilog=example("motorid segment run.h5 --plot segments.html"))
-@click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("file", type=Named(exists=True, dir_okay=False, path_type=Path))
 @click.option(
     "--plot",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=Named(dir_okay=False, path_type=Path),
     help="Draw them into an HTML page.",
 )
 @force_option
-def command(file: Path, plot: Path | None, force: bool) -> None:
+def command(file: Path, plot: Path | None, force: bool) -> int | None:
     """Show where a capture accelerates, runs steadily, decelerates and rests.
 
     Read from the signals alone, with the reason for every stretch that is rejected.
@@ -35,3 +37,4 @@ def command(file: Path, plot: Path | None, force: bool) -> None:
     if plot:
         write_whole(plot, render.page(capture, segments).encode(), force=force)
         click.echo(f"wrote {plot}", err=True)
+    return EXIT_DONE if plot else None

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import sys
+
 import click
 
 from motorid.cli.options import example
+from motorid.cli.streams import unheard
+from motorid.errors import DataError
 
 
 @click.command("sim", epilog=example("motorid sim --pty", "motorid sim 'sim://?seed=7' --pty"))
@@ -19,4 +23,11 @@ def command(url: str, pty: bool) -> None:
     """
     from motorid.sim.pty import serve
 
-    serve(url, announce=click.echo)
+    serve(url, announce=_announce)
+
+
+def _announce(path: str) -> None:
+    """Raises DataError where the path gets nowhere: nobody could ever connect."""
+    click.echo(path)
+    if unheard(sys.stdout):
+        raise DataError("standard output cannot be written: nobody would learn the terminal's path")

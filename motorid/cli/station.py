@@ -19,6 +19,9 @@ from motorid.cli.options import (
     speed_option,
     warned,
 )
+from motorid.cli.streams import paint
+from motorid.cli.values import Named
+from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
     from motorid.report.screen import Screen
@@ -40,7 +43,7 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
 @click.option(
     "-o",
     "--output",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=Named(file_okay=False, path_type=Path),
     default=Path("inspections"),
     show_default=True,
     help="Folder that gets a folder for each inspection.",
@@ -67,7 +70,7 @@ def command(
     allow_remote: bool,
     history: str | None,
     name: str,
-) -> None:
+) -> int:
     """Inspect motor after motor: scan a serial number, see PASS, FAIL or INVALID.
 
     Serial numbers come from a scanner that types, the keyboard, or a line controller over TCP.
@@ -97,6 +100,7 @@ def command(
             if orders is not None:
                 orders.stop()
     click.echo(f"\nshift ended: {dict(station.counts)}", err=True)
+    return EXIT_DONE
 
 
 def _typed() -> Iterator[str]:
@@ -104,11 +108,19 @@ def _typed() -> Iterator[str]:
     keep the interpreter from closing it.
     """
     rest = b""
-    while data := os.read(sys.stdin.fileno(), 4096):
+    while data := _read():
         *lines, rest = (rest + data).replace(b"\r", b"\n").split(b"\n")
-        yield from (line.decode("utf-8", "replace") for line in lines)
+        yield from (line.decode("utf-8", "surrogateescape") for line in lines)
         rest = rest[-4096:]
-    yield rest.decode("utf-8", "replace")
+    yield rest.decode("utf-8", "surrogateescape")
+
+
+def _read() -> bytes:
+    """What was typed; nothing at the end, or where the standard input cannot be read."""
+    try:
+        return os.read(sys.stdin.fileno(), 4096)
+    except OSError:
+        return b""
 
 
 def show(screen: Screen) -> None:
@@ -120,5 +132,5 @@ def show(screen: Screen) -> None:
         return
     width = min(shutil.get_terminal_size().columns, 100)
     colour = "NO_COLOR" not in os.environ
-    click.echo(render(screen, width=width, colour=colour, clear=True))
-    click.echo("  Serial number: ", nl=False)
+    page = render(screen, width=width, colour=colour, clear=True)
+    paint(sys.stdout, f"{page}\n  Serial number: ")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, cast
 import click
 
 from motorid.cli.options import INSTANT, example, force_option
+from motorid.cli.values import FINITE, Named, Whole
 from motorid.errors import EXIT_DONE, EXIT_FAIL_VERDICT
 
 if TYPE_CHECKING:
@@ -26,16 +26,16 @@ if TYPE_CHECKING:
 )
 @click.argument("source")
 @click.option("--quantity", required=True, help="What to look at, by its name in the results.")
-@click.option("--lower", type=float, help="Lower limit, SI units; default: the newest result's.")
-@click.option("--upper", type=float, help="Upper limit, SI units; default: the newest result's.")
+@click.option("--lower", type=FINITE, help="Lower limit, SI units; default: the newest result's.")
+@click.option("--upper", type=FINITE, help="Upper limit, SI units; default: the newest result's.")
 @click.option(
     "--subgroup",
-    type=click.IntRange(1, 25),
+    type=Whole(1, 25),
     default=1,
     show_default=True,
     help="Consecutive readings a point: X-bar and R; 1: individuals and moving ranges.",
 )
-@click.option("--baseline", type=click.IntRange(min=2), help="First points, which set the limits.")
+@click.option("--baseline", type=Whole(min=2), help="First points, which set the limits.")
 @click.option(
     "--rules",
     type=click.Choice(["western-electric", "nelson", "limits"]),
@@ -49,11 +49,11 @@ if TYPE_CHECKING:
 @click.option("--station", default="", help="Only this station's results.")
 @click.option("--kind", default="check", show_default=True, help="check, rejudged, fit or golden.")
 @click.option("--since", type=INSTANT, help="Only results since then, as 2026-11-21T06:00.")
-@click.option("--last", type=click.IntRange(min=3), help="Only so many of the newest readings.")
-@click.option("--min-ppk", type=float, help="A smaller Ppk is an alarm.")
+@click.option("--last", type=Whole(min=3), help="Only so many of the newest readings.")
+@click.option("--min-ppk", type=FINITE, help="A smaller Ppk is an alarm.")
 @click.option("--json", "as_json", is_flag=True, help="Print the trend as JSON.")
 @click.option(
-    "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="HTML file with charts."
+    "-o", "--output", type=Named(dir_okay=False, path_type=Path), help="HTML file with charts."
 )
 @force_option
 def command(
@@ -82,6 +82,7 @@ def command(
     the process: exit code 1. In control: 0. Too few readings to say: 4.
     """
     from motorid.capture.whole import write_whole
+    from motorid.json_text import dumps
     from motorid.quality.history import Query
     from motorid.quality.trend import trend
     from motorid.report import trend as report
@@ -106,8 +107,7 @@ def command(
         golden=golden is not None,
         least_ppk=min_ppk,
     )
-    shown = json.dumps(report.to_dict(found), indent=2, ensure_ascii=False, allow_nan=False)
-    click.echo(shown if as_json else report.text(found))
+    click.echo(dumps(report.to_dict(found), indent=2) if as_json else report.text(found))
     if output:
         write_whole(output, report.html(found).encode(), force=force)
         click.echo(f"wrote {output}", err=True)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from motorid import __version__
 from motorid.estimate.results.estimate import Estimate
 from motorid.quality.limits import Limit
 from motorid.quality.product import Product
 from motorid.quality.quantities import QUANTITIES, Context
 from motorid.quality.verdict import Measurement, Outcome, Reading, Verdict, decide
+from motorid.version import __version__
 
 
 def judge(estimate: Estimate, limits: Product, *, serial: str = "") -> Verdict:

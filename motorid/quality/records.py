@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import math
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from typing import Any
 from xml.etree import ElementTree
 
+from motorid import csv_text, json_text
 from motorid.quality.verdict import Measurement, Outcome, Verdict
 
 SCHEMA = "motorid-verdict-1"
@@ -40,8 +38,7 @@ def to_dict(verdict: Verdict, *, time: datetime | None = None) -> dict[str, Any]
 
 def to_json(verdict: Verdict, *, time: datetime | None = None) -> str:
     """Strict JSON, ending in a newline."""
-    plain = to_dict(verdict, time=time)
-    return json.dumps(plain, indent=2, ensure_ascii=False, allow_nan=False, default=str) + "\n"
+    return json_text.dumps(to_dict(verdict, time=time), indent=2) + "\n"
 
 
 def to_junit(verdict: Verdict, *, time: datetime | None = None) -> str:
@@ -73,13 +70,8 @@ def to_junit(verdict: Verdict, *, time: datetime | None = None) -> str:
 
 def to_csv(verdicts: Sequence[Verdict], *, time: datetime | None = None) -> str:
     """One row a measurement, with a header."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    for verdict in verdicts:
-        for m in verdict.measurements:
-            writer.writerow(_row(verdict, m, _stamp(time)))
-    return text.getvalue()
+    rows = (_row(verdict, m, _stamp(time)) for verdict in verdicts for m in verdict.measurements)
+    return csv_text.table(COLUMNS, ([row[name] for name in COLUMNS] for row in rows), end="\n")
 
 
 def to_openhtf(

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import csv
+import io
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from motorid.csv_text import as_written
 from motorid.errors import DataError, UsageError, nearest
 from motorid.quality.gauge import Study
+from motorid.reading import read_file
 
 PART, OPERATOR = "part", "operator"
 ALIASES = {PART: ("part", "serial", "motor"), OPERATOR: ("operator", "appraiser", "fixture")}
 NOT_QUANTITIES = ("trial", "repeat", "order", "time", "note", "path", "sha256", "failure")
+
+MAX_BYTES = 1 << 26
 
 Row = Mapping[str, str]
 
@@ -23,10 +29,12 @@ def read_rows(path: Path) -> list[dict[str, str]]:
     operator's. Raises DataError where the file cannot be read or is empty.
     """
     try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            rows = [dict(row) for row in csv.DictReader(file)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        text = read_file(path, DataError, MAX_BYTES, "a study").decode("utf-8-sig")
+        rows = [dict(row) for row in csv.DictReader(io.StringIO(text, newline=""), restval="")]
+    except (UnicodeDecodeError, csv.Error) as error:
         raise DataError(f"{path} cannot be read as CSV: {error}") from None
+    if any(None in row for row in rows):
+        raise DataError(f"{path} has a row with more cells than its head: repair that row")
     if not rows:
         raise DataError(f"{path} holds no readings: it needs a head and a row a reading")
     return rows
@@ -44,10 +52,9 @@ def quantities_of(rows: Sequence[Row]) -> list[str]:
 
 def _is_number(text: str | None) -> bool:
     try:
-        float(text or "")
+        return math.isfinite(float(text or ""))
     except ValueError:
         return False
-    return True
 
 
 def column(rows: Sequence[Row], name: str, where: str) -> list[float]:
@@ -64,7 +71,7 @@ def labels(rows: Sequence[Row], role: str, where: str) -> list[str]:
     """The part or the operator of every row. Raises DataError where no column says it."""
     for name in rows[0]:
         if name.strip().lower() in ALIASES[role]:
-            return [row[name].strip() for row in rows]
+            return [as_written(row[name]).strip() for row in rows]
     raise DataError(f"{where} has no column that names the {role}: call one {role!r}")
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Mapping
 from importlib import resources
 from typing import Any
 
 import numpy as np
 
+from motorid import json_text
 from motorid.estimate.results.estimate import (
     Alternative,
     ChannelFit,
@@ -21,6 +20,7 @@ from motorid.estimate.results.estimate import (
     SteadyRow,
     TermTrial,
 )
+from motorid.json_text import plain as plain
 from motorid.report import suspects
 
 SCHEMA = "motorid-estimate-1"
@@ -29,13 +29,13 @@ SCHEMA = "motorid-estimate-1"
 def schema() -> dict[str, Any]:
     """The JSON Schema (2020-12) of what ``to_dict`` returns."""
     text = resources.files("motorid.report").joinpath("estimate.schema.json").read_text("utf-8")
-    loaded: dict[str, Any] = json.loads(text)
+    loaded: dict[str, Any] = json_text.loads(text)
     return loaded
 
 
 def dumps(estimate: Estimate) -> str:
     """Strict JSON text of the estimate, ending in a newline."""
-    return json.dumps(to_dict(estimate), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text.dumps(to_dict(estimate), indent=2) + "\n"
 
 
 def to_dict(estimate: Estimate) -> dict[str, Any]:
@@ -69,21 +69,6 @@ def to_dict(estimate: Estimate) -> dict[str, Any]:
         "options": plain(dict(estimate.options)),
         "versions": plain(dict(estimate.versions)),
     }
-
-
-def plain(value: Any) -> Any:
-    """``value`` as strict JSON knows it: numpy unwrapped, NaN and infinity null, keys text."""
-    if isinstance(value, np.ndarray | np.generic):
-        value = value.tolist()
-    if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple | set | frozenset):
-        return [plain(v) for v in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if value is None or isinstance(value, bool | int | str):
-        return value
-    return str(value)
 
 
 def _parameters(parameters: Mapping[str, Parameter]) -> dict[str, Any]:

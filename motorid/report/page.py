@@ -7,13 +7,16 @@ from html import escape
 from importlib import resources
 from string import Template
 
+from motorid.visible import visible
+
 
 def page(title: str, body: Iterable[str]) -> str:
     """A whole HTML document. ``title`` is plain text; ``body`` is HTML."""
     here = resources.files("motorid.report")
     template = Template(here.joinpath("page.html").read_text("utf-8"))
     style = here.joinpath("report.css").read_text("utf-8")
-    return template.substitute(title=escape(title), style=style, body="\n".join(body))
+    whole = template.substitute(title=escape(title), style=style, body="\n".join(body))
+    return visible(whole)
 
 
 def section(title: str, *parts: str) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from motorid.quality.verdict import Outcome, Verdict
+from motorid.visible import visible
 
 FONT = {
     "A": (" ███ ", "█   █", "█████", "█   █", "█   █"),
@@ -61,6 +62,7 @@ def of_verdict(verdict: Verdict, footer: str = "") -> Screen:
 def render(screen: Screen, *, width: int = 80, colour: bool = False, clear: bool = False) -> str:
     """Text of at most ``width`` columns. The word is there in letters too, colour or not."""
     inner = max(width - 4, 20)
+    screen = _visible(screen)
     body = big(screen.word, inner)
     if colour:
         paint = COLOURS.get(screen.word, "0;7")
@@ -75,6 +77,12 @@ def render(screen: Screen, *, width: int = 80, colour: bool = False, clear: bool
     if screen.footer:
         out += ["", f"  {screen.footer}"]
     return (CLEAR if clear else "") + "\n".join(out) + "\n"
+
+
+def _visible(screen: Screen) -> Screen:
+    """The same where what rig, board and product say cannot steer the terminal."""
+    lines = tuple(visible(line) for line in screen.lines)
+    return Screen(screen.word, lines, visible(screen.next_step), visible(screen.footer))
 
 
 def big(word: str, width: int) -> list[str]:

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from motorid import __version__
 from motorid.capture.model import CURRENT, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError, UsageError
@@ -40,6 +39,7 @@ from motorid.search.models import Extended
 from motorid.search.objective import peaks
 from motorid.search.problem import Problem, Solution, remark, solve
 from motorid.segment import segment
+from motorid.version import __version__
 
 SHORTEST = 50  # samples of a driven stretch
 

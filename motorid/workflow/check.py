@@ -7,7 +7,6 @@ process that is killed at any moment loses nothing: ``resume`` finishes what it 
 from __future__ import annotations
 
 import contextlib
-import json
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote, unquote
 
+from motorid import json_text
 from motorid.errors import DataError, LinkError, MotoridError, RigError, UsageError
 
 if TYPE_CHECKING:
@@ -239,7 +239,7 @@ def write_records(verdict: Verdict, folder: Path, begin: datetime) -> None:
     pages = {
         JUNIT: records.to_junit(verdict, time=begin),
         TABLE: records.to_csv([verdict], time=begin),
-        OPENHTF: json.dumps(station, indent=2, ensure_ascii=False, default=str) + "\n",
+        OPENHTF: json_text.dumps(station, indent=2) + "\n",
         VERDICT: records.to_json(verdict, time=begin),
     }
     for name, text in pages.items():

@@ -175,7 +175,7 @@ def _line(method: str, runs: Sequence[Solution], truth: Mapping[str, float]) -> 
     return MethodLine(
         method,
         len(runs),
-        Quartiles.of(np.array([run.cost for run in good])),
+        Quartiles.of(np.array([run.cost if run.cost == run.cost else np.inf for run in good])),
         {name: Quartiles.of(v) for name, v in values.items()},
         {name: Quartiles.of(100 * np.abs(values[name] / truth[name] - 1)) for name in truth},
         float(np.median([run.evaluations for run in good])),

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
+from motorid import csv_text
 from motorid.estimate.results.estimate import PARAMETERS, UNITS
 from motorid.search.review.experiment import Experiment
 from motorid.search.review.run import Quartiles
@@ -36,9 +36,10 @@ def review_figures(experiment: Experiment, line: Line, name: str) -> Figures:
 
 def as_csv(result: TableResult) -> str:
     """Every figure of the table, one quantity of one row a line."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(HEADER)
+    return csv_text.table(HEADER, map(_short, _table_rows(result)), end="\n")
+
+
+def _table_rows(result: TableResult) -> Iterator[list[Any]]:
     for block in result.blocks:
         for line in block.lines:
             s = line.summary
@@ -46,16 +47,17 @@ def as_csv(result: TableResult) -> str:
                 review = review_figures(block.experiment, line, name)
                 estimate = s.to_estimate[name]
                 cost = s.cost.median if s.cost else None
-                fields = [
+                yield [
                     result.number, block.experiment.key, block.noise, s.label, s.method, name,
                     *review, nominal.median, nominal.low, nominal.high,
                     estimate.median, estimate.low, estimate.high,
                     s.rms[name], cost, s.evaluations, s.seconds, s.seeds, s.failed,
                 ]  # fmt: skip
-                writer.writerow(
-                    ["" if f is None else f"{f:.6g}" if isinstance(f, float) else f for f in fields]
-                )
-    return out.getvalue()
+
+
+def _short(cells: Iterable[Any]) -> list[Any]:
+    """Numbers with six digits; nothing for None."""
+    return ["" if c is None else f"{c:.6g}" if isinstance(c, float) else c for c in cells]
 
 
 def percent(value: float) -> str:
@@ -157,21 +159,20 @@ COMPARISON_HEADER = (
 
 def comparison_csv(result: Comparison) -> str:
     """One quantity of one method a line; the cost is a quantity too."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(COMPARISON_HEADER)
+    return csv_text.table(COMPARISON_HEADER, map(_short, _comparison_rows(result)), end="\n")
+
+
+def _comparison_rows(result: Comparison) -> Iterator[list[Any]]:
     for line in result.lines:
         tail = [line.evaluations, line.seconds, line.seeds, line.failure]
         if line.cost is None:
-            writer.writerow([line.method, "cost", *[""] * 7, *tail])
+            yield [line.method, "cost", *[""] * 7, *tail]
             continue
         for name, q in {"cost": line.cost, **line.values}.items():
             error = line.errors.get(name)
             errors = [error.median, error.low, error.high] if error else ["", "", ""]
             truth = result.truth.get(name, "")
-            fields = [line.method, name, q.median, q.low, q.high, truth, *errors, *tail]
-            writer.writerow([f"{f:.6g}" if isinstance(f, float) else f for f in fields])
-    return out.getvalue()
+            yield [line.method, name, q.median, q.low, q.high, truth, *errors, *tail]
 
 
 def comparison_rows(result: Comparison) -> tuple[list[str], list[list[str]]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -105,7 +104,7 @@ def as_json(estimate: Estimate) -> str:
     """The estimate as JSON, by the published schema."""
     from motorid.report import json_
 
-    return json.dumps(json_.to_dict(estimate), indent=2, ensure_ascii=False, allow_nan=False)
+    return json_.dumps(estimate).rstrip("\n")
 
 
 def check_writable(folder: Path, *, force: bool) -> None:

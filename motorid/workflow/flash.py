@@ -12,6 +12,7 @@ from pathlib import Path
 from motorid.acquire.port import open_port
 from motorid.acquire.ports import who_answers
 from motorid.errors import DataError, LinkError, UsageError
+from motorid.reading import read_file
 
 PACKAGE = Path(__file__).resolve().parents[1]
 FOLDERS = (PACKAGE / "firmware", PACKAGE.parent / "firmware" / "build" / "release")
@@ -50,11 +51,8 @@ def firmware_file(board: str) -> Path:
 def check_firmware(path: Path, board: str) -> None:
     """Raises DataError unless ``path`` is Intel HEX, fits the board and is firmware made for it."""
     try:
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise DataError(f"{path} is larger than any firmware: is it one?")
-        image = read_hex(path.read_text(encoding="ascii"))
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
+        data = read_file(path, DataError, MAX_FILE_BYTES, "firmware")
+        image = read_hex(data.decode("ascii"))
     except ValueError as error:
         raise DataError(f"{path} is not an Intel HEX file ({error}): fetch it again") from None
     if len(image) > CHIPS[board].flash_bytes:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
 import random
 import re
 import zlib
@@ -14,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qsl
 
+from motorid import csv_text, json_text
 from motorid.errors import DataError, UsageError
 from motorid.workflow.record import SIM, sim_url
 
@@ -119,14 +117,14 @@ def readings(
     """
     rows = _judged(runs, product) if product else _fitted(runs, folder, jobs, progress)
     names = [n for n in rows[0] if all(row.get(n, ("", ""))[0] is not None for row in rows)]
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\r\n")
-    head = ["part", "operator", "repeat"]
-    writer.writerow([*head, *(c for n in names for c in (n, f"u({n})"))])
-    for run, row in zip(runs, rows, strict=True):
-        cells = [cell for name in names for cell in row[name]]
-        writer.writerow([run.part, run.operator, run.repeat, *cells])
-    return text.getvalue()
+    head = ["part", "operator", "repeat", *(c for n in names for c in (n, f"u({n})"))]
+    return csv_text.table(
+        head,
+        (
+            [run.part, run.operator, run.repeat, *(cell for name in names for cell in row[name])]
+            for run, row in zip(runs, rows, strict=True)
+        ),
+    )
 
 
 _Row = dict[str, tuple[Any, Any]]  # quantity -> value and standard uncertainty
@@ -205,7 +203,7 @@ def write(
     from motorid.report import gauge, gauge_html
 
     folder.mkdir(parents=True, exist_ok=True)
-    plain = json.dumps(gauge.to_dict(results), indent=2, ensure_ascii=False, allow_nan=False)
+    plain = json_text.dumps(gauge.to_dict(results), indent=2)
     pages = {JSON_FILE: plain + "\n", REPORT: gauge_html.render(results, title)}
     for name in pages:
         refuse_existing(folder / name, force)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -12,10 +10,12 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motorid import __version__
+from motorid import csv_text
 from motorid.capture.whole import refuse_existing, write_whole
 from motorid.errors import DataError, MotoridError
 from motorid.estimate.results.estimate import AUTO
+from motorid.reading import open_file
+from motorid.version import __version__
 from motorid.workflow.recalibrate import cited
 from motorid.workflow.tasks import Progress, Result, Task, run_all
 
@@ -126,7 +126,7 @@ def sha256_of(path: Path) -> str:
     """The digest of a file's bytes. Raises DataError where they cannot be read."""
     digest = hashlib.sha256()
     try:
-        with open(path, "rb") as file:
+        with open_file(path, DataError) as file:
             while piece := file.read(CHUNK):
                 digest.update(piece)
     except OSError as error:
@@ -184,11 +184,8 @@ def table(fits: Sequence[Fitted]) -> str:
     """CSV, a row a capture: values and total standard uncertainties in SI, or the failure."""
     names = list(dict.fromkeys(name for fit in fits for name in fit.values))
     head = ["path", "serial", "sha256", "failure", "findings"]
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\r\n")
-    writer.writerow([*head, *(column for n in names for column in (n, f"u({n})", f"{n} status"))])
-    writer.writerows([[*_head(fit), *_cells(fit, names)] for fit in fits])
-    return text.getvalue()
+    head += [column for n in names for column in (n, f"u({n})", f"{n} status")]
+    return csv_text.table(head, ([*_head(fit), *_cells(fit, names)] for fit in fits))
 
 
 def _head(fit: Fitted) -> list[str]:

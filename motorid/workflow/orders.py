@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ipaddress
-import json
 import socket
 import socketserver
 import sys
@@ -11,6 +10,7 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from motorid import json_text
 from motorid.errors import UsageError
 
 LONGEST_LINE = 65_536
@@ -24,7 +24,7 @@ def parse_listen(text: str, *, remote: bool) -> tuple[str, int]:
     """Address of ``[HOST:]PORT``. Raises UsageError; beyond this computer unless ``remote``."""
     host, _, port = text.rpartition(":")
     host = host.strip("[]") or "127.0.0.1"
-    if not port.isdecimal() or int(port) > 65_535:
+    if not port.isdecimal() or len(port) > 5 or int(port) > 65_535:
         raise UsageError(f"--listen {text}: write PORT or HOST:PORT")
     try:
         address = ipaddress.ip_address("127.0.0.1" if host == "localhost" else host)
@@ -98,7 +98,7 @@ class _Client(socketserver.StreamRequestHandler):
 
     def answer(self, message: Mapping[str, Any]) -> None:
         """One line back; quietly nowhere when the client has gone."""
-        data = json.dumps(message, ensure_ascii=False, default=str).encode() + b"\n"
+        data = json_text.dumps(message).encode() + b"\n"
         with self.lock:
             try:
                 self.connection.sendall(data)
@@ -113,9 +113,9 @@ def read_order(line: bytes) -> Message:
             f"an order is one line of at most {LONGEST_LINE} bytes, ended by a newline"
         )
     try:
-        order = json.loads(line)
-    except (ValueError, RecursionError):
-        raise ValueError("an order is a JSON object on one line") from None
+        order = json_text.loads(line)
+    except json_text.JsonError as error:
+        raise ValueError(f"an order is a JSON object on one line: {error}") from None
     if not isinstance(order, dict) or not isinstance(order.get("order"), str):
         raise ValueError('an order is a JSON object with "order"')
     return order

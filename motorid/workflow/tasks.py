@@ -7,13 +7,14 @@ again and an equal one does not.
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from motorid import json_text
 from motorid.capture.whole import write_whole
+from motorid.errors import DataError
 
 Result = dict[str, Any]  # plain data for JSON
 Progress = Callable[[int, int], None]  # done, total
@@ -30,7 +31,7 @@ class Task:
     @property
     def digest(self) -> str:
         """Name of the result's file."""
-        text = json.dumps(self.definition, sort_keys=True, default=repr)
+        text = json_text.canonical(self.definition)
         return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
@@ -60,20 +61,19 @@ def _finished(missing: Mapping[Path, Task], jobs: int) -> Any:
         return
     from joblib import Parallel, delayed
 
-    pool = Parallel(n_jobs=jobs, return_as="generator_unordered")
+    pool = Parallel(n_jobs=min(jobs, len(missing)), return_as="generator_unordered")
     yield from pool(delayed(_do)(path, task) for path, task in missing.items())
 
 
 def _do(path: Path, task: Task) -> tuple[Path, Result]:
-    result = task.work(*task.arguments)
-    write_whole(path, json.dumps(result).encode(), force=True)
+    result = json_text.plain(task.work(*task.arguments))  # as it will be read again
+    write_whole(path, json_text.dumps(result).encode(), force=True)
     return path, result
 
 
 def _read(path: Path) -> Result | None:
     """The result in a file; None where there is none, or one that no version of this wrote."""
     try:
-        result = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        return json_text.read_object(path, DataError)
+    except DataError:
         return None
-    return result if isinstance(result, dict) else None

@@ -39,7 +39,7 @@ def from_csv(path: Path, quantity: str) -> Series:
         return Series(values, np.arange(float(len(values))))
     try:
         at = [datetime.fromisoformat(row["time"]).timestamp() for row in rows]
-    except ValueError as error:
+    except (ValueError, OverflowError, OSError) as error:
         raise DataError(f"{path}: a time cannot be read: {error}") from None
     return Series(values, (np.array(at) - at[0]) / DAY_S)
 

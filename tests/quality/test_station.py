@@ -263,3 +263,13 @@ def test_big_letters_and_an_empty_verdict() -> None:
     assert len(big("PASS", 80)) == 5
     assert big("PASS", 10) == ["PASS"]
     assert of_verdict(Verdict("p", "s", ())).word == "INVALID"
+
+
+@pytest.mark.parametrize(
+    "value", ["1e999", "NaN", "-Infinity", '"\\ud800"', "9" * 400, '1, "id": 2', "[" * 60_000]
+)
+def test_an_order_is_strict_json(value: str) -> None:
+    """What is read would be answered, and an answer that is no JSON stops the controller."""
+    line = f'{{"order": "status", "id": {value}}}\n'.encode()
+    with pytest.raises(ValueError, match="an order is a JSON object on one line: "):
+        read_order(line)

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid import __version__
 from motorid.capture.model import Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
@@ -23,6 +22,7 @@ from motorid.estimate.uncertainty import errors_in_variables, intervals
 from motorid.estimate.uncertainty.errors_in_variables import Hidden
 from motorid.estimate.uncertainty.findings import findings
 from motorid.segment import segment
+from motorid.version import __version__
 
 Floats = NDArray[np.float64]
 

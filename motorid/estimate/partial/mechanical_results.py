@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid import __version__
 from motorid.capture.model import CURRENT, TORQUE, VOLTAGE, Capture
 from motorid.capture.store import describe
 from motorid.estimate.partial.block_bootstrap_regression import OFFSET, Regression
@@ -21,6 +20,7 @@ from motorid.estimate.results.estimate import (
     Estimate,
     Parameter,
 )
+from motorid.version import __version__
 
 Floats = NDArray[np.float64]
 

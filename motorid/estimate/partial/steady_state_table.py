@@ -15,12 +15,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid import __version__
 from motorid.capture.model import CURRENT, SPEED, TORQUE, VOLTAGE, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError, UsageError
 from motorid.estimate.partial.mechanical_results import Judge, Quantity, fixed, unknown
 from motorid.estimate.results.estimate import PARAMETERS, UNITS, Diagnostic, Estimate, Parameter
+from motorid.version import __version__
 
 Floats = NDArray[np.float64]
 Columns = Mapping[str, Floats]

@@ -19,6 +19,7 @@ from sqlalchemy.exc import (
     SQLAlchemyError,
 )
 
+from motorid import json_text
 from motorid.errors import DataError, UsageError
 from motorid.quality.history import schema as s
 from motorid.quality.history.query import Query, matches
@@ -26,6 +27,7 @@ from motorid.quality.history.records import CaptureRecord, ResultRecord, digest
 
 PATIENCE_S = 60.0  # how long a writer waits for the others
 ATTEMPTS = 5
+UNREADABLE = (ValueError, TypeError, OverflowError, LookupError, AttributeError, ArithmeticError)
 READING = {"motorid_reading": True}
 
 
@@ -47,8 +49,10 @@ def open_history(where: str | Path, *, create: bool = True) -> History:
 def _engine(text: str) -> Engine:
     try:
         url = make_url(text if "://" in text else f"sqlite:///{Path(text)}")
-        engine = create_engine(url)
-    except (ArgumentError, NoSuchModuleError) as error:
+        engine = create_engine(
+            url, json_serializer=json_text.dumps, json_deserializer=json_text.loads
+        )
+    except (ArgumentError, NoSuchModuleError, *UNREADABLE) as error:
         raise UsageError(f"{text} is no database that SQLAlchemy knows: {error}") from None
     except ModuleNotFoundError as error:
         raise UsageError(
@@ -78,10 +82,13 @@ def _tune_sqlite(engine: Engine) -> None:
 
 @contextmanager
 def _said(where: str) -> Iterator[None]:
-    """A database's complaint as one sentence of ours."""
+    """A database's complaint as one sentence of ours.
+
+    A damaged one gives texts where numbers or dates were, and what reads them raises its own.
+    """
     try:
         yield
-    except SQLAlchemyError as error:
+    except (SQLAlchemyError, *UNREADABLE) as error:
         cause = getattr(error, "orig", None) or error
         raise DataError(f"the history {where} cannot be used: {cause}") from None
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,8 +9,9 @@ from typing import Any
 
 from sqlalchemy import select
 
+from motorid import csv_text
 from motorid.capture.whole import write_whole
-from motorid.errors import UsageError
+from motorid.errors import DataError, UsageError
 from motorid.quality.history import schema as s
 from motorid.quality.history.database import History
 from motorid.quality.history.query import Query
@@ -65,14 +65,8 @@ def export(history: History, path: Path, query: Query | None = None, *, force: b
 
 
 def _csv(pieces: Iterator[list[tuple[Any, ...]]]) -> tuple[bytes, int]:
-    text = io.StringIO(newline="")
-    writer = csv.writer(text, lineterminator="\r\n")
-    writer.writerow(columns())
-    count = 0
-    for piece in pieces:
-        writer.writerows([[_plain(cell) for cell in row] for row in piece])
-        count += len(piece)
-    return text.getvalue().encode(), count
+    rows = [[_plain(value) for value in row] for piece in pieces for row in piece]
+    return csv_text.table(columns(), rows).encode(), len(rows)
 
 
 def _plain(cell: Any) -> Any:
@@ -91,8 +85,12 @@ def _parquet(pieces: Iterator[list[tuple[Any, ...]]]) -> tuple[bytes, int]:
     sink, count = io.BytesIO(), 0
     with parquet.ParquetWriter(sink, schema) as writer:
         for piece in pieces:
-            table = dict(zip(columns(), map(list, zip(*piece, strict=True)), strict=True))
-            writer.write_table(pa.table(table, schema=schema))
+            cells = [map(csv_text.cell, row) for row in piece]
+            table = dict(zip(columns(), map(list, zip(*cells, strict=True)), strict=True))
+            try:
+                writer.write_table(pa.table(table, schema=schema))
+            except (pa.ArrowException, TypeError, OverflowError) as error:
+                raise DataError(f"the history is damaged: {error}") from None
             count += len(piece)
     return sink.getvalue(), count
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, Literal
+
+from motorid import json_text
 
 if TYPE_CHECKING:
     from motorid.capture.model import Capture
@@ -93,7 +94,7 @@ class ResultRecord:
             "measurements": [asdict(m) for m in self.measurements],
             "at": "" if self.captures else self.at.astimezone(UTC).isoformat(),
         }
-        return digest(json.dumps(said, sort_keys=True))
+        return digest(json_text.canonical(said))
 
 
 def digest(text: str) -> str:
@@ -114,8 +115,8 @@ def capture_record(capture: Capture) -> CaptureRecord:
         samples=len(capture),
         end_reason=capture.end_reason,
         rig=str(known.get("rig", "")),
-        program=json.dumps(program.to_dict(), sort_keys=True) if program else "",
-        calibration=json.dumps(calibration, sort_keys=True, default=str) if calibration else "",
+        program=json_text.canonical(program.to_dict()) if program else "",
+        calibration=json_text.canonical(calibration) if calibration else "",
     )
 
 

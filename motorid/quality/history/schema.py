@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from datetime import UTC, datetime
 from typing import Any
 
@@ -22,8 +23,6 @@ from sqlalchemy import (
 from sqlalchemy.types import TypeDecorator
 
 VERSION = "1"  # of the tables; another first number is refused
-DIGEST = String(64)  # a SHA-256 in hexadecimal
-NAME = String(200)
 
 
 class UtcDateTime(TypeDecorator[datetime]):
@@ -45,6 +44,63 @@ class UtcDateTime(TypeDecorator[datetime]):
         return None if value is None else value.replace(tzinfo=UTC)
 
 
+def _refused(value: Any, kind: str) -> ValueError:
+    return ValueError(f"it holds {str(value)[:40]!r} where a {kind} belongs: it is damaged")
+
+
+class _Words:
+    """What comes up is text: some databases give whatever somebody put in."""
+
+    def process_result_value(self, value: Any, dialect: Any) -> str | None:
+        """Raises ValueError for what is none."""
+        if value is None or isinstance(value, str):
+            return value
+        raise _refused(value, "text")
+
+
+class Words(_Words, TypeDecorator[str]):
+    """A text of so many characters."""
+
+    impl = String
+    cache_ok = True
+
+
+class LongWords(_Words, TypeDecorator[str]):
+    """A text of any length."""
+
+    impl = Text
+    cache_ok = True
+
+
+class Number(TypeDecorator[float]):
+    """A finite number."""
+
+    impl = Double
+    cache_ok = True
+
+    def process_result_value(self, value: Any, dialect: Any) -> float | None:
+        """Raises ValueError for what is none."""
+        if value is None or (isinstance(value, int | float) and math.isfinite(value)):
+            return value
+        raise _refused(value, "number")
+
+
+class Count(TypeDecorator[int]):
+    """A whole number."""
+
+    impl = Integer
+    cache_ok = True
+
+    def process_result_value(self, value: Any, dialect: Any) -> int | None:
+        """Raises ValueError for what is none."""
+        if value is None or isinstance(value, int):
+            return value
+        raise _refused(value, "whole number")
+
+
+DIGEST = Words(64)  # a SHA-256 in hexadecimal
+NAME = Words(200)
+
 metadata = MetaData(
     naming_convention={
         "ix": "ix_%(table_name)s_%(column_0_name)s",
@@ -55,7 +111,10 @@ metadata = MetaData(
 )
 
 meta = Table(
-    "meta", metadata, Column("name", NAME, primary_key=True), Column("value", Text, nullable=False)
+    "meta",
+    metadata,
+    Column("name", NAME, primary_key=True),
+    Column("value", LongWords, nullable=False),
 )
 
 # Texts that many results share: a rig file, a product's limits, a program. Kept once each.
@@ -63,17 +122,17 @@ documents = Table(
     "documents",
     metadata,
     Column("sha256", DIGEST, primary_key=True),
-    Column("text", Text, nullable=False),
+    Column("text", LongWords, nullable=False),
 )
 
 captures = Table(
     "captures",
     metadata,
     Column("sha256", DIGEST, primary_key=True),
-    Column("path", Text, nullable=False),  # where it was when it was recorded
+    Column("path", LongWords, nullable=False),  # where it was when it was recorded
     Column("serial", NAME, nullable=False, index=True),
     Column("created", UtcDateTime),
-    Column("samples", Integer, nullable=False),
+    Column("samples", Count, nullable=False),
     Column("end_reason", NAME, nullable=False),
     Column("rig", DIGEST, ForeignKey("documents.sha256")),
     Column("program", DIGEST, ForeignKey("documents.sha256")),
@@ -84,16 +143,16 @@ results = Table(
     "results",
     metadata,
     Column("id", Integer, primary_key=True),
-    Column("key", DIGEST, nullable=False, unique=True),  # digest of all it says: added once only
+    Column("key", DIGEST, nullable=False, unique=True),  # digest of all: added once
     Column("kind", NAME, nullable=False),  # check, rejudged, fit, golden
     Column("serial", NAME, nullable=False, index=True),
     Column("product", NAME, nullable=False),
-    Column("outcome", String(16), nullable=False),  # PASS, FAIL, INVALID; "" where none was asked
+    Column("outcome", Words(16), nullable=False),  # PASS, FAIL, INVALID; "" where none was asked
     Column("marginal", Boolean, nullable=False),
     Column("at", UtcDateTime, nullable=False, index=True),
     Column("station", NAME, nullable=False),
     Column("operator", NAME, nullable=False),
-    Column("note", Text, nullable=False),
+    Column("note", LongWords, nullable=False),
     Column("versions", JSON, nullable=False),
     Column("limits", DIGEST, ForeignKey("documents.sha256")),
     Column("estimate", DIGEST, ForeignKey("documents.sha256")),
@@ -112,14 +171,14 @@ measurements = Table(
     metadata,
     Column("result", Integer, ForeignKey("results.id"), primary_key=True),
     Column("name", NAME, primary_key=True),
-    Column("unit", String(40), nullable=False),
-    Column("value", Double),
-    Column("uncertainty", Double),  # standard, in unit
-    Column("low", Double),  # limits; NULL where there is none
-    Column("high", Double),
-    Column("guard_band", Double),
-    Column("outcome", String(16), nullable=False),
+    Column("unit", Words(40), nullable=False),
+    Column("value", Number),
+    Column("uncertainty", Number),  # standard, in unit
+    Column("low", Number),  # limits; NULL where there is none
+    Column("high", Number),
+    Column("guard_band", Number),
+    Column("outcome", Words(16), nullable=False),
     Column("marginal", Boolean, nullable=False),
-    Column("reason", Text, nullable=False),
+    Column("reason", LongWords, nullable=False),
     Index("ix_measurements_name_result", "name", "result"),
 )
