@@ -16,6 +16,7 @@ static const struct pinout PINOUTS[] = {{"atmega328p", 0, 2, 3, 14, 15, 18, 19, 
                                         {"atmega2560", 4, 0, 1, 21, 22, 25, 26, 0x200}};
 
 enum { INT0_VECTOR = 1, INT1_VECTOR = 2 }; /* of both */
+enum { LAST_SLOT = 15 };                   /* of a window: it is over when its conversion is read */
 
 static struct board *the_board; /* libsimavr's reset hook carries no pointer */
 
@@ -38,6 +39,9 @@ static void on_running(avr_irq_t *irq, uint32_t value, void *param) {
         return;
     }
     meter_enter(&b->meter, b->avr->cycle, w->what);
+    if (w->what == BUSY_SLOT && (b->avr->data[SLOT_NUMBER] & LAST_SLOT) == LAST_SLOT) {
+        b->window_at = b->pending_at[w->vector] - (uint64_t)b->avr->data[OCR0B];
+    }
     if (w->timed >= 0) {
         meter_note(&b->meter, (enum timed)w->timed,
                    (int64_t)(b->avr->cycle - b->pending_at[w->vector]));

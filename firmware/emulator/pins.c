@@ -24,6 +24,9 @@ static void look_at_enable(struct board *b) {
         const int64_t early = after - b->rig->period;
         meter_note(&b->meter, TIMED_ENABLE, after < -early ? after : early);
     }
+    if (!driven && b->rig->enabled) {
+        meter_note(&b->meter, TIMED_OPENED, (int64_t)(b->avr->cycle - b->window_at));
+    }
     rig_enable(b->rig, b->avr->cycle, driven != 0);
 }
 

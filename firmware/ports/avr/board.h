@@ -6,11 +6,11 @@
 
 /* ---- bridge.c */
 void bridge_begin(void);
+/* Off at this instant, whatever is going on; from any context. */
 void bridge_open(void);
+void bridge_coast(void);
 void bridge_brake(void);
 void bridge_drive(int16_t level, uint8_t decay);
-/* Off at this instant, whatever is going on; from any context. */
-void bridge_cut(void);
 /* The driver has reported a fault since the last window; the bridge is off since then. Once a window. */
 bool bridge_complains(void);
 

@@ -55,6 +55,8 @@
 #define EDGES_REGISTER GPIOR1   /* encoder edges that are still allowed */
 #define COUNT_REGISTER GPIOR2   /* encoder count, modulo 256 */
 
+#define RING 64 /* bytes of the link, each way: a power of two; more than any command */
+
 #define ENCODER_INTERRUPTS ((1 << INT0) | (1 << INT1))
 
 #endif
