@@ -34,6 +34,12 @@ bool link_read(uint8_t *byte);
 uint16_t link_write(const uint8_t *bytes, uint16_t length);
 
 /* ---- reset.c */
+/* First of all. */
+void reset_begin(void);
+/* A program runs, or none; once a window. */
+void reset_note(bool runs);
+/* Instead of watchdog_calm(). */
+void reset_feed_watchdog(void);
 uint8_t reset_cause(void);
 uint32_t reset_boot_id(void);
 

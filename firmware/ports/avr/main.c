@@ -63,6 +63,7 @@ static void sleep_until_news(void) {
 }
 
 int main(void) {
+    reset_begin();
     bridge_begin();
     link_begin();
     core_init();
@@ -76,7 +77,7 @@ int main(void) {
         }
         if (sampling_has_news()) { /* not what a host sends keeps the watchdog quiet, but samples */
             sampling_forget_news();
-            watchdog_calm();
+            reset_feed_watchdog();
         }
     }
 }

@@ -221,6 +221,7 @@ void __vector_window(void) {
     take_rest(complete(), &reading);
     const bool in_step = now.starting || deal_with(&reading);
     now.starting = false;
+    reset_note(core_state() == WIRE_STATE_RUNNING);
     cli();
     link_release();
     SCOPE_PORT &= (uint8_t)~_BV(SCOPE_BIT);
