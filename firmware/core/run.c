@@ -49,12 +49,16 @@ void run_end(uint8_t reason, struct trip trip) {
         return;
     }
     blocks_finish(&core.blocks);
-    r->reason = reason;
-    r->trip = trip;
+    if (r->trip.fault == WIRE_FAULT_NONE) {
+        r->reason = reason;
+        r->trip = trip;
+    } else { /* what core_watch() saw came first */
+        r->reason = WIRE_END_REASON_FAULT;
+    }
     r->end_tick = r->begun > 0 ? core.tick : r->start_tick;
     r->ending = true;
-    core.fault = trip.fault;
-    core.state = trip.fault == WIRE_FAULT_NONE ? WIRE_STATE_LOADED : WIRE_STATE_FAULTED;
+    core.fault = r->trip.fault;
+    core.state = core.fault == WIRE_FAULT_NONE ? WIRE_STATE_LOADED : WIRE_STATE_FAULTED;
 }
 
 void run_heard(void) {
@@ -91,7 +95,7 @@ static void trip_on(struct trip seen) {
 void core_watch(int16_t current, int16_t supply) {
     if (core.state == WIRE_STATE_RUNNING) {
         const uint8_t fault = guard_watch(&core.guard, current, supply);
-        if (fault != WIRE_FAULT_NONE) {
+        if (fault != WIRE_FAULT_NONE && core.run.trip.fault == WIRE_FAULT_NONE) {
             trip_on(guard_trip(fault, current, supply));
         }
     }
@@ -113,16 +117,15 @@ static void run_sample(void) {
     if (r->trip.fault == WIRE_FAULT_NONE) {
         trip_on(late(r, end));
     }
-    const struct trip trip = r->trip;
     if (core.burst.fast > 0) {
         burst_keep(&core.burst);
     } else if (!end) {
         blocks_add(&core.blocks, &core.latest, core.tick);
     }
-    if (trip.fault != WIRE_FAULT_NONE) {
-        run_end(WIRE_END_REASON_FAULT, trip);
+    if (r->trip.fault != WIRE_FAULT_NONE) {
+        run_end(WIRE_END_REASON_FAULT, r->trip);
     } else if (end) {
-        run_end(WIRE_END_REASON_COMPLETED, trip);
+        run_end(WIRE_END_REASON_COMPLETED, r->trip);
     } else if (boundary) {
         next_step(r);
     } else {

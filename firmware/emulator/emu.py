@@ -242,8 +242,8 @@ class Emulator:
     def set(self, name: str, value: float) -> None:
         """Change the rig now: supply, locked, encoder, chatter, complain, gain[1] …
 
-        Or what goes wrong in the processor: reset (to what MCUSR says), power (a seed of what memory
-        then holds), r2, hang and stall (with interrupts off and on), unstall, wander.
+        Or what goes wrong in the processor: reset (to what MCUSR says), power (a seed of what
+        memory then holds), r2, hang and stall (with interrupts off and on), unstall, wander.
         """
         text = f"{name}={value!r}".encode()
         self._ask(b"S" + struct.pack("<I", len(text)) + text)

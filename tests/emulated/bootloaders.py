@@ -10,8 +10,8 @@ from pathlib import Path
 
 PACKAGE = Path("/usr/share/arduino/hardware/arduino/avr/bootloaders")
 NAMES = {"uno": "Optiboot 4.4", "mega": "stk500v2"}
-# As the package's Makefile has it, but for the flashes of the light: with them Debian's compiler makes
-# 532 bytes of it, and the boot section has 512.
+# As the package's Makefile has it, but for the flashes of the light: with them Debian's compiler
+# makes 532 bytes of it, and the boot section has 512.
 OPTIMISE = ("-Os", "-fno-inline-small-functions", "-fno-split-wide-types", "-mshort-calls")
 CHIP = ("-mmcu=atmega328p", "-DF_CPU=16000000L", "-DBAUD_RATE=115200", "-DLED_START_FLASHES=0")
 PLACES = ("-Wl,--section-start=.text=0x7e00", "-Wl,--section-start=.version=0x7ffe", "-Wl,--relax")
