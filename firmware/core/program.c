@@ -38,7 +38,7 @@ static bool has_kind(uint8_t kind) {
 }
 
 static uint8_t check(const struct program *p, const wire_add_step_t *step, uint32_t period) {
-    if (step->index != p->count) {
+    if (step->index != p->count || step->index == UINT8_MAX) { /* steps are 0 to 254 */
         return WIRE_STATUS_BAD_VALUE;
     }
     if (p->count >= CORE_MAX_STEPS) {
