@@ -35,6 +35,7 @@ wanted_packages() {
     has make || echo make
     has avr-gcc || echo gcc-avr avr-libc
     [ -e /usr/include/simavr/sim_avr.h ] || echo libsimavr-dev libelf-dev
+    [ -d /usr/share/arduino/hardware/arduino/avr/bootloaders ] || echo arduino-core-avr
     has avrdude || echo avrdude
     has cppcheck || echo cppcheck
     has clang-tidy || echo clang-tidy

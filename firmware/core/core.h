@@ -28,6 +28,12 @@ void core_init(void);
 /* One sample; from the sample interrupt, every sample period. Drives and opens the bridge. */
 void core_sample(const struct reading *now);
 
+/* A head start for the limits of current and supply: opens the bridge at once where a reading is
+ * beyond them, and the next core_sample() trips. From the sample interrupt, as soon as these two are
+ * read: before core_sample() and, where the board has readings between samples, with those as well.
+ * A port may do without: core_sample() looks at everything. */
+void core_watch(int16_t current, int16_t supply);
+
 /* The board saw a fault of its own (WIRE_FAULT_DRIVER, or WIRE_FAULT_ENCODER_EDGES with edges a
  * second as value). Opens the bridge; while a program runs, latches the fault. From an interrupt
  * of the sample interrupt's priority, or with it locked out. */

@@ -82,24 +82,40 @@ static int32_t moved(const struct guard *g) {
     return change <= INT32_MAX ? (int32_t)change : -(int32_t)(UINT32_MAX - change) - 1;
 }
 
-struct trip guard_check(const struct guard *g, const struct reading *now) {
-    const int16_t current = now->raw[WIRE_CHANNEL_CURRENT];
-    const int16_t supply = now->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE];
+struct trip guard_turn(const struct guard *g) {
     const int32_t counts = moved(g);
     const uint32_t distance = counts < 0 ? 0u - (uint32_t)counts : (uint32_t)counts;
-    if (current < g->current_low || current > g->current_high) {
-        return (struct trip){WIRE_FAULT_OVER_CURRENT, current};
-    }
     if (distance > g->speed_counts) {
         return (struct trip){WIRE_FAULT_OVER_SPEED, counts};
     }
-    if (supply < g->supply_low) {
-        return (struct trip){WIRE_FAULT_SUPPLY_LOW, supply};
-    }
-    if (supply > g->supply_high) {
-        return (struct trip){WIRE_FAULT_SUPPLY_HIGH, supply};
-    }
     return (struct trip){WIRE_FAULT_NONE, 0};
+}
+
+/* The current first: nothing else does harm as soon. */
+uint8_t guard_watch(const struct guard *g, int16_t current, int16_t supply) {
+    if (current < g->current_low || current > g->current_high) {
+        return WIRE_FAULT_OVER_CURRENT;
+    }
+    return supply < g->supply_low    ? WIRE_FAULT_SUPPLY_LOW
+           : supply > g->supply_high ? WIRE_FAULT_SUPPLY_HIGH
+                                     : WIRE_FAULT_NONE;
+}
+
+struct trip guard_trip(uint8_t fault, int16_t current, int16_t supply) {
+    return (struct trip){fault, fault == WIRE_FAULT_OVER_CURRENT ? current : supply};
+}
+
+struct trip guard_check(const struct guard *g, const struct reading *now) {
+    const int16_t current = now->raw[WIRE_CHANNEL_CURRENT];
+    const int16_t supply = now->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE];
+    const uint8_t seen = guard_watch(g, current, supply);
+    if (seen != WIRE_FAULT_OVER_CURRENT) {
+        const struct trip turn = guard_turn(g);
+        if (turn.fault != WIRE_FAULT_NONE || seen == WIRE_FAULT_NONE) {
+            return turn;
+        }
+    }
+    return guard_trip(seen, current, supply);
 }
 
 int32_t guard_speed(const struct guard *g, int32_t counts) {

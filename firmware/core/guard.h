@@ -31,6 +31,11 @@ void guard_rest(struct guard *g, uint32_t position);
 void guard_note(struct guard *g, uint32_t position);
 struct trip guard_check(const struct guard *g, const struct reading *now);
 
+/* The same of the speed alone; and of current and supply, as a fault that guard_trip() completes. */
+struct trip guard_turn(const struct guard *g);
+uint8_t guard_watch(const struct guard *g, int16_t current, int16_t supply);
+struct trip guard_trip(uint8_t fault, int16_t current, int16_t supply);
+
 /* Counts per window as counts a second. */
 int32_t guard_speed(const struct guard *g, int32_t counts);
 

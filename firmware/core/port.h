@@ -50,10 +50,15 @@ struct port {
     void (*burst_reading)(const uint8_t *bytes, uint8_t n, struct reading *out);
 
     /* ---- bridge. Called from the sample interrupt; bridge_open also from the main loop, locked.
-     * A command acts at the tick of the sample that is being taken: see docs/porting.md. */
-    void (*bridge_open)(void); /* all switches off, at once */
+     * What a step asks for acts at the tick of the sample that is being taken, what a trip or a stop
+     * asks for at once: see docs/porting.md. */
+    void (*bridge_open)(void);  /* all switches off, at once; overrules what waits for its tick */
+    void (*bridge_coast)(void); /* all switches off, at the tick; NULL: the tick is at once */
     void (*bridge_brake)(void);
     void (*bridge_drive)(int16_t level, uint8_t decay); /* level: -full_duty to full_duty */
+
+    /* ---- core_watch() sees every reading before core_sample() does, which then takes its word */
+    bool watches;
 
     /* ---- sampling. Called locked, with the bridge open: from the next sample on, core_sample()
      * comes every so many ticks. */

@@ -38,7 +38,7 @@ static bool has_kind(uint8_t kind) {
 }
 
 static uint8_t check(const struct program *p, const wire_add_step_t *step, uint32_t period) {
-    if (step->index != p->count) {
+    if (step->index != p->count || step->index == UINT8_MAX) { /* steps are 0 to 254 */
         return WIRE_STATUS_BAD_VALUE;
     }
     if (p->count >= CORE_MAX_STEPS) {
@@ -121,6 +121,14 @@ static int16_t follow_supply(const struct program *p, int32_t level, int16_t sup
     return (int16_t)(level < 0 ? -duty : duty);
 }
 
+void program_coast(void) {
+    if (port.bridge_coast != NULL) {
+        port.bridge_coast();
+    } else {
+        port.bridge_open();
+    }
+}
+
 void program_renew(const struct program *p, uint8_t index, int16_t supply) {
     const struct step *const step = &p->steps[index];
     if (step->kind == WIRE_STEP_KIND_DRIVE_VOLTS) {
@@ -141,7 +149,7 @@ void program_drive(const struct program *p, uint8_t index, int16_t supply) {
         port.bridge_brake();
         break;
     default:
-        port.bridge_open();
+        program_coast();
         break;
     }
 }

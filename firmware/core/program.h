@@ -26,6 +26,9 @@ void program_clear(struct program *p);
 uint8_t program_add(struct program *p, const wire_add_step_t *step, const uint8_t *wire,
                     uint32_t sample_period);
 
+/* Let the motor coast from the tick of the sample that is being taken. From the interrupt. */
+void program_coast(void);
+
 /* Set the bridge as step `index` asks, with the latest supply reading. From the interrupt. */
 void program_drive(const struct program *p, uint8_t index, int16_t supply);
 

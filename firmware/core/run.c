@@ -22,6 +22,7 @@ void run_begin(void) {
     const uint64_t limit = (uint64_t)core.config.run_time_limit_ms * (port.clock_hz / 1000u);
     r->left = 0;
     r->begun = 0;
+    r->trip = (struct trip){WIRE_FAULT_NONE, 0};
     /* The first sample is at start_tick and counts these down to what they shall be there. */
     r->silence = samples_in(core.config.host_silence_ms);
     r->silence_left = r->silence + 1u;
@@ -36,19 +37,28 @@ void run_begin(void) {
     port.unlock(before);
 }
 
+/* The last step ends at its tick; nothing else waits for one. */
 void run_end(uint8_t reason, struct trip trip) {
     struct run *const r = &core.run;
-    port.bridge_open();
+    if (reason == WIRE_END_REASON_COMPLETED) {
+        program_coast();
+    } else {
+        port.bridge_open();
+    }
     if (core.state != WIRE_STATE_RUNNING) {
         return;
     }
     blocks_finish(&core.blocks);
-    r->reason = reason;
-    r->trip = trip;
+    if (r->trip.fault == WIRE_FAULT_NONE) {
+        r->reason = reason;
+        r->trip = trip;
+    } else { /* what core_watch() saw came first */
+        r->reason = WIRE_END_REASON_FAULT;
+    }
     r->end_tick = r->begun > 0 ? core.tick : r->start_tick;
     r->ending = true;
-    core.fault = trip.fault;
-    core.state = trip.fault == WIRE_FAULT_NONE ? WIRE_STATE_LOADED : WIRE_STATE_FAULTED;
+    core.fault = r->trip.fault;
+    core.state = core.fault == WIRE_FAULT_NONE ? WIRE_STATE_LOADED : WIRE_STATE_FAULTED;
 }
 
 void run_heard(void) {
@@ -74,6 +84,29 @@ static void next_step(struct run *r) {
     r->begun++;
 }
 
+/* Limits come before all else, and the bridge is open before what can wait. */
+static void trip_on(struct trip seen) {
+    if (seen.fault != WIRE_FAULT_NONE) {
+        port.bridge_open();
+        core.run.trip = seen;
+    }
+}
+
+void core_watch(int16_t current, int16_t supply) {
+    if (core.state == WIRE_STATE_RUNNING) {
+        const uint8_t fault = guard_watch(&core.guard, current, supply);
+        if (fault != WIRE_FAULT_NONE && core.run.trip.fault == WIRE_FAULT_NONE) {
+            trip_on(guard_trip(fault, current, supply));
+        }
+    }
+}
+
+static void look(const struct reading *now) {
+    if (core.run.trip.fault == WIRE_FAULT_NONE) {
+        trip_on(port.watches ? guard_turn(&core.guard) : guard_check(&core.guard, now));
+    }
+}
+
 static void run_sample(void) {
     struct run *const r = &core.run;
     if (r->begun > 0) {
@@ -81,19 +114,18 @@ static void run_sample(void) {
     }
     const bool boundary = r->left == 0;
     const bool end = boundary && r->begun == core.program.count;
+    if (r->trip.fault == WIRE_FAULT_NONE) {
+        trip_on(late(r, end));
+    }
     if (core.burst.fast > 0) {
         burst_keep(&core.burst);
     } else if (!end) {
         blocks_add(&core.blocks, &core.latest, core.tick);
     }
-    struct trip trip = guard_check(&core.guard, &core.latest);
-    if (trip.fault == WIRE_FAULT_NONE) {
-        trip = late(r, end);
-    }
-    if (trip.fault != WIRE_FAULT_NONE) {
-        run_end(WIRE_END_REASON_FAULT, trip);
+    if (r->trip.fault != WIRE_FAULT_NONE) {
+        run_end(WIRE_END_REASON_FAULT, r->trip);
     } else if (end) {
-        run_end(WIRE_END_REASON_COMPLETED, trip);
+        run_end(WIRE_END_REASON_COMPLETED, r->trip);
     } else if (boundary) {
         next_step(r);
     } else {
@@ -103,12 +135,14 @@ static void run_sample(void) {
 }
 
 void core_sample(const struct reading *now) {
+    const uint32_t position = core.reversed ? 0u - now->position : now->position;
+    guard_note(&core.guard, position);
+    if (core.state == WIRE_STATE_RUNNING) {
+        look(now);
+    }
     core.tick += core.period;
     core.latest = *now;
-    if (core.reversed) {
-        core.latest.position = 0u - now->position;
-    }
-    guard_note(&core.guard, core.latest.position);
+    core.latest.position = position;
     if (core.state == WIRE_STATE_RUNNING) {
         run_sample();
     } else if (core.state == WIRE_STATE_ZEROING && zero_add(&core.zero, &core.latest)) {

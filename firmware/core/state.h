@@ -26,7 +26,7 @@ struct run {
     volatile uint8_t begun;  /* steps that have begun */
     volatile bool ending;    /* the bridge is open; something is yet to be sent */
     uint8_t reason;          /* WIRE_END_REASON_ */
-    struct trip trip;
+    struct trip trip;        /* why it ends, or is about to: core_watch() saw it */
 };
 
 /* What has been told of it. The main loop's. */

@@ -8,14 +8,17 @@
 #include <simavr/avr_ioport.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_elf.h>
+#include <simavr/sim_hex.h>
 #include <simavr/sim_interrupts.h>
 
 #include "inside.h"
 
-static const struct pinout PINOUTS[] = {{"atmega328p", 0, 2, 3, 14, 15, 18, 19, 0x100},
-                                        {"atmega2560", 4, 0, 1, 21, 22, 25, 26, 0x200}};
+static const struct pinout PINOUTS[] = {{"atmega328p", 0, 2, 3, 14, 15, 18, 19, 6, 0x100},
+                                        {"atmega2560", 4, 0, 1, 21, 22, 25, 26, 12, 0x200}};
 
 enum { INT0_VECTOR = 1, INT1_VECTOR = 2 }; /* of both */
+enum { REGISTERS = 32, POWER_ON = 1 };     /* of data; PORF of MCUSR */
+enum { LAST_SLOT = 15 };                   /* of a window: it is over when its conversion is read */
 
 static struct board *the_board; /* libsimavr's reset hook carries no pointer */
 
@@ -38,6 +41,9 @@ static void on_running(avr_irq_t *irq, uint32_t value, void *param) {
         return;
     }
     meter_enter(&b->meter, b->avr->cycle, w->what);
+    if (w->what == BUSY_SLOT && (b->avr->data[SLOT_NUMBER] & LAST_SLOT) == LAST_SLOT) {
+        b->window_at = b->pending_at[w->vector] - (uint64_t)b->avr->data[OCR0B];
+    }
     if (w->timed >= 0) {
         meter_note(&b->meter, (enum timed)w->timed,
                    (int64_t)(b->avr->cycle - b->pending_at[w->vector]));
@@ -111,6 +117,28 @@ size_t board_take(struct board *b, uint8_t *bytes, size_t room) {
     return n;
 }
 
+/* ------------------------------------------------------------------ watchdog
+ * Where its interrupt has not been served by its next time-out, silicon resets; libsimavr would raise
+ * the interrupt for ever. It resets where the interrupt is off, so that is what it finds. */
+enum { TIMEOUT = 2048 * 125, WDIE = 1 << 6 }; /* cycles of the shortest: 2048 of 128 kHz */
+
+static avr_cycle_count_t on_unserved(avr_t *avr, avr_cycle_count_t when, void *param) {
+    (void)when, (void)param;
+    avr->data[WDTCSR] &= (uint8_t)~WDIE;
+    return 0;
+}
+
+static void on_watchdog(avr_irq_t *irq, uint32_t value, void *param) {
+    struct board *const b = param;
+    const uint8_t how = b->avr->data[WDTCSR];
+    const int longer = (how & 7) | (how >> 2 & 8); /* WDP3 is bit 5 */
+    (void)irq;
+    avr_cycle_timer_cancel(b->avr, on_unserved, b);
+    if (value) {
+        avr_cycle_timer_register(b->avr, ((avr_cycle_count_t)TIMEOUT << longer) - BYTE, on_unserved, b);
+    }
+}
+
 /* ------------------------------------------------------------------ life */
 
 static void no_sleep(avr_t *avr, avr_cycle_count_t how_long) {
@@ -137,20 +165,71 @@ void board_reset(struct board *b, int flags) {
     b->avr->data[MCUSR] = (uint8_t)flags;
 }
 
+int board_boot(struct board *b, const char *hex) {
+    ihex_chunk_p chunks = NULL;
+    const int count = read_ihex_chunks(hex, &chunks);
+    avr_flashaddr_t first = b->avr->flashend;
+    for (int n = 0; n < count; n++) {
+        const ihex_chunk_t *const c = &chunks[n];
+        if (c->baseaddr + c->size > b->avr->flashend + 1u) {
+            fprintf(stderr, "%s ends beyond the flash\n", hex);
+            return 0;
+        }
+        memcpy(b->avr->flash + c->baseaddr, c->data, c->size);
+        first = c->baseaddr < first ? c->baseaddr : first;
+    }
+    if (count <= 0) {
+        fprintf(stderr, "%s holds no program\n", hex);
+        return 0;
+    }
+    free_ihex_chunks(chunks);
+    b->avr->reset_pc = b->avr->pc = first;
+    return 1;
+}
+
+void board_power(struct board *b, uint32_t seed) {
+    uint8_t *const data = b->avr->data;
+    for (int at = 0; at <= b->avr->ramend; at++) {
+        if (at < REGISTERS || at >= b->pins->ram_begin) {
+            seed = seed * 1664525u + 1013904223u;
+            data[at] = (uint8_t)(seed >> 24);
+        }
+    }
+    board_reset(b, POWER_ON);
+}
+
+void board_wander(struct board *b) {
+    b->avr->pc = 0;
+    b->avr->state = cpu_Running;
+}
+
+void board_leave_r2(struct board *b, int value) { b->avr->data[2] = (uint8_t)value; }
+
 /* Where the C library ends a program: interrupts off, and round and round. */
-int board_hang(struct board *b) {
+int board_hang(struct board *b, int interrupts) {
     enum { CLI = 0x94F8, LOOP = 0xCFFF };
     const uint8_t *const flash = b->avr->flash;
     for (avr_flashaddr_t at = 0; at + 4 <= b->avr->codeend; at += 2) {
         const int first = flash[at] | flash[at + 1] << 8, next = flash[at + 2] | flash[at + 3] << 8;
         if (first == CLI && next == LOOP) {
-            b->avr->pc = at;
-            b->avr->sreg[S_I] = 0;
+            while (interrupts && b->meter.depth > 0) { /* the main loop hangs, not an interrupt */
+                avr_run(b->avr);
+            }
+            b->went_on_at = b->avr->pc;
+            b->avr->pc = b->hangs_at = at + 2;
+            b->avr->sreg[S_I] = (uint8_t)interrupts;
             b->avr->state = cpu_Running;
             return 1;
         }
     }
     return 0;
+}
+
+void board_go_on(struct board *b) {
+    while (b->avr->pc != b->hangs_at) { /* not in an interrupt */
+        avr_run(b->avr);
+    }
+    b->avr->pc = b->went_on_at;
 }
 
 static void connect(struct board *b) {
@@ -166,6 +245,8 @@ static void connect(struct board *b) {
     watch(b, 3, b->pins->receive, BUSY_RECEIVE, TIMED_RECEIVE);
     watch(b, 4, b->pins->send, BUSY_SEND, -1);
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('C'), SCOPE), on_scope, b);
+    avr_irq_register_notify(
+        avr_get_interrupt_irq(avr, (uint8_t)b->pins->watchdog) + AVR_INT_IRQ_PENDING, on_watchdog, b);
 }
 
 struct board *board_new(const char *elf, const char *mcu, struct rig *rig) {

@@ -17,11 +17,27 @@ struct board *board_new(const char *elf, const char *mcu, struct rig *rig);
 int board_run(struct board *b, uint64_t cycle);
 uint64_t board_cycle(const struct board *b);
 
+/* Put that bootloader (Intel hex) into the flash; the processor begins there, as its fuse would let it.
+ * False, with a line on stderr, when it cannot be. Before the first cycle. */
+int board_boot(struct board *b, const char *hex);
+
 /* Restart the processor; `flags` is what MCUSR then says. */
 void board_reset(struct board *b, int flags);
 
-/* Let the firmware hang with interrupts off. False when it has no place to. */
-int board_hang(struct board *b);
+/* Take the power away and give it back: registers and RAM hold numbers by that seed. */
+void board_power(struct board *b, uint32_t seed);
+
+/* Go on at the program's first instruction without a reset, as a crashed program may. */
+void board_wander(struct board *b);
+
+/* What register r2 holds, which some bootloaders hand MCUSR on in. */
+void board_leave_r2(struct board *b, int value);
+
+/* Let the firmware hang, with interrupts off or on. False when it has no place to. */
+int board_hang(struct board *b, int interrupts);
+
+/* And go on where it was before. */
+void board_go_on(struct board *b);
 
 /* Bytes to the board; they arrive at the link's rate. */
 void board_hear(struct board *b, const uint8_t *bytes, size_t length);

@@ -62,6 +62,7 @@ class Setting:
     divider: int
     defines: str = ""  # further -D for the firmware
     compiler: str = "gcc"  # or clang, the second one
+    boot: str = ""  # a bootloader's hex file, which runs first
 
 
 def parse(url: str) -> Setting:
@@ -71,7 +72,7 @@ def parse(url: str) -> Setting:
     if board not in CHIPS:
         raise UsageError(f"{url}: write emu://uno?motor=… or emu://mega?motor=…")
     pairs = parse_qsl(parts.query, keep_blank_values=True)
-    own = {k: v for k, v in pairs if k in ("shunt", "divider", "defines", "compiler")}
+    own = {k: v for k, v in pairs if k in ("shunt", "divider", "defines", "compiler", "boot")}
     rest = [(k, v) for k, v in pairs if k not in own]
     if bad := sorted(FORBIDDEN & {k for k, _ in rest}):
         raise UsageError(f"{url}: {bad[0]} is the firmware's own here; see docs/emulated-rig.md")
@@ -92,7 +93,8 @@ def parse(url: str) -> Setting:
     compiler = own.get("compiler", "gcc")
     if compiler not in COMPILERS:
         raise UsageError(f"{url}: the firmware's compiler is {' or '.join(COMPILERS)}")
-    return Setting(board, options, shunt, divider, own.get("defines", ""), compiler)
+    defines, boot = own.get("defines", ""), own.get("boot", "")
+    return Setting(board, options, shunt, divider, defines, compiler, boot)
 
 
 # ---------------------------------------------------------------- building
@@ -204,7 +206,7 @@ class Emulator:
         emulator, elf = build(self.setting)
         pairs = (f"{name}={float(value)!r}" for name, value in parameters(self.setting).items())
         self._process = subprocess.Popen(
-            [emulator, elf, CHIPS[self.setting.board], *pairs],
+            [emulator, elf, CHIPS[self.setting.board], self.setting.boot, *pairs],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
         )
@@ -247,7 +249,11 @@ class Emulator:
             raise LinkError("emu://: the emulator died")
 
     def set(self, name: str, value: float) -> None:
-        """Change the rig now: supply, locked, encoder, chatter, complain, gain[1] …"""
+        """Change the rig now: supply, locked, encoder, chatter, complain, gain[1] …
+
+        Or what goes wrong in the processor: reset (to what MCUSR says), power (a seed of what
+        memory then holds), r2, hang and stall (with interrupts off and on), unstall, wander.
+        """
         text = f"{name}={value!r}".encode()
         self._ask(b"S" + struct.pack("<I", len(text)) + text)
 

@@ -10,9 +10,9 @@ enum { HEARD = 4096, SAID = 1 << 16 }; /* powers of two */
 enum { HOLD = 35, DELIVER = 208 };     /* cycles after a conversion's trigger */
 enum { BYTE = 176 };                   /* cycles between bytes given to the UART */
 enum { LOOK = 250 };                   /* cycles between looks at pins and encoder */
-enum { PORT_B = 0x25, DDR_B = 0x24, OCR0A = 0x47, ADMUX = 0x7C, TCCR1A = 0x80, TCCR1B = 0x81,
+enum { PORT_B = 0x25, DDR_B = 0x24, SLOT_NUMBER = 0x3E, OCR0A = 0x47, OCR0B = 0x48, ADMUX = 0x7C, TCCR1A = 0x80, TCCR1B = 0x81,
        TCNT1 = 0x84, ICR1 = 0x86, OCR1A = 0x88, OCR1B = 0x8A,
-       MCUSR = 0x54 }; /* data addresses, the same on both chips */
+       MCUSR = 0x54, WDTCSR = 0x60 }; /* data addresses, the same on both chips */
 enum { CLOCK_SELECT = 7, OUTPUT_A = 0xC0, PLAIN_A = 0x80, OUTPUT_B = 0x30, PLAIN_B = 0x20 };
 enum { VECTORS = 64 };
 enum { SCOPE = 4 };    /* bit of port C: high while a sample is dealt with */
@@ -25,6 +25,7 @@ struct pinout {
     int enable, encoder_a, encoder_b; /* bits of ports B and D */
     int slot_trigger, slot_interrupt; /* vectors of timer 0's compare matches A and B */
     int receive, send;                /* and of the USART */
+    int watchdog;                     /* and of the watchdog */
     int ram_begin;
 };
 
@@ -37,7 +38,9 @@ struct board {
     uint64_t period_start; /* of the PWM */
     int pwm_runs;
     long long count;  /* encoder count that the pins show */
+    avr_flashaddr_t hangs_at, went_on_at; /* where it was made to hang, and where it was before */
     int forced;       /* encoder pins, -1: the motor's */
+    int was_reset;    /* and its lines are not yet what they were */
     int complains;    /* the driver, by its fault output */
     int chatters;     /* level of a chattering A */
     avr_cycle_count_t chatter;
@@ -46,6 +49,7 @@ struct board {
     size_t heard_head, heard_tail, said_head, said_tail;
     int receiving;
     uint64_t trigger_at, sample_at; /* cycle of the latest of each */
+    uint64_t window_at;             /* and of a window's end: when its last slot was over */
     uint64_t pending_at[VECTORS];
     struct watched {
         struct board *board;

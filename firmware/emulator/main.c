@@ -1,7 +1,8 @@
 /* main.c: an emulated board for another process, by a small protocol on standard input and output.
  * Time moves only while a request asks for it, so equal requests give equal answers.
  *
- *     emulator ELF MCU CLOCK_HZ name=value ...     (names: rig parameters, see PARAMETERS)
+ *     emulator ELF MCU BOOT name=value ...     (BOOT: a bootloader's hex file, or "" for none;
+ *                                               names: rig parameters, see PARAMETERS)
  *
  *     R  f64 until (s)  u32 n  n bytes   hear the bytes, run until then  ->  f64 now, u32 n, n bytes
  *     S  u32 n  text "name=value"        change something now            ->  f64 now, u32 0
@@ -114,8 +115,18 @@ static int change(struct board *b, struct rig *rig, FILE *out) {
         board_force_encoder(b, (int)value);
     } else if (strcmp(text, "reset") == 0) {
         board_reset(b, (int)value);
+    } else if (strcmp(text, "power") == 0) {
+        board_power(b, (uint32_t)value);
+    } else if (strcmp(text, "wander") == 0) {
+        board_wander(b);
+    } else if (strcmp(text, "r2") == 0) {
+        board_leave_r2(b, (int)value);
     } else if (strcmp(text, "hang") == 0) {
-        return board_hang(b) && answer(out, b, "", 0);
+        return board_hang(b, 0) && answer(out, b, "", 0);
+    } else if (strcmp(text, "stall") == 0) {
+        return board_hang(b, 1) && answer(out, b, "", 0);
+    } else if (strcmp(text, "unstall") == 0) {
+        board_go_on(b);
     } else if (strcmp(text, "complain") == 0) {
         board_complain(b, (int)value);
     } else if (strcmp(text, "chatter") == 0) {
@@ -174,11 +185,11 @@ static void serve(struct board *b, struct rig *rig, FILE *out) {
 int main(int argc, char **argv) {
     static struct rig rig;
     struct rig_params par = {.seed = 1};
-    if (argc < 3) {
-        fprintf(stderr, "emulator ELF MCU name=value ...\n");
+    if (argc < 4) {
+        fprintf(stderr, "emulator ELF MCU BOOT name=value ...\n");
         return 2;
     }
-    for (int n = 3; n < argc; n++) {
+    for (int n = 4; n < argc; n++) {
         double value;
         if (!pair(argv[n], &value) || !set_parameter(&par, argv[n], value)) {
             fprintf(stderr, "nothing is called %s\n", argv[n]);
@@ -191,7 +202,7 @@ int main(int argc, char **argv) {
     }
     rig_init(&rig, &par, PWM_TICKS);
     struct board *const b = board_new(argv[1], argv[2], &rig);
-    if (!b) {
+    if (!b || (argv[3][0] && !board_boot(b, argv[3]))) {
         return 1;
     }
     serve(b, &rig, out);

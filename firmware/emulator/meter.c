@@ -6,7 +6,7 @@
 #include <string.h>
 
 static const char *const TIMED[TIMED_KINDS] = {"trigger", "slot",  "edge",  "receive",
-                                               "sample",  "start", "enable"};
+                                               "sample",  "start", "enable", "opened"};
 static const char *const BUSY[BUSY_KINDS] = {"main",    "slot", "sample", "edge",
                                              "receive", "send", "asleep"};
 

@@ -17,6 +17,7 @@ enum timed {
     TIMED_SAMPLE,   /* length of a sample's interrupt, by the scope pin, with what interrupts it */
     TIMED_START,    /* where in the window it starts: after the window's end */
     TIMED_ENABLE,   /* enable pin's edges after the PWM period began */
+    TIMED_OPENED,   /* enable pin's fall after the end of the latest window */
     TIMED_KINDS
 };
 

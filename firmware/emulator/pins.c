@@ -24,6 +24,9 @@ static void look_at_enable(struct board *b) {
         const int64_t early = after - b->rig->period;
         meter_note(&b->meter, TIMED_ENABLE, after < -early ? after : early);
     }
+    if (!driven && b->rig->enabled) {
+        meter_note(&b->meter, TIMED_OPENED, (int64_t)(b->avr->cycle - b->window_at));
+    }
     rig_enable(b->rig, b->avr->cycle, driven != 0);
 }
 
@@ -59,12 +62,16 @@ static void on_timer1(avr_irq_t *irq, uint32_t value, void *param) {
     }
 }
 
+static avr_irq_t *fault_line(struct board *b) {
+    return avr_io_getirq(b->avr, AVR_IOCTL_IOPORT_GETIRQ('B'), FAULT);
+}
+
 /* An open drain, and the firmware's pull-up, which libsimavr would let win. */
 static void show_complaint(struct board *b) {
     avr_ioport_external_t line = {.name = 'B', .mask = 1u << FAULT, .value = 0};
     line.value = b->complains ? 0 : line.mask;
     avr_ioctl(b->avr, AVR_IOCTL_IOPORT_SET_EXTERNAL('B'), &line);
-    avr_raise_irq(avr_io_getirq(b->avr, AVR_IOCTL_IOPORT_GETIRQ('B'), FAULT), !b->complains);
+    avr_raise_irq(fault_line(b), !b->complains);
 }
 
 void board_complain(struct board *b, int complains) {
@@ -157,6 +164,11 @@ static avr_cycle_count_t on_look(avr_t *avr, avr_cycle_count_t when, void *param
     if (!b->pwm_runs) {
         look_at_enable(b);
     }
+    if (b->was_reset) { /* libsimavr forgot the pin's level, and takes note of none that it had before */
+        b->was_reset = 0;
+        avr_raise_irq(fault_line(b), (uint32_t)b->complains);
+        show_complaint(b);
+    }
     if (avr_cycle_timer_status(avr, on_edge, b) == 0) {
         if (rig_count(b->rig) != b->count) {
             on_edge(avr, when, b);
@@ -194,8 +206,8 @@ void board_chatter(struct board *b, double edges_per_second) {
 
 void pins_reset(struct board *b) {
     b->pwm_runs = 0;
+    b->was_reset = 1;
     look_at_enable(b); /* all pins are inputs */
-    show_complaint(b);
     rig_period(b->rig, b->avr->cycle, 0, 0);
     avr_cycle_timer_register(b->avr, LOOK, on_look, b);
 }

@@ -12,7 +12,7 @@
 enum { FAKE_FAST = 4 };
 
 struct fake {
-    enum { OPEN, BRAKE, DRIVE } bridge;
+    enum { OPEN, COAST, BRAKE, DRIVE } bridge; /* COAST: off from the tick on */
     int16_t level;
     uint8_t decay;
     uint32_t period;

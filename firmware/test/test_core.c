@@ -296,7 +296,64 @@ static void a_fast_burst_is_kept_and_sent(void) {
     CHECK(next == FAKE_FAST - 1 + PERIODS * FAKE_FAST);
 }
 
+/* ------------------------------------------------------------------ at once, or at the tick */
+
+static void coast(void) { fake.bridge = COAST; }
+
+static void only_steps_wait_for_their_tick(void) {
+    SURE(load(4));
+    port.bridge_coast = coast;
+    CHECK(fake_add_step(1, WIRE_STEP_KIND_COAST, 0, 4) == WIRE_STATUS_OK);
+    CHECK(fake_run() == WIRE_STATUS_OK);
+    fake_samples(5);
+    CHECK(fake.bridge == COAST); /* the second step */
+    fake.bridge = DRIVE;
+    fake_samples(4);
+    CHECK(fake.bridge == COAST && core_state() == WIRE_STATE_LOADED); /* the program's end */
+    SURE(begin(1000));
+    port.bridge_coast = coast;
+    fake.now.raw[0] = 4095;
+    fake_sample();
+    CHECK(fake.bridge == OPEN && core.fault == WIRE_FAULT_OVER_CURRENT);
+    SURE(begin(1000));
+    port.bridge_coast = coast;
+    CHECK(fake_ask(WIRE_STOP_CODE, NULL, 0, NULL) == WIRE_STATUS_OK);
+    CHECK(fake.bridge == OPEN);
+}
+
+static void what_is_seen_between_samples_opens_the_bridge_and_trips_at_the_next(void) {
+    SURE(begin(1000));
+    core_watch(2048, 2400);
+    CHECK(fake.bridge == DRIVE);
+    core_watch(4095, 2400);
+    CHECK(fake.bridge == OPEN && core_state() == WIRE_STATE_RUNNING);
+    core_watch(2048, 0); /* the first counts */
+    fake_sample();       /* which itself shows nothing */
+    CHECK(fake.bridge == OPEN && core_state() == WIRE_STATE_FAULTED);
+    CHECK(core.fault == WIRE_FAULT_OVER_CURRENT && core.run.trip.value == 4095);
+    CHECK(core.run.end_tick == core.tick);
+}
+
+static void a_stop_does_not_undo_what_was_seen_between_samples(void) {
+    SURE(begin(1000));
+    core_watch(2048, 0);
+    CHECK(fake_ask(WIRE_STOP_CODE, NULL, 0, NULL) == WIRE_STATUS_OK);
+    CHECK(core_state() == WIRE_STATE_FAULTED && core.fault == WIRE_FAULT_SUPPLY_LOW);
+    CHECK(core.run.reason == WIRE_END_REASON_FAULT);
+}
+
+static void nothing_is_watched_while_nothing_runs(void) {
+    SURE(load(1000));
+    fake.bridge = DRIVE;
+    core_watch(4095, 0);
+    CHECK(fake.bridge == DRIVE && core_state() == WIRE_STATE_LOADED);
+}
+
 const struct test core_tests[] = {
+    TEST(only_steps_wait_for_their_tick),
+    TEST(what_is_seen_between_samples_opens_the_bridge_and_trips_at_the_next),
+    TEST(a_stop_does_not_undo_what_was_seen_between_samples),
+    TEST(nothing_is_watched_while_nothing_runs),
     TEST(a_fast_burst_is_kept_and_sent),
     TEST(power_on_opens_the_bridge_and_says_hello),
     TEST(a_watchdog_reset_is_latched),

@@ -19,6 +19,7 @@ FIRMWARE = (1, 0, 0)
 CHANNELS = len(Channel)
 MAX_HOST_SILENCE_MS = 5000
 MAX_VOLTS_MV = 1_000_000
+LAST_INDEX = 255  # of a byte; a program has at most 255 steps, 0 to 254
 FULL_DUTY = 1_000_000
 I16_MIN, I16_MAX = -32_768, 32_767
 DRIVES = (StepKind.DRIVE_DUTY, StepKind.DRIVE_VOLTS)
@@ -183,7 +184,7 @@ def check_config(board: Board, config: Fields) -> Status:
 
 def check_step(board: Board, step: Fields) -> Status:
     """OK, or why this step is refused."""
-    if step["index"] != len(board.steps):
+    if step["index"] != len(board.steps) or step["index"] == LAST_INDEX:
         return Status.BAD_VALUE
     if len(board.steps) >= board.options.max_steps:
         return Status.PROGRAM_FULL

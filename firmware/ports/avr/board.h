@@ -6,11 +6,11 @@
 
 /* ---- bridge.c */
 void bridge_begin(void);
+/* Off at this instant, whatever is going on; from any context. */
 void bridge_open(void);
+void bridge_coast(void);
 void bridge_brake(void);
 void bridge_drive(int16_t level, uint8_t decay);
-/* Off at this instant, whatever is going on; from any context. */
-void bridge_cut(void);
 /* The driver has reported a fault since the last window; the bridge is off since then. Once a window. */
 bool bridge_complains(void);
 
@@ -34,6 +34,12 @@ bool link_read(uint8_t *byte);
 uint16_t link_write(const uint8_t *bytes, uint16_t length);
 
 /* ---- reset.c */
+/* First of all. */
+void reset_begin(void);
+/* A program runs, or none; once a window. */
+void reset_note(bool runs);
+/* Instead of watchdog_calm(). */
+void reset_feed_watchdog(void);
 uint8_t reset_cause(void);
 uint32_t reset_boot_id(void);
 

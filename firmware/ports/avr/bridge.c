@@ -55,7 +55,7 @@ static void keep(struct levels levels, uint8_t connected, uint8_t enable) {
     }
 }
 
-void bridge_cut(void) {
+void bridge_open(void) {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
         BRIDGE_PORT &= (uint8_t)~_BV(ENABLE_BIT);
         TCCR1A = MODE;
@@ -74,7 +74,7 @@ static bool is_complaining(void) {
 
 ISR(PCINT0_vect) {
     if (is_complaining()) {
-        bridge_cut();
+        bridge_open();
         complained = true;
         PCMSK0 = 0;
     }
@@ -91,14 +91,7 @@ bool bridge_complains(void) {
 
 /* ------------------------------------------------------------------ what the core asks for */
 
-/* From core_sample(), with interrupts on, it acts at the tick; else at once. */
-void bridge_open(void) {
-    if (SREG & _BV(SREG_I)) {
-        keep((struct levels){0, 0}, 0, 0);
-    } else {
-        bridge_cut();
-    }
-}
+void bridge_coast(void) { keep((struct levels){0, 0}, 0, 0); }
 
 void bridge_brake(void) { keep((struct levels){0, 0}, 0, 1); }
 

@@ -36,6 +36,7 @@
 #define LINK_RX_vect USART_RX_vect
 #define LINK_UDRE_vect USART_UDRE_vect
 #define ADC_ACCURACY_LSB 4.5f /* data sheet, 1 MHz conversion clock: all errors together */
+#define JTAG_RESET_FLAG 0
 #elif defined(__AVR_ATmega2560__)
 #define BOARD_NAME "motorid-mega"
 #define LEVEL_A_BIT 5
@@ -45,6 +46,7 @@
 #define ENCODER_B_BIT 1
 #define LINK_RX_vect USART0_RX_vect
 #define LINK_UDRE_vect USART0_UDRE_vect
+#define JTAG_RESET_FLAG (1 << JTRF)
 #define ADC_ACCURACY_LSB 4.5f /* not given beyond 1 MHz by its data sheet: the Uno's */
 #else
 #error "chip.h knows the ATmega328P (Uno) and the ATmega2560 (Mega)"
@@ -54,6 +56,10 @@
 #define SLOT_REGISTER GPIOR0    /* the conversion that the next slot interrupt reads, 0 to 31 */
 #define EDGES_REGISTER GPIOR1   /* encoder edges that are still allowed */
 #define COUNT_REGISTER GPIOR2   /* encoder count, modulo 256 */
+
+#define WITHOUT_RESET 0x80 /* beside the bits of MCUSR: the program went astray, and began again */
+
+#define RING 64 /* bytes of the link, each way: a power of two; more than any command */
 
 #define ENCODER_INTERRUPTS ((1 << INT0) | (1 << INT1))
 

@@ -4,13 +4,15 @@
 #include "board.h"
 #include "chip.h"
 
-#define RING 64u /* a power of two; more than any command */
 #define AT(n) ((uint8_t)((n) & (RING - 1u)))
 
-static struct {
+struct ring {
     volatile uint8_t head, tail;
     uint8_t bytes[RING];
-} heard, said;
+};
+
+extern struct ring heard; /* filled by slots.S */
+static struct ring said;
 
 _Static_assert(F_CPU == 8ul * 2ul * WIRE_BAUD, "U2X with UBRR 1 is exactly the link's rate");
 
@@ -20,16 +22,6 @@ void link_begin(void) {
     UBRR0L = 1;
     UCSR0C = _BV(UCSZ01) | _BV(UCSZ00);
     UCSR0B = _BV(RXEN0) | _BV(TXEN0) | _BV(RXCIE0);
-}
-
-/* What finds no room is lost, and the frame's CRC tells. */
-ISR(LINK_RX_vect) {
-    const uint8_t byte = UDR0;
-    const uint8_t head = heard.head;
-    if ((uint8_t)(head - heard.tail) < RING) {
-        heard.bytes[AT(head)] = byte;
-        heard.head = (uint8_t)(head + 1u);
-    }
 }
 
 ISR(LINK_UDRE_vect) {

@@ -40,8 +40,10 @@ const struct port port = {
     .burst_keep = sampling_burst_keep,
     .burst_reading = sampling_burst_reading,
     .bridge_open = bridge_open,
+    .bridge_coast = bridge_coast,
     .bridge_brake = bridge_brake,
     .bridge_drive = bridge_drive,
+    .watches = true,
     .set_sample_period = sampling_set_period,
     .read = link_read,
     .write = link_write,
@@ -61,6 +63,7 @@ static void sleep_until_news(void) {
 }
 
 int main(void) {
+    reset_begin();
     bridge_begin();
     link_begin();
     core_init();
@@ -74,7 +77,7 @@ int main(void) {
         }
         if (sampling_has_news()) { /* not what a host sends keeps the watchdog quiet, but samples */
             sampling_forget_news();
-            watchdog_calm();
+            reset_feed_watchdog();
         }
     }
 }

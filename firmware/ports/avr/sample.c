@@ -83,7 +83,9 @@ static bool watch_encoder(void) {
 
 /* ------------------------------------------------------------------ samples */
 
-static const volatile uint16_t *complete(void) { return conversions + SLOTS * now.window; }
+static const volatile uint16_t *complete(void) {
+    return now.window == 0 ? conversions : conversions + SLOTS;
+}
 
 static uint8_t count_after(uint8_t group) {
     const uint8_t next = (uint8_t)(GROUPS * now.window + group + 1);
@@ -96,20 +98,26 @@ static int16_t volts_of(uint16_t eight_active, uint16_t eight_others, bool swapp
     return swapped ? (int16_t)-volts : volts;
 }
 
-/* The window that is complete: means of eight conversions, four, two and two. */
-static void take(struct reading *reading) {
-    now.window = SLOT_REGISTER < SLOTS ? 1 : 0;
+/* Of the window that is complete what has limits: means of four conversions and of two. */
+struct limited {
+    int16_t current, supply;
+};
+
+/* A function of its own: among the rest, the compiler would step its pointer back and forth. */
+__attribute__((noinline)) static struct limited take_limited(const volatile uint16_t *c) {
+    return (struct limited){(int16_t)(c[1] + c[5] + c[9] + c[13]), (int16_t)(2u * (c[7] + c[15]))};
+}
+
+/* And the rest: means of eight conversions and of two, and the count. */
+static void take_rest(const volatile uint16_t *c, struct reading *reading) {
     now.swapped = now.next_swapped;
     now.next_swapped = terminals_swapped;
-    const volatile uint16_t *const c = complete();
     const uint16_t active = c[0] + c[2] + c[4] + c[6] + c[8] + c[10] + c[12] + c[14];
     const uint16_t others = (uint16_t)(4u * (c[3] + c[11]));
     const uint8_t count = count_after(GROUPS - 1);
     now.position += (uint32_t)(int32_t)(int8_t)(uint8_t)(count - now.count);
     now.count = count;
-    reading->raw[WIRE_CHANNEL_CURRENT] = (int16_t)(c[1] + c[5] + c[9] + c[13]);
     reading->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = volts_of(active, others, now.swapped != 0);
-    reading->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = (int16_t)(2u * (c[7] + c[15]));
     reading->position = now.position;
 }
 
@@ -158,7 +166,7 @@ void sampling_burst_reading(const uint8_t *bytes, uint8_t n, struct reading *out
 /* Nothing that core_sample() now decides would act in time, and the ticks no longer hold. */
 static void overrun(void) {
     now.overran = true;
-    bridge_cut();
+    bridge_open();
 }
 
 /* Edges in close succession keep slots from their interrupts, whatever their mean rate is. */
@@ -168,21 +176,22 @@ static bool lost_slots(void) {
 
 /* False when edges came too many or too close: slots and PWM may be out of step. */
 static bool deal_with(const struct reading *reading) {
-    const bool storm = watch_encoder();
-    if (bridge_complains()) {
-        core_trip(WIRE_FAULT_DRIVER, 0);
+    const bool astray = watch_encoder() || lost_slots();
+    if (astray) {
+        bridge_open();
     }
     now.left -= WINDOW_TICKS;
     if (now.left == 0) {
         now.left = now.period;
         core_sample(reading);
     }
-    if (!storm && !lost_slots()) {
-        return true;
+    if (bridge_complains()) {
+        core_trip(WIRE_FAULT_DRIVER, 0);
     }
-    core_trip(WIRE_FAULT_ENCODER_EDGES, (int32_t)ENCODER_EDGE_CEILING);
-    bridge_cut();
-    return false;
+    if (astray) {
+        core_trip(WIRE_FAULT_ENCODER_EDGES, (int32_t)ENCODER_EDGE_CEILING);
+    }
+    return !astray;
 }
 
 /* Entered from slots.S as an interrupt: a window is complete, and the link held: its interrupt might
@@ -204,9 +213,15 @@ void __vector_window(void) {
     SCOPE_PORT |= _BV(SCOPE_BIT);
     now.sampling = true;
     now.news = true;
-    take(&reading);
+    now.window = SLOT_REGISTER < SLOTS ? 1 : 0;
+    const struct limited limited = take_limited(complete());
+    core_watch(limited.current, limited.supply);
+    reading.raw[WIRE_CHANNEL_CURRENT] = limited.current;
+    reading.raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = limited.supply;
+    take_rest(complete(), &reading);
     const bool in_step = now.starting || deal_with(&reading);
     now.starting = false;
+    reset_note(core_state() == WIRE_STATE_RUNNING);
     cli();
     link_release();
     SCOPE_PORT &= (uint8_t)~_BV(SCOPE_BIT);
@@ -216,7 +231,7 @@ void __vector_window(void) {
     if (late && EDGES_REGISTER > 0) {
         overrun();
     } else if (late || !in_step) { /* late by a storm, which the next window sees and trips */
-        bridge_cut();
+        bridge_open();
         timers_begin();
     }
     sei(); /* what follows, mostly registers restored, need not keep a slot waiting */

@@ -1,5 +1,5 @@
-/* slots.S: the interrupts that come often, in few cycles: the slot's, 64,000 a second, and the
- * encoder's edges.
+/* slots.S: the interrupts that come often, in few cycles: the slot's, 64,000 a second, the encoder's
+ * edges, and the receiver's, which a command brings every 160 cycles.
  */
 #define __SFR_OFFSET 0
 #include "chip.h"
@@ -14,6 +14,8 @@ counts: .skip 2 * GROUPS        ; COUNT_REGISTER after every fourth of them; see
 terminals_swapped: .skip 1      ; 2 when terminal B is the active one, else 0
 .global window_phase
 window_phase: .skip 2           ; TCNT1 at the window's end
+.global heard
+heard:  .skip 2 + RING          ; what the link received: head, tail and bytes, as link.c has them
 
 /* For each conversion of a window: the input of the one after the next. */
 #define A 0
@@ -185,3 +187,33 @@ INT0_vect:
 .global INT1_vect
 INT1_vect:
         edge inc, dec
+
+/* ---------------------------------------------------------------- a byte from the link
+ * What finds no room is lost, and the frame's CRC tells. */
+.global LINK_RX_vect
+LINK_RX_vect:
+        push r24
+        in   r24, SREG
+        push r24
+        push r30
+        push r31
+        lds  r24, UDR0
+        lds  r30, heard         ; head
+        lds  r31, heard + 1     ; tail
+        sub  r31, r30
+        cpi  r31, lo8(-RING)
+        breq 1f
+        mov  r31, r30
+        inc  r31
+        sts  heard, r31
+        andi r30, RING - 1
+        ldi  r31, 0
+        subi r30, lo8(-(heard + 2))
+        sbci r31, hi8(-(heard + 2))
+        st   Z, r24
+1:      pop  r31
+        pop  r30
+        pop  r24
+        out  SREG, r24
+        pop  r24
+        reti

@@ -1,21 +1,26 @@
 /* start.S: what must happen before memory is cleared and main() begins. Reached from the reset vector,
- * with interrupts off and r1 zero.
+ * with r1 zero; a crashed program may come here too, with interrupts on and the bridge closed.
  *
- * Why the board started: Optiboot clears MCUSR and leaves what it held in r2. The watchdog stays on
- * after it has bitten, at its shortest time, so it is turned off at once; main turns it on again. */
+ * What the last life left is gathered here, for reset.c. The watchdog stays on after it has bitten, at
+ * its shortest time, so it is turned off at once; main turns it on again.
+ */
 #define __SFR_OFFSET 0
 #include "chip.h"
 
 .section .noinit, "aw", @nobits
 .global reset_flags
-reset_flags: .skip 1
+reset_flags: .skip 1            ; MCUSR as it was, with one more bit, of chip.h
+.global life
+life:   .skip 6                 ; see reset.c
 
 .section .init3, "ax", @progbits
+        cli
+        cbi  BRIDGE_PORT, ENABLE_BIT
         in   r24, MCUSR
-        tst  r24
-        brne 1f
-        mov  r24, r2
-1:      sts  reset_flags, r24
+        lds  r25, TIMSK0        ; a reset clears it, and no bootloader sets it
+        cpse r25, r1
+        ori  r24, WITHOUT_RESET
+        sts  reset_flags, r24
         out  MCUSR, r1
         wdr
         ldi  r24, (1 << WDCE) | (1 << WDE)
