@@ -25,6 +25,7 @@ from motorid.estimate.uncertainty.covariance import covariance_of
 Floats = NDArray[np.float64]
 
 MOST_PASSES = 24  # of fit and source in turn
+BARE_PASSES = 3  # the same without unknowns of what brushes take: of a model that has them itself
 LOST_PASSES = 7  # the same where L has vanished: no pass finds it again
 ROUGH_PASSES = 2  # from a start
 LATEST = 6  # passes after which all is decided
@@ -88,24 +89,25 @@ def in_turn(
     decided = all(record.driving.decided for record in records)
     mixers = [Mixer() for _ in records]
     change, left, calm = None, np.inf, 0
-    for n in range(1, MOST_PASSES):
+    bare = any(record.loss is None for record in records)
+    for n in range(1, BARE_PASSES if bare else MOST_PASSES):
         lost = vanished(solution, records)
         if lost and n >= LOST_PASSES:
             break
         for record, own, mixer in zip(records, solution.own, mixers, strict=True):
             record.retake_sources(solution.values, own, mixer if decided else None)
-        enough = ROUGH if lost or (n <= ROUGH_PASSES and not decided) else CLOSE
+        enough = ROUGH if bare or lost or (n <= ROUGH_PASSES and not decided) else CLOSE
         found = again(records, free, start, solution, enough, held_h)
         last, change = change, Change.of(solution, found)
         solution, left = found, change.left(last)
         calm = calm + 1 if decided and left < SETTLED else 0
         if calm == CALM:
             break
-        decided = decided or left < DECIDED or n >= LATEST
+        decided = decided or (not bare and (left < DECIDED or n >= LATEST))
         for record in records:
             record.decide(decided)
     unsettled = None
-    if change is not None and left > SAID:
+    if change is not None and left > SAID and not bare:
         unsettled = change.shift * (left / change.size)
     for record in records:
         record.unsettled = unsettled
