@@ -1,4 +1,4 @@
-"""Compiles the plant and its sensors into ``motorid.sim._plant``; their headers are the interface."""
+"""Compiles the plant and its sensors into ``motorid.sim._plant``; HEADERS are the interface."""
 
 from __future__ import annotations
 

@@ -43,9 +43,9 @@ def test_a_declared_filter_leaves_the_inductance(
 ) -> None:
     """700 µs are ten times L/R. The noise is the same with every filter."""
     estimate = fitted(tmp_path, f"&current_filter={tau_s}")
-    L, u = known(estimate.parameters["L"])
-    assert L == pytest.approx(unfiltered, abs=u)
-    assert u < 0.02 * L
+    inductance, u = known(estimate.parameters["L"])
+    assert inductance == pytest.approx(unfiltered, abs=u)
+    assert u < 0.02 * inductance
     size, size_u = known(estimate.nuisance[CURRENT_FILTER.name])
     assert abs(size) < 2 * size_u
     assert size_u < 0.3 * TOLERANCE * tau_s  # the readings tell it better than its parts do
@@ -54,16 +54,16 @@ def test_a_declared_filter_leaves_the_inductance(
 @pytest.mark.parametrize("tau_s", [30e-6, 700e-6])
 def test_an_instant_amid_filtered_ripple(tau_s: float, tmp_path: Path) -> None:
     estimate, true = captured(tmp_path, f"{AMID_RIPPLE}&current_filter={tau_s}")
-    L, u = known(estimate.parameters["L"])
-    assert L == pytest.approx(true["L"], abs=2 * u)
-    assert u < 0.02 * L
+    inductance, u = known(estimate.parameters["L"])
+    assert inductance == pytest.approx(true["L"], abs=2 * u)
+    assert u < 0.02 * inductance
 
 
 def test_a_filter_off_by_its_tolerance_is_found(unfiltered: float, tmp_path: Path) -> None:
     """Declared as 90 µs, and truly 100 µs."""
     estimate = fitted(tmp_path, f"&current_filter=90e-6&filter_error={1 / 9}")
-    L, u = known(estimate.parameters["L"])
-    assert L == pytest.approx(unfiltered, abs=2 * u)
+    inductance, u = known(estimate.parameters["L"])
+    assert inductance == pytest.approx(unfiltered, abs=2 * u)
     size, size_u = known(estimate.nuisance[CURRENT_FILTER.name])
     assert size == pytest.approx(10e-6, abs=2 * size_u)
     assert size_u < 2e-6
@@ -72,8 +72,8 @@ def test_a_filter_off_by_its_tolerance_is_found(unfiltered: float, tmp_path: Pat
 @pytest.mark.parametrize("tau_s", [30e-6, 100e-6])
 def test_a_filter_that_nobody_declared_is_named(tau_s: float, tmp_path: Path) -> None:
     estimate, true = captured(tmp_path, f"&hidden_filter={tau_s}")
-    L, u = known(estimate.parameters["L"])
-    assert L - true["L"] > 20 * u
+    inductance, u = known(estimate.parameters["L"])
+    assert inductance - true["L"] > 20 * u
     (suspect,) = (s for s in estimate.suspects if s.strength == "named")
     assert suspect.code == "current_filtered"
     said = re.search(r"low-pass of (\d+) µs", suspect.evidence)
@@ -86,6 +86,6 @@ def test_a_slow_sampler_finds_the_filter_and_then_the_ripple_that_tells_the_indu
 ) -> None:
     """At 1 kHz readings hardly tell L, but do tell the filter."""
     estimate, true = captured(tmp_path, "&current_filter=2e-3", sampling=Sampling(1000.0, CHANNELS))
-    L, u = known(estimate.parameters["L"])
-    assert L == pytest.approx(true["L"], abs=3 * u)
+    inductance, u = known(estimate.parameters["L"])
+    assert inductance == pytest.approx(true["L"], abs=3 * u)
     assert CURRENT_FILTER.name in estimate.nuisance

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from motorid.sim._plant import ffi, lib
 
-from motorid.sim import truth
-from motorid.sim.bench import Bench
+from motorid.sim import identity, truth
+from motorid.sim.bench import Bench, Guard
+from motorid.sim.board import Board
 from motorid.sim.chain import draw_chain
 from motorid.sim.options import parse_url
-from motorid.wire.enums import Decay, StepKind
+from motorid.wire.enums import Decay, Fault, Mode, StepKind
 
 EXACT = "noise=0&gain_error=0&voltage_gain_error=0&offset_error=0&clock_ppm=0&bits=15"
 MICRO = 1e-6
@@ -117,3 +118,35 @@ def test_the_current_is_read_through_its_filters(query: str, taus: tuple[float, 
     assert np.abs(plain[:, 0] - mean[:, 0]).max() > 20
     assert bench.plant.current == readings(query)[1].plant.current  # nothing acts back
     assert (plain[:, 1:] == mean[:, 1:]).all()
+
+
+def test_the_board_declares_what_it_knows_of_its_filters() -> None:
+    """The delay counts the filter, in a fast burst too; the board knows of no hidden one."""
+    query = "current_filter=30e-6&filter_error=0.2&hidden_filter=7e-6&voltage_filter=58e-6"
+    url = f"sim://?{query}&delay=5e-6&aperture=50e-6&voltage_aperture=50e-6"
+    board = Board(parse_url(url), lambda _: None)
+    for mode, delay_ns in ((Mode.STREAM, 35_000), (Mode.BURST, 30_000)):
+        current = identity.describe(board, 0, mode)
+        assert (current["filter_ns"], current["delay_ns"]) == (30_000, delay_ns)
+        for index in (1, 2):
+            voltage = identity.describe(board, index, mode)
+            assert (voltage["filter_ns"], voltage["delay_ns"]) == (58_000, 58_000)
+    assert truth(url)["chain"]["current"]["filter_s"] == pytest.approx((36e-6, 7e-6))
+
+
+def test_a_limit_is_compared_with_what_the_filter_shows() -> None:
+    """The same stroke of current trips later behind a filter, and at a reading above the limit."""
+
+    def taken(query: str) -> tuple[int, int]:
+        options = parse_url(f"sim://?{EXACT}&{query}")
+        bench = Bench(options, draw_chain(options))
+        bench.set_period(1600)
+        bench.arm(Guard(1.0, 1e9, -1.0, 1e3))
+        bench.command(StepKind.DRIVE_DUTY, 1.0, Decay.SYNCHRONOUS_SLOW)
+        bench.stall()
+        return len(bench.run(200)[0]), bench.trip[0]
+
+    plain, filtered = taken(""), taken("current_filter=1e-3")
+    assert plain[1] == filtered[1] == Fault.OVER_CURRENT
+    # of 2.7 A at the end, 1 A shows after 0.46 time constants
+    assert 3 < filtered[0] - plain[0] < 6
