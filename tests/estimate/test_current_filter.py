@@ -48,7 +48,7 @@ def test_a_declared_filter_leaves_the_inductance(
     assert u < 0.02 * inductance
     size, size_u = known(estimate.nuisance[CURRENT_FILTER.name])
     assert abs(size) < 2 * size_u
-    assert size_u < 0.3 * TOLERANCE * tau_s  # the readings tell it better than its parts do
+    assert size_u < 0.5 * TOLERANCE * tau_s  # the readings tell it better than its parts do
 
 
 @pytest.mark.parametrize("tau_s", [30e-6, 700e-6])
