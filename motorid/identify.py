@@ -29,11 +29,14 @@ def fit(
     (``search.fit``). Raises UsageError on an unknown name, method or model, DataError where the
     captures hold too little.
     """
+    from motorid.capture.plausible import insist
     from motorid.errors import DataError
     from motorid.estimate.uncertainty.reference_temperature import with_reference
 
     if not captures:
         raise DataError("there is no capture to fit: name at least one file")
+    for capture in captures:
+        insist(capture)
     return with_reference(_fit(captures, fix, without, method, search), captures)
 
 
