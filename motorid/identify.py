@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from motorid.capture.model import Capture
-    from motorid.estimate.results.estimate import Estimate
+    from motorid.estimate.results.estimate import Diagnostic, Estimate
 
 OPTIONAL = ("L", "B", "T0")  # what ``without`` may take out of the model
 
@@ -37,7 +38,17 @@ def fit(
         raise DataError("there is no capture to fit: name at least one file")
     for capture in captures:
         insist(capture)
-    return with_reference(_fit(captures, fix, without, method, search), captures)
+    estimate = with_reference(_fit(captures, fix, without, method, search), captures)
+    return replace(estimate, diagnostics=(*estimate.diagnostics, *_unread(captures)))
+
+
+def _unread(captures: Sequence[Capture]) -> Iterator[Diagnostic]:
+    """What of a rig's facts could not be read, each once."""
+    from motorid.estimate.results.estimate import Diagnostic
+
+    for said in dict.fromkeys(c.stated.unread for c in captures if c.stated.unread):
+        text = f"{said}: the fit goes without it; name the rig again by --rig"
+        yield Diagnostic("rig_unread", "warning", text)
 
 
 def _fit(

@@ -253,9 +253,7 @@ def drawn(rng: random.Random) -> str:
     """A line: one damage mostly, at times three."""
     name = rng.choice(BASES)
     names = list(base(name).channels)
-    return " | ".join(
-        [name, *(_damage(rng, names) for _ in range(rng.choice((1, 1, 1, 2, 2, 3))))]
-    )
+    return " | ".join([name, *(_damage(rng, names) for _ in range(rng.choice((1, 1, 1, 2, 2, 3))))])
 
 
 def _damage(rng: random.Random, channels: list[str]) -> str:
@@ -295,5 +293,3 @@ def _damage(rng: random.Random, channels: list[str]) -> str:
         f"every {of('2', '10', '30')}",
         "static",
     )
-
-
