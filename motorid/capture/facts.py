@@ -49,8 +49,10 @@ def _numbers(
         return
     for name in names:
         value = table.get(name)
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if number and math.isfinite(value):
-            yield name, float(value)
+        number = math.nan
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            number = float(value)
+        if math.isfinite(number):
+            yield name, number
         elif value is not None:
             wrong.append(f"{section}.{name}")

@@ -45,10 +45,15 @@ def test_a_broken_promise_is_seen() -> None:
     good = fit([base("steps")])
     resistance = replace(good.parameters["R"], value=float("nan"))
     bad = replace(good, parameters={**good.parameters, "R": resistance})
-    with mock.patch("tests.fuzz.fit_checks.fit", lambda captures, model: bad):
-        pytest.raises((AssertionError, ValueError), check, "steps")
-    with mock.patch.object(identify, "_fit", lambda *a: np.float64(1e300) ** 2):
-        pytest.raises(RuntimeWarning, check, "steps")
+    broken = pytest.raises((AssertionError, ValueError))
+    with mock.patch("tests.fuzz.fit_checks.fit", return_value=bad), broken:
+        check("steps")
+
+    def overflows(*_: object) -> np.float64:
+        return np.float64(1e300) ** 2
+
+    with mock.patch.object(identify, "_fit", overflows), pytest.raises(RuntimeWarning):
+        check("steps")
 
 
 def test_a_log_in_close_pairs_costs_no_grid_of_its_closest() -> None:
