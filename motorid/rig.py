@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from motorid.capture.model import Wiring
+from motorid.capture.model import Stated, Wiring
 from motorid.errors import RigError
 from motorid.program import Program, StepKind, climbs
 
@@ -89,6 +89,12 @@ class Rig:
     calibration_max_age_days: float = 365.0
     calibrated: CalibrationFile | None = None  # the file that is applied in the above
     text: str = ""
+
+    @property
+    def stated(self) -> Stated:
+        """What the file states of the motor, as a capture carries it."""
+        plate = {n: float(v) for n, v in vars(self.nameplate).items() if v is not None}
+        return Stated(plate, {name: float(value) for name, value in self.thermal.items()})
 
 
 def load_rig(name_or_path: str) -> Rig:

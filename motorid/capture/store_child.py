@@ -11,6 +11,7 @@ import numpy as np
 
 from motorid import json_text
 from motorid.capture.child import serve
+from motorid.capture.facts import of_provenance
 from motorid.capture.model import Capture, Channel, Gap, Phase, Wiring
 from motorid.capture.store import CHANNEL_FIELDS, WIRING_FIELDS
 from motorid.program import Program
@@ -69,6 +70,7 @@ def unpack(arrays: Any) -> Capture:
         program=None if program is None else Program.from_dict(program),
         phases=tuple(Phase(*phase) for phase in facts["phases"]),
         gaps=tuple(Gap(*gap) for gap in facts["gaps"]),
+        stated=of_provenance(facts["provenance"]),
         provenance=facts["provenance"],
         **{name: facts[name] for name in PLAIN},
     )

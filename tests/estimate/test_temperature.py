@@ -15,8 +15,10 @@ import motorid
 from bench.coverage.runs import Thermometer
 from motorid.acquire.record import capture_over
 from motorid.capture import store
-from motorid.capture.model import CURRENT, VOLTAGE, Capture, Channel
+from motorid.capture.facts import of_provenance
+from motorid.capture.model import CURRENT, VOLTAGE, Capture, Channel, Stated
 from motorid.capture.table import read_table
+from motorid.errors import DataError
 from motorid.estimate.effects import winding_temperature
 from motorid.estimate.effects.winding_temperature import Coefficients, self_heating
 from motorid.estimate.results.estimate import Estimate, Parameter, Rise
@@ -26,7 +28,7 @@ from motorid.rig import Rig
 from motorid.rig_file import parse
 from motorid.sim.options import parse_url
 from motorid.sim.port import SimPort
-from tests.exact_capture import FAULHABER, clean_capture, noisy
+from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 
 HOT = "sim://?motor=faulhaber-2338s006s&load_inertia=2e-5&ambient=31&speed=max&seed=4"
 RIG = """name = "warm"
@@ -221,10 +223,29 @@ def test_a_thermometers_column_is_the_ambient(tmp_path: Path) -> None:
 
 
 def test_a_rig_for_a_second_look_brings_its_own_thermal_figures() -> None:
-    capture = replace(
-        driven(1.0, 0.1),
-        provenance={"rig": RIG + THERMAL, winding_temperature.THERMAL: {"winding_s": 9.0}},
-    )
-    stated = winding_temperature.figures(capture)
+    own, other = of_provenance({"rig": RIG + THERMAL}), Stated(thermal={"winding_s": 9.0})
+    stated = winding_temperature.figures(replace(driven(1.0, 0.1), stated=own.under(other)))
     assert (stated["winding_k_w"], stated["winding_s"], stated["voltage_v"]) == (6.0, 9.0, 6.0)
-    assert winding_temperature.figures(replace(capture, provenance={"rig": "not = toml ="})) == {}
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("not = toml =", "is no TOML"),
+        ("[thermal]\nwinding_s = 'long'\n", "no number for thermal.winding_s"),
+        ("[nameplate]\nvoltage_v = inf\n", "no number for nameplate.voltage_v"),
+        ("thermal = 3\n", "no number for thermal"),
+    ],
+)
+def test_what_a_rigs_text_does_not_tell_is_said(text: str, said: str) -> None:
+    stated = of_provenance({"rig": text})
+    assert said in stated.unread
+    assert (stated.nameplate, stated.thermal) == ({}, {})
+    estimate = fit([replace(clean_capture(FAULHABER, Plan(count=500)), stated=stated)])
+    (found,) = [d for d in estimate.diagnostics if d.code == "rig_unread"]
+    assert said in found.message
+
+
+def test_no_figure_of_a_motor_is_infinite() -> None:
+    with pytest.raises(DataError, match="winding_s of the motor is inf"):
+        Stated(thermal={"winding_s": math.inf})

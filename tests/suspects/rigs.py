@@ -7,7 +7,7 @@ from pathlib import Path
 
 from motorid.acquire.record import capture as record
 from motorid.capture import store
-from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Wiring
+from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Stated, Wiring
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Limits, Nameplate, Rig, Sampling, coasting_s, settling_s
 from motorid.sim.motor import Motor
@@ -98,4 +98,4 @@ def _text(plate: Nameplate) -> str:
 
 def without_nameplate(capture: Capture) -> Capture:
     """The capture of a rig whose file says nothing of the motor."""
-    return replace(capture, provenance={**capture.provenance, "rig": ""})
+    return replace(capture, stated=Stated())

@@ -68,7 +68,7 @@ def test_a_nameplate_names_the_scale(
     suspects = fit([case.capture(runs)]).suspects
     assert isinstance(suspects, deferred.Suspects)
     with monkeypatch.context() as patch:
-        patch.setattr(deferred, "nameplate", lambda capture: {})
+        patch.setattr(scale_errors, "read_nameplate", lambda table: {})
         bare = suspects.look()
     hidden = {s.code for s in bare if s.strength == "not excluded"}
     assert hidden == {c.code for c in scale_errors.CAUSES}

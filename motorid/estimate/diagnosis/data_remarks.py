@@ -10,6 +10,8 @@ from motorid.estimate.results.estimate import Diagnostic
 from motorid.estimate.signals.discontinuous_current import unclear
 from motorid.estimate.signals.time_grid import IRREGULAR
 
+COARSER = 2.0  # times: a grid that leaves out what the stamps would tell
+
 
 def of_capture(record: MotorRecord, where: str) -> list[Diagnostic]:
     """Samples, stamps and readings of one capture that are not as they should be."""
@@ -37,6 +39,15 @@ def of_capture(record: MotorRecord, where: str) -> list[Diagnostic]:
                 "jitter", "warning",
                 f"time stamps miss a uniform grid by up to {record.timeline.jitter:.2f} "
                 f"periods{where}",
+            )
+        )  # fmt: skip
+    if record.timeline.coarser > COARSER:
+        out.append(
+            Diagnostic(
+                "coarse_grid", "warning",
+                f"some stamps follow each other {record.timeline.coarser:.0f} times more closely "
+                f"than the fit computes{where}, to bound its work: cut the log to where it is "
+                "sampled evenly",
             )
         )  # fmt: skip
     for name in (CURRENT, VOLTAGE):

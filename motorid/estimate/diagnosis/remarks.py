@@ -44,6 +44,16 @@ def diagnostics(
                 "the search did not settle: the values are not the most likely ones",
             )
         )  # fmt: skip
+    untried = max(record.untried for record in records)
+    if untried:
+        out.append(
+            Diagnostic(
+                "search_bounded", "warning",
+                f"the model misfits from every start that was tried; {untried} other "
+                f"start{'s were' if untried > 1 else ' was'} left out to bound the work, so a "
+                "better fit may exist: check the wiring, the units and what --fix holds",
+            )
+        )  # fmt: skip
     for k, (record, own) in enumerate(zip(records, found.solution.own, strict=True)):
         where = f" in run {k + 1}" if len(records) > 1 else ""
         left = record.weighed(record.departures(found.solution.values, own), filtered=False)

@@ -78,6 +78,7 @@ class MotorRecord(Weighed):
         self.judged_at: Floats | None = None
         self.losing: Mapping[str, float] = {}
         self.simulated = 0  # responses computed so far
+        self.untried = 0  # other starts that a search which misfits did not take, to end at all
         self.rivals: tuple[Rival, ...] = ()
         self.foretold: Foretold | None = None  # an inductance that no reading shows
         self.unsettled: Floats | None = None  # the last pass's change of parameters, if too large
