@@ -11,6 +11,8 @@ import click
 import pytest
 
 from motorid.cli.main import COMMANDS, cli
+from motorid.estimate.effects.registry import BY_NAME, REGISTRY
+from tools import influence_page, sentences
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
@@ -52,6 +54,34 @@ def test_commands_in_documents_parse(page: Path) -> None:
         assert command is not None, line
         if words and not {"--help", "…", "..."} & set(words):
             parse(command, words, line)
+
+
+def test_every_influence_quantity_has_its_row_as_declared() -> None:
+    assert influence_page.PAGE.read_text(encoding="utf-8") == influence_page.page()
+    rows = influence_page.table().splitlines()[2:]
+    assert [line.split(" | ")[0].removeprefix("| ") for line in rows] == list(BY_NAME)
+    assert [quantity.name for quantity in REGISTRY if not quantity.remedy] == []
+
+
+def test_sentences_are_those_of_running_text() -> None:
+    page = """# A heading of words that count for nothing
+
+One two three. Four `x = 1. Y = 2` [five six](seven.md "8")!
+
+| a table | of words |
+
+```
+code that is no sentence.
+```
+
+    nor is this. Or this.
+
+- An item of
+  two lines
+- and one more; 0.5 of it.
+"""
+    found = list(sentences.sentences(page))
+    assert [sentences.words(sentence) for sentence in found] == [3, 4, 5, 6]
 
 
 def parse(command: click.Command, words: list[str], line: str) -> None:
