@@ -7,10 +7,20 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from motorid import program, rig_calibration
+from motorid.acquire import journal
+from motorid.capture import store
+from motorid.quality import records
+from motorid.quality.history import schema
+from motorid.report import json_
+from motorid.version import __version__
+from motorid.wire import spec
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
@@ -42,8 +52,11 @@ def changed(text: str, diff: str) -> str:
 def copied(tmp_path: Path) -> Path:
     """A copy of the package that may be changed, with the environment of this one."""
     for name in NEEDED:
-        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copyfile
-        copy(ROOT / name, tmp_path / name)
+        if (ROOT / name).is_dir():
+            ignored = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(ROOT / name, tmp_path / name, ignore=ignored)
+        else:
+            shutil.copyfile(ROOT / name, tmp_path / name)
     (tmp_path / "tests" / "estimate").mkdir(parents=True)
     for name in TESTS:
         if (ROOT / "tests" / name).exists():
@@ -68,6 +81,35 @@ def test_the_example_of_an_influence_quantity_works(copied: Path) -> None:
     assert done == ["file", "change", "change", "file", "run"]
     page = (copied / "docs" / "influence-quantities.md").read_text(encoding="utf-8")
     assert "| current curvature | 1/A | motor | estimated | reading (current) |" in page
+
+
+def test_the_table_of_versions_is_that_of_the_code() -> None:
+    wire = spec.load()
+    for format_, version in {
+        "package": __version__,
+        "estimate JSON": json_.SCHEMA.rpartition("-")[2],
+        "verdict, gauge and trend JSON": records.SCHEMA.rpartition("-")[2],
+        "capture": f"{store.MAJOR}.{store.MINOR}",
+        "program": str(program.VERSION),
+        "journal": journal.MAGIC.decode().split()[-1],
+        "calibration file": rig_calibration.FORMAT.split()[-1],
+        "wire": f"{wire.major}.{wire.minor}",
+        "history": schema.VERSION,
+    }.items():
+        assert f"\n| {format_} | {version} |" in PAGE, format_
+
+
+def test_the_rooms_are_those_of_the_contracts() -> None:
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    whole, estimator, *_ = contracts["tool"]["importlinter"]["contracts"]
+    names = set(re.findall(r"\w+", " ".join(whole["layers"])))
+    rows = "\n".join(line for line in PAGE.splitlines() if line.startswith("| `"))
+    told = {name.strip("/*") for name in re.findall(r"`([\w*]+)(?:\.py|/)`", rows)}
+    assert {
+        name for name in names if name not in told and name.partition("_")[0] not in told
+    } == set()
+    order = re.findall(r"^\| `(\w+)/` \|", PAGE.split("The estimator's rooms")[1], re.MULTILINE)
+    assert order[: len(estimator["layers"])] == estimator["layers"][::-1]
 
 
 def run(commands: str, where: Path) -> None:

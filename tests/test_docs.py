@@ -16,6 +16,11 @@ from tools import influence_page, sentences
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
+FOLDERS = ("motorid", "firmware", "tools", "tests", "bench")
+FILES = [
+    path.relative_to(ROOT).as_posix() for name in FOLDERS for path in (ROOT / name).rglob("*.py")
+]
+MODULE = re.compile(r"`([\w/.-]+\.py)\b")
 LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
 BLOCK = re.compile(r"^```[\s\S]*?^```|^(?: {4}.*\n)+", re.MULTILINE)
 IN_A_BLOCK = re.compile(r"^\s*(?:\$ )?(motorid [a-z].*)$", re.MULTILINE)
@@ -38,6 +43,18 @@ def commands(text: str) -> Iterator[str]:
 def test_links_resolve(page: Path) -> None:
     links = LINK.findall(page.read_text(encoding="utf-8"))
     assert [link for link in links if not (page.parent / link).exists()] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=by_name)
+def test_modules_that_a_page_names_exist(page: Path) -> None:
+    """By their paths, or the ends of them; CHANGELOG names what was."""
+    if page.name == "CHANGELOG.md":
+        return
+    text = re.sub(r"^<!-- file:.*", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    named = set(MODULE.findall(BLOCK.sub("", text)))
+    assert {
+        name for name in named if not any(f"/{file}".endswith(f"/{name}") for file in FILES)
+    } == set()
 
 
 def test_index_lists_every_document() -> None:
