@@ -22,6 +22,8 @@ FILES = [
 ]
 MODULE = re.compile(r"`([\w/.-]+\.py)\b")
 LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
+INTO = re.compile(r"\]\(([^)#:]*\.md|)#([^)]+)\)")
+HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
 BLOCK = re.compile(r"^```[\s\S]*?^```|^(?: {4}.*\n)+", re.MULTILINE)
 IN_A_BLOCK = re.compile(r"^\s*(?:\$ )?(motorid [a-z].*)$", re.MULTILINE)
 IN_A_SENTENCE = re.compile(rf"`(motorid (?:{'|'.join(COMMANDS)})\b[^`]*)`")
@@ -43,6 +45,17 @@ def commands(text: str) -> Iterator[str]:
 def test_links_resolve(page: Path) -> None:
     links = LINK.findall(page.read_text(encoding="utf-8"))
     assert [link for link in links if not (page.parent / link).exists()] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=by_name)
+def test_links_into_a_page_meet_a_heading(page: Path) -> None:
+    for name, heading in INTO.findall(page.read_text(encoding="utf-8")):
+        target = (page.parent / name if name else page).read_text(encoding="utf-8")
+        slugs = [
+            re.sub(r"[^\w\- ]", "", words.lower()).replace(" ", "-")
+            for words in HEADING.findall(target)
+        ]
+        assert heading in slugs, f"{name}#{heading}"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=by_name)
