@@ -18,8 +18,8 @@ FENCED = re.compile(r"^```.*?^```", re.MULTILINE | re.DOTALL)
 COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 ITEM = re.compile(r"^\s*(?:[-*+]|\d+\.)\s+")
 # code, a link's target and emphasis say nothing of how long a sentence is
-MARKS = ((re.compile(r"`[^`]*`"), "code"), (re.compile(r"\]\([^)]*\)"), "]"))
-END = re.compile(r"(?<=[.!?:])[\])\"*]*\s+(?=[\[(\"*]*[A-Z0-9])")
+MARKS = ((re.compile(r"`[^`]*`"), "Code"), (re.compile(r"\]\([^)]*\)"), "]"))
+END = re.compile(r"(?<=[.!?])[\])\"*]*\s+(?=[\[(\"*]*[A-Z0-9])")
 WORD = re.compile(r"[^\W_]")
 
 
