@@ -140,7 +140,7 @@ def test_a_delay_beyond_its_declaration_stays_as_declared(amid_ripple: Capture) 
 
 
 def test_a_delay_that_only_a_step_tells_stays_as_declared() -> None:
-    """Means without ripple: the voltage is least sure where they would tell it."""
+    """Means without ripple: the voltage is least sure where they would determine it."""
     capture = noisy(clean_capture(FAULHABER, Plan()), 3, 1e-3, 1e-4)
     found = fit([declared(capture, capture.channels[CURRENT].delay_s, LATE_S)])
     assert "current delay" not in found.nuisance

@@ -55,7 +55,7 @@ def responses(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 def test_a_motor_that_was_never_driven_tells_nothing_and_soon(
     tmp_path: Path, responses: list[int]
 ) -> None:
-    with pytest.raises(DataError, match="tell nothing: nothing shows that the rotor turned"):
+    with pytest.raises(DataError, match="determine nothing: nothing shows that the rotor turned"):
         fit([log(tmp_path, lambda: lambda t, w: 0.0)], model="auto")
     assert not responses
 

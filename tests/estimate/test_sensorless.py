@@ -67,7 +67,7 @@ def test_all_but_the_scale_of_its_constant_is_told() -> None:
         "stall_current", "electrical_time_constant", "mechanical_time_constant", "peak_efficiency",
     }  # fmt: skip
     (said,) = (d.message for d in estimate.diagnostics if d.code == "no_motion")
-    assert "To tell K, B, J and T0 as well" in said
+    assert "To determine K, B, J and T0 as well" in said
 
 
 def test_a_fit_that_begins_at_its_answer_knows_the_brushes_drop() -> None:

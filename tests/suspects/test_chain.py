@@ -103,5 +103,5 @@ def test_a_lack_of_fit_says_where(runs: Runs) -> None:
     """The current is high, and so clipped, where the motor accelerates."""
     estimate = fit([inject.clip(runs.good, 0.7 * runs.peak_a)])
     said = next(d.message for d in estimate.diagnostics if d.code == "lack_of_fit")
-    assert "in the acceleration at" in said
+    assert "in the acceleration segment from" in said
     assert "Hz" in said

@@ -60,7 +60,9 @@ def diagnostics(
         segments = named[k][1] if named else ()
         for m, residual in zip(record.measured, left, strict=True):
             out += residual_remarks.lack_of_fit(record, m, residual, segments, where)
-            coloured.setdefault(m.block.name, []).extend(residual_remarks.memory(residual))
+            coloured.setdefault(m.block.name, []).extend(
+                residual_remarks.neighbour_correlation(residual)
+            )
         out += data_remarks.of_capture(record, where)
     out += [residual_remarks.coloured(name, rhos) for name, rhos in coloured.items() if rhos]
     out += data_remarks.stopping(records)
@@ -89,8 +91,8 @@ def _brushes(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic
     return [
         Diagnostic(
             "drop_or_resistance", "info",
-            "most of R's uncertainty is what its brushes may drop: at one level these data do not "
-            f"tell the two apart; {mend}",
+            "most of R's uncertainty is the unknown brush drop: at one level these data do not "
+            f"separate the two; {mend}",
         )
     ]  # fmt: skip
 
@@ -157,7 +159,7 @@ def _told_apart(pairs: Sequence[tuple[str, str, float]]) -> list[Diagnostic]:
     if not pairs:
         return []
     said = ", ".join(f"{a} and {b} ({correlation:+.3f})" for a, b, correlation in pairs)
-    message = f"These data hardly tell apart, by their correlation: {said}."
+    message = f"These data hardly separate, by their correlation: {said}."
     return [Diagnostic("inseparable", "info", message)]
 
 

@@ -143,7 +143,7 @@ class _Search:
     def ended(self, inductance_h: float, by: str) -> Fitted | None:
         """With an inductance known ``by`` something, or better if its readings tell it.
 
-        None where they would tell it better, if it were that, but do not.
+        None where they would determine it better, if it were that, but do not.
         """
         unsure = max(math.hypot(BY[by], _of_chain(record.capture)) for record in self.before)
         records, held = self.held(inductance_h)

@@ -29,7 +29,7 @@ FEWEST_POINTS = 8
 APART = 0.05  # relative difference of the two K's that is worth saying
 STRAIGHT = 1e-3  # scatter of the torque about a line, relative to its range
 WHY = "steady points show no dynamics and no friction of their own; a run from rest with voltage, "
-WHY += "current and speed, and a coast-down, would tell"
+WHY += "current and speed, and a coast-down, would determine it"
 
 
 def suits(captures: Sequence[Capture]) -> bool:

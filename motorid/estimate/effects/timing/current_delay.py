@@ -1,4 +1,4 @@
-"""How much later than declared the current is read.
+"""The delay of the current readings beyond the declared one.
 
 Where a reading lies in the PWM period decides how much of the ripple it shows, so that an instant
 amid ripple tells its delay far better than any data sheet: the fit then estimates it. A mean over

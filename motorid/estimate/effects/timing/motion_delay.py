@@ -1,4 +1,4 @@
-"""How much later than declared the encoder or the speed is read."""
+"""The delay of the encoder or speed readings beyond the declared one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much later than declared the terminals' voltage is read while the bridge is open."""
+"""The delay, beyond the declared one, of the terminals' voltage while the bridge is open."""
 
 from __future__ import annotations
 
