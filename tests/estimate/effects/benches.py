@@ -6,9 +6,12 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel, Wiring
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance
 from motorid.estimate.model.capture_model import Floats, MotorRecord
+from motorid.estimate.model.tangent import tangent
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.intersample_voltage import JOINED, Shape
 from motorid.program import Decay, Program, StepKind
@@ -142,3 +145,31 @@ def record(name: str) -> MotorRecord:
 def start(of: MotorRecord) -> Floats:
     """Where its own unknowns begin."""
     return np.array([u.start for u in of.unknowns])
+
+
+def moved(name: str, quantity: InfluenceQuantity, place: int = 0) -> dict[str, Floats]:
+    """Change of the readings by block, (n,), for a unit of a quantity."""
+    subject = record(name)
+    parts = tangent(subject, POINT, start(subject), Instance(quantity, place))
+    return {m.block.name: part for m, part in zip(subject.measured, parts, strict=True)}
+
+
+def usual(name: str, point: Floats = POINT) -> dict[str, Floats]:
+    """The model's readings by block, (n,)."""
+    subject = record(name)
+    parts = subject.fitted(point, start(subject))
+    return {m.block.name: part for m, part in zip(subject.measured, parts, strict=True)}
+
+
+def ticks(name: str, block: str) -> NDArray[np.intp]:
+    """Where a block's readings lie, (n,)."""
+    found = record(name).block(block)
+    assert found is not None
+    return found.keep
+
+
+def within(name: str, block: str, part: int) -> NDArray[np.bool_]:
+    """Which readings of a block (n,) lie in a part of the program."""
+    here = record(name).timeline.parts[part]
+    keep = ticks(name, block)
+    return (keep >= here.start) & (keep < here.stop)
