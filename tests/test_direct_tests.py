@@ -1,4 +1,4 @@
-"""Every module of the estimator is imported by a test of its own, not only reached by whole fits."""
+"""Every module of the estimator is imported by a test, not only reached by whole fits."""
 
 from __future__ import annotations
 
