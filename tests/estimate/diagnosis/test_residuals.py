@@ -12,7 +12,7 @@ from motorid.estimate.diagnosis import data_remarks, localise, misfit, refit, re
 from motorid.estimate.diagnosis.remarks import budget
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
-from motorid.segment import Kind, Segment
+from motorid.segment.types import Segment, SegmentKind
 from tests.estimate.effects.benches import measured, record
 from tests.estimate.uncertainty.test_budget import fitted
 
@@ -53,7 +53,9 @@ def test_a_burst_is_placed_in_the_segment_that_has_it() -> None:
     one, m = record("measured"), current()
     residual = RNG.normal(0.0, 0.01, len(m.keep))  # type: ignore[attr-defined]
     residual[150:190] += np.sin(np.arange(40) * 0.7)
-    segments = [Segment(Kind.ACCELERATION, a, b) for a, b in ((0, 140), (140, 200), (200, 400))]
+    segments = [
+        Segment(SegmentKind.ACCELERATION, a, b) for a, b in ((0, 140), (140, 200), (200, 400))
+    ]
     said = localise.place(one, m, residual, segments)  # type: ignore[arg-type]
     assert "0.014 to 0.0199 s" in said
     assert localise.place(one, m, np.zeros(len(residual)), segments) == ""  # type: ignore[arg-type]

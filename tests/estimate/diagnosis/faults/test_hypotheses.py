@@ -20,7 +20,10 @@ from motorid.estimate.diagnosis.faults import (
     saturation,
 )
 from motorid.estimate.fit import block_regression
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import PARAMETERS
 from tests.estimate.effects.benches import FAULHABER, POINT, record, start, usual
+from tests.exact_capture import Plan, clean_capture
 
 
 def effect(hypothesis: Hypothesis, size: float, name: str = "measured") -> dict[str, np.ndarray]:
@@ -102,14 +105,14 @@ def test_the_measured_speed_is_the_slope_of_the_angle() -> None:
 
 def test_the_motors_two_laws_on_blocks_of_an_exact_capture() -> None:
     """Of a motor that is known: R and K by the electrical law, J by the mechanical one."""
-    b = block_regression.blocks([record("measured")])
+    one = MotorRecord(clean_capture(FAULHABER, Plan(count=1500)), PARAMETERS, {})
+    b = block_regression.blocks([one])
     assert b is not None
     motor = block_regression.usual(b)
     assert motor is not None
     assert motor == pytest.approx((FAULHABER["R"], FAULHABER["K"]), rel=0.05)
     J = block_regression.mechanical(b, FAULHABER["K"], b.driven)["J"]
     assert pytest.approx(FAULHABER["J"], rel=0.15) == J
-    assert block_regression.blocks([record("measured"), record("measured")]) is not None
 
 
 def test_squares_are_numpys_least_squares() -> None:
