@@ -40,6 +40,7 @@ check: $(READY_TO_TEST)
 	$(PY) -m ruff check .
 	$(PY) -m mypy
 	$(VENV)/bin/lint-imports
+	$(PY) -m vulture
 	$(PY) -m motorid.wire.generate --check
 	$(PY) tools/commands_page.py --check
 	$(PY) tools/influence_page.py --check

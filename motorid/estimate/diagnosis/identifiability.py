@@ -89,7 +89,6 @@ class Knowledge:
     parameters: tuple[str, ...]
     combinations: tuple[str, ...]  # further ones, independent of each other and of the parameters
     null_directions: int  # changes of the six parameters that leave every channel as it is
-    singular_values: tuple[float, ...]  # of the scaled sensitivities, largest first
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -120,7 +119,7 @@ def _assess(run: Excitation, motor: tuple[tuple[str, float], ...]) -> Knowledge:
         if new and np.linalg.norm(null @ slope) < SEEN:
             shown = wider
             found.append(name)
-    return Knowledge(tuple(known), tuple(found), len(null), tuple(map(float, values)))
+    return Knowledge(tuple(known), tuple(found), len(null))
 
 
 def advice(run: Excitation, motor: Motor | None = None) -> str:

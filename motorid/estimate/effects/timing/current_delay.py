@@ -22,7 +22,7 @@ def _bounds(subject: Subject) -> tuple[float, float]:
     if measured is None:
         return 0.0, 0.0
     reach = FARTHEST * measured.channel.delay_uncertainty_s
-    return max(-reach, -measured.channel.delay_s), reach
+    return max(-reach, scales.least_delay_s(measured)), reach
 
 
 def _told(subject: Subject) -> bool:

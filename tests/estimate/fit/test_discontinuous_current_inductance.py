@@ -16,8 +16,8 @@ from motorid.estimate.fit.discontinuous_current_inductance import Pulses
 from motorid.estimate.results.estimate import Estimate
 from motorid.estimate.signals.pwm_bridge import DIODE_DROPS_V
 from motorid.identify import fit
-from tests.suspects.cases import CHAIN, Runs
-from tests.suspects.rigs import DUTIES, Bench
+from tests.estimate.diagnosis.faults.cases import CHAIN, Runs
+from tests.estimate.diagnosis.faults.rigs import DUTIES, Bench
 
 SIX = ("R", "L", "K", "B", "J", "T0")
 

@@ -21,7 +21,7 @@ from motorid.estimate.diagnosis.identifiability import (
     assess,
     of_capture,
 )
-from tests.estimate_mechanical.truth import Plant, capture, closed_loop, steps
+from tests.estimate.partial.truth import Plant, capture, closed_loop, steps
 
 Floats = NDArray[np.float64]
 NAMES = ("R", "L", "K", "B", "J", "T0")

@@ -12,9 +12,9 @@ from motorid.errors import DataError
 from motorid.estimate.fit.sign_check import WrongSignError
 from motorid.estimate.results.estimate import Estimate
 from motorid.identify import fit
-from tests.suspects import inject
-from tests.suspects.cases import CHAIN, COMMANDED, Case, Runs
-from tests.suspects.rigs import DIRECTIONS, DUTIES, Bench
+from tests.estimate.diagnosis.faults import inject
+from tests.estimate.diagnosis.faults.cases import CHAIN, COMMANDED, Case, Runs
+from tests.estimate.diagnosis.faults.rigs import DIRECTIONS, DUTIES, Bench
 
 SIGNS = [c for c in CHAIN if c.code.endswith("_sign")]
 SLOW = {"voltage lag", "filtered current"}  # fits that start from far away

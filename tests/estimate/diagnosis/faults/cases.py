@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, SUPPLY, VOLTAGE, Capture
-from tests.suspects import inject
-from tests.suspects.rigs import FINE_HZ, Bench
+from tests.estimate.diagnosis.faults import inject
+from tests.estimate.diagnosis.faults.rigs import FINE_HZ, Bench
 
 RPM = 60 / (2 * np.pi)
 

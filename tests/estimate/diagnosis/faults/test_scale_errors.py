@@ -11,10 +11,10 @@ from motorid.estimate.diagnosis import deferred
 from motorid.estimate.diagnosis.faults import scale_errors
 from motorid.estimate.results.estimate import Parameter
 from motorid.identify import fit
+from tests.estimate.diagnosis.faults import inject
+from tests.estimate.diagnosis.faults.cases import SCALES, Case, Runs
+from tests.estimate.diagnosis.faults.rigs import DUTIES, Bench, without_nameplate
 from tests.exact_capture import FAULHABER, Plan, clean_capture
-from tests.suspects import inject
-from tests.suspects.cases import SCALES, Case, Runs
-from tests.suspects.rigs import DUTIES, Bench, without_nameplate
 
 FACTOR = 1.25
 

@@ -12,7 +12,7 @@ from motorid.capture.model import Capture, Channel
 from motorid.errors import DataError, UsageError
 from motorid.estimate.partial import mechanical_fit
 from motorid.estimate.results.estimate import Estimate
-from tests.estimate_mechanical.truth import Plant, capture, closed_loop, steps, sweep
+from tests.estimate.partial.truth import Plant, capture, closed_loop, steps, sweep
 
 MOTOR = Plant()
 RATIOS = {"J/K": MOTOR.J / MOTOR.K, "B/K": MOTOR.B / MOTOR.K, "T0/K": MOTOR.T0 / MOTOR.K}

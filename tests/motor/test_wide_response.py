@@ -7,7 +7,7 @@ import pytest
 
 from motorid.motor.response import Output, Quantity, Response, Stretch
 from motorid.motor.wide import AT_REST, NAMES, SIX, WideResponse
-from tests.wider.wide_reference import WideReference
+from tests.motor.wide_reference import WideReference
 
 MOTOR = {"R": 2.6, "L": 180e-6, "K": 7.68e-3, "B": 3e-7, "J": 3.9e-7, "T0": 3e-4}
 PERIOD_S = 1e-4
