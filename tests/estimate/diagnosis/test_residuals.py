@@ -67,8 +67,8 @@ def test_the_correlation_of_neighbours(rho: float) -> None:
     series = white.copy()
     for k in range(1, len(series)):
         series[k] += rho * series[k - 1]
-    assert residual_remarks.memory(series) == [pytest.approx(rho, abs=0.05)]
-    assert residual_remarks.memory(white) == []
+    assert residual_remarks.neighbour_correlation(series) == [pytest.approx(rho, abs=0.05)]
+    assert residual_remarks.neighbour_correlation(white) == []
     said = residual_remarks.coloured("current", [rho])
     assert f"{rho:+.2f}" in said.message
 
