@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from motorid.capture import store
+from motorid.capture import store, store_layout
 from motorid.capture.model import Capture, Channel, Gap, Phase, Wiring
 from motorid.errors import DataError, UsageError
 from motorid.program import Decay, Program, Step, StepKind
@@ -182,7 +182,7 @@ HOSTILE: dict[str, Callable[[h5py.File], object]] = {
     "not a readable capture": lambda f: replace(f, "program", data="[" * 10**5),
     "gaps lacks": lambda f: replace(f, "gaps", data=np.zeros(3)),
     "a gap lies outside": lambda f: replace(
-        f, "gaps", data=np.array([(N + 1, 1, b"")], dtype=store.GAPS)
+        f, "gaps", data=np.array([(N + 1, 1, b"")], dtype=store_layout.GAPS)
     ),
 }
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motorid.capture import child, store, store_child
+from motorid.capture import child, store, store_child, store_pack
 from motorid.capture.model import Capture
 from motorid.errors import DataError
 from tests.exact_capture import FAULHABER, clean_capture
@@ -44,7 +44,7 @@ def test_what_a_child_reads_is_what_this_process_reads(
     written.clear()
     other = store.load(foreign)
     assert own.sha256 == other.sha256 != ""
-    mine, theirs = store_child.pack(own), store_child.pack(other)
+    mine, theirs = store_pack.pack(own), store_pack.pack(other)
     assert mine.keys() == theirs.keys()
     for name in mine.keys() - {"facts"}:
         np.testing.assert_array_equal(mine[name], theirs[name])

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motorid.capture import store
+from motorid.capture import store, store_layout
 from motorid.capture.model import QUANTITIES, Capture, Channel, Wiring
 from motorid.rig import load_rig
 
@@ -44,4 +44,4 @@ def test_every_attribute_is_explained(kind: type, page: str) -> None:
 def test_every_quantity_and_version_is_named(page: str) -> None:
     for name, unit in QUANTITIES.items():
         assert f"`{name}` ({unit})" in page
-    assert f"format {store.MAJOR}.{store.MINOR}" in page
+    assert f"format {store_layout.MAJOR}.{store_layout.MINOR}" in page

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import QUANTITIES, Capture, Channel, Gap, Kind, Phase, Sense, Wiring
-from motorid.capture.store import CHANNEL_FIELDS, FORMAT, MAJOR, WIRING_FIELDS
+from motorid.capture.store_layout import CHANNEL_FIELDS, FORMAT, MAJOR, WIRING_FIELDS
 from motorid.errors import DataError, MotoridError
 from motorid.program import Program
 
