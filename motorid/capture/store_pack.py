@@ -12,7 +12,7 @@ from motorid.capture.store_layout import CHANNEL_FIELDS, WIRING_FIELDS
 from motorid.program import Program
 
 PLAIN = ("clock_hz", "clock_uncertainty", "end_reason", "ambient_c", "ambient_uncertainty_c",
-         "sha256", "path")  # fmt: skip
+         "sha256", "content_sha256", "path")  # fmt: skip
 
 
 def pack(capture: Capture) -> dict[str, Any]:

@@ -7,11 +7,13 @@ import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motorid import __version__
 from motorid.capture.model import Capture
 from motorid.capture.store_layout import (
     CHANNEL_FIELDS,
+    CHUNK,
     FORMAT,
     GAPS,
     MAJOR,
@@ -28,14 +30,16 @@ def to_bytes(capture: Capture) -> bytes:
     """The HDF5 file of ``capture``; the same capture always gives the same bytes."""
     import h5py
 
+    from motorid.capture.content_digest import seal
+
     with h5py.File(io.BytesIO(), "w", libver=("earliest", "v110")) as file:
         file.attrs.update(_root(capture))
         _write_samples(file, capture)
         _write_attributes(file.create_group("wiring"), capture.wiring, WIRING_FIELDS)
-        file["phases"] = np.array([(p.index, p.tick) for p in capture.phases], dtype=PHASES)
-        file["gaps"] = np.array(
-            [(g.index, g.samples, g.reason.encode()[:120]) for g in capture.gaps], dtype=GAPS
-        )
+        phases = [(p.index, p.tick) for p in capture.phases]
+        gaps = [(g.index, g.samples, g.reason.encode()[:120]) for g in capture.gaps]
+        _write_rows(file, "phases", np.array(phases, dtype=PHASES))
+        _write_rows(file, "gaps", np.array(gaps, dtype=GAPS))
         if capture.program is not None:
             _write_text(file, "program", json.dumps(capture.program.to_dict()), "json")
         provenance = file.create_group("provenance")
@@ -44,6 +48,7 @@ def to_bytes(capture: Capture) -> bytes:
                 _write_text(provenance, key, value, "text")
             else:
                 _write_text(provenance, key, json.dumps(value), "json")
+        seal(file)
         file.flush()
         return bytes(file.id.get_file_image())
 
@@ -66,14 +71,22 @@ def _root(capture: Capture) -> dict[str, Any]:
 
 def _write_samples(file: h5py.File, capture: Capture) -> None:
     samples = file.create_group("samples")
-    samples["tick"] = np.asarray(capture.ticks, dtype="<i8")
+    _write_rows(samples, "tick", np.asarray(capture.ticks, dtype="<i8"))
     samples["tick"].attrs["unit"] = "tick"
     samples["tick"].attrs["doc"] = "board clock at the sample; seconds = tick / clock_hz"
     for name, channel in capture.channels.items():
         raw = np.asarray(channel.raw)
-        column = samples.create_dataset(name, data=raw.astype(raw.dtype.newbyteorder("<")))
+        little = raw.astype(raw.dtype.newbyteorder("<"), copy=False)
+        column = _write_rows(samples, name, little)
         column.attrs["doc"] = "raw reading; value in unit = scale * (raw - offset)"
         _write_attributes(column, channel, CHANNEL_FIELDS)
+
+
+def _write_rows(group: h5py.Group, name: str, rows: NDArray[Any]) -> h5py.Dataset:
+    """A column or table, with a checksum for every ``CHUNK`` rows."""
+    if not len(rows):  # nothing has no checksum
+        return group.create_dataset(name, data=rows)
+    return group.create_dataset(name, data=rows, chunks=(min(len(rows), CHUNK),), fletcher32=True)
 
 
 def _write_attributes(
