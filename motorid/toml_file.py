@@ -9,17 +9,21 @@ from pathlib import Path
 from typing import Any
 
 from motorid.errors import MotoridError
+from motorid.limits import TOML, size
 
-MAX_BYTES = 1 << 20
 LONGEST_SHOWN = 60  # of a name that is none
 
 
 def read_text(path: Path, what: str, error: type[MotoridError]) -> str:
     """The text of ``path``, which is to be ``what`` ("a rig file"). Raises ``error``."""
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise error(f"{path}: larger than {what} may be (1 MiB): is it one?")
-        return path.read_text(encoding="utf-8-sig")
+        if path.stat().st_size > TOML.file:
+            raise error(f"{path}: larger than {what} may be ({size(TOML.file)}): is it one?")
+        with path.open("rb") as file:
+            text = file.read(TOML.file + 1)  # a device has no size
+        if len(text) > TOML.file:
+            raise error(f"{path}: larger than {what} may be ({size(TOML.file)}): is it one?")
+        return text.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except OSError as problem:
         raise error(f"{path}: cannot be read: {problem.strerror or problem}") from None
     except UnicodeDecodeError:

@@ -11,13 +11,15 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).resolve().parent.parent / "motorid"
-BASE = {"errors", "toml"}
+BASE = {"errors", "limits", "toml", "json"}
 DATA = BASE | {"program", "capture"}
 FIT = DATA | {"motor", "segment", "estimate", "plan", "search", "identify"}
 DRIVE = DATA | {"rig", "wire", "sim", "acquire"}
 MAY_IMPORT = {
     "errors": set[str](),
-    "toml": {"errors"},
+    "limits": {"errors"},
+    "toml": {"errors", "limits"},
+    "json": {"errors", "limits"},
     "wire": BASE,
     "program": BASE,
     "capture": DATA,

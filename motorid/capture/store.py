@@ -54,7 +54,9 @@ def _load_in_child(path: Path) -> Capture:
         found = child.arrays_from(store_child.__file__, path, time_s=child.TIME_LIMIT_S)
         return store_pack.unpack(found)
     except child.ChildFailedError as error:
-        raise DataError(f"{path}: not a readable capture file: damaged, or none ({error})") from None
+        raise DataError(
+            f"{path}: not a readable capture file: damaged, or none ({error})"
+        ) from None
 
 
 def describe(capture: Capture) -> Mapping[str, Any]:

@@ -6,13 +6,13 @@ stops no line: the folder keeps no mark, and the next shift makes up for it.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motorid.errors import MotoridError
+from motorid import json_seal
+from motorid.errors import DataError, MotoridError
 from motorid.workflow.check import CAPTURE, VERDICT
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class ShiftHistory:
         if (one / MARK).exists() or not ((one / VERDICT).exists() and (one / CAPTURE).exists()):
             return False
         try:
-            stored = json.loads((one / VERDICT).read_text(encoding="utf-8"))
-        except ValueError:
+            stored = json_seal.read(one / VERDICT, "a verdict")
+        except DataError:
             return False
         return bool(stored.get("versions", {}).get("product") == self.product.digest)

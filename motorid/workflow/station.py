@@ -5,7 +5,6 @@ The board is driven by one thread, the one that calls ``run``; others only bring
 
 from __future__ import annotations
 
-import json
 import queue
 import threading
 from collections import Counter
@@ -14,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from motorid import json_seal
 from motorid.errors import DataError, MotoridError
 from motorid.report.screen import Screen, of_verdict
 from motorid.workflow.check import VERDICT, Inspection, Line, refuse_serial, resume
@@ -107,7 +107,7 @@ class Station:
         found = sorted(_verdicts(self.line.folder, serial), key=lambda path: path.stat().st_mtime)
         if not found:
             raise DataError(f"{self.line.folder} holds no verdict on {serial}")
-        stored = json.loads(found[-1].read_text(encoding="utf-8"))
+        stored = json_seal.read(found[-1], "a verdict")
         keys = ("serial", "outcome", "marginal", "reasons", "time")
         return {key: stored[key] for key in keys} | {"folder": str(found[-1].parent)}
 

@@ -1,0 +1,119 @@
+"""The most that each reader takes: what is larger is refused in one sentence, before it is read.
+
+docs/file-format.md shows ``TABLE`` as ``markdown`` renders it.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+
+from motorid.errors import DataError, MotoridError
+
+KB, MB, GB = 1 << 10, 1 << 20, 1 << 30
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of one reader; None where it has no such thing. Sizes in bytes.
+
+    Time is bounded by work, never by a clock: ``passes`` over a file whose size is bounded, or for
+    a child process ``cpu_s`` seconds of the processor and one more for every 4 MiB.
+    """
+
+    what: str
+    file: int
+    rows: int | None = None
+    columns: int | None = None
+    numbers: int | None = None  # in all
+    line: int | None = None
+    cell: int | None = None  # a cell, a text or a record
+    passes: int | None = None
+    cpu_s: int | None = None
+    memory: int | None = None  # of a child process, beyond what its libraries take
+
+
+TABLE = {
+    "csv": Limits(
+        "CSV table", GB, rows=10_000_000, columns=4096, line=256 * KB, cell=4 * KB, passes=3
+    ),
+    "mat": Limits(
+        "MAT file",
+        512 * MB,
+        rows=10_000_000,
+        columns=4096,
+        numbers=50_000_000,
+        cpu_s=20,
+        memory=832 * MB,
+    ),
+    "capture": Limits(
+        "capture", GB, rows=50_000_000, columns=64, cell=16 * MB, cpu_s=20, memory=3 * GB
+    ),
+    "journal": Limits("journal", 4 * GB, cell=16 * MB, passes=2),
+    "toml": Limits("rig, product or calibration file", MB, passes=1),
+    "json": Limits("estimate or verdict", 64 * MB, passes=2),
+    "history": Limits("history in a file", 64 * GB),
+}
+CSV, MAT, CAPTURE = TABLE["csv"], TABLE["mat"], TABLE["capture"]
+JOURNAL, TOML, JSON, HISTORY = TABLE["journal"], TABLE["toml"], TABLE["json"], TABLE["history"]
+BYTES_A_SECOND = 4 * MB  # of a child's allowance of the processor
+
+
+def refuse_large(path: Path, limits: Limits, error: type[MotoridError] = DataError) -> None:
+    """Raises ``error`` unless ``path`` is a regular file of no more than its reader's size."""
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError) as problem:
+        what = getattr(problem, "strerror", None) or problem
+        raise error(f"{path} cannot be read: {what}") from None
+    if stat.S_ISDIR(found.st_mode):
+        raise error(f"{path} is a folder: name a file in it")
+    if not stat.S_ISREG(found.st_mode):
+        raise error(f"{path} is no regular file: copy what it gives into one")
+    if found.st_size > limits.file:
+        raise error(
+            f"{path}: {size(found.st_size)} are more than a {limits.what} may have "
+            f"({size(limits.file)})"
+        )
+
+
+def cpu_s(limits: Limits, file_bytes: int) -> int:
+    """Seconds of the processor that a child may spend on a file."""
+    return (limits.cpu_s or 0) + file_bytes // BYTES_A_SECOND
+
+
+def size(count: int) -> str:
+    """A number of bytes as a person reads it."""
+    for unit, many in (("GiB", GB), ("MiB", MB), ("KiB", KB)):
+        if count >= many:
+            return f"{count / many:.4g} {unit}"
+    return f"{count} B"
+
+
+def markdown() -> str:
+    """The table, as docs/file-format.md has it."""
+    head = "| file | size | rows | columns | numbers | a line | a cell, text or record | work | memory |"
+    rows = [head, "|---" * 9 + "|"]
+    rows += [_row(limits) for limits in TABLE.values()]
+    return "\n".join(rows)
+
+
+def _row(limits: Limits) -> str:
+    sizes = [limits.line, limits.cell]
+    counts = [limits.rows, limits.columns, limits.numbers]
+    work = "queries"
+    if limits.passes:
+        work = "1 pass" if limits.passes == 1 else f"{limits.passes} passes"
+    elif limits.cpu_s:
+        work = f"{limits.cpu_s} s of the processor, and 1 s for each {size(BYTES_A_SECOND)}"
+    cells = [
+        limits.what,
+        size(limits.file),
+        *("" if n is None else f"{n:,}" for n in counts),
+        *("" if n is None else size(n) for n in sizes),
+        work,
+        "" if limits.memory is None else f"{size(limits.memory)} in a child process",
+    ]
+    return "| " + " | ".join(cells) + " |"
