@@ -39,6 +39,13 @@ def canonical(document: Mapping[str, Any]) -> str:
 
 def read(path: Path, what: str) -> dict[str, Any]:
     """The document in ``path``, which is to be ``what``. Raises DataError, also where damaged."""
+    document = parse(path, what)
+    _check(document, path)
+    return document
+
+
+def parse(path: Path, what: str) -> dict[str, Any]:
+    """As ``read``, whatever its digest says."""
     refuse_large(path, JSON)
     try:
         document = json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse)
@@ -48,7 +55,6 @@ def read(path: Path, what: str) -> dict[str, Any]:
         raise DataError(f"{path} is damaged, or is not {what}: it is not JSON") from None
     if not isinstance(document, dict):
         raise DataError(f"{path} is damaged, or is not {what}: it is not a JSON object")
-    _check(document, path)
     return document
 
 

@@ -58,6 +58,10 @@ TABLE = {
 }
 CSV, MAT, CAPTURE = TABLE["csv"], TABLE["mat"], TABLE["capture"]
 JOURNAL, TOML, JSON, HISTORY = TABLE["journal"], TABLE["toml"], TABLE["json"], TABLE["history"]
+HEADINGS = (
+    *("file", "size", "rows", "columns", "numbers in all", "a line"),
+    *("a cell, text or record", "work", "memory"),
+)
 BYTES_A_SECOND = 4 * MB  # of a child's allowance of the processor
 
 
@@ -94,10 +98,8 @@ def size(count: int) -> str:
 
 def markdown() -> str:
     """The table, as docs/file-format.md has it."""
-    head = "| file | size | rows | columns | numbers | a line | a cell, text or record | work | memory |"
-    rows = [head, "|---" * 9 + "|"]
-    rows += [_row(limits) for limits in TABLE.values()]
-    return "\n".join(rows)
+    rows = ["| " + " | ".join(HEADINGS) + " |", "|---" * len(HEADINGS) + "|"]
+    return "\n".join([*rows, *(_row(limits) for limits in TABLE.values())])
 
 
 def _row(limits: Limits) -> str:

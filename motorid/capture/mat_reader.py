@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture import mat_child
-from motorid.capture.child import MEMORY_LIMIT, TIME_LIMIT_S, ChildFailedError, arrays_from
+from motorid.capture.child import ChildFailedError, arrays_from
 from motorid.capture.columns import BadCell, Columns, unknown_column
 from motorid.errors import DataError
+from motorid.limits import MAT
 
 Floats = NDArray[np.float64]
 
@@ -60,7 +61,7 @@ def _read(path: Path) -> dict[str, Floats]:
     if not path.is_file():
         raise DataError(f"{path} cannot be read: there is no such file")
     try:
-        stored = arrays_from(mat_child.__file__, path, time_s=TIME_LIMIT_S, memory=MEMORY_LIMIT)
+        stored = arrays_from(mat_child.__file__, path, MAT)
     except ChildFailedError as error:
         raise DataError(f"{path} cannot be read as a MAT file ({error}): is it damaged?") from None
     names = [str(name) for name in stored["names"]]

@@ -12,6 +12,7 @@ from motorid.capture.model import Capture
 from motorid.capture.store_write import to_bytes as to_bytes
 from motorid.capture.whole import write_whole
 from motorid.errors import DataError
+from motorid.limits import CAPTURE
 
 _written: set[str] = set()  # SHA-256 of the files that this process has written
 
@@ -51,7 +52,7 @@ def _load_in_child(path: Path) -> Capture:
     from motorid.capture import child, store_child, store_pack
 
     try:
-        found = child.arrays_from(store_child.__file__, path, time_s=child.TIME_LIMIT_S)
+        found = child.arrays_from(store_child.__file__, path, CAPTURE)
         return store_pack.unpack(found)
     except child.ChildFailedError as error:
         raise DataError(
