@@ -43,13 +43,15 @@ class MatSource:
         if len(set(lengths.values())) > 1:
             told = ", ".join(f"{name} has {length}" for name, length in lengths.items())
             raise DataError(f"{self._path}: columns differ in length: {told}; map columns of one")
-        bad = tuple(
-            BadCell(int(row), name, str(array[row]))
-            for name, array in values.items()
-            for row in np.flatnonzero(~np.isfinite(array))
-        )
-        cleaned = {n: np.where(np.isfinite(a), a, np.nan) for n, a in values.items()}
-        return Columns(max(lengths.values(), default=1), cleaned, bad)
+        bad, cleaned = [], {}
+        for name, array in values.items():
+            finite = np.isfinite(array)
+            if not finite.all():
+                row = int(np.argmin(finite))
+                bad.append(BadCell(row, name, str(array[row])))
+                array = np.where(finite, array, np.nan)
+            cleaned[name] = array
+        return Columns(max(lengths.values(), default=1), cleaned, tuple(bad))
 
     def _array(self, name: str) -> Floats:
         if name not in self._paths:

@@ -56,17 +56,19 @@ def good_cells(
 
     Raises DataError, naming the first bad cell's place, unless ``drop_bad``.
     """
-    bad = (*columns.bad, *_sentinels(columns))
+    marks = _sentinels(columns)
+    bad = [*columns.bad, *(_first_mark(columns, name, rows) for name, rows in marks.items())]
     if not bad:
         return columns
     first = min(bad, key=lambda cell: cell.row)
     what = f"holds {first.text!r}, not a number" if first.text else "is empty"
     if first.text.startswith("sentinel"):
         what = f"holds {first.text.removeprefix('sentinel ')}, which looks like a mark for missing"
-    values = {name: column.copy() for name, column in columns.values.items()}
-    for cell in bad:
-        values[cell.column][cell.row] = np.nan
-    lost = len({cell.row for cell in bad})
+    values = dict(columns.values)
+    for name, found in marks.items():
+        values[name] = np.where(found, np.nan, values[name])
+    missing = np.any([np.isnan(column) for column in values.values() if len(column) > 1], axis=0)
+    lost = max(1, int(np.sum(missing)))
     rows = "1 row is" if lost == 1 else f"{lost} rows are"
     if not drop_bad:
         raise DataError(
@@ -80,17 +82,23 @@ def good_cells(
     return replace(columns, values=values)
 
 
-def _sentinels(columns: Columns) -> list[BadCell]:
+def _sentinels(columns: Columns) -> dict[str, Bools]:
     """Readings of a usual mark for "missing" that lie far outside the rest of their column."""
-    found = []
+    found = {}
     for name, values in columns.values.items():
         marks = np.isin(values, SENTINELS)
         if len(values) < 2 or not marks.any() or marks.all():
             continue
         rest = np.nanmax(np.abs(values[~marks]), initial=0.0)
-        for row in np.flatnonzero(marks & (np.abs(values) > FAR * rest)):
-            found.append(BadCell(int(row), name, f"sentinel {values[row]:g}"))
+        far = marks & (np.abs(values) > FAR * rest)
+        if far.any():
+            found[name] = far
     return found
+
+
+def _first_mark(columns: Columns, name: str, marks: Bools) -> BadCell:
+    row = int(np.argmax(marks))
+    return BadCell(row, name, f"sentinel {columns.values[name][row]:g}")
 
 
 def stamps_that_advance(
