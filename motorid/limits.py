@@ -37,7 +37,7 @@ class Limits:
 
 TABLE = {
     "csv": Limits(
-        "CSV table", GB, rows=10_000_000, columns=4096, line=256 * KB, cell=4 * KB, passes=3
+        "CSV table", GB, rows=10_000_000, columns=4096, line=256 * KB, cell=256 * KB, passes=3
     ),
     "mat": Limits(
         "MAT file",
@@ -45,11 +45,18 @@ TABLE = {
         rows=10_000_000,
         columns=4096,
         numbers=50_000_000,
-        cpu_s=20,
+        cpu_s=10,
         memory=832 * MB,
     ),
     "capture": Limits(
-        "capture", GB, rows=50_000_000, columns=64, cell=16 * MB, cpu_s=20, memory=3 * GB
+        "capture",
+        GB,
+        rows=50_000_000,
+        columns=64,
+        numbers=120_000_000,
+        cell=16 * MB,
+        cpu_s=10,
+        memory=3 * GB,
     ),
     "journal": Limits("journal", 4 * GB, cell=16 * MB, passes=2),
     "toml": Limits("rig, product or calibration file", MB, passes=1),

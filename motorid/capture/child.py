@@ -74,7 +74,7 @@ def _run(program: str, source: Path, target: Path, bounds: Bounds, patience_s: f
             "stopped: the file is damaged"
         )
     if code == REFUSED:
-        raise DataError(said)
+        raise DataError(said if said.startswith(str(source)) else f"{source}: {said}")
     if code or not target.exists():
         raise ChildFailedError(said or f"the reader ended with code {code}")
 

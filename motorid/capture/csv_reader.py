@@ -67,7 +67,10 @@ class CsvSource:
     def _split(self, line: str) -> list[str]:
         if self._separator == " ":
             return line.split()
-        cells = next(csv.reader([line], delimiter=self._separator), [])
+        try:
+            cells = next(csv.reader([line], delimiter=self._separator), [])
+        except csv.Error:  # a quoted cell of more than its reader takes
+            return [line]
         return [cell.strip() for cell in cells]
 
     def _is_number(self, cell: str) -> bool:

@@ -7,9 +7,10 @@ from typing import Any
 import h5py
 
 from motorid.errors import DataError
+from motorid.limits import CAPTURE
 
-MAX_MEMBERS = 64  # columns, or provenance entries
-MAX_DATA = 1 << 33  # bytes
+MAX_MEMBERS = CAPTURE.columns or 0  # columns, or provenance entries
+MAX_DATA = 8 * (CAPTURE.numbers or 0)  # bytes
 MAX_INFLATION = 1100  # what deflate can do at best: a column that claims more is a lie
 FILTERS = frozenset({1, 2, 3})  # HDF5 numbers of deflate, shuffle and checksum
 
@@ -61,6 +62,11 @@ class Guard:
         filters = dataset.id.get_create_plist()
         if any(filters.get_filter(i)[0] not in FILTERS for i in range(filters.get_nfilters())):
             raise DataError(f"{name} is compressed in a way that motorid does not read")
+        if CAPTURE.rows is not None and dataset.ndim and len(dataset) > CAPTURE.rows:
+            raise DataError(
+                f"{name} claims {len(dataset):,} rows, and a capture may have {CAPTURE.rows:,}: "
+                "it claims more data than the file can hold, or is too long to be read"
+            )
         self.spend(dataset.size * dataset.dtype.itemsize, name)
 
     def spend(self, size: int, name: str) -> None:

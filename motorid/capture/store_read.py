@@ -22,10 +22,11 @@ from motorid.capture.store_layout import (
     WIRING_FIELDS,
 )
 from motorid.errors import DataError, MotoridError
+from motorid.limits import CAPTURE
 from motorid.program import Program
 
 TEXTS = frozenset({"unit", "kind", "sense"})  # attributes; all others are numbers
-MAX_TEXT = 1 << 24  # bytes
+MAX_TEXT = CAPTURE.cell or 0  # bytes
 
 
 def read(data: bytes, path: str, sha256: str, *, own: bool = False) -> Capture:

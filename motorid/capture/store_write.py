@@ -32,7 +32,8 @@ def to_bytes(capture: Capture) -> bytes:
 
     from motorid.capture.content_digest import seal
 
-    with h5py.File(io.BytesIO(), "w", libver=("earliest", "v110")) as file:
+    image = io.BytesIO()
+    with h5py.File(image, "w", libver=("earliest", "v110")) as file:
         file.attrs.update(_root(capture))
         _write_samples(file, capture)
         _write_attributes(file.create_group("wiring"), capture.wiring, WIRING_FIELDS)
@@ -49,8 +50,7 @@ def to_bytes(capture: Capture) -> bytes:
             else:
                 _write_text(provenance, key, json.dumps(value), "json")
         seal(file)
-        file.flush()
-        return bytes(file.id.get_file_image())
+    return image.getvalue()
 
 
 def _root(capture: Capture) -> dict[str, Any]:
