@@ -85,8 +85,8 @@ def refuse_large(path: Path, limits: Limits, error: type[MotoridError] = DataErr
         raise error(f"{path} is no regular file: copy what it gives into one")
     if found.st_size > limits.file:
         raise error(
-            f"{path}: {size(found.st_size)} are more than a {limits.what} may have "
-            f"({size(limits.file)})"
+            f"{path} has {size(found.st_size)}; a file of its kind ({limits.what}) may have "
+            f"{size(limits.file)}"
         )
 
 

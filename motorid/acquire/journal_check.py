@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import mmap
 import zlib
 from dataclasses import dataclass
 from enum import Enum
@@ -20,7 +21,10 @@ from motorid.limits import JOURNAL, refuse_large
 
 KINDS = frozenset(kind.value[0] for kind in Kind)
 LATEST_NS = 10**18  # of a port's clock, which starts with the computer: thirty years
+ZEROS = 16  # bytes; fewer may be data
+Bytes = bytes | mmap.mmap
 _SMALLEST = HEAD.size + CRC.size
+_BLOCK = 1 << 20
 
 
 class Wholeness(Enum):
@@ -45,15 +49,21 @@ def check_journal(path: Path) -> JournalState:
     """The state of the journal in ``path``. Raises DataError where it cannot be read at all."""
     refuse_large(path, JOURNAL)
     try:
-        return state_of(path.read_bytes())
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
+        with path.open("rb") as file:
+            if not path.stat().st_size:
+                return state_of(b"")
+            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                return state_of(data)
+    except (OSError, ValueError) as error:
+        what = getattr(error, "strerror", None) or error
+        raise DataError(f"{path} cannot be read: {what}") from None
 
 
-def state_of(data: bytes) -> JournalState:
+def state_of(data: Bytes) -> JournalState:
     """The state of a journal's bytes."""
-    if not data.startswith(MAGIC):
-        if MAGIC.startswith(data):
+    first = data[: len(MAGIC)]
+    if first != MAGIC:
+        if MAGIC.startswith(first):
             return JournalState(Wholeness.CUT, len(data), "it ends in its first line")
         return JournalState(Wholeness.DAMAGED, 0, "its first line")
     at, last, last_data = len(MAGIC), 0, b""
@@ -65,7 +75,7 @@ def state_of(data: bytes) -> JournalState:
     return _end(data, last, last_data)
 
 
-def _end(data: bytes, last: int, last_data: bytes) -> JournalState:
+def _end(data: Bytes, last: int, last_data: bytes) -> JournalState:
     """Of a journal whose records are all good; the last one begins at ``last``."""
     if not last:
         return JournalState(Wholeness.CUT, len(data), "it ends before its header")
@@ -75,12 +85,19 @@ def _end(data: bytes, last: int, last_data: bytes) -> JournalState:
         closed = None
     if closed is None:
         return JournalState(Wholeness.OPEN, len(data))
-    if closed == {"bytes": last, "sha256": hashlib.sha256(data[:last]).hexdigest()}:
+    if closed == {"bytes": last, "sha256": _sha256(data, last)}:
         return JournalState(Wholeness.SOUND, len(data))
     return JournalState(Wholeness.DAMAGED, last, "it does not hold what it held when it was closed")
 
 
-def _good(data: bytes, at: int) -> int:
+def _sha256(data: Bytes, size: int) -> str:
+    made = hashlib.sha256()
+    for begin in range(0, size, _BLOCK):
+        made.update(data[begin : min(size, begin + _BLOCK)])
+    return made.hexdigest()
+
+
+def _good(data: Bytes, at: int) -> int:
     """Size of the good record that begins at ``at``; 0 where none does."""
     if len(data) - at < _SMALLEST or data[at] not in KINDS:
         return 0
@@ -88,36 +105,50 @@ def _good(data: bytes, at: int) -> int:
     end = at + HEAD.size + length
     if nanoseconds > LATEST_NS or length > LONGEST_RECORD or end + CRC.size > len(data):
         return 0
-    good = CRC.pack(zlib.crc32(memoryview(data)[at:end])) == data[end : end + CRC.size]
+    good = CRC.pack(zlib.crc32(data[at:end])) == data[end : end + CRC.size]
     return _SMALLEST + length if good else 0
 
 
-def _broken(data: bytes, at: int) -> JournalState:
+def _broken(data: Bytes, at: int) -> JournalState:
     """Of a journal whose first bad record begins at ``at``."""
     rest = len(data) - at
-    if not any(memoryview(data)[at:]):  # a file system gave it room and no bytes
+    size = HEAD.unpack_from(data, at)[2] + _SMALLEST if rest >= _SMALLEST else rest + 1
+    zeros = _zeros(data, at)
+    if zeros == rest or (zeros >= ZEROS and rest - zeros < size):
         return JournalState(Wholeness.CUT, at, "zeros in place of its end")
-    whole = rest >= _SMALLEST and HEAD.unpack_from(data, at)[2] + _SMALLEST <= rest
-    if whole or _other_length(data, at) or _another(data, at + 1):
+    if size <= rest or _other_length(data, at) or _another(data, at + 1):
         return JournalState(Wholeness.DAMAGED, at, "a record fails its check")
     return JournalState(Wholeness.CUT, at, f"{rest} bytes of a record")
 
 
-def _other_length(data: bytes, at: int) -> bool:
+def _zeros(data: Bytes, at: int) -> int:
+    """How many zeros end the bytes from ``at`` on: a file system gave room for what it lost."""
+    end = len(data)
+    while end > at:
+        begin = max(at, end - _BLOCK)
+        left = len(data[begin:end].rstrip(b"\0"))
+        if left:
+            return len(data) - begin - left
+        end = begin
+    return len(data) - at
+
+
+def _other_length(data: Bytes, at: int) -> bool:
     """Whether the record at ``at`` is the last one and only its length is wrong."""
     rest = len(data) - at
     if rest < _SMALLEST:
         return False
     kind, nanoseconds, _ = HEAD.unpack_from(data, at)
     head = HEAD.pack(kind, nanoseconds, rest - _SMALLEST)
-    body = memoryview(data)[at + HEAD.size : len(data) - CRC.size]
-    return CRC.pack(zlib.crc32(body, zlib.crc32(head))) == data[-CRC.size :]
+    body = data[at + HEAD.size : len(data) - CRC.size]
+    return CRC.pack(zlib.crc32(body, zlib.crc32(head))) == data[len(data) - CRC.size : len(data)]
 
 
-def _another(data: bytes, start: int) -> bool:
-    """Whether a good record begins at or after ``start``; checks no more than the file's bytes."""
-    left = 4 * len(data)
-    for at in range(start, len(data) - _SMALLEST + 1):
+def _another(data: Bytes, start: int) -> bool:
+    """Whether a good record begins within the longest record's bytes after ``start``."""
+    left = 4 * LONGEST_RECORD
+    end = min(len(data) - _SMALLEST, start + LONGEST_RECORD + _SMALLEST)
+    for at in range(start, end + 1):
         if data[at] in KINDS:
             length = HEAD.unpack_from(data, at)[2]
             if length <= len(data) - at - _SMALLEST and length <= left:
