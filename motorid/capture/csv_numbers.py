@@ -75,10 +75,11 @@ class Parser:
     def _pieces(self, lines: Lines, **how: Any) -> Iterator[Any]:
         import pandas as pd
 
+        source: Any = lines  # whatever has read and lines is enough for the parser
         with warnings.catch_warnings(action="error", category=pd.errors.ParserWarning):
             try:
                 yield from pd.read_csv(
-                    lines,  # type: ignore[arg-type]  # anything with read
+                    source,
                     sep=r"\s+" if self._separator == " " else self._separator,
                     header=None,
                     names=list(range(self._width)),
