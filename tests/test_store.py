@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import fields
+from dataclasses import replace as replace_fields
 from pathlib import Path
 
 import h5py
@@ -120,6 +121,15 @@ def test_a_disk_that_refuses_leaves_nothing(
 
     monkeypatch.setattr("motorid.capture.whole.os.fsync", full)
     with pytest.raises(DataError, match="No space left on device"):
+        store.save(capture, tmp_path / "run.h5")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_more_than_can_be_read_is_not_written(
+    capture: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(store, "CAPTURE", replace_fields(store.CAPTURE, rows=N - 1))
+    with pytest.raises(DataError, match="400 samples are more than a capture may have"):
         store.save(capture, tmp_path / "run.h5")
     assert list(tmp_path.iterdir()) == []
 

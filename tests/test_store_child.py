@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -99,6 +100,20 @@ def test_a_child_that_hangs_is_stopped(
     replace_child(monkeypatch, tmp_path, "import time; time.sleep(60)")
     monkeypatch.setattr(child, "PATIENCE_S", 0.3)
     with pytest.raises(DataError, match=r"more than 0\.3 s and was stopped"):
+        store.load(foreign)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's memory")
+def test_a_child_that_works_without_end_is_stopped(
+    foreign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After so much of the processor's time, however long that takes."""
+    body = (
+        "from motorid.capture.child import serve\nserve(lambda s, t: any(iter(int, 1)), [])"
+    )
+    replace_child(monkeypatch, tmp_path, body)
+    monkeypatch.setattr(store, "CAPTURE", replace(CAPTURE, cpu_s=0))
+    with pytest.raises(DataError, match="s of the processor and was stopped: the file is damaged"):
         store.load(foreign)
 
 

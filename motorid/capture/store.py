@@ -12,7 +12,7 @@ from motorid.capture.model import Capture
 from motorid.capture.store_write import to_bytes as to_bytes
 from motorid.capture.whole import write_whole
 from motorid.errors import DataError
-from motorid.limits import CAPTURE
+from motorid.limits import CAPTURE, refuse_large
 
 _written: set[str] = set()  # SHA-256 of the files that this process has written
 
@@ -23,6 +23,11 @@ def save(capture: Capture, path: str | Path, force: bool = False) -> Path:
     Raises UsageError when ``path`` exists (unless ``force``), DataError when the disk refuses.
     """
     path = Path(path)
+    if CAPTURE.rows is not None and len(capture) > CAPTURE.rows:
+        raise DataError(
+            f"{path}: {len(capture):,} samples are more than a capture may have "
+            f"({CAPTURE.rows:,}): make the run shorter, or sample more slowly"
+        )
     data = to_bytes(capture)
     write_whole(path, data, force=force)
     _written.add(hashlib.sha256(data).hexdigest())
@@ -35,6 +40,7 @@ def load(path: str | Path) -> Capture:
     What this process has written itself it reads itself; any other file is read by a child, which
     a damaged one may crash or hang.
     """
+    refuse_large(Path(path), CAPTURE)
     try:
         data = Path(path).read_bytes() if _written else b""
         Path(path).open("rb").close()
