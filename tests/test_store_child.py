@@ -108,9 +108,7 @@ def test_a_child_that_works_without_end_is_stopped(
     foreign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """After so much of the processor's time, however long that takes."""
-    body = (
-        "from motorid.capture.child import serve\nserve(lambda s, t: any(iter(int, 1)), [])"
-    )
+    body = "from motorid.capture.child import serve\nserve(lambda s, t: any(iter(int, 1)), [])"
     replace_child(monkeypatch, tmp_path, body)
     monkeypatch.setattr(store, "CAPTURE", replace(CAPTURE, cpu_s=0))
     with pytest.raises(DataError, match="s of the processor and was stopped: the file is damaged"):

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from motorid.capture.columns import BadCell, Columns
 
 Floats = NDArray[np.float64]
-PIECE = 1 << 16  # lines that are parsed at a time
+PIECE = 1 << 16  # lines that are parsed at a time, at most
+CELLS = 1 << 21  # and cells
 
 
 class Lines(Protocol):
@@ -86,7 +87,7 @@ class Parser:
                     index_col=False,
                     skip_blank_lines=False,
                     on_bad_lines="error",
-                    chunksize=PIECE,
+                    chunksize=min(PIECE, max(1, CELLS // self._width)),
                     **how,
                 )
             except pd.errors.EmptyDataError:

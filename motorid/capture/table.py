@@ -23,6 +23,7 @@ from motorid.errors import DataError, UsageError, nearest
 
 Floats = NDArray[np.float64]
 CLOCK_HZ = 1e9  # ticks are integers, and nanoseconds lose nothing that a file's stamps hold
+_NO_SEPARATOR = "\"'\r\n\0+-.0123456789eE"  # what cells or lines are made of
 STATIC = "static"  # provenance: True where the rows are steady points without an order in time
 
 
@@ -123,6 +124,17 @@ def _check_options(chosen: TableOptions, mapped: Mapping[str, ChannelMap]) -> No
                 raise UsageError(f"{option} {name}: no such map{nearest(name, mapped)}")
             if not 0 <= number < np.inf:
                 raise UsageError(f"{option} {name}={number:g}: give {what}, 0 or more")
+    separator, decimal = chosen.separator, chosen.decimal
+    if separator is not None and (
+        len(separator) != 1 or not separator.isascii() or separator in _NO_SEPARATOR
+    ):
+        raise UsageError(
+            f"--separator {separator!r}: give one ASCII character, such as ';' or a tab"
+        )
+    if decimal not in (None, ".", ","):
+        raise UsageError(f"--decimal {decimal!r} is neither '.' nor ','")
+    if separator is not None and separator == decimal:
+        raise UsageError(f"--separator and --decimal are both {separator!r}: they must differ")
     if chosen.sense not in get_args(Sense):
         raise UsageError(f"--sense {chosen.sense!r} is none of {', '.join(get_args(Sense))}")
 

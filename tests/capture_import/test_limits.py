@@ -20,7 +20,7 @@ from motorid.capture.csv_numbers import NotPlainError, Parser
 from motorid.capture.csv_text import Body, measure, opened
 from motorid.capture.table import NOTES, read_table
 from motorid.cli.main import run
-from motorid.errors import DataError, RigError
+from motorid.errors import DataError, RigError, UsageError
 from motorid.json_seal import read as read_json
 from motorid.toml_file import read_text
 
@@ -62,6 +62,25 @@ def test_tables_beyond_each_limit(small: limits.Limits, tmp_path: Path) -> None:
     assert "21 columns" in said(path)
     path.write_text("t,i\n1,2\n" + "1" * 501 + ",2\n")
     assert "a line of more than 500 B" in said(path)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"separator": ";;"},
+        {"separator": ""},
+        {"separator": '"'},
+        {"separator": "\n"},
+        {"separator": "5"},
+        {"separator": "€"},
+        {"decimal": "x"},
+        {"decimal": ""},
+        {"separator": ",", "decimal": ","},
+    ],
+)
+def test_a_separator_that_is_none_is_a_wrong_request(tmp_path: Path, more: dict[str, str]) -> None:
+    with pytest.raises(UsageError, match=r"--(separator|decimal)"):
+        read_table(log(tmp_path / "log.csv"), MAPS, **more)
 
 
 def test_blank_lines_at_the_end_count_for_nothing(small: limits.Limits, tmp_path: Path) -> None:
