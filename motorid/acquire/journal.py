@@ -8,6 +8,7 @@ nothing but its last record.
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import io
 import os
 import queue
@@ -26,16 +27,20 @@ from motorid.acquire import lock
 from motorid.acquire.port import Port
 from motorid.capture.whole import sync_folder
 from motorid.errors import DataError, UsageError
+from motorid.limits import JOURNAL, refuse_large
 from motorid.reading import open_file
 
 MAGIC = b"motorid journal 1\n"
+LONGEST_HEADER = 1 << 21  # bytes; one holds a rig file and a calibration, of 1 MiB each at most
 SUFFIX = ".journal"
+CLOSED = "closed"  # the key of the mark that ends a journal: size and digest of all before it
 SYNC_S = 0.5  # at least once a second is promised
 FLUSH_S = 0.05  # at least every 100 ms is promised
 BACKLOG = 20_000  # records waiting for a slow disk before the reader waits too
-_HEAD = struct.Struct("<cQI")
-_CRC = struct.Struct("<I")
-_SMALLEST = _HEAD.size + _CRC.size
+HEAD = struct.Struct("<cQI")
+CRC = struct.Struct("<I")
+LONGEST_RECORD = JOURNAL.cell or 0
+_SMALLEST = HEAD.size + CRC.size
 
 
 class Kind(Enum):
@@ -96,6 +101,7 @@ def parse_journal(data: bytes) -> Journal:
 @contextlib.contextmanager
 def open_journal(path: Path) -> Iterator[JournalReader]:
     """The journal in ``path``, record by record. Raises DataError when it is none."""
+    refuse_large(path, JOURNAL)
     with open_file(path, DataError) as file:
         try:
             reader = JournalReader(file, path.stat().st_size)
@@ -105,7 +111,9 @@ def open_journal(path: Path) -> Iterator[JournalReader]:
 
 
 class JournalReader:
-    """Iterates over the records after the header; ``torn`` is right once it has ended.
+    """Iterates over the records between the header and the mark that closes the journal.
+
+    ``torn`` is right once it has ended.
 
     Raises DataError when the file does not begin as a journal.
     """
@@ -114,17 +122,22 @@ class JournalReader:
         self._file, self._left = file, size
         head = self._take(min(len(MAGIC), size))
         if head != MAGIC:
-            hint = "; it is empty, so delete it" if MAGIC.startswith(head) else ""
-            raise DataError(f"not a motorid journal{hint}")
+            if MAGIC.startswith(head):
+                raise DataError("not a motorid journal; it is empty, so delete it")
+            raise DataError("not a motorid journal, or damaged in its first line")
         self.torn = self._left
         first = self._record()
         if first is None or first.kind is not Kind.HEADER:
+            whole = first is not None or self.torn - self._left > HEAD.size
+            if whole or self.torn > LONGEST_HEADER:
+                raise DataError("the journal's header is damaged: keep it, and take another copy")
             raise DataError("the journal ends before its header: it holds nothing, so delete it")
         self.header: Mapping[str, Any] = first.json
 
     def __iter__(self) -> Iterator[Record]:
         while (record := self._record()) is not None:
-            yield record
+            if record.kind is not Kind.MARK or CLOSED not in record.json:
+                yield record
 
     def _take(self, size: int) -> bytes:
         self._left -= size
@@ -134,14 +147,14 @@ class JournalReader:
         """The next record, or None where it is cut short or damaged."""
         if self._left < _SMALLEST:
             return None
-        head = self._take(_HEAD.size)
-        if len(head) < _HEAD.size:
+        head = self._take(HEAD.size)
+        if len(head) < HEAD.size:
             return None
-        kind, nanoseconds, length = _HEAD.unpack(head)
-        if length + _CRC.size > self._left:
+        kind, nanoseconds, length = HEAD.unpack(head)
+        if length + CRC.size > self._left or length > LONGEST_RECORD:
             return None
-        data, check = self._take(length), self._take(_CRC.size)
-        if check != _CRC.pack(zlib.crc32(data, zlib.crc32(head))):
+        data, check = self._take(length), self._take(CRC.size)
+        if check != CRC.pack(zlib.crc32(data, zlib.crc32(head))):
             return None
         try:
             record = Record(Kind(kind), nanoseconds / 1e9, data)
@@ -153,8 +166,29 @@ class JournalReader:
 
 def encode_record(kind: Kind, time_s: float, data: bytes) -> bytes:
     """A record's bytes."""
-    body = _HEAD.pack(kind.value, max(0, round(time_s * 1e9)), len(data)) + data
-    return body + _CRC.pack(zlib.crc32(body))
+    body = HEAD.pack(kind.value, max(0, round(time_s * 1e9)), len(data)) + data
+    return body + CRC.pack(zlib.crc32(body))
+
+
+class Digest:
+    """The SHA-256 of a journal as it is written, for the mark that closes it."""
+
+    def __init__(self) -> None:
+        self._sha256 = hashlib.sha256()
+        self._size = 0
+
+    def add(self, data: bytes) -> bytes:
+        """Takes what is written next; returns it."""
+        self._sha256.update(data)
+        self._size += len(data)
+        return data
+
+    def closing(self, last: bytes) -> bytes:
+        """The record that ends a journal after ``last``, which was not added yet."""
+        sha256 = self._sha256.copy()
+        sha256.update(last)
+        what = {CLOSED: {"bytes": self._size + len(last), "sha256": sha256.hexdigest()}}
+        return encode_record(Kind.MARK, 0, json_text.dumps(what).encode())
 
 
 class JournalWriter:
@@ -173,6 +207,7 @@ class JournalWriter:
     ) -> None:
         self.path = path
         self._error: OSError | None = None
+        self._written = Digest()
         # of the simple kind, which has no lock that a writer without processor time could hold
         self._queue: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         try:
@@ -186,9 +221,8 @@ class JournalWriter:
         except OSError as error:
             raise UsageError(f"{path} cannot be made: {error.strerror or error}") from None
         try:
-            self._file.write(
-                MAGIC + encode_record(Kind.HEADER, 0, json_text.dumps(header).encode())
-            )
+            first = MAGIC + encode_record(Kind.HEADER, 0, json_text.dumps(header).encode())
+            self._file.write(self._written.add(first))
             self._sync()
             sync_folder(path.parent)
         except OSError as error:
@@ -247,8 +281,10 @@ class JournalWriter:
         open_ = True
         while open_:
             batch, open_ = self._batch()
+            if not open_:
+                batch += self._written.closing(batch)
             if batch:
-                self._file.write(batch)
+                self._file.write(self._written.add(batch))
                 self._file.flush()
             if not open_ or time.monotonic() - synced >= SYNC_S:
                 self._sync()

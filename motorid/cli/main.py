@@ -32,6 +32,7 @@ COMMANDS = {
     "gauge": ("gauge", "Study the gauge itself: crossed R&R, a golden motor, linearity."),
     "trend": ("trend", "Control charts, capability and drift of what was measured; alarms."),
     "history": ("history", "The database of results: trace, judge again, export."),
+    "verify": ("verify", "Say of each file whether it is still what was written."),
     "compare": ("compare", "Many methods on the same captures; the review's tables, rebuilt."),
     "ports": ("ports", "List the serial ports, without opening them."),
     "rigs": ("rigs", "List the rigs that come with motorid."),

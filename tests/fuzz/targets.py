@@ -21,7 +21,8 @@ PARSERS = {
         (
             "motorid.rig_file",
             "motorid.rig_keys",
-            "motorid.rig",
+            "motorid.rig_model",
+            "motorid.rig_program",
             "motorid.program",
             "motorid.toml_file",
             "tomllib",

@@ -14,11 +14,11 @@ from motorid.errors import MotoridError, RigError, UsageError, nearest
 from motorid.rig_calibration import (
     APPLIED,
     FORMAT,
-    CalibrationFile,
     parse_calibration,
     path_beside,
     read_calibration,
 )
+from motorid.rig_model import CalibrationFile
 from motorid.workflow.calibrate.bench import Bench, Settings, Tables, now
 from motorid.workflow.calibrate.person import Person
 from motorid.workflow.calibrate.steps import STEPS
