@@ -64,6 +64,7 @@ def names(node: ast.AST) -> Iterator[str]:
         yield from (f"motorid.{name.name}" for name in node.names)
     elif isinstance(node, ast.ImportFrom) and node.module:
         yield node.module
+        yield from (f"{node.module}.{name.name}" for name in node.names)
 
 
 def files() -> list[Path]:
@@ -77,6 +78,39 @@ def test_imports_point_down(path: Path) -> None:
     assert own in MAY_IMPORT, "a new room: say in MAY_IMPORT what it may know"
     reached = {found for module in imported(path) if (found := room(module))}
     assert reached - MAY_IMPORT[own] - {own} == set()
+
+
+def circles(folder: Path) -> list[str]:
+    """Modules of a folder that import themselves by way of others, lazily or not."""
+    own = {path.stem: path for path in folder.glob("*.py")}
+    prefix = ".".join(("motorid", *folder.relative_to(PACKAGE).parts, ""))
+    knows = {
+        name: {m.removeprefix(prefix).partition(".")[0] for m in imported(path) if prefix in m}
+        for name, path in own.items()
+    }
+
+    def reached(name: str, seen: set[str]) -> set[str]:
+        for other in knows.get(name, set()) - seen:
+            seen |= {other} | reached(other, seen | {other})
+        return seen
+
+    return sorted(name for name in own if name in reached(name, set()))
+
+
+def test_no_module_that_drives_a_board_imports_in_a_circle() -> None:
+    assert circles(PACKAGE / "acquire") == []
+
+
+def test_a_circle_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules[__name__], "PACKAGE", tmp_path)
+    folder = tmp_path / "acquire"
+    folder.mkdir()
+    (folder / "port.py").write_text("def f():\n    from motorid.acquire.relay import g\n")
+    (folder / "relay.py").write_text("from motorid.acquire import journal\n")
+    (folder / "journal.py").write_text("from motorid.acquire.port import f\n")
+    assert circles(folder) == ["journal", "port", "relay"]
+    (folder / "journal.py").write_text("import json\n")
+    assert circles(folder) == []
 
 
 def loaded_after(statement: str) -> set[str]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from motorid.acquire.assemble import name_of
-from motorid.acquire.port import Port
+from motorid.acquire.link import Port
 from motorid.acquire.resets import BoardResetError, reset_error
 from motorid.errors import LinkError, MotoridError, RigError
 from motorid.wire.codec import (

@@ -16,8 +16,10 @@ from motorid.acquire.assemble import NoSamplesError, assemble
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.check import check_signs, check_supply, check_zero
 from motorid.acquire.drive import Stop, drive, interruptible, load, tripped
-from motorid.acquire.journal import JournaledPort, JournalWriter, journal_path, open_journal
+from motorid.acquire.journal import journal_path, open_journal
+from motorid.acquire.journal_writer import JournaledPort, JournalWriter
 from motorid.acquire.leftover import is_journal, make_way, refuse_growing, set_aside, target_of
+from motorid.acquire.link import Port
 from motorid.acquire.live import Live, LiveView
 from motorid.acquire.plan import (
     check_burst,
@@ -28,7 +30,7 @@ from motorid.acquire.plan import (
     step_ticks,
     wire_program,
 )
-from motorid.acquire.port import Port, open_port
+from motorid.acquire.port import open_port
 from motorid.acquire.ports import serial_of
 from motorid.acquire.resets import BoardResetError
 from motorid.acquire.safety import check_program

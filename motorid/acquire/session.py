@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.check import check_supply, check_zero, judge_sensors
 from motorid.acquire.drive import drive, interruptible, load, tripped
+from motorid.acquire.link import Port
 from motorid.acquire.live import LiveView
 from motorid.acquire.plan import sample_period, wire_program
-from motorid.acquire.port import Port
 from motorid.acquire.pulse import Pulse, weak_pulse
 from motorid.acquire.record import Progress, configure
 from motorid.acquire.safety import check_program, pulse_resistance

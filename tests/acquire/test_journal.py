@@ -13,16 +13,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorid.acquire import journal as room
+from motorid.acquire import journal_writer as room
 from motorid.acquire.journal import (
     MAGIC,
-    JournalWriter,
     Kind,
     encode_record,
     journal_path,
     parse_journal,
     read_journal,
 )
+from motorid.acquire.journal_writer import JournalWriter
 from motorid.errors import DataError, UsageError
 
 HEAD = MAGIC + encode_record(Kind.HEADER, 0, b'{"rig_name": "x"}')

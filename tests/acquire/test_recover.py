@@ -106,8 +106,8 @@ def test_a_full_disk_stops_the_motor_and_keeps_what_fits(
             raise OSError(28, "No space left on device")
         fsync(handle)
 
-    monkeypatch.setattr("motorid.acquire.journal.os.fsync", sync)
-    monkeypatch.setattr("motorid.acquire.journal.SYNC_S", 0.0)
+    monkeypatch.setattr("motorid.acquire.journal_writer.os.fsync", sync)
+    monkeypatch.setattr("motorid.acquire.journal_writer.SYNC_S", 0.0)
     rig = sim_rig()
 
     def fill(live: Live) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from motorid.acquire.journal import JournalWriter
+from motorid.acquire.journal_writer import JournalWriter
 from motorid.acquire.port import Port
 from motorid.sim.device import Device
 from motorid.wire.codec import BadPayload, Event, Reply, SampleBlock, decode
