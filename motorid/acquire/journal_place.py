@@ -69,7 +69,7 @@ def copy_elsewhere(file: BinaryIO, path: Path) -> tuple[BinaryIO, Path]:
 
 
 def _names(path: Path) -> Iterator[Path]:
-    """Its own name in its own folder, made again if need be; else another name, or another folder."""
+    """Its own name in its own folder, made again if need be; else another name or folder."""
     folders = [path.parent, Path(os.path.expanduser("~")), Path(gettempdir())]
     for folder in filter(Path.is_absolute, folders):  # a home that is not known stays "~"
         yield folder / path.name

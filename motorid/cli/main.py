@@ -10,6 +10,7 @@ from typing import NoReturn
 import click
 
 from motorid import __version__
+from motorid.acquire.interrupt import heed
 from motorid.cli.failures import report
 from motorid.cli.lazy import LazyGroup
 
@@ -66,6 +67,7 @@ def run(args: Sequence[str]) -> int:
 
 def main() -> NoReturn:
     """The entry point of the installed command."""
+    heed()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without Ω still gets its table
