@@ -1,7 +1,7 @@
 """Signals that ask the program to end: the one place that hears them.
 
-Ctrl-C, a request to terminate, and a terminal that is gone (a closed window, a dropped ssh) mean the
-same: stop the motor, keep what was measured, and end as interrupted.
+Ctrl-C, a request to terminate, and a terminal that is gone (a closed window, a dropped ssh) mean
+the same: stop the motor, keep what was measured, and end as interrupted.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ def _heard() -> list[signal.Signals]:
 def interruptible() -> Iterator[Stop]:
     """A first request asks for a gentle stop; a second Ctrl-C or termination quits at once.
 
-    So does one that nothing has followed for PATIENCE_S, wherever the program waits. A hang-up never
-    counts as the second: a shell and its terminal both send one.
+    So does one that nothing has followed for PATIENCE_S, wherever the program waits. A hang-up is
+    never the second: a shell and its terminal both send one.
     """
     stop = Stop()
     if threading.current_thread() is not threading.main_thread():

@@ -15,6 +15,7 @@ from typing import Any, BinaryIO
 from motorid.acquire import journal_place, lock
 from motorid.acquire.journal import MAGIC, Kind, encode_record
 from motorid.acquire.link import Port
+from motorid.acquire.outputs import in_the_way
 from motorid.capture.whole import sync_folder
 from motorid.errors import DataError, UsageError
 
@@ -47,10 +48,7 @@ class JournalWriter:
             self._file = (open_file or journal_place.create)(path)
             lock.hold(self._file)
         except FileExistsError:
-            raise UsageError(
-                f"{path} exists: another capture is writing it, or one was cut short; "
-                f"`motorid recover {path}` keeps what it holds, --force moves it aside"
-            ) from None
+            raise UsageError(in_the_way(path)) from None
         except OSError as error:
             raise UsageError(f"{path} cannot be made: {error.strerror or error}") from None
         try:

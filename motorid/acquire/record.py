@@ -27,6 +27,7 @@ from motorid.acquire.keep import remarks as remarks
 from motorid.acquire.leftover import make_way, set_aside
 from motorid.acquire.link import Port
 from motorid.acquire.live import Live, LiveView
+from motorid.acquire.outputs import check_outputs
 from motorid.acquire.plan import (
     check_burst,
     configuration,
@@ -40,7 +41,6 @@ from motorid.acquire.port import open_port
 from motorid.acquire.ports import serial_of
 from motorid.acquire.resets import BoardResetError
 from motorid.acquire.safety import check_program
-from motorid.capture.whole import refuse_existing
 from motorid.errors import DataError, LinkError, MotoridError, RigError
 from motorid.program import Program
 from motorid.rig import Rig
@@ -84,8 +84,7 @@ def capture_all(
 ) -> list[Path]:
     """As ``capture``, one run for each path, over one opening of the port."""
     check_program(rig, program)
-    for path in paths:
-        refuse_existing(path, force)
+    check_outputs(paths, rig, program, force=force)
     port = open_port(rig.port)
     try:
         with interruptible() as stop:
@@ -114,7 +113,7 @@ def capture_over(
     ``checked``: signs were checked on this motor already, so no pulse goes before the program.
     """
     check_program(rig, program)
-    refuse_existing(path, force)
+    check_outputs([path], rig, program, force=force)
     with interruptible() as stop:
         _Recorder(port, rig, program, stop, progress).record(
             path, force, serial, note, checked=checked
