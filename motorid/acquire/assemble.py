@@ -45,9 +45,9 @@ KEPT = (  # of the header, in a capture's provenance
 
 UNUSABLE = (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, UsageError)
 CONTEXT = ("identify", "describe_channel", "configure", "read_config", "zero")
-AFTER_RESET = "after a reset of the board"
-UNREAD = "in blocks that this version cannot read"
-DAMAGED = "in damaged frames"
+AFTER_RESET = "samples after a reset of the board"
+UNREAD = "blocks that this version cannot read"
+DAMAGED = "damaged frames"
 BLOCK = load().events[SAMPLE_BLOCK].code
 
 
@@ -170,7 +170,7 @@ class Assembler:
         timeline = self.timeline
         found = Counter(timeline.unplaced if timeline is not None else {})
         found[AFTER_RESET] += self._stray[AFTER_RESET]
-        found[UNREAD] += self._stray[UNREAD]  # at least one each
+        found[UNREAD] += self._stray[UNREAD]
         return {reason: count for reason, count in found.items() if count}
 
     def end_reason(self) -> str:
@@ -232,6 +232,8 @@ class Assembler:
     def _taken(self) -> int | None:
         """Samples that the board took, by its own word or by the program; None: unknown."""
         asked = int(self.marks["samples"])
+        if self.done is not None and self.done["reason"] == EndReason.COMPLETED:
+            return asked  # whatever it counted
         if self.done is not None:  # whose figures a damaged frame that passed may have spoilt
             return min(asked, int(self.done["samples"]) + int(self.done["dropped"]))
         return asked if self.end_reason() == "completed" else None
@@ -255,7 +257,7 @@ class Assembler:
             )
         if unplaced := self.unplaced():
             found.append(
-                f"samples without a place in the run are in the journal alone, as they came: "
+                f"what has no place in the run is in the journal alone, as it came: "
                 f"{listed(unplaced)}"
             )
         if self._zero() is None and self.replies.get("zero"):

@@ -22,6 +22,7 @@ LULL_S = 1.0  # without news when some was due: ask
 LATEST_S = 120.0  # after its end a slow link may still bring what the board kept
 MOST_KEPT = 1 << 16  # samples that a board keeps
 SPARE = 1000
+EARLY = 0.5  # of the program, which no clock runs that fast
 STOPPED = "stopped"
 
 
@@ -82,6 +83,7 @@ class _Run:
         self.sequence = 0
         self.fault = ""
         self.stopping = False
+        self.earliest_s = 0.0  # of the port's clock, when the program can be over
         # what a board may say of one run: more is no run, and would never end
         planned = program.ticks // config["sample_period_ticks"]
         self.left = 2 * planned + 2 * len(program.steps) + SPARE
@@ -103,6 +105,7 @@ class _Run:
         """Consumes until the board is done."""
         board, now = self.board, self.board.port.now
         beat_at = began = now()
+        self.earliest_s = began + EARLY * self.duration_s
         board.heard_at = progressed = began
         over_at = began + self.duration_s + LULL_S
         while True:
@@ -180,7 +183,9 @@ class _Run:
         return None
 
     def done(self, reason: int) -> str:
-        """The board's word on the end."""
+        """The board's word on the end; a stop goes out where it cannot be so."""
+        if reason == EndReason.COMPLETED and self.board.port.now() < self.earliest_s:
+            self.board.tell("stop")
         if reason != EndReason.FAULT:
             return name_of(EndReason, reason)
         if not self.fault:  # its own event was lost

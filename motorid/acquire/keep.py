@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +19,7 @@ from motorid.capture.whole import refuse_existing
 from motorid.errors import DataError, MotoridError
 
 RAW, EMPTY, TORN = "raw", "empty", "torn"  # what a journal is called that stays
+BAD = "bad"  # and a capture that is not what was written
 
 
 @dataclass(frozen=True)
@@ -56,11 +59,19 @@ def _advice(journal: Path, target: Path) -> str:
 
 
 def _read_back(run: Capture, path: Path) -> None:
-    found = store.load(path)
-    if len(found) != len(run) or digest(found) != digest(run):
-        raise DataError(
-            f"{path} reads back otherwise than it was written: the disk or its driver is at fault"
-        )
+    """Raises DataError where a file does not say what was written; it is set aside then."""
+    try:
+        found = store.load(path)
+        if len(found) == len(run) and digest(found) == digest(run):
+            return
+        problem = f"{path} reads back otherwise than it was written"
+    except MotoridError as error:
+        problem = str(error)
+    bad = path.with_name(f"{path.name}.{BAD}")
+    with contextlib.suppress(OSError):  # it is gone
+        os.replace(path, bad)
+        problem += f"; what is there is {bad.name} now"
+    raise DataError(f"{problem}: the disk or its driver may be at fault")
 
 
 def digest(capture: Capture) -> str:

@@ -21,10 +21,10 @@ HALF = 1 << 31
 DROPPED = "dropped by the board: the link was too slow"
 LOST = "lost on the link"
 MISSING_END = "lost on the link at the end of the run"
-OFF_GRID = "between the ticks of the run's samples"
-OUTSIDE = "before the run's beginning or beyond its end"
-OTHER_CHANNELS = "of other channels than were asked for"
-TAKEN = "at ticks that other samples have"
+OFF_GRID = "samples between the ticks of the run"
+OUTSIDE = "samples before the run's beginning or beyond its end"
+OTHER_CHANNELS = "samples of other channels than were asked for"
+TAKEN = "samples at ticks that other samples have"
 
 
 class Blocks:
@@ -141,15 +141,7 @@ class Timeline:
     def settle(self) -> None:
         """Finds a place for what came out of order, once all has come. May be called again."""
         if not self.blocks and self._unfit:
-            told, unfit = self._begin, self._unfit
-            self._clear()
-            for one in unfit:
-                if isinstance(one, Phase):
-                    self.phase(one.index, one.tick)
-                else:
-                    self.add(one)
-            self.wrong_start = told if self.blocks else None
-            self._unfit = []
+            self._overrule_start()
         late, self._late = self._late, []
         if not late:
             return
@@ -158,6 +150,26 @@ class Timeline:
         for first, block in late:
             self._insert(first, block, order, firsts)
         self._order = order
+
+    def _overrule_start(self) -> None:
+        """Places everything by the first block, as not one fits what the reply to start said.
+
+        Unless that leaves more samples without a place than with one: then it is no grid either.
+        """
+        told, unfit, self._unfit = self._begin, self._unfit, []
+        before = self.unplaced
+        self._clear()
+        for one in unfit:
+            if isinstance(one, Phase):
+                self.phase(one.index, one.tick)
+            else:
+                self.add(one)
+        placed = sum(self.blocks.counts) + sum(len(block.samples) for _, block in self._late)
+        if placed > sum(self.unplaced.values()):
+            self.wrong_start = told
+            return
+        self._clear()
+        self.unplaced, self._begin = before, told
 
     def _insert(self, first: int, block: SampleBlock, order: list[int], firsts: list[int]) -> None:
         place = bisect_right(firsts, first)
