@@ -76,11 +76,11 @@ def _read_back(run: Capture, path: Path) -> None:
 
 def digest(capture: Capture) -> str:
     """SHA-256 of a capture's ticks and raw readings, whatever file they are in."""
-    found = hashlib.sha256(np.ascontiguousarray(capture.ticks, dtype="<i8"))
+    found = hashlib.sha256(np.asarray(capture.ticks, dtype="<i8").tobytes())
     for name, channel in capture.channels.items():
-        raw = np.ascontiguousarray(channel.raw)
+        raw = np.asarray(channel.raw)
         found.update(f"{name} {raw.dtype.str} {len(raw)};".encode())
-        found.update(raw)
+        found.update(raw.tobytes())
     return found.hexdigest()
 
 

@@ -210,7 +210,7 @@ class Timeline:
         columns: dict[str, NDArray[Any]] = {}
         for index, channel in enumerate(self.blocks.channels):
             name = channel.name.lower()
-            column = np.ascontiguousarray(raw[:, index])
+            column: NDArray[Any] = np.ascontiguousarray(raw[:, index])
             if name == POSITION:
                 column = self._positions(column, counts, np.array(self.blocks.positions)[order])
             columns[name] = column
