@@ -257,7 +257,7 @@ class Assembler:
             )
         if unplaced := self.unplaced():
             found.append(
-                f"what has no place in the run is in the journal alone, as it came: "
+                f"what has no place in the run is in the journal alone, which stays as .raw: "
                 f"{listed(unplaced)}"
             )
         if self._zero() is None and self.replies.get("zero"):

@@ -27,7 +27,8 @@ from tests.conformance.boards import emulator_lacks
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no hang-ups")
 STOPPED_S = 0.05
-ASKING = [signal.SIGHUP, signal.SIGTERM, signal.SIGINT]
+HANG_UP = getattr(signal, "SIGHUP", signal.SIGTERM)
+ASKING = [HANG_UP, signal.SIGTERM, signal.SIGINT]
 
 
 class SignalledPort:
@@ -97,7 +98,7 @@ def signalled(
 
 @pytest.mark.parametrize(
     "numbers",
-    [*([one] for one in ASKING), [signal.SIGHUP] * 2, [signal.SIGHUP, signal.SIGTERM]],
+    [*([one] for one in ASKING), [HANG_UP] * 2, [HANG_UP, signal.SIGTERM]],
     ids=lambda numbers: "+".join(signal.Signals(n).name for n in numbers),
 )
 def test_the_stop_is_sent_at_once_and_the_run_is_kept(
@@ -120,7 +121,7 @@ def test_the_stop_is_sent_at_once_and_the_run_is_kept(
 def test_the_stop_does_not_wait_for_the_reply_to_start(
     run: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    last = signalled(monkeypatch, 0.03, [signal.SIGHUP], run)
+    last = signalled(monkeypatch, 0.03, [HANG_UP], run)
     opened = record.open_port
 
     def mute(url: str) -> Port:
@@ -140,7 +141,7 @@ def test_nothing_moves_that_was_to_start_later(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A hang-up while offsets are read: no pulse follows."""
-    last = signalled(monkeypatch, 0.2, [signal.SIGHUP], run=0)
+    last = signalled(monkeypatch, 0.2, [HANG_UP], run=0)
     with pytest.raises(KeyboardInterrupt, match="nothing was measured"):
         record.capture(rig := sim_rig(), rig.program, tmp_path / "run.h5")
     assert last()._device.board.runs == 0
@@ -195,13 +196,13 @@ def test_the_program_ends_as_interrupted_wherever_it_waits(number: int) -> None:
 def test_a_hang_up_that_is_ignored_stays_so() -> None:
     """As nohup asks for."""
     with handlers_kept():
-        signal.signal(signal.SIGHUP, signal.SIG_IGN)
+        signal.signal(HANG_UP, signal.SIG_IGN)
         interrupt.heed()
         with interrupt.interruptible() as stop:
-            signal.raise_signal(signal.SIGHUP)
+            signal.raise_signal(HANG_UP)
             assert not stop.requested
-        signal.raise_signal(signal.SIGHUP)
-        assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+        signal.raise_signal(HANG_UP)
+        assert signal.getsignal(HANG_UP) == signal.SIG_IGN
 
 
 # ---------------------------------------------------------------- terminals that close

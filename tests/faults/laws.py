@@ -76,11 +76,12 @@ class Outcome:
 
 
 Lie = Callable[[bytes], list[bytes]]  # what a board says in place of a payload
+HANG_UP = getattr(signal, "SIGHUP", signal.SIGTERM)  # Windows has none
 SIGNALS = {
     "ctrl-c": (signal.SIGINT,),
     "ctrl-c twice": (signal.SIGINT, signal.SIGINT),
-    "hang-up": (signal.SIGHUP,),
-    "hang-up twice": (signal.SIGHUP, signal.SIGHUP),
+    "hang-up": (HANG_UP,),
+    "hang-up twice": (HANG_UP, HANG_UP),
     "terminate": (signal.SIGTERM,),
 }
 

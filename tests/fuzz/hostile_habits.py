@@ -8,6 +8,7 @@ import signal
 from dataclasses import dataclass
 from typing import Any
 
+from motorid.acquire import interrupt
 from motorid.wire.codec import (
     BadPayload,
     Event,
@@ -60,7 +61,7 @@ class Hostility:
         rng = self.rng
         self.habits = [self._draw() for _ in range(rng.choice((1, 1, 2, 2, 3)))]
         self.signal_at_s = rng.uniform(0.2, 1.5) if rng.random() < 0.1 else math.inf
-        self.signal = rng.choice((signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
+        self.signal = rng.choice(interrupt.ASKING)
         self.port = HostilePort(self.mangle)
         self.port.before_read = self._on_time
         self._held: bytes | None = None
