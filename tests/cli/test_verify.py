@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from motorid.acquire.journal import JournalWriter, Kind, read_journal
+from motorid.acquire.journal import Kind, read_journal
 from motorid.acquire.journal_check import Wholeness, check_journal, state_of
+from motorid.acquire.journal_writer import JournalWriter
 from motorid.cli.main import run
 from motorid.workflow.verify import verify
 from tests.fuzz.bit_flips import kinds

@@ -33,3 +33,4 @@ PARSERS = {
     "journal": Parser("tests.fuzz.journal_checks", ("motorid.acquire", "motorid.wire"), 1000),
 }
 FILES = ("hdf5", "mat")
+BOARDS = ("board",)
