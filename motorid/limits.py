@@ -62,10 +62,13 @@ TABLE = {
     "journal": Limits("journal", 4 * GB, cell=16 * MB, passes=2),
     "toml": Limits("rig, product or calibration file", MB, passes=1),
     "json": Limits("estimate or verdict", 64 * MB, passes=2),
+    "study": Limits("table of readings for a study or a trend", 64 * MB, passes=1),
+    "firmware": Limits("firmware as Intel HEX", MB, passes=1),
     "history": Limits("history in a file", 64 * GB),
 }
 CSV, MAT, CAPTURE = TABLE["csv"], TABLE["mat"], TABLE["capture"]
 JOURNAL, TOML, JSON, HISTORY = TABLE["journal"], TABLE["toml"], TABLE["json"], TABLE["history"]
+STUDY, FIRMWARE = TABLE["study"], TABLE["firmware"]
 HEADINGS = (
     *("file", "size", "rows", "columns", "numbers in all", "a line"),
     *("a cell, text or record", "work", "memory"),

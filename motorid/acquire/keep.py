@@ -12,6 +12,7 @@ import numpy as np
 
 from motorid.acquire.assemble import UNUSABLE, NoPlaceError, NoSamplesError, assemble
 from motorid.acquire.journal import journal_path, open_journal
+from motorid.acquire.journal_check import Wholeness, check_journal
 from motorid.acquire.leftover import is_journal, refuse_growing, set_aside, target_of
 from motorid.capture import store
 from motorid.capture.model import NOTES, Capture
@@ -106,7 +107,7 @@ def recover(path: Path) -> Path:
         raise NoPlaceError(f"{journal}: {error}; they are kept as they came in {aside}") from None
     if kept.unplaced:  # what a person may still read out of it
         set_aside(journal, RAW)
-    elif kept.torn:
+    elif kept.torn or check_journal(journal).whole is Wholeness.DAMAGED:
         set_aside(journal, TORN)
     else:
         journal.unlink()

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from motorid.acquire.journal import journal_path
+from motorid.capture import store
 from motorid.capture.whole import check_writable
 from motorid.errors import DataError, UsageError
 from motorid.program import Program
@@ -20,7 +21,7 @@ TICK_BYTES = 8
 
 
 def check_outputs(paths: Sequence[Path], rig: Rig, program: Program, *, force: bool) -> None:
-    """Raises UsageError where a file is in the way, DataError where one cannot be written.
+    """Raises UsageError where a file is in the way, DataError where one cannot be written or read.
 
     Every run has its capture there at the end, and one of them its journal meanwhile.
     """
@@ -28,6 +29,7 @@ def check_outputs(paths: Sequence[Path], rig: Rig, program: Program, *, force: b
         check_writable(path, force=force)
         if not force and os.path.lexists(journal := journal_path(path)):
             raise UsageError(in_the_way(journal))
+        store.refuse_long(path, _planned_samples(rig, program))
     captures, journal_bytes = planned_bytes(rig, program)
     needed = {path.parent: 0.0 for path in paths}
     for path in paths:
@@ -46,12 +48,15 @@ def in_the_way(journal: Path) -> str:
 
 def planned_bytes(rig: Rig, program: Program) -> tuple[float, float]:
     """What a capture and its journal will take, at most; 0 where the board sets the rate."""
-    samples = program.duration_s * rig.sampling.rate_hz
-    if not math.isfinite(samples):
-        return 0.0, 0.0
+    samples = _planned_samples(rig, program)
     readings = len(rig.sampling.channels)
     capture = samples * (TICK_BYTES + STORED_BYTES * readings)
     return capture, samples * (MORE_BYTES + WIRE_BYTES * readings)
+
+
+def _planned_samples(rig: Rig, program: Program) -> float:
+    samples = program.duration_s * rig.sampling.rate_hz
+    return samples if math.isfinite(samples) else 0.0
 
 
 def _check_room(folder: Path, needed: float) -> None:

@@ -24,15 +24,20 @@ def save(capture: Capture, path: str | Path, force: bool = False) -> Path:
     Raises UsageError when ``path`` exists (unless ``force``), DataError when the disk refuses.
     """
     path = Path(path)
-    if CAPTURE.rows is not None and len(capture) > CAPTURE.rows:
-        raise DataError(
-            f"{path}: {len(capture):,} samples are more than a capture may have "
-            f"({CAPTURE.rows:,}): make the run shorter, or sample more slowly"
-        )
+    refuse_long(path, len(capture))
     data = to_bytes(capture)
     write_whole(path, data, force=force)
     _written.add(hashlib.sha256(data).hexdigest())
     return path
+
+
+def refuse_long(path: Path, samples: float) -> None:
+    """Raises DataError where a capture of so many samples could not be read again."""
+    if CAPTURE.rows is not None and samples > CAPTURE.rows:
+        raise DataError(
+            f"{path}: {samples:,.0f} samples are more than a capture may have "
+            f"({CAPTURE.rows:,}): make the run shorter, or sample more slowly"
+        )
 
 
 def load(path: str | Path) -> Capture:

@@ -56,6 +56,23 @@ def test_recovery_gives_the_same_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("keep_journal")
+def test_a_journal_that_was_altered_after_it_was_closed_stays(tmp_path: Path) -> None:
+    """Every record of it is good, and one is missing."""
+    path = run("", tmp_path / "run.h5")
+    data = journal_path(path).read_bytes()
+    records = parse_journal(data).records
+    last = max(
+        (r for r in records if r.kind is Kind.RECEIVED and len(r.data) > 20), key=lambda r: r.time_s
+    )
+    record_bytes = encode_record(last.kind, last.time_s, last.data)
+    assert data.count(record_bytes) == 1
+    journal_path(path).write_bytes(data.replace(record_bytes, b""))
+    path.unlink()
+    assert record.recover(path) == path
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["run.h5", "run.h5.journal.torn"]
+
+
+@pytest.mark.usefixtures("keep_journal")
 def test_a_torn_journal_gives_what_it_holds(tmp_path: Path) -> None:
     path = run("", tmp_path / "run.h5")
     whole = store.load(path)

@@ -190,6 +190,14 @@ def test_a_run_that_the_disk_does_not_hold_is_refused(
     assert str(tmp_path) in said
 
 
+def test_a_run_longer_than_a_capture_may_be_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(store, "CAPTURE", replace(store.CAPTURE, rows=100))
+    assert "samples are more than a capture may have" in refused(tmp_path / "run.h5")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_the_planned_size_is_enough_and_not_much_more(tmp_path: Path) -> None:
     rig = sim_rig()
     captured, journal = outputs.planned_bytes(rig, rig.program)
