@@ -158,7 +158,7 @@ def test_a_drop_is_within_the_interval(tmp_path: Path) -> None:
     R = found.parameters["R"]
     assert R.interval_95[0] < true < R.interval_95[1]
     assert R.total < 0.01 * true
-    assert found.nuisance["voltage loss"].value == pytest.approx(0.2, abs=0.02)
+    assert found.nuisance["brush drop"].value == pytest.approx(0.2, abs=0.02)
     misfits = ["lack_of_fit" in {d.code for d in one.diagnostics} for one in (found, bare)]
     assert misfits == [False, True]
 

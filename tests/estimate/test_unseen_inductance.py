@@ -124,5 +124,7 @@ def test_a_voltage_that_comes_late_is_not_mended_by_ripple(tmp_path: Path) -> No
     late = next(case for case in CHAIN if case.name == "voltage lag")
     rig = Runs(Bench("maxon-re35", 3, DUTIES, tmp_path))
     found = fit([late.capture(rig)])
-    assert found.parameters["L"].status == "not_identifiable"
+    L = found.parameters["L"]
+    assert L.value is None or L.total > 0.2 * L.value
+    assert "inductance_by_ripple" not in {d.code for d in found.diagnostics}
     assert [s.code for s in found.suspects if s.strength == "named"] == ["voltage_lag"]

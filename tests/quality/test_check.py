@@ -119,9 +119,9 @@ def test_cycle_time(
     computed: list[int] = []
     fitted = MotorRecord.fitted
 
-    def counted(record: MotorRecord, shared: Any, own: Any) -> Any:
+    def counted(record: MotorRecord, *at: Any) -> Any:
         computed.append(1)
-        return fitted(record, shared, own)
+        return fitted(record, *at)
 
     monkeypatch.setattr(MotorRecord, "fitted", counted)
     with Line(line_rig, product, tmp_path) as line:

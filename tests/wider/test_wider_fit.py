@@ -25,6 +25,7 @@ from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
 from motorid.estimate.selection import entry, extended_results
 from motorid.estimate.uncertainty import errors_in_variables
+from motorid.estimate.uncertainty.budget import of_priors
 from motorid.estimate.uncertainty.covariance import statistical
 from motorid.identify import fit
 from motorid.program import Decay, Program, Step, StepKind
@@ -93,7 +94,8 @@ def test_what_no_residual_shows_of_the_voltage_is_in_the_wider_intervals_too(fol
     records, solution = joint_fit.solved([bare], {}, ())
     values = merged({}, solution)
     fitted = entry.asked_for(records, solution, values, (TERMS["brush-drop"],))
-    shown = statistical(fitted.solution).deviations
+    known = of_priors(fitted.solution, fitted.records)
+    shown = statistical(fitted.solution, known).deviations
     told = extended_results.findings(fitted, {}, ()).statistical.deviations
     unseen = errors_in_variables.hidden(fitted.solution, fitted.records)
     added = sum(error.shared**2 for error in unseen)

@@ -127,10 +127,11 @@ class Driving:
     def _at_rest(self, course: Course) -> Course:
         """The course where the dead time takes what it should of it.
 
-        A source that follows its readings has that from them.
+        A source that follows its readings has that from them. Without unknowns of what brushes take
+        the current near nothing is not known well enough to ask what it should lose.
         """
         shown = not self.sensed.commanded
-        if shown and not np.any(self.heard.lost):  # the source's line has what is lost as yet
+        if shown and (self.loss is None or not np.any(self.heard.lost)):
             return course
         taken = np.broadcast_to(self.heard.lost, len(course.mean))
         off = np.zeros(len(course.mean))

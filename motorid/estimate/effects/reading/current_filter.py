@@ -16,7 +16,7 @@ from motorid.estimate.effects.influence_quantity import (
     Use,
 )
 
-TOLERANCE = 0.1  # relative standard uncertainty of a time constant that nobody measured
+TOLERANCE = 0.1 / 3.0**0.5  # relative standard uncertainty: parts of 10 %, evenly
 FARTHEST = 4.0  # standard uncertainties: beyond it the declaration is wrong
 
 

@@ -27,7 +27,7 @@ def _prior(subject: Subject, _: int) -> Prior | None:
 
 def _more(stretch: Stretch, part: Part, size: float) -> Stretch:
     swings = part.decay == Decay.DIODE and stretch.swing_v
-    swing = float(np.copysign(size, stretch.swing_v)) if swings else 0.0
+    swing = size * float(np.sign(stretch.swing_v)) if swings else 0.0
     clamp = stretch.clamp_v + size if stretch.clamp_v else 0.0
     return replace(stretch, swing_v=stretch.swing_v + swing, clamp_v=clamp)
 
