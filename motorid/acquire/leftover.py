@@ -41,7 +41,7 @@ def refuse_growing(journal: Path) -> None:
         if free is None:
             free = not _grows(journal)
     except OSError as error:
-        raise DataError(f"{journal} cannot be read: {error.strerror or error}") from None
+        raise DataError(f"{journal}: cannot be read: {error.strerror or error}") from None
     if not free:
         raise UsageError(f"{journal} is still being written: let that capture finish")
 

@@ -121,7 +121,7 @@ class CsvSource:
         except (pd.errors.ParserError, pd.errors.ParserWarning) as error:
             raise self._ragged(str(error)) from None
         except OSError as error:
-            raise DataError(f"{self._path} cannot be read: {error.strerror or error}") from None
+            raise DataError(f"{self._path}: cannot be read: {error.strerror or error}") from None
 
     def _parse(
         self, parse: Callable[[Body, Mapping[str, int], int], Columns], wanted: Mapping[str, int]

@@ -61,7 +61,7 @@ class MatSource:
 
 def _read(path: Path) -> dict[str, Floats]:
     if not path.is_file():
-        raise DataError(f"{path} cannot be read: there is no such file")
+        raise DataError(f"{path}: cannot be read: there is no such file")
     try:
         stored = arrays_from(mat_child.__file__, path, MAT)
     except ChildFailedError as error:
