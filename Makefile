@@ -52,6 +52,7 @@ frozen: $(READY_TO_TEST)
 fuzz: $(READY_TO_TEST)
 	@set -e; for target in wire rig csv journal hdf5 mat; do echo "== $$target"; \
 	    $(PY) -m tests.fuzz.run $$target --seconds $(SECONDS); done
+	$(PY) -m tests.fuzz.bit_flips --flips 10000
 	$(MAKE) -C firmware fuzz PYTHON=$(abspath $(PY)) FUZZ_SECONDS=$(SECONDS)
 
 bench: $(READY_TO_TEST)

@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from motorid.errors import MotoridError
+from motorid.limits import JSON
 from motorid.reading import read_file
 from motorid.visible import HIDDEN
 
 LARGEST = 1 << 64  # an integer beyond it fits no column and no counter
-MAX_BYTES = 1 << 28
 
 
 class JsonError(ValueError):
@@ -34,9 +34,10 @@ def dumps(value: Any, *, indent: int | None = None) -> str:
     return HIDDEN.sub(lambda found: _escaped(found.group()), text)
 
 
-def canonical(value: Any) -> str:
-    """One text for one value, for a digest: ASCII, with sorted keys."""
-    return json.dumps(plain(value), sort_keys=True, allow_nan=False)
+def canonical(value: Any, *, blanks: bool = True) -> str:
+    """One text for one value, for a digest: ASCII, sorted keys, ``blanks`` after , and : or not."""
+    separators = None if blanks else (",", ":")
+    return json.dumps(plain(value), sort_keys=True, separators=separators, allow_nan=False)
 
 
 def loads(text: str | bytes) -> Any:
@@ -65,7 +66,7 @@ def loads(text: str | bytes) -> Any:
 def read_object(path: Path, error: type[MotoridError]) -> dict[str, Any]:
     """The JSON object in a file. Raises ``error``, naming ``path``, where it holds none."""
     try:
-        value = loads(read_file(path, error, MAX_BYTES, "a JSON file"))
+        value = loads(read_file(path, error, JSON.file, "a JSON file"))
     except JsonError as problem:
         raise error(f"{path}: not JSON: {problem}") from None
     if not isinstance(value, dict):

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import os
 import stat
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 from motorid.errors import MotoridError
 from motorid.visible import on_one_line
 
+FOLDER = "{} is a folder: name a file in it"
 KINDS = (
-    (stat.S_ISDIR, "a folder"),
     (stat.S_ISFIFO, "a pipe"),
     (stat.S_ISCHR, "a device"),
     (stat.S_ISBLK, "a device"),
@@ -23,19 +23,31 @@ KINDS = (
 )
 
 
-def open_file(path: Path, error: type[MotoridError]) -> BinaryIO:
+def file_size(path: Path, error: type[MotoridError]) -> int:
+    """Bytes in the regular file ``path``, which is not opened. Raises ``error``, naming it."""
+    name = on_one_line(str(path))
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError) as problem:  # a NUL in the name
+        said = getattr(problem, "strerror", None) or problem
+        raise error(f"{name}: cannot be read: {said}") from None
+    _refuse_other_kinds(name, found.st_mode, error)
+    return found.st_size
+
+
+def open_file(path: Path, error: type[MotoridError]) -> BufferedReader:
     """The regular file ``path``, to be read. Raises ``error``, naming it, where it is none."""
     name = on_one_line(str(path))
     try:
         file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115 - the caller closes it
-        mode = os.fstat(file.fileno()).st_mode
-        if stat.S_ISREG(mode):
-            return file
-        file.close()
-        kind = next((said for is_kind, said in KINDS if is_kind(mode)), "no regular file")
-        raise error(f"{name} is {kind}: name a file")
+        try:
+            _refuse_other_kinds(name, os.fstat(file.fileno()).st_mode, error)
+        except MotoridError:
+            file.close()
+            raise
+        return file
     except IsADirectoryError:
-        raise error(f"{name} is a folder: name a file in it") from None
+        raise error(FOLDER.format(name)) from None
     except OSError as problem:
         raise error(f"{name}: cannot be read: {problem.strerror or problem}") from None
     except ValueError as problem:  # a NUL in the name
@@ -55,14 +67,26 @@ def read_file(path: Path, error: type[MotoridError], most: int, what: str) -> by
             raise error(f"{on_one_line(str(path))}: cannot be read: {said}") from None
     if len(data) > most:
         raise error(
-            f"{on_one_line(str(path))}: larger than {what} may be ({_size(most)}): is it one?"
+            f"{on_one_line(str(path))}: larger than {what} may be ({size(most)}): is it one?"
         )
     return data
 
 
+def size(count: int) -> str:
+    """A number of bytes as a person reads it."""
+    for unit, many in (("GiB", 1 << 30), ("MiB", 1 << 20), ("KiB", 1 << 10)):
+        if count >= many:
+            return f"{count / many:.4g} {unit}"
+    return f"{count} B"
+
+
+def _refuse_other_kinds(name: str, mode: int, error: type[MotoridError]) -> None:
+    if stat.S_ISDIR(mode):
+        raise error(FOLDER.format(name))
+    if not stat.S_ISREG(mode):
+        kind = next((said for is_kind, said in KINDS if is_kind(mode)), "no regular file")
+        raise error(f"{name} is {kind}: name a file")
+
+
 def _without_waiting(path: str, flags: int) -> int:
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
-
-
-def _size(size: int) -> str:
-    return f"{size >> 20} MiB" if size < 1 << 30 else f"{size >> 30} GiB"

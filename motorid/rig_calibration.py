@@ -5,22 +5,19 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE
 from motorid.errors import RigError
-from motorid.rig import Calibration, Rig
 from motorid.rig_keys import Key, List, Number, Text, show
+from motorid.rig_model import ANALOGUE, Calibration, CalibrationFile, Rig
 from motorid.toml_file import closest, dotted, read_text, tables_of, unknown
 
 FORMAT = "motorid calibration 1"
 SUFFIX = ".calibration.toml"
-ANALOGUE = (CURRENT, VOLTAGE, SUPPLY)
 NEAR = 3.0  # standard uncertainties
 DAY_S = 86_400.0
 
@@ -113,52 +110,6 @@ APPLIED = {  # keys of a channel's table that act, and what of Calibration they 
     "offset_uncertainty": "offset_uncertainty",
     "offset_counts": "offset",
 }
-STEPS = (*ANALOGUE, "clock", "encoder", "disc")  # tables with a date of their own
-
-
-@dataclass(frozen=True)
-class CalibrationFile:
-    """One calibration as it was read: ``tables`` by name ("" is the top), and its identity."""
-
-    path: str
-    text: str
-    tables: Mapping[str, Mapping[str, Any]]
-
-    @property
-    def sha256(self) -> str:
-        """Digest of the file's text."""
-        return hashlib.sha256(self.text.encode()).hexdigest()
-
-    @property
-    def date(self) -> datetime:
-        """When it was last added to."""
-        found: datetime = self.tables[""]["date"]
-        return found
-
-    @property
-    def oldest(self) -> tuple[str, datetime]:
-        """The part that was calibrated longest ago, and when."""
-        dates = {n: self.tables[n]["date"] for n in STEPS if "date" in self.tables.get(n, {})}
-        if not dates:
-            return "the file", self.date
-        name = min(dates, key=lambda name: dates[name])
-        return name.replace("_", " "), dates[name]
-
-    @property
-    def board(self) -> tuple[str, str]:
-        """Name and serial number of the board that was calibrated; "" where it has none."""
-        known = self.tables.get("board", {})
-        return str(known.get("name", "")), str(known.get("serial", ""))
-
-    def cited(self) -> dict[str, str]:
-        """What captures and reports cite of it."""
-        return {
-            "name": Path(self.path).name,
-            "sha256": self.sha256,
-            "date": self.date.isoformat(),
-            "oldest": self.oldest[1].isoformat(),
-            "oldest_part": self.oldest[0],
-        }
 
 
 def path_beside(rig_path: Path) -> Path:

@@ -11,16 +11,6 @@ from typing import Any
 from motorid.capture.model import Wiring
 from motorid.errors import MotoridError, RigError
 from motorid.program import Decay, Program, Step, StepKind, climbs
-from motorid.rig import (
-    Calibration,
-    Limits,
-    Nameplate,
-    Rig,
-    Sampling,
-    coasting_s,
-    default_program,
-    settling_s,
-)
 from motorid.rig_keys import (
     CALIBRATION,
     CALIBRATION_FILE,
@@ -32,6 +22,8 @@ from motorid.rig_keys import (
     Text,
     show,
 )
+from motorid.rig_model import Calibration, Limits, Nameplate, Rig, Sampling
+from motorid.rig_program import coasting_s, default_program, settling_s
 from motorid.toml_file import dotted, read_text, tables_of, unknown
 
 TOP = ("name", "port", "board_serial")

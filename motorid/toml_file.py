@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any
 
 from motorid.errors import MotoridError
+from motorid.limits import TOML
 from motorid.reading import read_file
 
-MAX_BYTES = 1 << 20
 LONGEST_SHOWN = 60  # of a name that is none
 
 
 def read_text(path: Path, what: str, error: type[MotoridError]) -> str:
     """The text of ``path``, which is to be ``what`` ("a rig file"). Raises ``error``."""
-    data = read_file(path, error, MAX_BYTES, what)
+    data = read_file(path, error, TOML.file, what)
     try:
         return data.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError:

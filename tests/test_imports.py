@@ -11,16 +11,17 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).resolve().parent.parent / "motorid"
-BASE = {"errors", "toml", "version", "visible", "json", "csv", "reading"}
+BASE = {"errors", "toml", "version", "visible", "json", "csv", "reading", "limits"}
 DATA = BASE | {"program", "capture"}
 FIT = DATA | {"motor", "segment", "estimate", "plan", "search", "identify"}
 DRIVE = DATA | {"rig", "wire", "sim", "acquire"}
 MAY_IMPORT = {
     "errors": set[str](),
-    "toml": {"errors", "reading"},
+    "toml": {"errors", "reading", "limits"},
+    "limits": {"errors", "reading", "visible"},
     "version": set[str](),
     "visible": set[str](),
-    "json": {"errors", "visible", "reading"},
+    "json": {"errors", "visible", "reading", "limits"},
     "csv": {"visible"},
     "reading": {"errors", "visible"},
     "wire": BASE,
@@ -69,6 +70,7 @@ def names(node: ast.AST) -> Iterator[str]:
         yield from (f"motorid.{name.name}" for name in node.names)
     elif isinstance(node, ast.ImportFrom) and node.module:
         yield node.module
+        yield from (f"{node.module}.{name.name}" for name in node.names)
 
 
 def files() -> list[Path]:
@@ -97,6 +99,55 @@ def test_json_and_csv_are_written_in_one_place() -> None:
     for path in files():
         for module in set(imported(path)) & set(doors):
             assert path.name in doors[module], f"{path} imports {module}: see {doors[module]}"
+
+
+def among_themselves(modules: dict[str, Path]) -> dict[str, set[str]]:
+    """Which of some modules each of them imports, at its top, inside functions or for types."""
+    return {
+        name: set(imported_from(path)) & modules.keys() - {name} for name, path in modules.items()
+    }
+
+
+def imported_from(path: Path) -> Iterator[str]:
+    """As ``imported``, and for ``from package import name`` also ``package.name``."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        yield from names(node)
+        if isinstance(node, ast.ImportFrom) and node.module:
+            yield from (f"{node.module}.{name.name}" for name in node.names)
+
+
+def circle(arrows: dict[str, set[str]]) -> list[str]:
+    """Modules that import one another in a ring, or that lead to one; none where there is none."""
+    left = dict(arrows)
+    while free := [name for name, targets in left.items() if not targets & left.keys()]:
+        for name in free:
+            del left[name]
+    return sorted(left)
+
+
+@pytest.mark.parametrize("own", ["acquire", "capture", "rig"])
+def test_no_module_of_a_room_reaches_itself(own: str) -> None:
+    dotted = {
+        ".".join(("motorid", *p.relative_to(PACKAGE).with_suffix("").parts)): p for p in files()
+    }
+    modules = {name: path for name, path in dotted.items() if room(name) == own}
+    assert len(modules) >= 4
+    assert circle(among_themselves(modules)) == []
+
+
+def test_a_circle_is_seen() -> None:
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()}) == ["a", "b", "c"]
+
+
+def test_a_circle_is_seen_in_every_way_to_import(tmp_path: Path) -> None:
+    modules = {f"motorid.acquire.{name}": tmp_path / name for name in ("port", "relay", "journal")}
+    port, relay, journal = modules.values()
+    port.write_text("def f():\n    from motorid.acquire.relay import g\n")
+    relay.write_text("from motorid.acquire import journal\n")
+    journal.write_text("import motorid.acquire.port\n")
+    assert circle(among_themselves(modules)) == sorted(modules)
+    journal.write_text("import struct\n")
+    assert circle(among_themselves(modules)) == []
 
 
 def loaded_after(statement: str) -> set[str]:

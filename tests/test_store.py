@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import fields
+from dataclasses import replace as replace_fields
 from pathlib import Path
 
 import h5py
@@ -12,7 +13,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from motorid.capture import store
+from motorid.capture import store, store_layout, store_read
+from motorid.capture.content_digest import seal
 from motorid.capture.model import Capture, Channel, Gap, Phase, Wiring
 from motorid.errors import DataError, UsageError
 from motorid.program import Decay, Program, Step, StepKind
@@ -61,7 +63,7 @@ def test_what_is_saved_is_loaded(capture: Capture, tmp_path: Path) -> None:
     path = store.save(capture, tmp_path / "run.h5")
     loaded = store.load(path)
     for field in fields(Capture):
-        if field.name not in ("ticks", "channels", "sha256", "path"):
+        if field.name not in ("ticks", "channels", "sha256", "content_sha256", "path"):
             assert getattr(loaded, field.name) == getattr(capture, field.name), field.name
     np.testing.assert_array_equal(loaded.ticks, capture.ticks)
     for name, channel in capture.channels.items():
@@ -72,6 +74,8 @@ def test_what_is_saved_is_loaded(capture: Capture, tmp_path: Path) -> None:
         assert loaded.channels[name].raw.dtype == channel.raw.dtype
         np.testing.assert_array_equal(loaded.channels[name].raw, channel.raw)
     assert loaded.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
+    with h5py.File(path) as file:
+        assert loaded.content_sha256 == file.attrs["content_sha256"] != ""
     assert loaded.path == str(path)
 
 
@@ -117,6 +121,15 @@ def test_a_disk_that_refuses_leaves_nothing(
 
     monkeypatch.setattr("motorid.capture.whole.os.fsync", full)
     with pytest.raises(DataError, match="No space left on device"):
+        store.save(capture, tmp_path / "run.h5")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_more_than_can_be_read_is_not_written(
+    capture: Capture, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(store, "CAPTURE", replace_fields(store.CAPTURE, rows=N - 1))
+    with pytest.raises(DataError, match="400 samples are more than a capture may have"):
         store.save(capture, tmp_path / "run.h5")
     assert list(tmp_path.iterdir()) == []
 
@@ -182,7 +195,7 @@ HOSTILE: dict[str, Callable[[h5py.File], object]] = {
     "not a readable capture": lambda f: replace(f, "program", data="[" * 10**5),
     "gaps lacks": lambda f: replace(f, "gaps", data=np.zeros(3)),
     "a gap lies outside": lambda f: replace(
-        f, "gaps", data=np.array([(N + 1, 1, b"")], dtype=store.GAPS)
+        f, "gaps", data=np.array([(N + 1, 1, b"")], dtype=store_layout.GAPS)
     ),
 }
 
@@ -191,6 +204,8 @@ HOSTILE: dict[str, Callable[[h5py.File], object]] = {
 def test_a_hostile_file_is_one_sentence(says: str, capture: Capture, tmp_path: Path) -> None:
     path = store.save(capture, tmp_path / "run.h5")
     with h5py.File(path, "a") as file:
+        del file.attrs["content_sha256"]  # so that nothing but what is wrong speaks
+        file.attrs["format_minor"] = 0
         HOSTILE[says](file)
     with pytest.raises(DataError) as caught:
         store.load(path)
@@ -217,7 +232,10 @@ def test_a_repacked_file_still_reads(capture: Capture, tmp_path: Path) -> None:
     """As h5repack with deflate leaves it."""
     path = store.save(capture, tmp_path / "run.h5")
     with h5py.File(path, "a") as file:
-        replace(file, "samples/tick", data=capture.ticks, compression="gzip", shuffle=True)
+        for name in list(file["samples"]):
+            values, facts = file["samples"][name][:], dict(file["samples"][name].attrs)
+            replace(file, f"samples/{name}", data=values, compression="gzip", shuffle=True)
+            file["samples"][name].attrs.update(facts)
     np.testing.assert_array_equal(store.load(path).ticks, capture.ticks)
 
 
@@ -228,4 +246,27 @@ def test_what_a_later_minor_adds_is_ignored(capture: Capture, tmp_path: Path) ->
         file.attrs["something"] = 1.0
         file.create_group("more")
         file["samples/current"].attrs["colour"] = "red"
+        seal(file)
     assert len(store.load(path)) == N
+
+
+def test_no_edit_of_a_sealed_file_goes_unseen(capture: Capture, tmp_path: Path) -> None:
+    """Not even one that leaves a capture which could be read."""
+    edits: dict[str, Callable[[h5py.File], object]] = {
+        **HOSTILE,
+        "a value": lambda f: f["samples/position"].write_direct(np.arange(N) * 2),
+        "a fact": lambda f: f["samples/current"].attrs.__setitem__("offset", 3.5),
+        "a note": lambda f: replace(f, "provenance/note", data="x"),
+        "an addition": lambda f: f.attrs.__setitem__("colour", "red"),
+        "the digest": lambda f: f.attrs.__delitem__("content_sha256"),
+        "a letter of the digest": lambda f: f.attrs.__setitem__("content_sha256", "0" * 64),
+    }
+    whole = store.save(capture, tmp_path / "whole.h5").read_bytes()
+    for number, (name, edit) in enumerate(edits.items()):
+        path = tmp_path / f"{number}.h5"
+        path.write_bytes(whole)
+        with h5py.File(path, "a") as file:
+            edit(file)
+        with pytest.raises(DataError) as caught:
+            store_read.read(path.read_bytes(), str(path), "")
+        assert "\n" not in str(caught.value), name

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from motorid.capture import child, store, store_child
+from motorid.capture import child, store, store_child, store_pack
 from motorid.capture.model import Capture
 from motorid.errors import DataError
+from motorid.limits import CAPTURE
 from tests.exact_capture import FAULHABER, clean_capture
 
 
@@ -44,7 +46,7 @@ def test_what_a_child_reads_is_what_this_process_reads(
     written.clear()
     other = store.load(foreign)
     assert own.sha256 == other.sha256 != ""
-    mine, theirs = store_child.pack(own), store_child.pack(other)
+    mine, theirs = store_pack.pack(own), store_pack.pack(other)
     assert mine.keys() == theirs.keys()
     for name in mine.keys() - {"facts"}:
         np.testing.assert_array_equal(mine[name], theirs[name])
@@ -96,8 +98,20 @@ def test_a_child_that_hangs_is_stopped(
     foreign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     replace_child(monkeypatch, tmp_path, "import time; time.sleep(60)")
-    monkeypatch.setattr(child, "TIME_LIMIT_S", 0.3)
+    monkeypatch.setattr(child, "PATIENCE_S", 0.3)
     with pytest.raises(DataError, match=r"more than 0\.3 s and was stopped"):
+        store.load(foreign)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's memory")
+def test_a_child_that_works_without_end_is_stopped(
+    foreign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After so much of the processor's time, however long that takes."""
+    body = "from motorid.capture.child import serve\nserve(lambda s, t: any(iter(int, 1)), [])"
+    replace_child(monkeypatch, tmp_path, body)
+    monkeypatch.setattr(store, "CAPTURE", replace(CAPTURE, cpu_s=0))
+    with pytest.raises(DataError, match="s of the processor and was stopped: the file is damaged"):
         store.load(foreign)
 
 
@@ -135,7 +149,9 @@ def test_one_warm_child_forks_one_for_each_file(tmp_path: Path) -> None:
     program.write_text(NURSERY)
 
     def ids(name: str, time_s: float = 60.0) -> list[int]:
-        found = child.arrays_from(str(program), tmp_path / name, time_s=time_s)
+        path = tmp_path / name
+        path.touch()
+        found = child.arrays_from(str(program), path, CAPTURE, patience_s=time_s)
         return [int(one) for one in found["ids"]]
 
     first = ids("a.h5")
@@ -166,4 +182,5 @@ serve(main, [])
 def test_a_fork_that_dies_condemns_no_file(tmp_path: Path) -> None:
     program = tmp_path / "frail.py"
     program.write_text(FRAIL)
-    assert child.arrays_from(str(program), tmp_path / "a.h5")["ids"][0] == 1
+    (tmp_path / "a.h5").touch()
+    assert child.arrays_from(str(program), tmp_path / "a.h5", CAPTURE)["ids"][0] == 1

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from motorid.acquire.assemble import name_of
-from motorid.acquire.port import Port
+from motorid.acquire.facts import wrong_descriptor, wrong_identity, wrong_zero
+from motorid.acquire.link import Port
 from motorid.acquire.resets import BoardResetError, reset_error
 from motorid.errors import LinkError, MotoridError, RigError
 from motorid.wire.codec import (
@@ -29,10 +30,11 @@ TRIES = 4
 IDENTIFY_S = 5.0  # opening the port resets many boards, whose boot loaders then wait a while
 ZERO_S = 5.0
 REST_S = 0.15  # standing still this long is rest
-NOBODY = -1  # a request number that no reply carries
+GLANCE_S = 0.02  # the longest wait of a host that may be asked to stop
 Fields = dict[str, Any]
 News = Event | SampleBlock
 
+AT_FAULT = "its firmware is at fault, or it is no motorid board"
 RESET = "the board has lost what it was sent: check its supply and its cable"
 REFUSALS: Mapping[Status, tuple[type[MotoridError], str]] = {
     Status.BAD_VALUE: (RigError, "the board cannot do a value asked for: compare rig and board"),
@@ -52,8 +54,15 @@ REFUSALS: Mapping[Status, tuple[type[MotoridError], str]] = {
 }
 
 
+class AskedToStopError(Exception):
+    """The host was asked to stop while it waited for a reply."""
+
+
 class Board:
-    """One board behind a port. Methods raise LinkError where it goes silent."""
+    """One board behind a port. Methods raise LinkError where it goes silent.
+
+    ``hasten``, where it is set, says whether to wait for replies no longer: AskedToStopError.
+    """
 
     def __init__(self, port: Port, first_request: int = 1) -> None:
         self.port = port
@@ -64,10 +73,11 @@ class Board:
         self.good_frames = 0
         self.heard_at = port.now()
         self.reset: BoardResetError | None = None  # since it was identified
+        self.hasten: Callable[[], bool] | None = None
         self._received = 0
         self._request = first_request % 0xFFFF
         self._decoder = Decoder()
-        self._awaited = NOBODY
+        self._awaited: tuple[str, int] | None = None  # command and request
         self._reply: Reply | None = None
 
     # -- talking
@@ -119,8 +129,8 @@ class Board:
             self.good_frames += 1
             self.heard_at = self.port.now()
         match message:
-            case Reply() if message.request == self._awaited:
-                self._reply = message
+            case Reply() if (message.name, message.request) == self._awaited:
+                self._reply = self._reply or message  # a second one is none
             case Reply():
                 pass  # nobody waits for it: to a heartbeat, or late
             case Event() | SampleBlock():
@@ -140,26 +150,28 @@ class Board:
     ) -> Reply | None:
         request = self._next_request()
         frame = encode(encode_command(name, request, **fields))
-        self._awaited, self._reply = request, None
+        self._awaited, self._reply = (name, request), None
         try:
             for _ in range(tries):
                 self.port.write(frame)
-                reply = self._await_reply(name, timeout_s)
+                reply = self._await_reply(timeout_s)
                 if reply is not None or self.reset is not None:
                     return reply
         finally:
-            self._awaited = NOBODY
+            self._awaited = None
         return None
 
-    def _await_reply(self, name: str, timeout_s: float) -> Reply | None:
+    def _await_reply(self, timeout_s: float) -> Reply | None:
         until = self.port.now() + timeout_s
         while (left := until - self.port.now()) > 0:
-            heard = self.hear(left)
+            if self.hasten is not None and self.hasten():
+                raise AskedToStopError
+            heard = self.hear(left if self.hasten is None else min(left, GLANCE_S))
             if self.reset is not None:
                 return None
-            if self._reply is not None and self._reply.name == name:
+            if self._reply is not None:
                 return self._reply
-            if not heard:
+            if not heard and self.hasten is None:
                 break
         return None
 
@@ -194,6 +206,8 @@ class Board:
                 f"{self.port.name}: the board's messages differ from this motorid's though both "
                 f"say protocol {spec.major}.{spec.minor}: rebuild its firmware"
             )
+        if wrong := wrong_identity(found):
+            raise LinkError(f"{self.port.name}: the board says {wrong}: {AT_FAULT}")
         self.identity = found
         self.describe(Mode.STREAM)
         return found
@@ -202,7 +216,13 @@ class Board:
         """Asks how the channels are sampled: as in a stream, or as in a fast burst."""
         for index in range(self.identity["channel_count"]):
             fact = self.ask("describe_channel", index=index, mode=mode)
-            self.descriptors[name_of(Channel, fact["channel"])] = fact
+            name = name_of(Channel, fact["channel"])
+            if wrong := wrong_descriptor(fact):
+                raise LinkError(
+                    f"{self.port.name}: the board describes its channel {name} with {wrong}: "
+                    f"{AT_FAULT}"
+                )
+            self.descriptors[name] = fact
 
     def check_same(self) -> None:
         """Raises LinkError when the board was reset since ``identify``, or another one answers."""
@@ -264,8 +284,11 @@ class Board:
         return (count + (1 << 31)) % (1 << 32) - (1 << 31)
 
     def zero(self, samples: int) -> Fields:
-        """Offsets at standstill, over so many readings."""
-        return self.ask("zero", timeout_s=ZERO_S, samples=samples)
+        """Offsets at standstill, over so many readings. Raises LinkError on what is no reading."""
+        found = self.ask("zero", timeout_s=ZERO_S, samples=samples)
+        if wrong := wrong_zero(found):
+            raise LinkError(f"{self.port.name}: the board says {wrong} at rest: {AT_FAULT}")
+        return found
 
     def supply_v(self) -> float | None:
         """The supply's voltage now, or None where the board does not measure it."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import asdict
 
 from motorid.acquire.board import Board, Fields
-from motorid.acquire.drive import Stop
+from motorid.acquire.interrupt import Stop
 from motorid.acquire.pulse import MOVED, Pulse, weak_pulse
 from motorid.acquire.safety import pulse_resistance
 from motorid.capture.model import CURRENT

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import _thread
 import contextlib
-import signal
-import threading
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from types import FrameType
+from collections.abc import Callable
 
 from motorid.acquire.assemble import name_of
-from motorid.acquire.board import Board, Fields
+from motorid.acquire.board import AskedToStopError, Board, Fields
+from motorid.acquire.interrupt import Stop
 from motorid.acquire.plan import WireProgram
 from motorid.acquire.resets import reset_error
 from motorid.errors import DataError, LinkError
@@ -21,52 +17,13 @@ from motorid.wire.spec import load as load_spec
 
 POLL_S = 0.02
 BEATS = 10  # in the time after which the board gives the host up: a busy computer skips some
-PATIENCE_S = 10.0
 SILENCE_S = 1.0
 LULL_S = 1.0  # without news when some was due: ask
-
-
-@dataclass
-class Stop:
-    """Whether the user asked to stop."""
-
-    requested: bool = False
-
-
-@contextlib.contextmanager
-def interruptible() -> Iterator[Stop]:
-    """Ctrl-C (or a request to terminate) asks for a gentle stop; a second one quits at once.
-
-    So does one that nothing has followed for PATIENCE_S, wherever the program waits.
-    """
-    stop = Stop()
-    if threading.current_thread() is not threading.main_thread():
-        yield stop  # signals belong to the main thread
-        return
-    asked, over = threading.Event(), threading.Event()
-
-    def watch() -> None:
-        asked.wait()
-        if not over.wait(PATIENCE_S):
-            _thread.interrupt_main()
-
-    def handle(number: int, frame: FrameType | None) -> None:
-        if stop.requested:
-            raise KeyboardInterrupt
-        stop.requested = True
-        asked.set()
-
-    watcher = threading.Thread(target=watch, name="patience", daemon=True)
-    watcher.start()
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield stop
-    finally:
-        over.set()
-        asked.set()
-        watcher.join()
-        for number, handler in before.items():
-            signal.signal(number, handler)
+LATEST_S = 120.0  # after its end a slow link may still bring what the board kept
+MOST_KEPT = 1 << 16  # samples that a board keeps
+SPARE = 1000
+EARLY = 0.5  # of the program, which no clock runs that fast
+STOPPED = "stopped"
 
 
 def load(board: Board, program: WireProgram) -> None:
@@ -88,17 +45,21 @@ def drive(
 
     Raises LinkError when the board resets or goes silent. Every way out asks for an open bridge.
     """
+    if stop.requested:
+        return STOPPED  # before anything moved
     run = _Run(board, program, config, stop, consume)
     reason = ""
+    board.hasten = run.must_stop
     try:
         board.news.clear()
-        board.ask("start", config_hash=config["config_hash"], program_hash=program.hash)
-        reason = run.follow()
+        if run.begin(program, config):
+            reason = run.follow()
     finally:
+        board.hasten = None
         if not reason:
             with contextlib.suppress(LinkError, DataError):  # courtesy: the board stops by itself
                 board.tell("stop")
-    return reason
+    return reason or STOPPED
 
 
 class _Run:
@@ -121,14 +82,32 @@ class _Run:
             self.lull_s += self.duration_s
         self.sequence = 0
         self.fault = ""
+        self.stopping = False
+        self.earliest_s = 0.0  # of the port's clock, when the program can be over
+        # what a board may say of one run: more is no run, and would never end
+        planned = program.ticks // config["sample_period_ticks"]
+        self.left = 2 * planned + 2 * len(program.steps) + SPARE
+
+    def must_stop(self) -> bool:
+        """Whether a stop was asked for, and the board does not know yet."""
+        return self.stop.requested and not self.stopping
+
+    def begin(self, program: WireProgram, config: Fields) -> bool:
+        """Starts the run; False where a stop was asked for before the board's reply came."""
+        hashes = {"config_hash": config["config_hash"], "program_hash": program.hash}
+        try:
+            self.board.ask("start", **hashes)
+        except AskedToStopError:
+            return False
+        return True
 
     def follow(self) -> str:
         """Consumes until the board is done."""
         board, now = self.board, self.board.port.now
         beat_at = began = now()
+        self.earliest_s = began + EARLY * self.duration_s
         board.heard_at = progressed = began
         over_at = began + self.duration_s + LULL_S
-        stopping = False
         while True:
             board.hear(POLL_S)
             self.expect_life()  # just after listening: this computer's own delays are no silence
@@ -137,14 +116,18 @@ class _Run:
                 reason = self.take(board.news.popleft())
                 if reason is not None:
                     return reason
-            if self.stop.requested and not stopping:
-                stopping = True
+            if self.must_stop():
+                self.stopping = True
+                self.left = min(self.left, MOST_KEPT + SPARE)
+                over_at = min(over_at, now())
                 board.tell("stop")
             if now() >= beat_at:
                 beat_at = now() + self.beat_s
                 board.tell("heartbeat", sequence=self.sequence)
-            if now() - progressed > (LULL_S if stopping else self.lull_s):
-                if reason := self.ended_unheard(stopping or now() > over_at):
+            if now() > over_at + LATEST_S:
+                raise self.endless()
+            if now() - progressed > (LULL_S if self.stopping else self.lull_s):
+                if reason := self.ended_unheard(now() > over_at):
                     return reason
                 progressed = now()
 
@@ -162,20 +145,30 @@ class _Run:
 
         Raises LinkError when the board was reset, or says that it still runs when it should not.
         """
-        status = self.board.ask("read_status")
-        if self.board.news:
-            return ""  # it was only late
-        if status["state"] == State.RUNNING:
-            if should:
-                raise LinkError(f"{self.board.port.name}: the run does not end: reset the board")
+        try:
+            status = self.board.ask("read_status")
+            if self.board.news:
+                return ""  # it was only late
+            if status["state"] == State.RUNNING:
+                if should:
+                    raise self.endless()
+                return ""
+            self.board.check_same()
+        except AskedToStopError:
             return ""
-        self.board.check_same()
         if status["fault"]:
             return f"fault: {name_of(Fault, status['fault'])}"
-        return "stopped" if self.stop.requested else "completed"
+        return STOPPED if self.stop.requested else "completed"
+
+    def endless(self) -> LinkError:
+        """A board that goes on and on."""
+        return LinkError(f"{self.board.port.name}: the run does not end: reset the board")
 
     def take(self, news: Event | SampleBlock) -> str | None:
         """Acts on one piece of news; the reason when the run is over."""
+        self.left -= len(news.samples) if isinstance(news, SampleBlock) else 1
+        if self.left < 0:
+            raise self.endless()
         if isinstance(news, SampleBlock):
             self.sequence = news.sequence
             self.consume(news)
@@ -190,7 +183,9 @@ class _Run:
         return None
 
     def done(self, reason: int) -> str:
-        """The board's word on the end."""
+        """The board's word on the end; a stop goes out where it cannot be so."""
+        if reason == EndReason.COMPLETED and self.board.port.now() < self.earliest_s:
+            self.board.tell("stop")
         if reason != EndReason.FAULT:
             return name_of(EndReason, reason)
         if not self.fault:  # its own event was lost

@@ -16,7 +16,8 @@ STILL_GROWING_S = 1.5  # a live journal is synced more often than this
 
 
 _NAME = re.compile(
-    rf"(?P<target>.+){re.escape(SUFFIX)}(?P<aside>\.(?:old|empty|torn)(?:-\d+)?)?", re.DOTALL
+    rf"(?P<target>.+){re.escape(SUFFIX)}(?P<aside>\.(?:old|empty|torn|raw|kept)(?:-\d+)?)?",
+    re.DOTALL,
 )
 
 
@@ -40,7 +41,7 @@ def refuse_growing(journal: Path) -> None:
         if free is None:
             free = not _grows(journal)
     except OSError as error:
-        raise DataError(f"{journal} cannot be read: {error.strerror or error}") from None
+        raise DataError(f"{journal}: cannot be read: {error.strerror or error}") from None
     if not free:
         raise UsageError(f"{journal} is still being written: let that capture finish")
 
@@ -57,11 +58,18 @@ def _grows(journal: Path) -> bool:
 def set_aside(journal: Path, why: str) -> Path:
     """Gives a journal the first free name ``JOURNAL.WHY``, ``JOURNAL.WHY-2``, ...; returns it.
 
-    Raises DataError where the folder does not let it.
+    One that is called so already keeps its name. Raises DataError where the folder does not let it.
     """
+    found = _NAME.fullmatch(journal.name)
+    if found is not None and found["aside"]:
+        if re.fullmatch(rf"\.{why}(-\d+)?", found["aside"]):
+            return journal
+        name = journal.name.removesuffix(found["aside"])
+    else:
+        name = journal.name
     for number in count(1):
-        aside = journal.with_name(f"{journal.name}.{why}" + (f"-{number}" if number > 1 else ""))
-        if not aside.exists():
+        aside = journal.with_name(f"{name}.{why}" + (f"-{number}" if number > 1 else ""))
+        if not os.path.lexists(aside):
             break
     try:
         os.rename(journal, aside)

@@ -10,7 +10,7 @@ from typing import Any
 from motorid.errors import RigError
 from motorid.program import Program, StepKind
 from motorid.rig import Rig
-from motorid.wire.enums import Channel, Mode
+from motorid.wire.enums import Channel, ChannelKind, Mode
 from motorid.wire.hashes import config_hash, program_hash
 
 U32 = (1 << 32) - 1
@@ -46,6 +46,12 @@ def configuration(rig: Rig, identity: Mapping[str, Any], known: Mapping[str, Any
             f"sampling.channels asks for {missing[0]}, which the board {identity['board']} has "
             f"not: it has {', '.join(known)}"
         )
+    for name in rig.sampling.channels:
+        if (kind := known[name].get("kind", 0)) not in list(ChannelKind):
+            raise RigError(
+                f"the board reads {name} in a way that this version does not know ({kind}): "
+                "update motorid"
+            )
     turns_s = limits.speed_rad_s / (2 * math.pi * rig.wiring.gear_ratio)
     counts_s = turns_s * per_turn
     if counts_s > identity["encoder_edge_ceiling_hz"]:

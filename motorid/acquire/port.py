@@ -10,9 +10,10 @@ import socket
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 from urllib.parse import parse_qs, urlsplit
 
+from motorid.acquire.link import Port as Port  # who opens one names its type
 from motorid.errors import LinkError, UsageError
 from motorid.wire.spec import load
 
@@ -21,27 +22,6 @@ if TYPE_CHECKING:
 
 CONNECT_S = 5.0
 WRITE_S = 2.0
-
-
-class Port(Protocol):
-    """A byte link to one board, and the clock that its time-outs go by."""
-
-    name: str
-
-    def read(self, size: int, timeout_s: float) -> bytes:
-        """At most ``size`` bytes as soon as any are there; empty after ``timeout_s``.
-
-        Raises LinkError when the link is gone.
-        """
-
-    def write(self, data: bytes) -> None:
-        """Sends all of ``data``. Raises LinkError when the link is gone or stuck."""
-
-    def now(self) -> float:
-        """Seconds, monotonic; a simulated port at full speed returns its own time."""
-
-    def close(self) -> None:
-        """Gives the link back; may be called twice."""
 
 
 def open_port(url: str) -> Port:
@@ -69,7 +49,7 @@ def open_port(url: str) -> Port:
         case "relay":
             from motorid.acquire.relay import open_relay
 
-            return open_relay(url)
+            return open_relay(url, open_port)
         case "socket":
             return _open_socket(url)
         case "emu":

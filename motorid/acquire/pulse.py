@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.acquire.board import Board, Fields
-from motorid.acquire.drive import Stop, drive, load, tripped
+from motorid.acquire.drive import drive, load, tripped
+from motorid.acquire.interrupt import Stop
 from motorid.acquire.plan import wire_program
 from motorid.acquire.timeline import Timeline
 from motorid.capture.model import CURRENT, VOLTAGE
 from motorid.errors import RigError
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Rig, settling_s
+from motorid.wire.codec import mask_channels
 
 MOVED = 4  # encoder counts, more than an edge's flicker
 CLEAR = 5.0  # standard deviations that tell a reading from noise
@@ -65,7 +67,7 @@ def weak_pulse(
     period = config["sample_period_ticks"]
     wire = wire_program(Program(steps), board.identity, period)
     load(board, wire)
-    timeline = Timeline(period)
+    timeline = Timeline(period, wire.ticks // period, mask_channels(config["channels"]))
     before = board.position()
     reason = drive(board, wire, config, stop, timeline.add)
     if stop.requested:
@@ -73,11 +75,11 @@ def weak_pulse(
     if reason.startswith("fault"):
         raise RigError(f"in the first weak pulse ({duty:.0%} duty) {tripped(reason)}")
     counts = board.position() - before
-    if not timeline.blocks:
+    arrays = timeline.arrays()
+    if not len(arrays.ticks):
         raise RigError("the board sent no samples of the first pulse: its firmware is at fault")
     before_it, shown = (2, wire.steps[2]) if braking else (1, wire.steps[1])
-    first = timeline.blocks.firsts[0] + sum(step["ticks"] for step in wire.steps[:before_it])
-    arrays = timeline.arrays()
+    first = int(arrays.ticks[0]) + sum(step["ticks"] for step in wire.steps[:before_it])
     part = (arrays.ticks > first) & (arrays.ticks <= first + shown["ticks"])
     if not part.any():
         raise RigError("every sample of the first pulse was lost: check the cable")

@@ -9,15 +9,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
-from motorid.acquire.assemble import NoSamplesError, assemble
+from motorid.acquire.assemble import NoPlaceError, NoSamplesError
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.check import check_signs, check_supply, check_zero
-from motorid.acquire.drive import Stop, drive, interruptible, load, tripped
-from motorid.acquire.journal import JournaledPort, JournalWriter, journal_path, open_journal
-from motorid.acquire.leftover import is_journal, make_way, refuse_growing, set_aside, target_of
+from motorid.acquire.drive import drive, load, tripped
+from motorid.acquire.header import check_kinds
+from motorid.acquire.interrupt import Stop, interruptible
+from motorid.acquire.journal import journal_path
+from motorid.acquire.journal_writer import JournaledPort, JournalWriter
+from motorid.acquire.keep import RAW, keep
+from motorid.acquire.keep import missing as missing
+from motorid.acquire.keep import recover as recover
+from motorid.acquire.keep import remarks as remarks
+from motorid.acquire.leftover import make_way, set_aside
+from motorid.acquire.link import Port
 from motorid.acquire.live import Live, LiveView
+from motorid.acquire.outputs import check_outputs
 from motorid.acquire.plan import (
     check_burst,
     configuration,
@@ -27,13 +36,10 @@ from motorid.acquire.plan import (
     step_ticks,
     wire_program,
 )
-from motorid.acquire.port import Port, open_port
+from motorid.acquire.port import open_port
 from motorid.acquire.ports import serial_of
 from motorid.acquire.resets import BoardResetError
 from motorid.acquire.safety import check_program
-from motorid.capture import store
-from motorid.capture.model import NOTES, Capture
-from motorid.capture.whole import refuse_existing
 from motorid.errors import DataError, LinkError, MotoridError, RigError
 from motorid.program import Program
 from motorid.rig import Rig
@@ -78,8 +84,7 @@ def capture_all(
 ) -> list[Path]:
     """As ``capture``, one run for each path, over one opening of the port."""
     check_program(rig, program)
-    for path in paths:
-        refuse_existing(path, force)
+    check_outputs(paths, rig, program, force=force)
     port = open_port(rig.port)
     try:
         with interruptible() as stop:
@@ -108,56 +113,12 @@ def capture_over(
     ``checked``: signs were checked on this motor already, so no pulse goes before the program.
     """
     check_program(rig, program)
-    refuse_existing(path, force)
+    check_outputs([path], rig, program, force=force)
     with interruptible() as stop:
         _Recorder(port, rig, program, stop, progress).record(
             path, force, serial, note, checked=checked
         )
     return path
-
-
-def recover(path: Path) -> Path:
-    """Builds the capture that a journal holds, beside it; returns the capture's path.
-
-    ``path`` is the journal, perhaps set aside, or the capture that it was meant for. Raises
-    DataError when it holds no sample (it is set aside then, so that its name is free), UsageError
-    when the capture exists or the journal is still being written.
-    """
-    journal = path if is_journal(path) else journal_path(path)
-    target = target_of(journal)
-    refuse_existing(target, force=False)
-    refuse_growing(journal)
-    try:
-        with open_journal(journal) as contents:
-            run = assemble(contents)
-    except NoSamplesError as error:
-        aside = set_aside(journal, "empty")
-        raise NoSamplesError(f"{journal}: {error}; it is {aside.name} now") from None
-    store.save(run, target)
-    if contents.torn:  # keep what a person may still read out of it
-        set_aside(journal, "torn")
-    else:
-        journal.unlink()
-    return target
-
-
-def remarks(capture: Capture) -> list[str]:
-    """What a person should know of a capture: what it lacks, and which of its sensors failed."""
-    return [said for said in (missing(capture), *capture.provenance.get(NOTES, ())) if said]
-
-
-def missing(capture: Capture) -> str:
-    """What a capture lacks of its run, in a sentence; empty when nothing."""
-    parts = []
-    if capture.end_reason != "completed":
-        parts.append(f"the run ended early ({capture.end_reason})")
-        if capture.program is not None and len(capture) > 1:
-            parts.append(f"{capture.time_s[-1]:.3f} of {capture.program.duration_s:.3f} s are here")
-    lost = sum(gap.samples for gap in capture.gaps)
-    if lost:
-        plural = "s" if len(capture.gaps) > 1 else ""
-        parts.append(f"{lost} samples are missing in {len(capture.gaps)} gap{plural}")
-    return "; ".join(parts)
 
 
 class _Recorder:
@@ -174,10 +135,11 @@ class _Recorder:
     def record(self, path: Path, force: bool, serial: str, note: str, *, checked: bool) -> None:
         """Measures and saves; raises afterwards what ended the run early."""
         header = self.recorded or _header(self.rig, self.program, serial, note)
+        check_kinds(header, "what is told of this run")  # else its journal could not be read
         if force:
             make_way(path)
         journal = JournalWriter(journal_path(path), header)
-        failure: MotoridError | None = None
+        failure: Exception | None = None
         reason = ""
         try:
             board = Board(JournaledPort(self.port, journal), int(header.get("first_request", 1)))
@@ -185,24 +147,34 @@ class _Recorder:
         except MotoridError as error:
             failure = error
             reason = _end_of(error)
-        except BaseException as error:  # a second Ctrl-C, or the caller's own: quit at once
-            with contextlib.suppress(DataError):
-                journal.close()
-            if not isinstance(error, KeyboardInterrupt):
-                raise
-            if not self.measuring:
-                journal.discard()
-                raise KeyboardInterrupt("interrupted twice; nothing was measured") from None
-            raise KeyboardInterrupt(
-                f"interrupted twice; `motorid recover {journal.path}` keeps what arrived"
-            ) from None
-        kept = self._keep(journal, reason, path, force)
+        except Exception as error:  # the caller's own, out of what follows the run's progress
+            failure, reason = error, "interrupted"
+        except BaseException as error:  # a second Ctrl-C: quit at once
+            self._quit(error, journal)
+        kept = self._keep(journal, reason, path, force, failure)
         if failure is not None:
-            raise type(failure)(f"{failure}{_where(kept, path)}")
+            raise _with(failure, _where(kept, path))
         if reason.startswith("fault"):
             raise RigError(f"{tripped(reason)}{_where(kept, path)}")
         if self.stop.requested:
             raise KeyboardInterrupt(f"interrupted{_where(kept, path) or '; nothing was measured'}")
+        if not kept:
+            raise LinkError(
+                f"{self.port.name}: the board says that the run is over, and not one sample of it "
+                "arrived: its firmware is at fault, or the link"
+            )
+
+    def _quit(self, error: BaseException, journal: JournalWriter) -> NoReturn:
+        with contextlib.suppress(DataError):
+            journal.close()
+        if not isinstance(error, KeyboardInterrupt):
+            raise error
+        if not self.measuring:
+            journal.discard()
+            raise KeyboardInterrupt("interrupted twice; nothing was measured") from None
+        raise KeyboardInterrupt(
+            f"interrupted twice; `motorid recover {journal.path}` keeps what arrived"
+        ) from None
 
     def _measure(self, board: Board, journal: JournalWriter, checked: bool) -> str:
         """The whole conversation with the board; returns why the run ended."""
@@ -251,28 +223,40 @@ class _Recorder:
         check_zero(zero, board.descriptors)
         return zero
 
-    def _keep(self, journal: JournalWriter, reason: str, path: Path, force: bool) -> int:
-        """Samples saved in ``path``; the journal goes once they are safe there, or were none."""
+    def _keep(
+        self,
+        journal: JournalWriter,
+        reason: str,
+        path: Path,
+        force: bool,
+        failure: Exception | None,
+    ) -> int:
+        """Samples saved in ``path``; the journal goes once they are safe there, or were none.
+
+        Raises what keeps them out of it, after what ended the run (``failure``), if anything.
+        """
         if self.recorded is not None:
             reason = getattr(self.port, "end", None) or ""
         if reason:
             with contextlib.suppress(DataError):  # the disk: close says it
                 journal.mark(self.port.now(), end=reason)
-        journal.close()
         try:
-            with open_journal(journal.path) as contents:
-                run = assemble(contents)
+            journal.close()
+            kept = keep(journal.path, path, force=force)
         except NoSamplesError:
             journal.discard()
             return 0
-        try:
-            store.save(run, path, force)
+        except NoPlaceError as error:
+            aside = set_aside(journal.path, RAW)
+            said = f"{error}; they are kept as they came in {aside}: report it"
+            raise _after(failure, NoPlaceError(said)) from None
         except MotoridError as error:
-            raise type(error)(
-                f"{error}; the run is in {journal.path}: `motorid recover` builds the capture"
-            ) from None
-        journal.discard()
-        return len(run)
+            raise _after(failure, error) from None
+        if kept.unplaced:
+            set_aside(journal.path, RAW)
+        else:
+            journal.discard()
+        return kept.samples
 
 
 def streaming(rig: Rig, board: Board) -> Rig:
@@ -301,6 +285,18 @@ def _end_of(error: MotoridError) -> str:
     if isinstance(error, BoardResetError):
         return f"reset: {error.cause}"
     return "link lost" if isinstance(error, LinkError) else ""
+
+
+def _with(failure: Exception, more: str) -> Exception:
+    """``failure``, with more to its sentence where it is one of ours."""
+    return type(failure)(f"{failure}{more}") if isinstance(failure, MotoridError) else failure
+
+
+def _after(failure: Exception | None, error: MotoridError) -> Exception:
+    """One error that says both what ended a run, and what keeps it out of its file."""
+    if failure is None:
+        return error
+    return failure if str(failure) == str(error) else _with(failure, f"; {error}")
 
 
 def _where(samples: int, path: Path) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from urllib.parse import parse_qsl
 
-from motorid.acquire.port import Port, open_port
+from motorid.acquire.link import Port
 from motorid.errors import LinkError, UsageError
 from motorid.sim.faults import KINDS, PASSING, Fault, Kind, parse_faults
 from motorid.sim.link import Cable
@@ -111,8 +111,11 @@ class RelayPort:
         self._shift_s = now - self._inner.now()
 
 
-def open_relay(url: str) -> RelayPort:
-    """The port of a relay:// URL (see docs/simulator.md). Raises UsageError or LinkError."""
+def open_relay(url: str, open_port: Callable[[str], Port]) -> RelayPort:
+    """The port of a relay:// URL (see docs/simulator.md). Raises UsageError or LinkError.
+
+    ``open_port`` opens the ports that stand behind it.
+    """
     head, found, to = url.partition("to=")
     query = head.removeprefix("relay://").removeprefix("?").removesuffix("&")
     if not found or not to or not head.endswith(("?", "&")):

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from motorid.acquire.header import check_kinds
 from motorid.acquire.journal import Kind, read_journal
 from motorid.errors import LinkError
 
@@ -23,7 +24,10 @@ class ReplayPort:
         self.name = f"replay://{path}"
         journal = read_journal(Path(path))
         self.header: Mapping[str, Any] = journal.header
-        ends = [r.json["end"] for r in journal.records if r.kind is Kind.MARK and "end" in r.json]
+        marks = [r.json for r in journal.records if r.kind is Kind.MARK]
+        for found in (self.header, *marks):
+            check_kinds(found, f"{path}: a header or mark")
+        ends = [mark["end"] for mark in marks if "end" in mark]
         self.end: str | None = ends[-1] if ends else None
         self._records = [r for r in journal.records if r.kind is not Kind.MARK]
         self._at = 0

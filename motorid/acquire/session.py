@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.check import check_supply, check_zero, judge_sensors
-from motorid.acquire.drive import drive, interruptible, load, tripped
+from motorid.acquire.drive import drive, load, tripped
+from motorid.acquire.interrupt import interruptible
+from motorid.acquire.link import Port
 from motorid.acquire.live import LiveView
 from motorid.acquire.plan import sample_period, wire_program
-from motorid.acquire.port import Port
 from motorid.acquire.pulse import Pulse, weak_pulse
 from motorid.acquire.record import Progress, configure
 from motorid.acquire.safety import check_program, pulse_resistance
@@ -24,7 +25,7 @@ from motorid.errors import RigError
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Rig
 from motorid.rig_keys import CHANNELS
-from motorid.wire.codec import SampleBlock
+from motorid.wire.codec import SampleBlock, mask_channels
 
 HIGHEST_HZ = 1000.0  # of a level's samples: more would only load the link
 BLOCKS = 16  # of a level's readings: their scatter tells the mean's uncertainty
@@ -121,7 +122,7 @@ class Session:
         period = sample_period(self.rig, self.board.identity)
         wire = wire_program(program, self.board.identity, period)
         load(self.board, wire)
-        timeline = Timeline(period, wire.ticks // period)
+        timeline = Timeline(period, wire.ticks // period, mask_channels(self.config["channels"]))
         view = LiveView(self.rig, self.board, zero, wire, self.progress)
 
         def consume(block: SampleBlock) -> None:
@@ -135,6 +136,8 @@ class Session:
         if reason.startswith("fault"):
             raise RigError(f"at {volts:g} V {tripped(reason)}")
         arrays = timeline.arrays()
+        if not len(arrays.ticks):
+            raise RigError(f"at {volts:g} V not one sample arrived: check the link")
         late = arrays.ticks > arrays.ticks[-1] - wire.steps[-1]["ticks"] // 2
         return {
             name: level_of(np.asarray(raw[late], dtype=np.float64))

@@ -30,7 +30,7 @@ class Columns:
 
     rows: int
     values: Mapping[str, Floats]
-    bad: tuple[BadCell, ...] = ()
+    bad: tuple[BadCell, ...] = ()  # the first of each column that has any
 
 
 class Source(Protocol):

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import csv
-import io
 import re
-import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
-from motorid.capture.columns import BadCell, Columns, unknown_column
+from motorid.capture.columns import Columns, unknown_column
+from motorid.capture.csv_numbers import NotPlainError, Parser
+from motorid.capture.csv_text import CSV_HEADER, Body, head, measure, opened
 from motorid.capture.units import spelled
 from motorid.errors import DataError
-from motorid.reading import read_file
+from motorid.limits import CSV
 
-Floats = NDArray[np.float64]
 _SEPARATORS = (";", "\t", ",", "|")
 _COMMENT = ("#", "%", "//")
-MAX_BYTES = 1 << 32
 _PROBE_LINES = 400
-_MAX_HEADER = 100
+_PROBE = 1 << 20  # characters of them
+_MAX_HEADER = CSV_HEADER
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*\Z")
 _MISSING = re.compile(r"\s*(nan|inf|-inf|n/?a|null|none|-*)\s*\Z", re.IGNORECASE)
 
@@ -35,13 +31,14 @@ class CsvSource:
 
     def __init__(self, path: Path, separator: str | None = None, decimal: str | None = None):
         self._path = path
-        self._text = _decode(path)
-        probe = _head(self._text, _PROBE_LINES)
+        self._extent = measure(path)
+        probe = head(path, self._extent.encoding, _PROBE_LINES, _PROBE)
         self._separator = separator or _find_separator(probe, decimal)
         self._decimal = decimal or _find_decimal(probe, self._separator)
         rows = [self._split(line) for line in probe]
         self._header_lines = self._find_data(probe, rows)
         self._width = len(rows[self._header_lines])
+        self._refuse_size()
         header = [
             row
             for row in rows[: self._header_lines]
@@ -56,6 +53,14 @@ class CsvSource:
             f"{self._header_lines} header line{plural}"
         )
 
+    def _refuse_size(self) -> None:
+        lines = self._extent.lines - self._header_lines
+        for count, most, what in ((self._width, CSV.columns, "columns"), (lines, CSV.rows, "rows")):
+            if most is not None and count > most:
+                raise DataError(
+                    f"{self._path} has {count:,} {what}; a table may have {most:,}: import a part"
+                )
+
     def place(self, row: int) -> str:
         return f"line {self._header_lines + row + 1}"
 
@@ -64,11 +69,8 @@ class CsvSource:
             return line.split()
         try:
             cells = next(csv.reader([line], delimiter=self._separator), [])
-        except (csv.Error, TypeError) as error:
-            raise DataError(
-                f"{self._path} cannot be read as a table separated by {self._separator!r} "
-                f"({error}): repair that cell, or give --separator"
-            ) from None
+        except csv.Error:  # a quoted cell of more than its reader takes
+            return [line]
         return [cell.strip() for cell in cells]
 
     def _is_number(self, cell: str) -> bool:
@@ -109,44 +111,29 @@ class CsvSource:
     def read(self, names: Sequence[str]) -> Columns:
         import pandas as pd
 
-        indices = [self._column(name) for name in names]
-        data = self._text.split("\n", self._header_lines)[-1] if self._header_lines else self._text
+        wanted = {name: self._column(name) for name in names}
+        parser = Parser(self._separator, self._decimal, self._width)
         try:
-            with warnings.catch_warnings(action="error", category=pd.errors.ParserWarning):
-                frame = pd.read_csv(
-                    io.StringIO(data.rstrip()),
-                    sep=r"\s+" if self._separator == " " else self._separator,
-                    header=None,
-                    names=list(range(self._width)),
-                    index_col=False,
-                    dtype=object,  # plain strings: three times as fast as text of pandas' own
-                    keep_default_na=False,
-                    skip_blank_lines=False,
-                    on_bad_lines="error",
-                )
+            try:
+                return self._parse(parser.plain, wanted)
+            except NotPlainError:
+                return self._parse(parser.careful, wanted)
         except (pd.errors.ParserError, pd.errors.ParserWarning) as error:
             raise self._ragged(str(error)) from None
-        values, bad = {}, []
-        for name, index in zip(names, indices, strict=True):
-            cells = frame[index].fillna("").to_numpy()
-            values[name] = self._numbers(cells)
-            for row in np.flatnonzero(np.isnan(values[name])):
-                bad.append(BadCell(int(row), name, cells[row][:40]))
-        return Columns(len(frame), values, tuple(bad))
+        except OSError as error:
+            raise DataError(f"{self._path}: cannot be read: {error.strerror or error}") from None
+
+    def _parse(
+        self, parse: Callable[[Body, Mapping[str, int], int], Columns], wanted: Mapping[str, int]
+    ) -> Columns:
+        with opened(self._path, self._extent.encoding) as text:
+            body = Body(text, self._header_lines, self._extent.characters)
+            return parse(body, wanted, max(0, self._extent.lines - self._header_lines))
 
     def _column(self, name: str) -> int:
         if name not in self._index:
             raise unknown_column(name, self.names)
         return self._index[name]
-
-    def _numbers(self, cells: NDArray[np.object_]) -> Floats:
-        """Cells as floats; NaN where a cell is not a plain finite number."""
-        import pandas as pd
-
-        if self._decimal == ",":
-            cells = np.array([cell.replace(",", ".") for cell in cells], dtype=object)
-        numbers = pd.to_numeric(cells, errors="coerce").astype(np.float64)
-        return np.where(np.isfinite(numbers), numbers, np.nan)
 
     def _ragged(self, error: str) -> DataError:
         found = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", error)
@@ -157,26 +144,6 @@ class CsvSource:
             f"{self._path}: line {line} has {found[3]} cells where the first data line has "
             f"{self._width}: repair that line, or give --separator"
         )
-
-
-def _decode(path: Path) -> str:
-    """The file's text with one kind of line end. Latin-1 where it is not UTF."""
-    data = read_file(path, DataError, MAX_BYTES, "a table")
-    encoding = "utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
-    if not data.strip():
-        raise DataError(f"{path} is empty")
-    if encoding == "utf-8-sig" and b"\0" in data:
-        raise DataError(f"{path} is a binary file, not a text table: import reads CSV and MAT")
-    try:
-        text = data.decode(encoding)
-    except UnicodeDecodeError:
-        text = data.decode("latin-1")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
-
-
-def _head(text: str, lines: int) -> list[str]:
-    stream = io.StringIO(text)
-    return [line.rstrip("\n") for _, line in zip(range(lines), stream, strict=False)]
 
 
 def _is_number(cell: str, decimal: str) -> bool:

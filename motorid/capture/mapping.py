@@ -126,11 +126,15 @@ class Formula:
 
     def evaluate(self, columns: Mapping[str, Floats], rows: int) -> Floats:
         """The values of the expression, shape (rows,); not finite where it divides by zero."""
-        found = {**columns, ROW: np.arange(rows, dtype=np.float64)}
+        found = dict(columns)
+        if ROW in self.columns:
+            found[ROW] = np.arange(rows, dtype=np.float64)
         values: dict[str, Any] = dict(self._constants)
         values.update(zip(self._codes(), (found[name] for name in self.columns), strict=True))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             result = _value(self._tree, values)
+        if isinstance(result, np.ndarray) and result.shape == (rows,):
+            return result.astype(np.float64, copy=False)  # a large column is not copied
         return np.array(np.broadcast_to(result, (rows,)), dtype=np.float64)
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from motorid.capture.child import serve
+from motorid.errors import DataError
+from motorid.limits import MAT
 
-_MAX_ARRAYS = 4096
 _MAX_DEPTH = 12
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
@@ -32,19 +35,33 @@ def _keep(name: str, value: Any, arrays: dict[str, Any]) -> None:
     array = np.asarray(value)
     if array.dtype.kind not in "iufb" or not array.size or array.ndim > 2:
         return
-    array = array.astype(np.float64)
+    refuse_shape(name, array.shape)
+    array = array.astype(np.float64, copy=False)
     if array.ndim < 2 or 1 in array.shape:
         arrays[name] = array.ravel()
     elif array.shape[1] <= 64:
         for column in range(array.shape[1]):
             arrays[f"{name}[{column + 1}]"] = array[:, column]
-    if len(arrays) > _MAX_ARRAYS:
-        raise ValueError(f"it holds more than {_MAX_ARRAYS} arrays")
+    if MAT.columns is not None and len(arrays) > MAT.columns:
+        raise DataError(f"it holds more than {MAT.columns:,} arrays, the most that it may")
+
+
+def refuse_shape(name: str, shape: Sequence[int]) -> None:
+    """Raises DataError for an array that is larger than the limits allow."""
+    rows, numbers = max(shape, default=1), math.prod(shape)
+    if (MAT.rows and rows > MAT.rows) or (MAT.numbers and numbers > MAT.numbers):
+        raise DataError(
+            f"{name} has {rows:,} rows and {numbers:,} numbers; a MAT file may have "
+            f"{MAT.rows:,} and {MAT.numbers:,}: save a part of it"
+        )
 
 
 def _read_v5(source: str, arrays: dict[str, Any]) -> None:
-    from scipy.io import loadmat
+    from scipy.io import loadmat, whosmat
 
+    names = [(name, shape) for name, shape, _ in whosmat(source) if not name.startswith("__")]
+    for name, shape in names:
+        refuse_shape(name, shape)
     content = loadmat(
         source, squeeze_me=False, struct_as_record=True, verify_compressed_data_integrity=True
     )
@@ -95,14 +112,16 @@ def _walk_node(name: str, node: Any, arrays: dict[str, Any], depth: int) -> None
             _walk_hdf5(f"{name}.{key}", node, node.get(key, getlink=True), arrays, depth + 1)
     elif h5py.check_ref_dtype(node.dtype) is h5py.Reference:
         _walk_references(name, node, arrays, depth)
-    elif node.external or node.is_virtual:
+    elif node.external or node.is_virtual or node.shape is None:
         return
     elif "MATLAB_empty" not in node.attrs and node.attrs.get("MATLAB_class") != b"char":
+        refuse_shape(name, node.shape)
         _keep(name, np.asarray(node).T, arrays)  # MATLAB stores by columns
 
 
 def _walk_references(name: str, node: Any, arrays: dict[str, Any], depth: int) -> None:
     """The elements of a cell or struct array: ``Y.Data`` of the third element is ``Y[3].Data``."""
+    refuse_shape(name, node.shape)
     references = np.asarray(node).T.ravel(order="F")
     parent, _, field = name.rpartition(".")
     for index, reference in enumerate(references):

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture import mat_child
-from motorid.capture.child import MEMORY_LIMIT, TIME_LIMIT_S, ChildFailedError, arrays_from
+from motorid.capture.child import ChildFailedError, arrays_from
 from motorid.capture.columns import BadCell, Columns, unknown_column
 from motorid.errors import DataError
+from motorid.limits import MAT
 
 Floats = NDArray[np.float64]
 
@@ -42,13 +43,15 @@ class MatSource:
         if len(set(lengths.values())) > 1:
             told = ", ".join(f"{name} has {length}" for name, length in lengths.items())
             raise DataError(f"{self._path}: columns differ in length: {told}; map columns of one")
-        bad = tuple(
-            BadCell(int(row), name, str(array[row]))
-            for name, array in values.items()
-            for row in np.flatnonzero(~np.isfinite(array))
-        )
-        cleaned = {n: np.where(np.isfinite(a), a, np.nan) for n, a in values.items()}
-        return Columns(max(lengths.values(), default=1), cleaned, bad)
+        bad, cleaned = [], {}
+        for name, array in values.items():
+            finite = np.isfinite(array)
+            if not finite.all():
+                row = int(np.argmin(finite))
+                bad.append(BadCell(row, name, str(array[row])))
+                array = np.where(finite, array, np.nan)
+            cleaned[name] = array
+        return Columns(max(lengths.values(), default=1), cleaned, tuple(bad))
 
     def _array(self, name: str) -> Floats:
         if name not in self._paths:
@@ -58,9 +61,9 @@ class MatSource:
 
 def _read(path: Path) -> dict[str, Floats]:
     if not path.is_file():
-        raise DataError(f"{path} cannot be read: there is no such file")
+        raise DataError(f"{path}: cannot be read: there is no such file")
     try:
-        stored = arrays_from(mat_child.__file__, path, time_s=TIME_LIMIT_S, memory=MEMORY_LIMIT)
+        stored = arrays_from(mat_child.__file__, path, MAT)
     except ChildFailedError as error:
         raise DataError(f"{path} cannot be read as a MAT file ({error}): is it damaged?") from None
     names = [str(name) for name in stored["names"]]

@@ -167,6 +167,7 @@ class Capture:
         default_factory=dict
     )  # identity, rig text, serial, notes, versions
     sha256: str = ""  # of the file it came from; empty when not stored
+    content_sha256: str = ""  # that the file carries of its content; empty where it carries none
     path: str = ""
 
     def __post_init__(self) -> None:

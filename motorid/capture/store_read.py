@@ -11,41 +11,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid import json_text
+from motorid.capture.content_digest import HDF5_ERRORS, carried, checked
 from motorid.capture.facts import of_provenance
 from motorid.capture.model import QUANTITIES, Capture, Channel, Gap, Kind, Phase, Sense, Wiring
-from motorid.capture.store import CHANNEL_FIELDS, FORMAT, MAJOR, WIRING_FIELDS
+from motorid.capture.store_guard import Guard
+from motorid.capture.store_layout import (
+    CHANNEL_FIELDS,
+    FORMAT,
+    MAJOR,
+    SEALED_MINOR,
+    WIRING_FIELDS,
+)
 from motorid.errors import DataError, MotoridError
+from motorid.limits import CAPTURE
 from motorid.program import Program
 
 TEXTS = frozenset({"unit", "kind", "sense"})  # attributes; all others are numbers
 ENDLESS = {"raw_min": -math.inf, "raw_max": math.inf}  # of a reading that never saturates
-MAX_MEMBERS = 64  # columns, or provenance entries
-MAX_TEXT = 1 << 24  # bytes
-MAX_DATA = 1 << 33  # bytes
-MAX_INFLATION = 1100  # what deflate can do at best: a column that claims more is a lie
-FILTERS = frozenset({1, 2, 3})  # HDF5 numbers of deflate, shuffle and checksum
-_HDF5_ERRORS = (OSError, RuntimeError, KeyError, ValueError, TypeError, OverflowError, MemoryError)
+MAX_TEXT = CAPTURE.cell or 0  # bytes
 
 
-def read(data: bytes, path: str, sha256: str) -> Capture:
-    """The capture in the HDF5 file ``data``. Raises DataError, naming ``path``."""
+def read(data: bytes, path: str, sha256: str, *, own: bool = False) -> Capture:
+    """The capture in the HDF5 file ``data``. Raises DataError, naming ``path``.
+
+    ``own``: this process wrote the very bytes, so that the digest of the content need not be made.
+    """
     try:
         with h5py.File(io.BytesIO(data), "r") as file:
-            return _Reader(file, len(data)).capture(path, sha256)
+            content_sha256 = carried(file) if own else checked(file, len(data))
+            return _Reader(file, len(data)).capture(path, sha256, content_sha256)
     except MotoridError as error:
         raise DataError(f"{path}: {error}") from None
-    except _HDF5_ERRORS as error:
+    except HDF5_ERRORS as error:
         what = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
-        raise DataError(f"{path}: not a readable capture file ({what})") from None
+        raise DataError(f"{path}: not a readable capture file: damaged, or none ({what})") from None
 
 
-class _Reader:
-    def __init__(self, file: h5py.File, size: int) -> None:
-        self.file = file
-        self.budget = min(MAX_DATA, MAX_INFLATION * size)
+class _Reader(Guard):
+    """The parts of a capture, each checked before it is read."""
 
-    def capture(self, path: str, sha256: str) -> Capture:
-        self.check_format()
+    def capture(self, path: str, sha256: str, content_sha256: str) -> Capture:
+        """All of it; ``content_sha256`` is the digest that it carries."""
+        self.check_format(content_sha256)
         samples = self.group(self.file, "samples")
         ticks = self.integers(self.column(samples, "tick"), "samples/tick")
         if np.any(np.diff(ticks) <= 0):
@@ -68,10 +75,11 @@ class _Reader:
             stated=of_provenance(provenance),
             provenance=provenance,
             sha256=sha256,
+            content_sha256=content_sha256,
             path=path,
         )
 
-    def check_format(self) -> None:
+    def check_format(self, content_sha256: str) -> None:
         if self.text_attribute(self.file, "format", "") != FORMAT:
             raise DataError("an HDF5 file, but not a motorid capture: see `motorid import --help`")
         major = self.number(self.file, "format_major", 0)
@@ -80,40 +88,8 @@ class _Reader:
                 f"capture format {major:g} is not {MAJOR}, which this version reads: "
                 "read it with the motorid that wrote it"
             )
-
-    # -- objects: hard links only, so that no file reaches into another
-    def members(self, group: h5py.Group) -> list[str]:
-        if len(group) > MAX_MEMBERS:
-            raise DataError(f"{group.name} has {len(group)} entries: not a motorid capture")
-        return list(group)
-
-    def object(self, group: h5py.Group, name: str) -> Any:
-        link = group.get(name, getlink=True)
-        if link is None:
-            raise DataError(f"{name} is missing: the file is damaged")
-        if not isinstance(link, h5py.HardLink):
-            raise DataError(f"{name} points outside the file: refused")
-        return group[name]
-
-    def group(self, parent: h5py.Group, name: str) -> h5py.Group:
-        found = self.object(parent, name)
-        if not isinstance(found, h5py.Group):
-            raise DataError(f"{name} is not a group: the file is damaged")
-        return found
-
-    def dataset(self, parent: h5py.Group, name: str, rank: int) -> h5py.Dataset:
-        found = self.object(parent, name)
-        if not isinstance(found, h5py.Dataset) or found.shape is None or found.ndim != rank:
-            raise DataError(f"{name} is not a {rank}-dimensional dataset: the file is damaged")
-        if found.external or found.is_virtual:
-            raise DataError(f"{name} keeps its data outside the file: refused")
-        filters = found.id.get_create_plist()
-        if any(filters.get_filter(i)[0] not in FILTERS for i in range(filters.get_nfilters())):
-            raise DataError(f"{name} is compressed in a way that motorid does not read")
-        self.budget -= found.size * found.dtype.itemsize
-        if self.budget < 0:
-            raise DataError(f"{name} claims more data than the file can hold: it is damaged")
-        return found
+        if not content_sha256 and self.number(self.file, "format_minor", 0) >= SEALED_MINOR:
+            raise DataError("its digest is missing: the file is damaged")
 
     # -- data
     def column(self, parent: h5py.Group, name: str) -> NDArray[Any]:

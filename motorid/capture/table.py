@@ -24,6 +24,7 @@ from motorid.version import __version__
 
 Floats = NDArray[np.float64]
 CLOCK_HZ = 1e9  # ticks are integers, and nanoseconds lose nothing that a file's stamps hold
+_NO_SEPARATOR = "\"'\r\n\0+-.0123456789eE"  # what cells or lines are made of
 STATIC = "static"  # provenance: True where the rows are steady points without an order in time
 
 
@@ -102,8 +103,12 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
         ambient_uncertainty_c=doubt,
     )
     notes += checks.capture_notes(capture, held, static)
-    provenance = _provenance(path, maps, source, chosen)
-    return replace(capture, provenance=provenance | {NOTES: notes, HELD: held, STATIC: static})
+    found = {NOTES: notes, HELD: held, STATIC: static}
+    return replace(
+        capture,
+        channels={name: replace(one) for name, one in capture.channels.items()},  # raw data alone
+        provenance=_provenance(path, maps, source, chosen) | found,
+    )
 
 
 def _check_options(chosen: TableOptions, mapped: Mapping[str, ChannelMap]) -> None:
@@ -120,6 +125,17 @@ def _check_options(chosen: TableOptions, mapped: Mapping[str, ChannelMap]) -> No
                 raise UsageError(f"{option} {name}: no such map{nearest(name, mapped)}")
             if not 0 <= number < np.inf:
                 raise UsageError(f"{option} {name}={number:g}: give {what}, 0 or more")
+    separator, decimal = chosen.separator, chosen.decimal
+    if separator is not None and (
+        len(separator) != 1 or not separator.isascii() or separator in _NO_SEPARATOR
+    ):
+        raise UsageError(
+            f"--separator {separator!r}: give one ASCII character, such as ';' or a tab"
+        )
+    if decimal not in (None, ".", ","):
+        raise UsageError(f"--decimal {decimal!r} is neither '.' nor ','")
+    if separator is not None and separator == decimal:
+        raise UsageError(f"--separator and --decimal are both {separator!r}: they must differ")
     if chosen.sense not in get_args(Sense):
         raise UsageError(f"--sense {chosen.sense!r} is none of {', '.join(get_args(Sense))}")
 
@@ -149,7 +165,8 @@ def _read(
     values = {
         name: formula.evaluate(columns.values, columns.rows) for name, formula in formulas.items()
     }
-    rows = np.arange(columns.rows)
+    rows = np.arange(columns.rows, dtype=np.float64)
+    del columns
     finite = np.all([np.isfinite(column) for column in values.values()], axis=0)
     if not finite.all() and not chosen.drop_bad:
         bad = next(name for name, column in values.items() if not np.isfinite(column).all())
@@ -158,8 +175,14 @@ def _read(
             f"{path}: {source.place(int(row))}: {bad} = {formulas[bad].text} is not finite there "
             "(a division by zero?): repair it, or leave such rows out with --drop-bad"
         )
-    usable = _usable(values)
-    return {ROW: rows[usable].astype(np.float64)} | {n: v[usable] for n, v in values.items()}
+    return _chosen(_usable(values), {ROW: rows, **values})
+
+
+def _chosen(rows: NDArray[np.bool_], columns: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Those rows of the columns; not copied where that is all of them, for they may be large."""
+    if rows.all():
+        return dict(columns)
+    return {name: column[rows] for name, column in columns.items()}
 
 
 def _usable(values: Mapping[str, Floats]) -> NDArray[np.bool_]:
@@ -191,12 +214,18 @@ def _in_order(
         raise DataError(f"{path} holds {inside.sum()} usable rows there: a capture needs two")
     if np.ptp(time_s) * CLOCK_HZ >= 2**62:
         raise DataError(f"{path}: the time column spans {np.ptp(time_s):g} s: is its unit right?")
-    time_s, values = time_s[inside], {name: column[inside] for name, column in values.items()}
-    ticks = np.rint((time_s - time_s[0]) * CLOCK_HZ).astype(np.int64)
+    time_s = time_s if inside.all() else time_s[inside]
+    values = _chosen(inside, {n: column for n, column in values.items() if n != TIME})
+    nanoseconds = time_s - time_s[0]
+    nanoseconds *= CLOCK_HZ
+    ticks = np.rint(nanoseconds, out=nanoseconds).astype(np.int64)
+    del time_s, nanoseconds
     ahead = checks.stamps_that_advance(path, source, ticks, values[ROW], chosen.drop_bad, notes)
     if ahead.sum() < 2:
         raise DataError(f"{path}: the time column does not advance: is it the right column?")
-    return ticks[ahead], {name: column[ahead] for name, column in values.items()}, False
+    if ahead.all():
+        return ticks, values, False
+    return ticks[ahead], _chosen(ahead, values), False
 
 
 def _channel(one: ChannelMap, raw: Floats, chosen: TableOptions) -> Channel:
@@ -238,7 +267,7 @@ def _provenance(
 ) -> dict[str, Any]:
     return {
         "imported_from": path.name,
-        "imported_sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        "imported_sha256": _sha256(path),
         "imported_by": f"motorid {__version__}",
         "maps": list(maps),
         "layout": source.layout,
@@ -246,3 +275,8 @@ def _provenance(
         "serial": chosen.serial,
         "note": chosen.note,
     }
+
+
+def _sha256(path: Path) -> str:
+    with open_file(path, DataError) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -56,17 +56,19 @@ def good_cells(
 
     Raises DataError, naming the first bad cell's place, unless ``drop_bad``.
     """
-    bad = (*columns.bad, *_sentinels(columns))
+    marks = _sentinels(columns)
+    bad = [*columns.bad, *(_first_mark(columns, name, rows) for name, rows in marks.items())]
     if not bad:
         return columns
     first = min(bad, key=lambda cell: cell.row)
     what = f"holds {first.text!r}, not a number" if first.text else "is empty"
     if first.text.startswith("sentinel"):
         what = f"holds {first.text.removeprefix('sentinel ')}, which looks like a mark for missing"
-    values = {name: column.copy() for name, column in columns.values.items()}
-    for cell in bad:
-        values[cell.column][cell.row] = np.nan
-    lost = len({cell.row for cell in bad})
+    values = dict(columns.values)
+    for name, found in marks.items():
+        values[name] = np.where(found, np.nan, values[name])
+    missing = np.any([np.isnan(column) for column in values.values() if len(column) > 1], axis=0)
+    lost = max(1, int(np.sum(missing)))
     rows = "1 row is" if lost == 1 else f"{lost} rows are"
     if not drop_bad:
         raise DataError(
@@ -80,17 +82,23 @@ def good_cells(
     return replace(columns, values=values)
 
 
-def _sentinels(columns: Columns) -> list[BadCell]:
+def _sentinels(columns: Columns) -> dict[str, Bools]:
     """Readings of a usual mark for "missing" that lie far outside the rest of their column."""
-    found = []
+    found = {}
     for name, values in columns.values.items():
         marks = np.isin(values, SENTINELS)
         if len(values) < 2 or not marks.any() or marks.all():
             continue
         rest = np.nanmax(np.abs(values[~marks]), initial=0.0)
-        for row in np.flatnonzero(marks & (np.abs(values) > FAR * rest)):
-            found.append(BadCell(int(row), name, f"sentinel {values[row]:g}"))
+        far = marks & (np.abs(values) > FAR * rest)
+        if far.any():
+            found[name] = far
     return found
+
+
+def _first_mark(columns: Columns, name: str, marks: Bools) -> BadCell:
+    row = int(np.argmax(marks))
+    return BadCell(row, name, f"sentinel {columns.values[name][row]:g}")
 
 
 def stamps_that_advance(
@@ -102,10 +110,10 @@ def stamps_that_advance(
     notes: list[str],
 ) -> Bools:
     """Which stamps lie after all before them. Raises DataError unless ``drop_bad`` or all do."""
+    if np.all(ticks[1:] > ticks[:-1]):
+        return np.ones(len(ticks), dtype=bool)
     highest = np.maximum.accumulate(ticks)
     ahead: Bools = np.r_[True, ticks[1:] > highest[:-1]]
-    if ahead.all():
-        return ahead
     first = int(np.flatnonzero(~ahead)[0])
     repeats = ticks[first] == highest[first - 1]
     what = "repeats the stamp before it" if repeats else "steps back in time"
@@ -133,12 +141,13 @@ def gaps(ticks: NDArray[np.int64], notes: list[str]) -> tuple[Gap, ...]:
     """Pauses much longer than the usual period, as gaps; notes on how regular the stamps are."""
     steps = np.diff(ticks)
     usual = float(np.median(steps))
+    late = steps > GAP * usual
     found = tuple(
         Gap(int(index) + 1, round(steps[index] / usual) - 1, "the time column pauses")
-        for index in np.flatnonzero(steps > GAP * usual)
+        for index in np.flatnonzero(late)
     )
-    steady = steps[steps <= GAP * usual]
-    spread = float(np.percentile(np.abs(steady - usual), 95)) / usual
+    off = (steps[~late] if late.any() else steps) - usual
+    spread = float(np.percentile(np.abs(off, out=off), 95, overwrite_input=True)) / usual
     if spread > IRREGULAR:
         share = f"{100 * spread:.0f} %"
         notes.append(f"irregular stamps: 5 % of periods are off by {share} or more; kept")
@@ -171,8 +180,10 @@ def held_samples(channels: Mapping[str, Channel]) -> dict[str, int]:
     """Channels whose readings only ever change every n samples (n > 1): channel -> n."""
     found = {}
     for name, channel in channels.items():
-        values = channel.values
-        changes = np.flatnonzero(np.diff(values[np.isfinite(values)]))
+        values = np.asarray(channel.raw, dtype=np.float64)
+        finite = np.isfinite(values)
+        known = values if finite.all() else values[finite]
+        changes = np.flatnonzero(known[1:] != known[:-1])
         if len(changes) < 20:
             continue
         steps = np.diff(changes)
@@ -204,7 +215,7 @@ def capture_notes(capture: Capture, held: Mapping[str, int], static: bool) -> li
     """Notes on channels: constant, held, at odds with each other."""
     notes = []
     for name, channel in capture.channels.items():
-        if np.nanmax(channel.values) == np.nanmin(channel.values):
+        if np.nanmax(channel.raw) == np.nanmin(channel.raw):
             notes.append(f"{name} never changes: is it the right column?")
     for name, period in held.items():
         notes.append(f"{name} is held: it changes only every {period} samples")

@@ -42,12 +42,13 @@ class WarmChild:
         )
         atexit.register(self.stop)
 
-    def read(self, source: str, target: str, memory: int, time_s: float) -> tuple[int, str]:
+    def read(self, source: str, target: str, bounds: list[int], time_s: float) -> tuple[int, str]:
         """Exit code of the child that read ``source``, and what it said.
 
         Raises TimeoutError, GoneError; of no further use is a warm child after either.
         """
-        order = f"{os.fsencode(source).hex()} {os.fsencode(target).hex()} {memory}\n"
+        names = [os.fsencode(name).hex() for name in (source, target)]
+        order = " ".join([*names, *map(str, bounds)]) + "\n"
         with self._lock:
             try:
                 code = self._ask(order.encode(), time_s)
@@ -87,23 +88,23 @@ class WarmChild:
             self._process.wait(PARTING_S)
 
 
-def serve_files(read_one: Callable[[str, str, int], int]) -> None:
+def serve_files(read_one: Callable[[str, str, list[int]], int]) -> None:
     """In the warm child: forks for each order on the standard input, and answers its exit code.
 
-    ``read_one`` reads a source into a target with so much memory and gives the exit code.
+    ``read_one`` reads a source into a target within bounds and gives the exit code.
     """
     for line in sys.stdin.buffer:
-        source, target, memory = line.split()
+        source, target, *bounds = line.split()
         pid = os.fork()
         if not pid:
             names = [os.fsdecode(bytes.fromhex(name.decode())) for name in (source, target)]
-            _be_child(read_one, *names, int(memory))
+            _be_child(read_one, *names, [int(bound) for bound in bounds])
         _, status = os.waitpid(pid, 0)
         sys.stdout.buffer.write(b"%d\n" % os.waitstatus_to_exitcode(status))
         sys.stdout.buffer.flush()
 
 
-def _be_child(read_one: Callable[[str, str, int], int], *order: Any) -> None:
+def _be_child(read_one: Callable[[str, str, list[int]], int], *order: Any) -> None:
     code = 1
     try:
         said = os.open(order[1] + SAID, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)

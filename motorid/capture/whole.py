@@ -9,6 +9,8 @@ from pathlib import Path
 
 from motorid.errors import DataError, UsageError
 
+TRIAL_BYTES = 4096
+
 
 def write_whole(path: Path, data: bytes, *, force: bool = False) -> None:
     """Writes ``data`` to ``path`` through a synced sibling: whole, or not at all.
@@ -16,7 +18,7 @@ def write_whole(path: Path, data: bytes, *, force: bool = False) -> None:
     Raises UsageError when ``path`` exists (unless ``force``), DataError when the disk refuses.
     """
     refuse_existing(path, force)
-    sibling = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    sibling = _sibling(path)
     try:
         with open(sibling, "wb") as file:
             file.write(data)
@@ -39,10 +41,35 @@ def refuse_existing(path: Path, force: bool) -> None:
     """Raises UsageError when ``path`` exists and may not be replaced, or has no folder."""
     if path.is_dir():
         raise UsageError(f"{path} is a folder: name a file in it")
-    if not force and path.exists():
+    if not force and os.path.lexists(path):  # a link that leads nowhere is in the way too
         raise _exists(path)
+    if path.exists() and not path.is_file():
+        raise UsageError(f"{path} is no ordinary file: name another")
     if not path.parent.is_dir():
         raise UsageError(f"the folder {path.parent} does not exist: make it, or write elsewhere")
+
+
+def check_writable(path: Path, *, force: bool = False) -> None:
+    """Tries, before long work, whether ``write_whole`` can put a file there.
+
+    Raises UsageError as ``refuse_existing``, DataError when the disk or the folder refuses.
+    """
+    refuse_existing(path, force)
+    sibling = _sibling(path)
+    try:
+        with open(sibling, "wb") as file:
+            file.write(bytes(TRIAL_BYTES))
+            file.flush()
+            os.fsync(file.fileno())
+    except OSError as error:
+        raise DataError(f"{path} cannot be written ({error.strerror or error})") from None
+    finally:
+        with contextlib.suppress(OSError):  # it could not be made
+            sibling.unlink()
+
+
+def _sibling(path: Path) -> Path:
+    return path.with_name(f".{path.name}.{os.getpid()}.tmp")
 
 
 def sync_folder(folder: Path) -> None:
@@ -66,7 +93,7 @@ def _place(sibling: Path, path: Path, force: bool) -> None:
     except FileExistsError:
         raise
     except OSError:  # a file system without links
-        if path.exists():
+        if os.path.lexists(path):
             raise FileExistsError(str(path)) from None
         os.rename(sibling, path)
 

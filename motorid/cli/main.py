@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
 import click
 
+from motorid.acquire import interrupt
 from motorid.cli import streams
 from motorid.cli.failures import refuse_unprintable, report, report_lost
 from motorid.cli.lazy import LazyGroup
@@ -32,6 +32,7 @@ COMMANDS = {
     "gauge": ("gauge", "Study the gauge itself: crossed R&R, a golden motor, linearity."),
     "trend": ("trend", "Control charts, capability and drift of what was measured; alarms."),
     "history": ("history", "The database of results: trace, judge again, export."),
+    "verify": ("verify", "Say of each file whether it is still what was written."),
     "compare": ("compare", "Many methods on the same captures; the review's tables, rebuilt."),
     "ports": ("ports", "List the serial ports, without opening them."),
     "rigs": ("rigs", "List the rigs that come with motorid."),
@@ -86,9 +87,10 @@ def main() -> NoReturn:
     """The entry point of the installed command."""
     code = EXIT_INTERNAL
     try:
+        interrupt.heed()
         streams.sturdy()
         code = run(sys.argv[1:])
-        signal.signal(signal.SIGINT, signal.SIG_DFL)  # the outcome is settled
+        interrupt.heed_no_more()  # the outcome is settled
     except KeyboardInterrupt:  # a second one, while the first was reported
         code = EXIT_INTERRUPTED
     except BaseException:

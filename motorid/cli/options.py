@@ -83,8 +83,9 @@ def wrote(path: Path) -> None:
     """Says that a capture is in ``path``, and what is wrong with it."""
     from motorid.workflow import record
 
+    remarks = record.remarks(path)  # reads it: nothing is said to be written that is not there
     click.echo(f"wrote {path}", err=True)
-    for remark in record.remarks(path):
+    for remark in remarks:
         click.echo(f"note: {remark}", err=True)
 
 

@@ -21,8 +21,10 @@ def command(path: Path) -> None:
     """
     from motorid.acquire.record import recover, remarks
     from motorid.capture.store import load
+    from motorid.workflow.verify import journal_remark
 
+    damage = journal_remark(path)
     capture = load(recover(path))
     click.echo(f"wrote {capture.path}: {len(capture)} samples", err=True)
-    for remark in remarks(capture):
+    for remark in (*damage, *remarks(capture)):
         click.echo(f"note: {remark}", err=True)

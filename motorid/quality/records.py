@@ -9,6 +9,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from motorid import csv_text, json_text
+from motorid.json_seal import sealed
 from motorid.quality.verdict import Measurement, Outcome, Verdict
 
 SCHEMA = "motorid-verdict-1"
@@ -21,8 +22,8 @@ OPENHTF_MEASUREMENT = {Outcome.PASS: "PASS", Outcome.FAIL: "FAIL", Outcome.INVAL
 
 
 def to_dict(verdict: Verdict, *, time: datetime | None = None) -> dict[str, Any]:
-    """Plain data; a limit that is not there and a value that is not known are null."""
-    return {
+    """Plain data with its digest; a limit that is not there, a value that is not known are null."""
+    said = {
         "schema": SCHEMA,
         "time": _stamp(time),
         "product": verdict.product,
@@ -34,6 +35,7 @@ def to_dict(verdict: Verdict, *, time: datetime | None = None) -> dict[str, Any]
         "inputs": [dict(i) for i in verdict.inputs],
         "versions": dict(verdict.versions),
     }
+    return sealed(said)
 
 
 def to_json(verdict: Verdict, *, time: datetime | None = None) -> str:

@@ -12,14 +12,13 @@ import numpy as np
 
 from motorid.csv_text import as_written
 from motorid.errors import DataError, UsageError, nearest
+from motorid.limits import STUDY
 from motorid.quality.gauge import Study
 from motorid.reading import read_file
 
 PART, OPERATOR = "part", "operator"
 ALIASES = {PART: ("part", "serial", "motor"), OPERATOR: ("operator", "appraiser", "fixture")}
 NOT_QUANTITIES = ("trial", "repeat", "order", "time", "note", "path", "sha256", "failure")
-
-MAX_BYTES = 1 << 26
 
 Row = Mapping[str, str]
 
@@ -29,7 +28,7 @@ def read_rows(path: Path) -> list[dict[str, str]]:
     operator's. Raises DataError where the file cannot be read or is empty.
     """
     try:
-        text = read_file(path, DataError, MAX_BYTES, "a study").decode("utf-8-sig")
+        text = read_file(path, DataError, STUDY.file, "a study").decode("utf-8-sig")
         rows = [dict(row) for row in csv.DictReader(io.StringIO(text, newline=""), restval="")]
     except (UnicodeDecodeError, csv.Error) as error:
         raise DataError(f"{path} cannot be read as CSV: {error}") from None

@@ -20,6 +20,7 @@ from motorid.estimate.results.estimate import (
     SteadyRow,
     TermTrial,
 )
+from motorid.json_seal import sealed
 from motorid.json_text import plain as plain
 from motorid.report import suspects
 
@@ -39,7 +40,11 @@ def dumps(estimate: Estimate) -> str:
 
 
 def to_dict(estimate: Estimate) -> dict[str, Any]:
-    """Plain data of the estimate. What is unknown or not finite is null."""
+    """Plain data of the estimate, with its digest. What is unknown or not finite is null."""
+    return sealed(_said(estimate))
+
+
+def _said(estimate: Estimate) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "model": estimate.model,

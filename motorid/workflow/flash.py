@@ -12,12 +12,12 @@ from pathlib import Path
 from motorid.acquire.port import open_port
 from motorid.acquire.ports import who_answers
 from motorid.errors import DataError, LinkError, UsageError
+from motorid.limits import FIRMWARE
 from motorid.reading import read_file
 
 PACKAGE = Path(__file__).resolve().parents[1]
 FOLDERS = (PACKAGE / "firmware", PACKAGE.parent / "firmware" / "build" / "release")
 FLASH_S = 120.0
-MAX_FILE_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def firmware_file(board: str) -> Path:
 def check_firmware(path: Path, board: str) -> None:
     """Raises DataError unless ``path`` is Intel HEX, fits the board and is firmware made for it."""
     try:
-        data = read_file(path, DataError, MAX_FILE_BYTES, "firmware")
+        data = read_file(path, DataError, FIRMWARE.file, "firmware")
         image = read_hex(data.decode("ascii"))
     except ValueError as error:
         raise DataError(f"{path} is not an Intel HEX file ({error}): fetch it again") from None
@@ -86,7 +86,7 @@ def _joined(parts: dict[int, bytes]) -> bytes:
     if not parts:
         raise ValueError("it is empty")
     begin, end = min(parts), max(at + len(data) for at, data in parts.items())
-    if end - begin > MAX_FILE_BYTES:
+    if end - begin > FIRMWARE.file:
         raise ValueError("its addresses lie far apart")
     image = bytearray(b"\xff" * (end - begin))
     for at, data in parts.items():

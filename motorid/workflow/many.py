@@ -130,7 +130,7 @@ def sha256_of(path: Path) -> str:
             while piece := file.read(CHUNK):
                 digest.update(piece)
     except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror or error}") from None
+        raise DataError(f"{path}: cannot be read: {error.strerror or error}") from None
     return digest.hexdigest()
 
 

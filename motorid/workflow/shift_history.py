@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motorid import json_text
+from motorid import json_seal
 from motorid.errors import DataError, MotoridError
 from motorid.workflow.check import CAPTURE, VERDICT
 
@@ -66,7 +66,8 @@ class ShiftHistory:
         if (one / MARK).exists() or not ((one / VERDICT).exists() and (one / CAPTURE).exists()):
             return False
         try:
-            versions = json_text.read_object(one / VERDICT, DataError).get("versions")
+            stored = json_seal.read(one / VERDICT, "a verdict")
         except DataError:
             return False
+        versions = stored.get("versions")
         return isinstance(versions, dict) and versions.get("product") == self.product.digest

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motorid import json_text
+from motorid import json_seal
 from motorid.errors import DataError, MotoridError
 from motorid.report.screen import Screen, of_verdict
 from motorid.workflow.check import VERDICT, Inspection, Line, refuse_serial, resume
@@ -107,7 +107,7 @@ class Station:
         found = sorted(_verdicts(self.line.folder, serial), key=lambda path: path.stat().st_mtime)
         if not found:
             raise DataError(f"{self.line.folder} holds no verdict on {serial}")
-        stored = json_text.read_object(found[-1], DataError)
+        stored = json_seal.read(found[-1], "a verdict")
         keys = ("serial", "outcome", "marginal", "reasons", "time")
         if not set(keys) <= set(stored):
             raise DataError(f"{found[-1]} is no verdict of this motorid: it is damaged")

@@ -11,4 +11,4 @@ from motorid.acquire import leftover
 def keep_journal(monkeypatch: pytest.MonkeyPatch) -> None:
     """Journals stay after their capture is saved, and recovery need not wait to see them rest."""
     monkeypatch.setattr(leftover, "STILL_GROWING_S", 0.0)
-    monkeypatch.setattr("motorid.acquire.journal.JournalWriter.discard", lambda self: None)
+    monkeypatch.setattr("motorid.acquire.journal_writer.JournalWriter.discard", lambda self: None)

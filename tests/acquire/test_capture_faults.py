@@ -70,7 +70,7 @@ def run_start_s(tmp_path_factory: pytest.TempPathFactory) -> float:
     rig = sim_rig(program=LONG)
     heard = bytearray()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("motorid.acquire.journal.JournalWriter.discard", lambda self: None)
+        patch.setattr("motorid.acquire.journal_writer.JournalWriter.discard", lambda self: None)
         path = record.capture(rig, rig.program, tmp_path_factory.mktemp("probe") / "probe.h5")
     for entry in parse_journal(journal_path(path).read_bytes()).records:
         heard += entry.data if entry.kind is Kind.RECEIVED else b""

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from motorid.acquire import drive
+from motorid.acquire import interrupt
 from motorid.errors import UsageError
 from motorid.sim.port import open_sim
 
@@ -15,7 +15,7 @@ WAIT_S = 5.0
 
 
 def wait_while_asked_to_stop(until: float) -> None:
-    with drive.interruptible() as stop:
+    with interrupt.interruptible() as stop:
         signal.raise_signal(signal.SIGTERM)
         assert stop.requested
         while time.monotonic() < until:
@@ -23,7 +23,7 @@ def wait_while_asked_to_stop(until: float) -> None:
 
 
 def test_a_request_that_nobody_follows_ends_the_wait(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(drive, "PATIENCE_S", 0.1)
+    monkeypatch.setattr(interrupt, "PATIENCE_S", 0.1)
     began = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
         wait_while_asked_to_stop(began + WAIT_S)
@@ -31,8 +31,8 @@ def test_a_request_that_nobody_follows_ends_the_wait(monkeypatch: pytest.MonkeyP
 
 
 def test_one_that_was_followed_leaves_the_program_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(drive, "PATIENCE_S", 0.05)
-    with drive.interruptible() as stop:
+    monkeypatch.setattr(interrupt, "PATIENCE_S", 0.05)
+    with interrupt.interruptible() as stop:
         signal.raise_signal(signal.SIGINT)
     time.sleep(0.2)
     assert stop.requested

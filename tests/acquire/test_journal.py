@@ -17,16 +17,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorid.acquire import journal as room
+from motorid.acquire import journal_writer as room
 from motorid.acquire.journal import (
     MAGIC,
-    JournalWriter,
     Kind,
     encode_record,
     journal_path,
     parse_journal,
     read_journal,
 )
+from motorid.acquire.journal_writer import JournalWriter
 from motorid.errors import DataError, UsageError
 
 LONG_S = 60.0  # after which a thread that has not acted never will

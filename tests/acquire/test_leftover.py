@@ -10,7 +10,8 @@ import pytest
 
 from motorid.acquire import leftover, record
 from motorid.acquire.assemble import NoSamplesError
-from motorid.acquire.journal import JournalWriter, journal_path, read_journal
+from motorid.acquire.journal import journal_path, read_journal
+from motorid.acquire.journal_writer import JournalWriter
 from motorid.capture import store
 from motorid.cli.main import run
 from motorid.errors import UsageError

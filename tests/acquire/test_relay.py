@@ -9,7 +9,7 @@ import pytest
 
 from motorid.acquire import record
 from motorid.acquire.port import open_port
-from motorid.acquire.relay import RELAY_KINDS, RelayPort, open_relay
+from motorid.acquire.relay import RELAY_KINDS, RelayPort
 from motorid.capture import store
 from motorid.errors import LinkError, UsageError
 from motorid.sim.faults import parse_faults
@@ -190,7 +190,7 @@ def test_a_reset_or_another_board_is_said_at_any_time(
 
 
 def test_open_relay_closes_what_it_holds() -> None:
-    port = open_relay("relay://?fault=flip:0&to=sim://?speed=max")
+    port = open_port("relay://?fault=flip:0&to=sim://?speed=max")
     port.close()
     with pytest.raises(LinkError, match="closed"):
         port.read(1, 0.1)

@@ -7,7 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorid.acquire.timeline import DROPPED, LOST, MISSING_END, Timeline
+from motorid.acquire.timeline import (
+    DROPPED,
+    LOST,
+    MISSING_END,
+    OFF_GRID,
+    OTHER_CHANNELS,
+    OUTSIDE,
+    TAKEN,
+    Timeline,
+)
 from motorid.capture.model import Gap, Phase
 from motorid.wire.codec import SampleBlock
 from motorid.wire.enums import Channel
@@ -84,7 +93,65 @@ def test_repeated_and_foreign_blocks_are_left_out() -> None:
     line.add(SampleBlock(1, 2 * PERIOD, 0, 0, (Channel.CURRENT,), np.zeros((1, 1), np.int16)))
     line.add(block(2 * PERIOD, [3]))
     assert line.arrays().columns["current"].tolist() == [1, 2, 3]
-    assert line.repeated == 2
+    assert line.repeated == 1
+    assert line.unplaced == {OTHER_CHANNELS: 1}
+
+
+def test_blocks_out_of_order_take_their_places() -> None:
+    line = Timeline(PERIOD)
+    line.start(0)
+    for number in (0, 4, 2, 6, 2):
+        line.add(block(number * PERIOD, [number, number + 1], position=number))
+    found = line.arrays(8)
+    assert found.columns["current"].tolist() == list(range(8))
+    assert found.columns["position"].tolist() == list(range(8))
+    assert found.ticks.tolist() == [n * PERIOD for n in range(8)]
+    assert found.gaps == ()
+    assert (line.repeated, line.unplaced) == (1, {})
+
+
+def test_what_has_no_place_is_counted_by_its_reason() -> None:
+    line = Timeline(PERIOD, 10)
+    line.start(0)
+    line.add(block(0, [1, 2]))
+    line.add(block(2 * PERIOD + 1, [3, 4, 5]))
+    line.add(block(9 * PERIOD, [6, 7]))
+    line.add(block(-PERIOD, [8]))
+    line.add(block(4 * PERIOD, [9, 10]))
+    line.add(block(PERIOD, [11, 12]))  # another reading at a tick that is taken
+    line.add(block(0, [13]))
+    assert line.arrays().columns["current"].tolist() == [1, 2, 9, 10]
+    assert line.unplaced == {OFF_GRID: 3, OUTSIDE: 3, TAKEN: 3}
+
+
+@pytest.mark.parametrize("told", [7, PERIOD * 100, -PERIOD * 100, 1 << 31])
+def test_a_wrong_word_on_the_beginning_costs_no_sample(told: int) -> None:
+    """The samples' own ticks hold, where not one of them fits what the reply to start said."""
+    line = Timeline(PERIOD, 8)
+    line.start(told % U32)
+    line.phase(0, 0)
+    line.add(block(0, [1, 2]))
+    line.phase(1, 2 * PERIOD)
+    line.add(block(2 * PERIOD, [3, 4], position=2))
+    found = line.arrays(4)
+    assert found.columns["current"].tolist() == [1, 2, 3, 4]
+    assert np.diff(found.ticks).tolist() == [PERIOD] * 3
+    assert [phase.tick - int(found.ticks[0]) for phase in line.phases] == [0, 2 * PERIOD]
+    assert found.gaps == ()
+    assert line.wrong_start == told % U32
+    assert line.unplaced == {}
+
+
+@given(st.permutations(range(12)), st.integers(0, U32 - 1))
+def test_any_order_gives_the_same_run(order: list[int], start: int) -> None:
+    line = Timeline(PERIOD, 24)
+    line.start(start)
+    for number in order:
+        line.add(block(start + 2 * number * PERIOD, [2 * number, 2 * number + 1]))
+    found = line.arrays(24)
+    assert found.columns["current"].tolist() == list(range(24))
+    assert found.gaps == ()
+    assert not line.unplaced
 
 
 @given(

@@ -26,7 +26,15 @@ pytestmark = pytest.mark.slow
 
 BENCH = Path(__file__).resolve().parents[2] / "bench"
 LEFT_OUT = {"plan", "emulated_motors"}
-MAY_MISS = {"cycle", "exactness", "gauge", "many", "search", "startup"}  # goals of a full run
+MAY_MISS = {
+    "cycle",
+    "exactness",
+    "gauge",
+    "import",
+    "many",
+    "search",
+    "startup",
+}  # goals of a full run
 X86 = ("x86_64", "AMD64")
 SIX = ("R", "L", "K", "B", "J", "T0")
 
@@ -134,6 +142,15 @@ def test_kernels_give_one_answer(tmp_path: Path) -> None:
     stored = json.loads(out.read_text(encoding="utf-8"))
     assert stored["subjects"] == 2
     assert stored["kernels"]["Nehalem"]["greatest_u"] == pytest.approx(float(row[2]), rel=0.1)
+
+
+def test_import_takes_a_log_and_refuses_what_is_beyond_the_limits() -> None:
+    text = run("import", "--rows", "20000", "--refused", "10^6 columns", "MAT, 10^13 rows declared")
+    assert float(cells("20,000 rows", text)[4]) > 0  # times the file: of so few, the libraries'
+    for name in ("10^6 columns", "MAT, 10^13 rows declared"):
+        row = cells(name, text)
+        assert row[3] == "exit 4", name
+        assert float(found(r"(\d+) MiB", row[2])[1]) < 1024, name
 
 
 def test_line_lets_no_defect_escape_and_loses_none() -> None:

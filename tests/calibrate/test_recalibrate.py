@@ -13,7 +13,7 @@ import pytest
 
 import motorid
 from motorid.acquire.record import capture
-from motorid.capture import store
+from motorid.capture import store, store_layout
 from motorid.capture.model import Capture
 from motorid.cli import main
 from motorid.errors import DataError, RigError
@@ -54,7 +54,7 @@ def same(one: Capture, other: Capture) -> None:
     for name, channel in one.channels.items():
         twin = other.channels[name]
         np.testing.assert_array_equal(channel.raw, twin.raw)
-        for key in store.CHANNEL_FIELDS:
+        for key in store_layout.CHANNEL_FIELDS:
             mine, its = getattr(channel, key), getattr(twin, key)
             assert mine == (pytest.approx(its, rel=1e-12) if isinstance(its, float) else its), key
 

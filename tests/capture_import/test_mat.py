@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -11,7 +12,8 @@ import numpy as np
 import pytest
 import scipy.io
 
-from motorid.capture import mat_child, mat_reader
+from motorid import limits
+from motorid.capture import child, mat_child, mat_reader
 from motorid.capture.mat_reader import MatSource
 from motorid.capture.table import read_table
 from motorid.errors import DataError, UsageError
@@ -115,7 +117,7 @@ def test_reader_that_crashes_is_one_sentence(
 
 def test_reader_that_hangs_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = as_child(monkeypatch, tmp_path, "import time\ntime.sleep(60)\n")
-    monkeypatch.setattr(mat_reader, "TIME_LIMIT_S", 0.5)
+    monkeypatch.setattr(child, "PATIENCE_S", 0.5)
     began = time.monotonic()
     with pytest.raises(DataError, match=r"more than 0\.5 s"):
         MatSource(path)
@@ -128,6 +130,6 @@ def test_reader_that_eats_memory_is_stopped(
 ) -> None:
     path = tmp_path / "run.mat"
     scipy.io.savemat(path, {"t": np.zeros(4_000_000)}, do_compression=True)
-    monkeypatch.setattr(mat_reader, "MEMORY_LIMIT", 64 << 20)
+    monkeypatch.setattr(mat_reader, "MAT", replace(limits.MAT, memory=16 << 20))
     with pytest.raises(DataError, match="cannot be read as a MAT file"):
         MatSource(path)

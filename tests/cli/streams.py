@@ -14,6 +14,7 @@ from typing import Any, TextIO
 
 import click
 
+from motorid.acquire.interrupt import ASKING
 from motorid.cli import main
 
 STATES = ("open", "closed", "full", "gone")
@@ -47,7 +48,7 @@ def standing(out: str, err: str, folder: Path) -> Iterator[None]:
     """The standard streams in the states named; afterwards all is as it was."""
     names = ("stdin", "stdout", "stderr", "__stdout__", "__stderr__")
     before = {name: getattr(sys, name) for name in names}
-    handler = signal.getsignal(signal.SIGINT)
+    handlers = {number: signal.getsignal(number) for number in ASKING}
     opened = [stream(out, folder / "out"), stream(err, folder / "err"), open(os.devnull)]  # noqa: SIM115
     sys.stdout, sys.stderr, sys.stdin = opened  # type: ignore[assignment]
     try:
@@ -58,7 +59,8 @@ def standing(out: str, err: str, folder: Path) -> Iterator[None]:
                 each.close()
         for name, value in before.items():
             setattr(sys, name, value)
-        signal.signal(signal.SIGINT, handler)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
 
 
 def run_main(

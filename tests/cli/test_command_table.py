@@ -30,7 +30,7 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("capture") / "run.h5"
     line = ["capture", "--rig", "sim", "--speed", "max", "-o", str(path), "--serial", "D000001"]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("motorid.acquire.journal.JournalWriter.discard", lambda self: None)
+        patch.setattr("motorid.acquire.journal_writer.JournalWriter.discard", lambda self: None)
         assert main.run(line) == 0
     return path
 

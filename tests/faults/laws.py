@@ -9,7 +9,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
+import signal
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -19,7 +21,7 @@ from unittest import mock
 
 from motorid.acquire import leftover, record
 from motorid.acquire.assemble import NoSamplesError
-from motorid.acquire.journal import journal_path
+from motorid.acquire.journal import Kind, journal_path, read_journal
 from motorid.acquire.port import Port
 from motorid.acquire.relay import RELAY_KINDS, RelayPort
 from motorid.capture import store
@@ -29,6 +31,8 @@ from motorid.program import Program
 from motorid.rig import Rig
 from motorid.sim.faults import parse_faults
 from motorid.sim.port import SimPort, open_sim
+from motorid.wire.codec import BadPayload, SampleBlock, decode
+from motorid.wire.framing import Decoder, Frame
 from tests.acquire.rigs import SHORT, sim_rig
 from tests.faults.schedule import Schedule
 from tests.faults.witness import (
@@ -71,6 +75,17 @@ class Outcome:
         return str(self.error) if self.error is not None else ""
 
 
+Lie = Callable[[bytes], list[bytes]]  # what a board says in place of a payload
+HANG_UP = getattr(signal, "SIGHUP", signal.SIGTERM)  # Windows has none
+SIGNALS = {
+    "ctrl-c": (signal.SIGINT,),
+    "ctrl-c twice": (signal.SIGINT, signal.SIGINT),
+    "hang-up": (HANG_UP,),
+    "hang-up twice": (HANG_UP, HANG_UP),
+    "terminate": (signal.SIGTERM,),
+}
+
+
 class FillingDisk(io.FileIO):
     """A file on a disk that has only so much room left."""
 
@@ -94,9 +109,13 @@ class Trial:
         *,
         change: Callable[[Rig], Rig] = lambda rig: rig,
         other: str = "",
+        lie: Lie | None = None,
+        act: Callable[[Path], None] = lambda path: None,
+        prepare: Callable[[Path], None] = lambda path: None,
     ) -> None:
         self.schedule, self.folder = schedule, folder
-        self.change, self.other = change, other
+        self.change, self.other, self.lie = change, other, lie
+        self.act, self.prepare = act, prepare
         self.path = folder / "run.h5"
         self.boards: list[BoardWitness] = []
         self.host: HostPort | None = None
@@ -108,6 +127,7 @@ class Trial:
         """Captures, recovers what a dead host left, and judges."""
         error: BaseException | None = None
         SpiedJournal.latest, FillingDisk.full_at = None, None
+        self.prepare(self.path)
         try:
             with (
                 mock.patch.object(record, "open_port", self._open_port),
@@ -142,11 +162,13 @@ class Trial:
         self.host = HostPort(
             relay,
             die_s=s.host_at_s if dies else None,
-            stop_s=s.host_at_s if s.host.startswith("ctrl-c") else None,
-            stops=2 if s.host == "ctrl-c twice" else 1,
+            stop_s=s.host_at_s if s.host in SIGNALS else None,
+            signals=SIGNALS.get(s.host, ()),
+            act_s=s.host_at_s if s.host == "acts" else None,
             pace_s=s.host_at_s - 2 * LOSS_S[s.host] if dies else float("inf"),
         )
         self.host.on_death = self._die
+        self.host.on_act = lambda: self.act(self.path)
         return self.host
 
     def _open_sim(self, which: str) -> SimPort:
@@ -154,6 +176,8 @@ class Trial:
         fault = self.other if which == "other" else s.board
         port = open_sim(f"sim://?{s.options}&fault={fault}")
         self.boards.append(BoardWitness(port._device))
+        if self.lie is not None:
+            _let_lie(port, self.lie)  # after the witness, who notes what is said
         return port
 
     def _journal(self, path: Path, header: Any) -> SpiedJournal:
@@ -182,13 +206,18 @@ class Trial:
             SpiedJournal.latest.close()  # its thread is no part of the dead host
             self.path = self.folder / "recovered.h5"
             journal_path(self.path).write_bytes(self.left)
-        if journal_path(self.path).exists():
+        journal = SpiedJournal.latest
+        left = journal_path(self.path)
+        moved = journal is not None and journal.path != left and self.died_at is None
+        if journal is not None and moved and not self.path.exists():
+            left = journal.path  # where it went when its folder was removed
+        if journal is not None and left.is_file():
             try:
                 with mock.patch.object(leftover, "STILL_GROWING_S", 0.0):
-                    record.recover(self.path)
+                    self.path = record.recover(left)
             except NoSamplesError:
                 return None
-        return store.load(self.path) if self.path.exists() else None
+        return store.load(self.path) if self.path.is_file() else None
 
     def _judge(self, outcome: Outcome) -> None:
         for board in self.boards:
@@ -223,6 +252,20 @@ class Trial:
         if wrong:
             outcome.broken.append(f"2: {wrong} samples of {len(ticks)} are not the board's")
 
+    def _kept_raw(self) -> set[int]:
+        """First ticks of blocks in a journal that stays, because they have no place in a run."""
+        found: set[int] = set()
+        for journal in self.folder.glob("*.journal.raw"):
+            decoder = Decoder()
+            for one in read_journal(journal).records:
+                frames = decoder.feed(one.data) if one.kind is Kind.RECEIVED else []
+                for frame in frames:
+                    with contextlib.suppress(BadPayload):
+                        message = decode(frame.payload) if isinstance(frame, Frame) else None
+                        if isinstance(message, SampleBlock):
+                            found.add(message.first_tick)
+        return found
+
     def _judge_kept(self, outcome: Outcome, rows: Any, period: int, began: float) -> None:
         assert self.host is not None
         full = FillingDisk.full_at if self.schedule.host == "full disk" else None
@@ -233,9 +276,22 @@ class Trial:
         kept = set()
         if outcome.capture is not None:
             kept = set((outcome.capture.ticks % 2**32).tolist())
+        kept |= self._kept_raw()
         lost = [b for at, b in read if at < latest and b.first_tick not in kept]
         if lost:
             outcome.broken.append(f"3: {len(lost)} of {len(read)} blocks read are not in the file")
+
+
+def _let_lie(port: SimPort, lie: Lie) -> None:
+    """The board says other things than it did and knows."""
+    board: Any = port.device.board
+    say = board._send
+
+    def lying(payload: bytes) -> None:
+        for one in lie(payload):
+            say(one)
+
+    board._send = lying
 
 
 def _wire_order(name: str) -> int:

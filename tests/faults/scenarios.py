@@ -7,11 +7,17 @@ pulse, about 0.5 s earlier.
 
 from __future__ import annotations
 
+import math
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
+from motorid.acquire.journal import journal_path
 from motorid.rig import Rig
+from tests.faults import lies
+from tests.faults.laws import Lie
 from tests.faults.schedule import Schedule
 
 PLAIN = Schedule(
@@ -29,6 +35,10 @@ PLAIN = Schedule(
 )
 
 
+def nothing(path: Path) -> None:
+    """Leaves it."""
+
+
 def same(rig: Rig) -> Rig:
     """No change."""
     return rig
@@ -36,12 +46,19 @@ def same(rig: Rig) -> Rig:
 
 @dataclass(frozen=True)
 class Scenario:
-    """A row of the table. ``change`` alters the rig, ``other`` is the fault of a second board."""
+    """A row of the table. ``change`` alters the rig, ``other`` is the fault of a second board.
+
+    ``lie`` is what the board says in place of a payload. ``prepare`` is done to the capture's path
+    beforehand, ``act`` at ``host_at_s``.
+    """
 
     what: str
     schedule: Schedule
     change: Callable[[Rig], Rig] = same
     other: str = ""
+    lie: Lie | None = None
+    act: Callable[[Path], None] = nothing
+    prepare: Callable[[Path], None] = nothing
 
 
 def limits(**values: float) -> Callable[[Rig], Rig]:
@@ -49,7 +66,7 @@ def limits(**values: float) -> Callable[[Rig], Rig]:
     return lambda rig: replace(rig, limits=replace(rig.limits, **values))
 
 
-def lies(**values: float) -> Callable[[Rig], Rig]:
+def label(**values: float) -> Callable[[Rig], Rig]:
     """A rig whose nameplate says something else, and whose current limit is lower."""
     return lambda rig: replace(
         limits(current_a=1.5)(rig), nameplate=replace(rig.nameplate, **values)
@@ -63,9 +80,40 @@ def plain(
     return Scenario(what, replace(PLAIN, **more), change, other)
 
 
+def lying(what: str, lie: Lie) -> Scenario:
+    """A board that says what is not so."""
+    return Scenario(what, PLAIN, lie=lie)
+
+
+def acting(what: str, act: Callable[[Path], None]) -> Scenario:
+    """Something that befalls the files of a capture in mid-run."""
+    return Scenario(what, replace(PLAIN, host="acts", host_at_s=1.0), act=act)
+
+
+def prepared(what: str, prepare: Callable[[Path], None]) -> Scenario:
+    """Something that stands where the capture is to go."""
+    return Scenario(what, PLAIN, prepare=prepare)
+
+
 def options(text: str) -> str:
     """Options of the simulated rig."""
     return f"{PLAIN.options}&{text}"
+
+
+def take_the_folder(path: Path) -> None:
+    """Neither journal nor capture have a place there any more."""
+    shutil.rmtree(path.parent)
+    path.parent.write_text("in the way")
+
+
+def lead_nowhere(path: Path) -> None:
+    """A link to a folder that is not there."""
+    path.symlink_to(path.parent / "nowhere" / "run.h5")
+
+
+def leave_a_journal(path: Path) -> None:
+    """As of a run that was killed."""
+    journal_path(path).write_bytes(b"motorid journal 1\n")
 
 
 SCENARIOS: dict[str, tuple[Scenario, ...]] = {
@@ -111,6 +159,26 @@ SCENARIOS: dict[str, tuple[Scenario, ...]] = {
             options=options("buffer=2000"),
         ),
     ),
+    "What a board says and is not so": (
+        lying("start's reply names a tick between those of the samples", lies.start(7)),
+        lying("start's reply names a tick long after the samples", lies.start(1 << 30)),
+        lying("every block names a tick of its own, at random", lies.scattered()),
+        lying("one block in ten names a tick between the others", lies.some_between(10)),
+        lying("blocks come in pairs the wrong way round", lies.swapped()),
+        lying("every block is sent twice", lies.twice()),
+        lying("blocks of another channel than was asked for", lies.channels(0b1)),
+        lying("blocks of a channel that nobody knows", lies.channels(0b10001011)),
+        lying("the end is said before the first sample", lies.ends_at_once()),
+        lying("the end is said, and no sample was sent", lies.no_blocks()),
+        lying("the end is never said, and blocks go on", lies.endless()),
+        lying("four billion samples are said to be dropped", lies.dropped()),
+        lying("the offsets at rest are no numbers", lies.changed("zero", current_noise=math.nan)),
+        lying("a channel's scale is no number", lies.changed("describe_channel", scale=math.nan)),
+        lying("a channel's scale is 0", lies.changed("describe_channel", scale=0.0)),
+        lying("its clock stands still", lies.changed("identify", clock_hz=0)),
+        lying("it has 255 channels", lies.changed("identify", channel_count=255)),
+        lying("every limit reads back as 0", lies.changed("read_config", current_limit_ma=0)),
+    ),
     "Supply, bridge and motor": (
         plain("supply off", board="supply:0"),
         plain("supply too high", options=options("supply=12")),
@@ -119,7 +187,7 @@ SCENARIOS: dict[str, tuple[Scenario, ...]] = {
         plain("supply limits its current to 0.3 A", options=options("supply_limit=0.3")),
         plain("rotor jammed", board="stall"),
         plain("rotor jams in mid-run", board="stall@0.5"),
-        plain("the nameplate's resistance is too high", change=lies(resistance_ohm=6.0)),
+        plain("the nameplate's resistance is too high", change=label(resistance_ohm=6.0)),
         plain(
             "faster than the speed limit",
             change=lambda rig: replace(
@@ -148,8 +216,18 @@ SCENARIOS: dict[str, tuple[Scenario, ...]] = {
         plain("Ctrl-C in the check pulse", host="ctrl-c", host_at_s=0.45),
         plain("Ctrl-C in mid-run", host="ctrl-c", host_at_s=1.0),
         plain("Ctrl-C twice", host="ctrl-c twice", host_at_s=1.0),
+        plain("terminal closed in the check pulse", host="hang-up", host_at_s=0.45),
+        plain("terminal closed in mid-run", host="hang-up", host_at_s=1.0),
+        plain("terminal and shell closed in mid-run", host="hang-up twice", host_at_s=1.0),
+        plain("asked to terminate in mid-run", host="terminate", host_at_s=1.0),
         plain("kill -9 in mid-run", host="kill -9", host_at_s=1.5, long=True),
         plain("power failure in mid-run", host="power failure", host_at_s=1.9, long=True),
         plain("the disk fills up in mid-run", host="full disk", long=True),
+        acting("the journal is removed in mid-run", lambda path: journal_path(path).unlink()),
+        acting("its folder is removed in mid-run", lambda path: shutil.rmtree(path.parent)),
+        acting("a file takes the folder's place in mid-run", take_the_folder),
+        prepared("the output is a link that leads nowhere", lead_nowhere),
+        prepared("a folder has the output's name", lambda path: path.mkdir()),
+        prepared("an earlier run left its journal", leave_a_journal),
     ),
 }

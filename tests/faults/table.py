@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import os
 import re
 import sys
 import tempfile
@@ -29,13 +30,26 @@ HEAD = """\
 
 def row(scenario: Scenario) -> str:
     """One capture, as a row. Raises AssertionError where it breaks a law."""
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        mock.patch.object(record.random, "randrange", return_value=77),
-    ):
-        trial = Trial(scenario.schedule, Path(folder), change=scenario.change, other=scenario.other)
-        outcome = trial.run()
-        says = outcome.says.replace(f"{folder}/", "")
+    with tempfile.TemporaryDirectory() as outer:
+        folder, home = Path(outer, "bench"), Path(outer, "home")
+        folder.mkdir()
+        home.mkdir()
+        with (
+            mock.patch.object(record.random, "randrange", return_value=77),
+            mock.patch.dict(os.environ, HOME=str(home)),
+        ):
+            trial = Trial(
+                scenario.schedule,
+                folder,
+                change=scenario.change,
+                other=scenario.other,
+                lie=scenario.lie,
+                act=scenario.act,
+                prepare=scenario.prepare,
+            )
+            outcome = trial.run()
+        says = outcome.says.replace(str(home), "HOME")
+        says = says.replace(f"{folder}/", "").replace(str(folder), "FOLDER")
     assert not outcome.broken, f"{scenario.what}: {outcome.broken}"
     cells = (
         scenario.what,
@@ -71,8 +85,8 @@ def ended(witness: BoardWitness) -> str:
     """How a board's last run ended."""
     if witness.board.boots > 1:
         return "coasts: open by reset"
-    if witness.ended is None:
-        return "driven"
+    if witness.ended is None:  # which a board that lies did not say
+        return "driven" if witness.board.run is not None else "coasts: program over"
     reason = EndReason(witness.ended.fields["reason"])
     if reason is EndReason.FAULT:
         fault = Fault(witness.board.fault)

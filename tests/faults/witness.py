@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from motorid.acquire.journal import JournalWriter
+from motorid.acquire.journal_writer import JournalWriter
 from motorid.acquire.port import Port
 from motorid.sim.device import Device
 from motorid.wire.codec import BadPayload, Event, Reply, SampleBlock, decode
@@ -54,7 +54,10 @@ class BoardWitness:
         setattr(self.board, name, both)
 
     def _send(self, payload: bytes) -> None:
-        message = decode(payload)
+        try:
+            message = decode(payload)
+        except BadPayload:  # of a board that lies
+            return
         if isinstance(message, SampleBlock):
             self.blocks.append(message)
         elif isinstance(message, Event) and message.name == "done":
@@ -101,8 +104,8 @@ class HostDiedError(BaseException):
 class HostPort:
     """The host's end of the link: notes what is read and when, and dies, or stops, when told to.
 
-    ``die_s`` and ``stop_s`` are times of the port's clock. From ``pace_s`` on the port goes no
-    faster than the wall clock, by which the journal's promises count.
+    ``die_s``, ``stop_s`` and ``act_s`` are times of the port's clock. From ``pace_s`` on the
+    port goes no faster than the wall clock, by which the journal's promises count.
     """
 
     def __init__(
@@ -111,16 +114,19 @@ class HostPort:
         *,
         die_s: float | None = None,
         stop_s: float | None = None,
-        stops: int = 1,
+        signals: tuple[int, ...] = (signal.SIGINT,),
+        act_s: float | None = None,
         pace_s: float = float("inf"),
         patience_s: float = 300.0,
     ) -> None:
         self.name = inner.name
         self.reads: list[tuple[float, bytes]] = []  # wall time
         self.on_death: Callable[[], None] = lambda: None
+        self.on_act: Callable[[], None] = lambda: None  # at ``act_s``, with the host as it was
         self._inner = inner
         self._die_s, self._stop_s, self._pace_s = die_s, stop_s, pace_s
-        self._stops = stops
+        self._signals = signals
+        self._act_s = act_s
         self._dead = False
         self._patience_s = patience_s
         self._pace: tuple[float, float] | None = None
@@ -133,8 +139,11 @@ class HostPort:
             raise HostDiedError
         if self._stop_s is not None and now >= self._stop_s:
             self._stop_s = None
-            for _ in range(self._stops):
-                signal.raise_signal(signal.SIGINT)
+            for number in self._signals:
+                signal.raise_signal(number)
+        if self._act_s is not None and now >= self._act_s:
+            self._act_s = None
+            self.on_act()
         assert now < self._patience_s, "the capture does not end"
         data = self._inner.read(size, timeout_s)
         if data:

@@ -89,9 +89,11 @@ def changed(data: bytes, rng: random.Random) -> bytes:
     return bytes(out)
 
 
-def limited(program: str, source: Path, target: Path, time_s: float, memory: int) -> None:
+def limited(
+    program: str, source: Path, target: Path, bounds: child.Bounds, patience_s: float
+) -> None:
     """``child._run`` with less time and memory than a user's file is given."""
-    RUN(program, source, target, HANG_S, MEMORY)
+    RUN(program, source, target, child.Bounds(MEMORY, int(HANG_S)), HANG_S)
 
 
 def _inputs(target: str, seed: int) -> Iterator[bytes]:

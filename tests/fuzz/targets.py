@@ -21,7 +21,8 @@ PARSERS = {
         (
             "motorid.rig_file",
             "motorid.rig_keys",
-            "motorid.rig",
+            "motorid.rig_model",
+            "motorid.rig_program",
             "motorid.program",
             "motorid.toml_file",
             "tomllib",
@@ -33,3 +34,4 @@ PARSERS = {
 }
 FILES = ("hdf5", "mat")
 FIT = "fit"
+BOARDS = ("board",)

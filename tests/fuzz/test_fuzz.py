@@ -15,6 +15,9 @@ from pathlib import Path
 
 import pytest
 
+from motorid.acquire.board import Board
+from motorid.acquire.timeline import Timeline
+from tests.fuzz import board
 from tests.fuzz.targets import FILES, PARSERS
 
 SECONDS = int(os.environ.get("FUZZ_SECONDS", "5"))
@@ -77,6 +80,37 @@ def test_a_fuzzer_finds_nothing(target: str, repo_root: Path, tmp_path: Path) ->
 @pytest.mark.parametrize("target", FILES)
 def test_changed_files_cost_one_sentence(target: str, repo_root: Path, tmp_path: Path) -> None:
     assert fuzz(target, SECONDS // 3 + 1, tmp_path, repo_root) > LEAST_RUNS[target]
+
+
+def outcomes(first: int, cases: int) -> set[str]:
+    """What came of so many boards. Raises AssertionError where one breaks a promise."""
+    seen = set()
+    for seed in range(first, first + cases):
+        with board.in_memory() as folder:
+            seen.add(board.run_case(seed, folder))
+    return seen
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("first", [1, 101])
+def test_boards_that_lie_cost_no_sample(first: int) -> None:
+    assert len(outcomes(first, 20)) >= 3  # some are kept, some not
+
+
+def test_a_sample_that_is_nowhere_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    add = Timeline.add
+    monkeypatch.setattr(Timeline, "add", lambda s, b: add(s, b) if b.sequence != 9 else None)
+    with pytest.raises(AssertionError, match="is nowhere"):
+        outcomes(1, 10)
+
+
+def test_a_motor_that_nobody_stops_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    tell = Board.tell
+    monkeypatch.setattr(
+        Board, "tell", lambda s, name, **f: tell(s, name, **f) if name != "stop" else None
+    )
+    with pytest.raises(AssertionError, match="no stop was sent"):
+        outcomes(1, 40)
 
 
 def test_a_broken_promise_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,7 +21,7 @@ from unittest import mock
 import numpy as np
 
 from motorid.acquire import record
-from motorid.acquire.drive import Stop
+from motorid.acquire.interrupt import Stop
 from motorid.acquire.live import Live
 from motorid.capture import store
 from motorid.program import Program, Step, StepKind

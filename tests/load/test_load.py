@@ -15,8 +15,8 @@ from typing import Any
 
 import pytest
 
-from motorid.acquire import leftover, record
-from motorid.acquire.journal import JournalWriter
+from motorid.acquire import record
+from motorid.acquire.journal_writer import JournalWriter
 from motorid.acquire.live import Live
 from motorid.acquire.port import open_port
 from motorid.capture import store
@@ -70,7 +70,7 @@ def test_a_slow_disk_holds_up_no_heartbeat(tmp_path: Path, monkeypatch: pytest.M
         time.sleep(0.3)
         fsync(handle)
 
-    monkeypatch.setattr("motorid.acquire.journal.os.fsync", slow)
+    monkeypatch.setattr("motorid.acquire.journal_writer.os.fsync", slow)
     rig = impatient_rig()
     kept = store.load(record.capture(rig, rig.program, tmp_path / "run.h5"))
     assert (len(kept), kept.gaps, kept.end_reason) == (3800, (), "completed")
@@ -122,7 +122,7 @@ def test_a_disk_far_behind_slows_the_reader_and_loses_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The journal's queue is full nearly all the time."""
-    monkeypatch.setattr("motorid.acquire.journal.BACKLOG", 4)
+    monkeypatch.setattr("motorid.acquire.journal_writer.BACKLOG", 4)
     batch = JournalWriter._batch
 
     def slow(self: JournalWriter) -> Any:
@@ -194,9 +194,7 @@ def test_a_second_process_is_told_who_holds_the_port(tmp_path: Path) -> None:
             holder.communicate("")
 
 
-def test_progress_that_fails_stops_the_motor_and_leaves_no_thread(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_progress_that_fails_stops_the_motor_and_leaves_no_thread(tmp_path: Path) -> None:
     """An error of the caller's own is no fault of the rig, and passes through as it is."""
     threads = threading.active_count()
     rig = sim_rig()
@@ -207,5 +205,7 @@ def test_progress_that_fails_stops_the_motor_and_leaves_no_thread(
     with pytest.raises(ZeroDivisionError):
         record.capture(rig, rig.program, tmp_path / "run.h5", progress=fail)
     assert threading.active_count() == threads
-    monkeypatch.setattr(leftover, "STILL_GROWING_S", 0.0)
-    assert len(store.load(record.recover(tmp_path / "run.h5"))) > 0
+    kept = store.load(tmp_path / "run.h5")
+    assert len(kept) > 0
+    assert kept.end_reason == "interrupted"
+    assert list(tmp_path.iterdir()) == [tmp_path / "run.h5"]  # no journal is left

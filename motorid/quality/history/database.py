@@ -21,6 +21,7 @@ from sqlalchemy.exc import (
 
 from motorid import json_text
 from motorid.errors import DataError, UsageError
+from motorid.limits import HISTORY, refuse_large
 from motorid.quality.history import schema as s
 from motorid.quality.history.query import Query, matches
 from motorid.quality.history.records import CaptureRecord, ResultRecord, digest
@@ -39,6 +40,8 @@ def open_history(where: str | Path, *, create: bool = True) -> History:
     text = str(where)
     if "://" not in text and not create and not Path(text).exists():
         raise DataError(f"there is no history {text}: check the path")
+    if "://" not in text and Path(text).exists():
+        refuse_large(Path(text), HISTORY)
     with _said(text):
         engine = _engine(text)
         history = History(engine, text)

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 from motorid.calibration.toml import render
 from motorid.capture.model import CURRENT, VOLTAGE
-from motorid.capture.whole import write_whole
+from motorid.capture.whole import check_writable, write_whole
 from motorid.errors import MotoridError, RigError, UsageError, nearest
 from motorid.rig_calibration import (
     APPLIED,
     FORMAT,
-    CalibrationFile,
     parse_calibration,
     path_beside,
     read_calibration,
 )
+from motorid.rig_model import CalibrationFile
 from motorid.workflow.calibrate.bench import Bench, Settings, Tables, now
 from motorid.workflow.calibrate.person import Person
 from motorid.workflow.calibrate.steps import STEPS
@@ -75,6 +75,7 @@ def calibrate(
     wanted = _wanted(steps)
     target = path.parent / rig.calibration_file if rig.calibration_file else path_beside(path)
     _refuse_doubles(rig, wanted)
+    check_writable(target, force=True)
     before = read_calibration(target) if target.is_file() else None
     earlier = {n: dict(t) for n, t in before.tables.items() if n} if before else {}
     bench = Bench(rig, person, settings or Settings(), progress, earlier, {})

@@ -1,0 +1,103 @@
+"""Columns of numbers out of the lines of a text table, piece by piece."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.columns import BadCell, Columns
+
+Floats = NDArray[np.float64]
+PIECE = 1 << 16  # lines that are parsed at a time, at most
+CELLS = 1 << 21  # and cells
+
+
+class Lines(Protocol):
+    """What the parser reads from."""
+
+    def read(self, count: int = -1, /) -> str:
+        """The next characters."""
+
+    def __iter__(self) -> Iterator[str]: ...
+
+
+class NotPlainError(Exception):
+    """Some cell is not a plain finite number: each has to be looked at."""
+
+
+class Parser:
+    """A table of ``width`` columns. Its errors are those of pandas."""
+
+    def __init__(self, separator: str, decimal: str, width: int) -> None:
+        self._separator, self._decimal, self._width = separator, decimal, width
+
+    def plain(self, lines: Lines, wanted: Mapping[str, int], rows: int) -> Columns:
+        """Columns by name, of no more than ``rows`` rows, where every cell is a number.
+
+        Raises NotPlainError where one is not.
+        """
+        values = {name: np.empty(rows) for name in wanted}
+        types = {n: np.float64 if n in wanted.values() else object for n in range(self._width)}
+        done = 0
+        try:
+            for piece in self._pieces(lines, dtype=types, na_filter=False, decimal=self._decimal):
+                for name, index in wanted.items():
+                    numbers = piece[index].to_numpy()
+                    if numbers.dtype != np.float64 or not np.isfinite(numbers).all():
+                        raise NotPlainError
+                    values[name][done : done + len(piece)] = numbers
+                done += len(piece)
+        except ValueError:  # of which the parser's errors are a kind
+            raise NotPlainError from None
+        return Columns(done, {name: column[:done] for name, column in values.items()})
+
+    def careful(self, lines: Lines, wanted: Mapping[str, int], rows: int) -> Columns:
+        """The same where some cells hold no number: NaN, and the first of each column."""
+        values = {name: np.empty(rows) for name in wanted}
+        bad: dict[str, BadCell] = {}
+        done = 0
+        for piece in self._pieces(lines, dtype=object, keep_default_na=False):
+            for name, index in wanted.items():
+                cells = piece[index].fillna("").to_numpy()
+                numbers = self._numbers(cells)
+                values[name][done : done + len(piece)] = numbers
+                missing = np.isnan(numbers)
+                if name not in bad and missing.any():
+                    row = int(np.argmax(missing))
+                    bad[name] = BadCell(done + row, name, str(cells[row])[:40])
+            done += len(piece)
+        found = {name: column[:done] for name, column in values.items()}
+        return Columns(done, found, tuple(bad.values()))
+
+    def _pieces(self, lines: Lines, **how: Any) -> Iterator[Any]:
+        import pandas as pd
+
+        source: Any = lines  # whatever has read and lines is enough for the parser
+        with warnings.catch_warnings(action="error", category=pd.errors.ParserWarning):
+            try:
+                yield from pd.read_csv(
+                    source,
+                    sep=r"\s+" if self._separator == " " else self._separator,
+                    header=None,
+                    names=list(range(self._width)),
+                    index_col=False,
+                    skip_blank_lines=False,
+                    on_bad_lines="error",
+                    chunksize=min(PIECE, max(1, CELLS // self._width)),
+                    **how,
+                )
+            except pd.errors.EmptyDataError:
+                return
+
+    def _numbers(self, cells: NDArray[np.object_]) -> Floats:
+        """Cells as floats; NaN where a cell is not a plain finite number."""
+        import pandas as pd
+
+        if self._decimal == ",":
+            cells = np.array([cell.replace(",", ".") for cell in cells], dtype=object)
+        numbers = pd.to_numeric(cells, errors="coerce").astype(np.float64)
+        return np.where(np.isfinite(numbers), numbers, np.nan)

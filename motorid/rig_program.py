@@ -1,0 +1,44 @@
+"""The program of a rig file that names none, and the times that its nameplate explains."""
+
+from __future__ import annotations
+
+from motorid.errors import RigError
+from motorid.program import Program, StepKind, climbs
+from motorid.rig_model import Nameplate
+
+DEFAULT_CLIMBS = ((0.3, 0.5, 0.75), (1.0,))  # fractions of the nameplate's voltage
+
+
+def default_program(nameplate: Nameplate) -> Program:
+    """Levels up to the nameplate's voltage, each long enough to settle; climbs that coast to rest.
+
+    Raises RigError when the nameplate names no voltage.
+    """
+    if nameplate.voltage_v is None:
+        raise RigError("a rig without [program] needs nameplate.voltage_v to derive one from")
+    coast_s = coasting_s(nameplate)
+    return climbs(
+        [[share * nameplate.voltage_v for share in climb] for climb in DEFAULT_CLIMBS],
+        kind=StepKind.DRIVE_VOLTS,
+        drive_s=settling_s(nameplate),
+        coast_s=[round(coast_s * climb[-1], 4) for climb in DEFAULT_CLIMBS],
+    )
+
+
+def settling_s(plate: Nameplate) -> float:
+    """Eight mechanical time constants RJ/K² in seconds, or a long guess where they are unknown."""
+    R, J, K = plate.resistance_ohm, plate.inertia_kg_m2, plate.torque_constant_nm_a
+    if R is None or J is None or K is None:
+        return 0.5
+    return round(min(max(8 * R * J / K**2, 0.06), 2.0), 4)
+
+
+def coasting_s(plate: Nameplate) -> float:
+    """Seconds in which a motor surely stops: 1.7 times what a constant no-load torque would take.
+
+    Where only a share s of that torque is dry friction, it takes -ln(s)/(1-s) times: 1.7 at 30 %.
+    """
+    J, K, V = plate.inertia_kg_m2, plate.torque_constant_nm_a, plate.voltage_v
+    if J is None or K is None or V is None or plate.no_load_current_a is None:
+        return 1.5
+    return round(min(max(1.7 * J * (V / K) / (K * plate.no_load_current_a), 0.1), 4.0), 4)

@@ -1,0 +1,169 @@
+"""Whether files are still what was written: captures, journals, documents, histories."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from motorid import json_seal
+from motorid.errors import DataError
+from motorid.reading import open_file
+
+SCHEMA = "motorid-verify-1"
+SOUND, NO_DIGEST, CUT_SHORT, DAMAGED = "sound", "carries no digest", "cut short", "damaged"
+STATES = (SOUND, NO_DIGEST, CUT_SHORT, DAMAGED)
+CAPTURE, JOURNAL, DOCUMENT, HISTORY = "capture", "journal", "document", "history"
+_HEADS = {
+    b"\x89HDF\r\n\x1a\n": CAPTURE,
+    b"motorid journal ": JOURNAL,
+    b"SQLite format 3\0": HISTORY,
+}
+_DOCUMENTS = ("estimate.json", "verdict.json")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Of one file: what kind it is, one of STATES, and a sentence of where or why; "" for none."""
+
+    path: str
+    kind: str
+    state: str
+    where: str = ""
+
+
+def verify(paths: Iterable[Path]) -> Iterator[Finding]:
+    """What is to be said of each file, and of each of motorid's files in each folder, in order.
+
+    Raises DataError where a path is not there, or is a file that motorid does not write.
+    """
+    for path in paths:
+        if path.is_dir():
+            yield from (_finding(one, kind) for one, kind in _within(path))
+            continue
+        if not path.exists():
+            raise DataError(f"there is no file {path}: check the path")
+        kind = _kind(path) or (DOCUMENT if path.suffix == ".json" else "")
+        if not kind:
+            raise DataError(f"{path} is no file that motorid writes, or damaged from its beginning")
+        yield _finding(path, kind)
+
+
+def as_data(findings: Sequence[Finding]) -> dict[str, Any]:
+    """The findings for JSON."""
+    counts = Counter(one.state for one in findings)
+    return {
+        "schema": SCHEMA,
+        "counts": {state: counts[state] for state in STATES},
+        "files": [asdict(one) for one in findings],
+    }
+
+
+def journal_remark(path: Path) -> tuple[str, ...]:
+    """A sentence where the journal that ``path`` names, or the one beside it, is damaged."""
+    from motorid.acquire.journal import journal_path
+    from motorid.acquire.leftover import is_journal
+
+    journal = path if is_journal(path) else journal_path(path)
+    if not journal.is_file():
+        return ()
+    found = _journal(journal)
+    if found.state != DAMAGED:
+        return ()
+    return (f"the journal is damaged ({found.where}); what follows that place is left out",)
+
+
+def _within(folder: Path) -> Iterator[tuple[Path, str]]:
+    for at, folders, names in os.walk(folder):
+        folders.sort()
+        for name in sorted(names):
+            path = Path(at, name)
+            kind = _kind(path) if path.is_file() else ""
+            if not kind and path.suffix == ".json" and path.is_file() and _is_ours(path):
+                kind = DOCUMENT
+            if kind:
+                yield path, kind
+
+
+def _kind(path: Path) -> str:
+    """By how a file begins, else by its name; "" for one that is not motorid's."""
+    from motorid.acquire.leftover import is_journal
+
+    if path.suffix == ".mat":
+        return ""
+    try:
+        with open_file(path, DataError) as file:
+            head = file.read(16)
+    except (DataError, OSError):
+        head = b""
+    for begins, kind in _HEADS.items():
+        if head.startswith(begins):
+            return kind
+    if is_journal(path):
+        return JOURNAL
+    if path.suffix == ".h5":
+        return CAPTURE
+    return DOCUMENT if path.name in _DOCUMENTS else ""
+
+
+def _is_ours(path: Path) -> bool:
+    """Whether a JSON file says that it is motorid's, or carries its digest."""
+    try:
+        document = json_seal.parse(path, "a document")
+    except DataError:
+        return False
+    ours = str(document.get("schema", "")).startswith(("motorid-estimate", "motorid-verdict"))
+    return ours or json_seal.carries_digest(document)
+
+
+def _finding(path: Path, kind: str) -> Finding:
+    checks = {CAPTURE: _capture, JOURNAL: _journal, DOCUMENT: _document, HISTORY: _history}
+    try:
+        return checks[kind](path)
+    except DataError as error:
+        return Finding(str(path), kind, DAMAGED, str(error).removeprefix(f"{path}: "))
+
+
+def _capture(path: Path) -> Finding:
+    from motorid.capture import store
+
+    capture = store.load(path)
+    if capture.content_sha256:
+        return Finding(str(path), CAPTURE, SOUND)
+    return Finding(str(path), CAPTURE, NO_DIGEST, "it is of format 1.0")
+
+
+def _journal(path: Path) -> Finding:
+    from motorid.acquire.journal_check import Wholeness, check_journal
+
+    found = check_journal(path)
+    place = f"from byte {found.at} on: {found.why}"
+    match found.whole:
+        case Wholeness.SOUND:
+            return Finding(str(path), JOURNAL, SOUND)
+        case Wholeness.OPEN:
+            said = "every record is good, but it was not closed"
+            return Finding(str(path), JOURNAL, NO_DIGEST, said)
+        case Wholeness.CUT:
+            return Finding(str(path), JOURNAL, CUT_SHORT, place)
+    return Finding(str(path), JOURNAL, DAMAGED, place)
+
+
+def _document(path: Path) -> Finding:
+    document = json_seal.read(path, "an estimate or a verdict")
+    kind = str(document.get("schema", DOCUMENT)).removeprefix("motorid-").rpartition("-")[0]
+    if json_seal.carries_digest(document):
+        return Finding(str(path), kind or DOCUMENT, SOUND)
+    return Finding(str(path), kind or DOCUMENT, NO_DIGEST, "it is of minor 0")
+
+
+def _history(path: Path) -> Finding:
+    from motorid.quality.history.check import damage
+
+    where = damage(path)
+    if where:
+        return Finding(str(path), HISTORY, DAMAGED, where)
+    return Finding(str(path), HISTORY, NO_DIGEST, "its structure and its texts are good")
