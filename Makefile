@@ -40,8 +40,11 @@ check: $(READY_TO_TEST)
 	$(PY) -m ruff check .
 	$(PY) -m mypy
 	$(VENV)/bin/lint-imports
+	$(PY) -m vulture
 	$(PY) -m motorid.wire.generate --check
 	$(PY) tools/commands_page.py --check
+	$(PY) tools/influence_page.py --check
+	$(PY) tools/sentences.py
 
 frozen: $(READY_TO_TEST)
 	$(PY) -m tests.frozen $(if $(AGAINST),--against $(AGAINST))
@@ -58,6 +61,7 @@ bench: $(READY_TO_TEST)
 docs: $(READY_TO_TEST)
 	$(PY) -m motorid.wire.generate
 	$(PY) tools/commands_page.py
+	$(PY) tools/influence_page.py
 
 format: $(READY_TO_TEST)
 	$(PY) -m ruff format .

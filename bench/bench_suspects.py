@@ -30,9 +30,9 @@ from motorid.estimate.fit.sign_check import WrongSignError
 from motorid.estimate.results.estimate import Estimate
 from motorid.identify import fit
 from motorid.sim.motor import motors
-from tests.suspects import inject
-from tests.suspects.cases import CHAIN, COMMANDED, RPM, SCALES, Case, Runs
-from tests.suspects.rigs import DIRECTIONS, DUTIES, Bench, without_nameplate
+from tests.estimate.diagnosis.faults import inject
+from tests.estimate.diagnosis.faults.cases import CHAIN, COMMANDED, RPM, SCALES, Case, Runs
+from tests.estimate.diagnosis.faults.rigs import DIRECTIONS, DUTIES, Bench, without_nameplate
 
 NAMED_GOAL, ALARM_GOAL = 0.9, 0.05
 COST_GOAL_S = 0.03

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from motorid.capture.model import Capture
-    from motorid.estimate.results.estimate import Estimate
+    from motorid.estimate.results.estimate import Diagnostic, Estimate
 
 OPTIONAL = ("L", "B", "T0")  # what ``without`` may take out of the model
 
@@ -29,12 +30,25 @@ def fit(
     (``search.fit``). Raises UsageError on an unknown name, method or model, DataError where the
     captures hold too little.
     """
+    from motorid.capture.plausible import insist
     from motorid.errors import DataError
     from motorid.estimate.uncertainty.reference_temperature import with_reference
 
     if not captures:
         raise DataError("there is no capture to fit: name at least one file")
-    return with_reference(_fit(captures, fix, without, method, search), captures)
+    for capture in captures:
+        insist(capture)
+    estimate = with_reference(_fit(captures, fix, without, method, search), captures)
+    return replace(estimate, diagnostics=(*estimate.diagnostics, *_unread(captures)))
+
+
+def _unread(captures: Sequence[Capture]) -> Iterator[Diagnostic]:
+    """What of a rig's facts could not be read, each once."""
+    from motorid.estimate.results.estimate import Diagnostic
+
+    for said in dict.fromkeys(c.stated.unread for c in captures if c.stated.unread):
+        text = f"{said}: the fit goes without it; name the rig again by --rig"
+        yield Diagnostic("rig_unread", "warning", text)
 
 
 def _fit(

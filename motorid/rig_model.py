@@ -9,7 +9,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Wiring
+from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Stated, Wiring
 from motorid.program import Program
 
 ANALOGUE = (CURRENT, VOLTAGE, SUPPLY)
@@ -134,3 +134,9 @@ class Rig:
     calibration_max_age_days: float = 365.0
     calibrated: CalibrationFile | None = None  # the file that is applied in the above
     text: str = ""
+
+    @property
+    def stated(self) -> Stated:
+        """What the file states of the motor, as a capture carries it."""
+        plate = {n: float(v) for n, v in vars(self.nameplate).items() if v is not None}
+        return Stated(plate, {name: float(value) for name, value in self.thermal.items()})

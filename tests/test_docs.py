@@ -11,10 +11,19 @@ import click
 import pytest
 
 from motorid.cli.main import COMMANDS, cli
+from motorid.estimate.effects.registry import BY_NAME, REGISTRY
+from tools import influence_page, sentences
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
+FOLDERS = ("motorid", "firmware", "tools", "tests", "bench")
+FILES = [
+    path.relative_to(ROOT).as_posix() for name in FOLDERS for path in (ROOT / name).rglob("*.py")
+]
+MODULE = re.compile(r"`([\w/.-]+\.py)\b")
 LINK = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
+INTO = re.compile(r"\]\(([^)#:]*\.md|)#([^)]+)\)")
+HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
 BLOCK = re.compile(r"^```[\s\S]*?^```|^(?: {4}.*\n)+", re.MULTILINE)
 IN_A_BLOCK = re.compile(r"^\s*(?:\$ )?(motorid [a-z].*)$", re.MULTILINE)
 IN_A_SENTENCE = re.compile(rf"`(motorid (?:{'|'.join(COMMANDS)})\b[^`]*)`")
@@ -38,6 +47,29 @@ def test_links_resolve(page: Path) -> None:
     assert [link for link in links if not (page.parent / link).exists()] == []
 
 
+@pytest.mark.parametrize("page", PAGES, ids=by_name)
+def test_links_into_a_page_meet_a_heading(page: Path) -> None:
+    for name, heading in INTO.findall(page.read_text(encoding="utf-8")):
+        target = (page.parent / name if name else page).read_text(encoding="utf-8")
+        slugs = [
+            re.sub(r"[^\w\- ]", "", words.lower()).replace(" ", "-")
+            for words in HEADING.findall(target)
+        ]
+        assert heading in slugs, f"{name}#{heading}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=by_name)
+def test_modules_that_a_page_names_exist(page: Path) -> None:
+    """By their paths, or the ends of them; CHANGELOG names what was."""
+    if page.name == "CHANGELOG.md":
+        return
+    text = re.sub(r"^<!-- file:.*", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    named = set(MODULE.findall(BLOCK.sub("", text)))
+    assert {
+        name for name in named if not any(f"/{file}".endswith(f"/{name}") for file in FILES)
+    } == set()
+
+
 def test_index_lists_every_document() -> None:
     index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
     pages = {page.name for page in (ROOT / "docs").glob("*.md")} - {"index.md"}
@@ -52,6 +84,34 @@ def test_commands_in_documents_parse(page: Path) -> None:
         assert command is not None, line
         if words and not {"--help", "…", "..."} & set(words):
             parse(command, words, line)
+
+
+def test_every_influence_quantity_has_its_row_as_declared() -> None:
+    assert influence_page.PAGE.read_text(encoding="utf-8") == influence_page.page()
+    rows = influence_page.table().splitlines()[2:]
+    assert [line.split(" | ")[0].removeprefix("| ") for line in rows] == list(BY_NAME)
+    assert [quantity.name for quantity in REGISTRY if not quantity.remedy] == []
+
+
+def test_sentences_are_those_of_running_text() -> None:
+    page = """# A heading of words that count for nothing
+
+One two three. Four `x = 1. Y = 2` [five six](seven.md "8")!
+
+| a table | of words |
+
+```
+code that is no sentence.
+```
+
+    nor is this. Or this.
+
+- An item of
+  two lines
+- and one more; 0.5 of it.
+"""
+    found = list(sentences.sentences(page))
+    assert [sentences.words(sentence) for sentence in found] == [3, 4, 5, 6]
 
 
 def parse(command: click.Command, words: list[str], line: str) -> None:

@@ -18,6 +18,7 @@ from motorid.acquire.header import check_kinds
 from motorid.acquire.journal import JournalReader, Kind, Record
 from motorid.acquire.plan import is_fast
 from motorid.acquire.timeline import Timeline
+from motorid.capture.facts import of_provenance
 from motorid.capture.model import NOTES, POSITION, Capture, Channel, Phase, Wiring
 from motorid.errors import DataError, UsageError
 from motorid.program import Program
@@ -215,6 +216,7 @@ class Assembler:
             end_reason=self.end_reason(),
             ambient_c=self.header.get("ambient_c"),
             ambient_uncertainty_c=float(self.header.get("ambient_uncertainty_c", 0.0)),
+            stated=of_provenance(self.header),
             provenance=self._provenance(),
         )
 

@@ -71,7 +71,6 @@ class Board:
         self.descriptors: dict[str, Fields] = {}
         self.bad_frames = 0
         self.good_frames = 0
-        self.strays = 0  # replies that nobody waits for: to heartbeats, or late
         self.heard_at = port.now()
         self.reset: BoardResetError | None = None  # since it was identified
         self.hasten: Callable[[], bool] | None = None
@@ -133,7 +132,7 @@ class Board:
             case Reply() if (message.name, message.request) == self._awaited:
                 self._reply = self._reply or message  # a second one is none
             case Reply():
-                self.strays += 1
+                pass  # nobody waits for it: to a heartbeat, or late
             case Event() | SampleBlock():
                 self._note_reset(message)
                 self.news.append(message)

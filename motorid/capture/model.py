@@ -124,6 +124,30 @@ class Wiring:
 
 
 @dataclass(frozen=True)
+class Stated:
+    """What the rig's file states of the motor: SI numbers by the keys of [nameplate] and [thermal].
+
+    ``unread``: what of it could not be read, as a clause; empty: nothing. Raises DataError on a
+    value that is no finite number.
+    """
+
+    nameplate: Mapping[str, float] = field(default_factory=dict)
+    thermal: Mapping[str, float] = field(default_factory=dict)
+    unread: str = ""
+
+    def __post_init__(self) -> None:
+        for table in (self.nameplate, self.thermal):
+            for name, value in table.items():
+                if not isinstance(value, int | float) or not np.isfinite(value):
+                    raise DataError(f"{name} of the motor is {value!r}: give a finite number")
+
+    def under(self, rig: Stated) -> Stated:
+        """As another rig states it; what that does not state stays."""
+        nameplate, thermal = {**self.nameplate, **rig.nameplate}, {**self.thermal, **rig.thermal}
+        return Stated(nameplate, thermal, self.unread)
+
+
+@dataclass(frozen=True)
 class Capture:
     """One run: ``ticks`` (n,) int64 of the board's clock, and channels of n readings each."""
 
@@ -132,6 +156,7 @@ class Capture:
     channels: Mapping[str, Channel]
     clock_uncertainty: float = 0.0  # relative, standard
     wiring: Wiring = Wiring()
+    stated: Stated = Stated()
     program: Program | None = None
     phases: tuple[Phase, ...] = ()
     gaps: tuple[Gap, ...] = ()

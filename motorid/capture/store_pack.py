@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from motorid import json_text
+from motorid.capture.facts import of_provenance
 from motorid.capture.model import Capture, Channel, Gap, Phase, Wiring
 from motorid.capture.store_layout import CHANNEL_FIELDS, WIRING_FIELDS
 from motorid.program import Program
@@ -56,6 +57,7 @@ def unpack(arrays: Any) -> Capture:
         program=None if program is None else Program.from_dict(program),
         phases=tuple(Phase(*phase) for phase in facts["phases"]),
         gaps=tuple(Gap(*gap) for gap in facts["gaps"]),
+        stated=of_provenance(facts["provenance"]),
         provenance=facts["provenance"],
         **{name: facts[name] for name in PLAIN},
     )

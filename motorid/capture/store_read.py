@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from motorid import json_text
 from motorid.capture.content_digest import HDF5_ERRORS, carried, checked
+from motorid.capture.facts import of_provenance
 from motorid.capture.model import QUANTITIES, Capture, Channel, Gap, Kind, Phase, Sense, Wiring
 from motorid.capture.store_guard import Guard
 from motorid.capture.store_layout import (
@@ -58,7 +59,7 @@ class _Reader(Guard):
             raise DataError("samples/tick does not increase: the file is damaged")
         known = [name for name in QUANTITIES if name in samples]
         names = known + [n for n in self.members(samples) if n != "tick" and n not in known]
-        root = self.file
+        root, provenance = self.file, self.provenance()
         return Capture(
             ticks=ticks,
             clock_hz=self.positive(root, "clock_hz"),
@@ -71,7 +72,8 @@ class _Reader(Guard):
             end_reason=self.text_attribute(root, "end_reason", "completed"),
             ambient_c=self.number(root, "ambient_c", None),
             ambient_uncertainty_c=self.number(root, "ambient_uncertainty_c", 0.0),
-            provenance=self.provenance(),
+            stated=of_provenance(provenance),
+            provenance=provenance,
             sha256=sha256,
             content_sha256=content_sha256,
             path=path,

@@ -19,7 +19,6 @@ from motorid.capture.model import CURRENT, POSITION
 from motorid.estimate.results.estimate import Curve, Estimate
 
 Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 TURN_ORDERS = (1, 2, 3, 4)
 FRICTION_ORDERS = (1, 2)
 LEAST_TURNS = 2.0

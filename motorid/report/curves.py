@@ -176,7 +176,7 @@ def spread(estimate: Estimate) -> str:
             continue
         word = name.replace("_", " ")
         out.append(figure(f"{word}: spread", _histogram(np.concatenate(scaled), word)))
-        out.append(figure(f"{word}: memory", _memory(scaled, curves[0], word)))
+        out.append(figure(f"{word}: autocorrelation", _autocorrelation(scaled, curves[0], word)))
     cells = "".join(f"<div>{o}</div>" for o in out)
     if not cells:
         return ""
@@ -227,7 +227,7 @@ def _histogram(scaled: Floats, word: str) -> str:
     return plot.render()
 
 
-def _memory(scaled: Sequence[Floats], curve: Curve, word: str) -> str:
+def _autocorrelation(scaled: Sequence[Floats], curve: Curve, word: str) -> str:
     lags = min(LAGS, max(len(r) for r in scaled) // 4)
     values = autocorrelation(scaled, lags)
     step = float(np.median(np.diff(curve.time_s))) if len(curve.time_s) > 1 else 1.0

@@ -199,7 +199,7 @@ def _correlation(estimate: Estimate) -> str:
     )
     words = (
         "How the errors of two estimates go together, from noise alone: near 1 or −1, "
-        "the data tell one combination well and the other badly."
+        "the data determine one combination well and the other badly."
     )
     return (
         f'<div class="scroll"><table class="heat"><tr><th></th>{top}</tr>{lines}</table></div>'

@@ -37,10 +37,10 @@ def explain(run: Excitation) -> str:
     told = ", ".join((*known.parameters, *known.combinations)) or "nothing"
     lines = [
         f"Channels {', '.join(sorted(run.channels))}; {_shows(run)}.",
-        f"These can tell at best: {told}.",
+        f"These can determine at best: {told}.",
     ]
     if known.missing:
-        lines.append(f"They cannot tell {', '.join(known.missing)}. {advice(run)}")
+        lines.append(f"They cannot determine {', '.join(known.missing)}. {advice(run)}")
     without = assess(run, {**_typical(), "T0": 0.0})
     lost = [n for n in known.parameters if n not in without.parameters and n != "T0"]
     if lost:

@@ -9,10 +9,10 @@ from motorid.estimate.results.estimate import Estimate, Suspect
 from motorid.report.words import sentence
 
 HIDDEN = (
-    "Not excluded by these data, because it would leave no residual: a wrong scale of {what}. A "
-    "nameplate in the rig, or a run with a disc of known inertia, would tell."
+    "These data cannot reveal a wrong scale of {what}: it leaves no residual. A nameplate in the "
+    "rig, or a run with a disc of known inertia, would reveal it."
 )
-BOUNDED = "Not excluded by these data, because it would leave no residual: a wrong scale of {what}."
+BOUNDED = "These data cannot reveal a wrong scale of {what}: it leaves no residual."
 
 
 def as_sentences(estimate: Estimate) -> list[str]:

@@ -80,7 +80,7 @@ def summary(estimate: Estimate) -> str:
     parts = [", ".join(f"{p.name} = {shown(p).text}".replace(" ", NBSP) for p in told)]
     if missing:
         alone = "" if found or not told else " alone"
-        parts.append(f"these data do not tell {_list(missing)}{alone}")
+        parts.append(f"these data do not determine {_list(missing)}{alone}")
     if bound:
         parts.append(f"{_list(bound)} went to the edge of what is possible")
     if fixed:

@@ -183,7 +183,7 @@ def _parameter(
     total = float(np.hypot(*relative))
     if at_wall or not total < intervals.UNKNOWN:
         where = "it ends at the search's bounds" if at_wall else "the cost hardly depends on it"
-        return intervals.unknown(name, unit, f"these data do not tell it: {where}")
+        return intervals.unknown(name, unit, f"these data do not determine it: {where}")
     reach = float(np.exp(intervals.student(freedom) * total))
     return Parameter(
         name, unit, value, value * relative[0], value * relative[1], value * total,

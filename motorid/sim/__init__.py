@@ -10,7 +10,8 @@ def truth(url: str) -> dict[str, Any]:
 
     ``R`` to ``T0`` are the motor's as a run begins (winding and magnets at ambient, load inertia
     included); ``R_25`` and ``K_25`` at 25 °C. ``chain`` holds each channel's drawn gain error
-    (relative) and offset error (counts), and the clock's error. Raises UsageError.
+    (relative), its offset error (counts) and its filters' time constants (s; 0: none), and the
+    clock's error. Raises UsageError.
     """
     from motorid.sim.bench import COPPER_PER_K, MAGNET_PER_K
     from motorid.sim.chain import draw_chain
@@ -39,6 +40,7 @@ def truth(url: str) -> dict[str, Any]:
             "gain_error": converter.gain - 1,
             "offset_error": converter.true_offset - converter.offset,
             "scale": converter.scale,
+            "filter_s": converter.poles_s,
         }
         for converter in chain.converters
     } | {"clock_ppm": chain.clock_ppm}

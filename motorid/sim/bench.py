@@ -68,6 +68,7 @@ class Bench:
             adc.delay = converter.true_delay_s * stretch
             adc.raw_min, adc.raw_max = 0, converter.raw_max
             adc.raw = int(converter.offset)
+            lib.plant_filter(ffi.addressof(self._c, "plant"), index, *converter.poles_s)
         self._c.limits.current_zero = self.chain.current.offset
         self._c.limits.supply_zero = self.chain.supply.offset
 

@@ -27,8 +27,10 @@ class Converter:
     true_offset: float  # counts
     noise: float  # counts rms
     aperture_s: float  # by the board's clock; 0: an instant
-    delay_s: float  # declared
+    delay_s: float  # declared, without the filter's
     true_delay_s: float
+    filter_s: float  # declared time constant of the filter before it; 0: none
+    poles_s: tuple[float, float]  # true time constants; 0: none
     phase: float | None
     gain_uncertainty: float
     offset_uncertainty: float
@@ -86,6 +88,8 @@ def draw_chain(options: Options) -> Chain:
         error = spread * float(gains[index]) if given is None else given
         drawn = options.offset_uncertainty * float(offsets[index]) if shift is None else shift
         declared = delay if is_current else options.voltage_delay
+        filter_s = options.current_filter if is_current else options.voltage_filter
+        poles = filter_s * (1 + options.filter_error), options.hidden_filter if is_current else 0.0
         return Converter(
             channel=channel,
             unit=Unit.AMPERE if is_current else Unit.VOLT,
@@ -97,6 +101,8 @@ def draw_chain(options: Options) -> Chain:
             aperture_s=aperture if is_current else options.voltage_aperture,
             delay_s=declared,
             true_delay_s=max(declared + float(late[index]), 0.0),
+            filter_s=filter_s,
+            poles_s=poles,
             phase=options.phase if is_current else None,
             gain_uncertainty=spread if given is None else abs(given),
             offset_uncertainty=options.offset_uncertainty,

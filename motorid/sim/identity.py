@@ -90,7 +90,8 @@ def describe(board: Board, index: int, mode: int = Mode.STREAM) -> Fields:
         return _describe_position()
     fields = _describe_converter(board.chain.converters[index])
     if mode == Mode.BURST:  # which takes instants at its ticks
-        at_once = {"kind": ChannelKind.INSTANT, "aperture_ns": 0, "delay_ns": 0}
+        # its filter stays
+        at_once = {"kind": ChannelKind.INSTANT, "aperture_ns": 0, "delay_ns": fields["filter_ns"]}
         return fields | at_once | {"pwm_phase_permille": UNSYNCHRONISED}
     return fields
 
@@ -104,14 +105,14 @@ def _describe_converter(converter: Converter) -> Fields:
         "scale": converter.scale,
         "offset": converter.offset,
         "aperture_ns": round(converter.aperture_s * 1e9),
-        "delay_ns": round(converter.delay_s * 1e9),
+        "delay_ns": round((converter.delay_s + converter.filter_s) * 1e9),
         "pwm_phase_permille": _permille(converter),
         "gain_uncertainty": converter.gain_uncertainty,
         "offset_uncertainty": converter.offset_uncertainty,
         "noise": converter.noise,
         "raw_min": 0,
         "raw_max": converter.raw_max,
-        "filter_ns": 0,
+        "filter_ns": round(converter.filter_s * 1e9),
     }
 
 

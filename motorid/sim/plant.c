@@ -135,6 +135,9 @@ static double locate_event(const plant *p, const double x[STATES], const rates *
 
 static void accept(plant *p, const step *s, double h)
 {
+    lowpass_follow(&p->filter[PLANT_CURRENT], h, p->current, s->x[0], s->i_dt);
+    lowpass_follow(&p->filter[PLANT_TERMINAL], h, p->terminal, s->end.terminal, s->v_dt);
+    lowpass_follow(&p->filter[PLANT_BUS], h, p->bus, s->end.bus, s->supply_dt);
     p->current = p->open || (p->diode && p->diode * s->x[0] <= 0.0) ? 0.0 : s->x[0];
     p->speed = !p->direction || p->direction * s->x[1] <= 0.0 ? 0.0 : s->x[1];
     p->angle = s->x[2];
@@ -293,6 +296,29 @@ void plant_lock(plant *p, int locked)
 {
     p->locked = locked;
     settle(p);
+}
+
+/* ------------------------------------------------------------------ what a board reads */
+
+static double reading(const plant *p, int which)
+{
+    return which == PLANT_CURRENT ? p->current : which == PLANT_TERMINAL ? p->terminal : p->bus;
+}
+
+void plant_filter(plant *p, int which, double first_tau, double second_tau)
+{
+    lowpass_init(&p->filter[which], first_tau, second_tau, reading(p, which));
+}
+
+double plant_seen(const plant *p, int which)
+{
+    return lowpass_value(&p->filter[which], reading(p, which));
+}
+
+double plant_seen_dt(const plant *p, int which)
+{
+    double dt = which == PLANT_CURRENT ? p->i_dt : which == PLANT_TERMINAL ? p->v_dt : p->supply_dt;
+    return dt - lowpass_behind(&p->filter[which]);
 }
 
 double plant_stored_energy(const plant *p)

@@ -11,6 +11,8 @@
 #ifndef MOTORID_PLANT_H
 #define MOTORID_PLANT_H
 
+#include "lowpass.h"
+
 /* What the bridge does for a whole command. */
 enum plant_mode { PLANT_COAST = 0, PLANT_DRIVE = 1, PLANT_BRAKE = 2 };
 
@@ -23,6 +25,9 @@ enum plant_decay {
 };
 
 enum { PLANT_MAX_EDGES = 4 };
+
+/* What a board can read of it. */
+enum plant_reading { PLANT_CURRENT = 0, PLANT_TERMINAL = 1, PLANT_BUS = 2, PLANT_READINGS = 3 };
 
 typedef struct plant_params {
     /* motor, at 25 °C */
@@ -93,6 +98,7 @@ typedef struct plant {
     int locked;     /* a jammed rotor */
     /* outputs at this instant */
     double terminal; /* voltage at the motor's terminals, or at the bridge's: see sense_at_bridge */
+    lowpass filter[PLANT_READINGS]; /* before the converters, see plant_filter() */
     /* integrals */
     double i_dt;
     double v_dt;
@@ -137,6 +143,14 @@ void plant_new_period(plant *p);
 
 /* Change the supply's unloaded voltage now (brown-out, missing supply). */
 void plant_set_supply(plant *p, double volts);
+
+/* Put poles of these time constants (s; 0: none) between a reading and its converter, settled. */
+void plant_filter(plant *p, int which, double first_tau, double second_tau);
+
+/* What a converter sees now of a reading, and the integral so far of that: i_dt and its like less
+ * what the filter has yet to show. */
+double plant_seen(const plant *p, int which);
+double plant_seen_dt(const plant *p, int which);
 
 /* Jam (1) or free (0) the rotor now. */
 void plant_lock(plant *p, int locked);

@@ -1,4 +1,4 @@
-"""Compiles the plant and its sensors into ``motorid.sim._plant``; two headers are the interface."""
+"""Compiles the plant and its sensors into ``motorid.sim._plant``; HEADERS are the interface."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from pathlib import Path
 from cffi import FFI
 
 ROOM = Path(__file__).parent
-HEADERS = ("plant.h", "sensors.h")
+HEADERS = ("lowpass.h", "plant.h", "sensors.h")
 PRIVATE = ("bridge.h", "equations.h")
-SOURCES = ("plant.c", "equations.c", "bridge.c", "sensors.c")
+SOURCES = ("plant.c", "equations.c", "bridge.c", "lowpass.c", "sensors.c")
 
 
 def _declarations(header: str) -> str:

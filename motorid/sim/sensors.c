@@ -64,7 +64,7 @@ int bench_init(bench *b)
     for (n = 0; n < BENCH_CHANNELS; n++) {
         if (place_window(b, n))
             return -1;
-        b->channel[n].at_start = b->channel[n].at_last_start = 0.0;
+        b->channel[n].at_start = b->channel[n].at_last_start = plant_seen_dt(&b->plant, n);
     }
     for (n = 0; n < BENCH_HISTORY; n++)
         b->history[n] = b->encoder.count;
@@ -73,27 +73,16 @@ int bench_init(bench *b)
 
 /* ------------------------------------------------------------------ one sample */
 
-static double integral(const plant *p, int channel)
-{
-    return channel == BENCH_CURRENT ? p->i_dt : channel == BENCH_VOLTAGE ? p->v_dt : p->supply_dt;
-}
-
-static double instant(const plant *p, int channel)
-{
-    return channel == BENCH_CURRENT ? p->current
-           : channel == BENCH_VOLTAGE ? p->terminal : p->bus;
-}
-
 static void take_probe(bench *b, const bench_probe *probe)
 {
     adc *a = &b->channel[probe->channel];
     if (!probe->is_end) {
         a->at_last_start = a->at_start;
-        a->at_start = integral(&b->plant, probe->channel);
+        a->at_start = plant_seen_dt(&b->plant, probe->channel);
     } else if (a->aperture > 0.0) {
-        a->at_end = integral(&b->plant, probe->channel);
+        a->at_end = plant_seen_dt(&b->plant, probe->channel);
     } else {
-        a->at_end = instant(&b->plant, probe->channel);
+        a->at_end = plant_seen(&b->plant, probe->channel);
     }
 }
 
@@ -113,7 +102,7 @@ static void take_fast(bench *b)
 {
     int n;
     for (n = 0; n < BENCH_CHANNELS; n++)
-        b->fast_value[b->fasts][n] = instant(&b->plant, n);
+        b->fast_value[b->fasts][n] = plant_seen(&b->plant, n);
     count_edges(&b->encoder, true_count(b));
     b->fast_count[b->fasts++] = b->encoder.count;
 }
@@ -132,6 +121,11 @@ static void run_one_period(bench *b)
             take_probe(b, &b->probe[n]);
     }
     plant_advance(&b->plant, b->sample_period - now);
+}
+
+static double integral(const plant *p, int channel)
+{
+    return channel == BENCH_CURRENT ? p->i_dt : channel == BENCH_VOLTAGE ? p->v_dt : p->supply_dt;
 }
 
 /* Keep the integrals small, so that differences stay exact over days. */

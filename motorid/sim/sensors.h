@@ -9,7 +9,8 @@
 
 #include "plant.h"
 
-enum bench_channel { BENCH_CURRENT = 0, BENCH_VOLTAGE = 1, BENCH_SUPPLY = 2, BENCH_CHANNELS = 3 };
+enum bench_channel { BENCH_CURRENT = PLANT_CURRENT, BENCH_VOLTAGE = PLANT_TERMINAL,
+                     BENCH_SUPPLY = PLANT_BUS, BENCH_CHANNELS = PLANT_READINGS };
 
 /* Numbers are the wire protocol's faults. */
 enum bench_trip { TRIP_NONE = 0, TRIP_CURRENT = 1, TRIP_SPEED = 2, TRIP_SUPPLY_LOW = 3,

@@ -54,7 +54,7 @@ class Line:
     def __enter__(self) -> Line:
         return self
 
-    def __exit__(self, *exc: object) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def warm(self) -> None:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from motorid.capture.model import POSITION, Capture, Channel
 from motorid.errors import DataError, RigError
-from motorid.estimate.effects.winding_temperature import THERMAL
 
 if TYPE_CHECKING:
     from motorid.rig import Rig
@@ -60,7 +59,8 @@ def _under(capture: Capture, rig: Rig) -> Capture:
         ambient_uncertainty_c=(
             capture.ambient_uncertainty_c if rig.ambient_c is None else rig.ambient_uncertainty_c
         ),
-        provenance={**known, "reanalysed": cited(rig), THERMAL: dict(rig.thermal)},
+        stated=capture.stated.under(rig.stated),
+        provenance={**known, "reanalysed": cited(rig)},
     )
 
 

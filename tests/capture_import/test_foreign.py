@@ -61,7 +61,7 @@ def test_a_log_that_does_not_tell_the_resistance_tells_nothing_behind_it(tmp_pat
     found = estimate(case, tmp_path)
     told = {**found.parameters, **found.combinations}
     assert {told[name].status for name in case.told} == {"not_identifiable"}
-    assert "do not tell R" in told["J/K²"].note
+    assert "do not determine R" in told["J/K²"].note
 
 
 @pytest.mark.slow

@@ -2,7 +2,8 @@
 
 Parsers in Python are fuzzed by atheris (libFuzzer for Python; Linux and macOS), which is led by
 coverage. Readers of binary files run in children, where no coverage is seen; their inputs are
-changed at random, by a seed (see ``files``). So are the words of boards (see ``board``).
+changed at random, by a seed (see ``files``). So are the words of boards (see ``board``). ``fit``
+damages captures absurdly and fits them.
 """
 
 from __future__ import annotations
@@ -14,16 +15,17 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tests.fuzz.targets import BOARDS, FILES, PARSERS
+from tests.fuzz.targets import BOARDS, FILES, FIT, PARSERS
 
 INPUT_S = 60  # of wall time; an input that takes longer is a hang, also on a busy computer
 MEMORY_MB = 1500
+FITS = 1000  # at most, where nobody says how many
 
 
 def main() -> None:
     """Fuzzes for a while; says what it executed, and exits with an error on a broken promise."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("target", choices=[*PARSERS, *FILES, *BOARDS])
+    parser.add_argument("target", choices=[*PARSERS, *FILES, *BOARDS, FIT])
     parser.add_argument("--seconds", type=int, default=60)
     parser.add_argument("--runs", "--cases", type=int, default=-1, help="executions at most")
     parser.add_argument("--seed", type=int, default=1)
@@ -33,6 +35,10 @@ def main() -> None:
         from tests.fuzz.board import fuzz as fuzz_board
 
         sys.exit(fuzz_board(options.seconds, options.runs, options.seed))
+    if options.target == FIT:
+        from tests.fuzz.fit_checks import fuzz as fits
+
+        sys.exit(fits(options.runs if options.runs > 0 else FITS, options.seconds, options.seed))
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.found or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)

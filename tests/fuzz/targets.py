@@ -34,3 +34,4 @@ PARSERS = {
 }
 FILES = ("hdf5", "mat")
 BOARDS = ("board",)
+FIT = "fit"

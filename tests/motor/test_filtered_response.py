@@ -10,8 +10,8 @@ import pytest
 from motorid.motor.response import Output, Quantity, Response, Stretch
 from motorid.motor.wide import NAMES, SIX, WideResponse
 from tests.motor.filter_reference import Behind, Bridge, Linear
+from tests.motor.wide_reference import WideReference
 from tests.motor_reference import Reference
-from tests.wider.wide_reference import WideReference
 
 R, L, K, B, J, T0 = FAULHABER = (2.6, 180e-6, 7.68e-3, 3e-7, 3.9e-7, 3e-4)
 H = 1e-4

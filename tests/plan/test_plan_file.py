@@ -123,7 +123,7 @@ def test_what_channels_and_program_can_tell_is_explained(case: str) -> None:
     program = Program((*rest, *drives, *(rest if coast else [])))
     text = " ".join(explain(of_program(program, channels)).split())
     assert words in text
-    assert ("They cannot tell" in text) == (case != "all")
+    assert ("They cannot determine" in text) == (case != "all")
 
 
 def test_samples_too_coarse_for_a_start_show_steady_levels_alone(
@@ -137,4 +137,4 @@ def test_samples_too_coarse_for_a_start_show_steady_levels_alone(
     said = " ".join(capsys.readouterr().out.split())
     assert "at best: R, K, B, T0." in said
     assert "no dry friction (T0 = 0), R, K, B would be lost too" in said
-    assert "To tell L and J as well, add a run with a start" in said
+    assert "To determine L and J as well, add a run with a start" in said

@@ -105,7 +105,7 @@ def test_a_fit_that_did_not_settle_is_invalid(estimate: Estimate, product: Produ
 def test_what_is_not_identifiable_is_invalid(estimate: Estimate, product: Product) -> None:
     unknown = replace(
         estimate.parameters["T0"], value=None, total=None, status="not_identifiable",
-        note="a coast-down would tell it",
+        note="a coast-down would determine it",
     )  # fmt: skip
     verdict = judge(replace(estimate, parameters={**estimate.parameters, "T0": unknown}), product)
     assert verdict["T0"].outcome is Outcome.INVALID

@@ -84,7 +84,7 @@ def test_the_page_says_what_the_estimate_says() -> None:
 
 def test_what_is_unknown_is_a_dash_with_its_reason() -> None:
     text = parsed(html.render(partial())).text
-    assert "these data do not tell R and L" in text
+    assert "these data do not determine R and L" in text
     assert "R, L: no voltage was measured" in text
     assert "This run only" in text
     assert "nan" not in text.replace("nance", "").lower()

@@ -10,6 +10,8 @@ from motorid.estimate.results.estimate import Diagnostic
 from motorid.estimate.signals.discontinuous_current import unclear
 from motorid.estimate.signals.time_grid import IRREGULAR
 
+COARSER = 2.0  # times: a grid that leaves out what the stamps would tell
+
 
 def of_capture(record: MotorRecord, where: str) -> list[Diagnostic]:
     """Samples, stamps and readings of one capture that are not as they should be."""
@@ -37,6 +39,15 @@ def of_capture(record: MotorRecord, where: str) -> list[Diagnostic]:
                 "jitter", "warning",
                 f"time stamps miss a uniform grid by up to {record.timeline.jitter:.2f} "
                 f"periods{where}",
+            )
+        )  # fmt: skip
+    if record.timeline.coarser > COARSER:
+        out.append(
+            Diagnostic(
+                "coarse_grid", "warning",
+                f"some stamps follow each other {record.timeline.coarser:.0f} times more closely "
+                f"than the fit computes{where}, to bound its work: cut the log to where it is "
+                "sampled evenly",
             )
         )  # fmt: skip
     for name in (CURRENT, VOLTAGE):
@@ -88,8 +99,8 @@ def stopping(records: Sequence[MotorRecord]) -> list[Diagnostic]:
             "discontinuous_current", "info",
             f"the diodes' current stops within the PWM period in {100 * stopped / driven:.0f} % of "
             f"the driven time (levels {', '.join(f'{level:.3g}' for level in levels)}): there "
-            f"only its size tells of L{left_out}. A level at full duty, synchronous decay or a "
-            "faster PWM would tell more of L",
+            f"only the size of the current depends on L{left_out}. To determine L better, use a "
+            "level at full duty, synchronous decay or a faster PWM",
         )
     ]  # fmt: skip
 
@@ -103,8 +114,9 @@ def standing(records: Sequence[MotorRecord]) -> list[Diagnostic]:
     return [
         Diagnostic(
             "standstill", "info",
-            f"the motor stands still at levels {levels}, and the fit lets it: breakaway or cogging "
-            "may hold it against more than T0. Such a part tells nothing of K, B, J and T0",
+            f"the motor stands still at levels {levels}, and the model holds the speed at zero: "
+            "breakaway or cogging may resist more than T0. Such a part does not determine K, B, J "
+            "and T0",
         )
     ]  # fmt: skip
 
@@ -116,8 +128,9 @@ def unseen_voltage(records: Sequence[MotorRecord]) -> list[Diagnostic]:
     return [
         Diagnostic(
             "voltage_between_stamps", "warning",
-            "nobody tells what the voltage of such a log did between two stamps: this method takes "
-            "it straight, and the stamps as exact, and the intervals do not cover that; the method "
-            "ml tries other shapes and delays for the six parameters, which L needs most",
+            "the voltage of such a log between two stamps is unknown: this method takes it as a "
+            "straight line and the stamps as exact, and the intervals do not cover that; the "
+            "method ml tries other shapes and delays for the six parameters, which matters most "
+            "for L",
         )
     ]  # fmt: skip

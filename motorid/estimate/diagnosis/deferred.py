@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any, overload
 
 import numpy as np
 
-from motorid.capture.model import Capture
 from motorid.estimate.diagnosis import rank
 from motorid.estimate.diagnosis.faults import scale_errors
 from motorid.estimate.effects.brush_and_heating import lossless
@@ -51,7 +49,7 @@ class Suspects(Sequence[Suspect]):
         if self._of is None:
             return self._all()
         records, solution, parameters = self._of
-        plate = scale_errors.read_nameplate(nameplate(records[0].capture))
+        plate = scale_errors.read_nameplate(records[0].capture.stated.nameplate)
         top = max(float(np.abs(record.volts).max()) for record in records)
         if scale_errors.absurd(
             parameters, plate, top
@@ -91,13 +89,3 @@ class Suspects(Sequence[Suspect]):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return tuple, (self._all(),)
-
-
-def nameplate(capture: Capture) -> Mapping[str, object]:
-    """The nameplate of the rig that took a capture, as its file has it; empty: none."""
-    text = capture.provenance.get("rig", "")
-    try:
-        table = tomllib.loads(text).get("nameplate", {}) if isinstance(text, str) else {}
-    except tomllib.TOMLDecodeError:  # a rig in another notation has no nameplate for us
-        return {}
-    return table if isinstance(table, dict) else {}

@@ -89,7 +89,6 @@ class Knowledge:
     parameters: tuple[str, ...]
     combinations: tuple[str, ...]  # further ones, independent of each other and of the parameters
     null_directions: int  # changes of the six parameters that leave every channel as it is
-    singular_values: tuple[float, ...]  # of the scaled sensitivities, largest first
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -120,7 +119,7 @@ def _assess(run: Excitation, motor: tuple[tuple[str, float], ...]) -> Knowledge:
         if new and np.linalg.norm(null @ slope) < SEEN:
             shown = wider
             found.append(name)
-    return Knowledge(tuple(known), tuple(found), len(null), tuple(map(float, values)))
+    return Knowledge(tuple(known), tuple(found), len(null))
 
 
 def advice(run: Excitation, motor: Motor | None = None) -> str:
@@ -130,13 +129,13 @@ def advice(run: Excitation, motor: Motor | None = None) -> str:
         return ""
     needed = tuple(ADDITIONS)
     if assess(_with(run, needed), motor).missing:
-        return f"No run of this kind tells {_list(missing)}."
+        return f"No run of this kind determines {_list(missing)}."
     for name in reversed(ADDITIONS):  # what can be spared, the dearest first
         fewer = tuple(other for other in needed if other != name)
         if not assess(_with(run, fewer), motor).missing:
             needed = fewer
     what = _list([ADDITIONS[name] for name in needed])
-    return f"To tell {_list(missing)} as well, add a run with {what}."
+    return f"To determine {_list(missing)} as well, add a run with {what}."
 
 
 def run_to_add(names: Sequence[str], volts: float, tau_s: float) -> str:
@@ -149,7 +148,7 @@ def run_to_add(names: Sequence[str], volts: float, tau_s: float) -> str:
         for share, turns in shape
     ]
     return (
-        f"A run such as {', '.join(stages)} from rest would tell {_list(tuple(names))}; "
+        f"A run such as {', '.join(stages)} from rest would determine {_list(tuple(names))}; "
         "`motorid plan --rig RIG --capture THIS` finds the shortest."
     )
 

@@ -19,7 +19,7 @@ MIDDLE = (0.1, 0.9)  # of the power, between whose frequencies a band lies
 
 
 def place(record: MotorRecord, m: Measured, residual: Floats, segments: Sequence[Segment]) -> str:
-    """Such as "62 % of it in the acceleration at 0.05 to 0.11 s, 3 to 40 Hz"; "" where nowhere.
+    """As "62 % of it in the acceleration segment from 0.05 to 0.11 s, 3 to 40 Hz"; or "".
 
     ``residual`` (n,) are the block's, as the likelihood counts them.
     """
@@ -39,8 +39,8 @@ def place(record: MotorRecord, m: Measured, residual: Floats, segments: Sequence
     held, s, inside = best
     time = record.capture.time_s
     said = (
-        f"{min(held / total, 1.0):.0%} of it in the {s.kind.value} at {time[s.start]:.3g} to "
-        f"{time[s.stop - 1]:.3g} s"
+        f"{min(held / total, 1.0):.0%} of it in the {s.kind.value} segment from "
+        f"{time[s.start]:.3g} to {time[s.stop - 1]:.3g} s"
     )
     if inside.stop - inside.start < FEWEST:
         return said

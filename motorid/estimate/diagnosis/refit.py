@@ -46,7 +46,6 @@ class Refit:
 
     values: Floats
     size: Floats
-    size_sd: Floats
     objective: float
     search: Solution
 
@@ -92,5 +91,4 @@ def _from(
     widened = [Widened(r, own, hypothesis) for r, own in zip(records, start.own, strict=True)]
     found = maximise([*shared, *more], widened, max_iterations=STEPS, enough=enough)
     p = len(shared)
-    sd = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
-    return Refit(found.values[:p], found.values[p:], sd[p:], found.objective, found)
+    return Refit(found.values[:p], found.values[p:], found.objective, found)

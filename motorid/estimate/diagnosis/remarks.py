@@ -44,13 +44,25 @@ def diagnostics(
                 "the search did not settle: the values are not the most likely ones",
             )
         )  # fmt: skip
+    untried = max(record.untried for record in records)
+    if untried:
+        out.append(
+            Diagnostic(
+                "search_bounded", "warning",
+                f"the model misfits from every start that was tried; {untried} other "
+                f"start{'s were' if untried > 1 else ' was'} left out to bound the work, so a "
+                "better fit may exist: check the wiring, the units and what --fix holds",
+            )
+        )  # fmt: skip
     for k, (record, own) in enumerate(zip(records, found.solution.own, strict=True)):
         where = f" in run {k + 1}" if len(records) > 1 else ""
         left = record.weighed(record.departures(found.solution.values, own), filtered=False)
         segments = named[k][1] if named else ()
         for m, residual in zip(record.measured, left, strict=True):
             out += residual_remarks.lack_of_fit(record, m, residual, segments, where)
-            coloured.setdefault(m.block.name, []).extend(residual_remarks.memory(residual))
+            coloured.setdefault(m.block.name, []).extend(
+                residual_remarks.neighbour_correlation(residual)
+            )
         out += data_remarks.of_capture(record, where)
     out += [residual_remarks.coloured(name, rhos) for name, rhos in coloured.items() if rhos]
     out += data_remarks.stopping(records)
@@ -79,8 +91,8 @@ def _brushes(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic
     return [
         Diagnostic(
             "drop_or_resistance", "info",
-            "most of R's uncertainty is what its brushes may drop: at one level these data do not "
-            f"tell the two apart; {mend}",
+            "most of R's uncertainty is the unknown brush drop: at one level these data do not "
+            f"separate the two; {mend}",
         )
     ]  # fmt: skip
 
@@ -147,7 +159,7 @@ def _told_apart(pairs: Sequence[tuple[str, str, float]]) -> list[Diagnostic]:
     if not pairs:
         return []
     said = ", ".join(f"{a} and {b} ({correlation:+.3f})" for a, b, correlation in pairs)
-    message = f"These data hardly tell apart, by their correlation: {said}."
+    message = f"These data hardly separate, by their correlation: {said}."
     return [Diagnostic("inseparable", "info", message)]
 
 

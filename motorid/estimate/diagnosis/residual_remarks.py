@@ -1,4 +1,4 @@
-"""What the residuals say: how many times the declared noise they are, and whether they remember."""
+"""What the residuals say: how many times the declared noise they are, and their correlation."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def lack_of_fit(
     return out
 
 
-def memory(residual: Floats) -> list[float]:
+def neighbour_correlation(residual: Floats) -> list[float]:
     """The correlation of neighbours, where it stands out."""
     lags = autocovariance(residual, 1)
     rho = float(lags[1] / lags[0]) if lags[0] > 0 else 0.0

@@ -21,7 +21,8 @@ class Setup:
     """One run; actions change it. Every number of it is beside what is declared and judged.
 
     ``volts`` (count,) V are added to the source. ``kicks`` (rad/s) by part, ``late_s`` and
-    ``filter_s`` by block, ``motor`` by parameter. ``log_jumps`` are shares of what hides them.
+    ``filter_s`` by block, ``motor`` by parameter. ``log_jumps`` by jump, in shares of what hides
+    them.
     """
 
     count: int
@@ -32,7 +33,7 @@ class Setup:
     filter_s: dict[str, float] = field(default_factory=dict)
     motor: dict[str, float] = field(default_factory=dict)
     log_late_s: float = 0.0
-    log_jumps: list[float] = field(default_factory=list)
+    log_jumps: dict[int, float] = field(default_factory=dict)
     source_gain: float = 1.0
     clock: float = 1.0
     stretched: list[tuple[Restretch, float]] = field(default_factory=list)
@@ -45,6 +46,10 @@ class Setup:
             if not isinstance(self.volts, np.ndarray):
                 self.volts = np.full(self.count, self.volts)
             self.volts[where] += volts
+
+    def early(self, jumps: int) -> list[float]:
+        """How early every one of so many jumps of a log came, (jumps,)."""
+        return [self.log_jumps.get(k, 0.0) for k in range(jumps)]
 
     @property
     def rebuilt(self) -> bool:
@@ -169,7 +174,7 @@ class LogJump(Simulated):
     """How early a jump of a log's voltage came, as a share of the time that hides it."""
 
     def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
-        setup.log_jumps.append(size)
+        setup.log_jumps[place] = setup.log_jumps.get(place, 0.0) + size
 
 
 @dataclass(frozen=True)

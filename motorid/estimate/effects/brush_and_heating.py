@@ -23,7 +23,6 @@ from motorid.capture.model import CURRENT, Capture, Wiring
 from motorid.estimate.effects.winding_temperature import (
     FIGURES,
     STALL_K_S,
-    THERMAL,
     Coefficients,
     by_figures,
     figures,
@@ -54,7 +53,8 @@ def lossless(capture: Capture) -> Capture:
     For models that have these among their own parameters.
     """
     none = replace(capture.wiring, brush_drop_v=0.0, brush_drop_uncertainty_v=0.0)
-    return replace(capture, wiring=none, provenance={**capture.provenance, THERMAL: HEAVY})
+    heavy = replace(capture.stated, thermal={**capture.stated.thermal, **HEAVY})
+    return replace(capture, wiring=none, stated=heavy)
 
 
 def expected_drop(wiring: Wiring, top_v: float) -> tuple[float, float]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import POSITION, SPEED
 from motorid.estimate.effects.influence_quantity import Prior, Subject
-from motorid.estimate.signals.measurements import Measured
+from motorid.estimate.signals.measurements import Measured, filter_of
 
 Floats = NDArray[np.float64]
 
@@ -70,6 +70,17 @@ def declared(block: str, uncertainty: str) -> Callable[[Subject, int], Prior | N
         return Prior(sd) if sd else None
 
     return prior
+
+
+def least_delay_s(measured: Measured | None) -> float:
+    """Of a change of a block's delay (s), not above 0: no reading shows what comes after it.
+
+    A filter before the converter counts in the delay, but cannot be read ahead of.
+    """
+    if measured is None:
+        return 0.0
+    channel = measured.channel
+    return min(filter_of(channel, measured.block.name) - channel.delay_s, 0.0)
 
 
 def top_volts(subject: Subject) -> float:

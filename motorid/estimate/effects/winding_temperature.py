@@ -7,7 +7,6 @@ and lies between nothing and a bound where there are none.
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -24,7 +23,6 @@ STALL_K_S = 150.0  # no catalogue motor at hand heats up faster when stalled: th
 SLOW_S = 600.0  # in which a winding without thermal figures has surely given off its heat
 FIGURES = 0.2  # relative standard uncertainty of a rise: brushes and housing are left out
 BLOCKS = 400  # of a capture, each of constant power
-THERMAL = "thermal"  # provenance: the table of a rig under which a capture is looked at again
 BOUND = "bounded for want of thermal figures"
 
 
@@ -52,24 +50,8 @@ class Body:
 
 
 def figures(capture: Capture) -> dict[str, float]:
-    """What is stated of a motor's temperature: the table [thermal] of the rig, and V of its plate.
-
-    A rig under which a stored capture is looked at again stands before the one that took it.
-    """
-    known = capture.provenance
-    try:
-        text = known.get("rig", "")
-        rig = tomllib.loads(text) if isinstance(text, str) else {}
-    except tomllib.TOMLDecodeError:  # a rig in another notation states nothing that we can read
-        rig = {}
-    found = (rig.get("nameplate"), rig.get("thermal"), known.get(THERMAL))
-    tables = [table for table in found if isinstance(table, Mapping)]
-    return {
-        name: float(value)
-        for table in tables
-        for name, value in table.items()
-        if isinstance(value, int | float) and math.isfinite(value)
-    }
+    """What is stated of a motor's temperature: [thermal] of its rig, and V of its plate."""
+    return {**capture.stated.nameplate, **capture.stated.thermal}
 
 
 def shown_by(better: Alternative | None) -> Body | None:

@@ -31,6 +31,7 @@ from motorid.estimate.solver.problem import Derivatives, Solution
 COLOUR_PASSES = 2  # of noise model and fit in turn
 RISES = (0.3, 0.1)  # L/R in sample periods to begin with instead
 GROSS = 0.02  # residuals in units of a channel's range: worth another start
+MOST_TRIED = 2000  # responses of a capture, after which no other start is tried
 OTHER_STARTS: tuple[dict[str, float], ...] = (
     {"L": 0.2},
     {"L": 5.0},
@@ -53,7 +54,11 @@ def settled(
     """The most likely parameters for white noise: other starts are tried where one misfits."""
     solution = with_sources(records, free, start)
     if not solution.converged or leaves_misfit(solution, records):
-        for factors in OTHER_STARTS:
+        for k, factors in enumerate(OTHER_STARTS):
+            if max(record.simulated for record in records) > MOST_TRIED:
+                for record in records:
+                    record.untried = len(OTHER_STARTS) - k
+                break
             other = {n: start[n] * factors.get(n, 1.0) for n in PARAMETERS}
             trial = with_sources(records, free, other)
             if trial.objective < solution.objective - 1.0:

@@ -84,6 +84,11 @@ def _starts(
     readings: Sequence[_Readings], fixed: Mapping[str, float]
 ) -> Iterator[dict[str, float]]:
     K = fixed["K"]
+    if not all(r.current.any() for r in readings):
+        raise DataError(
+            "no current flowed while the motor was driven in a capture: check the current's "
+            "channel and the wiring"
+        )
     most = min(float(np.abs(r.net).max() / np.abs(r.current).max()) for r in readings)
     period = min(r.record.timeline.period_s for r in readings)
     for ohms in [fixed["R"]] if "R" in fixed else most * SHARES:

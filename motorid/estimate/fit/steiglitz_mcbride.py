@@ -21,11 +21,10 @@ SETTLED = 1e-12  # largest change of a coefficient of A between passes
 
 @dataclass(frozen=True)
 class SteiglitzMcBride:
-    """``values`` in SI; ``denominator`` (3,) and ``numerators`` (2, 2) of current, speed."""
+    """``values`` in SI; ``denominator`` (3,) of current and speed alike."""
 
     values: dict[str, float]
     denominator: Floats
-    numerators: Floats
     passes: int
     settled: bool
 
@@ -48,7 +47,7 @@ def steiglitz_mcbride(record: Record, passes: int = PASSES) -> SteiglitzMcBride:
         a, b = _pass(record.input, outputs, a)
         a, done = _stable(a), done + 1
         settled = bool(np.max(np.abs(a - previous)) < SETTLED)
-    return SteiglitzMcBride(motor_of(a, b, record.period_s), a, b, done, settled)
+    return SteiglitzMcBride(motor_of(a, b, record.period_s), a, done, settled)
 
 
 def _pass(u: Floats, outputs: Floats, denominator: Floats) -> tuple[Floats, Floats]:

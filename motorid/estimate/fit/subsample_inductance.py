@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -116,7 +116,8 @@ class _Search:
             MotorRecord(record.capture, self.free, self.fixed, record.shape)
             for record in self.before
         ]
-        solution = with_inductance(records, self.free, self.known, self.near, inductance_h)
+        near = _as_of(records, self.before, self.near)
+        solution = with_inductance(records, self.free, self.known, near, inductance_h)
         self.trials.append(max(record.simulated for record in records))
         return records, solution
 
@@ -142,7 +143,7 @@ class _Search:
     def ended(self, inductance_h: float, by: str) -> Fitted | None:
         """With an inductance known ``by`` something, or better if its readings tell it.
 
-        None where they would tell it better, if it were that, but do not.
+        None where they would determine it better, if it were that, but do not.
         """
         unsure = max(math.hypot(BY[by], _of_chain(record.capture)) for record in self.before)
         records, held = self.held(inductance_h)
@@ -166,6 +167,20 @@ class _Search:
         solution = with_sources(records, self.free, start)
         solution = with_promoted(records, self.free, start, solution)
         return whitened(records, self.free, merged(start, solution), solution)
+
+
+def _as_of(
+    records: Sequence[MotorRecord], before: Sequence[MotorRecord], solution: Solution
+) -> Solution:
+    """A solution of records ``before`` with the own unknowns of others of the same captures: what
+    the fit has promoted since is none of theirs yet.
+    """
+    known = [record.sizes(own) for record, own in zip(before, solution.own, strict=True)]
+    own = (
+        np.array([sizes.get(unknown.name, unknown.start) for unknown in record.unknowns])
+        for record, sizes in zip(records, known, strict=True)
+    )
+    return replace(solution, own=tuple(own))
 
 
 def _stays(alone: Solution, held: Solution, deviation: float, unsure: float) -> bool:

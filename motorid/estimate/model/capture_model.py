@@ -78,6 +78,7 @@ class MotorRecord(Weighed):
         self.judged_at: Floats | None = None
         self.losing: Mapping[str, float] = {}
         self.simulated = 0  # responses computed so far
+        self.untried = 0  # other starts that a search which misfits did not take, to end at all
         self.rivals: tuple[Rival, ...] = ()
         self.foretold: Foretold | None = None  # an inductance that no reading shows
         self.unsettled: Floats | None = None  # the last pass's change of parameters, if too large
@@ -332,10 +333,10 @@ class MotorRecord(Weighed):
     def _stamped(self, setup: Setup) -> Floats | float:
         """V (count,) by which a log's voltage changes where its stamps do."""
         waveform = self.sensed.waveform
-        if waveform is None or not (setup.log_late_s or any(setup.log_jumps)):
+        if waveform is None or not (setup.log_late_s or any(setup.log_jumps.values())):
             return 0.0
-        moved = waveform.means(self.timeline, setup.log_late_s, setup.log_jumps)
-        return moved - self.sensed.volts
+        early = setup.early(len(waveform.jumps))
+        return waveform.means(self.timeline, setup.log_late_s, early) - self.sensed.volts
 
     def _rebuilt(self, setup: Setup, respond: Callable[..., Response]) -> Response:
         """A response of its own for a run that no other can be changed into."""

@@ -30,7 +30,7 @@ POWERS = {"K": 1, "B": 2, "J": 2, "T0": 1}  # of K's scale in each parameter
 RATIOS = {"J": ("J/K²", "A·s/V"), "B": ("B/K²", "A/V"), "T0": ("T0/K", "A")}  # with V = N·m/A·rad/s
 SCALELESS = ("stall_current", "electrical_time_constant", "mechanical_time_constant",
              "peak_efficiency")  # fmt: skip
-UNSEEN = "the speed is seen through v - R i, and these data do not tell R"
+UNSEEN = "the speed is seen through v - R i, and these data do not determine R"
 REMEDY = "add the speed or the position, or give one of K, J, B and T0 by --fix"
 
 
@@ -53,7 +53,7 @@ def fit(captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence
     if len(given) > 1:
         raise UsageError(
             f"cannot fix {' and '.join(given)} together: without a motion one of K, J, B and T0 "
-            "tells the others"
+            "determines the others"
         )
     _insist_on_current(captures)
     held = {**{n: v for n, v in fix.items() if n not in POWERS}, "K": fix.get("K", 1.0)}
@@ -115,7 +115,7 @@ def _open(found: Estimate) -> Estimate:
         combinations[ratio] = (
             replace(told, name=ratio, unit=unit) if seen else unknown(ratio, unit, UNSEEN)
         )
-        why = f"voltage and current alone tell only {ratio}: {REMEDY}"
+        why = f"voltage and current alone determine only {ratio}: {REMEDY}"
         parameters[name] = unknown(name, UNITS[name], why)
     parameters["K"] = unknown("K", UNITS["K"], f"no motion was measured: {REMEDY}")
     names = {name: ratio for name, (ratio, _) in RATIOS.items()}
@@ -143,6 +143,6 @@ def _said() -> Diagnostic:
     return Diagnostic(
         "no_motion", "info",
         "neither speed nor position was measured: what R i leaves of the voltage shows the speed "
-        "in volts, which tells R, L, J/K², B/K² and T0/K, but not K. "
+        "in volts, which determines R, L, J/K², B/K² and T0/K, but not K. "
         f"{identifiability.advice(run)}",
     )  # fmt: skip

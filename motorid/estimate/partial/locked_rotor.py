@@ -35,7 +35,7 @@ STILL = ("stall_current", "electrical_time_constant")  # of the motor, what such
 HOLDS = 2.0  # times the torque of the highest current: friction of a rotor that is held
 NARROWEST = 4  # readings of a block whose mean is looked at
 NOTHING = (
-    "these captures tell nothing: nothing shows that the rotor turned, nor that the current "
+    "these captures determine nothing: nothing shows that the rotor turned, nor that the current "
     "follows the voltage; capture a run whose voltage steps make it turn"
 )
 FOLLOWS = 4.0  # standard deviations of a correlation with the voltage that noise does not give
@@ -156,7 +156,7 @@ def estimate(
     for name in MECHANICAL:
         if name not in fix and name not in without:
             parameters[name] = unknown(name, UNITS[name], f"{why}; let it turn")
-    said = Diagnostic("rotor_held", "warning", f"{why}. R and L are all that such a run tells.")
+    said = Diagnostic("rotor_held", "warning", f"{why}. Such a run determines only R and L.")
     return replace(
         found,
         parameters=parameters,
@@ -176,7 +176,7 @@ def _without_leaning(found: Estimate) -> Estimate:
     L = found.parameters["L"]
     if not (L.value and L.statistical and L.statistical > LEANS["L"] * L.value):
         return found
-    note = f"these data hardly tell it; {REMEDY['L']} would"
+    note = f"these data hardly determine it; {REMEDY['L']} would"
     return replace(
         found,
         parameters={**found.parameters, "L": unknown("L", UNITS["L"], note)},

@@ -46,7 +46,7 @@ def standing_still(count: int) -> Diagnostic:
     """That some captures say nothing but that the motor does not move."""
     runs = "One capture was" if count == 1 else f"{count} captures were"
     return Diagnostic(
-        "standing_still", "info", f"{runs} left out: the motor never moves, held by friction."
+        "standing_still", "info", f"{runs} left out: the motor never moves, because of friction."
     )
 
 
@@ -63,7 +63,8 @@ def _knowable(capture: Capture) -> Diagnostic:
     return Diagnostic(
         "identifiability",
         "info",
-        f"These channels ({', '.join(sorted(capture.channels))}) can tell {told} at best{note}. "
+        f"These channels ({', '.join(sorted(capture.channels))}) can determine {told} at "
+        f"best{note}. "
         f"{identifiability.advice(run)}".rstrip(),
     )
 

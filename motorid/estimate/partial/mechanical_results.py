@@ -69,7 +69,7 @@ class Judge:
         if q.at_bound:
             return Parameter(
                 name, unit, 0.0, statistical, q.instrument, total, (0.0, max(high, 0.0)),
-                "at_bound", _joined(note, "the data would have it negative; held at 0"),
+                "at_bound", _joined(note, "the best fit would be negative; set to 0"),
             )  # fmt: skip
         if not signed and (q.value <= 0 or total > NOTHING * q.value):
             limit = f"these data say only that it is below {max(high, 0.0):.2g} {unit}"
@@ -175,7 +175,8 @@ def _from_torque(
     fix: Mapping[str, float],
     linear: bool,
 ) -> dict[str, Parameter]:
-    why = f"the drive's torque was given, not its current and voltage; {RUN_FOR_ALL} would tell"
+    why = "the drive's torque was given, not its current and voltage; "
+    why += f"{RUN_FOR_ALL} would determine it"
     found = {name: unknown(name, units[name], why) for name in ("R", "L", "K")}
     for name, quantity in raw.items():
         note = LINEAR_NAMES.get(name, "") if linear else ""
@@ -221,7 +222,7 @@ def _from_coast(
         f"{name}/J": judge.parameter(f"{name}/J", unit, raw[name])
         for name, unit in ratio_units.items()
     }
-    why = f"a coast-down alone tells only B/J and T0/J; {RUN_FOR_ALL} would tell"
+    why = f"a coast-down alone determines only B/J and T0/J; {RUN_FOR_ALL} would determine it"
     found = {name: unknown(name, units[name], why) for name in PARAMETERS}
     if "J" in fix:
         inertia = Quantity(fix["J"], 0.0)
@@ -232,7 +233,7 @@ def _from_coast(
 
 def _without_voltage(name: str) -> str:
     if name in ("R", "L", "K"):
-        return f"no voltage was measured; {RUN_FOR_ALL} would tell"
+        return f"no voltage was measured; {RUN_FOR_ALL} would determine it"
     return f"only its ratio to K is known: give --fix K=VALUE, or {RUN_FOR_ALL}"
 
 
@@ -278,7 +279,7 @@ def _from_volts(
         "K/(K²+RB)": judge.parameter("K/(K²+RB)", f"rad/s/{volt}", gain, "gain, speed for drive"),
         "T0·R/K": judge.parameter("T0·R/K", volt, _quantity(best, 2, gains["T0"])),
     }
-    why = f"no current was measured; {RUN_FOR_ALL} would tell"
+    why = f"no current was measured; {RUN_FOR_ALL} would determine it"
     found = {name: unknown(name, units[name], why) for name in PARAMETERS}
     if {"K", "R"} <= fix.keys() and drive != COMMAND:
         share = fix["K"] / fix["R"]

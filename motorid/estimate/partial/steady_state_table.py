@@ -29,7 +29,7 @@ FEWEST_POINTS = 8
 APART = 0.05  # relative difference of the two K's that is worth saying
 STRAIGHT = 1e-3  # scatter of the torque about a line, relative to its range
 WHY = "steady points show no dynamics and no friction of their own; a run from rest with voltage, "
-WHY += "current and speed, and a coast-down, would tell"
+WHY += "current and speed, and a coast-down, would determine it"
 
 
 def suits(captures: Sequence[Capture]) -> bool:
@@ -153,8 +153,13 @@ def _judged(judge: Judge, quantities: Mapping[str, Quantity]) -> dict[str, Param
 
 
 def _line(drive: Floats, *regressors: Floats) -> tuple[Floats, Floats]:
-    """Least-squares coefficients and their covariance."""
+    """Least-squares coefficients and their covariance, of the points with every reading."""
     matrix = np.stack(regressors, axis=1)
+    whole = np.isfinite(matrix).all(axis=1) & np.isfinite(drive)
+    if not whole.all():
+        matrix, drive = matrix[whole], drive[whole]
+    if len(drive) <= matrix.shape[1]:
+        raise DataError(f"{len(drive)} whole steady points are too few: add points, or readings")
     values, _, rank, _ = np.linalg.lstsq(matrix, drive, rcond=None)
     if rank < matrix.shape[1]:
         raise DataError("the steady points are all alike: nothing can be fitted to them")
@@ -212,6 +217,8 @@ def _too_straight(columns: Mapping[str, Floats]) -> tuple[Diagnostic, ...]:
     current, torque = columns[CURRENT], columns[TORQUE]
     if not len(torque):
         return ()
+    whole = np.isfinite(current) & np.isfinite(torque)
+    current, torque = current[whole], torque[whole]
     scatter = np.std(torque - np.polyval(np.polyfit(current, torque, 1), current))
     if scatter > STRAIGHT * np.ptp(torque):
         return ()

@@ -23,7 +23,7 @@ from motorid.estimate.uncertainty.intervals import Findings
 
 Floats = NDArray[np.float64]
 
-UNTOLD = "these data do not tell it"
+UNTOLD = "these data do not determine it"
 SHARE, HEATED = "J2_share", "per_C_w"  # searched, and shown as what is known by other names
 CAPACITY = "C_w"
 
@@ -95,7 +95,7 @@ def _stated(
     if bound and not log and value == lower == 0.0:
         return Parameter(
             name, unit, 0.0, *parts, total, (0.0, factor * total), "at_bound",
-            "the data would have it negative; held at 0",
+            "the best fit would be negative; set to 0",
         )  # fmt: skip
     if bound or not total <= limit * abs(value):
         reach = f": below {abs(value) + factor * total:.2g} {unit}" if not (bound or log) else ""

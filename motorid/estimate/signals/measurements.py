@@ -81,13 +81,18 @@ def read(
 
 
 def _output(channel: Channel, quantity: Quantity, name: str) -> Output:
-    """How the model reads for a channel, whose delay counts the filter before its converter.
+    """How the model reads for a channel, whose delay counts the filter before its converter."""
+    filter_s = filter_of(channel, name)
+    after_s = channel.delay_s - filter_s
+    return Output(quantity, channel.window_s, after_s, channel.pwm_phase, filter_s)
+
+
+def filter_of(channel: Channel, name: str) -> float:
+    """Time constant (s) of the filter that the model has before a block's converter.
 
     An open bridge's voltage is taken as later by it: what the filter held before is no back-EMF.
     """
-    filter_s = 0.0 if name == EMF else min(channel.filter_s, channel.delay_s)
-    after_s = channel.delay_s - filter_s
-    return Output(quantity, channel.window_s, after_s, channel.pwm_phase, filter_s)
+    return 0.0 if name == EMF else min(channel.filter_s, channel.delay_s)
 
 
 def motion(capture: Capture) -> Channel | None:

@@ -49,10 +49,15 @@ def starts_at_rest(capture: Capture, driven: NDArray[np.bool_]) -> bool:
 
 def _moves(position: Channel) -> bool:
     early, late = position.values[:HEAD], position.values[HEAD : 2 * HEAD]
+    if not (np.isfinite(np.diff(early)).any() and np.isfinite(late - early).any()):
+        return False
     scatter = float(np.nanstd(np.diff(early)))
     return abs(float(np.nanmean(late - early))) > 2.0 * scatter + 1.5 * position.resolution
 
 
 def _is_near_zero(channel: Channel) -> bool:
-    head, scatter = channel.values[:HEAD], float(np.nanstd(np.diff(channel.values[: 8 * HEAD])))
+    head, steps = channel.values[:HEAD], np.diff(channel.values[: 8 * HEAD])
+    if not (np.isfinite(head).any() and np.isfinite(steps).any()):
+        return False  # nothing was read that could show it
+    scatter = float(np.nanstd(steps))
     return abs(float(np.nanmean(head))) <= 3.0 * scatter + channel.resolution

@@ -26,6 +26,7 @@ IRREGULAR = 0.02  # of a period, beyond which a log's stamps are called so
 FINER, QUICK = 4.0, 5.0  # ticks in a usual period of a log; percentile of periods that has two
 ON_TICK = 1e-6  # of a grid period
 MOST_TICKS = 400_000
+TICKS_PER_SAMPLE = 100  # of a log, on average: the work that a reading may cost
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ class Timeline:
     """``count`` grid ticks, one each ``period_s``; sample k of the capture sits on ``index[k]``.
 
     ``past`` (samples,): share of a period by which a sample lies after its tick; None: none does.
-    ``lost`` samples are missing.
+    ``lost`` samples are missing. ``coarser``: the period over what the stamps ask for.
     """
 
     period_s: float
@@ -70,6 +71,7 @@ class Timeline:
     jitter: float  # largest miss of a time stamp, in usual periods
     lost: int = 0
     past: Floats | None = None
+    coarser: float = 1.0
 
     @property
     def driven(self) -> NDArray[np.bool_]:
@@ -148,12 +150,14 @@ def _of_log(capture: Capture, jitter: float) -> Timeline:
     finest = capture.period_s / FINER
     if jitter > IRREGULAR:
         finest = min(finest, float(np.percentile(steps, QUICK)) / 2)
-    period = max(finest, float(capture.time_s[-1]) / MOST_TICKS)
+    most = min(MOST_TICKS, TICKS_PER_SAMPLE * len(capture))
+    period = max(finest, float(capture.time_s[-1]) / most)
     place = capture.time_s / period
     index = np.floor(place + ON_TICK).astype(np.intp)
     count = int(index[-1]) + 2
     lost = sum(gap.samples for gap in capture.gaps)
-    return Timeline(period, count, index, (Part(0, count),), jitter, lost, place - index)
+    parts, past = (Part(0, count),), place - index
+    return Timeline(period, count, index, parts, jitter, lost, past, period / finest)
 
 
 def _parts(capture: Capture, period: float, count: int) -> tuple[Part, ...]:

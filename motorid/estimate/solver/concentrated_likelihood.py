@@ -12,12 +12,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.errors import DataError
 from motorid.estimate.solver.dense_products import project, square
 from motorid.estimate.solver.normal_equations import Normal, Products, products
 from motorid.estimate.solver.problem import Derivatives, Record, Solution, Unknown, bounded_inverse
 from motorid.estimate.solver.search_coordinates import Coordinates
 
 Floats = NDArray[np.float64]
+
+BEYOND = (
+    "no motor with finite parameters explains these captures: check the units, the scales and the "
+    "time column"
+)
 
 
 @dataclass
@@ -66,12 +72,18 @@ class Concentrated:
         if before is not None:
             own = [f.clipped(x) for f, x in zip(self.own, before.own, strict=True)]
         self.start = self.point(self.frame.start, own)
+        if self.start.objective == np.inf:
+            raise DataError(BEYOND)
         self._summed: tuple[Derivatives, list[Products]] | None = None
         lent = before.derivatives if before else None
         self.known = self._renewed(lent) if lent is not None and self.fits(lent) else None
 
     def point(self, shared: Floats, own: list[Floats]) -> Point:
-        """F and the residuals at these search coordinates."""
+        """F and the residuals at these search coordinates; infinite F where they overflow."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._point(shared, own)
+
+    def _point(self, shared: Floats, own: list[Floats]) -> Point:
         values = self.frame.outward(shared)
         residuals = []
         totals = np.zeros(len(self.counts))
@@ -158,6 +170,8 @@ class Concentrated:
                     - prior * (at.own[k] - frame.mean),
                 )
             )  # fmt: skip
+        if not all(one.finite for one in out):
+            raise DataError(BEYOND)
         return out
 
     def weighed_residual(self, at: Point, k: int, power: int = 1) -> Floats:

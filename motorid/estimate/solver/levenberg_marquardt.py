@@ -79,10 +79,16 @@ def maximise(
 
 
 def _lent(one: Concentrated, other: Concentrated) -> Derivatives | None:
-    """The derivatives that one search knows, in the shared coordinates of another."""
+    """The derivatives that one search knows, in the shared coordinates of another.
+
+    None where they were taken at a bound of 0, which has no logarithm.
+    """
     if one.known is None:
         return None
-    at = other.frame.inward(one.frame.outward(one.known.at))
+    values = one.frame.outward(one.known.at)
+    if (values[other.frame.log] <= 0.0).any():
+        return None
+    at = other.frame.inward(values)
     factors = (other.frame.slopes(at) / one.frame.slopes(one.known.at))[:, None]
     return replace(one.known, at=at, shared=tuple(A * factors for A in one.known.shared))
 

@@ -24,6 +24,13 @@ class Normal:
     gs: Floats
     go: Floats
 
+    @property
+    def finite(self) -> bool:
+        """No derivative or residual has overflowed."""
+        return all(
+            np.isfinite(part).all() for part in (self.ss, self.so, self.oo, self.gs, self.go)
+        )
+
 
 @dataclass
 class Products:

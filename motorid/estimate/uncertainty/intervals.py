@@ -150,7 +150,7 @@ def _free(found: Findings, name: str) -> Parameter:
     if name in POSITIVE:
         relative = float(np.hypot(deviation, instrument))
         if relative > UNKNOWN or found.solution.at_bound[k]:
-            return unknown(name, unit, f"these data do not tell it; {REMEDY[name]} would")
+            return unknown(name, unit, f"these data do not determine it; {REMEDY[name]} would")
         half = student(freedom) * relative, student(freedom) * relative
         if name in found.profiles:
             ends = (abs(float(np.log(end / value))) for end in found.profiles[name])
@@ -161,7 +161,9 @@ def _free(found: Findings, name: str) -> Parameter:
             (value * float(np.exp(-half[0])), value * float(np.exp(half[1]))), "estimated",
         )  # fmt: skip
     if torque_is_lost(found.solution, found.statistical):
-        return unknown(name, unit, f"no torque is known without K; {REMEDY['K']} would tell that")
+        return unknown(
+            name, unit, f"no torque is known without K; {REMEDY['K']} would determine it"
+        )
     total = float(np.hypot(deviation, instrument))
     reach = below = student(freedom) * total
     if name in found.profiles:
@@ -170,11 +172,11 @@ def _free(found: Findings, name: str) -> Parameter:
     if found.solution.at_bound[k]:
         return Parameter(
             name, unit, value, deviation, instrument, total, (0.0, reach), "at_bound",
-            "the data would have it negative; held at 0",
+            "the best fit would be negative; set to 0",
         )  # fmt: skip
     if total > UNKNOWN_FRICTION * value:
         note = f"these data say only that it is below {value + reach:.2g} {unit}; {REMEDY[name]}"
-        return unknown(name, unit, f"{note} would tell it")
+        return unknown(name, unit, f"{note} would determine it")
     return Parameter(
         name, unit, value, deviation, instrument, total,
         (max(0.0, value - below), value + reach), "estimated",

@@ -13,7 +13,6 @@ from motorid import json_text
 
 if TYPE_CHECKING:
     from motorid.capture.model import Capture
-    from motorid.estimate.results.estimate import Estimate
     from motorid.quality.verdict import Verdict
 
 Kind = Literal["check", "rejudged", "fit", "golden"]
@@ -127,27 +126,6 @@ def _instant(text: Any) -> datetime | None:
     except ValueError:
         return None
     return found if found.tzinfo else found.replace(tzinfo=UTC)
-
-
-def from_estimate(
-    estimate: Estimate, captures: Sequence[Capture], estimate_json: str = "", **rest: Any
-) -> ResultRecord:
-    """The record of a fit: its parameters, also at 25 °C, and derived figures, without limits."""
-    named = {**estimate.parameters, **estimate.at_25, **estimate.derived}
-    found = tuple(
-        MeasurementRecord(name, p.unit, _finite(p.value), _finite(p.total), reason=p.note)
-        for name, p in named.items()
-    )
-    serials = dict.fromkeys(str(c.provenance.get("serial", "")) for c in captures)
-    return ResultRecord(
-        "fit",
-        " ".join(serials),
-        found,
-        tuple(capture_record(capture) for capture in captures),
-        versions=dict(estimate.versions),
-        estimate=estimate_json,
-        **rest,
-    )
 
 
 def from_verdict(

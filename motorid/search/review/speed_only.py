@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import sqrt
 
-SPEED_ONLY = ("n0", "a1", "a0")
-
 
 def speed_numbers(values: Mapping[str, float]) -> dict[str, float]:
     """Of Ω/V = n0/(s² + a1 s + a0): all that the speed depends on."""

@@ -110,7 +110,7 @@ def suspects(
     known = departures(parameters, nameplate, highest_v)
     named = by_nameplate(known)
     others = " or ".join(v.cause.where for v in named)
-    either = f"; these figures do not tell {others} apart" if len(named) > 1 else ""
+    either = f"; these figures do not separate {others}" if len(named) > 1 else ""
     if named:
         return tuple(_said(v, known, nameplate, either) for v in named)
     return tuple(
@@ -221,7 +221,7 @@ def _unseen(cause: Cause, known: Mapping[str, tuple[float, float]]) -> str:
     """How large an error of this scale would go unseen."""
     weight = sum(cause.powers.get(n, 0) ** 2 / s**2 for n, (_, s) in known.items() if n != "J")
     if not weight:
-        return "it would leave no residual, and nothing here tells what the figures should be"
+        return "it would leave no residual, and nothing here says what the figures should be"
     factor = math.exp(math.sqrt(CLEAR / weight))
     return f"an error below a factor of {factor:.2g} would not stand out against the nameplate"
 

@@ -1,4 +1,4 @@
-"""The current's zero: what its channel shows of no current."""
+"""The reading of the current's channel at no current."""
 
 from __future__ import annotations
 

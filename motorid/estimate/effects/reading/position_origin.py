@@ -1,4 +1,4 @@
-"""The angle at which an encoder counts nothing."""
+"""The angle at which the encoder reads zero."""
 
 from __future__ import annotations
 

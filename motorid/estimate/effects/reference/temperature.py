@@ -1,4 +1,4 @@
-"""What is unknown of the temperatures by which R and K as run become R and K at 25 °C.
+"""The temperatures and coefficients by which R and K as run become R and K at 25 °C.
 
 They act on no reading: ``uncertainty.reference_temperature`` has their sizes.
 """

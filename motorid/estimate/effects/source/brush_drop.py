@@ -1,4 +1,4 @@
-"""What both brushes drop, which hardly grows with the current.
+"""The voltage drop of both brushes, which hardly grows with the current.
 
     lost(t) = V s,    s = i / sqrt(i² + b²)
 

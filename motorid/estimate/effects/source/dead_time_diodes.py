@@ -1,4 +1,4 @@
-"""What two diodes drop in dead times, where the voltage is commanded and not measured."""
+"""The drop of two diodes during dead time, where the voltage is commanded and not measured."""
 
 from __future__ import annotations
 

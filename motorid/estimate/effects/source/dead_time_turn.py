@@ -1,4 +1,4 @@
-"""How much of the dead time a current takes that changes its sign within the PWM period.
+"""Share of the dead time that is lost where the current changes its sign within the PWM period.
 
 Of a part of the program whose voltage is commanded and not measured.
 """

@@ -1,4 +1,4 @@
-"""What two diodes drop: in the off part of diode decay, and while a coast's current dies."""
+"""The drop of two diodes, in the off part of diode decay and while a coast's current decays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An inductance that no reading shows, as known from what PWM does with it.
+"""An inductance that no reading shows, as known from the PWM ripple of the current.
 
 It is held in the fit; what is unknown of it is a line of the budget.
 """

@@ -1,4 +1,4 @@
-"""What the mean of a part's noisy voltage readings leaves open of its level."""
+"""The error of a part's voltage level, which is the mean of noisy readings."""
 
 from __future__ import annotations
 

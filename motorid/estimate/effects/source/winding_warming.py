@@ -1,4 +1,4 @@
-"""By how much of itself R grows over a capture, about its mean.
+"""The relative rise of R over a capture, about its mean, as the winding warms.
 
     lost(t) = w R i (q/q_end − 1/2),    q = ∫i² dt
 

@@ -1,4 +1,4 @@
-"""By how much a coast begins faster than the mean voltage says.
+"""The speed at which a coast begins, above that by the mean voltage.
 
 A bridge that renews its duty by a noisy measurement really jitters: a motor enters its coast a
 little faster or slower, and stays so.

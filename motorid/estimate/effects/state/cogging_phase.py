@@ -1,4 +1,4 @@
-"""Where in its period the cogging begins: of a model that has it."""
+"""The phase of cogging at the start of a run, in a model that has cogging."""
 
 from __future__ import annotations
 

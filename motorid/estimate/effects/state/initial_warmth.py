@@ -1,4 +1,4 @@
-"""How much warmer a run begins than the first, as a share of R: of a model whose winding warms."""
+"""The relative rise of R at the start of a run, in a model whose winding warms."""
 
 from __future__ import annotations
 

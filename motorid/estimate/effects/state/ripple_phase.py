@@ -1,4 +1,4 @@
-"""Where in its period the commutation ripple begins: of a model that has it."""
+"""The phase of commutation ripple at the start of a run, in a model that has it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much later than declared the current is read.
+"""The delay of the current readings beyond the declared one.
 
 Where a reading lies in the PWM period decides how much of the ripple it shows, so that an instant
 amid ripple tells its delay far better than any data sheet: the fit then estimates it. A mean over
@@ -22,7 +22,7 @@ def _bounds(subject: Subject) -> tuple[float, float]:
     if measured is None:
         return 0.0, 0.0
     reach = FARTHEST * measured.channel.delay_uncertainty_s
-    return max(-reach, -measured.channel.delay_s), reach
+    return max(-reach, scales.least_delay_s(measured)), reach
 
 
 def _told(subject: Subject) -> bool:

@@ -1,6 +1,8 @@
-"""How much later than declared the encoder or the speed is read."""
+"""The delay of the encoder or speed readings beyond the declared one."""
 
 from __future__ import annotations
+
+import numpy as np
 
 from motorid.capture.model import POSITION, SPEED
 from motorid.estimate.effects import scales
@@ -20,6 +22,10 @@ def _prior(subject: Subject, _: int) -> Prior | None:
     return Prior(sd) if sd else None
 
 
+def _bounds(subject: Subject) -> tuple[float, float]:
+    return scales.least_delay_s(scales.moving(subject)), np.inf
+
+
 MOTION_DELAY = InfluenceQuantity(
     name="encoder or speed delay",
     unit="s",
@@ -29,5 +35,6 @@ MOTION_DELAY = InfluenceQuantity(
     prior=_prior,
     scale=scales.period_s,
     remedy="measure the delay of the encoder's or the speed's channel",
+    bounds=_bounds,
     step=2e-4,
 )

@@ -1,4 +1,4 @@
-"""When each jump of a log's voltage came, between the two stamps that hide it."""
+"""The moment of each jump of a log's voltage, between the two stamps about it."""
 
 from __future__ import annotations
 

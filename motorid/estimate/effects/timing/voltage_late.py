@@ -1,4 +1,4 @@
-"""How much later a log's voltage comes than its stamps say: they are often off by a sample."""
+"""The delay of a log's voltage behind its stamps, which are often off by a sample."""
 
 from __future__ import annotations
 

@@ -1,0 +1,139 @@
+"""What each fault of the chain would do to readings: exact where it is put in by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from motorid.capture.model import CURRENT, POSITION, SPEED
+from motorid.estimate.diagnosis.fault import Hypothesis
+from motorid.estimate.diagnosis.faults import (
+    channel_delay,
+    current_limited_supply,
+    current_zero,
+    encoder_bandwidth,
+    low_pass_filter,
+    model_alternatives,
+    motion,
+    saturation,
+)
+from motorid.estimate.fit import block_regression
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import PARAMETERS
+from tests.estimate.effects.benches import FAULHABER, POINT, record, start, usual
+from tests.exact_capture import Plan, clean_capture
+
+
+def effect(hypothesis: Hypothesis, size: float, name: str = "measured") -> dict[str, np.ndarray]:
+    subject = record(name)
+    parts = hypothesis.effect(subject, POINT, start(subject), np.array([size]))
+    return {m.block.name: p for m, p in zip(subject.measured, parts, strict=True)}
+
+
+def by_code(found: list[Hypothesis], code: str) -> Hypothesis:
+    return next(h for h in found if h.code == code)
+
+
+@pytest.mark.parametrize("samples", [0.0, 1.0, 2.5, 12.0])
+def test_late_by_straight_lines(samples: float) -> None:
+    values = np.arange(20.0) * 3.0
+    found = channel_delay.late(values, samples)
+    assert found == pytest.approx(np.maximum(values - 3.0 * samples, 0.0))
+
+
+def test_one_hypothesis_for_each_channel_that_may_be_late_or_filtered() -> None:
+    codes = {h.code for h in channel_delay.hypotheses([record("measured")])}
+    assert codes == {"current_lag", "position_lag", "voltage_lag"}
+    assert {h.code for h in channel_delay.hypotheses([record("commanded")])} == {
+        "current_lag", "position_lag",
+    }  # fmt: skip
+    assert {h.code for h in low_pass_filter.hypotheses([record("moving")])} == {
+        "current_filtered", "speed_filtered",
+    }  # fmt: skip
+    assert {h.code for h in low_pass_filter.hypotheses([record("measured")])} == {
+        "current_filtered"
+    }
+
+
+def test_a_current_that_stops_is_clipped() -> None:
+    (hypothesis,) = saturation.hypotheses([record("measured")])
+    now = usual("measured")[CURRENT]
+    end = 0.5 * np.abs(now).max()
+    change = effect(hypothesis, end)
+    inside = np.abs(now) < 0.9 * end
+    assert change[CURRENT][inside] == pytest.approx(0.0, abs=1e-12)
+    assert np.abs(now + change[CURRENT]).max() <= end * 1.02
+    assert not change[POSITION].any()
+
+
+def test_a_zero_that_is_off_while_driven_only() -> None:
+    (hypothesis,) = current_zero.hypotheses([record("measured")])
+    subject = record("measured")
+    found = subject.block(CURRENT)
+    assert found is not None
+    change = effect(hypothesis, 0.02)[CURRENT]
+    assert change == pytest.approx(0.02 * subject.driven[found.keep])
+    assert current_zero.suspects(subject) == []  # its zero is where it is declared
+
+
+@pytest.mark.parametrize(("code", "sign"), [("brush_drop", -1.0), ("friction_bends", -1.0)])
+def test_what_brakes_brakes(code: str, sign: float) -> None:
+    hypothesis = by_code(model_alternatives.hypotheses([record("log")]), code)
+    change = effect(hypothesis, hypothesis.scale[0], "log")[POSITION]
+    assert np.sign(change[-1]) == sign
+    assert hypothesis.guard
+
+
+def test_the_measured_speed_is_the_slope_of_the_angle() -> None:
+    for name in ("measured", "moving"):
+        speed = motion.measured_speed(record(name), half=2)
+        assert speed is not None
+        assert len(speed) == record(name).timeline.count
+    angle = usual("measured")[POSITION]
+    subject = record("measured").block(POSITION)
+    assert subject is not None
+    speed = motion.measured_speed(record("measured"), half=1)
+    assert speed is not None
+    inner = slice(30, 300)
+    expected = np.gradient(angle, 1e-4)[inner]
+    assert speed[subject.keep][inner] == pytest.approx(expected, rel=0.02, abs=0.5)
+    shown = record("moving").block(SPEED)
+    assert shown is not None
+
+
+def test_the_motors_two_laws_on_blocks_of_an_exact_capture() -> None:
+    """Of a motor that is known: R and K by the electrical law, J by the mechanical one."""
+    one = MotorRecord(clean_capture(FAULHABER, Plan(count=1500)), PARAMETERS, {})
+    b = block_regression.blocks([one])
+    assert b is not None
+    motor = block_regression.usual(b)
+    assert motor is not None
+    assert motor == pytest.approx((FAULHABER["R"], FAULHABER["K"]), rel=0.05)
+    J = block_regression.mechanical(b, FAULHABER["K"], b.driven)["J"]
+    assert pytest.approx(FAULHABER["J"], rel=0.15) == J
+
+
+def test_squares_are_numpys_least_squares() -> None:
+    rng = np.random.default_rng(3)
+    columns, target = rng.normal(size=(50, 3)), rng.normal(size=50)
+    left, found, over = block_regression.squares(columns, target)
+    expected, (rest,), *_ = np.linalg.lstsq(columns, target, rcond=None)
+    assert found == pytest.approx(expected)
+    assert left == pytest.approx(rest)
+    deviations = np.sqrt(np.diag(np.linalg.inv(columns.T @ columns)) * rest / 47)
+    assert over == pytest.approx(expected / deviations)
+
+
+@pytest.mark.parametrize(
+    "seen", [saturation.seen, encoder_bandwidth.seen, current_limited_supply.seen]
+)
+def test_a_chain_without_a_fault_shows_none(seen: Callable[..., object]) -> None:
+    assert seen([record("measured")]) is None
+    assert seen([record("commanded")]) is None
+
+
+def test_a_supply_without_a_limit_shows_no_sag() -> None:
+    assert current_limited_supply.sag(record("measured")) is None
+    assert current_limited_supply.suspects(record("measured")) == []

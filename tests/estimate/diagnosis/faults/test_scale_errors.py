@@ -1,0 +1,128 @@
+"""Scale errors: how they move the parameters, and what a nameplate or a disc tells of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from motorid.capture.model import CURRENT, POSITION, VOLTAGE
+from motorid.estimate.diagnosis import deferred
+from motorid.estimate.diagnosis.faults import scale_errors
+from motorid.estimate.results.estimate import Parameter
+from motorid.identify import fit
+from tests.estimate.diagnosis.faults import inject
+from tests.estimate.diagnosis.faults.cases import SCALES, Case, Runs
+from tests.estimate.diagnosis.faults.rigs import DUTIES, Bench, without_nameplate
+from tests.exact_capture import FAULHABER, Plan, clean_capture
+
+FACTOR = 1.25
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
+    return Runs(Bench("qube-servo", 2, DUTIES, tmp_path_factory.mktemp("rig")))
+
+
+@pytest.mark.parametrize(
+    ("channel", "cause"),
+    [
+        (POSITION, scale_errors.SPEED),
+        (CURRENT, scale_errors.AMPERES),
+        (VOLTAGE, scale_errors.VOLTS),
+    ],
+)
+def test_the_powers_are_those_of_the_fit(channel: str, cause: scale_errors.Cause) -> None:
+    """A capture of the exact model with one channel scaled fits as well, with these powers."""
+    good = clean_capture(FAULHABER, Plan(volts=(6.0, 3.0), count=3000))
+    before, after = (fit([c]).parameters for c in (good, inject.scaled(good, channel, FACTOR)))
+    for name in ("R", "L", "K", "B", "J", "T0"):
+        a, b = before[name].value, after[name].value
+        assert a is not None
+        assert b is not None
+        assert b / a == pytest.approx(FACTOR ** cause.powers.get(name, 0), rel=5e-3), name
+
+
+SLOW = {  # L is lost, and looked for; or the fit has no motor to find
+    "mA for A": [pytest.mark.slow],
+    "voltage gain": [pytest.mark.slow],
+    "mV for V": [pytest.mark.slow, pytest.mark.long],
+}
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(
+            c,
+            marks=SLOW.get(c.name, []),
+            id=c.name,
+        )
+        for c in SCALES
+    ],
+)
+def test_a_nameplate_names_the_scale(
+    case: Case, runs: Runs, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And without one, of the same fit, no scale is excluded."""
+    suspects = fit([case.capture(runs)]).suspects
+    assert isinstance(suspects, deferred.Suspects)
+    with monkeypatch.context() as patch:
+        patch.setattr(scale_errors, "read_nameplate", lambda table: {})
+        bare = suspects.look()
+    hidden = {s.code for s in bare if s.strength == "not excluded"}
+    assert hidden == {c.code for c in scale_errors.CAUSES}
+    found = [s for s in suspects if s.code in hidden]
+    assert [(s.code, s.strength) for s in found] == [(case.code, "named")]
+
+
+def test_a_rig_that_says_nothing_of_its_motor_excludes_no_scale(runs: Runs) -> None:
+    bare = fit([without_nameplate(runs.good)]).suspects
+    assert {s.code for s in bare} == {c.code for c in scale_errors.CAUSES}
+    assert {s.strength for s in bare} == {"not excluded"}
+
+
+@pytest.mark.parametrize("options", ["", "&magnet=1.06&copper=0.93", "&load_inertia=8e-6"])
+def test_a_motor_within_its_tolerance_is_not_blamed(options: str, tmp_path: Path) -> None:
+    """Nor is a load on its shaft."""
+    estimate = fit([Bench("qube-servo", 4, DUTIES, tmp_path).capture(options)])
+    assert all(s.strength == "not excluded" for s in estimate.suspects)
+    assert all("below a factor of" in s.evidence for s in estimate.suspects)
+
+
+def inertia(value: float) -> Parameter:
+    u = 0.002 * value
+    return Parameter("J", "kg·m²", value, u, 0.0, u, (value - 2 * u, value + 2 * u), "estimated")
+
+
+@pytest.mark.parametrize(
+    ("factor", "code"),
+    [
+        (1 / 4, "speed_scale"),  # counts per turn x 2
+        (1 / 16, "speed_scale"),
+        ((6.283185307 / 60) ** 2, "speed_scale"),
+        (1e3, "current_scale or voltage_scale"),  # either makes the same of a disc
+        (1.2, "gain"),
+    ],
+)
+def test_a_disc_names_the_scale(factor: float, code: str) -> None:
+    rotor, disc = 4e-6, 1e-5
+    pair = inertia(rotor * factor), inertia((rotor + disc) * factor)
+    found = scale_errors.by_disc(*pair, disc, 0.002 * disc)
+    assert [s.code for s in found] == [code]
+
+
+def test_a_disc_that_fits_blames_nothing() -> None:
+    assert scale_errors.by_disc(inertia(4e-6), inertia(1.401e-5), 1e-5) == ()
+
+
+def test_millivolts_are_told_by_the_readings_where_the_fit_is_bad() -> None:
+    """So far off, K may come out as if the current were in mA; the voltage itself does not."""
+    plate = {"R": 2.6, "L": 180e-6, "K": 7.68e-3, "J": 3.9e-7, "V": 6.0}
+    units = {"R": "ohm", "L": "H", "K": "N·m/A", "J": "kg·m²"}
+    fitted = {
+        n: Parameter(n, u, f * plate[n], 0.0, 0.0, 0.0, None, "estimated")
+        for (n, u), f in zip(units.items(), (990.0, 980.0, 1.05, 0.9e-3), strict=True)
+    }
+    assert [s.code for s in scale_errors.suspects(fitted, plate, 6.0)] == ["current_scale"]
+    assert [s.code for s in scale_errors.suspects(fitted, plate, 5980.0)] == ["voltage_scale"]

@@ -1,0 +1,129 @@
+"""What residuals say, on series made to say it: noise, colour, a band, a stretch of the run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from motorid.capture.model import CURRENT
+from motorid.estimate.diagnosis import data_remarks, localise, misfit, refit, residual_remarks
+from motorid.estimate.diagnosis.remarks import budget
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.segment.types import Segment, SegmentKind
+from tests.estimate.effects.benches import measured, record
+from tests.estimate.uncertainty.test_budget import fitted
+
+RNG = np.random.default_rng(6)
+
+
+def current() -> object:
+    found = record("measured").block(CURRENT)
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("sd", [1e-3, 0.5])
+def test_neighbours_tell_the_noise_whatever_bends(sd: float) -> None:
+    series = np.random.default_rng(1).normal(0.0, sd, 5000) + np.linspace(0.0, 50 * sd, 5000)
+    assert misfit.noise_variance(current(), series) == pytest.approx(sd**2, rel=0.1)  # type: ignore[arg-type]
+
+
+def test_noise_leaves_nothing_to_explain_and_a_bow_does() -> None:
+    one = record("measured")
+    noise = [[RNG.normal(0.0, 1.0, len(m.values)) for m in one.measured]]
+    bow = [[r + 5.0 * np.sin(np.linspace(0, np.pi, len(r))) for r in noise[0]]]
+    assert misfit.excess([one], noise) == pytest.approx(0.0, abs=0.25)
+    # every square is 12.5 more than its noise's 1: ln 13.5 a reading
+    assert misfit.excess([one], bow) == pytest.approx(np.log(13.5), abs=0.35)
+
+
+@pytest.mark.parametrize("hz", [40.0, 600.0])
+def test_a_tone_lies_in_a_band_about_it(hz: float) -> None:
+    time = np.arange(4000) * 1e-4
+    low, high = localise.band(np.sin(2 * np.pi * hz * time), 1e-4)
+    assert low <= hz * 1.1
+    assert high >= hz * 0.9
+    assert high - low < 0.2 * hz + 10.0
+
+
+def test_a_burst_is_placed_in_the_segment_that_has_it() -> None:
+    one, m = record("measured"), current()
+    residual = RNG.normal(0.0, 0.01, len(m.keep))  # type: ignore[attr-defined]
+    residual[150:190] += np.sin(np.arange(40) * 0.7)
+    segments = [
+        Segment(SegmentKind.ACCELERATION, a, b) for a, b in ((0, 140), (140, 200), (200, 400))
+    ]
+    said = localise.place(one, m, residual, segments)  # type: ignore[arg-type]
+    assert "0.014 to 0.0199 s" in said
+    assert localise.place(one, m, np.zeros(len(residual)), segments) == ""  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("rho", [0.5, -0.4])
+def test_the_correlation_of_neighbours(rho: float) -> None:
+    white = np.random.default_rng(3).normal(size=8000)
+    series = white.copy()
+    for k in range(1, len(series)):
+        series[k] += rho * series[k - 1]
+    assert residual_remarks.memory(series) == [pytest.approx(rho, abs=0.05)]
+    assert residual_remarks.memory(white) == []
+    said = residual_remarks.coloured("current", [rho])
+    assert f"{rho:+.2f}" in said.message
+
+
+def test_a_declared_noise_has_the_quantisation_in_it() -> None:
+    m = current()
+    channel = replace(m.channel, noise=0.02, resolution=0.01)  # type: ignore[attr-defined]
+    assert residual_remarks.declared_noise(replace(m, channel=channel)) == 0.02  # type: ignore[type-var]
+    coarse = replace(channel, resolution=0.12)
+    assert residual_remarks.declared_noise(replace(m, channel=coarse)) == pytest.approx(  # type: ignore[type-var]
+        0.12 / 12**0.5
+    )
+    none = replace(channel, noise=0.0)
+    assert residual_remarks.declared_noise(replace(m, channel=none)) == 0.0  # type: ignore[type-var]
+
+
+def test_chi_square_is_the_count_where_no_noise_is_declared() -> None:
+    records, solution = fitted("measured")
+    chi, freedom = residual_remarks.chi_square(solution, records)
+    count = sum(m.block.count for m in records[0].measured)
+    assert chi == pytest.approx(count)
+    assert freedom == round(count) - 6 - len(records[0].unknowns)
+
+
+def test_a_clipped_reading_is_counted() -> None:
+    capture = measured()
+    amperes = capture.channels[CURRENT]
+    top = float(np.sort(amperes.raw)[-3])
+    clipped = replace(
+        capture, channels={**capture.channels, CURRENT: replace(amperes, raw_max=top)}
+    )
+    (said,) = [
+        d for d in data_remarks.of_capture(MotorRecord(clipped, PARAMETERS, {}), " in run 2")
+        if d.code == "saturated"
+    ]  # fmt: skip
+    assert said.message.startswith("3 readings of the current")
+    assert " in run 2" in said.message
+    assert not data_remarks.stopping([record("measured")])
+    assert not data_remarks.standing([record("measured")])
+
+
+def test_the_largest_line_of_each_variance_by_its_share() -> None:
+    (said,) = budget({"R": {"noise": 3.0, "current gain": 4.0}, "K": {"noise": 0.0, "clock": 1.0},
+                      "J": {"current gain": 2.0}})  # fmt: skip
+    assert "current gain for R (64 %), J (100 %)" in said.message
+    assert "clock for K (100 %)" in said.message
+    assert "calibrate the current's gain" in said.message
+    assert budget({"R": {"noise": 0.0}}) == []
+    assert budget({}) == []
+
+
+def test_a_refit_without_a_fault_stays_where_it_was() -> None:
+    records, solution = fitted("measured")
+    again = refit.refit(records, [solution])
+    assert again.values == pytest.approx(solution.values, rel=1e-3)
+    assert again.size.shape == (0,)
+    plain = refit.plain(records, solution)
+    assert plain.values == pytest.approx(solution.values)

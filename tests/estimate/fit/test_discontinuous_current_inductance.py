@@ -1,0 +1,130 @@
+"""An inductance that no reading shows: by pulses against brute force, and on simulated rigs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from bench.coverage.rigs import draw_bench
+from bench.coverage.runs import record
+from motorid.estimate.fit import discontinuous_current_inductance, multistart, subsample_inductance
+from motorid.estimate.fit.discontinuous_current_inductance import Pulses
+from motorid.estimate.results.estimate import Estimate
+from motorid.estimate.signals.pwm_bridge import DIODE_DROPS_V
+from motorid.identify import fit
+from tests.estimate.diagnosis.faults.cases import CHAIN, Runs
+from tests.estimate.diagnosis.faults.rigs import DUTIES, Bench
+
+SIX = ("R", "L", "K", "B", "J", "T0")
+
+
+def integrated(L: float, R: float, rail: float, emf: float, duty: float, period_s: float) -> float:
+    """Mean over a period of a current that rises from nothing and falls to it, step by step."""
+
+    def rise(_t: float, x: np.ndarray) -> list[float]:
+        return [(rail - emf - R * x[0]) / L, x[0]]
+
+    def fall(_t: float, x: np.ndarray) -> list[float]:
+        return [(-rail - DIODE_DROPS_V - emf - R * x[0]) / L, x[0]]
+
+    def stops(_t: float, x: np.ndarray) -> float:
+        return float(x[0])
+
+    stops.terminal = True  # type: ignore[attr-defined]
+    exact = {"rtol": 1e-10, "atol": 1e-12}
+    on = solve_ivp(rise, (0.0, duty * period_s), [0.0, 0.0], **exact)
+    off = solve_ivp(fall, (0.0, period_s), on.y[:, -1], events=stops, **exact)
+    return float(off.y[1, -1]) / period_s
+
+
+@pytest.mark.parametrize(
+    ("L", "duty", "emf"), [(5e-5, 0.3, 2.0), (2e-4, 0.45, 0.5), (1e-6, 0.6, 4)]
+)
+def test_pulses_are_as_large_as_those_of_a_switched_winding(
+    L: float, duty: float, emf: float
+) -> None:
+    one = Pulses(np.zeros(1), np.array([emf]), duty, 5e-5, 12.0, 3.0)
+    assert one.mean_current(L)[0] == pytest.approx(
+        integrated(L, 3.0, 12.0, emf, duty, 5e-5), rel=1e-6
+    )
+
+
+def off(found: Estimate, truth: dict[str, float], name: str) -> float:
+    value = found.parameters[name].value
+    assert value is not None
+    return value / truth[name] - 1.0
+
+
+@pytest.mark.slow
+@pytest.mark.long
+def test_ripple_tells_what_no_reading_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """L/R is 0.08 of a sample; brushes drop 2 % of the voltage at a current that ripples 100 %."""
+    runs = record(draw_bench(1123), tmp_path)
+    found = fit(runs.captures, model="six")
+    for name in SIX:
+        p = found.parameters[name]
+        assert p.interval_95[0] < runs.truth[name] < p.interval_95[1]
+    assert found.parameters["L"].total < 0.15 * runs.truth["L"]
+    assert abs(off(found, runs.truth, "L")) < 0.06
+    assert abs(off(found, runs.truth, "B")) < 0.02
+    share = found.budget["L"]["PWM ripple"] / found.parameters["L"].value
+    assert share == pytest.approx(np.hypot(0.08, 0.03), rel=0.05)  # with a supply nobody measured
+    (said,) = [d.message for d in found.diagnostics if d.code == "inductance_by_ripple"]
+    assert "L/R is 0.08" in said
+    monkeypatch.setattr(subsample_inductance._Search, "by_ripple", lambda _: None)
+    blind = fit(runs.captures, model="six")
+    assert blind.parameters["L"].status == "not_identifiable"
+    assert "inductance_by_ripple" not in {d.code for d in blind.diagnostics}
+    # how far off the others come is a matter of the valley, and that of the last digits; that it
+    # is not the lowest one is not: the readings are explained four times as well with the ripple
+    assert blind.chi_square > 2.0 * found.chi_square
+
+
+@pytest.mark.slow
+@pytest.mark.long
+def test_pulses_tell_what_no_reading_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Diode decay, a current that stops in every period, means over whole periods; 0.2 V of 9 are
+    lost to brushes.
+    """
+    drawn = draw_bench(12)
+    runs = record(replace(drawn, options=replace(drawn.options, brush_drop=0.2)), tmp_path)
+    found = fit(runs.captures, model="six")
+    assert abs(off(found, runs.truth, "L")) < 0.05
+    monkeypatch.setattr(discontinuous_current_inductance, "pulses_of", lambda *_: [])
+    monkeypatch.setattr(subsample_inductance._Search, "by_ripple", lambda _: None)
+    blind = fit(runs.captures, model="six")
+    assert blind.parameters["L"].status == "not_identifiable"
+
+
+@pytest.mark.slow
+def test_an_inductance_that_a_search_loses_is_found_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Brushes, sag and ripple make a second valley, in which L is nothing and R 5 % too large."""
+    runs = record(draw_bench(534), tmp_path)
+    found = fit(runs.captures, model="six")
+    assert abs(off(found, runs.truth, "L")) < 0.05
+    assert abs(off(found, runs.truth, "R")) < 0.015
+    assert not [d for d in found.diagnostics if d.code == "inductance_by_ripple"]  # readings do
+    monkeypatch.setattr(multistart, "vanished", lambda *_: False)
+    monkeypatch.setattr(subsample_inductance._Search, "by_ripple", lambda _: None)
+    blind = fit(runs.captures, model="six")
+    assert blind.parameters["L"].status == "not_identifiable"
+
+
+@pytest.mark.slow
+def test_a_voltage_that_comes_late_is_not_mended_by_ripple(tmp_path: Path) -> None:
+    """Readings that would tell L, and do not, have another fault, which stays to be named."""
+    late = next(case for case in CHAIN if case.name == "voltage lag")
+    rig = Runs(Bench("maxon-re35", 3, DUTIES, tmp_path))
+    found = fit([late.capture(rig)])
+    L = found.parameters["L"]
+    assert L.value is None or L.total > 0.2 * L.value
+    assert "inductance_by_ripple" not in {d.code for d in found.diagnostics}
+    assert [s.code for s in found.suspects if s.strength == "named"] == ["voltage_lag"]

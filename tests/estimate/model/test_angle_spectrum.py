@@ -1,0 +1,38 @@
+"""Residuals that repeat with the angle, made to repeat so many times a turn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motorid.estimate.model.angle_spectrum import Turned, periods_a_turn
+
+N = 6000
+
+
+def channel(*counts: int, noise: float = 0.3, seed: int = 1) -> Turned:
+    angle = np.linspace(0.0, 40 * np.pi, N)
+    wave = sum((np.sin(n * angle + n) for n in counts), np.zeros(N))
+    step = np.full(N, angle[1] - angle[0])
+    return Turned(wave + np.random.default_rng(seed).normal(0.0, noise, N), angle, step)
+
+
+@pytest.mark.parametrize("count", [3, 7, 12, 44])
+def test_a_count_is_found(count: int) -> None:
+    assert periods_a_turn([[channel(count)]])[0] == count
+
+
+def test_two_counts_are_found_the_stronger_first() -> None:
+    one = channel(5)
+    both = Turned(2.0 * one.residual + channel(21).residual, one.angle, one.step)
+    assert periods_a_turn([[both]])[:2] == [5, 21]
+
+
+def test_noise_repeats_at_no_count() -> None:
+    assert not any(periods_a_turn([[channel(seed=seed)]]) for seed in range(20))
+
+
+def test_what_a_sample_steps_over_is_not_told() -> None:
+    """A period that passes within a sample or two may be any other."""
+    fast = channel(30)
+    assert periods_a_turn([[Turned(fast.residual, fast.angle, np.full(N, 2.5 / 30))]]) == []

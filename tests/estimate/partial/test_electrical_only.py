@@ -1,0 +1,127 @@
+"""Captures with voltage and current alone: what they tell, and what they leave open."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import pytest
+
+from motorid.capture.model import POSITION, VOLTAGE, Capture
+from motorid.errors import UsageError
+from motorid.estimate.partial import electrical_only
+from motorid.estimate.results.estimate import Estimate, Parameter
+from motorid.identify import fit
+from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+
+K = FAULHABER["K"]
+TRUE = {
+    **FAULHABER,
+    "J/K²": FAULHABER["J"] / K**2,
+    "B/K²": FAULHABER["B"] / K**2,
+    "T0/K": FAULHABER["T0"] / K,
+}
+PLAN = Plan(volts=(3.0, 6.0, 4.0), count=4000)
+
+
+@cache
+def clean(friction_nm: float) -> Capture:
+    return clean_capture({**FAULHABER, "T0": friction_nm}, PLAN)
+
+
+def seen(seed: int, friction_nm: float = FAULHABER["T0"]) -> Capture:
+    return noisy(clean(friction_nm), seed, 5e-3, 1e-3, 5e-3)
+
+
+def motionless(seed: int, friction_nm: float = FAULHABER["T0"]) -> Capture:
+    """A noisy capture whose position is thrown away."""
+    return without_motion(seen(seed, friction_nm))
+
+
+def without_motion(capture: Capture) -> Capture:
+    channels = {name: c for name, c in capture.channels.items() if name != POSITION}
+    return replace(capture, channels=channels)
+
+
+def missed(estimate: Estimate, names: tuple[str, ...]) -> list[str]:
+    """Which of these are not known, or off by more than three standard deviations."""
+    found = {**estimate.parameters, **estimate.combinations}
+    told = {n: (found[n].value, found[n].total) for n in names}
+    return [n for n, (v, u) in told.items() if v is None or not abs(v - TRUE[n]) <= 3.0 * u]
+
+
+def test_all_but_the_scale_of_its_constant_is_told() -> None:
+    estimate = fit([motionless(4)])
+    assert missed(estimate, ("R", "L", "J/K²", "B/K²", "T0/K")) == []
+    for name in ("R", "L", "J/K²"):
+        p = {**estimate.parameters, **estimate.combinations}[name]
+        assert p.total < 0.02 * p.value
+    for name in ("K", "B", "J", "T0"):
+        assert estimate.parameters[name].status == "not_identifiable"
+        assert "add the speed or the position" in estimate.parameters[name].note
+    (said,) = (d.message for d in estimate.diagnostics if d.code == "budget")
+    for name in ("R", "L", "J/K²", "B/K²", "T0/K"):
+        assert f"{name} (" in said
+    assert not any(f" {name} (" in said for name in ("K", "B", "J", "T0"))
+    assert set(estimate.derived) == {
+        "stall_current", "electrical_time_constant", "mechanical_time_constant", "peak_efficiency",
+    }  # fmt: skip
+    (said,) = (d.message for d in estimate.diagnostics if d.code == "no_motion")
+    assert "To determine K, B, J and T0 as well" in said
+
+
+def test_a_fit_that_begins_at_its_answer_knows_the_brushes_drop() -> None:
+    """Derivatives from before a model's current was followed, when nothing was lost, must go."""
+    drop = fit([motionless(3)]).nuisance["brush drop"]
+    assert drop.total < 0.01
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["K", "J", "T0"])
+def test_one_that_is_given_tells_the_others(name: str) -> None:
+    estimate = fit([motionless(5)], fix={name: FAULHABER[name]})
+    others = tuple(n for n in FAULHABER if n != name)
+    assert missed(estimate, others) == []
+    assert estimate.parameters["K"].value == pytest.approx(K, rel=0.02)
+
+
+def test_two_that_are_given_are_refused() -> None:
+    with pytest.raises(UsageError, match="K and J together"):
+        fit([motionless(4)], fix={"K": K, "J": 4e-7})
+
+
+def test_without_the_back_emf_of_a_coast_the_drive_tells() -> None:
+    """A voltage that is commanded says nothing while the bridge is open."""
+    capture = motionless(6)
+    volts = capture.channels[VOLTAGE]
+    commanded = replace(volts, sense="command")
+    estimate = fit([replace(capture, channels={**capture.channels, VOLTAGE: commanded})])
+    assert missed(estimate, ("R", "L", "J/K²", "T0/K")) == []
+
+
+def test_a_rotor_that_is_held_tells_resistance_and_inductance_alone() -> None:
+    estimate = fit([motionless(7, friction_nm=1.0)])
+    assert missed(estimate, ("R", "L")) == []
+    assert not estimate.combinations
+    for name in ("K", "B", "J", "T0"):
+        assert estimate.parameters[name].status == "not_identifiable"
+        assert "nothing shows that the rotor turned" in estimate.parameters[name].note
+    assert set(estimate.derived) == {"stall_current", "electrical_time_constant"}
+
+
+def test_a_capture_without_motion_joins_one_with() -> None:
+    estimate = fit([seen(9), motionless(6)])
+    assert missed(estimate, tuple(FAULHABER)) == []
+
+
+def test_nothing_of_the_motion_is_told_where_the_resistance_is_not() -> None:
+    """The speed is seen through R: whatever a fit says of friction then is worth nothing."""
+    found = fit([motionless(4)])
+    vague = {**found.parameters, "R": electrical_only.unknown("R", "ohm", "")}
+    told = electrical_only._open(replace(found, parameters={**vague, **_of_scale_one(found)}))
+    assert {p.status for p in told.combinations.values()} == {"not_identifiable"}
+
+
+def _of_scale_one(found: Estimate) -> dict[str, Parameter]:
+    """J, B and T0 as of K = 1."""
+    return {name: found.combinations[ratio] for name, (ratio, _) in electrical_only.RATIOS.items()}
