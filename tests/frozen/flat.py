@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 Value = float | int | str | bool | None
 Flat = dict[str, Value]
 SPLIT = " > "  # names hold dots and strokes
-LEFT_OUT = ("versions",)
+LEFT_OUT = ("versions", "content_sha256")
 LEFT_OUT_OF_INPUTS = ("path",)
 NAMED_BY = (("code", "where"), ("code",), ("capture", "channel"), ("name",))  # of rows in a list
 

@@ -13,8 +13,10 @@ from tests.frozen.perturb import SEEDS, shaken
 # are left out here, and compared bit for bit by ``make frozen AGAINST=commit`` only.
 UNSETTLED = {
     "brushes-and-cogging": "the wider model gets other terms, and T_s moves by 0.2 u",
-    "drawn-903": "an end of L's interval moves by 0.0102 u",
-    "drawn-1123": "T0 moves by 0.3 u under another kernel, L by 0.1 u",
+    "drawn-12": "what rounding moves, 0.009 u, is next to the limit",
+    "drawn-903": "what rounding moves is up to 0.3 u: no reading shows its L",
+    "drawn-930": "what rounding moves is up to 0.02 u",
+    "drawn-1123": "the search of an L that no reading shows takes other turns",
     "drawn-1449": "the drop of the wider model moves by 0.011 u",
     "log-drop-outs": "the search is said not to settle",
 }
