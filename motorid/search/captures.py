@@ -18,6 +18,7 @@ from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS, Floats
 from motorid.estimate.signals.measurements import EMF
+from motorid.estimate.signals.standstill import starts_at_rest
 from motorid.motor.batch import FRICTION, LINEAR, Record
 from motorid.search.bounds import Box
 from motorid.search.objective import peaks
@@ -80,7 +81,7 @@ def step_problem(record: MotorRecord, start: Mapping[str, float]) -> Problem:
 
 def batch_record(record: MotorRecord) -> Record:
     """One capture on its grid, offsets at rest removed. Raises DataError if it begins in motion."""
-    if not record.starts_at_rest:
+    if not starts_at_rest(record.capture, record.driven):
         raise DataError("the search methods need captures that begin at rest: use the method ml")
     starts = {unknown.name: unknown.start for unknown in record.unknowns}
     offsets = {

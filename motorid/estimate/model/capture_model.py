@@ -25,7 +25,7 @@ from motorid.estimate.signals.discontinuous_current import divided
 from motorid.estimate.signals.intersample_voltage import JOINED, Rival, Shape
 from motorid.estimate.signals.measurements import EMF, Measured, read
 from motorid.estimate.signals.pwm_bridge import ripple
-from motorid.estimate.signals.standstill import starts_at_rest, with_standstill
+from motorid.estimate.signals.standstill import with_standstill
 from motorid.estimate.signals.thevenin_source import Source
 from motorid.estimate.signals.time_grid import Timeline, lay
 from motorid.estimate.signals.voltage_sensing import Sense, sense
@@ -135,11 +135,6 @@ class MotorRecord(Weighed):
         parts = self.timeline.parts
         swings = any(ripple(self.capture, part, 1.0)[0] > 0.0 for part in parts)
         return swings and self.loss is not None
-
-    @property
-    def starts_at_rest(self) -> bool:
-        """The motor stands still, and carries no current, over the first few samples."""
-        return starts_at_rest(self.capture, self.driven)
 
     # ---- its influence quantities -------------------------------------------------------------
 
