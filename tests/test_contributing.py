@@ -15,7 +15,7 @@ import pytest
 
 from motorid import program, rig_calibration
 from motorid.acquire import journal
-from motorid.capture import store
+from motorid.capture import store_layout
 from motorid.quality import records
 from motorid.quality.history import schema
 from motorid.report import json_
@@ -89,7 +89,7 @@ def test_the_table_of_versions_is_that_of_the_code() -> None:
         "package": __version__,
         "estimate JSON": json_.SCHEMA.rpartition("-")[2],
         "verdict, gauge and trend JSON": records.SCHEMA.rpartition("-")[2],
-        "capture": f"{store.MAJOR}.{store.MINOR}",
+        "capture": f"{store_layout.MAJOR}.{store_layout.MINOR}",
         "program": str(program.VERSION),
         "journal": journal.MAGIC.decode().split()[-1],
         "calibration file": rig_calibration.FORMAT.split()[-1],

@@ -40,7 +40,7 @@ def test_the_example_runs(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 @pytest.mark.parametrize("kind", [Channel, Wiring, Capture])
 def test_every_attribute_is_explained(kind: type, page: str) -> None:
-    derived = {"name", "raw", "ticks", "channels", "sha256", "path"}
+    derived = {"name", "raw", "ticks", "channels", "sha256", "path", "stated"}
     for field in fields(kind):
         assert field.name in derived or f"`{field.name}`" in page or f"`{field.name}/`" in page
 

@@ -44,7 +44,7 @@ def test_the_run_that_is_named_tells_what_was_missing(
     first = driven(tmp_path / "first.h5", *levels)
     before = fit([first])
     sentence = said(before)
-    names = re.search(r"would tell ([^;]+);", sentence)
+    names = re.search(r"would determine ([^;]+);", sentence)
     assert names is not None
     missing = re.findall(r"T0|[RLKBJ]", names[1])
     assert missing

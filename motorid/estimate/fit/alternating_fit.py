@@ -36,6 +36,7 @@ CALM = 2  # passes on end that are worth no other: what swings passes through it
 QUICKEST, SLOWEST = 0.3, 0.95  # that a pass changes of what the one before did
 ROUGH = 1.0  # change of chi-square that is near enough while sources and noise are unsettled
 CLOSE = 1e-2  # the same once they nearly are
+SAME = 1e-9  # of a voltage: less is rounding
 VANISHED = 0.02  # L/R in sample periods: less than readings tell from none
 
 
@@ -94,8 +95,11 @@ def in_turn(
         lost = vanished(solution, records)
         if lost and n >= LOST_PASSES:
             break
+        driven = [record.volts for record in records]
         for record, own, mixer in zip(records, solution.own, mixers, strict=True):
             record.retake_sources(solution.values, own, mixer if decided else None)
+        if bare and all(map(_same, driven, records)):
+            break
         enough = ROUGH if bare or lost or (n <= ROUGH_PASSES and not decided) else CLOSE
         found = again(records, free, start, solution, enough, held_h)
         last, change = change, Change.of(solution, found)
@@ -112,6 +116,12 @@ def in_turn(
     for record in records:
         record.unsettled = unsettled
     return solution
+
+
+def _same(volts: Floats, record: MotorRecord) -> bool:
+    """The source is what it was, but for rounding."""
+    largest = float(np.abs(volts).max(initial=0.0))
+    return float(np.abs(record.volts - volts).max(initial=0.0)) <= SAME * largest
 
 
 def _coordinates(solution: Solution) -> Floats:

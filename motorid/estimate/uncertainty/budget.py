@@ -61,8 +61,6 @@ def propagated(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, 
         causes[HELD_INDUCTANCE.name] = np.array(
             [held.shift.get(unknown.name, 0.0) for unknown in solution.unknowns]
         )
-    if records[0].unsettled is not None:
-        causes[SETTLING] = records[0].unsettled
     return causes
 
 

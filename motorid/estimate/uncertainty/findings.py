@@ -51,6 +51,7 @@ def scattered(
     hidden = {
         VOLTAGE_NOISE.name: errors_in_variables.shifts(unseen),
         SCATTER: log_scatter.shifts(solution, records),
+        budget.SETTLING: [one for one in (records[0].unsettled,) if one is not None],
     }
     known = budget.of_priors(solution, records)
     return statistical(solution, known, hidden, by_part(solution, records))

@@ -20,8 +20,8 @@ DERIVATIVE_STEP = 1e-5  # relative, on either side of the truth
 class Ideal:
     """An experiment at one noise, to first order about the truth; channels, then samples.
 
-    ``slopes`` (parameters, channels, samples): of the outputs by relative changes. ``noise``
-    (channels, 1): standard deviations.
+    ``slopes`` (parameters, channels, samples): of the outputs by relative changes. ``noise`` and
+    ``scale`` (channels, 1): standard deviations, and what the searches divide residuals by.
     """
 
     experiment: Experiment
@@ -29,6 +29,7 @@ class Ideal:
     clean: Floats
     slopes: Floats
     noise: Floats
+    scale: Floats
 
     @classmethod
     def of(cls, experiment: Experiment, noise: float) -> Ideal:
@@ -40,9 +41,11 @@ class Ideal:
         clean = np.array([record.measured[name] for name in experiment.channels])
         peaks = np.abs(clean).max(axis=1)
         shares = [experiment.noise_share.get(name, 1.0) for name in experiment.channels]
+        own = experiment.scale
+        scale = peaks if own is None else np.array([own[name] for name in experiment.channels])
         deviations = noise * np.array(shares) * peaks
         slopes = (high - low) / (2.0 * DERIVATIVE_STEP)
-        return cls(experiment, noise, clean, slopes, deviations[:, None])
+        return cls(experiment, noise, clean, slopes, deviations[:, None], scale[:, None])
 
     def errors(self, seeds: int) -> Floats:
         """Signed, (parameters, seeds), in percent: each residual weighed by its noise, known."""
@@ -56,6 +59,13 @@ class Ideal:
     def bounds(self) -> Floats:
         """Cramer-Rao bounds of the parameters (parameters,), percent."""
         return np.asarray(100.0 * np.sqrt(np.diag(np.linalg.inv(self._squares(1.0 / self.noise)))))
+
+    def searches(self) -> Floats:
+        """Deviations of least squares with the searches' weights, in units of the ideal's."""
+        ideal = np.linalg.inv(self._squares(1.0 / self.noise))
+        inverse = np.linalg.inv(self._squares(1.0 / self.scale))
+        theirs = inverse @ self._squares(self.noise / self.scale**2) @ inverse
+        return np.asarray(np.sqrt(np.diag(theirs) / np.diag(ideal)))
 
     def _flat(self, weight: Floats) -> Floats:
         return np.asarray((self.slopes * weight).reshape(len(self.slopes), -1))
