@@ -105,3 +105,6 @@ _.address_family
 
 # motorid/limits.py: the table of docs/file-format.md, which a test compares
 _.markdown
+
+# motorid/search/review/ideal.py: what the review's weights waste; a bench and a test ask
+_.searches
