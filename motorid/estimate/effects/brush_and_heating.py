@@ -13,13 +13,15 @@ drop nothing (wiring.brush_drop_v) and the winding's thermal figures.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture, Wiring
+from motorid.estimate.effects.action import SourceVoltage
 from motorid.estimate.effects.winding_temperature import (
     FIGURES,
     STALL_K_S,
@@ -68,6 +70,18 @@ def expected_drop(wiring: Wiring, top_v: float) -> tuple[float, float]:
 def turn_of(part: int) -> str:
     """The unknown of a part of the program."""
     return f"{TURN} {part}"
+
+
+def taken(unknown: Callable[[int], str]) -> SourceVoltage:
+    """What a unit of an unknown takes from the source, by the loss of the capture.
+
+    ``unknown``: its name, of a part of the program or wherever it is.
+    """
+
+    def shape(subject: Any, place: int) -> Floats:
+        return np.asarray(-subject.loss.shapes[unknown(place)])
+
+    return SourceVoltage(shape)
 
 
 @dataclass(frozen=True)

@@ -89,6 +89,11 @@ def unbounded(_: Subject) -> tuple[float, float]:
     return -np.inf, np.inf
 
 
+def undeclared(_: Subject, __: int) -> Prior | None:
+    """Of a quantity of which no capture says anything: another room knows its size, or a test."""
+    return None
+
+
 def never(_: Subject) -> bool:
     """Of a quantity that no reading tells."""
     return False

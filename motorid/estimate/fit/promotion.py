@@ -28,9 +28,9 @@ END = 0.999  # of the way to an unknown's bound
 
 
 def promoted(records: Sequence[MotorRecord], solution: Solution) -> tuple[Solution, list[Instance]]:
-    """The solution with every quantity that pays among the unknowns of every record, at nothing.
+    """The solution with the first quantity that pays as an unknown of every record, at nothing.
 
-    And which those are; the same solution where none would pay.
+    And which that is; the same solution where none would pay.
     """
     found: list[Instance] = []
     for one in _candidates(records):

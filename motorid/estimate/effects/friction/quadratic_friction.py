@@ -7,16 +7,11 @@ import numpy as np
 from motorid.estimate.effects.action import MotorParameter
 from motorid.estimate.effects.influence_quantity import (
     InfluenceQuantity,
-    Prior,
     Scope,
     Subject,
     Use,
+    undeclared,
 )
-
-
-def _undeclared(_: Subject, __: int) -> Prior | None:
-    return None
-
 
 LEAST = 1e-3  # of the stall torque: friction that counts
 
@@ -37,7 +32,7 @@ QUADRATIC_FRICTION = InfluenceQuantity(
     scope=Scope.MOTOR,
     use=Use.TESTED,
     acts=(MotorParameter("quadratic"),),
-    prior=_undeclared,
+    prior=undeclared,
     scale=_scale,
     remedy="fit it: --model quadratic-load",
 )

@@ -5,18 +5,7 @@ from __future__ import annotations
 from motorid.capture.model import SPEED
 from motorid.estimate.effects import scales
 from motorid.estimate.effects.action import LowPass
-from motorid.estimate.effects.influence_quantity import (
-    InfluenceQuantity,
-    Prior,
-    Scope,
-    Subject,
-    Use,
-)
-
-
-def _undeclared(_: Subject, __: int) -> Prior | None:
-    return None
-
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Scope, Use, undeclared
 
 SPEED_FILTER = InfluenceQuantity(
     name="speed filter",
@@ -24,7 +13,7 @@ SPEED_FILTER = InfluenceQuantity(
     scope=Scope.MOTOR,
     use=Use.TESTED,
     acts=(LowPass(SPEED),),
-    prior=_undeclared,
+    prior=undeclared,
     scale=scales.period_s,
     remedy="take the filter out of the speed's channel, or correct the readings for it",
     bounds=lambda subject: (0.0, float("inf")),

@@ -6,22 +6,12 @@ They act on no reading: ``uncertainty.reference_temperature`` has their sizes.
 from __future__ import annotations
 
 from motorid.estimate.effects import scales
-from motorid.estimate.effects.influence_quantity import (
-    InfluenceQuantity,
-    Prior,
-    Scope,
-    Subject,
-    Use,
-)
-
-
-def _elsewhere(_: Subject, __: int) -> Prior | None:
-    return None
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Scope, Use, undeclared
 
 
 def _quantity(name: str, unit: str, remedy: str) -> InfluenceQuantity:
     return InfluenceQuantity(
-        name, unit, Scope.MOTOR, Use.PROPAGATED, (), _elsewhere, scales.one, remedy
+        name, unit, Scope.MOTOR, Use.PROPAGATED, (), undeclared, scales.one, remedy
     )
 
 

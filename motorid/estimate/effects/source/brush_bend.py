@@ -6,11 +6,9 @@ lost(t) = W ds/d ln b
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motorid.estimate.effects import scales
-from motorid.estimate.effects.action import SourceVoltage
-from motorid.estimate.effects.brush_and_heating import BENT
+from motorid.estimate.effects.brush_and_heating import BENT, taken
 from motorid.estimate.effects.influence_quantity import (
     InfluenceQuantity,
     Prior,
@@ -18,8 +16,6 @@ from motorid.estimate.effects.influence_quantity import (
     Subject,
     Use,
 )
-
-Floats = NDArray[np.float64]
 
 BENDING = 1 / 3  # of the drop's size: deviation before any current is known
 WIDEST = 0.03  # of the highest voltage: no drop times the logarithm of its bend is more
@@ -35,13 +31,6 @@ def _prior(subject: Subject, place: int) -> Prior | None:
     return Prior(sd, mean=mean)
 
 
-def _shape(subject: Subject, place: int) -> Floats:
-    """V (count,) that a unit of it takes from the source."""
-    loss = subject.loss
-    assert loss is not None
-    return -loss.shapes[BENT]
-
-
 def _bounds(subject: Subject) -> tuple[float, float]:
     loss = subject.loss
     return (0.0, 0.0) if loss is None else (-WIDEST * loss.top_v, WIDEST * loss.top_v)
@@ -52,7 +41,7 @@ BRUSH_BEND = InfluenceQuantity(
     unit="V",
     scope=Scope.MOTOR,
     use=Use.ESTIMATED,
-    acts=(SourceVoltage(_shape),),
+    acts=(taken(lambda _: BENT),),
     prior=_prior,
     scale=scales.top_volts,
     remedy="declare the drop (brush_drop_v of the rig), or add a level",

@@ -7,12 +7,8 @@ Taken for a resistance it makes R too large, and K with it.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from motorid.estimate.effects import scales
-from motorid.estimate.effects.action import SourceVoltage
-from motorid.estimate.effects.brush_and_heating import DROP
+from motorid.estimate.effects.brush_and_heating import DROP, taken
 from motorid.estimate.effects.influence_quantity import (
     InfluenceQuantity,
     Prior,
@@ -20,8 +16,6 @@ from motorid.estimate.effects.influence_quantity import (
     Subject,
     Use,
 )
-
-Floats = NDArray[np.float64]
 
 LEAST, MOST = -0.01, 0.3  # of the highest voltage: no drop is less or more, but for other causes
 
@@ -32,13 +26,6 @@ def _prior(subject: Subject, place: int) -> Prior | None:
         return None
     drop, deviation = loss.drop
     return Prior(deviation, mean=drop)
-
-
-def _shape(subject: Subject, place: int) -> Floats:
-    """V (count,) that a unit of it takes from the source."""
-    loss = subject.loss
-    assert loss is not None
-    return -loss.shapes[DROP]
 
 
 def _bounds(subject: Subject) -> tuple[float, float]:
@@ -53,7 +40,7 @@ BRUSH_DROP = InfluenceQuantity(
     unit="V",
     scope=Scope.MOTOR,
     use=Use.ESTIMATED,
-    acts=(SourceVoltage(_shape),),
+    acts=(taken(lambda _: DROP),),
     prior=_prior,
     scale=scales.top_volts,
     remedy="declare it (brush_drop_v of the rig), or add a level",

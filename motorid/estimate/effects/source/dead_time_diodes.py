@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from motorid.estimate.effects import scales
-from motorid.estimate.effects.action import SourceVoltage
-from motorid.estimate.effects.brush_and_heating import DIODES
+from motorid.estimate.effects.brush_and_heating import DIODES, taken
 from motorid.estimate.effects.influence_quantity import (
     InfluenceQuantity,
     Prior,
@@ -17,8 +13,6 @@ from motorid.estimate.effects.influence_quantity import (
 )
 from motorid.estimate.signals.pwm_bridge import DIODE_DROPS_SD_V
 
-Floats = NDArray[np.float64]
-
 
 def _prior(subject: Subject, place: int) -> Prior | None:
     loss = subject.loss
@@ -27,19 +21,12 @@ def _prior(subject: Subject, place: int) -> Prior | None:
     return Prior(DIODE_DROPS_SD_V)
 
 
-def _shape(subject: Subject, place: int) -> Floats:
-    """V (count,) that a unit of it takes from the source."""
-    loss = subject.loss
-    assert loss is not None
-    return -loss.shapes[DIODES]
-
-
 DEAD_TIME_DIODES = InfluenceQuantity(
     name=DIODES,
     unit="V",
     scope=Scope.MOTOR,
     use=Use.ESTIMATED,
-    acts=(SourceVoltage(_shape),),
+    acts=(taken(lambda _: DIODES),),
     prior=_prior,
     scale=scales.top_volts,
     remedy="measure the voltage at the motor's terminals",

@@ -7,11 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
-from motorid.estimate.effects.action import SourceVoltage
-from motorid.estimate.effects.brush_and_heating import TURN, turn_of
+from motorid.estimate.effects.brush_and_heating import TURN, taken, turn_of
 from motorid.estimate.effects.influence_quantity import (
     InfluenceQuantity,
     Prior,
@@ -21,8 +17,6 @@ from motorid.estimate.effects.influence_quantity import (
 )
 from motorid.estimate.signals.dead_time import UNSURE
 
-Floats = NDArray[np.float64]
-
 FARTHEST = 0.5  # relative
 
 
@@ -31,13 +25,6 @@ def _prior(subject: Subject, place: int) -> Prior | None:
     if loss is None or place not in loss.turns:
         return None
     return Prior(UNSURE)
-
-
-def _shape(subject: Subject, place: int) -> Floats:
-    """V (count,) that a unit of it takes from the source."""
-    loss = subject.loss
-    assert loss is not None
-    return -loss.shapes[turn_of(place)]
 
 
 def _bounds(subject: Subject) -> tuple[float, float]:
@@ -53,7 +40,7 @@ DEAD_TIME_TURN = InfluenceQuantity(
     unit="1",
     scope=Scope.MOTOR,
     use=Use.ESTIMATED,
-    acts=(SourceVoltage(_shape),),
+    acts=(taken(turn_of),),
     prior=_prior,
     scale=lambda subject: UNSURE,
     remedy="measure the voltage at the motor's terminals",

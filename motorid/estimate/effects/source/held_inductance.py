@@ -10,13 +10,7 @@ from dataclasses import dataclass
 
 from motorid.estimate.effects import scales
 from motorid.estimate.effects.action import MotorParameter
-from motorid.estimate.effects.influence_quantity import (
-    InfluenceQuantity,
-    Prior,
-    Scope,
-    Subject,
-    Use,
-)
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Scope, Use, undeclared
 
 
 @dataclass(frozen=True)
@@ -30,17 +24,13 @@ class Foretold:
     shift: Mapping[str, float]
 
 
-def _elsewhere(_: Subject, __: int) -> Prior | None:
-    return None
-
-
 HELD_INDUCTANCE = InfluenceQuantity(
     name="PWM ripple",
     unit="H",
     scope=Scope.MOTOR,
     use=Use.PROPAGATED,
     acts=(MotorParameter("L"),),
-    prior=_elsewhere,
+    prior=undeclared,
     scale=scales.one,
     remedy="sample the current several times within L/R, or measure L apart (--fix L)",
 )

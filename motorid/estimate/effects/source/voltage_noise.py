@@ -7,18 +7,7 @@ An error in the input leaves its mark on current and motion alike, where no resi
 from __future__ import annotations
 
 from motorid.estimate.effects import scales
-from motorid.estimate.effects.influence_quantity import (
-    InfluenceQuantity,
-    Prior,
-    Scope,
-    Subject,
-    Use,
-)
-
-
-def _elsewhere(_: Subject, __: int) -> Prior | None:
-    return None
-
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Scope, Use, undeclared
 
 VOLTAGE_NOISE = InfluenceQuantity(
     name="voltage noise",
@@ -26,7 +15,7 @@ VOLTAGE_NOISE = InfluenceQuantity(
     scope=Scope.PART,
     use=Use.PROPAGATED,
     acts=(),
-    prior=_elsewhere,
+    prior=undeclared,
     scale=scales.volts,
     remedy="measure the voltage with less noise, or hold each level longer",
 )

@@ -7,11 +7,7 @@ It bends speeds, and with them B and T0.
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from motorid.estimate.effects.action import SourceVoltage
-from motorid.estimate.effects.brush_and_heating import WARMING
+from motorid.estimate.effects.brush_and_heating import WARMING, taken
 from motorid.estimate.effects.influence_quantity import (
     InfluenceQuantity,
     Prior,
@@ -19,8 +15,6 @@ from motorid.estimate.effects.influence_quantity import (
     Subject,
     Use,
 )
-
-Floats = NDArray[np.float64]
 
 
 def _prior(subject: Subject, place: int) -> Prior | None:
@@ -31,19 +25,12 @@ def _prior(subject: Subject, place: int) -> Prior | None:
     return Prior(spread, mean=rise)
 
 
-def _shape(subject: Subject, place: int) -> Floats:
-    """V (count,) that a unit of it takes from the source."""
-    loss = subject.loss
-    assert loss is not None
-    return -loss.shapes[WARMING]
-
-
 WINDING_WARMING = InfluenceQuantity(
     name=WARMING,
     unit="1",
     scope=Scope.MOTOR,
     use=Use.ESTIMATED,
-    acts=(SourceVoltage(_shape),),
+    acts=(taken(lambda _: WARMING),),
     prior=_prior,
     scale=lambda subject: 0.1,
     remedy="state the motor's thermal figures in the rig file's [thermal], or run shorter",
