@@ -49,12 +49,16 @@ class Ideal:
 
     def errors(self, seeds: int) -> Floats:
         """Signed, (parameters, seeds), in percent: each residual weighed by its noise, known."""
-        pulls = np.empty((len(self.slopes), seeds))
+        inverse = 100.0 * np.linalg.inv(self._squares(1.0 / self.noise))
+        errors = np.empty((len(self.slopes), seeds))
         for seed in range(seeds):
             measured = self.experiment.problem(self.relative_noise, seed).step.measured
             noise = np.array([measured[n] for n in self.experiment.channels]) - self.clean
-            pulls[:, seed] = self._flat(1.0 / self.noise) @ (noise / self.noise).ravel()
-        return np.asarray(100.0 * np.linalg.inv(self._squares(1.0 / self.noise)) @ pulls)
+            # seed by seed: a product of all at once rounds by how many there are
+            errors[:, seed] = inverse @ (
+                self._flat(1.0 / self.noise) @ (noise / self.noise).ravel()
+            )
+        return errors
 
     def bounds(self) -> Floats:
         """Cramer-Rao bounds of the parameters (parameters,), percent."""
