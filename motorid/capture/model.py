@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,10 @@ from motorid.program import Program
 Floats = NDArray[np.float64]
 Kind = Literal["instant", "mean"]
 Sense = Literal["terminals", "bridge", "supply", "command"]
+Fact = Literal["gain", "offset", "delay", "filter", "aperture"]
+
+FACTS: tuple[Fact, ...] = get_args(Fact)  # of a channel, which somebody states or nobody does
+BUTTERWORTH = 0.5**0.5  # damping of a filter of second order whose cut-off is 1/(2 pi filter_s)
 
 CURRENT = "current"  # A, into the motor
 VOLTAGE = "terminal_voltage"  # V, across the motor's terminals (see Channel.sense)
@@ -46,10 +50,12 @@ class Channel:
 
     ``values = scale * (raw - offset)``, in ``unit``. A ``mean`` channel's reading is the average
     over ``aperture_s`` ending ``delay_s`` before the sample's tick; an ``instant`` reading is the
-    value ``delay_s`` before it. ``filter_s`` is the time constant of a first-order filter before
-    the converter, which ``delay_s`` counts. ``resolution`` is the SI size of one count (0 for
-    continuous data). ``noise`` is the declared standard deviation of a reading (SI; 0: unknown).
-    Uncertainties are standard ones: ``gain_uncertainty`` relative, the others SI.
+    value ``delay_s`` before it. ``filter_s`` is the time constant of a filter before the converter,
+    which ``delay_s`` counts by ``filter_delay_s``: 1/(1 + s t), or of second order
+    1/(1 + 2 d s t + s² t²) with the damping d; 1 makes two equal stages. ``resolution`` is the SI
+    size of one count (0 for continuous data). ``noise`` is the declared standard deviation of a
+    reading (SI; 0: unknown). Uncertainties are standard ones: ``gain_uncertainty`` relative, the
+    others SI. ``undeclared`` are the facts that nobody stated: their numbers are no knowledge.
     """
 
     name: str
@@ -67,6 +73,9 @@ class Channel:
     offset_uncertainty: float = 0.0
     delay_uncertainty_s: float = 0.0
     filter_s: float = 0.0
+    filter_order: int = 1  # 1 or 2
+    filter_damping: float = 1.0  # of second order
+    undeclared: tuple[Fact, ...] = ()
     raw_min: float = -np.inf  # a reading at or beyond these is saturated
     raw_max: float = np.inf
     sense: Sense | None = None  # voltages only: where it is measured
@@ -76,6 +85,15 @@ class Channel:
     def window_s(self) -> float:
         """Seconds that a reading averages over; 0: it is of an instant."""
         return self.aperture_s if self.kind == "mean" else 0.0
+
+    @property
+    def filter_delay_s(self) -> float:
+        """Seconds by which its filter makes a steady change late: its part of ``delay_s``."""
+        return (1.0 if self.filter_order == 1 else 2.0 * self.filter_damping) * self.filter_s
+
+    def states(self, fact: Fact) -> bool:
+        """Whether somebody stated that fact, be it as 0."""
+        return fact not in self.undeclared
 
     @cached_property
     def values(self) -> Floats:

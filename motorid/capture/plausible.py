@@ -32,6 +32,7 @@ CHANNEL: Mapping[str, Range] = {
     "offset_uncertainty": (0.0, MOST),
     "delay_uncertainty_s": (0.0, 1e3),
     "filter_s": (0.0, 1e6),
+    "filter_damping": (0.1, 10.0),
 }
 WIRING: Mapping[str, Range] = {
     "bridge_resistance_ohm": (0.0, 1e6),

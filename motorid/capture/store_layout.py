@@ -9,8 +9,9 @@ import numpy as np
 from motorid.capture.model import Channel, Wiring
 
 FORMAT = "motorid capture"
-MAJOR, MINOR = 1, 1
+MAJOR, MINOR = 1, 2
 SEALED_MINOR = 1  # from this minor on a file carries the digest of its content
+DECLARED_MINOR = 2  # from this minor on a file says which facts of a channel nobody stated
 CHUNK = 1 << 16  # rows of a column that share a checksum
 REASON = "S120"
 PHASES = np.dtype([("index", "<i4"), ("tick", "<i8")])

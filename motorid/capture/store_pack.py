@@ -46,7 +46,9 @@ def unpack(arrays: Any) -> Capture:
     """The capture that ``pack`` packed."""
     facts = json_text.loads(arrays["facts"].tobytes())
     channels = {
-        fact["name"]: Channel(raw=arrays[f"raw{number}"], **fact)
+        fact["name"]: Channel(
+            raw=arrays[f"raw{number}"], **fact | {"undeclared": tuple(fact["undeclared"])}
+        )
         for number, fact in enumerate(facts["channels"])
     }
     program = facts["program"]

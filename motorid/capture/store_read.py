@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, cast, get_args
 
 import h5py
@@ -12,11 +14,24 @@ from numpy.typing import NDArray
 
 from motorid import json_text
 from motorid.capture.content_digest import HDF5_ERRORS, carried, checked
+from motorid.capture.declared import of_old_import
 from motorid.capture.facts import of_provenance
-from motorid.capture.model import QUANTITIES, Capture, Channel, Gap, Kind, Phase, Sense, Wiring
+from motorid.capture.model import (
+    FACTS,
+    QUANTITIES,
+    Capture,
+    Channel,
+    Fact,
+    Gap,
+    Kind,
+    Phase,
+    Sense,
+    Wiring,
+)
 from motorid.capture.store_guard import Guard
 from motorid.capture.store_layout import (
     CHANNEL_FIELDS,
+    DECLARED_MINOR,
     FORMAT,
     MAJOR,
     SEALED_MINOR,
@@ -26,7 +41,7 @@ from motorid.errors import DataError, MotoridError
 from motorid.limits import CAPTURE
 from motorid.program import Program
 
-TEXTS = frozenset({"unit", "kind", "sense"})  # attributes; all others are numbers
+TEXTS = frozenset({"unit", "kind", "sense", "undeclared"})  # attributes; all others are numbers
 ENDLESS = {"raw_min": -math.inf, "raw_max": math.inf}  # of a reading that never saturates
 MAX_TEXT = CAPTURE.cell or 0  # bytes
 
@@ -63,7 +78,7 @@ class _Reader(Guard):
         return Capture(
             ticks=ticks,
             clock_hz=self.positive(root, "clock_hz"),
-            channels={name: self.channel(samples, name) for name in names},
+            channels=self.as_imported({n: self.channel(samples, n) for n in names}, provenance),
             clock_uncertainty=self.number(root, "clock_uncertainty", 0.0),
             wiring=Wiring(**self.present(self.group(root, "wiring"), WIRING_FIELDS)),
             program=self.program(),
@@ -128,9 +143,29 @@ class _Reader(Guard):
                 raise DataError(f"samples/{name}: {key} is {facts[key]!r}: the file is damaged")
         if not facts.get("scale"):
             raise DataError(f"samples/{name} has no scale: the file is damaged")
+        order = facts.setdefault("filter_order", 1)
+        if order not in (1, 2):
+            raise DataError(f"samples/{name}: filter_order is {order}: the file is damaged")
+        facts["filter_order"] = int(order)
+        facts["undeclared"] = self.undeclared(facts.get("undeclared", ""), name)
         facts.setdefault("unit", "")
         facts["unsigned"] = bool(facts.get("unsigned", False))
         return Channel(name=name, raw=raw, **facts)
+
+    def undeclared(self, text: str, name: str) -> tuple[Fact, ...]:
+        found = tuple(fact for fact in FACTS if fact in text.split())
+        if len(found) != len(text.split()):
+            raise DataError(f"samples/{name}: undeclared is {text!r}: the file is damaged")
+        return found
+
+    def as_imported(
+        self, channels: dict[str, Channel], provenance: Mapping[str, Any]
+    ) -> dict[str, Channel]:
+        """Channels of another's file, of which an older format does not say what was stated."""
+        told = self.number(self.file, "format_minor", 0) >= DECLARED_MINOR
+        if told or "imported_from" not in provenance:
+            return channels
+        return {n: replace(c, undeclared=of_old_import(c)) for n, c in channels.items()}
 
     def phases(self) -> tuple[Phase, ...]:
         table = self.table("phases", ("index", "tick"))

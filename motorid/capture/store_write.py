@@ -94,6 +94,8 @@ def _write_attributes(
 ) -> None:
     for name in names:
         value = getattr(source, name)
+        if isinstance(value, tuple):
+            value = " ".join(value) or None  # no text of no length: HDF5 has none
         if value is not None:
             target.attrs[name] = value
 

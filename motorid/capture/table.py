@@ -4,54 +4,34 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast, get_args
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture import table_checks as checks
 from motorid.capture.columns import Source
-from motorid.capture.mapping import ROW, SHORTHAND, ChannelMap, Formula, parse_maps
+from motorid.capture.declared import without_early_readings
+from motorid.capture.mapping import ROW, ChannelMap, Formula, parse_maps
 from motorid.capture.model import HELD as HELD
 from motorid.capture.model import NOTES as NOTES
 from motorid.capture.model import VOLTAGE, Capture, Channel, Sense, Wiring
+from motorid.capture.table_options import (
+    TableOptions,
+    as_stated,
+    insist_options,
+    stated_options,
+)
 from motorid.capture.units import AMBIENT, TIME
-from motorid.errors import DataError, UsageError, nearest
+from motorid.errors import DataError
 from motorid.reading import open_file
 from motorid.version import __version__
 
 Floats = NDArray[np.float64]
 CLOCK_HZ = 1e9  # ticks are integers, and nanoseconds lose nothing that a file's stamps hold
-_NO_SEPARATOR = "\"'\r\n\0+-.0123456789eE"  # what cells or lines are made of
 STATIC = "static"  # provenance: True where the rows are steady points without an order in time
-
-
-@dataclass(frozen=True)
-class TableOptions:
-    """What a person knows of a file beyond its columns. Seconds and SI units."""
-
-    aperture: Mapping[str, float] = field(default_factory=dict)  # by quantity
-    delay: Mapping[str, float] = field(default_factory=dict)  # by quantity
-    gain_uncertainty: Mapping[str, float] = field(default_factory=dict)  # standard, relative
-    offset_uncertainty: Mapping[str, float] = field(default_factory=dict)  # standard, SI
-    constants: Mapping[str, float] = field(default_factory=dict)  # names that maps may use
-    unsigned: Sequence[str] = ()  # quantities that the file holds as magnitudes
-    separator: str | None = None
-    decimal: str | None = None
-    drop_bad: bool = False
-    counts_per_turn: float = 0.0
-    gear_ratio: float = 1.0
-    sense: str = "terminals"  # of the voltage
-    bridge_resistance: float = 0.0  # ohm between a commanded or supply voltage and the motor
-    bridge_resistance_uncertainty: float = 0.0  # standard
-    start_s: float = -np.inf  # of the file's own time
-    stop_s: float = np.inf
-    ambient_c: float | None = None
-    ambient_uncertainty_c: float = 0.0  # standard
-    serial: str = ""
-    note: str = ""
 
 
 def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture:
@@ -71,7 +51,7 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
     given = {name: value for name, value in options.items() if value is not None}
     path, chosen = Path(path), TableOptions(**given)
     mapped = parse_maps(maps, chosen.counts_per_turn)
-    _check_options(chosen, mapped)
+    insist_options(chosen, mapped)
     source = _open(path, chosen)
     formulas = {
         name: Formula(one.expression, source.names, chosen.constants)
@@ -103,41 +83,13 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
         ambient_uncertainty_c=doubt,
     )
     notes += checks.capture_notes(capture, held, static)
+    kept = capture.channels if static else without_early_readings(capture.channels)
     found = {NOTES: notes, HELD: held, STATIC: static}
     return replace(
         capture,
-        channels={name: replace(one) for name, one in capture.channels.items()},  # raw data alone
+        channels={name: replace(one) for name, one in kept.items()},  # raw data alone
         provenance=_provenance(path, maps, source, chosen) | found,
     )
-
-
-def _check_options(chosen: TableOptions, mapped: Mapping[str, ChannelMap]) -> None:
-    named: list[tuple[str, Mapping[str, float], str]] = [
-        ("--aperture", chosen.aperture, "seconds"),
-        ("--delay", chosen.delay, "seconds"),
-        ("--gain-uncertainty", chosen.gain_uncertainty, "a relative standard uncertainty"),
-        ("--offset-uncertainty", chosen.offset_uncertainty, "a standard uncertainty in SI units"),
-        ("--unsigned", dict.fromkeys(chosen.unsigned, 0.0), ""),
-    ]
-    for option, quantities, what in named:
-        for name, number in quantities.items():
-            if SHORTHAND.get(name, name) not in mapped:
-                raise UsageError(f"{option} {name}: no such map{nearest(name, mapped)}")
-            if not 0 <= number < np.inf:
-                raise UsageError(f"{option} {name}={number:g}: give {what}, 0 or more")
-    separator, decimal = chosen.separator, chosen.decimal
-    if separator is not None and (
-        len(separator) != 1 or not separator.isascii() or separator in _NO_SEPARATOR
-    ):
-        raise UsageError(
-            f"--separator {separator!r}: give one ASCII character, such as ';' or a tab"
-        )
-    if decimal not in (None, ".", ","):
-        raise UsageError(f"--decimal {decimal!r} is neither '.' nor ','")
-    if separator is not None and separator == decimal:
-        raise UsageError(f"--separator and --decimal are both {separator!r}: they must differ")
-    if chosen.sense not in get_args(Sense):
-        raise UsageError(f"--sense {chosen.sense!r} is none of {', '.join(get_args(Sense))}")
 
 
 def _open(path: Path, chosen: TableOptions) -> Source:
@@ -229,25 +181,18 @@ def _in_order(
 
 
 def _channel(one: ChannelMap, raw: Floats, chosen: TableOptions) -> Channel:
-    def given(numbers: Mapping[str, float]) -> float:
-        return {SHORTHAND.get(name, name): n for name, n in numbers.items()}.get(one.quantity, 0.0)
-
-    aperture_s = given(chosen.aperture)
-    voltage = one.quantity == VOLTAGE
-    return Channel(
-        name=one.quantity,
-        unit=one.unit.si,
-        raw=raw,
-        scale=one.unit.scale,
-        kind="mean" if aperture_s else "instant",
-        aperture_s=aperture_s,
-        delay_s=given(chosen.delay),
-        gain_uncertainty=given(chosen.gain_uncertainty),
-        offset_uncertainty=given(chosen.offset_uncertainty),
-        resolution=(1.0 if one.unit.counts else checks.quantum(raw[np.isfinite(raw)]))
-        * one.unit.scale,
-        sense=cast(Sense, chosen.sense) if voltage else None,
-        unsigned=one.quantity in chosen.unsigned,
+    return as_stated(
+        Channel(
+            name=one.quantity,
+            unit=one.unit.si,
+            raw=raw,
+            scale=one.unit.scale,
+            resolution=(1.0 if one.unit.counts else checks.quantum(raw[np.isfinite(raw)]))
+            * one.unit.scale,
+            sense=cast(Sense, chosen.sense) if one.quantity == VOLTAGE else None,
+            unsigned=one.quantity in chosen.unsigned,
+        ),
+        chosen,
     )
 
 
@@ -272,6 +217,7 @@ def _provenance(
         "maps": list(maps),
         "layout": source.layout,
         "constants": dict(chosen.constants),
+        "declared": stated_options(chosen),
         "serial": chosen.serial,
         "note": chosen.note,
     }

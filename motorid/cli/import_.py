@@ -6,10 +6,11 @@ from pathlib import Path
 
 import click
 
-from motorid.cli.options import Assignment, example, force_option
+from motorid.cli.options import Assignment, Statement, example, force_option
 from motorid.cli.values import FINITE, Between, Named
 
 PairsT = tuple[tuple[str, float], ...]
+SaidT = tuple[tuple[str, str], ...]
 
 
 @click.command(
@@ -40,14 +41,29 @@ PairsT = tuple[tuple[str, float], ...]
 @click.option(
     "--aperture",
     multiple=True,
-    type=Assignment("current=0.128"),
-    help="Seconds that each reading of a quantity averages over. Repeatable.",
+    type=Statement("current=128ms,around"),
+    help="What each reading of a quantity averages over: 128ms (before its stamp), 128ms,around, "
+    "128ms,after or instant. Repeatable.",
 )
 @click.option(
     "--delay",
     multiple=True,
-    type=Assignment("current=0.001"),
-    help="Seconds by which a quantity's readings are late. Repeatable.",
+    type=Statement("current=1ms"),
+    help="By how much a quantity's readings are late; below 0: stamped too late. Repeatable.",
+)
+@click.option(
+    "--delay-uncertainty",
+    multiple=True,
+    type=Statement("current=20us"),
+    help="Standard uncertainty of that delay. Repeatable.",
+)
+@click.option(
+    "--filter",
+    "low_pass",
+    multiple=True,
+    type=Statement("current=20Hz,2"),
+    help="Low-pass before a quantity's converter: its cut-off (20Hz) or time constant (8ms), and "
+    "the order 1 or 2 (20Hz,2). Repeatable.",
 )
 @click.option(
     "--gain-uncertainty",
@@ -105,8 +121,10 @@ def command(
     file: Path,
     maps: tuple[str, ...],
     output: Path,
-    aperture: PairsT,
-    delay: PairsT,
+    aperture: SaidT,
+    delay: SaidT,
+    delay_uncertainty: SaidT,
+    low_pass: SaidT,
     gain_uncertainty: PairsT,
     offset_uncertainty: PairsT,
     constant: PairsT,
@@ -140,6 +158,8 @@ def command(
         maps,
         aperture=dict(aperture),
         delay=dict(delay),
+        delay_uncertainty=dict(delay_uncertainty),
+        filter=dict(low_pass),
         gain_uncertainty=dict(gain_uncertainty),
         offset_uncertainty=dict(offset_uncertainty),
         constants=dict(constant),

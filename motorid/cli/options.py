@@ -40,6 +40,25 @@ class Assignment(click.ParamType[tuple[str, float]]):
             self.fail(f"{value!r} is not NAME=NUMBER, such as {self.such_as}", param, ctx)
 
 
+class Statement(click.ParamType[tuple[str, str]]):
+    """``current=20Hz,2`` -> ("current", "20Hz,2"). ``such_as`` is what an error shows."""
+
+    name = "NAME=VALUE"
+
+    def __init__(self, such_as: str) -> None:
+        self.such_as = such_as
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, str]:
+        if isinstance(value, tuple):
+            return value
+        name, equals, said = (part.strip() for part in str(value).partition("="))
+        if not (name and equals and said):
+            self.fail(f"{value!r} is not NAME=VALUE, such as {self.such_as}", param, ctx)
+        return name, said
+
+
 class Instant(click.ParamType[datetime]):
     """``2026-11-21``, ``2026-11-21T06:00`` or with a zone; without one, of this machine's clock."""
 
