@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from bench.coverage.bound import NAMES
+from motorid.estimate.results.status import Status
 
 Row = dict[str, Any]
 DECADES = ((0.0, 5.0), (5.0, 50.0), (50.0, math.inf))
@@ -62,7 +63,7 @@ def standing(rows: Sequence[Row], which: str, name: str) -> tuple[int, int]:
         row.get("bound", {}).get(name, math.nan)
         for row in rows
         if row.get(which, {}).get("parameters", {}).get(name, {}).get("status")
-        == "not_identifiable"
+        == Status.NOT_IDENTIFIABLE
     ]
     return len(unknown), sum(bound > UNKNOWABLE for bound in unknown)
 

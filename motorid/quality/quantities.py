@@ -16,6 +16,7 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION
 from motorid.estimate.results.estimate import MEANING, PARAMETERS, UNITS, Estimate, Parameter
+from motorid.estimate.results.status import Status
 from motorid.estimate.uncertainty.reference_temperature import (
     COLD,
     Warmth,
@@ -87,9 +88,9 @@ class Context:
 
 def of_parameter(p: Parameter) -> Reading:
     """What the estimate says; a friction held at 0 counts as measured, with its uncertainty."""
-    if p.value is None or p.status == "not_identifiable":
+    if p.value is None or p.status.unknown:
         return Reading(p.unit, problem=p.note or "these data do not tell it")
-    if p.status == "fixed":
+    if p.status is Status.FIXED:
         return Reading(p.unit, problem="it was given, not measured: fit without fixing it")
     return Reading(p.unit, p.value, p.total)
 

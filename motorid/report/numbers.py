@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from motorid.estimate.results.estimate import Parameter
+from motorid.estimate.results.status import Status
 
 MINUS = "\N{MINUS SIGN}"
 NOTHING = "—"
@@ -74,7 +75,7 @@ def shown(parameter: Parameter) -> Shown:
     if parameter.value is None:
         return Shown(NOTHING, "", unit, factor, 0)
     half = half_width(parameter)
-    if parameter.status == "at_bound" and parameter.interval_95 and half:
+    if parameter.status is Status.AT_BOUND and parameter.interval_95 and half:
         return _limit(parameter, unit, factor)
     if not half or not math.isfinite(half):
         plain = significant(parameter.value * factor, DIGITS_WITHOUT_UNCERTAINTY)
@@ -107,7 +108,7 @@ def in_rpm(parameter: Parameter) -> str:
 def _size(parameter: Parameter) -> float:
     """What the unit must suit: the value, or its uncertainty where that is much larger."""
     half = half_width(parameter) or 0.0
-    if parameter.status == "at_bound" and parameter.interval_95:
+    if parameter.status is Status.AT_BOUND and parameter.interval_95:
         return max(abs(end) for end in parameter.interval_95)
     return max(abs(parameter.value or 0.0), 0.05 * half if math.isfinite(half) else 0.0)
 

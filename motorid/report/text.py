@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterable
 
 from motorid.estimate.results.estimate import Estimate, Parameter
+from motorid.estimate.results.status import Status
 from motorid.report import alternative, suspects
 from motorid.report.numbers import aligned, in_rpm, percent, relative, shown
 from motorid.report.words import (
@@ -60,7 +61,7 @@ def _section(title: str, parameters: Iterable[Parameter]) -> list[str]:
 
 
 def _aside(p: Parameter) -> str:
-    status = "" if p.status == "estimated" else STATUS_WORDS[p.status]
+    status = "" if p.status is Status.ESTIMATED else STATUS_WORDS[p.status]
     return "  ".join(part for part in (in_rpm(p) and f"= {in_rpm(p)}", status) if part)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from motorid.estimate.results.estimate import PARAMETERS, Estimate, Parameter
+from motorid.estimate.results.status import Status
 from motorid.report.numbers import shown
 
 NBSP = "\N{NO-BREAK SPACE}"
@@ -23,10 +24,12 @@ NAMES = {
     "Kv": "speed constant Kv",
 }
 STATUS_WORDS = {
-    "estimated": "estimated",
-    "fixed": "fixed",
-    "at_bound": "at its bound",
-    "not_identifiable": "not identifiable",
+    Status.ESTIMATED: "estimated",
+    Status.FIXED: "fixed",
+    Status.AT_BOUND: "at its bound",
+    Status.NOT_IDENTIFIABLE: "not identifiable",
+    Status.DOUBTFUL: "doubtful",
+    Status.NOT_SUPPORTED: "not supported",
 }
 ONE_RUN = (
     "This run only: one capture shows its own noise and the instruments' limits, "
@@ -70,13 +73,13 @@ def reference(estimate: Estimate) -> list[Parameter]:
 
 def summary(estimate: Estimate) -> str:
     """One sentence: what was found, and what was not."""
-    found = [p for p in six(estimate) if p.status == "estimated"]
-    missing = [p.name for p in six(estimate) if p.status == "not_identifiable"]
-    fixed = [p.name for p in six(estimate) if p.status == "fixed"]
-    bound = [p.name for p in six(estimate) if p.status == "at_bound"]
+    found = [p for p in six(estimate) if p.status.measured]
+    missing = [p.name for p in six(estimate) if p.status.unknown]
+    fixed = [p.name for p in six(estimate) if p.status is Status.FIXED]
+    bound = [p.name for p in six(estimate) if p.status is Status.AT_BOUND]
     runs = len(estimate.inputs)
     source = f"From {runs} runs" if runs != 1 else "From one run"
-    told = found or [p for p in estimate.combinations.values() if p.status == "estimated"]
+    told = found or [p for p in estimate.combinations.values() if p.status.measured]
     parts = [", ".join(f"{p.name} = {shown(p).text}".replace(" ", NBSP) for p in told)]
     if missing:
         alone = "" if found or not told else " alone"

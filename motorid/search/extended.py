@@ -28,6 +28,7 @@ from motorid.estimate.results.estimate import (
     Floats,
     Parameter,
 )
+from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Solution as Likely
 from motorid.estimate.uncertainty import intervals
 from motorid.estimate.uncertainty.covariance import Statistical, statistical
@@ -149,12 +150,12 @@ def _parameters(
             out[name] = _whole_inertia(found, likely, spread, known)
         elif name in model.absent:
             out[name] = Parameter(
-                name, units[name], 0.0, 0.0, 0.0, 0.0, (0.0, 0.0), "fixed", "not in this model"
+                name, units[name], 0.0, 0.0, 0.0, 0.0, (0.0, 0.0), Status.FIXED, "not in this model"
             )
         elif name not in likely_names(likely):
             given = float(found.values[name])
             out[name] = Parameter(
-                name, units[name], given, 0.0, 0.0, 0.0, (given, given), "fixed",
+                name, units[name], given, 0.0, 0.0, 0.0, (given, given), Status.FIXED,
                 "given, not measured" if given else "left out of the model",
             )  # fmt: skip
         else:
@@ -187,7 +188,7 @@ def _parameter(
     reach = float(np.exp(intervals.student(freedom) * total))
     return Parameter(
         name, unit, value, value * relative[0], value * relative[1], value * total,
-        (value / reach, value * reach), "estimated",
+        (value / reach, value * reach), Status.ESTIMATED,
     )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from motorid.estimate.results.estimate import Diagnostic, Estimate
+from motorid.estimate.results.status import Status
 from motorid.quality.guard_band import Rule
 from motorid.quality.judge import judge, not_measured
 from motorid.quality.limits import Limit
@@ -104,7 +105,7 @@ def test_a_fit_that_did_not_settle_is_invalid(estimate: Estimate, product: Produ
 
 def test_what_is_not_identifiable_is_invalid(estimate: Estimate, product: Product) -> None:
     unknown = replace(
-        estimate.parameters["T0"], value=None, total=None, status="not_identifiable",
+        estimate.parameters["T0"], value=None, total=None, status=Status.NOT_IDENTIFIABLE,
         note="a coast-down would determine it",
     )  # fmt: skip
     verdict = judge(replace(estimate, parameters={**estimate.parameters, "T0": unknown}), product)

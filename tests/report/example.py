@@ -16,6 +16,7 @@ from motorid.estimate.results.estimate import (
     SegmentRow,
     SteadyRow,
 )
+from motorid.estimate.results.status import Status
 from tests.segment.truth import OPEN, SMALL, Run, drive
 
 RATE_HZ = 10_000.0
@@ -40,12 +41,12 @@ def parameter(
 ) -> Parameter:
     """An estimated parameter; the two uncertainties are relative."""
     if value is None:
-        return Parameter(name, unit, None, None, None, None, None, "not_identifiable", **extra)
+        return Parameter(name, unit, None, None, None, None, None, Status.NOT_IDENTIFIABLE, **extra)
     parts = statistical * abs(value), instrument * abs(value)
     total = float(np.hypot(*parts))
     interval = (value - 1.96 * total, value + 1.96 * total)
     return dataclasses.replace(
-        Parameter(name, unit, value, *parts, total, interval, "estimated"), **extra
+        Parameter(name, unit, value, *parts, total, interval, Status.ESTIMATED), **extra
     )
 
 
@@ -148,9 +149,9 @@ def partial() -> Estimate:
     needs = "no voltage was measured: capture the terminal voltage too"
     six = dict(whole.parameters)
     six |= {n: parameter(n, UNITS[n], None, note=needs) for n in ("R", "L")}
-    six["K"] = Parameter("K", UNITS["K"], 0.0514, None, None, None, None, "fixed")
+    six["K"] = Parameter("K", UNITS["K"], 0.0514, None, None, None, None, Status.FIXED)
     six["B"] = Parameter(
-        "B", UNITS["B"], 0.0, 1e-8, 0.0, 1e-8, (0.0, 2.3e-8), "at_bound",
+        "B", UNITS["B"], 0.0, 1e-8, 0.0, 1e-8, (0.0, 2.3e-8), Status.AT_BOUND,
         "the data ask for none: coast down from a higher speed",
     )  # fmt: skip
     return dataclasses.replace(whole, parameters=six, inputs=whole.inputs[:1], diagnostics=(),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +12,14 @@ from numpy.typing import NDArray
 from motorid.capture.model import Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
-from motorid.estimate.assembly import plot_data
+from motorid.estimate.assembly import doubt, plot_data
 from motorid.estimate.diagnosis import remarks, residual_remarks
-from motorid.estimate.diagnosis.deferred import Suspects
+from motorid.estimate.diagnosis.suspects import suspects
 from motorid.estimate.fit.joint_fit import solved
 from motorid.estimate.fit.parameter_bounds import held_values
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.results.estimate import Estimate, Parameter
+from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter, Suspect
+from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import errors_in_variables, intervals
 from motorid.estimate.uncertainty.errors_in_variables import Hidden
@@ -25,9 +28,11 @@ from motorid.segment import segment
 from motorid.version import __version__
 
 Floats = NDArray[np.float64]
+Finding = TypeVar("Finding", Suspect, Diagnostic)
 
 MODEL = "v = R i + L di/dt + K w; J dw/dt = K i - B w - T0 sign(w)"
 METHOD = "output-error maximum likelihood"
+UNCHANGED: Mapping[str, str] = {}
 HIGH = 95  # percentile of a log's voltages that counts as its highest level
 
 
@@ -57,6 +62,42 @@ def report(
 
     ``profiled``: it is the likelihood's own minimum, so that the profile may bound what leans.
     """
+    found = unjudged(captures, records, solution, fix, without, profiled)
+    return judged(found, records, solution)
+
+
+def judged(
+    estimate: Estimate,
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    names: Mapping[str, str] = UNCHANGED,
+) -> Estimate:
+    """With the suspects, and the standing that they and the findings leave every value.
+
+    ``names`` of combinations that stand in the place of parameters.
+    """
+    found = suspects(records, solution, estimate.parameters)
+    estimate = replace(
+        estimate,
+        suspects=tuple(_renamed(one, names) for one in found),
+        diagnostics=tuple(_renamed(one, names) for one in estimate.diagnostics),
+    )
+    return doubt.settled(estimate, (*estimate.suspects, *estimate.diagnostics))
+
+
+def _renamed(finding: Finding, names: Mapping[str, str]) -> Finding:
+    return replace(finding, moves={names.get(n, n): move for n, move in finding.moves.items()})
+
+
+def unjudged(
+    captures: Sequence[Capture],
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    fix: Mapping[str, float],
+    without: Sequence[str],
+    profiled: bool = True,
+) -> Estimate:
+    """``report`` before anybody has looked for suspects."""
     fixed = held_values(fix, without)
     simulated = max(record.simulated for record in records)
     found = findings(records, solution, fixed, without, profiled)
@@ -84,7 +125,7 @@ def report(
         options={"fix": dict(fix), "without": list(without), "method": "ml"},
         versions={"motorid": __version__, "numpy": np.__version__},
         budget=intervals.budget_shares(found),
-        suspects=Suspects(records, solution, parameters),
+        nominal_v=voltage,
     )
 
 
@@ -129,5 +170,7 @@ def nuisance_parameters(
             v, u = float(value), float(sd)
             reach = intervals.NORMAL_95 * u
             name, unit = one.name + label, one.quantity.unit
-            out[name] = Parameter(name, unit, v, u, 0.0, u, (v - reach, v + reach), "estimated")
+            out[name] = Parameter(
+                name, unit, v, u, 0.0, u, (v - reach, v + reach), Status.ESTIMATED
+            )
     return out

@@ -160,7 +160,13 @@ def tried(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect]:
         f"{words.evidence}; that explains {min(best.share, 1.0):.0%} of the misfit, and "
         f"taken into account moves {name} by {most:+.1%}"
     )
-    return [Suspect(best.hypothesis.code, words.where, evidence, words.action, "named")]
+    moves = {
+        u.name: abs(float(after - before))
+        for u, after, before in zip(
+            solution.unknowns, best.found.values, solution.values, strict=True
+        )
+    }
+    return [Suspect(best.hypothesis.code, words.where, evidence, words.action, "named", moves)]
 
 
 def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:

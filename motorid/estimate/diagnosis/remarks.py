@@ -73,7 +73,7 @@ def diagnostics(
     out += _by_ripple(found, records)
     pairs = _inseparable(found, parameters)
     out += _told_apart(pairs)
-    unknown = [n for n, p in parameters.items() if p.status == "not_identifiable"]
+    unknown = [n for n, p in parameters.items() if p.status.unknown]
     doubtful = [*unknown, *(n for a, b, _ in pairs for n in (a, b))]
     out += _run_to_add([n for n in parameters if n in doubtful], found.motor(), records)
     order = {"error": 0, "warning": 1, "info": 2}

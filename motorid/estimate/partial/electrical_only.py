@@ -14,20 +14,21 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate.assembly.assemble import report
+from motorid.estimate.assembly.assemble import UNCHANGED, judged, unjudged
 from motorid.estimate.diagnosis import identifiability
-from motorid.estimate.diagnosis.deferred import Suspects
 from motorid.estimate.diagnosis.remarks import budget
 from motorid.estimate.fit import joint_fit, multistart
 from motorid.estimate.fit.parameter_bounds import held_values, merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.partial import locked_rotor as rotor
 from motorid.estimate.results.estimate import PARAMETERS, UNITS, Diagnostic, Estimate
+from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.intervals import unknown
 
 POWERS = {"K": 1, "B": 2, "J": 2, "T0": 1}  # of K's scale in each parameter
 RATIOS = {"J": ("J/K²", "A·s/V"), "B": ("B/K²", "A/V"), "T0": ("T0/K", "A")}  # with V = N·m/A·rad/s
+COMBINED = {name: ratio for name, (ratio, _) in RATIOS.items()}
 SCALELESS = ("stall_current", "electrical_time_constant", "mechanical_time_constant",
              "peak_efficiency")  # fmt: skip
 UNSEEN = "the speed is seen through v - R i, and these data do not determine R"
@@ -67,11 +68,11 @@ def fit(captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence
         values = merged(held_values(held, without), solution)
         held = dict(fix)
         records, solution = _on_scale(captures, held, without, given[0], values)
-    found = report(captures, records, solution, held, without)
+    found = unjudged(captures, records, solution, held, without)
     if not given:
         found = _open(found)
-    suspects = Suspects(records, solution, found.parameters)
-    return replace(found, suspects=suspects, options={**found.options, "fix": dict(fix)})
+    found = replace(found, options={**found.options, "fix": dict(fix)})
+    return judged(found, records, solution, UNCHANGED if given else COMBINED)
 
 
 def _insist_on_current(captures: Sequence[Capture]) -> None:
@@ -109,17 +110,17 @@ def _open(found: Estimate) -> Estimate:
     parameters, combinations = dict(found.parameters), {}
     for name, (ratio, unit) in RATIOS.items():
         told = found.parameters[name]
-        if told.status == "fixed":
+        if told.status is Status.FIXED:
             continue  # left out of the model
-        seen = found.parameters["R"].status in ("estimated", "fixed")
+        resistance = found.parameters["R"].status
+        seen = resistance.measured or resistance is Status.FIXED
         combinations[ratio] = (
             replace(told, name=ratio, unit=unit) if seen else unknown(ratio, unit, UNSEEN)
         )
         why = f"voltage and current alone determine only {ratio}: {REMEDY}"
         parameters[name] = unknown(name, UNITS[name], why)
     parameters["K"] = unknown("K", UNITS["K"], f"no motion was measured: {REMEDY}")
-    names = {name: ratio for name, (ratio, _) in RATIOS.items()}
-    shares = {names.get(name, name): each for name, each in found.budget.items()}
+    shares = {COMBINED.get(name, name): each for name, each in found.budget.items()}
     known = {n for n, p in {**parameters, **combinations}.items() if p.value is not None}
     remarks_on = [d for d in found.diagnostics if d.code != "budget"]
     return replace(
@@ -127,7 +128,7 @@ def _open(found: Estimate) -> Estimate:
         parameters=parameters,
         combinations=combinations,
         derived={name: found.derived[name] for name in SCALELESS if name in found.derived},
-        free=tuple(names.get(name, name) for name in found.free),
+        free=tuple(COMBINED.get(name, name) for name in found.free),
         budget=shares,
         diagnostics=(
             _said(),

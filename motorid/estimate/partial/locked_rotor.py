@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError
-from motorid.estimate.assembly.assemble import report
-from motorid.estimate.diagnosis.deferred import Suspects
+from motorid.estimate.assembly.assemble import judged, unjudged
 from motorid.estimate.fit import alternating_fit, joint_fit, multistart, start_values_without_motion
 from motorid.estimate.fit.parameter_bounds import unknowns_of
 from motorid.estimate.model.capture_model import MotorRecord
@@ -146,26 +145,26 @@ def estimate(
     Raises DataError where the captures do not tell these either.
     """
     profiled = all(record.sensed.waveform is None for record in records)
-    found = report(captures, records, solution, still, (), profiled=profiled)
+    found = unjudged(captures, records, solution, still, (), profiled)
     if not profiled:
         found = _without_leaning(found)
     parameters = dict(found.parameters)
-    if all(parameters[name].status == "not_identifiable" for name in ELECTRICAL):
+    if all(parameters[name].status.unknown for name in ELECTRICAL):
         raise DataError(NOTHING)
     why = f"nothing shows that the rotor turned: its friction holds {_peak(still):.3g} A or more"
     for name in MECHANICAL:
         if name not in fix and name not in without:
             parameters[name] = unknown(name, UNITS[name], f"{why}; let it turn")
     said = Diagnostic("rotor_held", "warning", f"{why}. Such a run determines only R and L.")
-    return replace(
+    known = replace(
         found,
         parameters=parameters,
         derived={name: found.derived[name] for name in STILL if name in found.derived},
         diagnostics=(said, *found.diagnostics),
         segments=(),
-        suspects=Suspects(records, solution, parameters),
         options={**found.options, "fix": dict(fix), "without": list(without)},
     )
+    return judged(known, records, solution)
 
 
 def _without_leaning(found: Estimate) -> Estimate:

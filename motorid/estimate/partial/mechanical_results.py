@@ -20,6 +20,7 @@ from motorid.estimate.results.estimate import (
     Estimate,
     Parameter,
 )
+from motorid.estimate.results.status import Status
 from motorid.version import __version__
 
 Floats = NDArray[np.float64]
@@ -69,7 +70,7 @@ class Judge:
         if q.at_bound:
             return Parameter(
                 name, unit, 0.0, statistical, q.instrument, total, (0.0, max(high, 0.0)),
-                "at_bound", _joined(note, "the best fit would be negative; set to 0"),
+                Status.AT_BOUND, _joined(note, "the best fit would be negative; set to 0"),
             )  # fmt: skip
         if not signed and (q.value <= 0 or total > NOTHING * q.value):
             limit = f"these data say only that it is below {max(high, 0.0):.2g} {unit}"
@@ -81,8 +82,9 @@ class Judge:
                     note, f"weakly known: ± {100 * total / q.value:.0f} % (one standard)"
                 )
         return Parameter(
-            name, unit, q.value, statistical, q.instrument, total, (low, high), "estimated", note
-        )
+            name, unit, q.value, statistical, q.instrument, total, (low, high),
+            Status.ESTIMATED, note,
+        )  # fmt: skip
 
 
 def _joined(first: str, second: str) -> str:
@@ -91,13 +93,13 @@ def _joined(first: str, second: str) -> str:
 
 def unknown(name: str, unit: str, note: str) -> Parameter:
     """A parameter that these data do not tell."""
-    return Parameter(name, unit, None, None, None, None, None, "not_identifiable", note)
+    return Parameter(name, unit, None, None, None, None, None, Status.NOT_IDENTIFIABLE, note)
 
 
 def fixed(name: str, unit: str, value: float) -> Parameter:
     """A parameter that the caller gave."""
     return Parameter(
-        name, unit, value, 0.0, 0.0, 0.0, (value, value), "fixed", "given, not measured"
+        name, unit, value, 0.0, 0.0, 0.0, (value, value), Status.FIXED, "given, not measured"
     )
 
 

@@ -9,8 +9,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.results.status import Status
+
 Floats = NDArray[np.float64]
-Status = Literal["estimated", "fixed", "at_bound", "not_identifiable"]
 Severity = Literal["info", "warning", "error"]
 Strength = Literal["named", "not excluded"]
 
@@ -49,11 +50,17 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Diagnostic:
-    """One finding about the data or the fit, as a sentence for a person and a code for a script."""
+    """One finding about the data or the fit, as a sentence for a person and a code for a script.
+
+    ``moves``: by how much it could have moved a parameter, in the parameter's unit (SI). Infinite:
+    it can move the parameter, and nothing says how far. Parameters that it does not move are left
+    out, and all of them where the fit has allowed for it.
+    """
 
     code: str
     severity: Severity
     message: str
+    moves: Mapping[str, float] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True)
@@ -61,7 +68,7 @@ class Suspect:
     """A fault of the measuring chain: ``evidence`` for it, and the ``action`` that mends it.
 
     ``where`` is a channel or a part of the rig. "named": these data show it. "not excluded": it
-    would leave no trace in these data.
+    would leave no trace in these data. ``moves``: as of a ``Diagnostic``.
     """
 
     code: str
@@ -69,6 +76,7 @@ class Suspect:
     evidence: str
     action: str
     strength: Strength
+    moves: Mapping[str, float] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True)
@@ -210,3 +218,4 @@ class Estimate:
     alternative: Alternative | None = None  # a better model beside this answer
     at_25: Mapping[str, Parameter] = field(default_factory=dict)
     rise: Rise | None = None  # how warm the runs made the winding
+    nominal_v: float | None = None  # V, at which ``derived`` is

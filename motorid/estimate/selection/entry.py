@@ -53,7 +53,7 @@ def fit(
     terms = () if model in (AUTO, SIX) else parse(model)
     records, solution = joint_fit.solved(captures, fix, without)
     estimate = report(captures, records, solution, fix, without)
-    scaleless = estimate.parameters["K"].status == "not_identifiable"
+    scaleless = estimate.parameters["K"].status.unknown
     if model == SIX or (scaleless and not terms):  # a wider model would know K even less
         return estimate
     held = held_values(fix, without)

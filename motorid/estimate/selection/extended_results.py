@@ -14,6 +14,7 @@ from motorid.estimate.fit.parameter_bounds import held_values
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import ADDED
 from motorid.estimate.results.estimate import Alternative, ChannelFit, Parameter, TermTrial
+from motorid.estimate.results.status import Status
 from motorid.estimate.selection.extended_fit import Fitted
 from motorid.estimate.solver.dense_products import square
 from motorid.estimate.solver.problem import Solution
@@ -65,7 +66,7 @@ def parameters(found: Findings, fitted: Fitted) -> dict[str, Parameter]:
 def _counted(name: str, value: float) -> Parameter:
     note = "a whole number, by the angle at which the residuals repeat"
     added = ADDED[name]
-    return Parameter(name, added.unit, value, 0.0, 0.0, 0.0, (value, value), "fixed", note)
+    return Parameter(name, added.unit, value, 0.0, 0.0, 0.0, (value, value), Status.FIXED, note)
 
 
 def _added(found: Findings, name: str) -> Parameter:
@@ -94,7 +95,7 @@ def _stated(
     limit = intervals.UNKNOWN if log else intervals.UNKNOWN_FRICTION
     if bound and not log and value == lower == 0.0:
         return Parameter(
-            name, unit, 0.0, *parts, total, (0.0, factor * total), "at_bound",
+            name, unit, 0.0, *parts, total, (0.0, factor * total), Status.AT_BOUND,
             "the best fit would be negative; set to 0",
         )  # fmt: skip
     if bound or not total <= limit * abs(value):
@@ -105,7 +106,7 @@ def _stated(
         interval = (value / reach_factor, value * reach_factor)
     else:
         interval = (max(value - factor * total, lower), value + factor * total)
-    return Parameter(name, unit, value, *parts, total, interval, "estimated")
+    return Parameter(name, unit, value, *parts, total, interval, Status.ESTIMATED)
 
 
 def _capacity(found: Findings) -> Parameter:

@@ -24,6 +24,7 @@ from motorid.estimate.uncertainty.covariance import NOISE, SCATTER, SPREAD, Know
 
 Floats = NDArray[np.float64]
 
+FINDING = "finding: "  # begins the line of a fault that the fit has not allowed for
 SETTLING = "source iteration"  # of fit and source in turn, as far as it did not settle
 REST = {  # what is left when every influence quantity has its line
     NOISE: "record longer runs with more changes of speed, or more of them",
@@ -35,6 +36,8 @@ REST = {  # what is left when every influence quantity has its line
 
 def remedy(cause: str) -> str:
     """What to do about a line of the budget."""
+    if cause.startswith(FINDING):
+        return f'do what the finding "{cause.removeprefix(FINDING)}" asks for'
     return BY_NAME[cause].remedy if cause in BY_NAME else REST[cause]
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.results.estimate import PARAMETERS, UNITS, Parameter
+from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import Statistical
 from motorid.estimate.uncertainty.errors_in_variables import Hidden
@@ -138,7 +139,7 @@ def parameters(found: Findings) -> dict[str, Parameter]:
 
 
 def _given(name: str, value: float, note: str) -> Parameter:
-    return Parameter(name, UNITS[name], value, 0.0, 0.0, 0.0, (value, value), "fixed", note)
+    return Parameter(name, UNITS[name], value, 0.0, 0.0, 0.0, (value, value), Status.FIXED, note)
 
 
 def _free(found: Findings, name: str) -> Parameter:
@@ -158,7 +159,7 @@ def _free(found: Findings, name: str) -> Parameter:
             half = low, high
         return Parameter(
             name, unit, value, value * deviation, value * instrument, value * relative,
-            (value * float(np.exp(-half[0])), value * float(np.exp(half[1]))), "estimated",
+            (value * float(np.exp(-half[0])), value * float(np.exp(half[1]))), Status.ESTIMATED,
         )  # fmt: skip
     if torque_is_lost(found.solution, found.statistical):
         return unknown(
@@ -171,7 +172,7 @@ def _free(found: Findings, name: str) -> Parameter:
         below, reach = (float(np.hypot(end, student(freedom) * instrument)) for end in ends)
     if found.solution.at_bound[k]:
         return Parameter(
-            name, unit, value, deviation, instrument, total, (0.0, reach), "at_bound",
+            name, unit, value, deviation, instrument, total, (0.0, reach), Status.AT_BOUND,
             "the best fit would be negative; set to 0",
         )  # fmt: skip
     if total > UNKNOWN_FRICTION * value:
@@ -179,13 +180,13 @@ def _free(found: Findings, name: str) -> Parameter:
         return unknown(name, unit, f"{note} would determine it")
     return Parameter(
         name, unit, value, deviation, instrument, total,
-        (max(0.0, value - below), value + reach), "estimated",
+        (max(0.0, value - below), value + reach), Status.ESTIMATED,
     )  # fmt: skip
 
 
 def unknown(name: str, unit: str, note: str) -> Parameter:
     """A quantity that these data do not tell."""
-    return Parameter(name, unit, None, None, None, None, None, "not_identifiable", note)
+    return Parameter(name, unit, None, None, None, None, None, Status.NOT_IDENTIFIABLE, note)
 
 
 def _positive(
@@ -210,7 +211,7 @@ def _positive(
     reach = float(np.exp(student(freedom) * total / value))
     return Parameter(
         name, unit, value, deviation, instrument, total, (value / reach, value * reach),
-        "estimated", note,
+        Status.ESTIMATED, note,
     )  # fmt: skip
 
 
@@ -232,7 +233,7 @@ def derived(found: Findings, voltage_v: float) -> dict[str, Parameter]:
 def combinations(found: Findings, given: Mapping[str, Parameter]) -> dict[str, Parameter]:
     """Ratios that are known although a parameter in them is not."""
     out = {}
-    missing = {n for n, p in given.items() if p.status == "not_identifiable"}
+    missing = {n for n, p in given.items() if p.status.unknown}
     for name, (unit, powers) in RATIOS.items():
         if not missing & powers.keys():
             continue

@@ -29,6 +29,7 @@ from motorid.estimate.effects.winding_temperature import (
     shown_by,
 )
 from motorid.estimate.results.estimate import UNITS, Alternative, Estimate, Parameter, Rise
+from motorid.estimate.results.status import Status
 
 REFERENCE_C = 25.0
 NORMAL_95 = 1.959963984540054
@@ -54,7 +55,7 @@ def with_reference(estimate: Estimate, captures: Sequence[Capture]) -> Estimate:
     """
     resistance = estimate.parameters["R"]
     timeless = any(capture.provenance.get("static") for capture in captures)
-    if resistance.status != "estimated" or not resistance.value or timeless:
+    if not resistance.status.measured or not resistance.value or timeless:
         return estimate
     stated = figures(captures[0])
     rise = self_heating(captures, resistance.value, stated, shown_by(estimate.alternative))
@@ -134,7 +135,7 @@ def at_25(
         )
     for name, cause, per_k, doubt_per_k, above in rows:
         hot = parameters[name]
-        if hot.status == "estimated" and hot.value:
+        if hot.status.measured and hot.value:
             factor = 1.0 + per_k * above
             relative = {
                 AMBIENT_TEMPERATURE.name: abs(per_k / factor) * warmth.ambient_uncertainty,
@@ -161,7 +162,7 @@ def _cold(hot: Parameter, name: str, factor: float, doubt: float) -> Parameter:
     return Parameter(
         name, UNITS[hot.name], value, (hot.statistical or 0.0) / factor, instrument,
         math.hypot((hot.total or 0.0) / factor, doubt * value),
-        (value * math.exp(-reach), value * math.exp(reach)), "estimated",
+        (value * math.exp(-reach), value * math.exp(reach)), Status.ESTIMATED,
     )  # fmt: skip
 
 

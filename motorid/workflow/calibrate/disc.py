@@ -12,6 +12,7 @@ from motorid.calibration.disc import Inertia, check_disc
 from motorid.calibration.toml import render
 from motorid.capture.model import CURRENT, VOLTAGE
 from motorid.errors import DataError
+from motorid.estimate.results.status import Status
 from motorid.rig_calibration import FORMAT, apply, parse_calibration
 from motorid.workflow.calibrate.bench import Bench, Tables, now
 
@@ -80,7 +81,7 @@ def _inertia(bench: Bench, rig: Rig, name: str) -> Inertia:
             rig, path, repeat=bench.settings.runs, note=path.stem, progress=bench.progress
         )
         found = fit([store.load(one) for one in paths]).parameters["J"]
-    if found.value is None or found.status != "estimated":
+    if found.value is None or found.status is not Status.ESTIMATED:
         raise DataError(f"these runs do not tell J ({found.note}): see motorid fit's report")
     return Inertia(found.value, found.statistical or 0.0, found.instrument or 0.0)
 

@@ -1,4 +1,4 @@
-"""The pieces: score test, laziness, direct looks, and how the report says it."""
+"""The pieces: score test, what a look costs, direct looks, and how the report says it."""
 
 from __future__ import annotations
 
@@ -51,16 +51,19 @@ def test_what_a_parameter_explains_scores_nothing(runs: Runs) -> None:
     assert Screen(records, solution).best(same).gain < 1.0
 
 
-def test_nothing_is_looked_for_before_somebody_asks(
+def test_a_good_capture_is_looked_at_once_and_nothing_is_tried(
     runs: Runs, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    calls = []
+    """A fit with a fault as an unknown is dear: only residuals that ask for one get it."""
+    looks, fits = [], []
     usual = rank.suspects
-    monkeypatch.setattr(rank, "suspects", lambda *a: calls.append(1) or usual(*a))
+    monkeypatch.setattr(rank, "suspects", lambda *a: looks.append(1) or usual(*a))
+    monkeypatch.setattr(rank, "refit", lambda *a, **k: fits.append(1))
     estimate = fit([runs.good])
-    assert not calls
+    assert len(looks) == 1
+    assert not fits
     assert len(estimate.suspects) == len(list(estimate.suspects))
-    assert len(calls) == 1
+    assert len(looks) == 1
 
 
 def test_what_follows_is_limited_and_catches_up() -> None:

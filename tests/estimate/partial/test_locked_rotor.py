@@ -44,9 +44,9 @@ def responses(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     seen: list[int] = []
     fitted = MotorRecord.fitted
 
-    def counted(record: MotorRecord, shared, own):  # type: ignore[no-untyped-def]
+    def counted(record: MotorRecord, *given):  # type: ignore[no-untyped-def]
         seen.append(1)
-        return fitted(record, shared, own)
+        return fitted(record, *given)
 
     monkeypatch.setattr(MotorRecord, "fitted", counted)
     return seen

@@ -22,6 +22,7 @@ from motorid.errors import DataError
 from motorid.estimate.effects import winding_temperature
 from motorid.estimate.effects.winding_temperature import Coefficients, self_heating
 from motorid.estimate.results.estimate import Estimate, Parameter, Rise
+from motorid.estimate.results.status import Status
 from motorid.estimate.uncertainty.reference_temperature import at_25, warmth_of
 from motorid.identify import fit
 from motorid.rig import Rig
@@ -59,7 +60,9 @@ def resistance(value: float = 2.0, share: float = 0.01) -> dict[str, Parameter]:
     u = share * value
     reach = math.exp(1.96 * share)
     return {
-        "R": Parameter("R", "ohm", value, u, 0.0, u, (value / reach, value * reach), "estimated")
+        "R": Parameter(
+            "R", "ohm", value, u, 0.0, u, (value / reach, value * reach), Status.ESTIMATED
+        )
     }
 
 

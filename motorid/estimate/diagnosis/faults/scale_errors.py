@@ -150,7 +150,7 @@ def departures(
     if highest_v > nameplate.get("V", math.inf):
         fitted["V"] = highest_v, 0.0
     for name, p in parameters.items():
-        if p.value and p.value > 0 and p.total is not None and p.status == "estimated":
+        if p.value and p.value > 0 and p.total is not None and p.status.measured:
             fitted[name] = p.value, p.total / p.value
     if {"K", "B", "T0", "R"} <= fitted.keys() and "V" in nameplate:
         K, B, T0, R = (fitted[n][0] for n in ("K", "B", "T0", "R"))

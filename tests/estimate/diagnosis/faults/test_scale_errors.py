@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE
-from motorid.estimate.diagnosis import deferred
 from motorid.estimate.diagnosis.faults import scale_errors
 from motorid.estimate.results.estimate import Parameter
+from motorid.estimate.results.status import Status
 from motorid.identify import fit
 from tests.estimate.diagnosis.faults import inject
 from tests.estimate.diagnosis.faults.cases import SCALES, Case, Runs
@@ -61,18 +61,13 @@ SLOW = {  # L is lost, and looked for; or the fit has no motor to find
         for c in SCALES
     ],
 )
-def test_a_nameplate_names_the_scale(
-    case: Case, runs: Runs, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_nameplate_names_the_scale(case: Case, runs: Runs) -> None:
     """And without one, of the same fit, no scale is excluded."""
-    suspects = fit([case.capture(runs)]).suspects
-    assert isinstance(suspects, deferred.Suspects)
-    with monkeypatch.context() as patch:
-        patch.setattr(scale_errors, "read_nameplate", lambda table: {})
-        bare = suspects.look()
+    estimate = fit([case.capture(runs)])
+    bare = scale_errors.suspects(estimate.parameters, {})
     hidden = {s.code for s in bare if s.strength == "not excluded"}
     assert hidden == {c.code for c in scale_errors.CAUSES}
-    found = [s for s in suspects if s.code in hidden]
+    found = [s for s in estimate.suspects if s.code in hidden]
     assert [(s.code, s.strength) for s in found] == [(case.code, "named")]
 
 
@@ -92,7 +87,9 @@ def test_a_motor_within_its_tolerance_is_not_blamed(options: str, tmp_path: Path
 
 def inertia(value: float) -> Parameter:
     u = 0.002 * value
-    return Parameter("J", "kg·m²", value, u, 0.0, u, (value - 2 * u, value + 2 * u), "estimated")
+    return Parameter(
+        "J", "kg·m²", value, u, 0.0, u, (value - 2 * u, value + 2 * u), Status.ESTIMATED
+    )
 
 
 @pytest.mark.parametrize(
@@ -121,7 +118,7 @@ def test_millivolts_are_told_by_the_readings_where_the_fit_is_bad() -> None:
     plate = {"R": 2.6, "L": 180e-6, "K": 7.68e-3, "J": 3.9e-7, "V": 6.0}
     units = {"R": "ohm", "L": "H", "K": "N·m/A", "J": "kg·m²"}
     fitted = {
-        n: Parameter(n, u, f * plate[n], 0.0, 0.0, 0.0, None, "estimated")
+        n: Parameter(n, u, f * plate[n], 0.0, 0.0, 0.0, None, Status.ESTIMATED)
         for (n, u), f in zip(units.items(), (990.0, 980.0, 1.05, 0.9e-3), strict=True)
     }
     assert [s.code for s in scale_errors.suspects(fitted, plate, 6.0)] == ["current_scale"]

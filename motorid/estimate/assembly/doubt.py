@@ -1,0 +1,172 @@
+"""Parameters that a finding could have moved are doubtful: their intervals cover what it could do.
+
+A finding states its ``moves``: by how much it could have moved each parameter. Where one of them is
+more than half of the parameter's half-width H, the parameter is doubtful. Its new half-width is
+H + M, where M is the root of the sum of the squares of all findings' moves: one fault is named
+once, and several are independent. The total uncertainty grows in proportion, so that interval and
+total keep their factor. The part that it grows by is the finding's line of the budget.
+
+A move without a size (infinite) is bounded by what the residuals allow, or by the value itself
+where nothing bounds it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from motorid.estimate.results.estimate import PARAMETERS, Diagnostic, Estimate, Parameter, Suspect
+from motorid.estimate.results.status import Status
+from motorid.estimate.uncertainty.budget import FINDING
+from motorid.estimate.uncertainty.intervals import NORMAL_95, RATIOS
+from motorid.motor.parameters import FIGURES, Motor
+
+Finding = Suspect | Diagnostic
+Moves = Mapping[str, float]
+
+SHARE = 0.5  # of the half-width of an interval, beyond which a move makes a value doubtful
+NONE: Mapping[str, float] = {}
+
+
+@dataclass(frozen=True)
+class _Widened:
+    """A parameter with what findings add to it, and their lines of its budget."""
+
+    parameter: Parameter
+    lines: Mapping[str, float]
+
+
+def settled(estimate: Estimate, findings: Iterable[Finding], allowed: Moves = NONE) -> Estimate:
+    """The estimate with the standing that ``findings`` leave its values.
+
+    Parameters, combinations and derived figures follow; ``findings`` are not added to it.
+    ``allowed`` (SI) bounds moves without a size. Findings that were settled before must not come
+    again: they would widen twice.
+    """
+    moving = [(line_of(one), _sized(one.moves, estimate, allowed)) for one in findings if one.moves]
+    if not moving:
+        return estimate
+    budget = {name: dict(lines) for name, lines in estimate.budget.items()}
+
+    def widened(table: Mapping[str, Parameter], kind: str) -> dict[str, Parameter]:
+        out = {}
+        for name, p in table.items():
+            found = _widened(p, [(line, _of(kind, name, m, estimate)) for line, m in moving])
+            out[name] = found.parameter
+            if found.lines and name in budget:
+                budget[name] = _summed(budget[name], found.lines)
+        return out
+
+    return replace(
+        estimate,
+        parameters=widened(estimate.parameters, "parameter"),
+        combinations=widened(estimate.combinations, "combination"),
+        derived=widened(estimate.derived, "derived"),
+        budget=budget,
+    )
+
+
+def line_of(finding: Finding) -> str:
+    """The name of a finding's line in the budgets."""
+    return FINDING + finding.code.replace("_", " ")
+
+
+def doubtful(estimate: Estimate) -> tuple[Parameter, ...]:
+    """Parameters that are doubtful or not supported, in their order."""
+    poor = (Status.DOUBTFUL, Status.NOT_SUPPORTED)
+    tables = (estimate.parameters, estimate.combinations)
+    return tuple(p for table in tables for p in table.values() if p.status in poor)
+
+
+def _sized(moves: Moves, estimate: Estimate, allowed: Moves) -> dict[str, float]:
+    """Moves with a size: one without has what is allowed, at most the value itself."""
+    out = {}
+    for name, move in moves.items():
+        size = abs(move)
+        if not math.isfinite(size):
+            p = estimate.parameters.get(name) or estimate.combinations.get(name)
+            value = abs(p.value) if p is not None and p.value is not None else 0.0
+            size = min(allowed.get(name, value), value)
+        out[name] = size
+    return out
+
+
+def _of(kind: str, name: str, moves: Moves, estimate: Estimate) -> float:
+    """By how much the moves of parameters move a quantity (its unit)."""
+    if name in moves:
+        return moves[name]
+    if kind == "combination" and name in RATIOS:
+        powers = RATIOS[name][1]
+        shares = (
+            abs(power) * moves.get(n, 0.0) / abs(estimate.parameters[n].value or math.inf)
+            for n, power in powers.items()
+        )
+        return abs(estimate.combinations[name].value or 0.0) * sum(shares)
+    if kind == "derived" and name in FIGURES and estimate.nominal_v is not None:
+        return _of_figure(name, moves, estimate.parameters, estimate.nominal_v)
+    return 0.0
+
+
+def _of_figure(
+    name: str, moves: Moves, parameters: Mapping[str, Parameter], voltage_v: float
+) -> float:
+    values = {n: parameters[n].value for n in PARAMETERS}
+    known = {n: math.nan if v is None else v for n, v in values.items()}
+    of = FIGURES[name].of
+    before = of(Motor.of(known), voltage_v)
+    total = 0.0
+    for n, move in moves.items():
+        if n in known and move > 0.0 and math.isfinite(known[n]):
+            total += abs(of(Motor.of({**known, n: known[n] + move}), voltage_v) - before)
+    return total if math.isfinite(total) else 0.0
+
+
+def _widened(p: Parameter, moved: Sequence[tuple[str, float]]) -> _Widened:
+    able = p.status.measured or p.status is Status.AT_BOUND
+    if not able or p.value is None or p.interval_95 is None or p.total is None:
+        return _Widened(p, {})
+    low, high = p.interval_95
+    half = (high - low) / 2.0
+    if max(move for _, move in moved) <= SHARE * half:
+        return _Widened(p, {})
+    more = math.hypot(*(move for _, move in moved))
+    factor = half / p.total if p.total > 0.0 and half > 0.0 else NORMAL_95
+    total = (half + more) / factor
+    added = math.sqrt(max(total**2 - p.total**2, 0.0))
+    lines: dict[str, float] = {}
+    for line, move in moved:
+        if move > 0.0:
+            lines[line] = math.hypot(lines.get(line, 0.0), added * move / more)
+    least = 0.0 if low >= 0.0 else -math.inf
+    return _Widened(
+        replace(
+            p,
+            instrument=math.hypot(p.instrument or 0.0, added),
+            total=total,
+            interval_95=(max(low - more, least), high + more),
+            status=Status.DOUBTFUL,
+            note=_note(p, moved, more),
+        ),
+        lines,
+    )
+
+
+def _note(p: Parameter, moved: Sequence[tuple[str, float]], more: float) -> str:
+    """Which finding, and how far it could have moved the value."""
+    names = dict.fromkeys(
+        line.removeprefix(FINDING) for line, move in sorted(moved, key=lambda m: -m[1])
+        if move > SHARE * more
+    )  # fmt: skip
+    share = f"{more / abs(p.value):.2g} of its value" if p.value else f"{more:.2g} {p.unit}"
+    if p.value and more < abs(p.value):
+        share = f"{100.0 * more / abs(p.value):.2g} %"
+    said = f"doubtful: {' and '.join(names)} could have moved it by {share}"
+    return f"{p.note}; {said}" if p.note else said
+
+
+def _summed(lines: Mapping[str, float], more: Mapping[str, float]) -> dict[str, float]:
+    out = dict(lines)
+    for line, u in more.items():
+        out[line] = math.hypot(out.get(line, 0.0), u)
+    return out
