@@ -71,7 +71,7 @@ wheel: $(READY_TO_TEST)
 	$(MAKE) -C firmware hex
 	MOTORID_RELEASE=1 $(PY) -m pip wheel -q --no-deps --no-build-isolation -w dist .
 
-$(READY): pyproject.toml setup.py constraints.txt tools/setup.sh $(C_SOURCES)
+$(READY): pyproject.toml setup.py locks/run.txt locks/test.txt tools/setup.sh $(C_SOURCES)
 	sh tools/setup.sh run
 	@touch $@
 

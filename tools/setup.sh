@@ -83,11 +83,13 @@ if [ "$what" = test ] && [ -n "$(wanted_packages)" ]; then
 fi
 
 [ -x $venv/bin/python ] || { say "creating $venv with $python"; "$python" -m venv $venv; }
-if [ "$what" = test ]; then extra='[dev]'; else extra=; fi
-say "installing motorid$extra, pinned by constraints.txt"
-export PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_CONSTRAINT="$PWD/constraints.txt"
-$venv/bin/python -m pip install -q setuptools wheel cffi
-$venv/bin/python -m pip install -q --no-build-isolation -e ".$extra"
+say "installing motorid for $what, as locked in locks/$what.txt"
+export PIP_DISABLE_PIP_VERSION_CHECK=1
+# Each file must have a hash of the lock. Sources are built with the setuptools that the first installs.
+$venv/bin/python -m pip install -q --require-hashes -r locks/run.txt
+[ "$what" = run ] ||
+    $venv/bin/python -m pip install -q --require-hashes --no-build-isolation -r locks/test.txt
+$venv/bin/python -m pip install -q --no-deps --no-index --no-build-isolation -e .
 if [ "$what" = test ]; then
     # so that not each worker compiles every test module for itself
     PYTHONDONTWRITEBYTECODE='' $venv/bin/python -m pytest -q --collect-only >/dev/null 2>&1 || :
