@@ -21,7 +21,7 @@ C_SOURCES := $(filter-out $(wildcard motorid/*/_*), \
 READY := $(VENV)/ready
 READY_TO_TEST := $(VENV)/ready-to-test
 
-.PHONY: run test quick evidence check frozen fuzz bench docs format wheel help clean
+.PHONY: run test quick evidence check frozen fuzz bench docs format lock sbom wheel help clean
 
 run: $(READY)
 	$(VENV)/bin/motorid run --rig $(RIG) -o $(OUT) --force
@@ -44,6 +44,8 @@ check: $(READY_TO_TEST)
 	$(PY) -m motorid.wire.generate --check
 	$(PY) tools/commands_page.py --check
 	$(PY) tools/influence_page.py --check
+	$(PY) -m tools.supply.lock --check
+	$(PY) -m tools.supply.licences --check
 	$(PY) tools/sentences.py
 
 frozen: $(READY_TO_TEST)
@@ -67,9 +69,16 @@ format: $(READY_TO_TEST)
 	$(PY) -m ruff format .
 	$(PY) -m ruff check --fix .
 
+lock: $(READY_TO_TEST)
+	$(PY) -m tools.supply.lock $(if $(UPGRADE),--upgrade)
+
+sbom: $(READY_TO_TEST)
+	$(PY) -m tools.supply.bill dist
+
 wheel: $(READY_TO_TEST)
 	$(MAKE) -C firmware hex
 	MOTORID_RELEASE=1 $(PY) -m pip wheel -q --no-deps --no-build-isolation -w dist .
+	$(PY) -m tools.supply.bill dist
 
 $(READY): pyproject.toml setup.py locks/run.txt locks/test.txt tools/setup.sh $(C_SOURCES)
 	sh tools/setup.sh run
@@ -88,11 +97,13 @@ help:
 	@echo "make test                     every test"
 	@echo "make quick                    the tests that take less than about half a second each"
 	@echo "make evidence [PARTS=...]     what takes hours, into bench/results; SHORT=1 for a moment"
-	@echo "make check                    format, lint, types, generated files"
+	@echo "make check                    format, lint, types, generated files, lock, licences"
 	@echo "make frozen [AGAINST=commit]  every number of a fixed corpus, as recorded or as that commit's bits"
 	@echo "make fuzz [SECONDS=60]        each parser and the firmware's receiver, for so long"
 	@echo "make bench                    speed and accuracy against their targets"
 	@echo "make docs                     write the generated documents"
 	@echo "make format                   format and mend lint"
+	@echo "make lock [UPGRADE=1]         write the lock of what is installed, with hashes"
+	@echo "make sbom                     the bill of materials and the third-party notices, into dist/"
 	@echo "make wheel                    a release's wheel, with the boards' firmware, into dist/"
 	@echo "make clean                    remove the environment and everything built"

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
+from typing import Any
 
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -59,11 +60,21 @@ def pins(path: Path) -> dict[str, Pin]:
 
 def wanted(what: str) -> list[Requirement]:
     """Requirements that pyproject.toml names for "run" or "test", with those of the build."""
-    table = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    table = _pyproject()
     named = [*table["build-system"]["requires"], *table["project"]["dependencies"]]
     if what == "test":
         named += table["project"]["optional-dependencies"]["dev"]
     return [Requirement(one) for one in named]
+
+
+def wanted_by_users() -> list[Requirement]:
+    """Requirements of every extra but that of developers."""
+    extras = _pyproject()["project"]["optional-dependencies"]
+    return [Requirement(one) for extra in extras if extra != "dev" for one in extras[extra]]
+
+
+def _pyproject() -> dict[str, Any]:
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
 def installed(name: str) -> Distribution:
