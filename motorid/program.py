@@ -98,6 +98,11 @@ class Program:
         )
 
 
+def whole_ticks(duration_s: float, clock_hz: float, unit: int) -> int:
+    """Ticks that a board gives to a step: the nearest multiple of ``unit`` ticks, at least one."""
+    return max(1, round(duration_s * clock_hz / unit)) * unit
+
+
 def climbs(
     levels: Sequence[Sequence[float]],
     *,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from motorid.errors import RigError
-from motorid.program import Program, StepKind
+from motorid.program import Program, StepKind, whole_ticks
 from motorid.rig import Rig
 from motorid.wire.enums import Channel, ChannelKind, Mode
 from motorid.wire.hashes import config_hash, program_hash
@@ -150,7 +150,7 @@ def wire_program(program: Program, identity: Mapping[str, Any], period: int) -> 
                 f"step {number} of the program asks for {step.decay.name.lower()} decay, which "
                 f"the board {identity['board']} has not"
             )
-        left = max(1, round(step.duration_s * identity["clock_hz"] / period)) * period
+        left = whole_ticks(step.duration_s, identity["clock_hz"], period)
         while left:
             ticks = min(left, longest)
             left -= ticks

@@ -15,6 +15,7 @@ from motorid.estimate.fit.block_regression import Start, blocks, mechanical, usu
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Suspect
 from motorid.estimate.signals.time_grid import Part
+from motorid.program import StepKind
 
 Floats = NDArray[np.float64]
 
@@ -23,9 +24,14 @@ BACK = 0.9  # of a fall: where the supply has recovered
 SMOOTH = 8  # samples
 HEAD = 16  # samples after a command, which a late voltage shows wrongly
 FEWEST = 24  # samples of a recovery
-FLAT = 0.7  # fall of the current meanwhile, in units of what a resistance would make of it
+FLAT = 0.1  # of the limit, by which the mean current may change from the first third to
+# the last; before, a capacitor may give up to twice that more
+LEAVES = 0.3  # of the limit, by which the current falls once the voltage has recovered
+ON_ITS_WAY = 0.2  # of a fall: a capacitor gives more than the limit until there
 MISSING = 0.05  # of the commanded voltage, that the motor must answer as if it lacked
 BLOCKS = 3  # that must lack it
+
+DRIVEN = (StepKind.DRIVE_DUTY, StepKind.DRIVE_VOLTS)
 
 ACTION = "set the supply's current limit higher, or drive with lower steps"
 
@@ -59,10 +65,10 @@ def sag(record: MotorRecord) -> Sag | None:
     if current is None or volts is None:
         return None
     place = np.arange(record.timeline.count)
-    amperes = np.interp(place, current.keep, current.values)
+    amperes = np.abs(np.interp(place, current.keep, current.values))
     for part in record.timeline.parts:
-        if not part.open and part.kind is not None:
-            found = _in_part(part, volts, np.abs(amperes), record)
+        if part.kind in DRIVEN and part.level and not part.discontinuous:
+            found = _in_part(part, volts, amperes, record)
             if found is not None:
                 return found
     return None
@@ -81,20 +87,30 @@ def _measured(record: MotorRecord) -> Floats | None:
 
 
 def _in_part(part: Part, volts: Floats, amperes: Floats, record: MotorRecord) -> Sag | None:
-    """While a supply with a resistance recovers, the current falls with the fall of the voltage."""
+    """A plateau of the current under a voltage that recovers; once it has, the current falls.
+
+    A supply with a resistance recovers as far as the current falls, and so shows no plateau. In a
+    part whose current comes in pulses the voltage rises with the speed by itself.
+    """
     box = np.ones(SMOOTH) / SMOOTH
     if part.stop - part.start < HEAD + 2 * FEWEST:
         return None
     v, i = (np.convolve(y[part.slice][HEAD:], box, "valid") for y in (volts, amperes))
     level, low = float(np.median(v[-FEWEST:])), int(np.argmin(v))
     fall = level - float(v[low])
-    back = low + int(np.argmax(v[low:] >= level - (1 - BACK) * fall))
-    if fall < SAGS * level or back - low < FEWEST or not i[low] > 0:
+    begin, back = (
+        low + int(np.argmax(v[low:] >= v[low] + share * fall)) for share in (ON_ITS_WAY, BACK)
+    )
+    if fall < SAGS * level or back - begin < FEWEST:
         return None
-    if 1.0 - float(i[back] / i[low]) > FLAT * BACK:
+    limit, end = float(np.median(i[begin:back])), float(np.median(i[-FEWEST:]))
+    third = (back - begin) // 3
+    change = float(np.mean(i[begin : begin + third]) - np.mean(i[back - third : back]))
+    above = float(np.mean(i[low : begin + 1])) - limit
+    if max(abs(change), above / 2) > FLAT * limit or limit - end < LEAVES * limit:
         return None
-    begin = (part.start + HEAD + low) * record.timeline.period_s
-    return Sag(float(np.median(i[low:back])), float(v[low]), float(v[back]), begin)
+    start_s = (part.start + HEAD + begin) * record.timeline.period_s
+    return Sag(limit, float(v[begin]), float(v[back]), start_s)
 
 
 def seen(records: Sequence[MotorRecord]) -> tuple[Hypothesis, Start] | None:

@@ -6,6 +6,7 @@ smaller, or turn it round.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import POSITION, Capture
 from motorid.estimate.results.estimate import Suspect
 from motorid.estimate.signals.time_grid import Timeline
+from motorid.program import whole_ticks
 
 Floats = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -21,6 +23,7 @@ Places = NDArray[np.intp]
 AROUND = 5  # increments on either side whose median is the usual one
 STANDS_OUT = 8.0  # times the scatter of increments
 COUNTS = 3.5  # at least so many
+WITHIN = 1e-6  # of a sample period: rounding
 WHOLE = 0.2  # by which an increment may miss a multiple of its neighbours
 
 
@@ -103,10 +106,24 @@ def short_of_program(capture: Capture) -> int:
     """Samples by which a completed run is shorter than its program, gaps counted; 0: none."""
     if capture.program is None or capture.end_reason != "completed" or not capture.phases:
         return 0
-    period = capture.period_s
-    begin = (capture.phases[0].tick - int(capture.ticks[0])) / capture.clock_hz
     if capture.phases[0].index != 0:
         return 0
-    expected = (begin + capture.program.duration_s) / period
+    period = capture.period_s * capture.clock_hz  # ticks
+    begin = capture.phases[0].tick - int(capture.ticks[0])
+    expected = math.floor((begin + _planned_ticks(capture, period)) / period + WITHIN)
     present = len(capture) + sum(gap.samples for gap in capture.gaps)
-    return max(round(expected - present), 0)
+    return max(expected - present, 0)
+
+
+def _planned_ticks(capture: Capture, period: float) -> int:
+    """The program's length as a board counts it: each of its steps in whole sample periods.
+
+    Of a fast burst each step is a multiple of the shortest period of a stream.
+    """
+    known = capture.provenance
+    clock_hz = known.get("identity", {}).get("clock_hz", capture.clock_hz)  # as a board knows it
+    least = known.get("identity", {}).get("min_sample_period_ticks", 1)
+    asked = known.get("configuration", {}).get("sample_period_ticks", 0) or round(period)
+    unit = max(int(asked), int(least))
+    steps = capture.program.steps if capture.program is not None else ()
+    return sum(whole_ticks(step.duration_s, clock_hz, unit) for step in steps)
