@@ -39,7 +39,18 @@ def fit(
     for capture in captures:
         insist(capture)
     estimate = with_reference(_fit(captures, fix, without, method, search), captures)
-    return replace(estimate, diagnostics=(*estimate.diagnostics, *_unread(captures)))
+    return replace(
+        estimate,
+        diagnostics=(*estimate.diagnostics, *_open_bridges(captures), *_unread(captures)),
+    )
+
+
+def _open_bridges(captures: Sequence[Capture]) -> list[Diagnostic]:
+    """What was left out of logs, where an electrical fit would have taken it."""
+    from motorid.estimate.partial import mechanical_fit
+    from motorid.estimate.signals.log_sections import left_out
+
+    return [] if mechanical_fit.suits(captures) else left_out(captures)
 
 
 def _unread(captures: Sequence[Capture]) -> Iterator[Diagnostic]:

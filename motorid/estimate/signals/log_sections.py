@@ -1,4 +1,8 @@
-"""A log that pauses, as the pieces between its pauses: what the motor did in one nobody knows."""
+"""A log as the pieces that a fit can use: between its pauses, and while the bridge was closed.
+
+Nobody knows what the motor did in a pause, nor which voltage an open bridge left it. Each piece has
+a beginning of its own.
+"""
 
 from __future__ import annotations
 
@@ -9,18 +13,26 @@ from itertools import pairwise
 import numpy as np
 
 from motorid.capture.model import Capture
+from motorid.estimate.results.estimate import Diagnostic
+from motorid.estimate.signals.opened_bridge import Opening, openings
 
 PAUSE = 5.0  # usual periods between two samples, from which a log begins anew
 NEAR = 4  # samples on either side that tell the usual period there
 FEWEST = 64  # samples of a piece worth a beginning of its own
+DRIVEN = 24  # the same of one between two openings of the bridge
+LISTED = 4  # openings whose times a remark gives
 
 
 def pieces(captures: Sequence[Capture]) -> list[Capture]:
-    """The captures, those without a program cut where they pause.
+    """The captures, those without a program cut where they pause and where the bridge is open.
 
     A piece too short to tell where the motor was when it began is left out, unless all are.
     """
-    return [piece for capture in captures for piece in _cut(capture)]
+    unbroken = [piece for capture in captures for piece in _cut(capture)]
+    closed = [driven(piece) for piece in unbroken]
+    if not any(closed):
+        return unbroken
+    return [piece for each in closed for piece in each]
 
 
 def _cut(capture: Capture) -> list[Capture]:
@@ -36,6 +48,54 @@ def _cut(capture: Capture) -> list[Capture]:
     if not len(cuts) or not long:
         return [capture]
     return [_part(capture, a, b) for a, b in long]
+
+
+def driven(capture: Capture) -> list[Capture]:
+    """The parts of a capture in which its bridge was closed; a rest before a drive counts."""
+    opened = openings(capture)
+    if not opened:
+        return [capture]
+    return [_part(capture, a, b) for a, b in _between(opened, len(capture)) if b - a >= DRIVEN]
+
+
+def _between(opened: Sequence[Opening], count: int) -> list[tuple[int, int]]:
+    edges = [0, *(edge for one in opened for edge in (one.start, one.rests)), count]
+    return list(zip(edges[::2], edges[1::2], strict=True))
+
+
+def left_out(captures: Sequence[Capture]) -> list[Diagnostic]:
+    """What ``pieces`` leaves out of these captures because a bridge was open."""
+    unbroken = [piece for capture in captures for piece in _cut(capture)]
+    opened = [openings(capture) for capture in unbroken]
+    if not any(opened):
+        return []
+    if not any(driven(capture) for capture in unbroken):
+        return [
+            Diagnostic(
+                "bridge_open", "warning",
+                "the bridge opens so often that no stretch between is long enough to fit: the "
+                "voltage is taken as logged, also where the motor did not have it. Log the "
+                "terminals' voltage, or capture with longer steps",
+            )
+        ]  # fmt: skip
+    return [
+        _remark(capture, found) for capture, found in zip(unbroken, opened, strict=True) if found
+    ]
+
+
+def _remark(capture: Capture, opened: Sequence[Opening]) -> Diagnostic:
+    kept = sum(b - a for a, b in _between(opened, len(capture)) if b - a >= DRIVEN)
+    share = 100.0 * (1.0 - kept / len(capture))
+    time = capture.ticks / capture.clock_hz
+    stretches = [f"{time[one.start]:.4g} to {time[one.rests - 1]:.4g} s" for one in opened]
+    more = f" and {len(stretches) - LISTED} more" if len(stretches) > LISTED else ""
+    where = f" in {capture.path}" if capture.path else ""
+    return Diagnostic(
+        "bridge_open", "info",
+        f"the bridge was open{where} at {', '.join(stretches[:LISTED])}{more}: no current flows, "
+        f"and the logged voltage is not what drives the motor. {share:.0f} % of the samples are "
+        "left out for that; each driven stretch begins anew",
+    )  # fmt: skip
 
 
 def _part(capture: Capture, start: int, stop: int) -> Capture:

@@ -1,0 +1,132 @@
+"""A log whose bridge opens: found whatever its voltage shows then, and left out of the fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from bench.foreign.cases import closed_loop, steps, trace
+from bench.foreign.plant import Drive, Motor, Trace, turn
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
+from motorid.estimate.signals.log_sections import left_out, pieces
+from motorid.estimate.signals.opened_bridge import openings
+from motorid.identify import fit
+
+MOTOR = Motor()
+PERIOD_S, SUPPLY_V = 1e-3, 12.0
+NOISE = {VOLTAGE: 0.01, CURRENT: 5e-3, SPEED: 0.1}
+OPENED_S, CLOSED_S, END_S = 0.16, 0.36, 0.62
+
+
+def pulse_and_coast(t: float, w: float) -> float | None:
+    """A pulse that ends amid the acceleration, a coast, and two levels."""
+    if t < 0.06:
+        return 0.0
+    if t < OPENED_S:
+        return 6.0
+    if t < CLOSED_S:
+        return None
+    return -3.0 if t < 0.5 else 5.0
+
+
+@cache
+def run() -> Trace:
+    return turn(MOTOR, pulse_and_coast, END_S)
+
+
+def logged(true: Trace, shown: str = "emf", runs_out_s: float = 0.0, offset_a: float = 0.0,
+           loud: float = 1.0) -> Capture:  # fmt: skip
+    """What somebody logs of it, whose voltage while the bridge is open is ``shown``."""
+    stamps = np.arange(0.4e-3, true.time_s[-1], PERIOD_S)
+    rng = np.random.default_rng(3)
+    volts, current = true.at(true.volts, stamps), true.at(true.current, stamps)
+    is_open = (stamps > OPENED_S) & (stamps < CLOSED_S)
+    if runs_out_s:  # through diodes, straight
+        last = float(true.at(true.current, np.array([OPENED_S - 1e-4]))[0])
+        since = np.clip((stamps - OPENED_S) / runs_out_s, 0.0, 1.0)
+        current = np.where(is_open, last * (1.0 - since), current)
+    other = {"zero": 0.0, "supply": SUPPLY_V, "float": 3.0 + np.sin(60.0 * stamps)}
+    volts = np.where(is_open, other.get(shown, volts), volts)
+    series = {VOLTAGE: volts, CURRENT: current + offset_a, SPEED: true.at(true.speed, stamps)}
+    channels = {
+        name: Channel(name, unit, y + loud * NOISE[name] * rng.standard_normal(len(y)))
+        for (name, y), unit in zip(series.items(), ("V", "A", "rad/s"), strict=True)
+    }
+    ticks = np.rint(stamps * 1e6).astype(np.int64)
+    return Capture(ticks, 1e6, channels)
+
+
+@pytest.mark.parametrize(
+    ("shown", "runs_out_s"),
+    [(shown, s) for shown in ("zero", "supply", "float") for s in (0.0, 4e-3)] + [("emf", 0.0)],
+)
+def test_an_opening_is_found_whatever_the_voltage_shows(shown: str, runs_out_s: float) -> None:
+    capture = logged(run(), shown, runs_out_s)
+    (found,) = openings(capture)
+    time = capture.ticks / capture.clock_hz
+    # from before it to after it, and no driven sample but a few
+    assert OPENED_S - 5 * PERIOD_S <= time[found.start] <= OPENED_S
+    assert CLOSED_S <= time[found.stop] <= CLOSED_S + 3 * PERIOD_S
+
+
+def test_an_opening_is_found_in_noise_beside_an_offset_and_without_a_motion() -> None:
+    assert len(openings(logged(run(), "zero", loud=12.0))) == 1
+    assert len(openings(logged(run(), "zero", offset_a=0.15))) == 1
+    whole = logged(run(), "zero")
+    without = {n: c for n, c in whole.channels.items() if n != SPEED}
+    assert len(openings(Capture(whole.ticks, whole.clock_hz, without))) == 1
+
+
+@pytest.mark.parametrize("drive", [steps, closed_loop])
+def test_a_motor_that_is_driven_throughout_has_none(drive: Callable[[], Drive]) -> None:
+    true = trace(drive, 0.0, 0.0)
+    capture = logged(true)
+    assert openings(capture) == []
+    assert pieces([capture]) == [capture]
+    assert left_out([capture]) == []
+
+
+@pytest.mark.parametrize("late", [-12, 12])
+def test_a_current_that_comes_late_is_no_open_bridge(late: int) -> None:
+    capture = logged(trace(steps, 0.0, 0.0))
+    current = capture.channels[CURRENT]
+    moved = replace(current, raw=np.roll(current.raw, late))
+    assert openings(replace(capture, channels={**capture.channels, CURRENT: moved})) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shown", ["emf", "zero", "supply"])
+def test_the_fit_leaves_an_open_bridge_out_and_says_so(shown: str) -> None:
+    found = fit([logged(run(), shown, 0.0 if shown == "emf" else 4e-3)])
+    said = [d.message for d in found.diagnostics if d.code == "bridge_open"]
+    assert len(said) == 1
+    assert "left out" in said[0]
+    assert "0.1" in said[0]
+    for name in ("R", "L", "K", "J"):
+        p, true = found.parameters[name], getattr(MOTOR, name)
+        assert p.status == "estimated"
+        assert p.value == pytest.approx(true, abs=4.0 * p.total)
+        assert p.value == pytest.approx(true, rel=0.05)
+
+
+def test_a_bridge_that_opens_too_often_is_said_to() -> None:
+    def chopped(t: float, w: float) -> float | None:
+        return 6.0 if t % 0.03 < 0.012 else None
+
+    true = turn(MOTOR, chopped, 0.4)
+    stamps = np.arange(0.4e-3, 0.4, PERIOD_S)
+    is_open = stamps % 0.03 >= 0.012
+    channels = {
+        VOLTAGE: Channel(VOLTAGE, "V", np.where(is_open, 0.0, 6.0)),
+        CURRENT: Channel(CURRENT, "A", np.where(is_open, 0.0, true.at(true.current, stamps))),
+        SPEED: Channel(SPEED, "rad/s", true.at(true.speed, stamps)),
+    }
+    capture = Capture(np.rint(stamps * 1e6).astype(np.int64), 1e6, channels)
+    assert pieces([capture]) == [capture]
+    (said,) = left_out([capture])
+    assert said.severity == "warning"
+    assert "opens so often" in said.message
