@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from motorid.estimate.results.estimate import Estimate, Parameter
-from motorid.report import alternative, budget, curves, suspects
+from motorid.report import alternative, budget, curves, suspects, unstated
 from motorid.report.numbers import (
     aligned,
     fixed,
@@ -103,7 +103,7 @@ def _parameters(estimate: Estimate) -> str:
             f'<td class="num value">{escape(value)}</td><td>{half}{unit}</td>'
             f"<td>{_bar(p, widest)}</td>"
             f'<td class="num">{percent(relative(p, p.statistical))}</td>'
-            f'<td class="num">{percent(relative(p, p.instrument))}</td><td>{status}</td></tr>'
+            f'<td class="num">{escape(unstated.instrument(estimate, p))}</td><td>{status}</td></tr>'
         )
     scale = f"95 % interval (full width ± {percent(widest)})" if widest else ""
     head = (
@@ -142,7 +142,7 @@ def _notes(estimate: Estimate) -> str:
         "Bars show the whole interval; the dark core is what the readings' noise alone "
         "would leave; the rest comes from the instruments and from few runs."
     )
-    texts = [*remarks(estimate), f"{COVERAGE} {bars}"]
+    texts = [*remarks(estimate), *unstated.lines(estimate), f"{COVERAGE} {bars}"]
     return "".join(paragraph(t, "note") for t in texts)
 
 

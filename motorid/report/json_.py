@@ -53,6 +53,7 @@ def _said(estimate: Estimate) -> dict[str, Any]:
         "at_25": _parameters(estimate.at_25),
         "self_heating": _self_heating(estimate.rise),
         "budget": plain(estimate.budget),
+        "not_stated": plain(estimate.not_stated),
         "combinations": _parameters(estimate.combinations),
         "derived": _parameters(estimate.derived),
         "nuisance": _parameters(estimate.nuisance),

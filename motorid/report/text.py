@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from motorid.estimate.results.estimate import Estimate, Parameter
 from motorid.estimate.results.status import Status
-from motorid.report import alternative, suspects
+from motorid.report import alternative, suspects, unstated
 from motorid.report.numbers import aligned, in_rpm, percent, relative, shown
 from motorid.report.words import (
     COVERAGE,
@@ -30,7 +30,7 @@ HEADER = ("", "", "value ± 95 %", "statistical", "instrument", "status")
 
 def render(estimate: Estimate) -> str:
     """The whole report as text, ending in a newline."""
-    parts = [_table(six(estimate) + reference(estimate) + others(estimate))]
+    parts = [_table(estimate)]
     parts += alternative.as_text(estimate)
     parts += _section("combinations", estimate.combinations.values())
     parts += _section("derived", estimate.derived.values())
@@ -41,6 +41,8 @@ def render(estimate: Estimate) -> str:
     if estimate.alternative:
         said = alternative.sentences(estimate.alternative)
         parts.append("\n".join(_wrap(text, "  ") for text in said))
+    if gains := unstated.lines(estimate):
+        parts.append("\n".join(_wrap(line, "  ") for line in gains))
     parts.append(_findings(estimate))
     parts += _suspects(estimate)
     parts.append("\n".join(_wrap(line, "  ") for line in _closing(estimate)))
@@ -65,10 +67,11 @@ def _aside(p: Parameter) -> str:
     return "  ".join(part for part in (in_rpm(p) and f"= {in_rpm(p)}", status) if part)
 
 
-def _table(parameters: list[Parameter]) -> str:
+def _table(estimate: Estimate) -> str:
     """The main table: name, meaning, value, both parts of the uncertainty, status."""
+    parameters = six(estimate) + reference(estimate) + others(estimate)
     rows = [HEADER] + [
-        (p.name, name_of(p), value, *_parts(p), STATUS_WORDS[p.status])
+        (p.name, name_of(p), value, *_parts(estimate, p), STATUS_WORDS[p.status])
         for p, value in zip(parameters, _values(parameters), strict=True)
     ]
     widths = [_widest(column) for column in zip(*rows, strict=True)]
@@ -82,11 +85,10 @@ def _table(parameters: list[Parameter]) -> str:
     return "\n".join(lines)
 
 
-def _parts(p: Parameter) -> tuple[str, str]:
+def _parts(estimate: Estimate, p: Parameter) -> tuple[str, str]:
     """The statistical and the instrument uncertainty, relative to the value."""
-    shares = relative(p, p.statistical), relative(p, p.instrument)
-    first, second = (percent(s) if s is not None else "" for s in shares)
-    return first, second
+    share = relative(p, p.statistical)
+    return (percent(share), unstated.instrument(estimate, p)) if share is not None else ("", "")
 
 
 def _values(parameters: list[Parameter]) -> list[str]:

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from motorid.capture.model import CURRENT, Capture
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError, UsageError
 from motorid.estimate.assembly import assemble, plot_data
@@ -32,6 +32,7 @@ from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Solution as Likely
 from motorid.estimate.uncertainty import intervals
 from motorid.estimate.uncertainty.covariance import Statistical, statistical
+from motorid.estimate.uncertainty.unstated_gains import gains_of
 from motorid.motor.batch import Record
 from motorid.search import captures as capture_problem
 from motorid.search import models
@@ -85,6 +86,7 @@ def fit(
         inputs=tuple(describe(capture) for capture in captures),
         options={"fix": dict(fix), "without": list(without), "model": model.name},
         versions={"motorid": __version__, "numpy": np.__version__},
+        not_stated={gain: {} for gain in gains_of(captures, (VOLTAGE, CURRENT, POSITION, SPEED))},
     )
     return estimate, found
 

@@ -24,6 +24,7 @@ from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import errors_in_variables, intervals
 from motorid.estimate.uncertainty.errors_in_variables import Hidden
 from motorid.estimate.uncertainty.findings import findings
+from motorid.estimate.uncertainty.unstated_gains import unstated_gains
 from motorid.segment import segment
 from motorid.version import __version__
 
@@ -125,6 +126,7 @@ def unjudged(
         options={"fix": dict(fix), "without": list(without), "method": "ml"},
         versions={"motorid": __version__, "numpy": np.__version__},
         budget=intervals.budget_shares(found),
+        not_stated=unstated_gains(solution, records),
         nominal_v=voltage,
     )
 

@@ -121,6 +121,10 @@ def _open(found: Estimate) -> Estimate:
         parameters[name] = unknown(name, UNITS[name], why)
     parameters["K"] = unknown("K", UNITS["K"], f"no motion was measured: {REMEDY}")
     shares = {COMBINED.get(name, name): each for name, each in found.budget.items()}
+    moves = {
+        gain: {COMBINED.get(name, name): move for name, move in each.items()}
+        for gain, each in found.not_stated.items()
+    }
     known = {n for n, p in {**parameters, **combinations}.items() if p.value is not None}
     remarks_on = [d for d in found.diagnostics if d.code != "budget"]
     return replace(
@@ -130,6 +134,7 @@ def _open(found: Estimate) -> Estimate:
         derived={name: found.derived[name] for name in SCALELESS if name in found.derived},
         free=tuple(COMBINED.get(name, name) for name in found.free),
         budget=shares,
+        not_stated=moves,
         diagnostics=(
             _said(),
             *remarks_on,

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, TORQUE, Capture
 from motorid.errors import DataError, UsageError
+from motorid.estimate.effects.source.voltage_gain import VOLTAGE_GAIN
 from motorid.estimate.partial import (
     mechanical_remarks,
     mechanical_results,
@@ -108,6 +109,10 @@ def _by_voltage(
         raise UsageError("a coast-down by its voltage alone needs --fix K=VALUE beside --fix J")
     turning = [open_circuit_coastdown.speed_from_voltage(capture, constant) for capture in captures]
     found = fit(turning, fix=known, without=without)
+    moves = zip(
+        (VOLTAGE_GAIN.name,), found.not_stated.values(), strict=False
+    )  # one channel or none
+    found = replace(found, not_stated=dict(moves))
     return found if constant is not None else open_circuit_coastdown.in_volts(found)
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, TORQUE, VOLTAGE, Capture
+from motorid.capture.model import CURRENT, POSITION, SPEED, TORQUE, VOLTAGE, Capture
 from motorid.capture.store import describe
 from motorid.estimate.partial.block_bootstrap_regression import OFFSET, Regression
 from motorid.estimate.partial.mechanical_signals import COASTING, COMMAND, Motion
@@ -21,6 +21,7 @@ from motorid.estimate.results.estimate import (
     Parameter,
 )
 from motorid.estimate.results.status import Status
+from motorid.estimate.uncertainty.unstated_gains import PART, gains_of, moved
 from motorid.version import __version__
 
 Floats = NDArray[np.float64]
@@ -114,19 +115,16 @@ def estimate(
 ) -> Estimate:
     """The Estimate of a mechanical fit."""
     judge = Judge(best.freedom)
-    gains = _gain_uncertainties(captures, drive)
-    raw = {name: _quantity(best, column, gains[name]) for name, column in COLUMNS.items()}
-    linear = motions[0].linear
-    units = {**UNITS, **(LINEAR_UNITS if linear else {})}
-    combinations: dict[str, Parameter] = {}
-    if drive == TORQUE:
-        parameters = _from_torque(judge, raw, units, fix, linear)
-    elif drive == COASTING:
-        parameters, combinations = _from_coast(judge, raw, units, fix, linear)
-    elif drive == CURRENT:
-        parameters, combinations = _from_current(judge, raw, units, fix, best, linear)
-    else:
-        parameters, combinations = _from_volts(judge, best, gains, units, fix, drive)
+    gains, linear = _gain_uncertainties(captures, drive), motions[0].linear
+    parameters, combinations = _answer(judge, best, gains, drive, fix, linear)
+    known = parameters | combinations
+    not_stated = {}
+    for gain, channel in gains_of(captures, (drive, SPEED, POSITION)).items():
+        if channel == COMMAND:
+            continue  # its scale is that of the answer
+        true = replace(best, coefficients=_true_coefficients(best, drive, channel))
+        others = _answer(judge, true, gains, drive, fix, linear)
+        not_stated[gain] = moved(known, others[0] | others[1])
     free = [name for name, column in {**COLUMNS, "offset": OFFSET}.items() if best.free[column]]
     return Estimate(
         model=MODELS.get(drive, MODELS[VOLTAGE]),
@@ -145,7 +143,40 @@ def estimate(
         inputs=tuple(describe(capture) for capture in captures),
         options={"fix": dict(fix), "without": list(without), "half_width_s": best.half_width_s},
         versions={"motorid": __version__, "numpy": np.__version__},
+        not_stated=not_stated,
     )
+
+
+def _answer(
+    judge: Judge,
+    best: Regression,
+    gains: Mapping[str, float],
+    drive: str,
+    fix: Mapping[str, float],
+    linear: bool,
+) -> tuple[dict[str, Parameter], dict[str, Parameter]]:
+    """Parameters and combinations that the coefficients of a balance give."""
+    raw = {name: _quantity(best, column, gains[name]) for name, column in COLUMNS.items()}
+    units = {**UNITS, **(LINEAR_UNITS if linear else {})}
+    if drive == TORQUE:
+        return _from_torque(judge, raw, units, fix, linear), {}
+    if drive == COASTING:
+        return _from_coast(judge, raw, units, fix, linear)
+    if drive == CURRENT:
+        return _from_current(judge, raw, units, fix, best, linear)
+    return _from_volts(judge, best, gains, units, fix, drive)
+
+
+def _true_coefficients(best: Regression, drive: str, channel: str) -> Floats:
+    """Of the balance if a channel reads 1 % too much."""
+    factors = np.ones(len(best.coefficients))
+    if channel == drive:
+        factors -= PART
+    elif drive == COASTING:  # what slows the motor is its own drive
+        factors[COLUMNS["T0"]] -= PART
+    else:
+        factors[[COLUMNS["J"], COLUMNS["B"]]] += PART
+    return np.asarray(best.coefficients * factors)
 
 
 def _gain_uncertainties(captures: Sequence[Capture], drive: str) -> dict[str, float]:
@@ -156,6 +187,8 @@ def _gain_uncertainties(captures: Sequence[Capture], drive: str) -> dict[str, fl
         c[name].gain_uncertainty for c in channels for name in ("speed", "position") if name in c
     )
     clock = max(capture.clock_uncertainty for capture in captures)
+    if drive == COASTING:  # what slows the motor is its own drive, over which nothing else is read
+        return {"J": 0.0, "B": clock, "T0": float(np.hypot(motion, 2 * clock))}
     both = float(np.hypot(force, motion))
     return {"J": float(np.hypot(both, 2 * clock)), "B": float(np.hypot(both, clock)), "T0": force}
 

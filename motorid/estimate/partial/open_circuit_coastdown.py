@@ -39,4 +39,8 @@ def in_volts(estimate: Estimate) -> Estimate:
     """What a coast-down says of T0/J while K is not known: K·T0/J, by which the voltage falls."""
     found = dict(estimate.combinations)
     told = replace(found.pop("T0/J"), name=IN_VOLTS, unit="V/s")
-    return replace(estimate, combinations={**found, IN_VOLTS: told})
+    moves = {
+        gain: {IN_VOLTS if name == "T0/J" else name: move for name, move in each.items()}
+        for gain, each in estimate.not_stated.items()
+    }
+    return replace(estimate, combinations={**found, IN_VOLTS: told}, not_stated=moves)

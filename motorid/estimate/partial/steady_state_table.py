@@ -20,6 +20,7 @@ from motorid.capture.store import describe
 from motorid.errors import DataError, UsageError
 from motorid.estimate.partial.mechanical_results import Judge, Quantity, fixed, unknown
 from motorid.estimate.results.estimate import PARAMETERS, UNITS, Diagnostic, Estimate, Parameter
+from motorid.estimate.uncertainty.unstated_gains import PART, gains_of, moved
 from motorid.version import __version__
 
 Floats = NDArray[np.float64]
@@ -92,7 +93,17 @@ def fit(captures: Sequence[Capture], *, fix: Mapping[str, float] | None = None) 
         inputs=tuple(describe(capture) for capture in captures),
         options={"fix": dict(fix or {})},
         versions={"motorid": __version__, "numpy": np.__version__},
+        not_stated={
+            gain: moved(found, _judged(judge, _solved(columns, name)))
+            for gain, name in gains_of(captures, columns).items()
+        },
     )
+
+
+def _solved(columns: Columns, name: str) -> dict[str, Quantity]:
+    """R, K and T0 if a column reads 1 % too much."""
+    true = {**columns, name: columns[name] * (1.0 - PART)}
+    return _electrical(true) | _torque(true)
 
 
 def _joined(captures: Sequence[Capture], name: str) -> Floats:

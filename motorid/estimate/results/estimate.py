@@ -192,6 +192,8 @@ class Estimate:
     not known. ``derived`` are figures such as the no-load speed. ``nuisance`` are the offsets and
     delays estimated on the way. ``correlation`` is over ``free`` (names, in order). ``budget``
     holds, for each free parameter, the standard uncertainty in its unit that each cause gives.
+    ``not_stated``: for each gain that nobody stated, how the parameters and combinations change (in
+    their units) if its channel reads 1 % too much; no uncertainty holds that.
     ``at_25`` has R_25, and K_25 where the magnets' coefficient is stated: R and K at 25 °C.
     """
 
@@ -214,6 +216,7 @@ class Estimate:
     options: Mapping[str, Any] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
     budget: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    not_stated: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     suspects: Sequence[Suspect] = ()
     alternative: Alternative | None = None  # a better model beside this answer
     at_25: Mapping[str, Parameter] = field(default_factory=dict)
