@@ -27,6 +27,7 @@ def fit(
     method: str = "ml",
     model: str = "auto",
     ambient: tuple[float, float] | None = None,
+    nameplate: Mapping[str, float] | None = None,
 ) -> Estimate:
     """The estimate that captures of one motor, or the files that hold them, give together.
 
@@ -34,18 +35,20 @@ def fit(
     name, its file), with its calibration, in place of the one they were taken with. ``fix`` holds
     parameters at known SI values; ``without`` leaves some out of the model. ``model``: six, auto (a
     better one beside the answer, where the data ask for it), or terms joined by +. ``ambient``: °C
-    and standard uncertainty (K), in place of what the captures hold. Raises DataError where a
-    capture is none or too little, UsageError on an unknown name, RigError where the rig is not of
-    these captures.
+    and standard uncertainty (K), in place of what the captures hold. ``nameplate``: figures of the
+    motor by the keys of a rig file's [nameplate] and [thermal]. Raises DataError where a capture is
+    none or too little, UsageError on an unknown name, RigError where the rig is not of these
+    captures.
     """
     from motorid.rig import load_rig
+    from motorid.rig_nameplate import of_numbers
     from motorid.workflow.fit import fit_captures
 
     loaded = [run for one in captures for run in _loaded(one)]
     bench = load_rig(rig) if isinstance(rig, str) else rig
     return fit_captures(
-        loaded, rig=bench, ambient=ambient, fix=fix or {}, without=without, method=method,
-        model=model,
+        loaded, rig=bench, ambient=ambient, nameplate=of_numbers(nameplate) if nameplate else None,
+        fix=fix or {}, without=without, method=method, model=model,
     )  # fmt: skip
 
 

@@ -58,7 +58,7 @@ def _unread(captures: Sequence[Capture]) -> Iterator[Diagnostic]:
     from motorid.estimate.results.estimate import Diagnostic
 
     for said in dict.fromkeys(c.stated.unread for c in captures if c.stated.unread):
-        text = f"{said}: the fit goes without it; name the rig again by --rig"
+        text = f"{said}: the fit goes without it; name the rig again by --rig, or give --nameplate"
         yield Diagnostic("rig_unread", "warning", text)
 
 

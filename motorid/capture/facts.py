@@ -1,7 +1,7 @@
-"""What the rig's file states of the motor, as numbers: the one place that reads them from its text.
+"""What the rig's file or an import states of the motor, as numbers: the one place that reads them.
 
-A capture and its journal carry that text, so that both give the same numbers whenever they are
-read.
+A capture and its journal carry the rig's text, so that both give the same numbers whenever they
+are read. An import keeps its own statements.
 """
 
 from __future__ import annotations
@@ -9,10 +9,13 @@ from __future__ import annotations
 import math
 import tomllib
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from motorid.capture.model import Stated
 
+IMPORTED = "stated"  # provenance: nameplate and thermal figures that an import's options gave
+SAID = "what the import stated of the motor"
 NAMEPLATE = (
     "resistance_ohm", "inductance_h", "torque_constant_nm_a", "inertia_kg_m2", "no_load_current_a",
     "voltage_v",
@@ -24,18 +27,32 @@ THERMAL = (
 
 
 def of_provenance(provenance: Mapping[str, Any]) -> Stated:
-    """What the rig's text in a capture's provenance states; ``unread`` says what cannot be read."""
+    """What a capture's provenance states of the motor; ``unread`` says what cannot be read."""
     text = provenance.get("rig", "")
+    rigs = "the rig's file kept in the capture"
     if not isinstance(text, str):
-        return Stated(unread="the rig's file kept in the capture is no text")
+        return Stated(unread=f"{rigs} is no text")
     try:
-        tables = tomllib.loads(text)
+        rig = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        return Stated(unread=f"the rig's file kept in the capture is no TOML ({error})")
+        return Stated(unread=f"{rigs} is no TOML ({error})")
+    imported, by_rig = _tables(provenance.get(IMPORTED, {}), SAID), _tables(rig, rigs)
+    return replace(imported.under(by_rig), unread=by_rig.unread or imported.unread)
+
+
+def kept(stated: Stated) -> dict[str, dict[str, float]]:
+    """What an import states of the motor, as its provenance keeps it for ``of_provenance``."""
+    return {"nameplate": dict(stated.nameplate), "thermal": dict(stated.thermal)}
+
+
+def _tables(tables: object, where: str) -> Stated:
+    """[nameplate] and [thermal] of a document."""
+    if not isinstance(tables, Mapping):
+        return Stated(unread=f"{where} is no table")
     wrong: list[str] = []
     nameplate = dict(_numbers(tables, "nameplate", NAMEPLATE, wrong))
     thermal = dict(_numbers(tables, "thermal", THERMAL, wrong))
-    said = f"the rig's file kept in the capture gives no number for {', '.join(wrong)}"
+    said = f"{where} gives no number for {', '.join(wrong)}"
     return Stated(nameplate, thermal, said if wrong else "")
 
 

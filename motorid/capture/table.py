@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from motorid.capture import table_checks as checks
 from motorid.capture.columns import Source
 from motorid.capture.declared import without_early_readings
+from motorid.capture.facts import IMPORTED, kept
 from motorid.capture.mapping import ROW, ChannelMap, Formula, parse_maps
 from motorid.capture.model import HELD as HELD
 from motorid.capture.model import NOTES as NOTES
@@ -81,6 +82,7 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
         gaps=() if static else checks.gaps(ticks, notes),
         ambient_c=ambient,
         ambient_uncertainty_c=doubt,
+        stated=chosen.stated,
     )
     notes += checks.capture_notes(capture, held, static)
     kept = capture.channels if static else without_early_readings(capture.channels)
@@ -218,6 +220,7 @@ def _provenance(
         "layout": source.layout,
         "constants": dict(chosen.constants),
         "declared": stated_options(chosen),
+        IMPORTED: kept(chosen.stated),
         "serial": chosen.serial,
         "note": chosen.note,
     }

@@ -11,7 +11,7 @@ import numpy as np
 from motorid.capture import declared
 from motorid.capture.declared import Given
 from motorid.capture.mapping import SHORTHAND, ChannelMap
-from motorid.capture.model import FACTS, Channel, Fact, Sense
+from motorid.capture.model import FACTS, Channel, Fact, Sense, Stated
 from motorid.errors import UsageError, nearest
 
 _NO_SEPARATOR = "\"'\r\n\0+-.0123456789eE"  # what cells or lines are made of
@@ -41,6 +41,7 @@ class TableOptions:
     stop_s: float = np.inf
     ambient_c: float | None = None
     ambient_uncertainty_c: float = 0.0  # standard
+    stated: Stated = field(default_factory=Stated)  # of the motor
     serial: str = ""
     note: str = ""
 

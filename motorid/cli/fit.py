@@ -9,11 +9,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from motorid.cli.options import INSTANT, example, expand, fit_options, force_option, search_options
+from motorid.cli.options import (
+    INSTANT,
+    example,
+    expand,
+    fit_options,
+    force_option,
+    nameplate_option,
+    search_options,
+)
 from motorid.cli.values import JOBS, Between, Named
 from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
+    from motorid.capture.model import Stated
     from motorid.rig import Rig
 
 
@@ -44,6 +53,7 @@ if TYPE_CHECKING:
     type=Between(0, 100),
     help="Its standard uncertainty in K.  [default: 0]",
 )
+@nameplate_option
 @fit_options
 @search_options
 @click.option(
@@ -71,6 +81,7 @@ def command(
     rig_name: str | None,
     ambient: float | None,
     ambient_uncertainty: float | None,
+    nameplate: tuple[str, ...],
     fix: tuple[tuple[str, float], ...],
     without: tuple[str, ...],
     method: str,
@@ -109,7 +120,13 @@ def command(
     if files and history:
         raise click.UsageError("name captures or a --history: one of the two.")
     room = _ambient(ambient, ambient_uncertainty)
-    given = {"model": model, "budget": budget, "seed": seed, "ambient": room}
+    given = {
+        "model": model,
+        "budget": budget,
+        "seed": seed,
+        "ambient": room,
+        "nameplate": _stated(nameplate),
+    }
     search: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if history or jobs is not None or any(Path(name).is_dir() for name in files):
         if as_json or output is None:
@@ -136,6 +153,12 @@ def _rig(name: str | None) -> Rig | None:
     from motorid.rig import load_rig
 
     return load_rig(name) if name else None
+
+
+def _stated(nameplate: tuple[str, ...]) -> Stated | None:
+    from motorid.rig_nameplate import read_nameplate
+
+    return read_nameplate(nameplate) if nameplate else None
 
 
 def _ambient(degrees: float | None, uncertainty: float | None) -> tuple[float, float] | None:

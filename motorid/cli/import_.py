@@ -6,7 +6,13 @@ from pathlib import Path
 
 import click
 
-from motorid.cli.options import Assignment, Statement, example, force_option
+from motorid.cli.options import (
+    Assignment,
+    Statement,
+    example,
+    force_option,
+    nameplate_option,
+)
 from motorid.cli.values import FINITE, Between, Named
 
 PairsT = tuple[tuple[str, float], ...]
@@ -114,6 +120,7 @@ SaidT = tuple[tuple[str, str], ...]
     type=Between(0, 100),
     help="Its standard uncertainty in K.  [default: 0]",
 )
+@nameplate_option
 @click.option("--serial", default="", help="Serial number of the motor.")
 @click.option("--note", default="", help="Free text kept in the capture.")
 @force_option
@@ -141,6 +148,7 @@ def command(
     decimal: str | None,
     ambient_c: float | None,
     ambient_uncertainty_c: float | None,
+    nameplate: tuple[str, ...],
     serial: str,
     note: str,
     force: bool,
@@ -151,6 +159,7 @@ def command(
     """
     from motorid.capture import store, table
     from motorid.capture.whole import refuse_existing
+    from motorid.rig_nameplate import read_nameplate
 
     refuse_existing(output, force)
     capture = table.read_table(
@@ -176,6 +185,7 @@ def command(
         stop_s=stop_s,
         ambient_c=ambient_c,
         ambient_uncertainty_c=ambient_uncertainty_c,
+        stated=read_nameplate(nameplate),
         serial=serial,
         note=note,
     )

@@ -143,6 +143,13 @@ def fit_options(command: Command) -> Command:
     return command
 
 
+nameplate_option = click.option(
+    "--nameplate",
+    multiple=True,
+    metavar="FILE|KEY=VALUE",
+    help="What is known of the motor: a file with [nameplate] and [thermal] as in a rig file, or "
+    "one figure (torque_constant_nm_a=0.0514). It is compared with what is found. Repeatable.",
+)
 force_option = click.option("--force", is_flag=True, help="Replace files that exist.")
 port_option = click.option("--port", help="Port to use instead of the rig file's.")
 product_option = click.option(

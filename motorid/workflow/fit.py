@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from motorid.capture.model import Capture
+    from motorid.capture.model import Capture, Stated
     from motorid.estimate.results.estimate import Diagnostic, Estimate
     from motorid.rig import Rig
 
@@ -25,12 +25,14 @@ def fit_files(
     without: Sequence[str] = (),
     method: str = "ml",
     ambient: tuple[float, float] | None = None,
+    nameplate: Stated | None = None,
     **search: Any,
 ) -> Estimate:
     """The estimate that the captures at ``paths`` give together, under another ``rig`` if given.
 
-    ``ambient``: °C and standard uncertainty (K), in place of what the captures hold. ``search``:
-    ``model``, and ``budget`` and ``seed`` of a method that searches.
+    ``ambient``: °C and standard uncertainty (K), in place of what the captures hold.
+    ``nameplate``: what is known of the motor, over what they hold. ``search``: ``model``, and
+    ``budget`` and ``seed`` of a method that searches.
 
     Raises DataError where a file is no capture or holds too little, UsageError on a bad option,
     RigError where the rig is not of these captures.
@@ -39,8 +41,9 @@ def fit_files(
 
     captures = [store.load(path) for path in paths]
     return fit_captures(
-        captures, rig=rig, ambient=ambient, fix=fix, without=without, method=method, **search
-    )
+        captures, rig=rig, ambient=ambient, nameplate=nameplate, fix=fix, without=without,
+        method=method, **search,
+    )  # fmt: skip
 
 
 def fit_captures(
@@ -48,6 +51,7 @@ def fit_captures(
     *,
     rig: Rig | None = None,
     ambient: tuple[float, float] | None = None,
+    nameplate: Stated | None = None,
     **options: Any,
 ) -> Estimate:
     """As ``fit_files``, for captures that are loaded already. The model is auto unless given."""
@@ -63,7 +67,12 @@ def fit_captures(
         captures = [
             replace(capture, ambient_c=degrees, ambient_uncertainty_c=doubt) for capture in captures
         ]
+    if nameplate is not None:
+        captures = [replace(c, stated=c.stated.under(nameplate)) for c in captures]
     estimate = fit(captures, **{"model": AUTO, **options})
+    if nameplate is not None:
+        figures = {**nameplate.nameplate, **nameplate.thermal}
+        estimate = replace(estimate, options={**estimate.options, "nameplate": figures})
     return replace(estimate, diagnostics=(*estimate.diagnostics, *_old(estimate)))
 
 
