@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.columns import BadCell, Columns
+from motorid.capture.csv_marks import Ambiguous, Marks, looks_marked
 
 Floats = NDArray[np.float64]
 PIECE = 1 << 16  # lines that are parsed at a time, at most
@@ -29,22 +30,34 @@ class NotPlainError(Exception):
     """Some cell is not a plain finite number: each has to be looked at."""
 
 
+class MarkedError(Exception):
+    """A cell that is a number only with other marks than the table's."""
+
+    def __init__(self, cell: BadCell, question: str) -> None:
+        super().__init__(question)
+        self.cell, self.question = cell, question
+
+
 class Parser:
     """A table of ``width`` columns. Its errors are those of pandas."""
 
-    def __init__(self, separator: str, decimal: str, width: int) -> None:
-        self._separator, self._decimal, self._width = separator, decimal, width
+    def __init__(self, separator: str, marks: Marks, width: int) -> None:
+        self._separator, self._marks, self._width = separator, marks, width
 
     def plain(self, lines: Lines, wanted: Mapping[str, int], rows: int) -> Columns:
         """Columns by name, of no more than ``rows`` rows, where every cell is a number.
 
         Raises NotPlainError where one is not.
         """
+        if self._marks.thousands:
+            raise NotPlainError
         values = {name: np.empty(rows) for name in wanted}
         types = {n: np.float64 if n in wanted.values() else object for n in range(self._width)}
         done = 0
         try:
-            for piece in self._pieces(lines, dtype=types, na_filter=False, decimal=self._decimal):
+            for piece in self._pieces(
+                lines, dtype=types, na_filter=False, decimal=self._marks.decimal
+            ):
                 for name, index in wanted.items():
                     numbers = piece[index].to_numpy()
                     if numbers.dtype != np.float64 or not np.isfinite(numbers).all():
@@ -56,16 +69,24 @@ class Parser:
         return Columns(done, {name: column[:done] for name, column in values.items()})
 
     def careful(self, lines: Lines, wanted: Mapping[str, int], rows: int) -> Columns:
-        """The same where some cells hold no number: NaN, and the first of each column."""
+        """The same where some cells hold no number: NaN, and the first of each column.
+
+        Raises MarkedError for one that is a number by other marks: to leave it out would leave out
+        what is large.
+        """
         values = {name: np.empty(rows) for name in wanted}
         bad: dict[str, BadCell] = {}
         done = 0
         for piece in self._pieces(lines, dtype=object, keep_default_na=False):
             for name, index in wanted.items():
                 cells = piece[index].fillna("").to_numpy()
-                numbers = self._numbers(cells)
+                numbers = self._marks.numbers(cells)
                 values[name][done : done + len(piece)] = numbers
                 missing = np.isnan(numbers)
+                for row in np.flatnonzero(missing):
+                    if (text := cells[row].strip()) and looks_marked(text):
+                        cell = BadCell(done + int(row), name, text)
+                        raise MarkedError(cell, self._marks.question(text))
                 if name not in bad and missing.any():
                     row = int(np.argmax(missing))
                     bad[name] = BadCell(done + row, name, str(cells[row])[:40])
@@ -93,11 +114,11 @@ class Parser:
             except pd.errors.EmptyDataError:
                 return
 
-    def _numbers(self, cells: NDArray[np.object_]) -> Floats:
-        """Cells as floats; NaN where a cell is not a plain finite number."""
-        import pandas as pd
-
-        if self._decimal == ",":
-            cells = np.array([cell.replace(",", ".") for cell in cells], dtype=object)
-        numbers = pd.to_numeric(cells, errors="coerce").astype(np.float64)
-        return np.where(np.isfinite(numbers), numbers, np.nan)
+    def ambiguous(self, lines: Lines, column: Mapping[str, int]) -> Ambiguous:
+        """Whether the decimal mark of that one column may group thousands."""
+        ((name, index),) = column.items()
+        found, done = Ambiguous(name, self._marks.decimal), 0
+        for piece in self._pieces(lines, dtype=object, keep_default_na=False):
+            found.look(piece[index].fillna("").to_numpy(), done)
+            done += len(piece)
+        return found

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from motorid.capture.columns import Columns, unknown_column
-from motorid.capture.csv_numbers import NotPlainError, Parser
+from motorid.capture.csv_marks import Marks, looks_marked, may_be_groups
+from motorid.capture.csv_numbers import MarkedError, NotPlainError, Parser
 from motorid.capture.csv_text import CSV_HEADER, Body, head, measure, opened
 from motorid.capture.units import spelled
 from motorid.errors import DataError
@@ -26,15 +28,23 @@ _MISSING = re.compile(r"\s*(nan|inf|-inf|n/?a|null|none|-*)\s*\Z", re.IGNORECASE
 class CsvSource:
     """A text table. ``separator`` and ``decimal`` None: found from the text itself.
 
-    Raises DataError where there is no table: an empty file, a binary one, no line of numbers.
+    ``thousands``: the mark between groups of three digits; without it no cell may have any. Raises
+    DataError where there is no table: an empty file, a binary one, no line of numbers.
     """
 
-    def __init__(self, path: Path, separator: str | None = None, decimal: str | None = None):
-        self._path = path
+    def __init__(
+        self,
+        path: Path,
+        separator: str | None = None,
+        decimal: str | None = None,
+        thousands: str | None = None,
+    ) -> None:
+        self._path, self._told = path, decimal is not None or thousands is not None
+        decimal = decimal or {".": ",", ",": "."}.get(thousands or "")
         self._extent = measure(path)
         probe = head(path, self._extent.encoding, _PROBE_LINES, _PROBE)
         self._separator = separator or _find_separator(probe, decimal)
-        self._decimal = decimal or _find_decimal(probe, self._separator)
+        self._marks = Marks(decimal or _find_decimal(probe, self._separator), thousands or "")
         rows = [self._split(line) for line in probe]
         self._header_lines = self._find_data(probe, rows)
         self._width = len(rows[self._header_lines])
@@ -49,7 +59,7 @@ class CsvSource:
         self.names: Sequence[str] = list(self._index)
         plural = "" if self._header_lines == 1 else "s"
         self.layout = (
-            f"{self._separator!r}-separated, decimal {self._decimal!r}, "
+            f"{self._separator!r}-separated, decimal {self._marks.decimal!r}, "
             f"{self._header_lines} header line{plural}"
         )
 
@@ -65,16 +75,10 @@ class CsvSource:
         return f"line {self._header_lines + row + 1}"
 
     def _split(self, line: str) -> list[str]:
-        if self._separator == " ":
-            return line.split()
-        try:
-            cells = next(csv.reader([line], delimiter=self._separator), [])
-        except csv.Error:  # a quoted cell of more than its reader takes
-            return [line]
-        return [cell.strip() for cell in cells]
+        return _cells(line, self._separator)
 
     def _is_number(self, cell: str) -> bool:
-        return _is_number(cell, self._decimal)
+        return _is_number(cell, self._marks.decimal) or looks_marked(cell)
 
     def _find_data(self, lines: list[str], rows: list[list[str]]) -> int:
         """Index of the first line of numbers; empty cells pass, so trailing separators do."""
@@ -112,23 +116,49 @@ class CsvSource:
         import pandas as pd
 
         wanted = {name: self._column(name) for name in names}
-        parser = Parser(self._separator, self._decimal, self._width)
+        parser = Parser(self._separator, self._marks, self._width)
         try:
             try:
-                return self._parse(parser.plain, wanted)
+                found = self._parse(parser.plain, wanted)
             except NotPlainError:
-                return self._parse(parser.careful, wanted)
+                found = self._parse(parser.careful, wanted)
+            self._insist_on_one_reading(parser, found, wanted)
+            return found
+        except MarkedError as error:
+            cell = error.cell
+            raise DataError(
+                f"{self._path}: {self.place(cell.row)}, column {cell.column!r} holds "
+                f"{cell.text!r}, which {error.question}"
+            ) from None
         except (pd.errors.ParserError, pd.errors.ParserWarning) as error:
             raise self._ragged(str(error)) from None
         except OSError as error:
             raise DataError(f"{self._path}: cannot be read: {error.strerror or error}") from None
 
+    def _insist_on_one_reading(
+        self, parser: Parser, found: Columns, wanted: Mapping[str, int]
+    ) -> None:
+        """Raises DataError where a mark may group thousands or not, and nobody said."""
+        for name, values in found.values.items():
+            if self._told or not may_be_groups(values):
+                continue
+            with self._body() as body:
+                seen = parser.ambiguous(body, {name: wanted[name]})
+            if seen.question and seen.first is not None:
+                raise DataError(
+                    f"{self._path}: {self.place(seen.first.row)}, column {name!r} {seen.question}"
+                )
+
     def _parse(
         self, parse: Callable[[Body, Mapping[str, int], int], Columns], wanted: Mapping[str, int]
     ) -> Columns:
-        with opened(self._path, self._extent.encoding) as text:
-            body = Body(text, self._header_lines, self._extent.characters)
+        with self._body() as body:
             return parse(body, wanted, max(0, self._extent.lines - self._header_lines))
+
+    @contextlib.contextmanager
+    def _body(self) -> Iterator[Body]:
+        with opened(self._path, self._extent.encoding) as text:
+            yield Body(text, self._header_lines, self._extent.characters)
 
     def _column(self, name: str) -> int:
         if name not in self._index:
@@ -146,6 +176,16 @@ class CsvSource:
         )
 
 
+def _cells(line: str, separator: str) -> list[str]:
+    if separator == " ":
+        return line.split()
+    try:
+        cells = next(csv.reader([line], delimiter=separator), [])
+    except csv.Error:  # a quoted cell of more than its reader takes
+        return [line]
+    return [cell.strip() for cell in cells]
+
+
 def _is_number(cell: str, decimal: str) -> bool:
     return bool(_NUMBER.match(cell.replace(",", ".") if decimal == "," else cell))
 
@@ -156,13 +196,13 @@ def _find_separator(lines: list[str], decimal: str | None) -> str:
     for separator in (*_SEPARATORS, " "):
         if separator == decimal:
             continue
-        rows = [line.split(separator) if separator != " " else line.split() for line in lines]
+        rows = [_cells(line, separator) for line in lines]
         widths = [
             len(row)
             for row in rows
             if len(row) > 1
             and any(cell.strip() for cell in row)
-            and all(_is_number(c, ",") or _MISSING.match(c) for c in row)
+            and all(_is_number(c, ",") or _MISSING.match(c) or looks_marked(c) for c in row)
         ]
         same = max((widths.count(width) for width in set(widths)), default=0)
         if same > score:
@@ -174,7 +214,7 @@ def _find_decimal(lines: list[str], separator: str) -> str:
     """A comma inside cells that read as numbers with it is a decimal comma."""
     if separator == ",":
         return "."
-    cells = [cell.strip() for line in lines for cell in re.split(re.escape(separator), line)]
+    cells = [cell for line in lines for cell in _cells(line, separator)]
     commas = sum(bool(re.fullmatch(r"[+-]?\d*,\d+([eE][+-]?\d+)?", cell)) for cell in cells)
     points = sum(bool(re.fullmatch(r"[+-]?\d*\.\d+([eE][+-]?\d+)?", cell)) for cell in cells)
     return "," if commas > points else "."

@@ -102,7 +102,7 @@ def _open(path: Path, chosen: TableOptions) -> Source:
         head = file.read(1024)
     if path.suffix.lower() == ".mat" or head.startswith((b"MATLAB", b"\x89HDF")):
         return MatSource(path)
-    return CsvSource(path, chosen.separator, chosen.decimal)
+    return CsvSource(path, chosen.separator, chosen.decimal, chosen.thousands)
 
 
 def _read(

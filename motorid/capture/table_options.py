@@ -9,6 +9,7 @@ from typing import Any, get_args
 import numpy as np
 
 from motorid.capture import declared
+from motorid.capture.csv_marks import GROUPERS
 from motorid.capture.declared import Given
 from motorid.capture.mapping import SHORTHAND, ChannelMap
 from motorid.capture.model import FACTS, Channel, Fact, Sense, Stated
@@ -31,6 +32,7 @@ class TableOptions:
     unsigned: Sequence[str] = ()  # quantities that the file holds as magnitudes
     separator: str | None = None
     decimal: str | None = None
+    thousands: str | None = None  # the mark between groups of three digits
     drop_bad: bool = False
     counts_per_turn: float = 0.0
     gear_ratio: float = 1.0
@@ -78,8 +80,18 @@ def insist_options(chosen: TableOptions, mapped: Mapping[str, ChannelMap]) -> No
         raise UsageError(f"--decimal {decimal!r} is neither '.' nor ','")
     if separator is not None and separator == decimal:
         raise UsageError(f"--separator and --decimal are both {separator!r}: they must differ")
+    if chosen.thousands is not None:
+        _insist_thousands(chosen.thousands, separator, decimal)
     if chosen.sense not in get_args(Sense):
         raise UsageError(f"--sense {chosen.sense!r} is none of {', '.join(get_args(Sense))}")
+
+
+def _insist_thousands(mark: str, separator: str | None, decimal: str | None) -> None:
+    if len(mark) != 1 or mark not in GROUPERS:
+        raise UsageError(f"--thousands {mark!r} is none of . , _ ' and a blank")
+    for option, other in (("--separator", separator), ("--decimal", decimal)):
+        if mark == other:
+            raise UsageError(f"{option} and --thousands are both {mark!r}: they must differ")
 
 
 def _insist_mapped(option: str, name: str, mapped: Mapping[str, ChannelMap]) -> None:

@@ -113,6 +113,7 @@ SaidT = tuple[tuple[str, str], ...]
 @click.option("--drop-bad", is_flag=True, help="Leave out rows with text, gaps or sentinels.")
 @click.option("--separator", help="Between columns, where it is not found by itself.")
 @click.option("--decimal", help="Decimal mark, where it is not found by itself.")
+@click.option("--thousands", help="Mark between groups of three digits, where the file has one.")
 @click.option("--ambient", "ambient_c", type=Between(-100, 300), help="Ambient temperature in °C.")
 @click.option(
     "--ambient-uncertainty",
@@ -146,6 +147,7 @@ def command(
     drop_bad: bool,
     separator: str | None,
     decimal: str | None,
+    thousands: str | None,
     ambient_c: float | None,
     ambient_uncertainty_c: float | None,
     nameplate: tuple[str, ...],
@@ -175,6 +177,7 @@ def command(
         unsigned=unsigned,
         separator=separator,
         decimal=decimal,
+        thousands=thousands,
         drop_bad=drop_bad,
         counts_per_turn=counts_per_turn,
         gear_ratio=gear_ratio,

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from motorid import limits
 from motorid.acquire.journal import MAGIC, parse_journal
 from motorid.capture import csv_numbers, csv_reader, csv_text, mat_child
+from motorid.capture.csv_marks import Marks
 from motorid.capture.csv_numbers import NotPlainError, Parser
 from motorid.capture.csv_text import Body, measure, opened
 from motorid.capture.table import NOTES, read_table
@@ -159,7 +160,7 @@ def test_both_ways_of_parsing_agree(
     text = text.replace(".", ",") if comma else text
     path = tmp_path_factory.getbasetemp() / "both.csv"
     path.write_text(text, encoding="utf-8")
-    parser, wanted = Parser(";", "," if comma else ".", 2), {"a": 0, "b": 1}
+    parser, wanted = Parser(";", Marks("," if comma else "."), 2), {"a": 0, "b": 1}
 
     def body() -> Body:
         return Body(opened(path, "utf-8"), 0, len(text))
