@@ -38,6 +38,7 @@ class Source(Protocol):
 
     names: Sequence[str]  # every name that a column goes by
     header_units: Mapping[str, str]  # what the file itself says of a column's unit, by name
+    elsewhere: str  # what it holds that no name leads to, as a clause; empty: nothing
     layout: str  # how the file was read, for the record: "';'-separated, 3 header lines"
 
     def read(self, names: Sequence[str]) -> Columns:

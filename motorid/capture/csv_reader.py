@@ -32,6 +32,8 @@ class CsvSource:
     DataError where there is no table: an empty file, a binary one, no line of numbers.
     """
 
+    elsewhere = ""
+
     def __init__(
         self,
         path: Path,

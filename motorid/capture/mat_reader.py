@@ -17,11 +17,26 @@ from motorid.limits import MAT
 
 Floats = NDArray[np.float64]
 
+_SHOWN = 4
+# part of a class's name -> what to do in MATLAB to have its readings as plain arrays
+_EXPORTS = {
+    "timetable": "writetimetable({0}, 'plain.csv')",
+    "timeseries": "t = {0}.Time; y = {0}.Data; save('plain.mat', 't', 'y')",
+    "table": "writetable({0}, 'plain.csv')",
+    "dataset": "s = {0}.getElement(1).Values; t = s.Time; y = s.Data; save('plain.mat', 't', 'y')",
+    "simulationoutput": "s = {0}.logsout{{1}}.Values; t = s.Time; y = s.Data; "
+    "save('plain.mat', 't', 'y')",
+    "stream": "load the file, take s = out.logsout{{1}}.Values, and save s.Time and s.Data",
+    "datetime": "t = seconds({0} - {0}(1)); save('plain.mat', 't')",
+    "duration": "t = seconds({0}); save('plain.mat', 't')",
+}
+
 
 class MatSource:
     """The numeric arrays of a MAT file by their path in it: ``qm``, ``X.Data``, ``Y[3].Data``.
 
-    A leading part may be left out where what remains is unambiguous. Raises DataError where the
+    A leading part may be left out where what remains is unambiguous. ``A[2]`` is the second column
+    of a matrix, ``A[2,:]`` its second row. Raises DataError where the
     file cannot be read, or where reading it crashes, hangs or eats memory.
     """
 
@@ -30,9 +45,10 @@ class MatSource:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._arrays = _read(path)
+        self._arrays, objects = _read(path)
         self._paths = _names(self._arrays)
         self.names: Sequence[str] = list(self._paths)
+        self.elsewhere = _said(objects)
 
     def place(self, row: int) -> str:
         return f"element {row + 1}"
@@ -59,7 +75,8 @@ class MatSource:
         return self._arrays[self._paths[name]]
 
 
-def _read(path: Path) -> dict[str, Floats]:
+def _read(path: Path) -> tuple[dict[str, Floats], dict[str, str]]:
+    """Arrays by path, and the class of what is none, by path."""
     if not path.is_file():
         raise DataError(f"{path}: cannot be read: there is no such file")
     try:
@@ -67,7 +84,24 @@ def _read(path: Path) -> dict[str, Floats]:
     except ChildFailedError as error:
         raise DataError(f"{path} cannot be read as a MAT file ({error}): is it damaged?") from None
     names = [str(name) for name in stored["names"]]
-    return {name: stored[f"a{index}"] for index, name in enumerate(names)}
+    objects = {str(name): str(what) for name, what in stored["objects"]}
+    return {name: stored[f"a{index}"] for index, name in enumerate(names)}, objects
+
+
+def _said(objects: Mapping[str, str]) -> str:
+    """What of a file holds readings that cannot be read here, and how to export them."""
+    if not objects:
+        return ""
+    told = [f"{name} is a {what}" for name, what in list(objects.items())[:_SHOWN]]
+    more = f", and {len(objects) - _SHOWN} more" if len(objects) > _SHOWN else ""
+    known = (
+        how.format(name)
+        for part, how in _EXPORTS.items()
+        for name, what in objects.items()
+        if part in what.lower()
+    )
+    how = next(known, "save its arrays as plain variables")
+    return f"{', '.join(told)}{more}, which only MATLAB reads: there, {how}"
 
 
 def _names(arrays: Mapping[str, Floats]) -> dict[str, str]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture import table_checks as checks
-from motorid.capture.columns import Source
+from motorid.capture.columns import Columns, Source
 from motorid.capture.declared import without_early_readings
 from motorid.capture.facts import IMPORTED, kept
 from motorid.capture.mapping import ROW, ChannelMap, Formula, parse_maps
@@ -26,7 +26,7 @@ from motorid.capture.table_options import (
     stated_options,
 )
 from motorid.capture.units import AMBIENT, TIME
-from motorid.errors import DataError
+from motorid.errors import DataError, UsageError
 from motorid.reading import open_file
 from motorid.version import __version__
 
@@ -54,10 +54,7 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
     mapped = parse_maps(maps, chosen.counts_per_turn)
     insist_options(chosen, mapped)
     source = _open(path, chosen)
-    formulas = {
-        name: Formula(one.expression, source.names, chosen.constants)
-        for name, one in mapped.items()
-    }
+    formulas = _formulas(source, mapped, chosen.constants)
     notes = checks.header_notes(mapped, formulas, source.header_units)
     values = _read(path, source, formulas, chosen, notes)
     ticks, values, static = _in_order(path, source, mapped, values, chosen, notes)
@@ -94,6 +91,18 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
     )
 
 
+def _formulas(
+    source: Source, mapped: Mapping[str, ChannelMap], constants: Mapping[str, float]
+) -> dict[str, Formula]:
+    """What each map asks of the file. Raises UsageError for a column that it does not have."""
+    try:
+        return {n: Formula(m.expression, source.names, constants) for n, m in mapped.items()}
+    except UsageError as error:
+        if not source.elsewhere:
+            raise
+        raise UsageError(f"{error}; {source.elsewhere}") from None
+
+
 def _open(path: Path, chosen: TableOptions) -> Source:
     from motorid.capture.csv_reader import CsvSource
     from motorid.capture.mat_reader import MatSource
@@ -115,21 +124,32 @@ def _read(
     """Each quantity in its own unit, good rows only, and ``row``: their places in the file."""
     wanted = dict.fromkeys(column for formula in formulas.values() for column in formula.columns)
     columns = source.read([name for name in wanted if name != ROW])
+    if chosen.missing:
+        columns = checks.without_told(columns, chosen.missing, notes)
     columns = checks.good_cells(path, source, columns, chosen.drop_bad, notes)
     values = {
         name: formula.evaluate(columns.values, columns.rows) for name, formula in formulas.items()
     }
     rows = np.arange(columns.rows, dtype=np.float64)
+    for name, formula in formulas.items() if not chosen.drop_bad else ():
+        wrong = _undefined(formula, columns, values[name])
+        if wrong.any():
+            raise DataError(
+                f"{path}: {source.place(int(np.argmax(wrong)))}: {name} = {formula.text} is not "
+                "finite there (a division by zero?): repair it, or leave such rows out with "
+                "--drop-bad"
+            )
     del columns
-    finite = np.all([np.isfinite(column) for column in values.values()], axis=0)
-    if not finite.all() and not chosen.drop_bad:
-        bad = next(name for name, column in values.items() if not np.isfinite(column).all())
-        row = rows[np.flatnonzero(~np.isfinite(values[bad]))[0]]
-        raise DataError(
-            f"{path}: {source.place(int(row))}: {bad} = {formulas[bad].text} is not finite there "
-            "(a division by zero?): repair it, or leave such rows out with --drop-bad"
-        )
     return _chosen(_usable(values), {ROW: rows, **values})
+
+
+def _undefined(formula: Formula, columns: Columns, values: Floats) -> NDArray[np.bool_]:
+    """Rows whose value is not finite though every reading that it needs is, (rows,)."""
+    wrong = ~np.isfinite(values)
+    for name in formula.columns if wrong.any() else ():
+        if name != ROW:
+            wrong = wrong & np.isfinite(columns.values[name])
+    return wrong
 
 
 def _chosen(rows: NDArray[np.bool_], columns: Mapping[str, Floats]) -> dict[str, Floats]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +18,8 @@ from motorid.errors import DataError, UsageError
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-SENTINELS = (-999.0, -9999.0, -99999.0, 9999.0, 99999.0, 999999.0, -32768.0, 65535.0)
+# usual marks for "missing"; a converter's own ends (65535, -32768) are readings, and are kept
+SENTINELS = (-999.0, -9999.0, -99999.0, 9999.0, 99999.0, 999999.0)
 FAR = 20  # a sentinel lies this many times farther out than the rest of its column
 GAP = 2.5  # a pause of so many usual periods is a gap in the record
 IRREGULAR = 0.02  # relative spread of the periods that is worth saying
@@ -47,6 +48,18 @@ def header_notes(
                 f"{one.unit.written}: the map was followed"
             )
     return notes
+
+
+def without_told(columns: Columns, missing: Sequence[float], notes: list[str]) -> Columns:
+    """The columns with NaN for every cell that a person says is a mark for "missing"."""
+    values = dict(columns.values)
+    for name, column in values.items():
+        marks = np.isin(column, missing)
+        if marks.any():
+            values[name] = np.where(marks, np.nan, column)
+            shown = ", ".join(f"{mark:g}" for mark in missing)
+            notes.append(f"{int(marks.sum())} readings of {name} left out, as told ({shown})")
+    return replace(columns, values=values)
 
 
 def good_cells(

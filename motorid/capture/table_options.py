@@ -33,6 +33,7 @@ class TableOptions:
     separator: str | None = None
     decimal: str | None = None
     thousands: str | None = None  # the mark between groups of three digits
+    missing: Sequence[float] = ()  # marks for "missing"; a reading of any is left out
     drop_bad: bool = False
     counts_per_turn: float = 0.0
     gear_ratio: float = 1.0

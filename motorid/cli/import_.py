@@ -111,6 +111,12 @@ SaidT = tuple[tuple[str, str], ...]
 @click.option("--start", "start_s", type=FINITE, help="First second to keep, in the file's time.")
 @click.option("--stop", "stop_s", type=FINITE, help="Last second to keep, in the file's time.")
 @click.option("--drop-bad", is_flag=True, help="Leave out rows with text, gaps or sentinels.")
+@click.option(
+    "--missing",
+    multiple=True,
+    type=FINITE,
+    help="A number that stands for no reading, such as 65535; it is left out. Repeatable.",
+)
 @click.option("--separator", help="Between columns, where it is not found by itself.")
 @click.option("--decimal", help="Decimal mark, where it is not found by itself.")
 @click.option("--thousands", help="Mark between groups of three digits, where the file has one.")
@@ -145,6 +151,7 @@ def command(
     start_s: float | None,
     stop_s: float | None,
     drop_bad: bool,
+    missing: tuple[float, ...],
     separator: str | None,
     decimal: str | None,
     thousands: str | None,
@@ -179,6 +186,7 @@ def command(
         decimal=decimal,
         thousands=thousands,
         drop_bad=drop_bad,
+        missing=missing,
         counts_per_turn=counts_per_turn,
         gear_ratio=gear_ratio,
         sense=sense or "terminals",

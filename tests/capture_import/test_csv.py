@@ -303,3 +303,25 @@ def test_a_column_without_a_number_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path, "t,i,u\n0,1,*2\n0.01,3,\n0.02,4,x\n")
     with pytest.raises(DataError, match="no usable row holds a number for terminal_voltage"):
         read_table(path, ["time=t:s", "current=i:A", "voltage=u:V"], drop_bad=True)
+
+
+def test_the_ends_of_a_converter_are_readings_unless_told(tmp_path: Path) -> None:
+    body = "".join(f"{k},{65535 if k % 10 == 9 else k % 3},{k}\n" for k in range(40))
+    path = write(tmp_path, "t,i,n\n" + body)
+    kept = read_table(path, MAPS)
+    assert np.nanmax(kept.channels["current"].raw) == 65535
+    told = read_table(path, MAPS, missing=[65535.0])
+    assert np.isnan(told.channels["current"].raw).sum() == 4
+    assert np.isfinite(told.channels["speed"].raw).all()
+    assert any("4 readings of i left out, as told (65535)" in n for n in told.provenance[NOTES])
+
+
+def test_what_is_told_to_be_missing_is_no_bad_cell(tmp_path: Path) -> None:
+    body = "".join(f"{k},{-999 if k == 9 else k % 3},{k}\n" for k in range(40))
+    path = write(tmp_path, "t,i,n\n" + body)
+    with pytest.raises(DataError, match="looks like a mark for missing"):
+        read_table(path, MAPS)
+    assert np.isnan(read_table(path, MAPS, missing=[-999.0]).channels["current"].raw[9])
+    maps = [*MAPS[:2], "speed=n/(n-5):rpm"]
+    with pytest.raises(DataError, match=r"line 7: speed = n/\(n-5\) is not finite"):
+        read_table(path, maps, missing=[-999.0])

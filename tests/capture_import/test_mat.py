@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import sys
 import time
 from dataclasses import replace
@@ -133,3 +134,97 @@ def test_reader_that_eats_memory_is_stopped(
     monkeypatch.setattr(mat_reader, "MAT", replace(limits.MAT, memory=16 << 20))
     with pytest.raises(DataError, match="cannot be read as a MAT file"):
         MatSource(path)
+
+
+# -- what only MATLAB reads
+def test_a_matrix_is_addressed_by_columns_and_by_rows(tmp_path: Path) -> None:
+    path = tmp_path / "run.mat"
+    wide = np.stack([np.arange(80.0) / 100, np.arange(80.0) * 2, np.arange(80.0) ** 2])
+    scipy.io.savemat(path, {"rec": wide, "log": wide.T, "few": wide[:, :5]})
+    by_rows = read_table(path, ["time=rec[1,:]:s", "speed=rec[3,:]:rad/s", "current=rec[2,:]/2:A"])
+    by_columns = read_table(path, ["time=log[1]:s", "speed=log[3]:rad/s", "current=log[2]/2:A"])
+    for name in ("speed", "current"):
+        assert np.array_equal(by_rows.channels[name].raw, by_columns.channels[name].raw)
+    few = read_table(path, ["time=few[1,:]:s", "speed=few[3,:]:rad/s"])
+    assert list(few.channels["speed"].raw) == [0, 1, 4, 9, 16]
+    with pytest.raises(UsageError, match="no column 'rec"):
+        read_table(path, ["time=rec[1]:s", "speed=rec[3,:]:rad/s"])
+
+
+def test_samples_along_a_third_axis_are_rows_too(tmp_path: Path) -> None:
+    path = tmp_path / "run.mat"
+    data = np.arange(40.0).reshape(1, 2, 20)
+    scipy.io.savemat(path, {"t": np.arange(20.0), "y": data, "cube": np.zeros((2, 3, 4))})
+    capture = read_table(path, ["time=t:s", "speed=y[2,:]:rad/s"])
+    assert capture.channels["speed"].raw[0] == 20
+    assert not any(name.startswith("cube") for name in MatSource(path).names)
+
+
+def version_7_3(path: Path) -> None:
+    """As MATLAB stores a timeseries, a Simulink stream and its own bookkeeping."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        t = file.create_dataset("t", data=np.arange(20.0)[None, :])
+        t.attrs["MATLAB_class"] = np.bytes_(b"double")
+        ts = file.create_dataset("log/ts", data=np.array([[3707764736, 2, 1, 1, 1, 1]], "u4"))
+        ts.attrs["MATLAB_class"] = np.bytes_(b"timeseries")
+        ts.attrs["MATLAB_object_decode"] = np.int32(3)
+        file["#sigstream#/blob"] = np.arange(20, dtype="u1")
+        file["#subsystem#/MCOS"] = np.arange(20, dtype="u4")
+        file["raw"] = np.arange(20, dtype="u1")
+        duty = file.create_dataset("duty", data=np.arange(20, dtype="u1")[None, :])
+        duty.attrs["MATLAB_class"] = np.bytes_(b"uint8")
+
+
+def test_no_raw_bytes_and_no_object_are_taken_for_readings(tmp_path: Path) -> None:
+    path = tmp_path / "out.mat"
+    version_7_3(path)
+    assert set(MatSource(path).names) == {"t", "duty"}
+    for column in ("ts", "log.ts.Data", "blob", "raw", "#sigstream#.blob"):
+        with pytest.raises(UsageError, match="the file has no column") as caught:
+            read_table(path, ["time=t:s", f"voltage={column}:V"])
+        said = str(caught.value)
+        assert "log.ts is a timeseries" in said
+        assert "#sigstream# is a Simulink signal stream" in said
+        assert "raw is a block of raw bytes" in said
+        assert "save('plain.mat', 't', 'y')" in said
+    own = read_table(path, ["time=t:s", "command=duty:1"])  # MATLAB's own numbers of 8 bits
+    assert own.channels["command"].raw[19] == 19
+
+
+def element(kind: int, data: bytes) -> bytes:
+    return struct.pack("<II", kind, len(data)) + data + bytes(-len(data) % 8)
+
+
+def version_5(path: Path, what: bytes) -> None:
+    """A file of version 5 with an object beside a vector."""
+    scipy.io.savemat(path, {"t": np.arange(20.0)})
+    numbers = struct.pack("<6I", 0xDD000000, 2, 1, 1, 1, 1)
+    flags, shape = element(6, struct.pack("<II", 13, 0)), element(5, struct.pack("<ii", 6, 1))
+    inner = element(14, flags + shape + element(1, b"") + element(6, numbers))
+    names = element(1, b"speeds") + element(1, b"MCOS") + element(1, what)
+    opaque = element(14, element(6, struct.pack("<II", 17, 0)) + names + inner)
+    path.write_bytes(path.read_bytes() + opaque)
+
+
+@pytest.mark.parametrize(
+    ("what", "how"),
+    [
+        (b"timeseries", "y = speeds.Data"),
+        (b"timetable", "writetimetable(speeds, 'plain.csv')"),
+        (b"table", "writetable(speeds, 'plain.csv')"),
+        (b"Simulink.SimulationData.Dataset", "speeds.getElement(1).Values"),
+        (b"Simulink.SimulationOutput", "speeds.logsout{1}.Values"),
+        (b"duration", "t = seconds(speeds)"),
+        (b"mine", "save its arrays as plain variables"),
+    ],
+)
+def test_an_object_is_named_for_what_it_is(tmp_path: Path, what: bytes, how: str) -> None:
+    path = tmp_path / "run.mat"
+    version_5(path, what)
+    with pytest.raises(
+        UsageError, match=f"speeds is a {what.decode()}, which only MATLAB"
+    ) as caught:
+        read_table(path, ["time=t:s", "speed=speeds.Data:rad/s"])
+    assert how in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert len(MatSource(path).names) == 1

@@ -40,14 +40,15 @@ def late(values: Floats, samples: float) -> Floats:
 def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
     """One for each measured channel that can be late by itself."""
     period = min(r.timeline.period_s for r in records)
+    own = min(r.capture.period_s for r in records)  # a log's grid is finer
     names = {m.block.name for r in records for m in r.measured}
     found = [
-        _hypothesis(name, acting(quantity), SAMPLES, period)
+        _hypothesis(name, acting(quantity), SAMPLES, (period, own))
         for name, quantity in DELAYS.items()
         if name in names
     ]
     if all(r.sensed.channel is not None and r.sensed.shows_emf for r in records):
-        found.append(_hypothesis(VOLTAGE, _late_voltage, OF_VOLTAGE, period))
+        found.append(_hypothesis(VOLTAGE, _late_voltage, OF_VOLTAGE, (period, own)))
     return found
 
 
@@ -64,14 +65,17 @@ def _late_voltage(record: MotorRecord, values: Floats, own: Floats, size: Floats
     return out
 
 
-def _hypothesis(name: str, effect: Effect, sizes: Sequence[float], period: float) -> Hypothesis:
-    what = WORDS[name]
+def _hypothesis(
+    name: str, effect: Effect, sizes: Sequence[float], periods: tuple[float, float]
+) -> Hypothesis:
+    """``periods``: of the fit's grid, by which it is tried, and of the samples."""
+    what, (period, own) = WORDS[name], periods
 
     def words(size: Floats) -> Words:
         return Words(
             what,
             f"the {what} comes {1e6 * size[0]:.0f} µs later than it declares "
-            f"({size[0] / period:.1f} samples)",
+            f"({size[0] / own:.1f} samples)",
             f"declare the delay of the {what}, or look for a buffer or a slow conversion in it",
         )
 
