@@ -8,11 +8,16 @@ from typing import Any
 
 from motorid.capture.model import Stated
 from motorid.errors import MotoridError, RigError, UsageError
-from motorid.rig_keys import SECTIONS, Key
+from motorid.rig_keys import SECTIONS, Number
 from motorid.toml_file import closest, read_text, tables_of, unknown
 
 PLATE, THERMAL = "nameplate", "thermal"
-KEYS: Mapping[str, Key] = {**SECTIONS[PLATE], **SECTIONS[THERMAL]}
+KEYS: Mapping[str, Number] = {
+    name: key
+    for section in (PLATE, THERMAL)
+    for name, key in SECTIONS[section].items()
+    if isinstance(key, Number)
+}
 ELSEWHERE = ("name", "port", "board_serial", "calibration", *SECTIONS)  # of a whole rig file
 SUCH_AS = "--nameplate torque_constant_nm_a=0.0514"
 

@@ -17,7 +17,6 @@ from motorid.capture.columns import BadCell
 
 Floats = NDArray[np.float64]
 
-DECIMALS = (".", ",")
 SPACES, APOSTROPHES = " \N{NO-BREAK SPACE}\N{THIN SPACE}\N{NARROW NO-BREAK SPACE}", "'’"
 GROUPERS = ".,_" + SPACES + APOSTROPHES
 _EXPONENT = r"(?:[eE][+-]?\d+)?"
@@ -115,28 +114,35 @@ class Ambiguous:
 
     def look(self, cells: Sequence[str], row: int) -> None:
         """Takes more cells, the first of them of ``row``."""
+        import pandas as pd
+
         if self.clear:
             return
-        texts = [cell.strip() for cell in cells]
-        marked = np.array([self.decimal in text for text in texts])
-        for index, text in enumerate(texts):
-            if not text:
-                continue
-            grouped = _GROUPED.fullmatch(text) and not text.lstrip("+-").startswith("0")
-            if not (grouped if marked[index] else _WHOLE.fullmatch(text)):
-                self.clear = True  # 1.5 beside 1.009, or 1009
-                return
-            if marked[index] and self.first is None:
-                self.first = BadCell(row + index, self.column, text)
-            if not marked[index] and not self.beside:
-                self.beside = text
-        numbers = np.abs(Marks(self.decimal).numbers(texts))
+        which, different = pd.factorize(np.array(cells, dtype=object))  # few, where many repeat
+        texts = [str(cell).strip() for cell in different]
+        if not all(self._open(text) for text in texts if text):
+            self.clear = True  # 1.5 beside 1.009, or 1009
+            return
+        has = np.array([self.decimal in text for text in texts], dtype=bool)
+        marked, empty = has[which], np.array([not text for text in texts], dtype=bool)[which]
+        if marked.any() and self.first is None:
+            index = int(np.argmax(marked))
+            self.first = BadCell(row + index, self.column, texts[which[index]])
+        if not self.beside and (~marked & ~empty).any():
+            self.beside = texts[which[int(np.argmax(~marked & ~empty))]]
         self.changes += int(np.sum(marked[1:] != marked[:-1]))
+        numbers = np.abs(Marks(self.decimal).numbers(texts))
         for kind in (False, True):
-            known = numbers[(marked == kind) & np.isfinite(numbers)]
+            known = numbers[(has == kind) & np.isfinite(numbers)]
             if len(known):
                 seen = [*self.sizes.get(kind, ()), float(known.min()), float(known.max())]
                 self.sizes[kind] = [min(seen), max(seen)]
+
+    def _open(self, text: str) -> bool:
+        """Whether a cell could be in groups, or is too short for them."""
+        if self.decimal in text:
+            return bool(_GROUPED.fullmatch(text)) and not text.lstrip("+-").startswith("0")
+        return bool(_WHOLE.fullmatch(text))
 
     @property
     def question(self) -> str:

@@ -83,9 +83,9 @@ class Parser:
                 numbers = self._marks.numbers(cells)
                 values[name][done : done + len(piece)] = numbers
                 missing = np.isnan(numbers)
-                for row in np.flatnonzero(missing):
-                    if (text := cells[row].strip()) and looks_marked(text):
-                        cell = BadCell(done + int(row), name, text)
+                for place in np.flatnonzero(missing):
+                    if (text := cells[place].strip()) and looks_marked(text):
+                        cell = BadCell(done + int(place), name, text)
                         raise MarkedError(cell, self._marks.question(text))
                 if name not in bad and missing.any():
                     row = int(np.argmax(missing))

@@ -21,7 +21,7 @@ MAPS = (
     ("time=t:s", "current=i:A", "voltage=u:V"),
     ("speed=column1:rad/s", "voltage=column2*column2:V"),
 )
-DROP_BAD = 0x40  # bit of the first byte
+DROP_BAD, THOUSANDS, MISSING = 0x40, 0x20, 0x10  # bits of the first byte
 MEMORY = Path("/dev/shm")  # Linux: files that cost no disk
 _folder = tempfile.TemporaryDirectory(
     prefix="motorid-fuzz-", dir=MEMORY if MEMORY.is_dir() else None
@@ -35,7 +35,13 @@ def check(data: bytes) -> None:
     choice = data[0] if data else 0
     try:
         with warnings.catch_warnings(action="error"):  # a person would see them, unexplained
-            capture = read_table(_path, MAPS[choice % len(MAPS)], drop_bad=bool(choice & DROP_BAD))
+            capture = read_table(
+                _path,
+                MAPS[(choice & ~(DROP_BAD | THOUSANDS | MISSING)) % len(MAPS)],
+                drop_bad=bool(choice & DROP_BAD),
+                thousands="." if choice & THOUSANDS else None,
+                missing=(0.0,) if choice & MISSING else (),
+            )
     except (DataError, UsageError) as error:
         check_sentence(str(error), len(data))
         return
@@ -43,11 +49,12 @@ def check(data: bytes) -> None:
     assert np.all(np.diff(capture.ticks) > 0)
     known = np.array([np.isfinite(channel.values) for channel in capture.channels.values()])
     assert known.shape == (len(capture.channels), len(capture))
-    assert np.all(known.any(axis=0) if choice & DROP_BAD else known)  # a row keeps its good cells
+    partial = choice & (DROP_BAD | MISSING)  # a row keeps its good cells
+    assert np.all(known.any(axis=0) if partial else known)
 
 
 def seeds() -> Iterator[bytes]:
     """The tables kept, as each way of reading them takes them."""
     for path in sorted(CORPUS.glob("*")):
-        for choice in (0, 1, 2, 0x40, 0x41, 0x42):
+        for choice in (0, 1, 2, 0x40, 0x41, 0x42, 0x21, 0x51):
             yield bytes([choice]) + path.read_bytes()
