@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -55,6 +56,17 @@ def test_one_hypothesis_for_each_channel_that_may_be_late_or_filtered() -> None:
     assert {h.code for h in low_pass_filter.hypotheses([record("measured")])} == {
         "current_filtered"
     }
+
+
+def test_the_lag_of_a_log_counts_its_own_samples() -> None:
+    run = clean_capture(FAULHABER, Plan(count=400))
+    channels = {n: replace(c, kind="instant", aperture_s=0.0) for n, c in run.channels.items()}
+    log = replace(run, program=None, phases=(), channels=channels)
+    subject = MotorRecord(log, PARAMETERS, {})
+    assert subject.timeline.period_s < 0.5 * log.period_s  # the fit's grid is finer
+    found = by_code(channel_delay.hypotheses([subject]), "current_lag")
+    said = found.words(np.array([3.0 * log.period_s]))
+    assert "(3.0 samples)" in said.evidence
 
 
 def test_a_current_that_stops_is_clipped() -> None:
