@@ -215,6 +215,7 @@ def _channel(one: ChannelMap, raw: Floats, chosen: TableOptions) -> Channel:
             unsigned=one.quantity in chosen.unsigned,
         ),
         chosen,
+        counted=one.unit.counts,
     )
 
 

@@ -100,15 +100,18 @@ def _insist_mapped(option: str, name: str, mapped: Mapping[str, ChannelMap]) -> 
         raise UsageError(f"{option} {name}: no such map{nearest(name, mapped)}")
 
 
-def as_stated(channel: Channel, chosen: TableOptions) -> Channel:
-    """The channel with the facts that options state of it, and which of them none does."""
+def as_stated(channel: Channel, chosen: TableOptions, *, counted: bool = False) -> Channel:
+    """The channel with the facts that options state of it, and which of them none does.
+
+    ``counted``: its readings are an encoder's counts, whose gain --counts-per-turn states.
+    """
 
     def given(option: Mapping[str, Any]) -> Any:
         return {SHORTHAND.get(name, name): one for name, one in option.items()}.get(channel.name)
 
     name, doubt = channel.name, given(chosen.delay_uncertainty)
     by_fact: dict[Fact, Any] = {
-        "gain": given(chosen.gain_uncertainty),
+        "gain": given(chosen.gain_uncertainty) if not counted else 0.0,
         "offset": given(chosen.offset_uncertainty),
         "delay": given(chosen.delay),
         "filter": given(chosen.filter),
@@ -123,7 +126,7 @@ def as_stated(channel: Channel, chosen: TableOptions) -> Channel:
         aperture_s=mean.seconds,
         delay_s=late_s - mean.ahead_s,
         delay_uncertainty_s=declared.duration("--delay-uncertainty", name, doubt or 0.0),
-        gain_uncertainty=by_fact["gain"] or 0.0,
+        gain_uncertainty=given(chosen.gain_uncertainty) or 0.0,
         offset_uncertainty=by_fact["offset"] or 0.0,
         filter_s=smooth.time_s,
         filter_order=smooth.order,

@@ -55,7 +55,7 @@ SaidT = tuple[tuple[str, str], ...]
     "--delay",
     multiple=True,
     type=Statement("current=1ms"),
-    help="By how much a quantity's readings are late; below 0: stamped too late. Repeatable.",
+    help="By how much a quantity's readings are late; below 0: stamped too early. Repeatable.",
 )
 @click.option(
     "--delay-uncertainty",

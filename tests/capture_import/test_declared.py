@@ -53,6 +53,14 @@ def test_a_stated_zero_is_stated(tmp_path: Path, option: str, said: Any, fact: A
     assert not capture.channels[SPEED].states(fact)
 
 
+def test_counts_have_the_gain_that_counts_per_turn_states(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t,x\n" + "".join(f"{k},{3 * k}\n" for k in range(40)), encoding="utf-8")
+    counted = read_table(path, ["time=t:ms", "position=x:counts"], counts_per_turn=400.0)
+    assert counted.channels["position"].states("gain")
+    assert not read_table(path, ["time=t:ms", "position=x:deg"]).channels["position"].states("gain")
+
+
 def test_a_channel_of_a_board_states_all() -> None:
     assert Channel("current", "A", np.zeros(3)).undeclared == ()
 
