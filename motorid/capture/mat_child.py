@@ -16,7 +16,7 @@ from motorid.limits import MAT
 _MAX_DEPTH = 12
 _NARROW = 64  # columns, or rows, of a matrix that are columns of a table each
 _OWN = "#"  # begins what MATLAB keeps beside the variables of a file
-STREAM, BYTES = "Simulink signal stream", "block of raw bytes"
+STREAM, BYTES, SPARSE = "Simulink signal stream", "block of raw bytes", "sparse matrix"
 _PLAIN = frozenset(
     {"double", "single", "logical", "char", "struct", "cell", "canonical empty"}
     | {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)}
@@ -99,6 +99,8 @@ def _read_v5(source: str, found: Found) -> None:
 
 
 def _walk_v5(name: str, value: Any, found: Found, depth: int) -> None:
+    if hasattr(value, "todense"):
+        found.objects[name] = SPARSE
     if depth > _MAX_DEPTH or not isinstance(value, np.ndarray):
         return
     if type(value).__name__ in ("MatlabOpaque", "MatlabObject", "MatlabFunction"):
@@ -160,6 +162,8 @@ def _walk_node(name: str, node: Any, found: Found, depth: int) -> None:
     what = _text(node.attrs.get("MATLAB_class", ""))
     if "MATLAB_object_decode" in node.attrs or (what and what not in _PLAIN):
         found.objects[name] = what or "opaque"
+    elif "MATLAB_sparse" in node.attrs:
+        found.objects[name] = SPARSE
     elif isinstance(node, h5py.Group):
         for key in node:
             _walk_hdf5(f"{name}.{key}", node, node.get(key, getlink=True), found, depth + 1)

@@ -26,6 +26,7 @@ _EXPORTS = {
     "dataset": "s = {0}.getElement(1).Values; t = s.Time; y = s.Data; save('plain.mat', 't', 'y')",
     "simulationoutput": "s = {0}.logsout{{1}}.Values; t = s.Time; y = s.Data; "
     "save('plain.mat', 't', 'y')",
+    "sparse": "y = full({0}); save('plain.mat', 'y')",
     "stream": "load the file, take s = out.logsout{{1}}.Values, and save s.Time and s.Data",
     "datetime": "t = seconds({0} - {0}(1)); save('plain.mat', 't')",
     "duration": "t = seconds({0}); save('plain.mat', 't')",

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 import scipy.io
+import scipy.sparse
 
 from motorid import limits
 from motorid.capture import child, mat_child, mat_reader
@@ -215,7 +216,7 @@ def version_5(path: Path, what: bytes) -> None:
         (b"Simulink.SimulationData.Dataset", "speeds.getElement(1).Values"),
         (b"Simulink.SimulationOutput", "speeds.logsout{1}.Values"),
         (b"duration", "t = seconds(speeds)"),
-        (b"mine", "save its arrays as plain variables"),
+        (b"string", "save its arrays as plain variables"),
     ],
 )
 def test_an_object_is_named_for_what_it_is(tmp_path: Path, what: bytes, how: str) -> None:
@@ -228,3 +229,17 @@ def test_an_object_is_named_for_what_it_is(tmp_path: Path, what: bytes, how: str
     assert how in str(caught.value)
     assert "\n" not in str(caught.value)
     assert len(MatSource(path).names) == 1
+
+
+def test_a_sparse_matrix_is_no_three_columns(tmp_path: Path) -> None:
+    path = tmp_path / "old.mat"
+    scipy.io.savemat(path, {"t": np.arange(20.0), "y": scipy.sparse.eye(20).tocsc()})
+    new = tmp_path / "new.mat"
+    with h5py.File(new, "w", userblock_size=512) as file:
+        file["t"] = np.arange(20.0)
+        group = file.create_group("y")
+        group.attrs["MATLAB_sparse"] = np.uint64(20)
+        group["data"], group["ir"] = np.ones(20), np.arange(20, dtype="u8")
+    for file in (path, new):
+        with pytest.raises(UsageError, match=r"y is a sparse matrix, .* y = full\(y\)"):
+            read_table(file, ["time=t:s", "speed=data:rad/s"])
