@@ -127,6 +127,7 @@ def test_a_mark_that_cannot_be_is_said(tmp_path: Path, options: dict[str, str], 
 
 
 # -- whatever the numbers
+@pytest.mark.slow
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     st.lists(st.integers(-3_000_000, 3_000_000) | st.integers(0, 2000), min_size=3, max_size=12),
