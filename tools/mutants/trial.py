@@ -15,7 +15,8 @@ from tools.mutants.workplace import HOME, TIMED_OUT, put, pytest, run
 SLOWER = 10.0  # a mutant that takes so many times as long is killed: it turns in circles
 PATIENCE = 60.0  # seconds besides, for a start on a busy machine
 COMPILING = 300.0  # seconds: no mutant makes a compiler slower
-NO_TESTS, USAGE = 5, 4  # exit codes of pytest that say nothing about a mutant
+NO_TESTS, USAGE = 5, 4  # exit codes of pytest
+NO_CONFTEST = "ImportError while loading conftest"  # a mutant that cannot be imported
 TESTS_IN_C = ("check-small", "check-large")
 
 
@@ -71,10 +72,8 @@ def try_python(mutant: Mutant, known: Map, kept: Kept, budget: float) -> Answer:
             code, said = run(words, {"MUTANTS_ONLY": str(only)}, SLOWER * seconds + PATIENCE)
         finally:
             put(mutant.path, source)
-        if code in (NO_TESTS, USAGE):
-            raise SystemExit(f"{mutant.path}:{mutant.line}: the tests cannot be run: {said}")
-        outcome = "survived" if code == 0 else "killed"
-        return Answer(outcome, _killer(code, said), len(chosen), len(covering))
+        outcome, by = _judged(code, said)
+        return Answer(outcome, by, len(chosen), len(covering))
 
     return kept.get(key, made)
 
@@ -90,14 +89,21 @@ def within(tests: list[str], seconds: dict[str, float], budget: float) -> list[s
     return chosen
 
 
-def _killer(code: int, said: str) -> str:
-    """The test that failed, or how it ended."""
+def _judged(code: int, said: str) -> tuple[str, str]:
+    """The outcome by the exit code of pytest, and the test that failed or how it ended.
+
+    Names of tests may depend on the mutant: where none is left of those named, none saw it.
+    """
+    if code in (0, NO_TESTS):
+        return "survived", ""
+    if code == USAGE and NO_CONFTEST not in said:
+        raise SystemExit(f"the tests cannot be run: {said}")
     if code == TIMED_OUT:
-        return "no end"
+        return "killed", "no end"
     for line in said.splitlines():
         if line.startswith(("FAILED ", "ERROR ")):
-            return line.split()[1]
-    return f"exit code {code}" if code else ""
+            return "killed", line.split()[1]
+    return "killed", f"exit code {code}"
 
 
 def try_c(mutant: Mutant, kept: Kept, files: tuple[str, ...]) -> Answer:
@@ -133,6 +139,5 @@ def _in_c() -> Answer:
         return Answer("stillborn")
     only = ("-x", "--tb=no", "-m", "not long", "-k", "host", "tests/conformance")
     code, said = run(pytest(*only), {}, COMPILING)
-    if code in (NO_TESTS, USAGE):
-        raise SystemExit(f"the conformance suite cannot be run: {said}")
-    return Answer("killed" if code else "survived", _killer(code, said))
+    outcome, by = _judged(code, said)
+    return Answer(outcome, by)
