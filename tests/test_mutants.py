@@ -63,6 +63,9 @@ def test_faults_in_python() -> None:
         ("-a", "(a)"),
         ("any(a)", "all(a)"),
         ("True", "False"),
+        ("9", "10"),
+        ("10", "30"),
+        ("0.5", "1.5"),
     ],
 )
 def test_each_kind_of_fault(line: str, after: str) -> None:

@@ -17,10 +17,10 @@ from pathlib import Path
 
 from tools.mutants import c_faults, python_faults
 from tools.mutants.coverage_map import brought_up_to_date, test_files
-from tools.mutants.mutant import ROOT, Mutant, digest, sample
+from tools.mutants.mutant import Mutant, digest, sample
 from tools.mutants.score import CORE, GOALS, HEAD, Score
 from tools.mutants.trial import Answer, Kept, try_c, try_python
-from tools.mutants.workplace import HOME, copied, git
+from tools.mutants.workplace import HOME, TREE, copied, git
 
 GENERATED = "wire_gen"  # written from spec.toml; its own tests compare it
 
@@ -28,23 +28,23 @@ GENERATED = "wire_gen"  # written from spec.toml; its own tests compare it
 def mutants(room: str) -> list[Mutant]:
     """Every mutant of a room, or of the firmware's core."""
     if room == CORE:
-        folder, ending, faults = ROOT / "firmware" / "core", ".c", c_faults.mutants
+        folder, ending, faults = TREE / "firmware" / "core", ".c", c_faults.mutants
     else:
-        folder, ending, faults = ROOT / "motorid" / room, ".py", python_faults.mutants
+        folder, ending, faults = TREE / "motorid" / room, ".py", python_faults.mutants
     files = sorted(path for path in folder.rglob(f"*{ending}") if GENERATED not in path.name)
     return [
         one
         for path in files
-        for one in faults(path.relative_to(ROOT).as_posix(), path.read_bytes())
+        for one in faults(path.relative_to(TREE).as_posix(), path.read_bytes())
     ]
 
 
 def firmware_tests() -> tuple[str, ...]:
     """Files that decide what becomes of a mutant in C, besides the mutated one."""
-    folder = ROOT / "firmware"
+    folder = TREE / "firmware"
     written = [*(folder / "core").glob("*.h"), *(folder / "test").glob("*.[ch]")]
     written += [*(folder / "ports" / "host").glob("*.[ch]"), folder / "Makefile"]
-    named = [path.relative_to(ROOT).as_posix() for path in sorted(written)]
+    named = [path.relative_to(TREE).as_posix() for path in sorted(written)]
     return (*named, *(name for name in test_files() if name.startswith("tests/conformance/")))
 
 
@@ -68,7 +68,6 @@ def result(
 ) -> dict[str, object]:
     """What a file of results holds."""
     return {
-        "commit": _commit(),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "seed": options.seed,
         "tests": options.tests or "all",
@@ -120,12 +119,13 @@ def main(arguments: Sequence[str]) -> int:
     options = asked(arguments)
     began = time.monotonic()
     HOME.mkdir(parents=True, exist_ok=True)
-    copied()
+    made_by = _commit()
+    copied()  # later edits change nothing of this run
     attempt = attempts(options)
     scores = [tried(room, options.count, options.seed, attempt) for room in options.rooms]
     print("\n".join([HEAD, *(score.row() for score in scores)]))
     if options.json:
-        made = result(scores, options, (time.monotonic() - began) / 60.0)
+        made = {"commit": made_by, **result(scores, options, (time.monotonic() - began) / 60.0)}
         text = json.dumps(made, indent=1, ensure_ascii=False) + "\n"
         options.json.write_text(text, encoding="utf-8")
     return 0 if all(score.good for score in scores) else 1

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from tools.mutants.mutant import ROOT, Mutant, digest
+from tools.mutants.mutant import Mutant, digest
 from tools.mutants.workplace import HOME, TREE, pytest, run
 
 Lines = dict[str, list[int]]  # of a source file, by its path
@@ -73,15 +73,15 @@ def importing(path: str) -> set[str]:
 
 def test_files() -> list[str]:
     """Every file of tests, by its path in the repository."""
-    found = (ROOT / "tests").rglob("test_*.py")
-    return sorted(path.relative_to(ROOT).as_posix() for path in found)
+    found = (TREE / "tests").rglob("test_*.py")
+    return sorted(path.relative_to(TREE).as_posix() for path in found)
 
 
 @cache
 def imports(path: str) -> frozenset[str]:
     """Modules, and what may be modules, that a file of the repository names in its imports."""
     named = set()
-    for node in ast.walk(ast.parse((ROOT / path).read_bytes())):
+    for node in ast.walk(ast.parse((TREE / path).read_bytes())):
         if isinstance(node, ast.Import):
             named |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -99,8 +99,8 @@ def test_digest(path: str) -> str:
         known.add(one)
         near = [str(parent / "conftest.py") for parent in Path(one).parents]
         helpers = [name.replace(".", "/") + ".py" for name in imports(one) if name[:6] == "tests."]
-        queue += [p for p in {*near, *helpers} - known if (ROOT / p).is_file()]
-    return digest(*((ROOT / one).read_bytes() for one in sorted(known)))
+        queue += [p for p in {*near, *helpers} - known if (TREE / p).is_file()]
+    return digest(*((TREE / one).read_bytes() for one in sorted(known)))
 
 
 def loaded(path: Path) -> Map:
@@ -113,7 +113,7 @@ def loaded(path: Path) -> Map:
 def brought_up_to_date(path: Path, marker: str) -> Map:
     """The map, after running the tests that changed or that ran a source that changed."""
     old = loaded(path)
-    now = {name: digest((ROOT / name).read_bytes()) for name in _sources()}
+    now = {name: digest((TREE / name).read_bytes()) for name in _sources()}
     changed = {name for name, was in old.sources.items() if now.get(name) != was}
     stale = {file_of(test) for test, lines in old.lines.items() if changed & lines.keys()}
     current = {name: test_digest(name) for name in test_files()}
@@ -131,8 +131,8 @@ def brought_up_to_date(path: Path, marker: str) -> Map:
 
 
 def _sources() -> Iterator[str]:
-    for path in sorted((ROOT / "motorid").rglob("*.py")):
-        yield path.relative_to(ROOT).as_posix()
+    for path in sorted((TREE / "motorid").rglob("*.py")):
+        yield path.relative_to(TREE).as_posix()
 
 
 def _noted(files: Iterable[str], marker: str) -> tuple[dict[str, float], dict[str, Lines]]:

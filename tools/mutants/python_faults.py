@@ -36,7 +36,8 @@ COMPUTED: dict[type[ast.operator], type[ast.operator]] = {
     ast.BitXor: ast.BitAnd,
 }
 CALLED = {"min": "max", "max": "min", "any": "all", "all": "any"}
-FACTOR = 3.0  # of a figure that is not whole
+FACTOR = 3.0  # of a figure that is not whole, or large: one more of many is no fault
+FEW = 10
 Change = tuple[str, ast.AST, str]  # the operator, the node, what stands there instead
 
 
@@ -113,7 +114,7 @@ def _constants(value: object) -> Iterator[str]:
         case bool():
             yield str(not value)
         case int():
-            yield str(value + 1)
+            yield str(value + 1 if abs(value) < FEW else int(value * FACTOR))
         case float():
             yield repr(value * FACTOR if value else 1.0)
 

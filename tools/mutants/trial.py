@@ -9,8 +9,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from tools.mutants.coverage_map import Map, file_of, test_digest
-from tools.mutants.mutant import ROOT, Mutant, digest
-from tools.mutants.workplace import HOME, TIMED_OUT, put, pytest, run
+from tools.mutants.mutant import Mutant, digest
+from tools.mutants.workplace import HOME, TIMED_OUT, TREE, put, pytest, run
 
 SLOWER = 10.0  # a mutant that takes so many times as long is killed: it turns in circles
 PATIENCE = 60.0  # seconds besides, for a start on a busy machine
@@ -57,7 +57,7 @@ def try_python(mutant: Mutant, known: Map, kept: Kept, budget: float) -> Answer:
     chosen = within(covering, known.seconds, budget)
     if not chosen:
         return Answer("uncovered")
-    source = (ROOT / mutant.path).read_bytes()
+    source = (TREE / mutant.path).read_bytes()
     tests = sorted({file_of(test) for test in chosen})
     used = (json.dumps(sorted(chosen)), *(test_digest(name) for name in tests))
     key = digest(mutant.applied(source), *used)
@@ -108,7 +108,7 @@ def _judged(code: int, said: str) -> tuple[str, str]:
 
 def try_c(mutant: Mutant, kept: Kept, files: tuple[str, ...]) -> Answer:
     """By the core's own tests, with both sizes, then by the conformance suite on this computer."""
-    source = (ROOT / mutant.path).read_bytes()
+    source = (TREE / mutant.path).read_bytes()
     key = digest(mutant.path, mutant.applied(source), *(_content(name) for name in files))
 
     def made() -> Answer:
@@ -122,7 +122,7 @@ def try_c(mutant: Mutant, kept: Kept, files: tuple[str, ...]) -> Answer:
 
 
 def _content(name: str) -> bytes | str:
-    return test_digest(name) if name.endswith(".py") else (ROOT / name).read_bytes()
+    return test_digest(name) if name.endswith(".py") else (TREE / name).read_bytes()
 
 
 def _in_c() -> Answer:
