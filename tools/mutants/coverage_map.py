@@ -20,7 +20,7 @@ source = {tree}/motorid
 parallel = true
 data_file = {home}/coverage/data
 context = ${{MUTANTS_CONTEXT-}}
-patch = subprocess, _exit
+patch = subprocess, _exit, fork
 disable_warnings = no-data-collected, module-not-imported, module-not-measured
 """
 
@@ -37,23 +37,29 @@ class Map:
     def covering(self, mutant: Mutant) -> list[str]:
         """Tests that run the mutant's line, its own room's and the fastest first.
 
-        For a line that runs on import: those that run anything of the file.
         After them come the other tests of the same files, which share what the first ones made.
+        For a line that runs on import, or only in processes that end without a word: tests that
+        run anything of the file, and those whose file imports it.
         """
-        exact = {
-            test
-            for test, lines in self.lines.items()
-            if mutant.path in lines and (mutant.at_import or mutant.line in lines[mutant.path])
-        }
+        exact = self._running(mutant.path, None if mutant.at_import else mutant.line)
         files = {file_of(test) for test in exact}
-        if mutant.at_import:
-            files |= importing(mutant.path)
+        if mutant.at_import or not exact:
+            exact = self._running(mutant.path, None)
+            files = {file_of(test) for test in exact} | importing(mutant.path)
         others = {test for test in self.seconds if file_of(test) in files} - exact
         room = mutant.path.split("/")[1]
         return [
             *sorted(exact, key=lambda test: (not _is_of(test, room), self.seconds[test])),
             *sorted(others, key=lambda test: self.seconds[test]),
         ]
+
+    def _running(self, path: str, line: int | None) -> set[str]:
+        """Tests that run that line of a file; None: any."""
+        return {
+            test
+            for test, lines in self.lines.items()
+            if path in lines and (line is None or line in lines[path])
+        }
 
 
 def file_of(test: str) -> str:
