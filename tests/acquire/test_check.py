@@ -9,7 +9,7 @@ import pytest
 
 from motorid.acquire import board
 from motorid.acquire.check import DUTIES, weak_duties
-from motorid.errors import LinkError
+from motorid.errors import DataError, LinkError
 from tests.acquire.rigs import run, sim_rig
 
 
@@ -33,3 +33,14 @@ def test_a_board_of_other_messages_is_told_from_one_of_another_version(
     with pytest.raises(LinkError, match=r"the board's messages differ .* rebuild its firmware"):
         run("", tmp_path / "run.h5")
     assert not (tmp_path / "run.h5").exists()
+
+
+def test_a_serial_that_no_journal_could_hold_stops_the_run_before_it_begins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started: list[str] = []
+    monkeypatch.setattr(board.Board, "identify", lambda self: started.append("identify"))
+    with pytest.raises(DataError, match="what is told of this run is damaged: serial cannot be 5"):
+        run("", tmp_path / "run.h5", serial=5)
+    assert started == []
+    assert list(tmp_path.iterdir()) == []
