@@ -21,7 +21,7 @@ C_SOURCES := $(filter-out $(wildcard motorid/*/_*), \
 READY := $(VENV)/ready
 READY_TO_TEST := $(VENV)/ready-to-test
 
-.PHONY: run test quick evidence check frozen fuzz bench docs format lock sbom wheel help clean
+.PHONY: run test quick evidence check frozen mutants fuzz bench docs format lock sbom wheel help clean
 
 run: $(READY)
 	$(VENV)/bin/motorid run --rig $(RIG) -o $(OUT) --force
@@ -51,8 +51,12 @@ check: $(READY_TO_TEST)
 frozen: $(READY_TO_TEST)
 	$(PY) -m tests.frozen $(if $(AGAINST),--against $(AGAINST))
 
+mutants: $(READY_TO_TEST)
+	$(PY) -m tools.mutants $(if $(COUNT),--count $(COUNT)) $(if $(ROOMS),--rooms $(ROOMS)) \
+	    $(if $(TESTS),--tests $(TESTS))
+
 fuzz: $(READY_TO_TEST)
-	@set -e; for target in wire rig csv journal hdf5 mat; do echo "== $$target"; \
+	@set -e; for target in wire rig csv journal board fit hdf5 mat; do echo "== $$target"; \
 	    $(PY) -m tests.fuzz.run $$target --seconds $(SECONDS); done
 	$(PY) -m tests.fuzz.bit_flips --flips 10000
 	$(MAKE) -C firmware fuzz PYTHON=$(abspath $(PY)) FUZZ_SECONDS=$(SECONDS)
@@ -99,6 +103,7 @@ help:
 	@echo "make evidence [PARTS=...]     what takes hours, into bench/results; SHORT=1 for a moment"
 	@echo "make check                    format, lint, types, generated files, lock, licences"
 	@echo "make frozen [AGAINST=commit]  every number of a fixed corpus, as recorded or as that commit's bits"
+	@echo "make mutants [ROOMS=...] [COUNT=60] [TESTS=\"'not slow'\"]  faults put in on purpose: do tests see them?"
 	@echo "make fuzz [SECONDS=60]        each parser and the firmware's receiver, for so long"
 	@echo "make bench                    speed and accuracy against their targets"
 	@echo "make docs                     write the generated documents"

@@ -57,7 +57,7 @@ def _coverage(rigs: str) -> tuple[Command, ...]:
     )
 
 
-FUZZED = ("wire", "rig", "csv", "journal", "hdf5", "mat")
+FUZZED = ("wire", "rig", "csv", "journal", "board", "fit", "hdf5", "mat")
 EXACT = ("--captures", "12", "--count", "1000", "--seeds", "1", "--motor", "faulhaber")
 PARTS = (
     Part("coverage", "how often intervals hold the truth, on 2,000 drawn rigs",
@@ -69,6 +69,9 @@ PARTS = (
          (_bench("suspects", "--part", "clean", "--motor", "qube"),)),
     Part("wider", "wider models named and sized",
          (_bench("wider"),), (_bench("wider", "brush", "--seeds", "1"),)),
+    Part("mutants", "faults put into the code on purpose, and how many of them a test sees",
+         (_module("tools.mutants", "--json", "bench/results/mutants.json"),),
+         (_module("tools.mutants", "--rooms", "firmware", "--count", "1"),)),
     Part("faults", "the laws of a capture under 10,000 random schedules of faults",
          (_module("tests.faults.run", "--count", "10000"),),
          (_module("tests.faults.run", "--count", "5"),)),

@@ -50,6 +50,24 @@ static void a_hung_main_loop_does_not_keep_the_motor_running(void) {
     CHECK(core.fault == WIRE_FAULT_HOST_SILENCE);
 }
 
+/* 160 ms are 1599 periods of 1601 ticks, and one tick. */
+static void a_limit_of_time_is_rounded_up_to_whole_samples(void) {
+    wire_configure_t config = fake_config();
+    config.sample_period_ticks = 1601;
+    config.host_silence_ms = 160;
+    fake_start();
+    fake_settle();
+    port.sample_period_step_ticks = 1;
+    CHECK(fake_configure(&config) == WIRE_STATUS_OK);
+    CHECK(fake_add_step(0, WIRE_STEP_KIND_DRIVE_DUTY, 500000, 1000000) == WIRE_STATUS_OK);
+    CHECK(fake_run() == WIRE_STATUS_OK);
+    fake_sample();
+    fake_samples(1599);
+    CHECK(fake.bridge == DRIVE);
+    fake_sample();
+    CHECK(fake.bridge == OPEN && core.fault == WIRE_FAULT_HOST_SILENCE);
+}
+
 static void a_hung_main_loop_does_not_keep_the_guard_from_tripping(void) {
     SURE(begin(1000000));
     fake_samples(1000);
@@ -358,6 +376,7 @@ const struct test core_tests[] = {
     TEST(power_on_opens_the_bridge_and_says_hello),
     TEST(a_watchdog_reset_is_latched),
     TEST(a_hung_main_loop_does_not_keep_the_motor_running),
+    TEST(a_limit_of_time_is_rounded_up_to_whole_samples),
     TEST(a_hung_main_loop_does_not_keep_the_guard_from_tripping),
     TEST(stop_acts_though_the_link_takes_nothing),
     TEST(a_link_that_takes_nothing_stops_nothing_else),

@@ -27,7 +27,7 @@ def check_signs(
     sensor dead or saturated, sense wires missing or swapped.
     """
     pulse = braked = None
-    for duty in _duties(rig, supply_v):
+    for duty in weak_duties(rig, supply_v):
         pulse = weak_pulse(board, rig, config, zero, stop, duty, supply_v)
         if pulse is None:
             return {}
@@ -81,7 +81,7 @@ def check_zero(zero: Fields, descriptors: dict[str, Fields]) -> None:
         )
 
 
-def _duties(rig: Rig, supply_v: float) -> Iterator[float]:
+def weak_duties(rig: Rig, supply_v: float) -> Iterator[float]:
     """Duties weak enough for the rig: below 80 % of the current limit if the motor is locked."""
     resistance = rig.nameplate.resistance_ohm
     for duty in DUTIES:

@@ -25,7 +25,7 @@ def command(paths: tuple[Path, ...], as_json: bool) -> int:
     records. A folder is searched for such files, with its folders. One line a file: sound, carries
     no digest (older files), cut short (a journal's end is missing) or damaged, and where.
 
-    Exit codes: 0, or 4 where a file is damaged.
+    Exit codes: 0, 4 where a file is damaged, 2 where a path is not there.
     """
     from motorid import json_text
     from motorid.errors import DataError

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from motorid import json_seal
-from motorid.errors import DataError
+from motorid.errors import DataError, UsageError
 from motorid.reading import open_file
 
 SCHEMA = "motorid-verify-1"
@@ -38,14 +38,15 @@ class Finding:
 def verify(paths: Iterable[Path]) -> Iterator[Finding]:
     """What is to be said of each file, and of each of motorid's files in each folder, in order.
 
-    Raises DataError where a path is not there, or is a file that motorid does not write.
+    Raises UsageError where a path is not there, as for every file that a person names to be read;
+    DataError where it is a file that motorid does not write.
     """
     for path in paths:
         if path.is_dir():
             yield from (_finding(one, kind) for one, kind in _within(path))
             continue
         if not path.exists():
-            raise DataError(f"there is no file {path}: check the path")
+            raise UsageError(f"there is no file {path}: check the path")
         kind = _kind(path) or (DOCUMENT if path.suffix == ".json" else "")
         if not kind:
             raise DataError(f"{path} is no file that motorid writes, or damaged from its beginning")

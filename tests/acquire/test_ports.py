@@ -91,8 +91,9 @@ def test_a_terminal_carries_bytes_and_is_held_alone() -> None:
         port.write(b"\0to it")
         assert os.read(host, 100) == b"\0to it"
         assert port.read(10, 0.01) == b""
-        with pytest.raises(LinkError, match="another program holds this port"):
+        with pytest.raises(LinkError, match="another program holds this port") as caught:
             open_port(name)
+        assert f"process {os.getpid()}," not in str(caught.value)  # we are not the other one
     finally:
         port.close()
         os.close(host)

@@ -43,6 +43,12 @@ def test_separator_and_decimal_mark_are_found(tmp_path: Path, separator: str, de
     assert capture.channels["speed"].unit == "rad/s"
 
 
+def test_two_rows_are_the_fewest(tmp_path: Path) -> None:
+    assert len(read_table(write(tmp_path, table(rows=2)), MAPS)) == 2
+    with pytest.raises(DataError, match="1 usable rows there: a capture needs two"):
+        read_table(write(tmp_path, table(rows=1)), MAPS)
+
+
 def test_several_header_lines_with_units_and_trailing_separators(tmp_path: Path) -> None:
     body = "".join(f"{k};{k / 2};\n" for k in range(40))
     path = write(tmp_path, "Time;Motor speed;\nms;rad/s;\nt;w;\n" + body)

@@ -55,9 +55,10 @@ def test_damage_ends_with_4_and_the_rest_is_still_said(
     assert [line.split()[0] for line in lines] == ["damaged", "damaged", "carries"]
 
 
-@pytest.mark.parametrize("arguments", [["absent.h5"], ["notes.txt"], ["empty"]])
+@pytest.mark.parametrize(("name", "code"), [("absent.h5", 2), ("notes.txt", 4), ("empty", 4)])
 def test_what_is_not_there_or_not_motorid_s_is_one_sentence(
-    arguments: list[str],
+    name: str,
+    code: int,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capfd: pytest.CaptureFixture[str],
@@ -65,11 +66,11 @@ def test_what_is_not_there_or_not_motorid_s_is_one_sentence(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "notes.txt").write_text("a,b\n1,2\n")
     (tmp_path / "empty").mkdir()
-    assert run(["verify", *arguments]) == 4
+    assert run(["verify", name]) == code
     said = capfd.readouterr()
     assert said.out == ""
     assert said.err.count("\n") == 1
-    assert arguments[0] in said.err
+    assert name in said.err
 
 
 def test_a_name_with_a_line_end_is_one_line(

@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
+from motorid.acquire.channels import UNSYNCHRONISED
 from motorid.wire.codec import encode_command
-from motorid.wire.enums import ResetCause, State, Status
+from motorid.wire.enums import Channel, ResetCause, State, Status
 from motorid.wire.framing import DELIMITER, cobs_encode, crc16, encode
 from motorid.wire.hashes import layout_hash
 from motorid.wire.spec import REPLY_BIT, load, required_size
@@ -148,6 +149,8 @@ def test_every_channel_is_described(client: Client) -> None:
         assert fact["scale"] != 0
         assert fact["raw_min"] < fact["offset"] + 1 <= fact["raw_max"]
         assert (fact["aperture_ns"] == 0) == (fact["kind"] == 0)
+    position = client.descriptors[Channel.POSITION]
+    assert position["pwm_phase_permille"] == UNSYNCHRONISED
     assert client.ask("describe_channel", index=count).status is Status.BAD_VALUE
     assert client.ask("describe_channel", index=255).status is Status.BAD_VALUE
 

@@ -33,7 +33,7 @@ def main() -> None:
     if options.target == FIT:
         from tests.fuzz.fit_checks import fuzz as fits
 
-        cases = options.runs if options.runs > 0 else 1000
+        cases = options.runs if options.runs >= 0 else sys.maxsize
         sys.exit(fits(cases, options.seconds, options.seed))
     if options.target in BOARDS:
         from tests.fuzz.board import fuzz as fuzz_board

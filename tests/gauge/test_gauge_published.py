@@ -190,6 +190,11 @@ def test_one_operator_and_refusals() -> None:
     one = analyse(study(AIAG_GRR[:, :1]))
     assert set(one.components) == {"EV", "GRR", "PV", "TV"}
     assert one.components["EV"].sigma == one.grr.sigma
+    # of one operator the parts' variance is that of their means, less that of a mean of repeats
+    means, within = AIAG_GRR[:, 0].mean(axis=1), AIAG_GRR[:, 0].var(axis=1, ddof=1).mean()
+    parts = means.var(ddof=1) - within / AIAG_GRR.shape[2]
+    assert one.components["EV"].sigma == pytest.approx(math.sqrt(within), rel=1e-9)
+    assert one.components["PV"].sigma == pytest.approx(math.sqrt(parts), rel=1e-9)
     with pytest.raises(DataError, match="2 repeats"):
         study(AIAG_GRR[:, :, :1])
     broken = AIAG_GRR.copy()

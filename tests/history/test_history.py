@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from sqlalchemy import select, text
-from sqlalchemy.dialects import postgresql
+from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.schema import CreateIndex, CreateTable
 
 from motorid.errors import DataError, UsageError
@@ -219,3 +219,14 @@ def test_an_instant_needs_its_zone(history: History) -> None:
     with pytest.raises(DataError, match="time zone"):
         history.add(replace(record(1), at=datetime(2026, 1, 1)))
     assert history.add(replace(record(1), at=datetime(2026, 1, 1, tzinfo=UTC)))
+
+
+@pytest.mark.parametrize("value", [float("inf"), float("nan"), "2.6", b"2.6"])
+def test_a_number_that_is_none_is_damage(value: object) -> None:
+    with pytest.raises(ValueError, match="where a number belongs: it is damaged"):
+        s.Number().process_result_value(value, sqlite.dialect())
+
+
+@pytest.mark.parametrize("value", [None, 2, 2.6])
+def test_a_finite_number_or_none_is_read_as_it_is(value: float | None) -> None:
+    assert s.Number().process_result_value(value, sqlite.dialect()) == value

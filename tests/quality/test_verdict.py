@@ -12,6 +12,7 @@ from motorid.quality.guard_band import Rule
 from motorid.quality.judge import judge, not_measured
 from motorid.quality.limits import Limit
 from motorid.quality.product import Product
+from motorid.quality.quantities import QUANTITIES, Context
 from motorid.quality.verdict import Measurement, Outcome, Reading, Verdict, decide, whole
 
 R25, K25 = 2.6, 7.68e-3  # of the simulated motor
@@ -48,6 +49,24 @@ def test_between_guard_band_and_limit_is_marginal() -> None:
     assert not Verdict("p", "s", (edge, beyond)).marginal
 
 
+@pytest.mark.parametrize(("value", "bound"), [(2.41, "2.4"), (2.79, "2.8")])
+def test_a_marginal_motor_names_the_limit_that_it_is_near(value: float, bound: str) -> None:
+    limit = Limit("R_25", "ohm", 2.4, 2.8, low_means="too few turns", high_means="a bad joint")
+    found = decide(limit, Reading("ohm", value, 0.01), "resistance")
+    means = "too few turns" if bound == "2.4" else "a bad joint"
+    assert found.reason == (
+        f"resistance {value:g} ohm is too near its limit {bound} ohm (MARGINAL): {means}"
+    )
+
+
+def test_what_was_not_measured_keeps_its_name_and_its_meaning() -> None:
+    limit = Limit("R_25", "ohm", 2.4, 2.8)
+    found = decide(limit, Reading("ohm", problem="give the ambient"), "resistance at 25 °C")
+    assert found.outcome is Outcome.INVALID
+    assert (found.quantity, found.meaning) == ("R_25", "resistance at 25 °C")
+    assert found.reason == "resistance at 25 °C: give the ambient"
+
+
 def test_a_good_motor_passes(estimate: Estimate, product: Product) -> None:
     verdict = judge(estimate, product)
     assert verdict.outcome is Outcome.PASS, verdict.reasons
@@ -64,6 +83,19 @@ def test_uncertainty_of_the_temperature_is_in_r_25(estimate: Estimate, product: 
     inputs = tuple({**i, "ambient_uncertainty_c": 5.0} for i in estimate.inputs)
     doubtful = judge(replace(estimate, inputs=inputs), product)["R_25"].reading
     assert doubtful.uncertainty == pytest.approx(R25 * 0.0039 * 5.0, rel=0.05)
+
+
+def test_figures_are_those_of_the_cold_motor(estimate: Estimate, product: Product) -> None:
+    inputs = tuple({**i, "ambient_c": 65.0, "ambient_uncertainty_c": 0.0} for i in estimate.inputs)
+    context = Context(replace(estimate, inputs=inputs), product)
+    hot = {name: float(p.value or 0.0) for name, p in estimate.parameters.items()}
+    # 40 K cooler, copper conducts better and magnets are stronger
+    K, R = hot["K"] / (1.0 - 0.0011 * 40.0), hot["R"] / (1.0 + 0.0039 * 40.0)
+    volts = product.voltage_v
+    found = {n: QUANTITIES[n].read(context).value for n in ("stall_torque", "no_load_speed")}
+    assert found["stall_torque"] == pytest.approx(K * volts / R - hot["T0"], rel=1e-9)
+    speed = (K * volts - R * hot["T0"]) / (K**2 + R * hot["B"])
+    assert found["no_load_speed"] == pytest.approx(speed, rel=1e-9)
 
 
 def test_cold_and_hot_agree_at_25(measure: object, product: Product, estimate: Estimate) -> None:

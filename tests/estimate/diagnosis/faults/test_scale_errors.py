@@ -43,6 +43,18 @@ def test_the_powers_are_those_of_the_fit(channel: str, cause: scale_errors.Cause
         assert b / a == pytest.approx(FACTOR ** cause.powers.get(name, 0), rel=5e-3), name
 
 
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [
+        (4.0, "the encoder's counts per turn are set four times too low: lines for counts"),
+        (0.25, "the encoder's counts per turn are set four times too high"),
+        (1.3, "the encoder or speed reads 1.3 times what is true"),
+    ],
+)
+def test_a_factor_has_its_usual_name_or_is_told(factor: float, words: str) -> None:
+    assert scale_errors.SPEED.words(factor) == words
+
+
 SLOW = {  # L is lost, and looked for; or the fit has no motor to find
     "mA for A": [pytest.mark.slow],
     "voltage gain": [pytest.mark.slow],

@@ -1,0 +1,219 @@
+"""The tool that tries mutants: which faults it makes, which tests it takes, what it keeps."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tools.mutants import c_faults, coverage_map, mutant, python_faults, score, trial, workplace
+from tools.mutants.coverage_map import Map
+from tools.mutants.mutant import Mutant, sample
+from tools.mutants.trial import Answer, Kept
+
+SOURCE = '''"""A module with 1 figure in its text."""
+from typing import TYPE_CHECKING
+LARGEST = 2.5
+if TYPE_CHECKING:
+    SEEN = 7
+def scaled(ä: int | None, by: float = 3) -> float | None:
+    assert by > 0
+    if ä is None or not by:
+        return None
+    print(f"{by + 1}")
+    return min(ä * by, LARGEST)
+'''
+
+
+def changes(source: str = SOURCE) -> dict[str, set[str]]:
+    """The mutated lines, by operator."""
+    found: dict[str, set[str]] = {}
+    for one in python_faults.mutants("a.py", source.encode()):
+        ast.parse(one.applied(source.encode()))
+        found.setdefault(one.operator, set()).add(one.after)
+    return found
+
+
+def test_faults_in_python() -> None:
+    assert changes() == {
+        "constant": {
+            "LARGEST = 7.5",
+            "def scaled(ä: int | None, by: float = 4) -> float | None:",
+        },
+        "comparison": {"if (ä is not None) or not by:"},
+        "boolean": {"if (ä is None and (not by)):"},
+        "sign": {"if ä is None or (by):"},
+        "condition": {"if (not (ä is None or not by)):"},
+        "statement": {"pass"},
+        "return": {"return None"},
+        "function": {"return max(ä * by, LARGEST)"},
+        "arithmetic": {"return min((ä / by), LARGEST)"},
+    }
+
+
+@pytest.mark.parametrize(
+    ("line", "after"),
+    [
+        ("f(high, low)", "(f(low, high))"),  # of the same kind
+        ("a <= b < c", "(a < b < c)"),
+        ("x[1:]", "x[2:]"),
+        ("x += y", "x -= y"),
+        ("a if b else c", "(c if b else a)"),
+        ("-a", "(a)"),
+        ("any(a)", "all(a)"),
+        ("True", "False"),
+        ("9", "10"),
+        ("10", "30"),
+        ("0.5", "1.5"),
+    ],
+)
+def test_each_kind_of_fault(line: str, after: str) -> None:
+    assert after in set().union(*changes(line).values())
+
+
+def test_only_what_runs_on_import_is_marked_so() -> None:
+    found = python_faults.mutants("a.py", SOURCE.encode())
+    assert {one.line for one in found if one.at_import} == {3, 6}
+
+
+def test_faults_in_c_spare_comments_texts_and_pointers() -> None:
+    source = b"""#define TOP 3
+/* 1 + 1 */ static const char *said = "2 - 2"; // 3 < 4
+int f(struct s *p) {
+    if (!p->ready && *p->next <= 0x0Fu) {
+        tell(&p->next);
+    }
+    return p->sum + 7;
+}
+"""
+    found = {(one.line, one.operator, one.after) for one in c_faults.mutants("a.c", source)}
+    assert found == {
+        (4, "sign", "if (p->ready && *p->next <= 0x0Fu) {"),
+        (4, "boolean", "if (!p->ready || *p->next <= 0x0Fu) {"),
+        (4, "comparison", "if (!p->ready && *p->next < 0x0Fu) {"),
+        (4, "comparison", "if (!p->ready && *p->next > 0x0Fu) {"),
+        (4, "constant", "if (!p->ready && *p->next <= 16u) {"),
+        (5, "statement", "(void)0;"),
+        (7, "arithmetic", "return p->sum - 7;"),
+        (7, "constant", "return p->sum + 8;"),
+    }
+
+
+def test_a_sample_comes_again_and_outlives_an_edit_elsewhere() -> None:
+    first = list(python_faults.mutants("a.py", SOURCE.encode()))
+    moved = list(python_faults.mutants("a.py", SOURCE.replace("LARGEST = 2.5", "\n\n").encode()))
+    order = [one.change for one in sample(first, 1)]
+    assert order == [one.change for one in sample(reversed(first), 1)]
+    assert order != [one.change for one in sample(first, 2)]
+    assert [one.change for one in sample(moved, 1)] == [
+        change for change in order if not change.startswith("LARGEST = 2.5")
+    ]
+
+
+def at(line: int, *, at_import: bool = False) -> Mutant:
+    return Mutant("motorid/wire/a.py", line, "constant", 0, 1, "2", "1", "2", at_import)
+
+
+KNOWN = Map(
+    seconds={"tests/x/test_a.py::one": 0.1, "tests/wire/test_b.py::two": 5.0,
+             "tests/x/test_a.py::three": 9.0, "tests/x/test_c.py::four": 1.0},
+    lines={"tests/x/test_a.py::one": {"motorid/wire/a.py": [1, 2]},
+           "tests/wire/test_b.py::two": {"motorid/wire/a.py": [2]},
+           "tests/x/test_a.py::three": {}, "tests/x/test_c.py::four": {"motorid/wire/b.py": [2]}},
+    tests={}, sources={},
+)  # fmt: skip
+
+
+def test_tests_that_cover_the_line_come_first_then_their_files() -> None:
+    own, quick, same_file = (
+        "tests/wire/test_b.py::two",
+        "tests/x/test_a.py::one",
+        "tests/x/test_a.py::three",
+    )
+    assert KNOWN.covering(at(2)) == [own, quick, same_file]
+    assert KNOWN.covering(at(1)) == [quick, same_file]
+    assert KNOWN.covering(at(9, at_import=True)) == [own, quick, same_file]
+    assert KNOWN.covering(at(9)) == [own, quick, same_file]  # a child may have run it unseen
+    unknown = replace(at(1), path="motorid/wire/nobody_imports_it.py")
+    assert KNOWN.covering(unknown) == []
+
+
+def test_the_budget_takes_the_first_tests_and_at_least_one() -> None:
+    seconds = {"a": 5.0, "b": 2.0, "c": 1.0}
+    assert trial.within(["a", "b", "c"], seconds, 7.0) == ["a", "b"]
+    assert trial.within(["a", "b", "c"], seconds, 1.0) == ["a"]
+    assert trial.within([], seconds, 1.0) == []
+
+
+def test_an_answer_is_made_once(tmp_path: Path) -> None:
+    answer = Answer("survived", "", 3, 4)
+    assert Kept(tmp_path / "kept").get("key", lambda: answer) == answer
+    assert Kept(tmp_path / "kept").get("key", lambda: Answer("killed")) == answer
+    assert Kept(tmp_path / "kept").get("other", lambda: Answer("killed")) == Answer("killed")
+
+
+def test_the_score_counts_what_no_test_covers_as_survived(monkeypatch: pytest.MonkeyPatch) -> None:
+    outcomes = [*["killed"] * 17, "survived", "uncovered", "survived"]
+    made = [(at(line), Answer(outcome)) for line, outcome in enumerate(outcomes)]
+    made[-1] = (Mutant("motorid/wire/z.py", 1, "sign", 0, 1, "", "-a", "a"), Answer("survived"))
+    found = score.Score("wire", 100, made)
+    assert found.share == pytest.approx(0.85)
+    assert found.good
+    assert not score.Score("firmware", 100, made).good  # its goal is higher
+    monkeypatch.setattr(score, "equivalent", lambda: {("motorid/wire/z.py", "-a -> a"): "squared"})
+    assert found.share == pytest.approx(17 / 19)
+    assert len(found.as_json()["survivors"]) == 2
+    lazy = {("motorid/wire/a.py", "1 -> 2"): "lazy", ("motorid/wire/z.py", "-a -> a"): "lazy"}
+    monkeypatch.setattr(score, "equivalent", lambda: lazy)
+    assert found.share == 1.0
+    assert not found.good  # more than a tenth is called equivalent
+
+
+def test_each_equivalent_mutant_has_a_reason_and_still_exists() -> None:
+    for (path, change), why in mutant.equivalent().items():
+        source = (mutant.ROOT / path).read_bytes()
+        faults = (c_faults if path.endswith(".c") else python_faults).mutants(path, source)
+        assert change in {one.change for one in faults}, f"{path}: {change}: take it off the list"
+        assert len(why) > 20
+
+
+@pytest.fixture
+def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A repository of one function and two tests."""
+    for module in (trial, coverage_map, workplace, mutant):
+        for name in ("ROOT", "TREE", "HOME"):
+            if hasattr(module, name):
+                monkeypatch.setattr(module, name, tmp_path)
+    (tmp_path / "toy").mkdir()
+    (tmp_path / "toy" / "x.py").write_text(
+        "def half(x: int) -> float:\n    return x / 2 if x > 1 else x\n"
+    )
+    (tmp_path / "tests").mkdir()
+    (tmp_path / "tests" / "test_toy_mutants.py").write_text(
+        "from toy.x import half\n"
+        "def test_two(): assert half(2) == 1\n"
+        "def test_one(): assert half(1) in (1, .5)\n"
+    )
+    tools = Path(workplace.__file__).parents[1]
+    (tmp_path / "tools").symlink_to(tools, target_is_directory=True)
+    return tmp_path
+
+
+@pytest.mark.slow
+def test_a_mutant_is_tried_by_its_tests_and_the_file_comes_back(tree: Path) -> None:
+    source = (tree / "toy" / "x.py").read_bytes()
+    tests = ["tests/test_toy_mutants.py::test_two", "tests/test_toy_mutants.py::test_one"]
+    lines = {test: {"toy/x.py": [2]} for test in tests}
+    known = Map(dict.fromkeys(tests, 0.1), lines, {}, {})
+    found = {
+        one.after: trial.try_python(one, known, Kept(tree / "kept"), 60.0)
+        for one in python_faults.mutants("toy/x.py", source)
+        if one.operator in ("arithmetic", "comparison") and "<=" not in one.after
+    }
+    assert found == {
+        "return (x * 2) if x > 1 else x": Answer("killed", tests[0], 2, 2),
+        "return x / 2 if (x >= 1) else x": Answer("survived", "", 2, 2),
+    }
+    assert (tree / "toy" / "x.py").read_bytes() == source

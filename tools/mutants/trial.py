@@ -1,0 +1,143 @@
+"""One mutant tried: killed, and by what, or survived. Each answer is kept, and made once."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from tools.mutants.coverage_map import Map, file_of, test_digest
+from tools.mutants.mutant import Mutant, digest
+from tools.mutants.workplace import HOME, TIMED_OUT, TREE, put, pytest, run
+
+SLOWER = 10.0  # a mutant that takes so many times as long is killed: it turns in circles
+PATIENCE = 60.0  # seconds besides, for a start on a busy machine
+COMPILING = 300.0  # seconds: no mutant makes a compiler slower
+NO_TESTS, USAGE = 5, 4  # exit codes of pytest
+NO_CONFTEST = "ImportError while loading conftest"  # a mutant that cannot be imported
+TESTS_IN_C = ("check-small", "check-large")
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What became of a mutant."""
+
+    outcome: str  # "killed", "survived", "uncovered" or "stillborn" (it does not compile)
+    by: str = ""
+    tried: int = 0  # tests
+    covering: int = 0
+
+
+class Kept:
+    """Answers of earlier runs, by mutant and by what it was tried with."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.answers: dict[str, Answer] = {}
+        if path.is_file():
+            for line in path.read_text(encoding="utf-8").splitlines():
+                entry = json.loads(line)
+                key = entry.pop("key")
+                self.answers[key] = Answer(**entry)
+
+    def get(self, key: str, make: Callable[[], Answer]) -> Answer:
+        """The answer; one that is new is written at once, so that a run can be stopped."""
+        if key not in self.answers:
+            answer = self.answers[key] = make()
+            with self.path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps({"key": key, **asdict(answer)}) + "\n")
+        return self.answers[key]
+
+
+def try_python(mutant: Mutant, known: Map, kept: Kept, budget: float) -> Answer:
+    """By the tests that run its line, until they took ``budget`` seconds when all was well."""
+    covering = known.covering(mutant)
+    chosen = within(covering, known.seconds, budget)
+    if not chosen:
+        return Answer("uncovered")
+    source = (TREE / mutant.path).read_bytes()
+    tests = sorted({file_of(test) for test in chosen})
+    used = (json.dumps(sorted(chosen)), *(test_digest(name) for name in tests))
+    key = digest(mutant.applied(source), *used)
+
+    def made() -> Answer:
+        only = HOME / "only.json"
+        only.write_text(json.dumps(chosen), encoding="utf-8")
+        seconds = sum(known.seconds[test] for test in chosen)
+        put(mutant.path, mutant.applied(source))
+        try:
+            words = pytest("-x", "--tb=no", *tests)
+            code, said = run(words, {"MUTANTS_ONLY": str(only)}, SLOWER * seconds + PATIENCE)
+        finally:
+            put(mutant.path, source)
+        outcome, by = _judged(code, said)
+        return Answer(outcome, by, len(chosen), len(covering))
+
+    return kept.get(key, made)
+
+
+def within(tests: list[str], seconds: dict[str, float], budget: float) -> list[str]:
+    """The first tests, and at least one, whose seconds add up to no more than the budget."""
+    chosen, spent = [], 0.0
+    for test in tests:
+        spent += seconds[test]
+        if chosen and spent > budget:
+            break
+        chosen.append(test)
+    return chosen
+
+
+def _judged(code: int, said: str) -> tuple[str, str]:
+    """The outcome by the exit code of pytest, and the test that failed or how it ended.
+
+    Names of tests may depend on the mutant: where none is left of those named, none saw it.
+    """
+    if code in (0, NO_TESTS):
+        return "survived", ""
+    if code == USAGE and NO_CONFTEST not in said:
+        raise SystemExit(f"the tests cannot be run: {said}")
+    if code == TIMED_OUT:
+        return "killed", "no end"
+    for line in said.splitlines():
+        if line.startswith(("FAILED ", "ERROR ")):
+            return "killed", line.split()[1]
+    return "killed", f"exit code {code}"
+
+
+def try_c(mutant: Mutant, kept: Kept, files: tuple[str, ...]) -> Answer:
+    """By the core's own tests, with both sizes, then by the conformance suite on this computer."""
+    source = (TREE / mutant.path).read_bytes()
+    key = digest(mutant.path, mutant.applied(source), *(_content(name) for name in files))
+
+    def made() -> Answer:
+        put(mutant.path, mutant.applied(source))
+        try:
+            return _in_c()
+        finally:
+            put(mutant.path, source)
+
+    return kept.get(key, made)
+
+
+def _content(name: str) -> bytes | str:
+    return test_digest(name) if name.endswith(".py") else (TREE / name).read_bytes()
+
+
+def _in_c() -> Answer:
+    # without warnings: the compiler must not do the tests' work
+    make = ["make", "-s", "-C", "firmware", "WARN=-w", f"PYTHON={sys.executable}"]
+    for name in TESTS_IN_C:
+        target = f"build/test/{name}"
+        if run([*make, target], {}, COMPILING)[0]:
+            return Answer("stillborn")
+        code, _ = run([f"firmware/{target}"], {}, PATIENCE)
+        if code:
+            return Answer("killed", "no end" if code == TIMED_OUT else f"make check ({name})")
+    if run([*make, "all"], {}, COMPILING)[0]:  # what the suite finds built, it takes
+        return Answer("stillborn")
+    only = ("-x", "--tb=no", "-m", "not long", "-k", "host", "tests/conformance")
+    code, said = run(pytest(*only), {}, COMPILING)
+    outcome, by = _judged(code, said)
+    return Answer(outcome, by)

@@ -1,0 +1,94 @@
+"""A copy of the repository in which mutants live, and pytest is run there."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from importlib.util import cache_from_source
+from pathlib import Path
+
+from tools.mutants.mutant import ROOT
+
+HOME = ROOT / "out" / "mutants"
+TREE = HOME / "tree"
+KINDS = (".so", ".pyd")  # of the compiled parts, which no commit holds
+TIMED_OUT = -1000  # in place of an exit code
+
+
+def git(*words: str) -> str:
+    """What git prints."""
+    done = subprocess.run(["git", *words], cwd=ROOT, capture_output=True, text=True, check=True)
+    return done.stdout
+
+
+def copied() -> Path:
+    """The files under version control as they are now, with the compiled parts."""
+    shutil.rmtree(TREE, ignore_errors=True)
+    named = git("ls-files", "-z")
+    built = [
+        path.relative_to(ROOT) for path in (ROOT / "motorid").rglob("*") if path.suffix in KINDS
+    ]
+    for name in [*map(Path, filter(None, named.split("\0"))), *built]:
+        if (ROOT / name).is_file():
+            (TREE / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, TREE / name)
+    shared = ROOT.parent / "shared"
+    if shared.is_dir() and not (HOME / "shared").exists():
+        (HOME / "shared").symlink_to(shared, target_is_directory=True)
+    return TREE
+
+
+def put(path: str, content: bytes) -> None:
+    """Writes a file of the copy, without its byte code: a stamp in whole seconds hides a change."""
+    (TREE / path).write_bytes(content)
+    if path.endswith(".py"):
+        Path(cache_from_source(str(TREE / path))).unlink(missing_ok=True)
+
+
+def run(command: Sequence[str], more: Mapping[str, str], seconds: float) -> tuple[int, str]:
+    """Runs a command in the copy, and ends all that it started: its exit code, its last words."""
+    environment = {**os.environ, "PYTHONPATH": str(TREE), **more}
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+        environment[name] = "1"
+    with (HOME / "said.txt").open("w+", encoding="utf-8", errors="replace") as said:
+        process = subprocess.Popen(
+            command, cwd=TREE, env=environment, stdin=subprocess.DEVNULL,
+            stdout=said, stderr=subprocess.STDOUT, start_new_session=True,
+        )  # fmt: skip
+        try:
+            code = process.wait(timeout=seconds)
+        except subprocess.TimeoutExpired:
+            code = TIMED_OUT
+        finally:
+            _end(process)
+        said.seek(0)
+        return code, said.read()[-3000:]
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """The whole session of the process: a mutant may leave children that turn in circles."""
+    try:
+        os.killpg(process.pid, signal.SIGKILL)
+    except ProcessLookupError:
+        return
+    finally:
+        process.wait()
+
+
+def pytest(*arguments: str) -> list[str]:
+    """The words that start it with the plug-in."""
+    return [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-p",
+        "tools.mutants.plugin",
+        "-p",
+        "no:cacheprovider",
+        *arguments,
+    ]
