@@ -32,6 +32,7 @@ def fit(
     """
     from motorid.capture.plausible import insist
     from motorid.errors import DataError
+    from motorid.estimate.diagnosis.facts.compare import findings
     from motorid.estimate.uncertainty.reference_temperature import with_reference
 
     if not captures:
@@ -39,10 +40,8 @@ def fit(
     for capture in captures:
         insist(capture)
     estimate = with_reference(_fit(captures, fix, without, method, search), captures)
-    return replace(
-        estimate,
-        diagnostics=(*estimate.diagnostics, *_open_bridges(captures), *_unread(captures)),
-    )
+    said = (*_open_bridges(captures), *_unread(captures), *findings(captures, estimate))
+    return replace(estimate, diagnostics=(*estimate.diagnostics, *said))
 
 
 def _open_bridges(captures: Sequence[Capture]) -> list[Diagnostic]:

@@ -121,6 +121,13 @@ class _Reader:
         limits = rig.limits
         if limits.supply_min_v >= limits.supply_max_v:
             raise self.fail("limits.supply_min_v must be below limits.supply_max_v")
+        stated = rig.supply_voltage_v
+        if stated is not None and not limits.supply_min_v <= stated <= limits.supply_max_v:
+            raise self.fail(
+                f"wiring.supply_voltage_v = {stated:g} is not within limits.supply_min_v = "
+                f"{limits.supply_min_v:g} and limits.supply_max_v = {limits.supply_max_v:g}: "
+                "correct the one that is wrong"
+            )
         if len(set(rig.sampling.channels)) < len(rig.sampling.channels):
             raise self.fail("sampling.channels names a channel twice")
         if not rig.wiring.counts_per_turn:

@@ -19,7 +19,7 @@ from motorid.acquire.journal import JournalReader, Kind, Record
 from motorid.acquire.plan import is_fast
 from motorid.acquire.timeline import Timeline
 from motorid.capture.facts import of_provenance
-from motorid.capture.model import NOTES, POSITION, Capture, Channel, Phase, Wiring
+from motorid.capture.model import NOTES, POSITION, SUPPLY_BEFORE, Capture, Channel, Phase, Wiring
 from motorid.errors import DataError, UsageError
 from motorid.program import Program
 from motorid.rig import Calibration
@@ -282,6 +282,7 @@ class Assembler:
             "descriptors": self.descriptors,
             "zero": self._zero() or {},
             "check": self.marks.get("check", {}),
+            **{key: self.marks[key] for key in (SUPPLY_BEFORE,) if key in self.marks},
             "link": {
                 "bad_frames": self.bad_frames,
                 "blocks": len(timeline.blocks) if timeline else 0,

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import asdict
 
 from motorid.acquire.board import Board, Fields
+from motorid.acquire.encoder_scale import judge_scale
 from motorid.acquire.interrupt import Stop
 from motorid.acquire.pulse import MOVED, Pulse, weak_pulse
 from motorid.acquire.safety import pulse_resistance
@@ -34,6 +35,7 @@ def check_signs(
         judge_sensors(rig, pulse)
         if abs(pulse.counts) >= MOVED:
             _judge_encoder(rig, pulse)
+            judge_scale(rig, pulse)
             found = asdict(pulse) | {"resistance_bound_ohm": _bound(pulse)}
             if reads_means(board):
                 _judge_current(pulse)

@@ -195,7 +195,8 @@ class _Run:
 
 ADVICE = {
     Fault.OVER_CURRENT: "lower the level, or raise limits.current_a if the motor can bear it",
-    Fault.OVER_SPEED: "lower the level, or raise limits.speed_rad_s if the motor can bear it",
+    Fault.OVER_SPEED: "check wiring.counts_per_turn and gear_ratio, then lower the level, or raise "
+    "limits.speed_rad_s if the motor can bear it",
     Fault.SUPPLY_LOW: "the supply sagged or is off: use a stronger one, or lower supply_min_v",
     Fault.SUPPLY_HIGH: "braking pumped the supply up, or it is set too high: check it",
     Fault.RUN_TIME: "shorten the program, or raise limits.run_time_s",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, get_args
 
-from motorid.capture.model import Sense
+from motorid.capture.model import SUPPLY_BEFORE, Sense
 from motorid.errors import DataError
 
 LARGEST = 1e300
@@ -70,6 +70,7 @@ KINDS: Mapping[str, Callable[[Any], bool]] = {
     "voltage_sense": _sense,
     "wire_steps": _counts,
     "check": _table(_plain),
+    SUPPLY_BEFORE: _number,
     "measure": lambda value: isinstance(value, bool),
 }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from motorid.acquire.drive import drive, load, tripped
 from motorid.acquire.interrupt import Stop
 from motorid.acquire.plan import wire_program
 from motorid.acquire.timeline import Timeline
-from motorid.capture.model import CURRENT, VOLTAGE
+from motorid.capture.model import CURRENT, POSITION, VOLTAGE
 from motorid.errors import RigError
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Rig, settling_s
@@ -22,6 +22,7 @@ from motorid.wire.codec import mask_channels
 
 MOVED = 4  # encoder counts, more than an edge's flicker
 CLEAR = 5.0  # standard deviations that tell a reading from noise
+FEWEST = 32  # samples of a pulse that show a speed
 BEFORE_S, AFTER_S = 0.01, 0.02
 
 
@@ -40,6 +41,7 @@ class Pulse:
     peak_a: float
     saturated: bool
     voltage_v: float | None
+    counts_per_s: float | None = None  # of the encoder, at the end of the stretch that is shown
 
     @property
     def draws(self) -> bool:
@@ -83,7 +85,9 @@ def weak_pulse(
     part = (arrays.ticks > first) & (arrays.ticks <= first + shown["ticks"])
     if not part.any():
         raise RigError("every sample of the first pulse was lost: check the cable")
-    return _measure(board, arrays.columns, part, zero, duty, supply_v, counts)
+    found = _measure(board, arrays.columns, part, zero, duty, supply_v, counts)
+    period_s = period / board.identity["clock_hz"]
+    return replace(found, counts_per_s=_speed(arrays.columns.get(POSITION), part, period_s))
 
 
 def _measure(
@@ -115,6 +119,14 @@ def _measure(
         saturated=saturated,
         voltage_v=None if voltage is None else float(np.mean(voltage[driven])),
     )
+
+
+def _speed(counts: NDArray[Any] | None, driven: NDArray[np.bool_], period_s: float) -> float | None:
+    """Counts a second over the last quarter of the driven samples; None: too few of them."""
+    if counts is None or driven.sum() < FEWEST:
+        return None
+    last = counts[driven].astype(np.int64)[-(int(driven.sum()) // 4) :]
+    return float((last[-1] - last[0]) / (period_s * (len(last) - 1)))
 
 
 def _values(board: Board, columns: Any, name: str, offset: float) -> NDArray[np.float64] | None:

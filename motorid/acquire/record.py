@@ -11,10 +11,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NoReturn
 
-from motorid.acquire.assemble import NoPlaceError, NoSamplesError
+from motorid.acquire.assemble import NoPlaceError, NoSamplesError, name_of
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.check import check_signs, check_supply, check_zero
 from motorid.acquire.drive import drive, load, tripped
+from motorid.acquire.encoder_scale import why_too_fast
 from motorid.acquire.header import check_kinds
 from motorid.acquire.interrupt import Stop, interruptible
 from motorid.acquire.journal import journal_path
@@ -40,12 +41,14 @@ from motorid.acquire.port import open_port
 from motorid.acquire.ports import serial_of
 from motorid.acquire.resets import BoardResetError
 from motorid.acquire.safety import check_program
+from motorid.capture import store
+from motorid.capture.model import SUPPLY, SUPPLY_BEFORE
 from motorid.errors import DataError, LinkError, MotoridError, RigError
 from motorid.program import Program
 from motorid.rig import Rig
 from motorid.rig_calibration import citation, refuse_other_board
 from motorid.version import __version__
-from motorid.wire.enums import Mode
+from motorid.wire.enums import Fault, Mode
 
 Progress = Callable[[Live], None]
 ZERO_S = 0.2
@@ -155,7 +158,9 @@ class _Recorder:
         if failure is not None:
             raise _with(failure, _where(kept, path))
         if reason.startswith("fault"):
-            raise RigError(f"{tripped(reason)}{_where(kept, path)}")
+            fast = kept and reason == f"fault: {name_of(Fault, Fault.OVER_SPEED)}"
+            why = why_too_fast(self.rig, store.load(path)) if fast else ""
+            raise RigError(f"{tripped(reason)}{why}{_where(kept, path)}")
         if self.stop.requested:
             raise KeyboardInterrupt(f"interrupted{_where(kept, path) or '; nothing was measured'}")
         if not kept:
@@ -209,6 +214,7 @@ class _Recorder:
             wire_steps=wire.origin,
             samples=wire.ticks // period,
             check=pulse,
+            **({SUPPLY_BEFORE: supply_v} if SUPPLY in board.descriptors else {}),
         )
         self.measuring = True
         view = LiveView(rig, board, zero, wire, self.progress)

@@ -45,6 +45,12 @@ def pulse_resistance(volts: float, peak_a: float) -> float:
     return abs(volts / peak_a) / PULSE_MARGIN
 
 
+def highest_volts(rig: Rig, supply_v: float | None = None) -> float:
+    """V, the most that the rig's program puts on the motor."""
+    volts = [_volts(rig, step.kind, step.level, supply_v) for step in rig.program.steps]
+    return max((abs(value) for value in volts if value is not None), default=0.0)
+
+
 def _volts(rig: Rig, kind: StepKind, level: float, supply_v: float | None) -> float | None:
     """What a step puts on the motor, at most; None where the bridge is open."""
     match kind:

@@ -41,6 +41,8 @@ QUANTITIES = {
 
 
 HELD = "held"  # provenance: channel -> for how many samples each of its readings is repeated
+SUPPLY_BEFORE = "supply_before_v"  # provenance: V, as the board read its supply before the run
+SUPPLY_OFF = 0.05  # relative: beyond it a reading of the supply contradicts the rig's figure
 NOTES = "notes"  # provenance: what import or capture noticed, as sentences
 
 
@@ -216,13 +218,30 @@ class Capture:
         return float(np.median(np.diff(self.ticks))) / self.clock_hz
 
     @cached_property
-    def supply_v(self) -> float | None:
-        """V at the bridge: measured, else of the rig, else as the board found it; None: unknown."""
+    def supply_measured_v(self) -> float | None:
+        """V at the bridge, of the run's own channel, else as the board read it before the run.
+
+        None where nothing measured it.
+        """
         supply = self.get(SUPPLY)
         if supply is not None and np.isfinite(supply.values).any():
             return float(np.nanmedian(supply.values))
-        if self.wiring.supply_voltage_v > 0:
-            return self.wiring.supply_voltage_v
+        known = self.provenance.get(SUPPLY_BEFORE)
+        return float(known) if isinstance(known, int | float) and known > 0 else None
+
+    @cached_property
+    def supply_v(self) -> float | None:
+        """V at the bridge: of the run's channel, else of the rig, else as the board found it.
+
+        A rig's figure that the board's reading contradicts is not taken. None: unknown.
+        """
+        measured, stated = self.supply_measured_v, self.wiring.supply_voltage_v
+        if measured is not None and (
+            self.get(SUPPLY) is not None or abs(stated - measured) > SUPPLY_OFF * measured
+        ):
+            return measured
+        if stated > 0:
+            return stated
         check = self.provenance.get("check") or {}
         duty, volts = abs(check.get("duty") or 0.0), abs(check.get("volts") or 0.0)
         return volts / duty if duty and volts else None

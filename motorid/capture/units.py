@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import pi
 from types import MappingProxyType
@@ -121,6 +122,11 @@ def unit_of(quantity: str, written: str, counts_per_turn: float = 0.0) -> Unit:
         f"{written!r} is not a unit of {quantity}{nearest(written, known)}; "
         f"known: {', '.join(known)}"
     )
+
+
+def alike(quantity: str, si: str) -> Mapping[str, float]:
+    """Units that a column of ``quantity`` may as well be in, and how many ``si`` make one."""
+    return _FAMILIES[quantity].get(si, {})
 
 
 def _counts(quantity: str, written: str, spelling: str, counts_per_turn: float) -> Unit:

@@ -1,0 +1,74 @@
+"""The supply: as the rig states it, as the board read it, and as the motor's voltage shows it.
+
+Its voltage gives the duty that a level takes, and so the ripple of the current, which moves L.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from motorid.capture.model import SUPPLY, SUPPLY_OFF, VOLTAGE, Capture
+from motorid.estimate.results.estimate import Diagnostic
+from motorid.estimate.signals.time_grid import Part, lay
+from motorid.program import Decay, StepKind
+
+ABOVE = 1.05  # times the stated supply, that a motor's voltage cannot reach
+BY_DUTY = 0.15  # by which a voltage over its duty may miss the supply: sag, dead time, switches
+LEAST_DUTY = 0.2  # below it dead time and drops are a large share
+FEWEST = 20  # readings of a step
+
+
+def findings(capture: Capture, where: str = "") -> Iterator[Diagnostic]:
+    """A stated supply that a measured figure contradicts. ``where``: " in run 2", or nothing."""
+    stated = capture.wiring.supply_voltage_v
+    if not stated > 0:
+        return
+    contradicted = _by_reading(capture, stated) or _by_terminals(capture, stated)
+    if contradicted:
+        yield Diagnostic(
+            "supply_contradicted", "warning",
+            f"the rig states wiring.supply_voltage_v = {stated:g}, but {contradicted}{where}; "
+            "correct the rig, or calibrate that channel",
+        )  # fmt: skip
+
+
+def _by_reading(capture: Capture, stated: float) -> str:
+    measured = capture.supply_measured_v
+    if measured is None or abs(stated - measured) <= SUPPLY_OFF * measured:
+        return ""
+    during = capture.get(SUPPLY) is not None
+    when = "the supply's channel shows" if during else "the board read its supply before the run as"
+    return f"{when} {measured:.3g} V, by which the fit goes"
+
+
+def _by_terminals(capture: Capture, stated: float) -> str:
+    """What the motor's voltage says of a supply that nobody measured."""
+    channel = capture.get(VOLTAGE)
+    if capture.supply_measured_v is not None or channel is None or capture.program is None:
+        return ""
+    volts = np.abs(channel.values)
+    driven = [p for p in lay(capture).parts if p.level and p.stop - p.start >= FEWEST]
+    steady = [(p, float(np.nanmedian(volts[_samples(capture, p)]))) for p in driven]
+    highest = max((v for _, v in steady), default=0.0)
+    if highest > ABOVE * stated:
+        return f"the terminal voltage reaches {highest:.3g} V, so that L may be off"
+    shares = [
+        v / abs(p.level)
+        for p, v in steady
+        if p.kind == StepKind.DRIVE_DUTY
+        and p.decay == Decay.SYNCHRONOUS_SLOW
+        and abs(p.level) >= LEAST_DUTY
+    ]
+    if shares and abs(np.median(shares) / stated - 1.0) > BY_DUTY:
+        shown = float(np.median(shares))
+        return f"the terminal voltage over its duty is {shown:.3g} V, so that L may be off"
+    return ""
+
+
+def _samples(capture: Capture, part: Part) -> slice:
+    """The later half of a part's readings, as samples of a capture without many gaps."""
+    index = lay(capture).index
+    first, last = np.searchsorted(index, ((part.start + part.stop) // 2, part.stop))
+    return slice(int(first), int(last))

@@ -1,0 +1,165 @@
+"""Figures that go together in no motor, and the unit that would make a usual motor of them.
+
+A wrong scale leaves no residual (``faults/scale_errors.py`` has the laws). Without a nameplate the
+catalogue stands in: a factor of 1000, or rpm for rad/s, puts a motor far from all others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture
+from motorid.capture.units import TIME, alike, unit_of
+from motorid.errors import UsageError
+from motorid.estimate.diagnosis.facts.catalogue import Figures, distance
+from motorid.estimate.diagnosis.faults.scale_errors import AMPERES, VOLTS
+from motorid.estimate.diagnosis.faults.scale_errors import SPEED as SPEED_SCALE
+from motorid.estimate.results.estimate import Diagnostic, Parameter
+from motorid.program import StepKind
+
+UNUSUAL = 9.0  # distance from the catalogue, above which an explanation is looked for
+EXPLAINS = 6.0  # by which it must bring the motor nearer
+USUAL = 8.0  # and how near at least
+AS_WELL = 2.0  # another explanation, within so much of the best, is said too
+NO_MOTOR = 45.0  # distance that is remarked on without an explanation
+HIGH = 99.0  # percentile of a log's voltages that counts as the highest
+SI = {TIME: "s", CURRENT: "A", VOLTAGE: "V", SPEED: "rad/s", POSITION: "rad"}
+# how a stretched clock moves them: with a speed that was measured, or that a position gives
+TIME_BY_SPEED = {"L": 1.0, "J": 1.0}
+TIME_BY_POSITION = {"L": 1.0, "K": 1.0, "J": 3.0}
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """A quantity that is in ``unit`` and was read as ``written``: ``factor`` times what is true."""
+
+    quantity: str
+    expression: str  # of the map; empty where there is none
+    written: str
+    unit: str
+    factor: float
+    distance: float = np.inf
+
+    @property
+    def said(self) -> str:
+        """The mistake in words."""
+        return (
+            f"the {self.quantity.replace('terminal_', '')} were in {self.unit}, not {self.written}"
+        )
+
+    @property
+    def mend(self) -> str:
+        """The map that would be right."""
+        name = self.quantity.replace("terminal_", "")
+        return f"--map {name}={self.expression}:{self.unit}" if self.expression else ""
+
+
+def findings(
+    captures: Sequence[Capture], parameters: Mapping[str, Parameter]
+) -> Iterator[Diagnostic]:
+    """A motor that no catalogue has anything like, and the unit that explains it."""
+    motor = figures(captures, parameters)
+    if motor is None:
+        return
+    found = distance(motor)
+    if found <= UNUSUAL:
+        return
+    mistakes = explanations(captures[0], motor, found)
+    shown = f"R {motor.R:.3g} ohm, K {motor.K:.3g} N·m/A and J {motor.J:.3g} kg·m²"
+    where = f"{shown} at up to {motor.top_v:.3g} V go together in no motor"
+    if mistakes:
+        said = " or ".join(one.said for one in mistakes)
+        mends = " or ".join(dict.fromkeys(one.mend for one in mistakes if one.mend))
+        todo = f"import again with {mends}" if mends else "check the scale of that channel"
+        gear = " or if a gear is not stated," if _slower(mistakes[0]) else ""
+        yield Diagnostic(
+            "unit_mistake", "warning",
+            f"{where} of the catalogues; they would if {said},{gear} so compare a reading with a "
+            f"meter, and {todo}",
+        )  # fmt: skip
+    elif found > NO_MOTOR:
+        yield Diagnostic(
+            "no_such_motor", "warning",
+            f"{where}, and no single unit explains it: check the units, the counts per turn, the "
+            "gear ratio and the gains of each channel",
+        )  # fmt: skip
+
+
+def _slower(mistake: Mistake) -> bool:
+    """A gear between motor and sensor would look the same."""
+    return mistake.quantity in (SPEED, POSITION) and mistake.factor < 1.0
+
+
+def figures(captures: Sequence[Capture], parameters: Mapping[str, Parameter]) -> Figures | None:
+    """The motor as it was fitted; None where R, K or J, or the voltage, is not known."""
+    values = {n: p.value for n, p in parameters.items() if p.value is not None and p.value > 0}
+    top = max(highest_v(capture) for capture in captures)
+    if not {"R", "K", "J"} <= values.keys() or not top > 0:
+        return None
+    L = values.get("L") if parameters["L"].status == "estimated" else None
+    return Figures(top, values["R"], values["K"], values["J"], L)
+
+
+def highest_v(capture: Capture) -> float:
+    """V, the highest that drove the motor, measured or commanded; 0: unknown."""
+    channel = capture.get(VOLTAGE)
+    if channel is not None and np.isfinite(channel.values).any():
+        return float(np.nanpercentile(np.abs(channel.values), HIGH))
+    supply = capture.supply_v or 0.0
+    steps = capture.program.steps if capture.program is not None else ()
+    volts = [abs(s.level) * (1.0 if s.kind == StepKind.DRIVE_VOLTS else supply) for s in steps]
+    return max(volts, default=0.0)
+
+
+def explanations(capture: Capture, motor: Figures, found: float) -> list[Mistake]:
+    """The mistakes that make a usual motor of it, the best first; one of each quantity."""
+    tried = [
+        Mistake(
+            one.quantity, one.expression, one.written, one.unit, one.factor,
+            distance(motor.scaled(_powers(capture, one.quantity), one.factor)),
+        )
+        for one in _possible(capture)
+    ]  # fmt: skip
+    tried = sorted(tried, key=lambda one: one.distance)
+    if not tried or found - tried[0].distance < EXPLAINS or tried[0].distance > USUAL:
+        return []
+    near = [one for one in tried if one.distance - tried[0].distance < AS_WELL]
+    return list({one.quantity: one for one in reversed(near)}.values())[::-1]
+
+
+def _possible(capture: Capture) -> Iterator[Mistake]:
+    """Each other unit that a column of a log may have been in. A board declares its own scales."""
+    if "identity" in capture.provenance:
+        return
+    maps = dict(_maps(capture))
+    for quantity, si in SI.items():
+        if quantity != TIME and capture.get(quantity) is None:
+            continue
+        expression, written = maps.get(quantity, ("", si))
+        try:
+            unit = unit_of(quantity, written, capture.wiring.counts_per_turn)
+        except UsageError:
+            continue
+        for other, scale in alike(quantity, unit.si).items():
+            if scale != unit.scale and not unit.counts:
+                yield Mistake(quantity, expression, written, other, unit.scale / scale)
+
+
+def _maps(capture: Capture) -> Iterator[tuple[str, tuple[str, str]]]:
+    """Expression and unit of each map of an import, by quantity."""
+    for text in capture.provenance.get("maps", ()):
+        left, _, right = str(text).partition("=")
+        expression, _, unit = right.rpartition(":")
+        name = {"voltage": VOLTAGE}.get(left.strip(), left.strip())
+        yield name, (expression.strip(), unit.strip())
+
+
+def _powers(capture: Capture, quantity: str) -> dict[str, float]:
+    """How a wrong scale of a quantity moves each figure, by its power."""
+    if quantity == TIME:
+        return TIME_BY_SPEED if capture.get(POSITION) is None else TIME_BY_POSITION
+    cause = {CURRENT: AMPERES, VOLTAGE: VOLTS}.get(quantity, SPEED_SCALE)
+    return {name: float(power) for name, power in cause.powers.items()}
