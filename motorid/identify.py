@@ -32,6 +32,7 @@ def fit(
     """
     from motorid.capture.plausible import insist
     from motorid.errors import DataError
+    from motorid.estimate.assembly.doubt import settled
     from motorid.estimate.diagnosis.facts.compare import findings
     from motorid.estimate.uncertainty.reference_temperature import with_reference
 
@@ -39,9 +40,11 @@ def fit(
         raise DataError("there is no capture to fit: name at least one file")
     for capture in captures:
         insist(capture)
-    estimate = with_reference(_fit(captures, fix, without, method, search), captures)
-    said = (*_open_bridges(captures), *_unread(captures), *findings(captures, estimate))
-    return replace(estimate, diagnostics=(*estimate.diagnostics, *said))
+    estimate = _fit(captures, fix, without, method, search)
+    said = tuple(findings(captures, estimate))
+    estimate = with_reference(settled(estimate, said), captures)
+    known = (*estimate.diagnostics, *_open_bridges(captures), *_unread(captures), *said)
+    return replace(estimate, diagnostics=known)
 
 
 def _open_bridges(captures: Sequence[Capture]) -> list[Diagnostic]:

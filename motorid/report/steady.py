@@ -20,7 +20,15 @@ def steady_state(estimate: Estimate) -> str:
         return ""
     plots = [p for p in (_speed(estimate, rows), _current(estimate, rows)) if p]
     cells = "".join(f"<div>{p}</div>" for p in plots)
-    head = ("capture", "time, s", "voltage, V", "current, A", "model, A", "speed, rad/s")
+    head = (
+        "capture",
+        "time, s",
+        "voltage, V",
+        "current, A",
+        "model, A",
+        "speed, rad/s",
+        "model, rad/s",
+    )
     body = [
         (
             str(row.capture + 1),
@@ -29,12 +37,14 @@ def steady_state(estimate: Estimate) -> str:
             _number(row.current_a, 4),
             _number(row.fitted_current_a, 4),
             _number(row.speed_rad_s, 2),
+            _number(row.foretold_speed_rad_s, 2),
         )
         for row in rows
     ]
     words = (
         "Means over each steady stretch. The model's current is what friction takes at that "
-        "speed; a motor that still gains a little draws more."
+        "speed; a motor that still gains a little draws more. The model's speed is that of the "
+        "fit over the same stretch."
     )
     return f'<div class="pair">{cells}</div>{table(head, body)}{paragraph(words, "soft")}'
 

@@ -14,6 +14,7 @@ from motorid.capture.store import describe
 from motorid.errors import DataError
 from motorid.estimate.assembly import doubt, plot_data
 from motorid.estimate.diagnosis import remarks, residual_remarks
+from motorid.estimate.diagnosis.facts import steady_levels
 from motorid.estimate.diagnosis.suspects import suspects
 from motorid.estimate.fit.joint_fit import solved
 from motorid.estimate.fit.parameter_bounds import held_values
@@ -106,6 +107,7 @@ def unjudged(
     voltage = nominal_voltage(records)
     chi_square, freedom = residual_remarks.chi_square(solution, records)
     named = [(capture, segment(capture)) for capture in captures]
+    reached = steady_levels.levels(found, records, named)
     return Estimate(
         model=MODEL,
         method=METHOD,
@@ -118,9 +120,12 @@ def unjudged(
         chi_square=chi_square,
         degrees_of_freedom=freedom,
         evaluations=simulated,
-        diagnostics=remarks.diagnostics(found, records, parameters, named),
+        diagnostics=(
+            *remarks.diagnostics(found, records, parameters, named),
+            *steady_levels.findings(reached, found.motor(), len(records)),
+        ),
         curves=plot_data.curves(solution, records),
-        steady=plot_data.steady(found.motor(), [r.gear for r in records], named),
+        steady=plot_data.steady(found.motor(), [r.gear for r in records], named, reached),
         segments=plot_data.segments(named),
         inputs=tuple(describe(capture) for capture in captures),
         options={"fix": dict(fix), "without": list(without), "method": "ml"},

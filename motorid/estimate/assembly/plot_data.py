@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture
+from motorid.estimate.diagnosis.facts.steady_levels import Level, Reached
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Curve, SegmentRow, SteadyRow
 from motorid.estimate.signals.measurements import EMF
@@ -48,18 +49,27 @@ def segments(named: Sequence[tuple[Capture, Sequence[Segment]]]) -> tuple[Segmen
 
 
 def steady(
-    motor: Motor, gears: Sequence[float], named: Sequence[tuple[Capture, Sequence[Segment]]]
+    motor: Motor,
+    gears: Sequence[float],
+    named: Sequence[tuple[Capture, Sequence[Segment]]],
+    reached: Sequence[Level] = (),
 ) -> tuple[SteadyRow, ...]:
-    """Means of every driven steady-state segment, and the model's current at that speed."""
+    """Means of every driven steady-state segment, and the model's current at that speed.
+
+    ``reached``: speeds that the fit foretells of them.
+    """
+    speeds = {(one.capture, one.start_s): one.speed for one in reached}
     return tuple(
-        _row(k, capture, s, motor, gear)
+        _row(k, capture, s, motor, gear, speeds.get((k, float(capture.time_s[s.start]))))
         for k, ((capture, found), gear) in enumerate(zip(named, gears, strict=True))
         for s in found
         if s.kind is SegmentKind.STEADY and s.stop - s.start > 1
     )
 
 
-def _row(k: int, capture: Capture, s: Segment, motor: Motor, gear: float) -> SteadyRow:
+def _row(
+    k: int, capture: Capture, s: Segment, motor: Motor, gear: float, reached: Reached | None
+) -> SteadyRow:
     time = capture.time_s
     speed = _speed(capture, s)
     fitted = None
@@ -69,6 +79,7 @@ def _row(k: int, capture: Capture, s: Segment, motor: Motor, gear: float) -> Ste
     return SteadyRow(
         k, float(time[s.start]), float(time[s.stop - 1]),
         _mean(capture, VOLTAGE, s), _mean(capture, CURRENT, s), speed, fitted,
+        None if reached is None else reached.foretold,
     )  # fmt: skip
 
 

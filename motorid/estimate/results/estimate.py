@@ -94,7 +94,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class SteadyRow:
-    """One steady-state level: means over the segment, and the model's current there."""
+    """One steady-state level: means over the segment, the model's current and speed there."""
 
     capture: int
     start_s: float
@@ -103,6 +103,7 @@ class SteadyRow:
     current_a: float | None
     speed_rad_s: float | None
     fitted_current_a: float | None
+    foretold_speed_rad_s: float | None = None  # by the fit's own run, over the same stretch
 
 
 @dataclass(frozen=True)

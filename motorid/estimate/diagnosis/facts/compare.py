@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from motorid.capture.model import Capture
-from motorid.estimate.diagnosis.facts import pooled, supply, unit_mistakes
+from motorid.estimate.diagnosis.facts import pooled, pwm_aliasing, supply, unit_mistakes
 from motorid.estimate.results.estimate import Diagnostic, Estimate
 
 
@@ -13,5 +13,7 @@ def findings(captures: Sequence[Capture], estimate: Estimate) -> Iterator[Diagno
     """Facts of the captures that contradict one another, or the estimate."""
     yield from pooled.findings(captures)
     for k, capture in enumerate(captures):
-        yield from supply.findings(capture, f" in run {k + 1}" if len(captures) > 1 else "")
+        where = f" in run {k + 1}" if len(captures) > 1 else ""
+        yield from supply.findings(capture, estimate.parameters, where)
+        yield from pwm_aliasing.findings(capture, estimate.parameters, where)
     yield from unit_mistakes.findings(captures, estimate.parameters)

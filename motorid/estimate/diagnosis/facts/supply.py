@@ -5,33 +5,41 @@ Its voltage gives the duty that a level takes, and so the ripple of the current,
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from motorid.capture.model import SUPPLY, SUPPLY_OFF, VOLTAGE, Capture
-from motorid.estimate.results.estimate import Diagnostic
+from motorid.estimate.results.estimate import Diagnostic, Parameter
 from motorid.estimate.signals.time_grid import Part, lay
 from motorid.program import Decay, StepKind
 
 ABOVE = 1.05  # times the stated supply, that a motor's voltage cannot reach
 BY_DUTY = 0.15  # by which a voltage over its duty may miss the supply: sag, dead time, switches
 LEAST_DUTY = 0.2  # below it dead time and drops are a large share
+SHIFT = 0.5  # of L, for a relative error of the supply: ripple is a part of its reading
 FEWEST = 20  # readings of a step
 
 
-def findings(capture: Capture, where: str = "") -> Iterator[Diagnostic]:
+def findings(
+    capture: Capture, parameters: Mapping[str, Parameter], where: str = ""
+) -> Iterator[Diagnostic]:
     """A stated supply that a measured figure contradicts. ``where``: " in run 2", or nothing."""
     stated = capture.wiring.supply_voltage_v
     if not stated > 0:
         return
-    contradicted = _by_reading(capture, stated) or _by_terminals(capture, stated)
-    if contradicted:
-        yield Diagnostic(
-            "supply_contradicted", "warning",
-            f"the rig states wiring.supply_voltage_v = {stated:g}, but {contradicted}{where}; "
-            "correct the rig, or calibrate that channel",
-        )  # fmt: skip
+    measured = _by_reading(capture, stated)
+    shown_v, how = (None, "") if measured else _by_terminals(capture, stated)
+    if not measured and shown_v is None:
+        return
+    L = parameters["L"].value if "L" in parameters else None
+    moves = {"L": L * SHIFT * abs(shown_v / stated - 1.0)} if L and shown_v else {}
+    yield Diagnostic(
+        "supply_contradicted", "warning",
+        f"the rig states wiring.supply_voltage_v = {stated:g}, but {measured or how}{where}; "
+        "correct the rig, or calibrate that channel",
+        moves,
+    )  # fmt: skip
 
 
 def _by_reading(capture: Capture, stated: float) -> str:
@@ -43,17 +51,17 @@ def _by_reading(capture: Capture, stated: float) -> str:
     return f"{when} {measured:.3g} V, by which the fit goes"
 
 
-def _by_terminals(capture: Capture, stated: float) -> str:
-    """What the motor's voltage says of a supply that nobody measured."""
+def _by_terminals(capture: Capture, stated: float) -> tuple[float | None, str]:
+    """V that the motor's voltage shows of a supply that nobody measured, and in words; None."""
     channel = capture.get(VOLTAGE)
     if capture.supply_measured_v is not None or channel is None or capture.program is None:
-        return ""
+        return None, ""
     volts = np.abs(channel.values)
     driven = [p for p in lay(capture).parts if p.level and p.stop - p.start >= FEWEST]
     steady = [(p, float(np.nanmedian(volts[_samples(capture, p)]))) for p in driven]
     highest = max((v for _, v in steady), default=0.0)
     if highest > ABOVE * stated:
-        return f"the terminal voltage reaches {highest:.3g} V, so that L may be off"
+        return highest, f"the terminal voltage reaches {highest:.3g} V, so that L may be off"
     shares = [
         v / abs(p.level)
         for p, v in steady
@@ -63,8 +71,8 @@ def _by_terminals(capture: Capture, stated: float) -> str:
     ]
     if shares and abs(np.median(shares) / stated - 1.0) > BY_DUTY:
         shown = float(np.median(shares))
-        return f"the terminal voltage over its duty is {shown:.3g} V, so that L may be off"
-    return ""
+        return shown, f"the terminal voltage over its duty is {shown:.3g} V, so that L may be off"
+    return None, ""
 
 
 def _samples(capture: Capture, part: Part) -> slice:

@@ -29,7 +29,7 @@ HIGH = 99.0  # percentile of a log's voltages that counts as the highest
 SI = {TIME: "s", CURRENT: "A", VOLTAGE: "V", SPEED: "rad/s", POSITION: "rad"}
 # how a stretched clock moves them: with a speed that was measured, or that a position gives
 TIME_BY_SPEED = {"L": 1.0, "J": 1.0}
-TIME_BY_POSITION = {"L": 1.0, "K": 1.0, "J": 3.0}
+TIME_BY_POSITION = {"L": 1.0, "K": 1.0, "J": 3.0, "B": 2.0, "T0": 1.0}
 
 
 @dataclass(frozen=True)
@@ -79,6 +79,7 @@ def findings(
             "unit_mistake", "warning",
             f"{where} of the catalogues; they would if {said},{gear} so compare a reading with a "
             f"meter, and {todo}",
+            _moves(captures[0], parameters, mistakes[0]),
         )  # fmt: skip
     elif found > NO_MOTOR:
         yield Diagnostic(
@@ -86,6 +87,16 @@ def findings(
             f"{where}, and no single unit explains it: check the units, the counts per turn, the "
             "gear ratio and the gains of each channel",
         )  # fmt: skip
+
+
+def _moves(
+    capture: Capture, parameters: Mapping[str, Parameter], mistake: Mistake
+) -> dict[str, float]:
+    """How far each parameter lies from what it would be."""
+    powers = _powers(capture, mistake.quantity)
+    true = {n: p.value / mistake.factor ** powers.get(n, 0.0)
+            for n, p in parameters.items() if p.value is not None}  # fmt: skip
+    return {n: abs(v - (parameters[n].value or 0.0)) for n, v in true.items() if n in powers}
 
 
 def _slower(mistake: Mistake) -> bool:
