@@ -41,7 +41,7 @@ def fit(
     for capture in captures:
         insist(capture)
     estimate = _fit(captures, fix, without, method, search)
-    said = tuple(findings(captures, estimate))
+    said = tuple(findings(captures, estimate, lambda c: _fit(c, fix, without, method, search)))
     estimate = with_reference(settled(estimate, said), captures)
     known = (*estimate.diagnostics, *_open_bridges(captures), *_unread(captures), *said)
     return replace(estimate, diagnostics=known)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from motorid.capture.model import Capture
 from motorid.estimate.diagnosis.facts import pooled, pwm_aliasing, supply, unit_mistakes
 from motorid.estimate.results.estimate import Diagnostic, Estimate
 
 
-def findings(captures: Sequence[Capture], estimate: Estimate) -> Iterator[Diagnostic]:
-    """Facts of the captures that contradict one another, or the estimate."""
-    yield from pooled.findings(captures)
+def findings(
+    captures: Sequence[Capture], estimate: Estimate, fit: Callable[[Sequence[Capture]], Estimate]
+) -> Iterator[Diagnostic]:
+    """Facts of the captures that contradict one another, or the estimate.
+
+    ``fit`` fits some of the captures in the same way.
+    """
+    yield from pooled.findings(captures, estimate, fit)
     for k, capture in enumerate(captures):
         where = f" in run {k + 1}" if len(captures) > 1 else ""
         yield from supply.findings(capture, estimate.parameters, where)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture
-from motorid.estimate.results.estimate import Diagnostic
+from motorid.errors import DataError
+from motorid.estimate.results.estimate import Diagnostic, Estimate
 
 GEOMETRY = ("counts_per_turn", "gear_ratio")  # of wiring: one encoder on one shaft has one of each
 SURE = 5.0  # standard uncertainties of two gains, beyond which they are not of one sensor
@@ -15,16 +17,54 @@ LEAST_GAIN = 1e-3  # relative, by which two gains may differ whatever is stated
 PLATE_OFF = 0.01  # relative, of two nameplates
 
 
-def findings(captures: Sequence[Capture]) -> Iterator[Diagnostic]:
-    """Facts by which these captures are not of one motor, or not of one bench."""
+def findings(
+    captures: Sequence[Capture], estimate: Estimate, fit: Callable[[Sequence[Capture]], Estimate]
+) -> Iterator[Diagnostic]:
+    """Facts by which these captures are not of one motor, or not of one bench.
+
+    ``fit`` fits some of them by themselves: so far may ``estimate`` be from each motor.
+    """
     if len(captures) < 2:
         return
-    yield from _motors(captures)
+    for said in _motors(captures):
+        each = _groups(captures) if said.code == "serials_differ" else []
+        yield replace(said, moves=_moves(estimate, each, fit))
     yield from _benches(captures)
 
 
+def _groups(captures: Sequence[Capture]) -> list[list[Capture]]:
+    """Those of each serial number; what names none is of no motor in particular."""
+    groups: dict[str, list[Capture]] = {}
+    for capture in captures:
+        groups.setdefault(_serial(capture), []).append(capture)
+    return [group for name, group in groups.items() if name]
+
+
+def _moves(
+    estimate: Estimate,
+    groups: Sequence[Sequence[Capture]],
+    fit: Callable[[Sequence[Capture]], Estimate],
+) -> dict[str, float]:
+    """By how much each parameter differs from that of the motor that is farthest off."""
+    moves: dict[str, float] = {}
+    for group in groups:
+        try:
+            alone = fit(group).parameters
+        except DataError:  # these runs of one motor tell too little by themselves
+            return dict.fromkeys(estimate.parameters, math.inf)
+        for name, p in estimate.parameters.items():
+            own = alone[name].value if name in alone else None
+            off = math.inf if own is None or p.value is None else abs(p.value - own)
+            moves[name] = max(moves.get(name, 0.0), off)
+    return moves
+
+
+def _serial(capture: Capture) -> str:
+    return str(capture.provenance.get("serial") or "").strip()
+
+
 def _motors(captures: Sequence[Capture]) -> Iterator[Diagnostic]:
-    said = [str(c.provenance.get("serial") or "").strip() for c in captures]
+    said = [_serial(capture) for capture in captures]
     serials = list(dict.fromkeys(name for name in said if name))
     if len(serials) > 1:
         runs = "; ".join(f"{_runs(said, name)} of {name}" for name in serials)

@@ -25,6 +25,7 @@ Named = Sequence[tuple[Capture, Sequence[Segment]]]
 
 SURE = 3.0  # standard uncertainties of a difference
 FEWEST = 16  # readings of a level
+TURNS = 2.0  # that a level must last: slots and brushes make friction swing once a turn, or faster
 STEP = 1e-4  # of a search coordinate, for a derivative
 HARM = 0.01  # relative difference below which no level is worth a remark
 COLOUR = 0.98  # largest correlation of neighbours that is believed
@@ -59,7 +60,7 @@ class Level:
 
 
 def levels(found: Findings, records: Sequence[MotorRecord], named: Named) -> list[Level]:
-    """Every driven steady level that shows a speed or a current."""
+    """Every driven steady level that shows a speed, and lasts long enough to."""
     out = []
     for k, (record, own) in enumerate(zip(records, found.solution.own, strict=True)):
         steady = [s for s in named[k][1] if s.kind is SegmentKind.STEADY]
@@ -69,8 +70,11 @@ def levels(found: Findings, records: Sequence[MotorRecord], named: Named) -> lis
         time = named[k][0].time_s
         for s in steady:
             blocks = [_means(record, m, y, s) for m, y in zip(record.measured, left, strict=True)]
+            start_s, end_s = float(time[s.start]), float(time[s.stop - 1])
             speed, current = _speed(found, blocks), _current(found, blocks)
-            out.append(Level(k, float(time[s.start]), float(time[s.stop - 1]), speed, current))
+            turned = 0.0 if speed is None else abs(speed.measured) * (end_s - start_s)
+            if turned >= TURNS * 2.0 * np.pi:
+                out.append(Level(k, start_s, end_s, speed, current))
     return out
 
 
@@ -129,7 +133,9 @@ def _means(record: MotorRecord, m: Measured, left: Floats, s: Segment) -> _Means
     scatter = max(float(np.sqrt(np.mean(about**2))), m.block.floor)
     rho = float(np.clip((about[1:] * about[:-1]).sum() / max((about**2).sum(), 1e-300), 0, COLOUR))
     u = scatter * float(np.sqrt((1.0 + rho) / (1.0 - rho) / n))
-    return _Means(name, float(y.mean()), float(r.mean()), u)
+    quarter = max(n // 4, 1)
+    drift = float(r[-quarter:].mean() - r[:quarter].mean()) / 2.0  # the level has not settled
+    return _Means(name, float(y.mean()), float(r.mean()), float(np.hypot(u, drift)))
 
 
 def _travel(time: Floats, y: Floats, r: Floats, floor: float) -> _Means:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -10,11 +12,13 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import SUPPLY_BEFORE, Capture, Stated
+from motorid.errors import DataError
 from motorid.estimate.diagnosis.facts import pooled, pwm_aliasing, supply
-from motorid.estimate.results.estimate import Parameter
+from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter
 from motorid.estimate.results.status import Status
 from motorid.program import Decay, Program, Step, StepKind
 from tests.exact_capture import FAULHABER, Plan, clean_capture
+from tests.report import example
 
 MOTOR = {
     n: Parameter(n, "", v, 0.0, 0.0, 0.01 * v, None, Status.ESTIMATED) for n, v in FAULHABER.items()
@@ -86,40 +90,61 @@ def test_a_duty_gives_the_supply_away() -> None:
 # ---------------------------------------------------------------- captures that are pooled
 
 
+def estimate_of(captures: Sequence[Capture]) -> Estimate:
+    """R is 2 ohm, and 1 ohm more where a run is of M18."""
+    more = any(c.provenance["serial"] == "M18" for c in captures)
+    R = replace(MOTOR["R"], value=3.0 if more else 2.0)
+    return replace(example.estimate(), parameters={**MOTOR, "R": R})
+
+
+def together(captures: Sequence[Capture]) -> list[Diagnostic]:
+    """What is said of captures that are fitted together."""
+    return list(pooled.findings(captures, estimate_of(captures), estimate_of))
+
+
 def test_two_serial_numbers_are_named() -> None:
-    (said,) = pooled.findings([run(serial="M17"), run(serial="M17"), run(serial="M18")])
+    (said,) = together([run(serial="M17"), run(serial="M17"), run(serial="M18")])
     assert said.severity == "error"
     assert "runs 1, 2 of M17; run 3 of M18" in said.message
+    assert said.moves["R"] == pytest.approx(1.0)
+    assert said.moves["K"] == 0.0
+
+
+def test_a_motor_that_tells_nothing_by_itself_leaves_the_size_open() -> None:
+    def nothing(captures: Sequence[Capture]) -> Estimate:
+        raise DataError("too little")
+
+    runs = [run(serial="M17"), run(serial="M18")]
+    (said,) = pooled.findings(runs, estimate_of(runs), nothing)
+    assert said.moves["R"] == math.inf
 
 
 @pytest.mark.parametrize("other", ["", " M17 ", "M17"])
 def test_one_serial_number_or_none_is_not(other: str) -> None:
-    assert list(pooled.findings([run(serial="M17"), run(serial=other)])) == []
+    assert together([run(serial="M17"), run(serial=other)]) == []
 
 
 def test_one_encoder_has_one_figure() -> None:
-    (said,) = pooled.findings([run(counts_per_turn=2048.0), run(counts_per_turn=512.0)])
+    (said,) = together([run(counts_per_turn=2048.0), run(counts_per_turn=512.0)])
     assert "2048" in said.message
     assert "512" in said.message
     two_boards = [run("A1", counts_per_turn=2048.0), run("A2", counts_per_turn=512.0)]
-    assert list(pooled.findings(two_boards)) == []
+    assert together(two_boards) == []
 
 
 def test_a_gain_beyond_its_uncertainty_is_named() -> None:
     one, other = run(), run()
     current = other.channels["current"]
     wrong = {**other.channels, "current": replace(current, scale=1.03 * current.scale)}
-    (said,) = pooled.findings([one, replace(other, channels=wrong)])
+    (said,) = together([one, replace(other, channels=wrong)])
     assert "scale of the current" in said.message
     sure = {n: replace(c, gain_uncertainty=0.01) for n, c in one.channels.items()}
-    assert (
-        list(pooled.findings([replace(one, channels=sure), replace(other, channels=wrong)])) == []
-    )
+    assert list(together([replace(one, channels=sure), replace(other, channels=wrong)])) == []
 
 
 def test_two_nameplates_are_named() -> None:
     plates = [Stated({"resistance_ohm": 2.6}), Stated({"resistance_ohm": 8.4})]
-    (said,) = pooled.findings([replace(run(), stated=s) for s in plates])
+    (said,) = together([replace(run(), stated=s) for s in plates])
     assert said.code == "nameplates_differ"
 
 
