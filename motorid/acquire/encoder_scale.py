@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from motorid.acquire.pulse import Pulse
-from motorid.acquire.safety import highest_volts
+from motorid.acquire.safety import program_volts
 from motorid.capture.model import POSITION, Capture
 from motorid.errors import RigError
 from motorid.rig import Rig
@@ -36,8 +36,13 @@ def why_too_fast(rig: Rig, capture: Capture) -> str:
     turned = np.abs(position.values[WINDOW:] - position.values[:-WINDOW])
     took = capture.time_s[WINDOW:] - capture.time_s[:-WINDOW]
     rad_s = float(np.max(turned / took)) * rig.wiring.gear_ratio
-    said = _impossible(rig, rad_s, highest_volts(rig, capture.supply_v), CLEAR)
+    said = _impossible(rig, rad_s, _highest_volts(rig, capture), CLEAR)
     return f"; {said}" if said else ""
+
+
+def _highest_volts(rig: Rig, capture: Capture) -> float:
+    program = capture.program or rig.program
+    return max(program_volts(rig, program, capture.supply_v), default=0.0)
 
 
 def _rad_per_count(rig: Rig) -> float:

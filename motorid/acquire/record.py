@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from motorid.acquire.assemble import NoPlaceError, NoSamplesError, name_of
+from motorid.acquire.bench_facts import contradictions
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.check import check_signs, check_supply, check_zero
 from motorid.acquire.drive import drive, load, tripped
@@ -51,6 +52,7 @@ from motorid.version import __version__
 from motorid.wire.enums import Fault, Mode
 
 Progress = Callable[[Live], None]
+Say = Callable[[str], None]
 ZERO_S = 0.2
 
 
@@ -84,15 +86,20 @@ def capture_all(
     progress: Progress | None = None,
     serial: str = "",
     note: str = "",
+    say: Say | None = None,
 ) -> list[Path]:
-    """As ``capture``, one run for each path, over one opening of the port."""
+    """As ``capture``, one run for each path, over one opening of the port.
+
+    ``say`` is told what rig and board contradict one another in, before the first program runs.
+    """
     check_program(rig, program)
     check_outputs(paths, rig, program, force=force)
     port = open_port(rig.port)
     try:
         with interruptible() as stop:
             for number, path in enumerate(paths):
-                recorder = _Recorder(port, rig, program, stop, progress)
+                told = say if number == 0 else None
+                recorder = _Recorder(port, rig, program, stop, progress, told)
                 recorder.record(path, force, serial, note, checked=number > 0)
     finally:
         port.close()
@@ -128,10 +135,16 @@ class _Recorder:
     """One run into one file."""
 
     def __init__(
-        self, port: Port, rig: Rig, program: Program, stop: Stop, progress: Progress | None
+        self,
+        port: Port,
+        rig: Rig,
+        program: Program,
+        stop: Stop,
+        progress: Progress | None,
+        say: Say | None = None,
     ) -> None:
         self.port, self.rig, self.program = port, rig, program
-        self.stop, self.progress = stop, progress
+        self.stop, self.progress, self.say = stop, progress, say
         self.measuring = False  # whether the journal holds any of the run proper
         self.recorded: Any = getattr(port, "header", None)  # of a replay: what was, is again
 
@@ -192,6 +205,7 @@ class _Recorder:
         config = configure(board, streaming(rig, board))
         zero = self._zero(board, journal, config)
         supply_v = check_supply(board, rig)
+        self._say_contradictions(board, supply_v if SUPPLY in board.descriptors else None)
         pulse = {} if checked else check_signs(board, rig, config, zero, supply_v, self.stop)
         if self.stop.requested:
             return "interrupted"
@@ -220,6 +234,14 @@ class _Recorder:
         view = LiveView(rig, board, zero, wire, self.progress)
         reason = drive(board, wire, config, self.stop, view.consume)
         return "interrupted" if self.stop.requested and reason == "stopped" else reason
+
+    def _say_contradictions(self, board: Board, read_v: float | None) -> None:
+        if self.say is None:
+            return
+        period = sample_period(self.rig, board.identity)
+        known = board.identity, board.descriptors
+        for sentence in contradictions(self.rig, self.program, *known, read_v, period):
+            self.say(sentence)
 
     def _zero(self, board: Board, journal: JournalWriter, config: Fields) -> Fields:
         rate_hz = board.identity["clock_hz"] / config["sample_period_ticks"]

@@ -45,10 +45,10 @@ def pulse_resistance(volts: float, peak_a: float) -> float:
     return abs(volts / peak_a) / PULSE_MARGIN
 
 
-def highest_volts(rig: Rig, supply_v: float | None = None) -> float:
-    """V, the most that the rig's program puts on the motor."""
-    volts = [_volts(rig, step.kind, step.level, supply_v) for step in rig.program.steps]
-    return max((abs(value) for value in volts if value is not None), default=0.0)
+def program_volts(rig: Rig, program: Program, supply_v: float | None = None) -> list[float]:
+    """V that each driven step puts on the motor, without its sign."""
+    volts = (_volts(rig, step.kind, step.level, supply_v) for step in program.steps)
+    return [abs(value) for value in volts if value]
 
 
 def _volts(rig: Rig, kind: StepKind, level: float, supply_v: float | None) -> float | None:

@@ -6,7 +6,15 @@ from pathlib import Path
 
 import click
 
-from motorid.cli.options import capture_options, example, force_option, make_way, warned, wrote
+from motorid.cli.options import (
+    capture_options,
+    example,
+    force_option,
+    make_way,
+    warn,
+    warned,
+    wrote,
+)
 from motorid.cli.values import Named
 
 
@@ -66,6 +74,7 @@ def command(
             serial=serial,
             note=note,
             progress=progress,
+            say=warn,
         )
     for path in paths:
         wrote(path)

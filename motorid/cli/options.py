@@ -94,8 +94,13 @@ def warned(rig: Rig) -> Rig:
     from motorid.workflow.record import old_calibration
 
     if sentence := old_calibration(rig):
-        click.echo(f"motorid: warning: {sentence}", err=True)
+        warn(sentence)
     return rig
+
+
+def warn(sentence: str) -> None:
+    """Says on stderr what a person should know before a motor turns."""
+    click.echo(f"motorid: warning: {sentence}", err=True)
 
 
 def wrote(path: Path) -> None:

@@ -12,6 +12,7 @@ from motorid.cli.options import (
     fit_options,
     force_option,
     make_way,
+    warn,
     warned,
     wrote,
 )
@@ -69,6 +70,7 @@ def command(
             serial=serial,
             note=note,
             progress=progress,
+            say=warn,
         )
     estimate = fit.fit_files(paths, fix=dict(fix), without=without, method=method)
     click.echo(fit.as_text(estimate))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from motorid.errors import UsageError
 
 if TYPE_CHECKING:
-    from motorid.acquire.record import Progress
+    from motorid.acquire.record import Progress, Say
     from motorid.rig import Rig
 
 CAPTURE_FILE = "capture.h5"
@@ -77,8 +77,11 @@ def capture_runs(
     serial: str = "",
     note: str = "",
     progress: Progress | None = None,
+    say: Say | None = None,
 ) -> list[Path]:
     """Drives the rig's program ``repeat`` times; each run is a file of its own.
+
+    ``say`` is told, before the first run, in what rig and board contradict one another.
 
     Raises what ``acquire.record.capture`` raises; before anything moves where a file exists.
     """
@@ -92,6 +95,7 @@ def capture_runs(
         progress=progress,
         serial=serial,
         note=note,
+        say=say,
     )
 
 

@@ -7,7 +7,7 @@ catalogue stands in: a factor of 1000, or rpm for rad/s, puts a motor far from a
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +25,7 @@ EXPLAINS = 6.0  # by which it must bring the motor nearer
 USUAL = 8.0  # and how near at least
 AS_WELL = 2.0  # another explanation, within so much of the best, is said too
 NO_MOTOR = 45.0  # distance that is remarked on without an explanation
+MISCOUNTED = (4.0, 10.0, 100.0, 0.01)  # lines for counts, a gear on the wrong side
 HIGH = 99.0  # percentile of a log's voltages that counts as the highest
 SI = {TIME: "s", CURRENT: "A", VOLTAGE: "V", SPEED: "rad/s", POSITION: "rad"}
 # how a stretched clock moves them: with a speed that was measured, or that a position gives
@@ -34,27 +35,13 @@ TIME_BY_POSITION = {"L": 1.0, "K": 1.0, "J": 3.0, "B": 2.0, "T0": 1.0}
 
 @dataclass(frozen=True)
 class Mistake:
-    """A quantity that is in ``unit`` and was read as ``written``: ``factor`` times what is true."""
+    """A scale that may be wrong: readings of ``quantity`` are ``factor`` times what is true."""
 
     quantity: str
-    expression: str  # of the map; empty where there is none
-    written: str
-    unit: str
     factor: float
+    instead: str  # what would be so, as a clause
+    mend: str
     distance: float = np.inf
-
-    @property
-    def said(self) -> str:
-        """The mistake in words."""
-        return (
-            f"the {self.quantity.replace('terminal_', '')} were in {self.unit}, not {self.written}"
-        )
-
-    @property
-    def mend(self) -> str:
-        """The map that would be right."""
-        name = self.quantity.replace("terminal_", "")
-        return f"--map {name}={self.expression}:{self.unit}" if self.expression else ""
 
 
 def findings(
@@ -71,14 +58,13 @@ def findings(
     shown = f"R {motor.R:.3g} ohm, K {motor.K:.3g} N·m/A and J {motor.J:.3g} kg·m²"
     where = f"{shown} at up to {motor.top_v:.3g} V go together in no motor"
     if mistakes:
-        said = " or ".join(one.said for one in mistakes)
-        mends = " or ".join(dict.fromkeys(one.mend for one in mistakes if one.mend))
-        todo = f"import again with {mends}" if mends else "check the scale of that channel"
+        instead = " or ".join(one.instead for one in mistakes)
+        mends = " or ".join(dict.fromkeys(one.mend for one in mistakes))
         gear = " or if a gear is not stated," if _slower(mistakes[0]) else ""
         yield Diagnostic(
             "unit_mistake", "warning",
-            f"{where} of the catalogues; they would if {said},{gear} so compare a reading with a "
-            f"meter, and {todo}",
+            f"{where} of the catalogues; they would if {instead},{gear} so compare a reading with "
+            f"an instrument, and {mends}",
             _moves(captures[0], parameters, mistakes[0]),
         )  # fmt: skip
     elif found > NO_MOTOR:
@@ -128,23 +114,35 @@ def highest_v(capture: Capture) -> float:
 def explanations(capture: Capture, motor: Figures, found: float) -> list[Mistake]:
     """The mistakes that make a usual motor of it, the best first; one of each quantity."""
     tried = [
-        Mistake(
-            one.quantity, one.expression, one.written, one.unit, one.factor,
-            distance(motor.scaled(_powers(capture, one.quantity), one.factor)),
-        )
+        replace(one, distance=distance(motor.scaled(_powers(capture, one.quantity), one.factor)))
         for one in _possible(capture)
-    ]  # fmt: skip
+    ]
     tried = sorted(tried, key=lambda one: one.distance)
     if not tried or found - tried[0].distance < EXPLAINS or tried[0].distance > USUAL:
         return []
     near = [one for one in tried if one.distance - tried[0].distance < AS_WELL]
-    return list({one.quantity: one for one in reversed(near)}.values())[::-1]
+    near.sort(key=lambda one: abs(np.log(one.factor)))  # the nearest unit that does as well
+    best = {one.quantity: one for one in reversed(near)}
+    return sorted(best.values(), key=lambda one: one.distance)
 
 
 def _possible(capture: Capture) -> Iterator[Mistake]:
-    """Each other unit that a column of a log may have been in. A board declares its own scales."""
-    if "identity" in capture.provenance:
-        return
+    """Each other unit that a column of a log may have been in; of a board, its encoder's counts."""
+    return _counts(capture) if "identity" in capture.provenance else _units(capture)
+
+
+def _counts(capture: Capture) -> Iterator[Mistake]:
+    stated, gear = capture.wiring.counts_per_turn, capture.wiring.gear_ratio
+    for factor in MISCOUNTED if stated and capture.get(POSITION) is not None else ():
+        yield Mistake(
+            POSITION, factor,
+            f"wiring.counts_per_turn were about {factor * stated:g}, not {stated:g}, or "
+            f"wiring.gear_ratio {gear / factor:g}, not {gear:g}",
+            "turn the shaft once by hand and count, then fit again with the corrected --rig",
+        )  # fmt: skip
+
+
+def _units(capture: Capture) -> Iterator[Mistake]:
     maps = dict(_maps(capture))
     for quantity, si in SI.items():
         if quantity != TIME and capture.get(quantity) is None:
@@ -154,9 +152,13 @@ def _possible(capture: Capture) -> Iterator[Mistake]:
             unit = unit_of(quantity, written, capture.wiring.counts_per_turn)
         except UsageError:
             continue
+        name = quantity.replace("terminal_", "")
         for other, scale in alike(quantity, unit.si).items():
             if scale != unit.scale and not unit.counts:
-                yield Mistake(quantity, expression, written, other, unit.scale / scale)
+                instead = f"the {name} were in {other}, not {written}"
+                mend = f"import again with --map {name}={expression}:{other}" if expression else (
+                    f"give the {name} in {si}")  # fmt: skip
+                yield Mistake(quantity, unit.scale / scale, instead, mend)
 
 
 def _maps(capture: Capture) -> Iterator[tuple[str, tuple[str, str]]]:

@@ -132,3 +132,12 @@ def test_the_catalogue_says_of_a_motor_what_the_simulator_does(name: str) -> Non
 def test_units_of_a_family_are_offered() -> None:
     assert alike("current", "A")["mA"] == 1e-3
     assert alike("current", "V") == {}
+
+
+def test_counts_per_turn_of_lines_are_named_without_a_nameplate() -> None:
+    capture = log()
+    known = replace(capture.wiring, counts_per_turn=512.0)
+    run = replace(capture, wiring=known, provenance={"identity": {}})
+    (said,) = findings([run], read_wrong(MOTION, 4.0))
+    assert "wiring.counts_per_turn were about 2048, not 512" in said.message
+    assert list(findings([run], parameters(FAULHABER))) == []
