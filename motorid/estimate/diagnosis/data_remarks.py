@@ -18,9 +18,10 @@ def of_capture(record: MotorRecord, where: str) -> list[Diagnostic]:
     out = []
     lost = record.timeline.lost
     if lost:
+        scattered = record.timeline.past is not None and record.timeline.jitter > IRREGULAR
         out.append(
             Diagnostic(
-                "lost_samples", "warning",
+                "lost_samples", "info" if scattered else "warning",  # no period says what is due
                 f"{lost} of {len(record.capture) + lost} samples are missing{where}; the fit "
                 "passes over them, with the voltage taken from their neighbours",
             )
