@@ -227,7 +227,16 @@ class Capture:
         if supply is not None and np.isfinite(supply.values).any():
             return float(np.nanmedian(supply.values))
         known = self.provenance.get(SUPPLY_BEFORE)
-        return float(known) if isinstance(known, int | float) and known > 0 else None
+        if isinstance(known, int | float) and known > 0:
+            return float(known)
+        return self._check_v if SUPPLY in self.provenance.get("descriptors", {}) else None
+
+    @property
+    def _check_v(self) -> float | None:
+        """V of the supply by which the first weak pulse was driven: read, or as stated."""
+        check = self.provenance.get("check") or {}
+        duty, volts = abs(check.get("duty") or 0.0), abs(check.get("volts") or 0.0)
+        return volts / duty if duty and volts else None
 
     @cached_property
     def supply_v(self) -> float | None:
@@ -240,11 +249,7 @@ class Capture:
             self.get(SUPPLY) is not None or abs(stated - measured) > SUPPLY_OFF * measured
         ):
             return measured
-        if stated > 0:
-            return stated
-        check = self.provenance.get("check") or {}
-        duty, volts = abs(check.get("duty") or 0.0), abs(check.get("volts") or 0.0)
-        return volts / duty if duty and volts else None
+        return stated if stated > 0 else self._check_v
 
     def get(self, name: str) -> Channel | None:
         """The channel of that quantity, or None."""

@@ -91,9 +91,9 @@ def expand(files: tuple[str, ...]) -> list[Path]:
 
 def warned(rig: Rig) -> Rig:
     """``rig``, after saying on stderr what a person should know of it before it drives a motor."""
-    from motorid.workflow.record import old_calibration
+    from motorid.workflow.rig_doubts import doubts
 
-    if sentence := old_calibration(rig):
+    for sentence in doubts(rig):
         warn(sentence)
     return rig
 

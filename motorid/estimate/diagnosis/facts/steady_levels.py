@@ -128,7 +128,8 @@ def _means(record: MotorRecord, m: Measured, left: Floats, s: Segment) -> _Means
         return None
     y, r, name = m.values[inside], left[inside], m.block.name
     if name == POSITION:
-        return _travel(m.keep[inside] * record.timeline.period_s, y, r, m.block.floor)
+        time = np.asarray(m.keep[inside] * record.timeline.period_s, dtype=np.float64)
+        return _travel(time, y, r, m.block.floor)
     about = r - r.mean()
     scatter = max(float(np.sqrt(np.mean(about**2))), m.block.floor)
     rho = float(np.clip((about[1:] * about[:-1]).sum() / max((about**2).sum(), 1e-300), 0, COLOUR))

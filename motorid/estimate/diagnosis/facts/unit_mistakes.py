@@ -26,6 +26,7 @@ USUAL = 8.0  # and how near at least
 AS_WELL = 2.0  # another explanation, within so much of the best, is said too
 NO_MOTOR = 45.0  # distance that is remarked on without an explanation
 MISCOUNTED = (4.0, 10.0, 100.0, 0.01)  # lines for counts, a gear on the wrong side
+ONE_ROW = 1e-6  # of a unit of time, by which a step of a row number may miss one
 HIGH = 99.0  # percentile of a log's voltages that counts as the highest
 SI = {TIME: "s", CURRENT: "A", VOLTAGE: "V", SPEED: "rad/s", POSITION: "rad"}
 # how a stretched clock moves them: with a speed that was measured, or that a position gives
@@ -158,7 +159,16 @@ def _units(capture: Capture) -> Iterator[Mistake]:
                 instead = f"the {name} were in {other}, not {written}"
                 mend = f"import again with --map {name}={expression}:{other}" if expression else (
                     f"give the {name} in {si}")  # fmt: skip
+                if quantity == TIME and _counts_rows(capture, unit.scale):
+                    instead += " (its column counts the rows)"
+                    mend = "import again with --map time=row*PERIOD:s, the logger's period in s"
                 yield Mistake(quantity, unit.scale / scale, instead, mend)
+
+
+def _counts_rows(capture: Capture, unit_s: float) -> bool:
+    """Whether each row's stamp is one more than that of the row before."""
+    steps = np.diff(capture.time_s)
+    return bool(len(steps)) and bool(np.all(np.abs(steps - unit_s) < ONE_ROW * unit_s))
 
 
 def _maps(capture: Capture) -> Iterator[tuple[str, tuple[str, str]]]:

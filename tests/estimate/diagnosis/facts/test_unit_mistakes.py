@@ -141,3 +141,11 @@ def test_counts_per_turn_of_lines_are_named_without_a_nameplate() -> None:
     (said,) = findings([run], read_wrong(MOTION, 4.0))
     assert "wiring.counts_per_turn were about 2048, not 512" in said.message
     assert list(findings([run], parameters(FAULHABER))) == []
+
+
+def test_a_time_column_that_counts_rows_is_called_so() -> None:
+    capture = log(("time=n:s", *MAPS[1:]))
+    rows = replace(capture, ticks=np.arange(len(capture)) * 10**6)
+    (said,) = findings([rows], read_wrong(TIME, 1e4))
+    assert "its column counts the rows" in said.message
+    assert "--map time=row*PERIOD:s" in said.message
