@@ -27,6 +27,7 @@ AS_WELL = 2.0  # another explanation, within so much of the best, is said too
 NO_MOTOR = 45.0  # distance that is remarked on without an explanation
 MISCOUNTED = (4.0, 10.0, 100.0, 0.01)  # lines for counts, a gear on the wrong side
 ONE_ROW = 1e-6  # of a unit of time, by which a step of a row number may miss one
+PERIODS = np.arange(0.5, 7.0, 0.5)  # of a logger, as powers of ten below a unit of time
 HIGH = 99.0  # percentile of a log's voltages that counts as the highest
 SI = {TIME: "s", CURRENT: "A", VOLTAGE: "V", SPEED: "rad/s", POSITION: "rad"}
 # how a stretched clock moves them: with a speed that was measured, or that a position gives
@@ -159,10 +160,12 @@ def _units(capture: Capture) -> Iterator[Mistake]:
                 instead = f"the {name} were in {other}, not {written}"
                 mend = f"import again with --map {name}={expression}:{other}" if expression else (
                     f"give the {name} in {si}")  # fmt: skip
-                if quantity == TIME and _counts_rows(capture, unit.scale):
-                    instead += " (its column counts the rows)"
-                    mend = "import again with --map time=row*PERIOD:s, the logger's period in s"
                 yield Mistake(quantity, unit.scale / scale, instead, mend)
+        if quantity == TIME and _counts_rows(capture, unit.scale):
+            for power in PERIODS:
+                instead = "the time column, which counts the rows, were a clock's"
+                mend = "import again with --map time=row*PERIOD:s, the logger's period in seconds"
+                yield Mistake(TIME, 10.0**power, instead, mend)
 
 
 def _counts_rows(capture: Capture, unit_s: float) -> bool:

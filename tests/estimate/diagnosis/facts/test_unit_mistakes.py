@@ -147,5 +147,5 @@ def test_a_time_column_that_counts_rows_is_called_so() -> None:
     capture = log(("time=n:s", *MAPS[1:]))
     rows = replace(capture, ticks=np.arange(len(capture)) * 10**6)
     (said,) = findings([rows], read_wrong(TIME, 1e4))
-    assert "its column counts the rows" in said.message
+    assert "the time column, which counts the rows" in said.message
     assert "--map time=row*PERIOD:s" in said.message
