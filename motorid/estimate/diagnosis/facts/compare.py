@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 from motorid.capture.model import Capture
-from motorid.estimate.diagnosis.facts import pooled, pwm_aliasing, supply, unit_mistakes
+from motorid.estimate.diagnosis.facts import commanded, pooled, pwm_aliasing, supply, unit_mistakes
 from motorid.estimate.results.estimate import Diagnostic, Estimate
 
 
@@ -21,4 +21,5 @@ def findings(
         where = f" in run {k + 1}" if len(captures) > 1 else ""
         yield from supply.findings(capture, estimate.parameters, where)
         yield from pwm_aliasing.findings(capture, estimate.parameters, where)
+        yield from commanded.findings(capture, estimate.parameters, where)
     yield from unit_mistakes.findings(captures, estimate.parameters)

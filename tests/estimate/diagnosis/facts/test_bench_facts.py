@@ -13,7 +13,7 @@ import pytest
 
 from motorid.capture.model import SUPPLY_BEFORE, Capture, Stated
 from motorid.errors import DataError
-from motorid.estimate.diagnosis.facts import pooled, pwm_aliasing, supply
+from motorid.estimate.diagnosis.facts import commanded, pooled, pwm_aliasing, supply
 from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter
 from motorid.estimate.results.status import Status
 from motorid.program import Decay, Program, Step, StepKind
@@ -198,3 +198,29 @@ def test_a_fast_beat_is_noise_and_a_slow_one_is_not() -> None:
     assert list(pwm_aliasing.findings(fast, MOTOR)) == []
     (said,) = pwm_aliasing.findings(slow, MOTOR)
     assert "comes and goes at 2 Hz" in said.message
+
+
+# ---------------------------------------------------------------- volts as commanded
+
+
+def reading(times: float, **changes: Any) -> Capture:
+    """A run whose voltage reads so much times what it is."""
+    capture = run(supply_voltage_v=9.0)
+    volts = capture.channels["terminal_voltage"]
+    volts = replace(volts, raw=times * np.asarray(volts.raw), aperture_s=1e-4, **changes)
+    return replace(capture, channels={**capture.channels, volts.name: volts})
+
+
+def test_a_voltage_above_its_command_is_named() -> None:
+    (said,) = commanded.findings(reading(1.1), MOTOR)
+    assert "reads 6.6 V where the program commands 6 V" in said.message
+    assert said.moves["K"] == pytest.approx(0.1 * FAULHABER["K"])
+
+
+@pytest.mark.parametrize("times", [1.0, 1.03, 0.9])
+def test_a_voltage_at_its_command_or_below_is_not(times: float) -> None:
+    assert list(commanded.findings(reading(times), MOTOR)) == []
+
+
+def test_a_gain_that_is_not_sure_is_not_accused() -> None:
+    assert list(commanded.findings(reading(1.1, gain_uncertainty=0.02), MOTOR)) == []
