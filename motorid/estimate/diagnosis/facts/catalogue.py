@@ -76,6 +76,20 @@ class Figures:
         )
 
 
+MARGIN = 30.0  # by which a motor may lie beyond the catalogue's lowest and highest figures
+
+
+@cache
+def ranges() -> dict[str, tuple[float, float]]:
+    """Plausible R, L, K and J (SI), and time constants in s: L/R, and JR/K² without its upper end,
+    for a load has none.
+    """
+    _, R, L, K, J = np.array(list(MOTORS.values())).T
+    figures = {"R": R, "L": L, "K": K, "J": J, "L/R": L / R, "JR/K²": J * R / K**2}
+    found = {n: (float(x.min()) / MARGIN, float(x.max()) * MARGIN) for n, x in figures.items()}
+    return found | {n: (found[n][0], np.inf) for n in ("J", "JR/K²")}
+
+
 @cache
 def _usual() -> tuple[Floats, Floats]:
     """Mean (5,) and covariance (5, 5) of the logarithms."""

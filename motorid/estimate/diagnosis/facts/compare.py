@@ -22,4 +22,4 @@ def findings(
         yield from supply.findings(capture, estimate.parameters, where)
         yield from pwm_aliasing.findings(capture, estimate.parameters, where)
         yield from commanded.findings(capture, estimate.parameters, where)
-    yield from unit_mistakes.findings(captures, estimate.parameters)
+    yield from unit_mistakes.findings(captures, estimate.parameters, estimate.combinations)

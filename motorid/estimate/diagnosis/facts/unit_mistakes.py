@@ -14,7 +14,7 @@ import numpy as np
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture
 from motorid.capture.units import TIME, alike, unit_of
 from motorid.errors import UsageError
-from motorid.estimate.diagnosis.facts.catalogue import Figures, distance
+from motorid.estimate.diagnosis.facts.catalogue import Figures, distance, ranges
 from motorid.estimate.diagnosis.faults.scale_errors import AMPERES, VOLTS
 from motorid.estimate.diagnosis.faults.scale_errors import SPEED as SPEED_SCALE
 from motorid.estimate.results.estimate import Diagnostic, Parameter
@@ -26,6 +26,7 @@ USUAL = 8.0  # and how near at least
 AS_WELL = 2.0  # another explanation, within so much of the best, is said too
 NO_MOTOR = 45.0  # distance that is remarked on without an explanation
 MISCOUNTED = (4.0, 10.0, 100.0, 0.01)  # lines for counts, a gear on the wrong side
+NONE: Mapping[str, Parameter] = {}
 ONE_ROW = 1e-6  # of a unit of time, by which a step of a row number may miss one
 PERIODS = np.arange(0.5, 7.0, 0.5)  # of a logger, as powers of ten below a unit of time
 HIGH = 99.0  # percentile of a log's voltages that counts as the highest
@@ -47,11 +48,17 @@ class Mistake:
 
 
 def findings(
-    captures: Sequence[Capture], parameters: Mapping[str, Parameter]
+    captures: Sequence[Capture],
+    parameters: Mapping[str, Parameter],
+    combinations: Mapping[str, Parameter] = NONE,
 ) -> Iterator[Diagnostic]:
-    """A motor that no catalogue has anything like, and the unit that explains it."""
+    """A motor that no catalogue has anything like, and the unit that explains it.
+
+    Where R, K and J are not all known, each figure and ratio by itself.
+    """
     motor = figures(captures, parameters)
     if motor is None:
+        yield from _by_themselves(captures[0], {**parameters, **combinations})
         return
     found = distance(motor)
     if found <= UNUSUAL:
@@ -75,6 +82,38 @@ def findings(
             f"{where}, and no single unit explains it: check the units, the counts per turn, the "
             "gear ratio and the gains of each channel",
         )  # fmt: skip
+
+
+def _by_themselves(capture: Capture, known: Mapping[str, Parameter]) -> Iterator[Diagnostic]:
+    """The first figure, or ratio, that lies beyond those of all motors."""
+    measured = {n: p.value for n, p in known.items() if p.status.measured}
+    values = {n: v for n, v in measured.items() if v is not None and v > 0}
+    for ratio in ("JR/(K²+RB)", "J R/K²"):
+        if ratio in values:
+            values["JR/K²"] = values[ratio]
+    if {"R", "J/K²"} <= values.keys():
+        values["JR/K²"] = values["R"] * values["J/K²"]
+    if {"R", "L"} <= values.keys():
+        values["L/R"] = values["L"] / values["R"]
+    for name, (low, high) in ranges().items():
+        value = values.get(name)
+        if value is None or low <= value <= high:
+            continue
+        unit = "s" if "/" in name else known[name].unit
+        most = f"to {high:.2g} {unit}" if np.isfinite(high) else f"{unit} or more"
+        hints = [
+            one.instead
+            for one in _possible(capture)
+            if one.quantity == TIME and "/" in name and low <= value / one.factor <= high
+        ]
+        hint = f"perhaps {hints[0]}" if hints else "of the gains and of the gear"
+        yield Diagnostic(
+            "unit_mistake", "warning",
+            f"{name} is {value:.3g} {unit}, and motors have {low:.2g} {most}: check the units "
+            f"of each channel and of the time, {hint}",
+            {name: np.inf} if name in known else {},
+        )  # fmt: skip
+        return
 
 
 def _moves(

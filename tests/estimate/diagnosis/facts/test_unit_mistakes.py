@@ -12,7 +12,7 @@ import pytest
 from bench.coverage.motors import draw_motor
 from motorid.capture.model import Capture
 from motorid.capture.units import alike
-from motorid.estimate.diagnosis.facts.catalogue import MOTORS, Figures, distance
+from motorid.estimate.diagnosis.facts.catalogue import MOTORS, Figures, distance, ranges
 from motorid.estimate.diagnosis.facts.unit_mistakes import UNUSUAL, explanations, findings
 from motorid.estimate.results.estimate import Parameter
 from motorid.estimate.results.status import Status
@@ -149,3 +149,23 @@ def test_a_time_column_that_counts_rows_is_called_so() -> None:
     (said,) = findings([rows], read_wrong(TIME, 1e4))
     assert "the time column, which counts the rows" in said.message
     assert "--map time=row*PERIOD:s" in said.message
+
+
+def test_a_time_constant_alone_tells_of_its_unit() -> None:
+    ratio = Parameter("JR/(K²+RB)", "s", 17e-6, 0.0, 0.0, 1e-8, None, Status.ESTIMATED)
+    capture = log(("time=t:ms", *MAPS[1:]))
+    (said,) = findings([capture], {}, {ratio.name: ratio})
+    assert "perhaps the time were in s, not ms" in said.message
+    usual = replace(ratio, value=17e-3)
+    assert list(findings([capture], {}, {ratio.name: usual})) == []
+
+
+@pytest.mark.parametrize("name", ["R", "L", "K", "J", "L/R", "JR/K²"])
+def test_drawn_motors_lie_within_the_ranges(name: str) -> None:
+    low, high = ranges()[name]
+    rng = np.random.default_rng(5)
+    for _ in range(300):
+        m = draw_motor(rng).motor
+        R, L, K, J = m.resistance_ohm, m.inductance_h, m.torque_constant_nm_a, m.inertia_kg_m2
+        value = {"R": R, "L": L, "K": K, "J": J, "L/R": L / R, "JR/K²": J * R / K**2}[name]
+        assert low < value < high
