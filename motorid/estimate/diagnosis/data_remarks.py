@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
-from motorid.capture.model import CURRENT, VOLTAGE
+from motorid.capture.model import CURRENT, VOLTAGE, Capture
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic
 from motorid.estimate.signals.discontinuous_current import unclear
@@ -16,8 +17,8 @@ COARSER = 2.0  # times: a grid that leaves out what the stamps would tell
 def of_capture(record: MotorRecord, where: str) -> list[Diagnostic]:
     """Samples, stamps and readings of one capture that are not as they should be."""
     out = []
-    lost = record.timeline.lost
-    if lost:
+    lost = record.timeline.lost - _slower(record.capture)
+    if lost > 0:
         scattered = record.timeline.past is not None and record.timeline.jitter > IRREGULAR
         out.append(
             Diagnostic(
@@ -75,6 +76,18 @@ def of_capture(record: MotorRecord, where: str) -> list[Diagnostic]:
             )
         )  # fmt: skip
     return out
+
+
+def _slower(capture: Capture) -> int:
+    """Samples that a log seems to lack because its logger went on at a slower pace.
+
+    Sample after sample then follows a pause of one length.
+    """
+    if capture.program is not None:
+        return 0
+    alike = [b.index == a.index + 1 and b.samples == a.samples for a, b in pairwise(capture.gaps)]
+    beside = zip(capture.gaps, [False, *alike], [*alike, False], strict=True)
+    return sum(gap.samples for gap, before, after in beside if before or after)
 
 
 def stopping(records: Sequence[MotorRecord]) -> list[Diagnostic]:

@@ -33,6 +33,7 @@ HIGH = 99.0  # percentile of a log's voltages that counts as the highest
 SI = {TIME: "s", CURRENT: "A", VOLTAGE: "V", SPEED: "rad/s", POSITION: "rad"}
 # how a stretched clock moves them: with a speed that was measured, or that a position gives
 TIME_BY_SPEED = {"L": 1.0, "J": 1.0}
+BY_TIME = ("L", "J/K²", "JR/(K²+RB)")  # in proportion to a stretched clock, whatever the motion
 TIME_BY_POSITION = {"L": 1.0, "K": 1.0, "J": 3.0, "B": 2.0, "T0": 1.0}
 
 
@@ -101,17 +102,22 @@ def _by_themselves(capture: Capture, known: Mapping[str, Parameter]) -> Iterator
             continue
         unit = "s" if "/" in name else known[name].unit
         most = f"to {high:.2g} {unit}" if np.isfinite(high) else f"{unit} or more"
-        hints = [
-            one.instead
+        clocks = [
+            one
             for one in _possible(capture)
             if one.quantity == TIME and "/" in name and low <= value / one.factor <= high
         ]
-        hint = f"perhaps {hints[0]}" if hints else "of the gains and of the gear"
+        hint = "of the gains and of the gear"
+        moves = {name: np.inf} if name in known else {}
+        if clocks:
+            hint = f"perhaps {clocks[0].instead.replace(' were ', ' is ')}"
+            factor = clocks[0].factor
+            moves = {n: abs(values[n] * (1.0 - 1.0 / factor)) for n in BY_TIME if n in values}
         yield Diagnostic(
             "unit_mistake", "warning",
             f"{name} is {value:.3g} {unit}, and motors have {low:.2g} {most}: check the units "
             f"of each channel and of the time, {hint}",
-            {name: np.inf} if name in known else {},
+            moves,
         )  # fmt: skip
         return
 

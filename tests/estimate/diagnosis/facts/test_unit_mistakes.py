@@ -155,7 +155,8 @@ def test_a_time_constant_alone_tells_of_its_unit() -> None:
     ratio = Parameter("JR/(K²+RB)", "s", 17e-6, 0.0, 0.0, 1e-8, None, Status.ESTIMATED)
     capture = log(("time=t:ms", *MAPS[1:]))
     (said,) = findings([capture], {}, {ratio.name: ratio})
-    assert "perhaps the time were in s, not ms" in said.message
+    assert "perhaps the time is in s, not ms" in said.message
+    assert said.moves["JR/(K²+RB)"] == pytest.approx(17e-3, rel=0.01)
     usual = replace(ratio, value=17e-3)
     assert list(findings([capture], {}, {ratio.name: usual})) == []
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motorid.capture.model import CURRENT, Capture, Phase
+from motorid.capture.model import CURRENT, Capture, Gap, Phase
+from motorid.estimate.diagnosis.data_remarks import of_capture
 from motorid.estimate.diagnosis.faults.current_limited_supply import suspects as limits
 from motorid.estimate.diagnosis.faults.lost_samples import short_of_program
 from motorid.estimate.model.capture_model import MotorRecord
@@ -57,3 +58,27 @@ def with_supply_of(ohms: float) -> Capture:
 
 def test_a_supply_with_a_resistance_is_not_called_limited() -> None:
     assert limits(MotorRecord(with_supply_of(2.0), PARAMETERS, {})) == []
+
+
+def log_of(steps: list[int]) -> MotorRecord:
+    """A log with these steps between its stamps (µs), and what an import calls its gaps."""
+    base = clean_capture(FAULHABER, Plan(count=800))
+    keep = np.concatenate([[0], np.cumsum(np.array(steps) // 100)])
+    channels = {n: replace(c, raw=np.asarray(c.raw)[keep]) for n, c in base.channels.items()}
+    gaps = tuple(Gap(k + 1, s // 100 - 1, "pause") for k, s in enumerate(steps) if s > 250)
+    ticks = base.ticks[keep]
+    log = replace(base, ticks=ticks, channels=channels, gaps=gaps, program=None, phases=())
+    return MotorRecord(log, PARAMETERS, {})
+
+
+def lost(steps: list[int]) -> list[str]:
+    return [d.message for d in of_capture(log_of(steps), "") if d.code == "lost_samples"]
+
+
+def test_a_logger_that_slows_down_has_lost_nothing() -> None:
+    assert lost([100] * 400 + [500] * 60) == []
+
+
+def test_a_pause_in_a_log_is_a_loss() -> None:
+    (said,) = lost([100] * 400 + [500] + [100] * 200)
+    assert said.startswith("4 of ")
