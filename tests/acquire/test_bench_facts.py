@@ -46,6 +46,7 @@ def test_a_window_over_part_of_a_pwm_period_in_step_with_the_samples() -> None:
     assert said(sim_rig(), 100_000, 7.0, period=1600) == []  # a beat of 6 kHz is noise
 
 
+@pytest.mark.slow
 def test_capture_says_it_before_it_runs_and_keeps_what_the_board_read(tmp_path: Path) -> None:
     rig = replace(sim_rig(), supply_voltage_v=9.0)
     heard: list[str] = []

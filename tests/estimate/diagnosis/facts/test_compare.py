@@ -33,6 +33,7 @@ def test_every_capture_is_compared() -> None:
     assert "in run 2" in found[0].message
 
 
+@pytest.mark.slow
 def test_two_motors_in_one_fit_are_named_and_their_k_is_doubtful() -> None:
     estimate = fit([run("M17"), run("M18", K=1.1 * K)])
     assert "serials_differ" in [d.code for d in estimate.diagnostics]
