@@ -83,7 +83,7 @@ def _slower(capture: Capture) -> int:
 
     Sample after sample then follows a pause of one length.
     """
-    if capture.program is not None:
+    if capture.program is not None or len(capture.gaps) < 2:
         return 0
     alike = [b.index == a.index + 1 and b.samples == a.samples for a, b in pairwise(capture.gaps)]
     beside = zip(capture.gaps, [False, *alike], [*alike, False], strict=True)

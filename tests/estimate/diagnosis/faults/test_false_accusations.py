@@ -79,6 +79,10 @@ def test_a_logger_that_slows_down_has_lost_nothing() -> None:
     assert lost([100] * 400 + [500] * 60) == []
 
 
+def test_a_log_without_a_pause_has_none() -> None:
+    assert lost([100] * 400) == []
+
+
 def test_a_pause_in_a_log_is_a_loss() -> None:
     (said,) = lost([100] * 400 + [500] + [100] * 200)
     assert said.startswith("4 of ")
