@@ -47,7 +47,7 @@ def _cut(capture: Capture) -> list[Capture]:
     long = [(a, b) for a, b in edges if b - a >= FEWEST]
     if not len(cuts) or not long:
         return [capture]
-    return [_part(capture, a, b) for a, b in long]
+    return [part(capture, a, b) for a, b in long]
 
 
 def driven(capture: Capture) -> list[Capture]:
@@ -55,7 +55,7 @@ def driven(capture: Capture) -> list[Capture]:
     opened = openings(capture)
     if not opened:
         return [capture]
-    return [_part(capture, a, b) for a, b in _between(opened, len(capture)) if b - a >= DRIVEN]
+    return [part(capture, a, b) for a, b in _between(opened, len(capture)) if b - a >= DRIVEN]
 
 
 def _between(opened: Sequence[Opening], count: int) -> list[tuple[int, int]]:
@@ -98,7 +98,7 @@ def _remark(capture: Capture, opened: Sequence[Opening]) -> Diagnostic:
     )  # fmt: skip
 
 
-def _part(capture: Capture, start: int, stop: int) -> Capture:
+def part(capture: Capture, start: int, stop: int) -> Capture:
     """Samples ``start`` to ``stop`` (exclusive) as a capture."""
     channels = {
         name: replace(channel, raw=channel.raw[start:stop])
