@@ -72,7 +72,7 @@ def _fit(
     search: dict[str, Any],
 ) -> Estimate:
     from motorid.errors import UsageError
-    from motorid.estimate.partial import mechanical_fit
+    from motorid.estimate.partial import current_transient_alone, mechanical_fit
     from motorid.estimate.results.estimate import AUTO, SIX
 
     known = {name: float(value) for name, value in (fix or {}).items()}
@@ -88,6 +88,10 @@ def _fit(
         raise UsageError(
             f"the method ml takes no {', '.join(foreign)}: choose another by --method, such as nls"
         )
+    if current_transient_alone.suits(captures):
+        _insist_on_six(model)
+        _check(known, without)
+        return current_transient_alone.fit(captures, known)
     if mechanical_fit.suits(captures):
         _insist_on_six(model)
         return mechanical_fit.fit(captures, fix=known, without=without)
@@ -96,6 +100,7 @@ def _fit(
     from motorid.estimate.selection import entry
     from motorid.estimate.signals.log_sections import pieces
 
+    captures = locked_rotor.without_constant_motion(captures)
     if electrical_only.suits(captures):
         _insist_on_six(model)
         return electrical_only.fit(pieces(captures), known, without)

@@ -14,8 +14,6 @@ from motorid.estimate.effects.influence_quantity import (
 )
 from motorid.estimate.signals.standstill import starts_at_rest
 
-REACH = 10.0  # times the extent of the readings, about the first: standard
-
 
 def _prior(subject: Subject, _: int) -> Prior | None:
     measured = subject.block(CURRENT)
@@ -23,8 +21,7 @@ def _prior(subject: Subject, _: int) -> Prior | None:
         return None
     if starts_at_rest(subject.capture, subject.driven):
         return None
-    first = float(measured.values[0])
-    return Prior(REACH * scales.extent_of(measured.values), mean=first)
+    return Prior(start=float(measured.values[0]))
 
 
 INITIAL_CURRENT = InfluenceQuantity(
