@@ -26,7 +26,7 @@ from motorid.estimate.signals.intersample_voltage import SHAPES, Rival
 from motorid.estimate.solver.problem import Solution
 
 SHARED = (0.2, 0.8)  # of the friction at the highest speed, that is Coulomb's
-SURELY = 0.05  # of chi-square: less is no better
+SURELY = 0.5  # of chi-square: less is no better
 TRIED = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)  # of a motion's lag by the start values
 
 

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from motorid.capture.model import Capture
-from motorid.estimate.results.estimate import Diagnostic
+from motorid.estimate.results.estimate import PARAMETERS, Diagnostic
 from motorid.estimate.signals.opened_bridge import Opening, openings
 
 PAUSE = 5.0  # usual periods between two samples, from which a log begins anew
@@ -76,6 +76,7 @@ def left_out(captures: Sequence[Capture]) -> list[Diagnostic]:
                 "the bridge opens so often that no stretch between is long enough to fit: the "
                 "voltage is taken as logged, also where the motor did not have it. Log the "
                 "terminals' voltage, or capture with longer steps",
+                dict.fromkeys(PARAMETERS, np.inf),
             )
         ]  # fmt: skip
     return [
