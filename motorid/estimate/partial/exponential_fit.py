@@ -238,7 +238,8 @@ class _Problem:
         taus, onsets = self._split(times, lags)
         for record, onset, w in zip(self.records, onsets, self.roots, strict=True):
             X = columns(record, taus, onset)
-            yield X, np.linalg.lstsq(w[:, None] * X, w * record.values, rcond=None)[0]
+            found = np.linalg.lstsq(w[:, None] * X, w * record.values, rcond=None)[0]
+            yield X, np.asarray(found, np.float64)
 
     def _left(self, times: Floats, lags: int) -> Floats:
         self.evaluations += 1
@@ -303,7 +304,7 @@ class _Problem:
             tuple(t if s.shown else None for t, s in zip(onsets, self.starts, strict=True)),
             np.array([c[0] for _, c in found]),
             np.array([c[1] for _, c in found]),
-            covariance[np.ix_(order, order)],
+            np.asarray(covariance[np.ix_(order, order)], np.float64),
             max(int(worth) - n - sum(X.shape[1] for X, _ in found), 1),
             np.array([float(np.sqrt(np.mean(left**2))) for left in residuals]),
             wander,

@@ -281,8 +281,8 @@ def _findings(
                 "rms, more than noise: suspect a drive that was not constant, a load, or friction "
                 "that depends on speed. The intervals are widened for it",
             )  # fmt: skip
-        begun = rise.onsets[k] if rise.onsets[k] is not None else step.record.time_s[0]
-        since = step.record.time_s - float(begun)
+        onset = rise.onsets[k]
+        since = step.record.time_s - (step.record.time_s[0] if onset is None else onset)
         few = int(((since > 0.0) & (since < RISING * rise.constant_s)).sum())
         if few < FEW:
             yield Diagnostic(
@@ -296,7 +296,7 @@ def _findings(
                 f"the record ends {since[-1] / rise.constant_s:.1f} time constants after the rise "
                 f"begins{where}, so that the steady speed is extrapolated: record longer",
             )  # fmt: skip
-        yield from _late(step, rise.onsets[k], where)
+        yield from _late(step, onset, where)
     yield from mechanical_remarks.of_captures([step.capture for step in found])
 
 

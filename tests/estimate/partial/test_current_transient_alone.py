@@ -7,6 +7,7 @@ import pytest
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.errors import DataError
+from motorid.estimate.partial import current_transient_alone
 from motorid.identify import fit
 
 R, L, FULL_A, AT_S = 2.0, 2e-3, 1.5, 4e-3
@@ -43,6 +44,14 @@ def test_a_current_alone_gives_the_electrical_time_constant(capture: Capture) ->
     assert {p.status for p in found.parameters.values()} == {"not_identifiable"}
     inductance = fit([capture], fix={"R": R}).parameters["L"]
     assert inductance.interval_95[0] < L < inductance.interval_95[1]
+
+
+def test_it_takes_no_log_that_says_more() -> None:
+    assert current_transient_alone.suits([log(current=DECAY)])
+    more = {"terminal_voltage": ON, "speed": 100.0 * SINCE, "torque": ON}
+    for name, readings in more.items():
+        assert not current_transient_alone.suits([log(current=DECAY, **{name: readings})])
+    assert not current_transient_alone.suits([])
 
 
 @pytest.mark.slow
