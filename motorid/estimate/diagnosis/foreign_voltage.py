@@ -1,6 +1,6 @@
 """A log's voltage that cannot be the motor's: a supply's while PWM drives, or another column.
 
-At the terminals V = R i + K ω, but for what the inductance takes for a moment. Means over blocks
+At the terminals V = R i + K ω + L di/dt. Means over blocks
 are compared with that, and with the voltage some samples earlier or later: a lag is no such thing.
 """
 
@@ -22,7 +22,7 @@ BLOCKS, SHORTEST = 120, 4  # of a log; samples of a block
 FEWEST = 24  # blocks
 LAGS = (0, 3, -3, 8, -8, 20, -20, 50, -50)  # samples of the voltage
 FAR = 0.25  # of the highest voltage, by which a block departs
-MANY = 0.1  # of the blocks, that must
+MANY = 0.13  # of the blocks, that must
 STILL = 0.1  # of the highest voltage, within which one that is a supply's stays
 
 
@@ -88,9 +88,11 @@ def _departs(parts: Sequence[tuple[Floats, Floats, Floats]], lag: int) -> float:
 
 
 def _blocks(part: tuple[Floats, Floats, Floats], lag: int, width: int) -> Floats:
-    """(m, 3): means over blocks."""
+    """(m, 4): means over blocks of voltage, current, speed, and how much the current rises."""
     volts, current, speed = part
     place = np.clip(np.arange(len(volts)) + lag, 0, len(volts) - 1)
     count = len(volts) // width
     cut = [y[: count * width] for y in (volts[place], current, speed)]
-    return np.column_stack([y.reshape(count, width).mean(axis=1) for y in cut])
+    means = [y.reshape(count, width).mean(axis=1) for y in cut]
+    rises = np.gradient(current)[: count * width].reshape(count, width).mean(axis=1)
+    return np.column_stack([*means, rises])
