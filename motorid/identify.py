@@ -42,17 +42,20 @@ def fit(
         insist(capture)
     estimate = _fit(captures, fix, without, method, search)
     said = tuple(findings(captures, estimate, lambda c: _fit(c, fix, without, method, search)))
+    said = (*_of_logs(captures), *said)
     estimate = with_reference(settled(estimate, said), captures)
-    known = (*estimate.diagnostics, *_open_bridges(captures), *_unread(captures), *said)
-    return replace(estimate, diagnostics=known)
+    return replace(estimate, diagnostics=(*estimate.diagnostics, *_unread(captures), *said))
 
 
-def _open_bridges(captures: Sequence[Capture]) -> list[Diagnostic]:
-    """What was left out of logs, where an electrical fit would have taken it."""
+def _of_logs(captures: Sequence[Capture]) -> list[Diagnostic]:
+    """A voltage that cannot be the motor's, and what was left out because a bridge was open."""
+    from motorid.estimate.diagnosis import foreign_voltage
     from motorid.estimate.partial import mechanical_fit
     from motorid.estimate.signals.log_sections import left_out
 
-    return [] if mechanical_fit.suits(captures) else left_out(captures)
+    if mechanical_fit.suits(captures):
+        return []
+    return [*foreign_voltage.remarks(captures), *left_out(captures)]
 
 
 def _unread(captures: Sequence[Capture]) -> Iterator[Diagnostic]:
@@ -72,7 +75,7 @@ def _fit(
     search: dict[str, Any],
 ) -> Estimate:
     from motorid.errors import UsageError
-    from motorid.estimate.partial import mechanical_fit
+    from motorid.estimate.partial import current_transient_alone, mechanical_fit
     from motorid.estimate.results.estimate import AUTO, SIX
 
     known = {name: float(value) for name, value in (fix or {}).items()}
@@ -88,6 +91,10 @@ def _fit(
         raise UsageError(
             f"the method ml takes no {', '.join(foreign)}: choose another by --method, such as nls"
         )
+    if current_transient_alone.suits(captures):
+        _insist_on_six(model)
+        _check(known, without)
+        return current_transient_alone.fit(captures, known)
     if mechanical_fit.suits(captures):
         _insist_on_six(model)
         return mechanical_fit.fit(captures, fix=known, without=without)
@@ -96,6 +103,7 @@ def _fit(
     from motorid.estimate.selection import entry
     from motorid.estimate.signals.log_sections import pieces
 
+    captures = locked_rotor.without_constant_motion(captures)
     if electrical_only.suits(captures):
         _insist_on_six(model)
         return electrical_only.fit(pieces(captures), known, without)

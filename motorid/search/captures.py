@@ -20,6 +20,7 @@ from motorid.estimate.results.estimate import PARAMETERS, Floats
 from motorid.estimate.signals.measurements import EMF
 from motorid.estimate.signals.standstill import starts_at_rest
 from motorid.motor.batch import FRICTION, LINEAR, Record
+from motorid.search import log_step
 from motorid.search.bounds import Box
 from motorid.search.objective import peaks
 from motorid.search.problem import Problem
@@ -54,11 +55,12 @@ def step_problem(record: MotorRecord, start: Mapping[str, float]) -> Problem:
 
     Coulomb friction is outside that model and goes into B. Raises DataError without such a part.
     """
+    if log_step.is_log(record):
+        return _problem_of(record, log_step.first_step(record), start)
     driven = [part for part in record.timeline.parts if not part.open]
     if not driven:
         raise DataError("the motor was never driven in this capture: capture a run with a step")
     part = driven[0]
-    names = LINEAR.parameters
     whole = batch_record(record)
     begin, end = max(part.start - 1, 0), part.stop - 1
     cut = {name: y[begin:end] for name, y in whole.measured.items()}
@@ -69,6 +71,11 @@ def step_problem(record: MotorRecord, start: Mapping[str, float]) -> Problem:
     middle = whole.current_delay_s + whole.current_aperture_s / 2
     lags = {"current": min(middle, whole.period_s), "speed": motion}
     step = Record(whole.period_s, whole.input[begin:end], cut, None, lags)
+    return _problem_of(record, step, start)
+
+
+def _problem_of(record: MotorRecord, step: Record, start: Mapping[str, float]) -> Problem:
+    names = LINEAR.parameters
     return Problem(
         LINEAR,
         (step,),

@@ -20,12 +20,13 @@ from motorid.estimate.fit.parameter_bounds import unknowns_of
 from motorid.estimate.fit.start_values import start_values
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS, Diagnostic, Estimate
+from motorid.estimate.signals.log_sections import pieces
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Solution as Likely
 from motorid.estimate.uncertainty.covariance import covariance_of
 from motorid.motor.batch import LINEAR
 from motorid.search import captures as capture_problem
-from motorid.search import closed, extended, models, registry
+from motorid.search import closed, extended, log_step, models, registry
 from motorid.search.problem import DIRECT, ENDS, Problem, Solution, remark, solve
 from motorid.search.problem import names as problem_names
 
@@ -69,7 +70,9 @@ def fit(
     free = [name for name in PARAMETERS if name not in fixed]
     if linear and len(free) < len(LINEAR.parameters):
         raise UsageError(f"{method} takes no fixed or left-out parameters: use another method")
-    records = [MotorRecord(capture, free, fixed) for capture in captures]
+    captures = pieces(captures)
+    records, left = _records(captures, free, fixed, method)
+    captures = [record.capture for record in records]
     start = start_values(records, fixed)
     if method in closed.TITLES:
         found = closed.solve(captures, records, start, method)
@@ -83,11 +86,29 @@ def fit(
         evaluations=found.evaluations,
         diagnostics=(
             *_remarks(found, likely, linear),
+            *left,
             *unseen_voltage(records),
             *estimate.diagnostics,
         ),
         options={**estimate.options, "method": method, "budget": budget, "seed": seed},
     )
+
+
+def _records(
+    captures: Sequence[Capture], free: Sequence[str], fixed: Mapping[str, float], method: str
+) -> tuple[list[MotorRecord], list[Diagnostic]]:
+    """What the method takes of the captures, and what is said of the rest: a log's first stretch
+    from rest where it knows one step, and only those that begin at rest where it simulates.
+    """
+    records = [MotorRecord(capture, free, fixed) for capture in captures]
+    if method in closed.TITLES:
+        return records, []
+    fair, said = log_step.begun_at_rest(records, method)
+    if _linear(method) and all(log_step.is_log(record) for record in fair):
+        fair = fair[:1]
+    if _linear(method) and len(fair) == 1 and log_step.is_log(fair[0]):
+        fair = [MotorRecord(log_step.cut_to_first_step(fair[0]), free, fixed)]
+    return fair, said
 
 
 def _extended(

@@ -35,6 +35,7 @@ Finding = TypeVar("Finding", Suspect, Diagnostic)
 MODEL = "v = R i + L di/dt + K w; J dw/dt = K i - B w - T0 sign(w)"
 METHOD = "output-error maximum likelihood"
 UNCHANGED: Mapping[str, str] = {}
+UNTOLD = 1e3  # times what a quantity is like, from which its uncertainty says nothing of it
 HIGH = 95  # percentile of a log's voltages that counts as its highest level
 
 
@@ -175,6 +176,8 @@ def nuisance_parameters(
             if not one.quantity.listed:
                 continue  # what noise left open of a voltage says nothing of the motor or its rig
             v, u = float(value), float(sd)
+            if u > UNTOLD * one.quantity.scale(record):
+                continue  # such as a current that is gone before the second reading
             reach = intervals.NORMAL_95 * u
             name, unit = one.name + label, one.quantity.unit
             out[name] = Parameter(

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import Capture
-from motorid.estimate.diagnosis import data_remarks, residual_remarks
+from motorid.estimate.diagnosis import data_remarks, residual_remarks, sampling_remarks
 from motorid.estimate.diagnosis.identifiability import run_to_add
 from motorid.estimate.effects.brush_and_heating import BENT, DROP
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
 from motorid.estimate.effects.source.held_inductance import HELD_INDUCTANCE
+from motorid.estimate.fit import lagging_start
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic, Parameter
 from motorid.estimate.uncertainty.budget import remedy
@@ -64,6 +65,8 @@ def diagnostics(
                 residual_remarks.neighbour_correlation(residual)
             )
         out += data_remarks.of_capture(record, where)
+    out += lagging_start.remarks([record.capture for record in records])
+    out += sampling_remarks.of_logs(found, records)
     out += [residual_remarks.coloured(name, rhos) for name, rhos in coloured.items() if rhos]
     out += data_remarks.stopping(records)
     out += data_remarks.standing(records)

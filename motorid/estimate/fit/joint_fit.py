@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from motorid.capture.model import Capture
+from motorid.estimate.effects import scales
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit import (
     sign_check,
@@ -12,12 +16,18 @@ from motorid.estimate.fit import (
     start_values_without_motion,
     subsample_inductance,
 )
-from motorid.estimate.fit.multistart import settled, whitened
+from motorid.estimate.fit.alternating_fit import again
+from motorid.estimate.fit.lagging_start import Doubt, taken_earlier
+from motorid.estimate.fit.multistart import leaves_misfit, settled, whitened
 from motorid.estimate.fit.parameter_bounds import held_values, merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.intersample_voltage import SHAPES, Rival
 from motorid.estimate.solver.problem import Solution
+
+SHARED = (0.2, 0.8)  # of the friction at the highest speed, that is Coulomb's
+SURELY = 0.5  # of chi-square: less is no better
+TRIED = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)  # of a motion's lag by the start values
 
 
 def solved(
@@ -30,18 +40,77 @@ def solved(
         captures = [lossless(capture) for capture in captures]
     records = [MotorRecord(capture, free, fixed) for capture in captures]
     sign_check.insist(records)
-    begin = (
-        start_values_without_motion
-        if start_values_without_motion.suits(records, fixed)
-        else start_values
-    )
-    start = begin.start_values(records, fixed)
+    start, doubt = _begun(records, fixed)
     solution = settled(records, free, start)
     if any(record.sensed.waveform for record in records):
         records, solution = _best_shaped(records, solution, free, start, fixed)
+        solution = _with_other_friction(records, solution, free, start)
+    if doubt is not None:
+        records, solution = _doubted(records, solution, free, start, fixed, doubt)
     solution = whitened(records, free, merged(start, solution), solution)
     known = merged(start, solution)
     return subsample_inductance.told(records, free, fixed, known, solution) or (records, solution)
+
+
+def _begun(
+    records: Sequence[MotorRecord], fixed: Mapping[str, float]
+) -> tuple[dict[str, float], Doubt | None]:
+    """Where the search begins, and why that is a guess."""
+    if start_values_without_motion.suits(records, fixed):
+        return start_values_without_motion.start_values(records, fixed), None
+    return start_values.begun(records, fixed)
+
+
+def _with_other_friction(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    free: Sequence[str],
+    start: Mapping[str, float],
+) -> Solution:
+    """The likelier of this solution, and those that share friction otherwise between B and T0.
+
+    One level hardly separates the two. A T0 near nothing lets noise of the voltage turn a resting
+    motor, which is a valley of its own for a search.
+    """
+    if not {"B", "T0"} <= set(free):
+        return solution
+    found = merged(start, solution)
+    top = max(scales.speed(record) for record in records)
+    torque = found["B"] * top + found["T0"]
+    for share in SHARED if top else ():
+        other = {**found, "B": (1.0 - share) * torque / top, "T0": share * torque}
+        near = replace(solution, values=np.array([other[u.name] for u in solution.unknowns]))
+        trial = again(records, free, start, near)
+        if trial.objective < solution.objective - SURELY:
+            solution = trial
+    return solution
+
+
+def _doubted(
+    records: list[MotorRecord],
+    solution: Solution,
+    free: Sequence[str],
+    start: Mapping[str, float],
+    fixed: Mapping[str, float],
+    doubt: Doubt,
+) -> tuple[list[MotorRecord], Solution]:
+    """The likelier of the captures as they are, and with a motion that is taken earlier.
+
+    Raises DataError where neither fits.
+    """
+    best = records, solution
+    for share in TRIED if doubt.late_s > 0.0 else ():
+        captures = [taken_earlier(record.capture, share * doubt.late_s) for record in records]
+        others = [
+            MotorRecord(capture, free, fixed, record.shape)
+            for capture, record in zip(captures, records, strict=True)
+        ]
+        other = settled(others, free, start)
+        if other.objective < best[1].objective:
+            best = others, other
+    if leaves_misfit(best[1], best[0]):
+        raise doubt.refusal()
+    return best
 
 
 def _best_shaped(

@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, POSITION, SPEED
 from motorid.errors import DataError
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
+from motorid.estimate.fit import lagging_start
+from motorid.estimate.fit.lagging_start import Doubt
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.solver.dense_products import dot
 
@@ -94,15 +96,27 @@ def _insist(record: MotorRecord, named: set[str]) -> None:
 
 
 def start_values(records: Sequence[MotorRecord], fixed: Mapping[str, float]) -> dict[str, float]:
-    """R, L, K, B, J, T0 (SI) near the answer. Raises DataError where the signals contradict.
+    """``begun``, whether or not it is a guess."""
+    return begun(records, fixed)[0]
 
-    Records without a motion have no say where others have one.
+
+def begun(
+    records: Sequence[MotorRecord], fixed: Mapping[str, float]
+) -> tuple[dict[str, float], Doubt | None]:
+    """R, L, K, B, J, T0 (SI) near the answer, and why they are a guess; None: they are not.
+
+    Records without a motion have no say where others have one. Raises DataError where a signal is
+    missing, or turned round.
     """
     moving = [record for record in records if shows_motion(record)]
     data = [signals(record) for record in moving or records]
     R, L, K = _electrical(data, fixed)
-    B, J, T0 = mechanical(data, K, fixed)
-    return {"R": R, "L": L, "K": K, "B": B, "J": J, "T0": T0} | dict(fixed)
+    doubt = None
+    try:
+        B, J, T0 = mechanical(data, K, fixed)
+    except DataError as error:
+        (B, J, T0), doubt = lagging_start.mechanics(data, R, K, fixed, balanced, error)
+    return {"R": R, "L": L, "K": K, "B": B, "J": J, "T0": T0} | dict(fixed), doubt
 
 
 def shows_motion(record: MotorRecord) -> bool:
@@ -170,7 +184,14 @@ def _voltage_windows(s: Signals) -> Iterator[Floats]:
 def mechanical(
     data: Sequence[Signals], K: float, fixed: Mapping[str, float]
 ) -> tuple[float, float, float]:
-    """B, J and T0 from windows of the torque."""
+    """B, J and T0 from windows of the torque. Raises DataError where these show no inertia."""
+    return balanced(data, K, fixed)[0]
+
+
+def balanced(
+    data: Sequence[Signals], K: float, fixed: Mapping[str, float]
+) -> tuple[tuple[float, float, float], float]:
+    """``mechanical``, and how much of the torque's squares it explains."""
     rows = np.array([row for s in data for row in _torque_windows(s, K)])
     names = ("J", "B", "T0")
     if not len(rows):
@@ -184,9 +205,10 @@ def mechanical(
     if J <= 0:
         raise DataError(
             "the speed does not follow the current in these captures: check the sign and the "
-            "unit of the current and of the position"
+            "unit of the current and of the motion"
         )
-    return B, J, T0
+    rest = rows[:, 0] - rows[:, 1:] @ np.array([J, B, T0])
+    return (B, J, T0), dot(rows[:, 0], rows[:, 0]) - dot(rest, rest)
 
 
 def _torque_windows(s: Signals, K: float) -> Iterator[Floats]:

@@ -106,5 +106,8 @@ def motor_of(a: Floats, b: Floats, period_s: float) -> dict[str, float]:
     values = {"R": -a11 * L, "L": L, "K": K, "B": -a22 * J, "J": J}
     wrong = [name for name, value in values.items() if not value > 0]
     if wrong:
-        raise DataError(f"Steiglitz-McBride found {wrong[0]} = {values[wrong[0]]:.3g}: no motor")
+        raise DataError(
+            f"Steiglitz-McBride found {wrong[0]} = {values[wrong[0]]:.3g}, which no motor has: its "
+            "model lacks Coulomb friction, delays and noise of the voltage; use the method ml"
+        )
     return values

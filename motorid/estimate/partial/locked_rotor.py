@@ -41,6 +41,29 @@ FOLLOWS = 4.0  # standard deviations of a correlation with the voltage that nois
 RARE = 8.0  # a chi-square is beyond what noise gives once in exp(8) blocks' widths
 
 
+def without_constant_motion(captures: Sequence[Capture]) -> list[Capture]:
+    """Logs without a speed or position that reads one value throughout: it shows no motion, and
+    voltage and current say whether there was one.
+    """
+    return [_without_constant_motion(capture) for capture in captures]
+
+
+def _without_constant_motion(capture: Capture) -> Capture:
+    if capture.program is not None:
+        return capture
+    dead = [
+        n for n in (SPEED, POSITION)
+        if n in capture.channels and not float(np.ptp(_known(capture.channels[n].values)))
+    ]  # fmt: skip
+    left = {n: c for n, c in capture.channels.items() if n not in dead}
+    return replace(capture, channels=left) if dead else capture
+
+
+def _known(values: Floats) -> Floats:
+    known = values[np.isfinite(values)]
+    return known if len(known) else np.zeros(1)
+
+
 def without_motion(
     captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]
 ) -> Estimate | None:

@@ -25,6 +25,7 @@ from motorid.estimate.partial import (
     modulating_functions,
     open_circuit_coastdown,
     steady_state_table,
+    step_response,
 )
 from motorid.estimate.partial.block_bootstrap_regression import (
     OFFSET,
@@ -86,6 +87,12 @@ def fit(
         return _by_voltage(captures, known, without)
     drive = _common_drive(captures)
     moving = [capture for capture in captures if not stands_still(capture)] or captures[:1]
+    single = step_response.steps(moving)
+    if single is not None:
+        found = step_response.fit(single, known, without)
+        return (
+            found if len(moving) == len(captures) else _beside(found, len(captures) - len(moving))
+        )
     motions = [of_capture(capture, drive) for capture in moving]
     wanted, values = _wanted(motions, drive, known, without)
     best = _regress(motions, wanted, values)
@@ -98,6 +105,12 @@ def fit(
     if len(moving) < len(captures):
         findings = (mechanical_remarks.standing_still(len(captures) - len(moving)), *findings)
     return mechanical_results.estimate(moving, motions, best, drive, known, without, findings)
+
+
+def _beside(found: Estimate, still: int) -> Estimate:
+    """With a word on captures in which the motor does not move."""
+    said = mechanical_remarks.standing_still(still)
+    return replace(found, diagnostics=(said, *found.diagnostics))
 
 
 def _by_voltage(

@@ -27,7 +27,12 @@ def find(
 ) -> tuple[Diagnostic, ...]:
     """Findings about the data and the fit, the gravest first."""
     found = [*_lack_of_fit(motions, best), *_slow_sampling(motions), *_unsigned(motions)]
-    found.append(_knowable(captures[0]))
+    return (*found, *of_captures(captures))
+
+
+def of_captures(captures: Sequence[Capture]) -> tuple[Diagnostic, ...]:
+    """What these channels can tell at best, what import noticed, and gains nobody declared."""
+    found = [_knowable(captures[0])]
     notes = dict.fromkeys(note for c in captures for note in c.provenance.get("notes", ()))
     found += [Diagnostic("import", "info", f"On import: {note}.") for note in notes]
     if not any(c.gain_uncertainty for capture in captures for c in capture.channels.values()):

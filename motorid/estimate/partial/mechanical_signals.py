@@ -153,7 +153,7 @@ def of_capture(capture: Capture, drive: str) -> Motion:
         raise DataError(f"{name}: {source.unit} drives {output.unit}: map both linear or both not")
     if stands_still(capture):
         raise DataError(f"{name}: {output.name} never changes, so nothing can be fitted")
-    kept = _fresh(np.flatnonzero(good), output, capture.provenance.get(HELD, {}))
+    kept = fresh(np.flatnonzero(good), output, capture.provenance.get(HELD, {}))
     stamps = time[kept]
     steps = np.diff(stamps)
     broken = steps > PAUSE * float(np.median(steps))
@@ -181,7 +181,7 @@ def of_capture(capture: Capture, drive: str) -> Motion:
     )
 
 
-def _fresh(kept: NDArray[np.intp], output: Channel, held: Mapping[str, int]) -> NDArray[np.intp]:
+def fresh(kept: NDArray[np.intp], output: Channel, held: Mapping[str, int]) -> NDArray[np.intp]:
     """Of a channel that repeats each reading, the samples at which a reading is new."""
     period = int(held.get(output.name, 1))
     if period < 2:

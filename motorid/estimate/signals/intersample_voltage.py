@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import Capture, Channel
+from motorid.estimate.signals import jumps_in_means
 from motorid.estimate.signals.time_grid import IRREGULAR, Timeline
 
 Floats = NDArray[np.float64]
@@ -124,13 +125,15 @@ def of_log(capture: Capture, channel: Channel, shape: Shape) -> Waveform | None:
 
 def held_means(capture: Capture, channel: Channel, timeline: Timeline) -> Floats:
     """Means (count,) over a log's grid, of readings that are means over most of the time since the
-    one before each; after a reading that is missing, over the channel's own window.
+    one before each; after a reading that is missing, over the channel's own window. Where it jumped
+    in that time, its mean says when.
     """
     known = np.isfinite(channel.values)
     ends = capture.time_s[known] - channel.delay_s
     since = np.diff(ends, prepend=ends[0] - channel.window_s)
     begun = ends - np.where(since < MISSING * capture.period_s, since, channel.window_s)
-    return Waveform(begun, channel.values[known], "held", capture.period_s).means(timeline)
+    begun, levels = jumps_in_means.split(begun, ends, channel.values[known])
+    return Waveform(begun, levels, "held", capture.period_s).means(timeline)
 
 
 def quiet(volts: Floats) -> Floats:

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from motorid.capture.model import Capture
-from motorid.estimate.results.estimate import Diagnostic
+from motorid.estimate.results.estimate import PARAMETERS, Diagnostic
 from motorid.estimate.signals.opened_bridge import Opening, openings
 
 PAUSE = 5.0  # usual periods between two samples, from which a log begins anew
@@ -47,7 +47,7 @@ def _cut(capture: Capture) -> list[Capture]:
     long = [(a, b) for a, b in edges if b - a >= FEWEST]
     if not len(cuts) or not long:
         return [capture]
-    return [_part(capture, a, b) for a, b in long]
+    return [part(capture, a, b) for a, b in long]
 
 
 def driven(capture: Capture) -> list[Capture]:
@@ -55,7 +55,7 @@ def driven(capture: Capture) -> list[Capture]:
     opened = openings(capture)
     if not opened:
         return [capture]
-    return [_part(capture, a, b) for a, b in _between(opened, len(capture)) if b - a >= DRIVEN]
+    return [part(capture, a, b) for a, b in _between(opened, len(capture)) if b - a >= DRIVEN]
 
 
 def _between(opened: Sequence[Opening], count: int) -> list[tuple[int, int]]:
@@ -76,6 +76,7 @@ def left_out(captures: Sequence[Capture]) -> list[Diagnostic]:
                 "the bridge opens so often that no stretch between is long enough to fit: the "
                 "voltage is taken as logged, also where the motor did not have it. Log the "
                 "terminals' voltage, or capture with longer steps",
+                dict.fromkeys(PARAMETERS, np.inf),
             )
         ]  # fmt: skip
     return [
@@ -98,7 +99,7 @@ def _remark(capture: Capture, opened: Sequence[Opening]) -> Diagnostic:
     )  # fmt: skip
 
 
-def _part(capture: Capture, start: int, stop: int) -> Capture:
+def part(capture: Capture, start: int, stop: int) -> Capture:
     """Samples ``start`` to ``stop`` (exclusive) as a capture."""
     channels = {
         name: replace(channel, raw=channel.raw[start:stop])

@@ -260,7 +260,7 @@ def _slows(s: _Signals, run: slice) -> bool:
     if s.speed is None and float(here[0]) < EXPECTED * float(np.abs(shown).max()):
         return False
     part = max(len(here) // 4, 2)
-    spread = scatter(shown) or float(np.abs(np.diff(here, 2)).mean(initial=0.0)) / 2
+    spread = scatter(shown) or float(np.abs(np.diff(here, 2)).mean()) / 2
     fall = float(here[:part].mean() - here[-part:].mean())
     return fall > SLOWER * spread / np.sqrt(part / 2) and fall > 0.0
 
@@ -280,10 +280,10 @@ def _decayed_from(s: _Signals, start: int) -> int:
 def _rest(s: _Signals, run: slice) -> int:
     """Where a rest begins that lasts to the end of the run, long enough to begin anew from."""
     if s.speed is None:  # no voltage, of an open bridge, does not show it
-        return run.stop
+        return int(run.stop)
     shown = [np.abs(s.volts[run]) <= STILL * np.abs(s.volts).max() + scatter(s.volts) * BAND]
     top = float(np.percentile(np.abs(s.speed), HIGHEST))
     shown.append(np.abs(s.speed[run]) <= STILL * top + BAND * scatter(s.speed))
     moves = np.flatnonzero(~np.all(shown, axis=0))
-    rests = run.start + (int(moves[-1]) + 2 if len(moves) else 0)
-    return rests if run.stop - rests >= RESTING else run.stop
+    rests = int(run.start) + (int(moves[-1]) + 2 if len(moves) else 0)
+    return rests if run.stop - rests >= RESTING else int(run.stop)

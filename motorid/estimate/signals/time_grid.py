@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import VOLTAGE, Capture
 from motorid.errors import DataError
+from motorid.estimate.signals import jumps_in_means
 from motorid.program import Decay, StepKind
 
 Floats = NDArray[np.float64]
@@ -134,12 +135,16 @@ def lay(capture: Capture) -> Timeline:
 
 
 def _told_throughout(capture: Capture) -> bool:
-    """Every reading of the voltage is its mean since the one before: no finer grid tells more."""
+    """Every reading of the voltage is its mean since the one before, and none says that it jumped
+    in that time: no finer grid tells more.
+    """
     channel = capture.get(VOLTAGE)
     if channel is None or not np.isfinite(channel.values).all():
         return False
     off = (abs(channel.window_s - capture.period_s), channel.delay_s)
-    return max(off) <= IRREGULAR * capture.period_s
+    if max(off) > IRREGULAR * capture.period_s:
+        return False
+    return not len(jumps_in_means.within(channel.values))
 
 
 def _of_log(capture: Capture, jitter: float) -> Timeline:

@@ -54,18 +54,26 @@ class Profile:
         return math.sqrt(max(found.objective - self.solution.objective, 0.0))
 
     def end(self, first: float, wanted: float, least: float = 0.0) -> float:
-        """Where the root of the fall is ``wanted``, from ``first`` on; no less than ``least``."""
+        """Where the root of the fall is ``wanted``, from ``first`` on; no less than ``least``.
+
+        It may rise at once, where another parameter comes to its bound: what is known of either
+        side brackets it, and the far side of the bracket is the end where no fit comes near.
+        """
         value, farthest = first, FARTHEST * (first - self.best)
+        inside, beyond = self.best, None
         for _ in range(STEPS):
             value = max(value, least)
             fallen = self.root(value)
             if value == least and fallen < wanted:
                 return least
             if abs(fallen - wanted) < NEAR * wanted:
-                break
+                return value
+            inside, beyond = (value, beyond) if fallen < wanted else (inside, value)
             reach = (value - self.best) * wanted / max(fallen, 0.05 * wanted)
             value = self.best + math.copysign(min(abs(reach), abs(farthest)), reach)
-        return max(value, least)
+            if beyond is not None and not min(inside, beyond) < value < max(inside, beyond):
+                value = (inside + beyond) / 2.0
+        return max(value if beyond is None else beyond, least)
 
 
 def intervals(

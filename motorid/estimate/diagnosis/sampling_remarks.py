@@ -1,0 +1,54 @@
+"""Where a log is sampled too slowly for what it should show, and where its clocks disagree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import Diagnostic
+from motorid.estimate.uncertainty.intervals import Findings
+from motorid.motor.parameters import mechanical_time_constant
+
+FEW = 4.0  # readings in a mechanical time constant, fewer of which show its course poorly
+BEYOND = 4.0  # standard deviations of what was expected of a delay
+
+
+def of_logs(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic]:
+    """Of records without a program."""
+    logs = [record for record in records if record.sensed.waveform is not None]
+    return [*_few(found, logs), *_late(found, records)] if logs else []
+
+
+def _few(found: Findings, logs: Sequence[MotorRecord]) -> Iterator[Diagnostic]:
+    motor = found.motor()
+    if not (motor.J > 0.0 and motor.K > 0.0):
+        return
+    rise_s = mechanical_time_constant(motor)
+    period_s = min(record.capture.period_s for record in logs)
+    if rise_s < FEW * period_s:
+        yield Diagnostic(
+            "few_samples", "warning",
+            f"the motor follows its voltage within {1e3 * rise_s:.3g} ms, which is "
+            f"{rise_s / period_s:.2g} samples: so few readings hardly show how it does, and J, L "
+            "and the moments of the steps share what they show. Sample every "
+            f"{1e3 * rise_s / 10.0:.2g} ms",
+        )  # fmt: skip
+
+
+def _late(found: Findings, records: Sequence[MotorRecord]) -> Iterator[Diagnostic]:
+    """Delays that the data put far beyond what is declared of them, or usual."""
+    for k, (record, own) in enumerate(zip(records, found.solution.own, strict=True)):
+        where = f" in run {k + 1}" if len(records) > 1 else ""
+        for one, unknown, size in zip(record.instances, record.unknowns, own, strict=True):
+            off = float(size) - unknown.prior_mean
+            if one.quantity.unit != "s" or abs(off) <= BEYOND * unknown.prior_sd:
+                continue
+            period_s = record.capture.period_s
+            yield Diagnostic(
+                "delay_beyond_prior", "warning",
+                f"the fit takes {one.quantity.name}{where} to be {1e3 * float(size):.3g} ms "
+                f"({abs(float(size)) / period_s:.0f} samples), far beyond the "
+                f"{1e3 * unknown.prior_sd:.2g} ms that were expected of it: the channels were "
+                "stamped by different clocks, or the column is not what it is mapped to. Declare "
+                "the delay (--delay), or check the column",
+            )  # fmt: skip

@@ -1,0 +1,60 @@
+"""A voltage that cannot be the motor's is named; one that is, is not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.foreign.cases import chirp, closed_loop, prbs, ramp, steps, trace
+from bench.foreign.plant import Drive
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
+from motorid.estimate.diagnosis.foreign_voltage import remarks
+
+NOISE = {VOLTAGE: 0.01, CURRENT: 5e-3, SPEED: 0.1}
+
+
+def log(drive: Callable[[], Drive], late: int = 0) -> Capture:
+    true, rng = trace(drive, 0.0, 0.0), np.random.default_rng(4)
+    stamps = np.arange(0.005, 1.95, 1e-3)
+    volts = true.at(true.volts, stamps - 1e-3 * late)
+    series = {VOLTAGE: volts, CURRENT: true.at(true.current, stamps),
+              SPEED: true.at(true.speed, stamps)}  # fmt: skip
+    channels = {
+        name: Channel(name, unit, y + NOISE[name] * rng.standard_normal(len(y)))
+        for (name, y), unit in zip(series.items(), ("V", "A", "rad/s"), strict=True)
+    }
+    return Capture(np.rint(stamps * 1e6).astype(np.int64), 1e6, channels)
+
+
+def with_volts(capture: Capture, volts: np.ndarray) -> Capture:
+    channel = replace(capture.channels[VOLTAGE], raw=volts)
+    return replace(capture, channels={**capture.channels, VOLTAGE: channel})
+
+
+@pytest.mark.parametrize("drive", [steps, prbs, ramp, chirp, closed_loop])
+def test_a_motors_own_voltage_is_not_accused(drive: Callable[[], Drive]) -> None:
+    assert remarks([log(drive)]) == []
+
+
+@pytest.mark.parametrize("late", [-20, 10, 50])
+def test_a_voltage_that_lags_is_not_accused(late: int) -> None:
+    assert remarks([log(steps, late)]) == []
+
+
+@pytest.mark.parametrize("drive", [prbs, ramp, closed_loop])
+def test_a_supply_is_named(drive: Callable[[], Drive]) -> None:
+    capture = log(drive)
+    supply = 12.0 + 0.02 * np.random.default_rng(5).standard_normal(len(capture))
+    (said,) = remarks([with_volts(capture, supply)])
+    assert "as a supply does" in said.message
+    assert said.moves["K"] == np.inf
+
+
+def test_another_column_is_named() -> None:
+    capture = log(ramp)
+    other = 6.0 * np.sin(40.0 * capture.time_s)
+    (said,) = remarks([with_volts(capture, other)])
+    assert "which column is mapped" in said.message
