@@ -22,6 +22,7 @@ from motorid.estimate.diagnosis.faults import (
     model_alternatives,
     repeated_readings,
     saturation,
+    unstated_channels,
 )
 from motorid.estimate.diagnosis.refit import Refit, refit
 from motorid.estimate.diagnosis.score_test import Screen
@@ -49,7 +50,15 @@ NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
 SHARE = 0.3  # and this share of all that there is to explain
 ODD = 2.0  # excess of one run over that of any other, which makes it the one to look at
 VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
-HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: others are sought too
+HARMLESS = {
+    "current_offset",
+    "supply_limited",
+    *(
+        f"{channel}_{kind}"
+        for channel in unstated_channels.WORDS.values()
+        for kind in ("lag", "filtered")
+    ),
+}  # a fit may allow for them: others are sought too
 HARM = 0.002  # relative shift of a parameter that makes a fault worth naming
 
 
@@ -77,7 +86,7 @@ class Trial:
 
 def suspects(records: Sequence[MotorRecord], solution: Solution) -> tuple[Suspect, ...]:
     """What in the measuring chain spoils these captures, the surest first; empty: nothing seen."""
-    found = direct(records)
+    found = direct(records) + unstated_channels.suspects(records, solution)
     if not spoiling(found):
         some, alone, where = _odd_one_out(records, solution)
         found += [

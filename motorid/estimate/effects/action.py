@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -33,6 +33,7 @@ class Setup:
     filter_s: dict[str, float] = field(default_factory=dict)
     motor: dict[str, float] = field(default_factory=dict)
     log_late_s: float = 0.0
+    log_filter_s: float = 0.0
     log_jumps: dict[int, float] = field(default_factory=dict)
     source_gain: float = 1.0
     clock: float = 1.0
@@ -50,6 +51,18 @@ class Setup:
     def early(self, jumps: int) -> list[float]:
         """How early every one of so many jumps of a log came, (jumps,)."""
         return [self.log_jumps.get(k, 0.0) for k in range(jumps)]
+
+    def all_later(self, by_s: float, blocks: Iterable[str]) -> None:
+        """Everything that a log shows comes later after what drove the motor: the same run."""
+        self.log_late_s -= by_s
+        for block in blocks:
+            self.late_s[block] = self.late_s.get(block, 0.0) + by_s
+
+    def all_smoother(self, by_s: float, blocks: Iterable[str]) -> None:
+        """Everything of a log passed one more low-pass: the same, of a motor nearly linear."""
+        self.log_filter_s += by_s
+        for block in blocks:
+            self.filter_s[block] = self.filter_s.get(block, 0.0) + by_s
 
     @property
     def rebuilt(self) -> bool:
@@ -168,6 +181,13 @@ class LogTime(Simulated):
 
     def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
         setup.log_late_s += size
+
+
+class LogFilter(Simulated):
+    """A log's voltage passed a low-pass with a longer time constant (s)."""
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        setup.log_filter_s += size
 
 
 class LogJump(Simulated):

@@ -44,14 +44,21 @@ from motorid.estimate.effects.timing.motion_delay import MOTION_DELAY
 from motorid.estimate.effects.timing.voltage_delay import VOLTAGE_DELAY
 from motorid.estimate.effects.timing.voltage_jump import VOLTAGE_JUMP
 from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
+from motorid.estimate.effects.unstated.current_lag import CURRENT_LAG
+from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
+from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
+from motorid.estimate.effects.unstated.voltage_smoothing import VOLTAGE_SMOOTHING
 
+UNSTATED = (CURRENT_LAG, CURRENT_SMOOTHING, SPEED_SMOOTHING, VOLTAGE_SMOOTHING)
+"""Of a log's channels, where nobody says anything of them."""
+WITHOUT_WORD = (VOLTAGE_LATE, *UNSTATED)
 CAPTURED = (
     # unknowns of every fit, as far as they apply
     CURRENT_OFFSET,
     POSITION_ORIGIN,
     VOLTAGE_OFFSET,
-    VOLTAGE_LATE,
     VOLTAGE_JUMP,
+    VOLTAGE_LATE,
     BRUSH_DROP,
     BRUSH_BEND,
     WINDING_WARMING,
@@ -78,6 +85,7 @@ CAPTURED = (
 """What a capture of a driven motor has by itself."""
 ADDED = (
     # looked for where residuals ask for them
+    *UNSTATED,
     SPEED_FILTER,
     QUADRATIC_FRICTION,
     # of wider models

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import POSITION, SPEED
 from motorid.estimate.effects.influence_quantity import Prior, Subject
-from motorid.estimate.signals.measurements import Measured, filter_of
+from motorid.estimate.signals.measurements import Measured, filter_of, second_order
 
 Floats = NDArray[np.float64]
 
@@ -79,8 +79,10 @@ def least_delay_s(measured: Measured | None) -> float:
     """
     if measured is None:
         return 0.0
-    channel = measured.channel
-    return min(filter_of(channel, measured.block.name) - channel.delay_s, 0.0)
+    channel, name = measured.channel, measured.block.name
+    second = second_order(channel, name)
+    taken_s = channel.filter_delay_s if second else filter_of(channel, name)
+    return min(taken_s - channel.delay_s, 0.0)
 
 
 def top_volts(subject: Subject) -> float:

@@ -11,6 +11,7 @@ from motorid.capture.model import Capture
 from motorid.estimate.effects import scales
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit import (
+    log_fit,
     sign_check,
     start_values,
     start_values_without_motion,
@@ -22,7 +23,6 @@ from motorid.estimate.fit.multistart import leaves_misfit, settled, whitened
 from motorid.estimate.fit.parameter_bounds import held_values, merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
-from motorid.estimate.signals.intersample_voltage import SHAPES, Rival
 from motorid.estimate.solver.problem import Solution
 
 SHARED = (0.2, 0.8)  # of the friction at the highest speed, that is Coulomb's
@@ -43,9 +43,9 @@ def solved(
     start, doubt = _begun(records, fixed)
     solution = settled(records, free, start)
     if any(record.sensed.waveform for record in records):
-        records, solution = _best_shaped(records, solution, free, start, fixed)
+        records, solution = log_fit.best(records, solution, free, start, fixed)
         solution = _with_other_friction(records, solution, free, start)
-    if doubt is not None:
+    if doubt is not None and leaves_misfit(solution, records):
         records, solution = _doubted(records, solution, free, start, fixed, doubt)
     solution = whitened(records, free, merged(start, solution), solution)
     known = merged(start, solution)
@@ -110,30 +110,4 @@ def _doubted(
             best = others, other
     if leaves_misfit(best[1], best[0]):
         raise doubt.refusal()
-    return best
-
-
-def _best_shaped(
-    records: list[MotorRecord],
-    solution: Solution,
-    free: Sequence[str],
-    start: Mapping[str, float],
-    fixed: Mapping[str, float],
-) -> tuple[list[MotorRecord], Solution]:
-    """Of the shapes that a log's voltage may have had between readings, the most likely.
-
-    A voltage that jumps makes bad ground for a search, so each begins where the smoothest ended.
-    """
-    near = merged(start, solution)
-    found = [(records, solution)]
-    for shape in SHAPES[1:]:
-        others = [MotorRecord(record.capture, free, fixed, shape) for record in records]
-        found.append((others, settled(others, free, near)))
-    records, solution = best = min(found, key=lambda one: one[1].objective)
-    for record in records:
-        record.rivals = tuple(
-            Rival(other.values, other.objective - solution.objective)
-            for _, other in found
-            if other is not solution
-        )
     return best

@@ -11,20 +11,23 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import Capture
 from motorid.errors import DataError
+from motorid.estimate.effects import scales
 from motorid.estimate.effects.action import Reading, Setup, restretched
 from motorid.estimate.effects.brush_and_heating import Loss
 from motorid.estimate.effects.influence_quantity import Instance, Use, instances
-from motorid.estimate.effects.registry import used
+from motorid.estimate.effects.registry import WITHOUT_WORD, used
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.effects.source_noise import SourceNoise
+from motorid.estimate.effects.unstated import default
 from motorid.estimate.model.reconstructed_voltage import Course, Driving
 from motorid.estimate.model.source_mixing import Mixer
 from motorid.estimate.model.weighting import Weighed
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.discontinuous_current import divided
 from motorid.estimate.signals.intersample_voltage import JOINED, Rival, Shape
-from motorid.estimate.signals.measurements import EMF, Measured, read
+from motorid.estimate.signals.measurements import EMF, Measured, read, second_order
 from motorid.estimate.signals.pwm_bridge import ripple
+from motorid.estimate.signals.second_order_filter import SecondOrder
 from motorid.estimate.signals.standstill import with_standstill
 from motorid.estimate.signals.thevenin_source import Source
 from motorid.estimate.signals.time_grid import Timeline, lay
@@ -81,12 +84,19 @@ class MotorRecord(Weighed):
         self.untried = 0  # other starts that a search which misfits did not take, to end at all
         self.rivals: tuple[Rival, ...] = ()
         self.foretold: Foretold | None = None  # an inductance that no reading shows
+        self.found: frozenset[Instance] = frozenset()  # of quantities that nobody stated
+        self.left_open: tuple[Floats, ...] = ()  # by them, shifts of the parameters
         self.unsettled: Floats | None = None  # the last pass's change of parameters, if too large
         pwm = capture.wiring.pwm_hz
         self.pwm_period_s = 1.0 / pwm if pwm else 0.0
         self.response = self.respond(
             self.timeline.period_s, sensed.volts, self.outputs, pwm_period_s=self.pwm_period_s
         )
+        self._second_order = {
+            m.row: SecondOrder.of(m.channel, self.timeline.period_s)
+            for m in self.measured
+            if second_order(m.channel, m.block.name)
+        }
         self._late_s: Mapping[str, float] = {}  # of the response as it stands
         self._filter_s: Mapping[str, float] = {}
         self._drive_by(self.driving)
@@ -167,11 +177,40 @@ class MotorRecord(Weighed):
         pairs = zip(self.instances, self.unknowns, strict=True)
         self._take([(one, unknown) for one, unknown in pairs if one not in quantities])
 
+    def find(self, one: Instance, prior_sd: float) -> None:
+        """A quantity is there, of a size that its usual prior makes unlikely."""
+        self.found |= {one}
+        self.unknowns = tuple(
+            replace(unknown, prior_sd=prior_sd) if known == one else unknown
+            for known, unknown in zip(self.instances, self.unknowns, strict=True)
+        )
+
+    def begin_with(self, other: MotorRecord, own: Floats, whole: bool = False) -> None:
+        """Take what another record of the same readings found, to begin a search with.
+
+        ``whole``: in whole samples, by which loggers are late.
+        """
+        self.found = other.found
+        if not self.found:
+            return
+        begin = {
+            one: default.whole(self, float(size)) if whole else float(size)
+            for one, size in zip(other.instances, own, strict=True)
+            if one.quantity in WITHOUT_WORD
+        }
+        priors = dict(zip(other.instances, other.unknowns, strict=True))
+        self.unknowns = tuple(
+            replace(unknown, start=begin[one], prior_sd=priors[one].prior_sd)
+            if one in begin
+            else unknown
+            for one, unknown in zip(self.instances, self.unknowns, strict=True)
+        )
+
     def renew(self) -> None:
         """Priors follow what drives the motor; starts and bounds stay."""
         renewed = []
         for one, unknown in zip(self.instances, self.unknowns, strict=True):
-            prior = one.quantity.prior(self, one.place)
+            prior = None if one in self.found else one.quantity.prior(self, one.place)
             if prior is not None:
                 unknown = replace(unknown, prior_mean=prior.mean, prior_sd=prior.sd)
             renewed.append(unknown)
@@ -273,7 +312,27 @@ class MotorRecord(Weighed):
         for one, size in (*zip(self.instances, own.tolist(), strict=True), *more.items()):
             for action in one.quantity.acts:
                 action(setup, self, one.place, size)
+        if self.sensed.waveform is not None:
+            self._let_be_ahead(setup)
         return setup
+
+    def _let_be_ahead(self, setup: Setup) -> None:
+        """A channel of a log that is ahead of the others, or less smooth: they come later then."""
+        blocks = [m.block.name for m in self.measured]
+        ahead = max(
+            scales.least_delay_s(m) - setup.late_s.get(m.block.name, 0.0) for m in self.measured
+        )
+        if ahead > 0.0:
+            setup.all_later(ahead, blocks)
+        keener = max(
+            -setup.log_filter_s,
+            *(
+                -self.outputs[m.row].filter_s - setup.filter_s.get(m.block.name, 0.0)
+                for m in self.measured
+            ),
+        )
+        if keener > 0.0:
+            setup.all_smoother(keener, blocks)
 
     def readings(self, shared: Floats, own: Floats, more: Sizes = NOTHING) -> Floats:
         """The response (outputs, count) before offsets and gains; remembers the last few."""
@@ -292,13 +351,19 @@ class MotorRecord(Weighed):
         self.simulated += 1
         motor = self.motor(shared)
         if len(motor) == len(SIX) and not setup.motor.keys() <= set(SIX):
-            return self._extended(motor, setup)
+            return self._smoothed(self._extended(motor, setup))
         for name, more in setup.motor.items():
             motor[NAMES.index(name)] += more
         if setup.rebuilt:
-            return self._rebuilt(setup, self.respond)(motor, setup.initial)
+            return self._smoothed(self._rebuilt(setup, self.respond)(motor, setup.initial))
         self._change(setup)
-        return self.response(motor, setup.initial)
+        return self._smoothed(self.response(motor, setup.initial))
+
+    def _smoothed(self, readings: Floats) -> Floats:
+        """Behind the declared low-passes of second order."""
+        for row, smooth in self._second_order.items():
+            readings[row] = smooth(readings[row])
+        return readings
 
     def _extended(self, motor: Floats, setup: Setup) -> Floats:
         """With parameters beyond the six, by the response that knows them."""
@@ -328,10 +393,12 @@ class MotorRecord(Weighed):
     def _stamped(self, setup: Setup) -> Floats | float:
         """V (count,) by which a log's voltage changes where its stamps do."""
         waveform = self.sensed.waveform
-        if waveform is None or not (setup.log_late_s or any(setup.log_jumps.values())):
+        moved = setup.log_late_s or setup.log_filter_s or any(setup.log_jumps.values())
+        if waveform is None or not moved:
             return 0.0
         early = setup.early(len(waveform.jumps))
-        return waveform.means(self.timeline, setup.log_late_s, early) - self.sensed.volts
+        late_s, filter_s = setup.log_late_s, setup.log_filter_s
+        return waveform.means(self.timeline, late_s, early, filter_s) - self.sensed.volts
 
     def _rebuilt(self, setup: Setup, respond: Callable[..., Response]) -> Response:
         """A response of its own for a run that no other can be changed into."""

@@ -27,6 +27,7 @@ HALF_WINDOWS = (4, 8, 16, 32)  # samples
 SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
 CALM = 16  # stretches of a log, of which the calmer ones tell its noise
 CLEAR, SHARE = 8.0, 0.05  # a jump in standard deviations of a reading, and of the range
+SHORTEST = 0.1  # usual periods: two readings that lie closer tell no slope
 MISSING = 1.5  # usual periods between two readings, of which none is missing
 OFTEN, MOST_JUMPS = 0.5, 40  # share of stamps that makes a log irregular; unknowns for its jumps
 SHAPES: tuple[Shape, ...] = get_args(Shape)
@@ -37,22 +38,53 @@ class Waveform:
     """Readings (n,) in V at ``time_s`` (n,) from the first tick; ``period_s`` is the usual one.
 
     ``shape``: they are joined by straight lines, or by a spline; or each is held until the next.
+    ``filter_s``: first, and ``filter_s2`` second time constant of the declared low-pass that they
+    passed, 1/(1 + filter_s s + filter_s2 s²); s and s².
     """
 
     time_s: Floats
     volts: Floats
     shape: Shape
     period_s: float
+    filter_s: float = 0.0
+    filter_s2: float = 0.0
 
-    def means(self, timeline: Timeline, late_s: float = 0.0, early: Sequence[float] = ()) -> Floats:
-        """Means (count,) over the grid's intervals, if what was logged came ``late_s`` later.
+    def means(
+        self,
+        timeline: Timeline,
+        late_s: float = 0.0,
+        early: Sequence[float] = (),
+        filter_s: float = 0.0,
+    ) -> Floats:
+        """Means (count,) over the grid's intervals, if what was logged came ``late_s`` later, and
+        was what it is before a low-pass of the first order, ``filter_s`` longer than declared (0 or
+        more).
 
         ``early``: of every jump, the share of the time since the reading before that it came before
         its own.
         """
         edges = np.arange(-1.0, timeline.count) * timeline.period_s - late_s
+        filter_s += self.filter_s
         moved = self._with_jumps(early) if any(early) else self
-        return np.asarray(np.diff(moved._flux(edges)) / timeline.period_s)
+        straight = self.shape != "held" or self.filter_s2
+        if filter_s and not straight:
+            moved = replace(moved, volts=self._before_filter(filter_s))
+        flux = moved._flux(edges)
+        if filter_s and straight:  # v + filter_s dv/dt + filter_s2 d²v/dt²
+            inside = np.clip(edges, self.time_s[0], self.time_s[-1])
+            flux = flux + filter_s * moved._value(inside)
+            if self.filter_s2:
+                slope = np.gradient(moved._value(inside), timeline.period_s)
+                flux = flux + self.filter_s2 * slope
+        return np.asarray(np.diff(flux) / timeline.period_s)
+
+    def _before_filter(self, filter_s: float) -> Floats:
+        """V (n,) held between readings, if each shows what a low-pass made of it by then."""
+        steps = np.maximum(np.diff(self.time_s), SHORTEST * self.period_s)
+        before = self.volts.copy()
+        with np.errstate(over="ignore"):  # a time constant of next to nothing changes nothing
+            before[1:] += np.diff(self.volts) / np.expm1(steps / filter_s)
+        return before
 
     @cached_property
     def jumps(self) -> NDArray[np.intp]:
@@ -78,6 +110,15 @@ class Waveform:
         outside = at_s - inside
         beyond = np.where(outside < 0, self.volts[0], self.volts[-1])
         return np.asarray(self._integral(inside) + outside * beyond, dtype=np.float64)
+
+    @cached_property
+    def _value(self) -> Callable[[Floats], Floats]:
+        """V at times within the log, joined or curved."""
+        if self.shape == "curved":
+            from scipy.interpolate import CubicSpline
+
+            return CubicSpline(self.time_s, self.volts)  # type: ignore[no-any-return]
+        return lambda at_s: np.interp(at_s, self.time_s, self.volts)
 
     @cached_property
     def _integral(self) -> Callable[[Floats], Floats]:
@@ -119,8 +160,11 @@ def of_log(capture: Capture, channel: Channel, shape: Shape) -> Waveform | None:
     known = np.isfinite(channel.values)
     if aperture > capture.period_s / 2 or known.sum() < 2:
         return None
-    stamps = capture.time_s[known] - channel.delay_s - aperture / 2
-    return Waveform(stamps, quiet(channel.values[known]), shape, capture.period_s)
+    filter_s = min(channel.filter_delay_s, channel.delay_s)
+    stamps = capture.time_s[known] - (channel.delay_s - filter_s) - aperture / 2
+    second = channel.filter_s**2 if channel.filter_order == 2 else 0.0
+    volts = quiet(channel.values[known])
+    return Waveform(stamps, volts, shape, capture.period_s, filter_s, second)
 
 
 def held_means(capture: Capture, channel: Channel, timeline: Timeline) -> Floats:

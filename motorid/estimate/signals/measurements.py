@@ -83,7 +83,8 @@ def read(
 def _output(channel: Channel, quantity: Quantity, name: str) -> Output:
     """How the model reads for a channel, whose delay counts the filter before its converter."""
     filter_s = filter_of(channel, name)
-    after_s = channel.delay_s - filter_s
+    taken_s = channel.filter_delay_s if second_order(channel, name) else filter_s
+    after_s = max(channel.delay_s - taken_s, 0.0)
     return Output(quantity, channel.window_s, after_s, channel.pwm_phase, filter_s)
 
 
@@ -92,7 +93,14 @@ def filter_of(channel: Channel, name: str) -> float:
 
     An open bridge's voltage is taken as later by it: what the filter held before is no back-EMF.
     """
-    return 0.0 if name == EMF else min(channel.filter_s, channel.delay_s)
+    if name == EMF or channel.filter_order == 2:
+        return 0.0
+    return min(channel.filter_s, channel.delay_s)
+
+
+def second_order(channel: Channel, name: str) -> bool:
+    """The declared low-pass of a log's channel is of second order: its part of the delay too."""
+    return channel.filter_order == 2 and channel.filter_s > 0.0 and name != EMF
 
 
 def motion(capture: Capture) -> Channel | None:

@@ -26,10 +26,14 @@ Floats = NDArray[np.float64]
 
 FINDING = "finding: "  # begins the line of a fault that the fit has not allowed for
 SETTLING = "source iteration"  # of fit and source in turn, as far as it did not settle
+UNSTATED = (
+    "unstated lags and filters"  # of a log's channels, as far as the readings leave them open
+)
 REST = {  # what is left when every influence quantity has its line
     NOISE: "record longer runs with more changes of speed, or more of them",
     SPREAD: "clamp motor and sensors alike in every run, and take more runs",
     SETTLING: "drive by higher or lower levels: at these the ripple turns the current",
+    UNSTATED: "declare the delays and filters of the log's channels (--delay, --filter)",
     SCATTER: "log faster, with the moments of the voltage's steps",
 }
 

@@ -51,6 +51,7 @@ def scattered(
     hidden = {
         VOLTAGE_NOISE.name: errors_in_variables.shifts(unseen),
         SCATTER: log_scatter.shifts(solution, records),
+        budget.UNSTATED: [shift for record in records for shift in record.left_open],
         budget.SETTLING: [one for one in (records[0].unsettled,) if one is not None],
     }
     known = budget.of_priors(solution, records)

@@ -14,7 +14,9 @@ from motorid.estimate.effects.influence_quantity import (
     Subject,
     Use,
 )
+from motorid.estimate.effects.unstated import default
 
+UNSTATED = 0.01  # of the current's extent: standard, of a log whose zero nobody states
 QUIET = 10  # readings with the bridge open that tell it
 
 
@@ -25,6 +27,8 @@ def _prior(subject: Subject, _: int) -> Prior | None:
         return None
     at_rest = measured.values[~subject.driven[measured.keep]]
     sd = measured.channel.offset_uncertainty or np.inf
+    if default.unstated(subject, measured.channel, "offset"):
+        sd = UNSTATED * scales.extent(CURRENT)(subject)
     if len(at_rest) < QUIET:
         return Prior(sd) if np.isfinite(sd) else None
     return Prior(sd, start=float(np.median(at_rest)))

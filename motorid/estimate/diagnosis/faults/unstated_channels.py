@@ -1,0 +1,113 @@
+"""Channels of a log that turned out late or smoothed, of which nobody had said so.
+
+The fit has estimated by how much: these are named, and no longer move the parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
+from motorid.estimate.effects.registry import WITHOUT_WORD
+from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
+from motorid.estimate.effects.unstated import default
+from motorid.estimate.effects.unstated.current_lag import CURRENT_LAG
+from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
+from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
+from motorid.estimate.effects.unstated.voltage_smoothing import VOLTAGE_SMOOTHING
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import Suspect
+from motorid.estimate.solver.problem import Solution
+
+WORDS = {CURRENT: "current", POSITION: "position", SPEED: "speed", VOLTAGE: "voltage"}
+SURE = 3.0  # standard uncertainties beyond which a size is no chance
+WORTH_SAYING = 0.4  # samples
+SMOOTHING = {
+    CURRENT: CURRENT_SMOOTHING.name,
+    SPEED: SPEED_SMOOTHING.name,
+    VOLTAGE: VOLTAGE_SMOOTHING.name,
+}
+
+
+@dataclass(frozen=True)
+class Size:
+    """Of a channel's lag or time constant against the other channels', s."""
+
+    channel: str
+    seconds: float
+    uncertainty_s: float
+
+    def worth_saying(self, period_s: float) -> bool:
+        """It is there, and as long as samples are apart."""
+        least = max(SURE * self.uncertainty_s, WORTH_SAYING * period_s)
+        return self.seconds > least
+
+
+def suspects(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect]:
+    """Every channel that is late or smoothed, each once, of the record where it is most."""
+    found: dict[tuple[str, str], tuple[Size, float]] = {}
+    for record, own, covariance in zip(records, solution.own, solution.own_covariance, strict=True):
+        if not record.found:
+            continue
+        period = default.period_s(record)
+        deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        sizes = {
+            one.quantity.name: (float(size), float(sd))
+            for one, size, sd in zip(record.instances, own, deviations, strict=True)
+            if one.quantity in WITHOUT_WORD
+        }
+        for kind, each in (("lag", lags(record, sizes)), ("filtered", smoothings(record, sizes))):
+            for size in each:
+                last = found.get((kind, size.channel))
+                if size.worth_saying(period) and (last is None or size.seconds > last[0].seconds):
+                    found[kind, size.channel] = size, period
+    return [_said(kind, size, period) for (kind, _), (size, period) in found.items()]
+
+
+def lags(record: MotorRecord, sizes: Mapping[str, tuple[float, float]]) -> Iterator[Size]:
+    """Of the channels that come later than most do: one moment is the same for all of them."""
+    late, current = (sizes.get(q.name, (0.0, 0.0)) for q in (VOLTAGE_LATE, CURRENT_LAG))
+    known = {VOLTAGE: (-late[0], late[1]), CURRENT: current, _motion(record): (0.0, 0.0)}
+    if record.block(CURRENT) is None:
+        del known[CURRENT]
+    usual = (
+        float(np.median([size for size, _ in known.values()]))
+        if len(known) > 2
+        else min(size for size, _ in known.values())
+    )
+    doubt = max(sd for _, sd in known.values())
+    for channel, (size, _) in known.items():
+        yield Size(channel, size - usual, doubt)
+
+
+def smoothings(record: MotorRecord, sizes: Mapping[str, tuple[float, float]]) -> Iterator[Size]:
+    """Of the channels that are smoother than the least smooth one."""
+    known = {c: sizes[name] for c, name in SMOOTHING.items() if name in sizes}
+    least = min((size for size, _ in known.values()), default=0.0)
+    for channel, (size, sd) in known.items():
+        yield Size(channel, size - min(least, 0.0), sd)
+
+
+def _motion(record: MotorRecord) -> str:
+    return POSITION if record.block(POSITION) is not None else SPEED
+
+
+def _said(kind: str, size: Size, period_s: float) -> Suspect:
+    what = WORDS[size.channel]
+    long = f"{1e3 * size.seconds:.3g} ms ({size.seconds / period_s:.2g} samples of the log)"
+    if kind == "lag":
+        return Suspect(
+            f"{what}_lag", what,
+            f"the {what} comes {long} later than the other channels; the fit allows for it",
+            f"stamp all channels alike, or declare it: --delay {what}={size.seconds:.3g}",
+            "named",
+        )  # fmt: skip
+    return Suspect(
+        f"{what}_filtered", what,
+        f"the {what} reads as behind a low-pass of {long}; the fit allows for it",
+        f"take the filter out, or declare it: --filter {what}={1e3 * size.seconds:.3g}ms",
+        "named",
+    )  # fmt: skip

@@ -1,0 +1,1 @@
+"""What nobody states of a log's channels: it has a stated default, not nothing."""

@@ -1,0 +1,165 @@
+"""The fit of logs, of which nobody says what their voltage did between readings, nor whether a
+channel is late or smoothed.
+
+First every shape of the voltage is tried with all channels taken as stamped. Most logs need no
+more. Where the readings ask for it, lags and low-passes become unknowns of the likeliest shape. One
+that is there may be of any size: its prior is widened to what was found, and all shapes are tried
+again. A smoothed channel is much like an inductance: other inductances are tried then as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.effects.influence_quantity import Instance
+from motorid.estimate.effects.registry import UNSTATED, WITHOUT_WORD
+from motorid.estimate.effects.unstated import default
+from motorid.estimate.fit.alternating_fit import vanished
+from motorid.estimate.fit.multistart import settled
+from motorid.estimate.fit.parameter_bounds import merged
+from motorid.estimate.fit.unstated_channels import told
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.signals.intersample_voltage import SHAPES, Rival, Shape
+from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.covariance import covariance_of
+
+Floats = NDArray[np.float64]
+Fit = tuple[list[MotorRecord], Solution]
+
+BEYOND = 2.0  # standard deviations of what is usual, that make a quantity found
+ROUNDS = 4  # in which more are found
+RISES = (1.0, 4.0)  # L/R in samples of a log, to begin with as well
+BETTER = 1.0  # of chi-square, by which another start is worth taking
+
+
+def best(
+    first: list[MotorRecord],
+    solution: Solution,
+    free: Sequence[str],
+    start: Mapping[str, float],
+    fixed: Mapping[str, float],
+) -> Fit:
+    """The likeliest answer; ``first``: records of the smoothest shape, with their ``solution``."""
+    captures = [record.capture for record in first]
+
+    def fresh(shape: Shape) -> list[MotorRecord]:
+        return [MotorRecord(capture, free, fixed, shape) for capture in captures]
+
+    plain = _likeliest(_of_every_shape(first, solution, free, start, fresh))
+    heard = told(*plain)
+    for record, one in zip(plain[0], heard, strict=True):
+        record.left_open = (*one.shifts, one.step)
+    if not any(one.asked_for for one in heard) and not vanished(plain[1], plain[0]):
+        return plain
+    known = merged(start, plain[1])
+    records = _like(plain, fresh(plain[0][0].shape))
+    solution = _widened(records, free, known, settled(records, free, known))
+    found = [(records, solution)]
+    if any(record.found for record in records) or vanished(solution, records):
+        found = _begun_elsewhere((records, solution), free, known, fresh)
+    wider = _likeliest(found)
+    gain = plain[1].objective - wider[1].objective
+    if gain > sum(one.needed for one in heard):
+        return wider
+    for record in plain[0]:
+        record.left_open = ()
+    plain[0][0].left_open = _less_known(plain[1], solution)  # larger steps are not worth it
+    return plain
+
+
+def _less_known(narrow: Solution, wide: Solution) -> tuple[Floats, ...]:
+    """Shifts (p,) of the parameters by which a solution with more unknowns leaves them open."""
+    more = covariance_of(wide.information) - covariance_of(narrow.information)
+    sizes, ways = np.linalg.eigh(more)
+    pairs = zip(sizes, ways.T, strict=True)
+    return tuple(way * np.sqrt(size) for size, way in pairs if size > 0)
+
+
+def _of_every_shape(
+    first: list[MotorRecord],
+    solution: Solution,
+    free: Sequence[str],
+    start: Mapping[str, float],
+    fresh: Callable[[Shape], list[MotorRecord]],
+) -> list[Fit]:
+    """A voltage that jumps makes bad ground for a search: each begins where the smoothest ended."""
+    near = merged(start, solution)
+    found = [(first, solution)]
+    for shape in SHAPES[1:]:
+        records = fresh(shape)
+        found.append((records, settled(records, free, near)))
+    return found
+
+
+def _likeliest(found: Sequence[Fit]) -> Fit:
+    """And the others are its rivals."""
+    records, solution = min(found, key=lambda one: one[1].objective)
+    for record in records:
+        record.rivals = tuple(
+            Rival(other.values, other.objective - solution.objective)
+            for _, other in found
+            if other is not solution
+        )
+    return records, solution
+
+
+def _begun_elsewhere(
+    before: Fit,
+    free: Sequence[str],
+    known: Mapping[str, float],
+    fresh: Callable[[Shape], list[MotorRecord]],
+) -> list[Fit]:
+    """The same with unknown lags and low-passes from other inductances, then of other shapes."""
+    found = [before]
+    period_s = max(default.period_s(record) for record in before[0])
+    near = merged(known, before[1])
+    rises = RISES if "L" in free else ()
+    for rise in rises:
+        records = _like(before, fresh(before[0][0].shape))
+        other = {**near, "L": rise * period_s * near["R"]}
+        found.append((records, _widened(records, free, other, settled(records, free, other))))
+    best = min(found, key=lambda one: one[1].objective - (BETTER if one is before else 0.0))
+    near = merged(known, best[1])
+    for shape in SHAPES:
+        for whole in (False, True):
+            if shape == best[0][0].shape and not whole:
+                continue
+            records = _like(best, fresh(shape), whole)
+            found.append((records, _widened(records, free, near, settled(records, free, near))))
+    return found
+
+
+def _like(before: Fit, records: list[MotorRecord], whole: bool = False) -> list[MotorRecord]:
+    """Records that begin with what others found; ``whole``: in whole samples."""
+    for record, other, own in zip(records, before[0], before[1].own, strict=True):
+        record.estimate(*(Instance(quantity) for quantity in UNSTATED))
+        record.begin_with(other, own, whole)
+    return records
+
+
+def _widened(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    solution: Solution,
+) -> Solution:
+    """With what was found given its size as its prior's deviation."""
+    for _ in range(ROUNDS):
+        if not _find(records, solution):
+            break
+        solution = settled(records, free, merged(start, solution))
+    return solution
+
+
+def _find(records: Sequence[MotorRecord], solution: Solution) -> bool:
+    """Whether some quantity is farther off than is usual."""
+    more = False
+    for record, own in zip(records, solution.own, strict=True):
+        for one, unknown, size in zip(record.instances, record.unknowns, own, strict=True):
+            if one.quantity in WITHOUT_WORD and abs(size) > BEYOND * unknown.prior_sd:
+                record.find(one, abs(float(size)))
+                more = True
+    return more

@@ -1,0 +1,36 @@
+"""A declared low-pass of second order, as it acts on a series that goes straight between ticks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import Channel
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SecondOrder:
+    """1/(1 + 2 d s t + s² t²) sampled every ``period_s``: coefficients (3,) of both sums."""
+
+    numerator: Floats
+    denominator: Floats
+
+    @classmethod
+    def of(cls, channel: Channel, period_s: float) -> SecondOrder:
+        """Of a channel; exact for what goes straight from tick to tick."""
+        from scipy.signal import cont2discrete
+
+        t, d = channel.filter_s, channel.filter_damping
+        whole = ([1.0], [t * t, 2.0 * d * t, 1.0])
+        above, below, _ = cont2discrete(whole, period_s, method="foh")
+        return cls(np.ravel(above), np.ravel(below))
+
+    def __call__(self, series: Floats) -> Floats:
+        """(n,) behind the filter, which has stood at the first value before."""
+        from scipy.signal import lfilter
+
+        return np.asarray(lfilter(self.numerator, self.denominator, series - series[0]) + series[0])
