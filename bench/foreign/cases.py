@@ -154,7 +154,7 @@ CASES = (
     Case("closed loop", closed_loop),
     Case("stamps off by up to a fifth of a period", steps, stamps=jittered(0.2)),
     Case("stamps off by up to 0.9 periods", prbs, stamps=jittered(0.9),
-         options={"drop_bad": True}),
+         options={"drop_bad": True, "offset_uncertainty": {"current": 1e-6}}),
     Case("stamps at random, as of a busy PC", steps, stamps=at_random),
     Case("a logger that slows down", steps, stamps=two_rates),
     Case("drop-outs, single and of 30 samples", prbs, stamps=drop_outs),

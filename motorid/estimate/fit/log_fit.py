@@ -10,6 +10,7 @@ again. A smoothed channel is much like an inductance: other inductances are trie
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.fit.unstated_channels import told
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.intersample_voltage import SHAPES, Rival, Shape
-from motorid.estimate.solver.problem import Solution
+from motorid.estimate.solver.problem import Solution, Unknown
 from motorid.estimate.uncertainty.covariance import covariance_of
 
 Floats = NDArray[np.float64]
@@ -31,7 +32,7 @@ Fit = tuple[list[MotorRecord], Solution]
 
 BEYOND = 2.0  # standard deviations of what is usual, that make a quantity found
 ROUNDS = 4  # in which more are found
-RISES = (1.0, 4.0)  # L/R in samples of a log, to begin with as well
+RISES = (0.4, 1.0, 4.0)  # L/R in samples of a log, to begin with as well
 BETTER = 1.0  # of chi-square, by which another start is worth taking
 
 
@@ -136,8 +137,22 @@ def _like(before: Fit, records: list[MotorRecord], whole: bool = False) -> list[
     """Records that begin with what others found; ``whole``: in whole samples."""
     for record, other, own in zip(records, before[0], before[1].own, strict=True):
         record.estimate(*(Instance(quantity) for quantity in UNSTATED))
-        record.begin_with(other, own, whole)
+        record.find(_sizes_of(other, own, record, whole))
     return records
+
+
+def _sizes_of(
+    other: MotorRecord, own: Floats, record: MotorRecord, whole: bool
+) -> dict[Instance, Unknown]:
+    """What another record of the same readings found, to begin a search with; none: nothing."""
+    if not other.found:
+        return {}
+    known = zip(other.instances, other.unknowns, own.tolist(), strict=True)
+    return {
+        one: replace(unknown, start=default.whole(record, size) if whole else size)
+        for one, unknown, size in known
+        if one.quantity in WITHOUT_WORD
+    }
 
 
 def _widened(
@@ -158,8 +173,12 @@ def _find(records: Sequence[MotorRecord], solution: Solution) -> bool:
     """Whether some quantity is farther off than is usual."""
     more = False
     for record, own in zip(records, solution.own, strict=True):
-        for one, unknown, size in zip(record.instances, record.unknowns, own, strict=True):
-            if one.quantity in WITHOUT_WORD and abs(size) > BEYOND * unknown.prior_sd:
-                record.find(one, abs(float(size)))
-                more = True
+        known = zip(record.instances, record.unknowns, own.tolist(), strict=True)
+        found = {
+            one: replace(unknown, start=size, prior_sd=abs(size))
+            for one, unknown, size in known
+            if one.quantity in WITHOUT_WORD and abs(size) > BEYOND * unknown.prior_sd
+        }
+        record.find(found)
+        more = more or bool(found)
     return more

@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import Capture
 from motorid.errors import DataError
-from motorid.estimate.effects import scales
 from motorid.estimate.effects.action import Reading, Setup, restretched
 from motorid.estimate.effects.brush_and_heating import Loss
 from motorid.estimate.effects.influence_quantity import Instance, Use, instances
-from motorid.estimate.effects.registry import WITHOUT_WORD, used
+from motorid.estimate.effects.registry import used
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.effects.source_noise import SourceNoise
-from motorid.estimate.effects.unstated import default
+from motorid.estimate.effects.unstated import ahead
 from motorid.estimate.model.reconstructed_voltage import Course, Driving
 from motorid.estimate.model.source_mixing import Mixer
 from motorid.estimate.model.weighting import Weighed
@@ -177,34 +176,11 @@ class MotorRecord(Weighed):
         pairs = zip(self.instances, self.unknowns, strict=True)
         self._take([(one, unknown) for one, unknown in pairs if one not in quantities])
 
-    def find(self, one: Instance, prior_sd: float) -> None:
-        """A quantity is there, of a size that its usual prior makes unlikely."""
-        self.found |= {one}
-        self.unknowns = tuple(
-            replace(unknown, prior_sd=prior_sd) if known == one else unknown
-            for known, unknown in zip(self.instances, self.unknowns, strict=True)
-        )
-
-    def begin_with(self, other: MotorRecord, own: Floats, whole: bool = False) -> None:
-        """Take what another record of the same readings found, to begin a search with.
-
-        ``whole``: in whole samples, by which loggers are late.
-        """
-        self.found = other.found
-        if not self.found:
-            return
-        begin = {
-            one: default.whole(self, float(size)) if whole else float(size)
-            for one, size in zip(other.instances, own, strict=True)
-            if one.quantity in WITHOUT_WORD
-        }
-        priors = dict(zip(other.instances, other.unknowns, strict=True))
-        self.unknowns = tuple(
-            replace(unknown, start=begin[one], prior_sd=priors[one].prior_sd)
-            if one in begin
-            else unknown
-            for one, unknown in zip(self.instances, self.unknowns, strict=True)
-        )
+    def find(self, found: Mapping[Instance, Unknown]) -> None:
+        """These are there, of sizes that their usual priors make unlikely: known so from now on."""
+        self.found |= found.keys()
+        pairs = zip(self.instances, self.unknowns, strict=True)
+        self.unknowns = tuple(found.get(one, unknown) for one, unknown in pairs)
 
     def renew(self) -> None:
         """Priors follow what drives the motor; starts and bounds stay."""
@@ -313,26 +289,8 @@ class MotorRecord(Weighed):
             for action in one.quantity.acts:
                 action(setup, self, one.place, size)
         if self.sensed.waveform is not None:
-            self._let_be_ahead(setup)
+            ahead.let_be(setup, self.measured)
         return setup
-
-    def _let_be_ahead(self, setup: Setup) -> None:
-        """A channel of a log that is ahead of the others, or less smooth: they come later then."""
-        blocks = [m.block.name for m in self.measured]
-        ahead = max(
-            scales.least_delay_s(m) - setup.late_s.get(m.block.name, 0.0) for m in self.measured
-        )
-        if ahead > 0.0:
-            setup.all_later(ahead, blocks)
-        keener = max(
-            -setup.log_filter_s,
-            *(
-                -self.outputs[m.row].filter_s - setup.filter_s.get(m.block.name, 0.0)
-                for m in self.measured
-            ),
-        )
-        if keener > 0.0:
-            setup.all_smoother(keener, blocks)
 
     def readings(self, shared: Floats, own: Floats, more: Sizes = NOTHING) -> Floats:
         """The response (outputs, count) before offsets and gains; remembers the last few."""

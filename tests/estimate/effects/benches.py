@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel, Wiring
+from motorid.capture.model import CURRENT, FACTS, POSITION, SPEED, VOLTAGE, Capture, Channel, Wiring
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance
 from motorid.estimate.model.capture_model import Floats, MotorRecord
 from motorid.estimate.model.tangent import tangent
@@ -120,6 +120,13 @@ def moving() -> Capture:
     return replace(capture, ticks=capture.ticks[first:], channels=channels)
 
 
+def unstated() -> Capture:
+    """A log of whose channels nobody says anything."""
+    capture = moving()
+    names = {n: replace(c, undeclared=FACTS, delay_s=0.0) for n, c in capture.channels.items()}
+    return replace(capture, channels=names)
+
+
 def instants() -> Capture:
     """The current is read at a moment of the PWM period."""
     capture = measured()
@@ -129,7 +136,8 @@ def instants() -> Capture:
 
 BENCHES = {
     f.__name__: f
-    for f in (measured, diodes, commanded, noisy_source, log, held_log, filtered, moving, instants)
+    for f in (measured, diodes, commanded, noisy_source, log, held_log, filtered, moving, unstated,
+              instants)
 }  # fmt: skip
 
 

@@ -50,9 +50,9 @@ def suspects(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect
     """Every channel that is late or smoothed, each once, of the record where it is most."""
     found: dict[tuple[str, str], tuple[Size, float]] = {}
     for record, own, covariance in zip(records, solution.own, solution.own_covariance, strict=True):
-        if not record.found:
-            continue
         period = default.period_s(record)
+        if not period:
+            continue
         deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         sizes = {
             one.quantity.name: (float(size), float(sd))
