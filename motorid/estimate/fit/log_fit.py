@@ -19,7 +19,7 @@ from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.registry import UNSTATED, WITHOUT_WORD
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.alternating_fit import vanished
-from motorid.estimate.fit.multistart import settled
+from motorid.estimate.fit.multistart import MOST_TRIED, settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.fit.unstated_channels import told
 from motorid.estimate.model.capture_model import MotorRecord
@@ -113,24 +113,39 @@ def _begun_elsewhere(
     known: Mapping[str, float],
     fresh: Callable[[Shape], list[MotorRecord]],
 ) -> list[Fit]:
-    """The same with unknown lags and low-passes from other inductances, then of other shapes."""
-    found = [before]
+    """The same with unknown lags and low-passes from other inductances, then of other shapes.
+
+    What is left out, to end at all, is said.
+    """
+
+    def began(near: Fit, shape: Shape, whole: bool, start: Mapping[str, float]) -> Fit:
+        records = _like(near, fresh(shape), whole)
+        return records, _widened(records, free, start, settled(records, free, start))
+
+    found, shape = [before], before[0][0].shape
     period_s = max(default.period_s(record) for record in before[0])
     near = merged(known, before[1])
-    rises = RISES if "L" in free else ()
-    for rise in rises:
-        records = _like(before, fresh(before[0][0].shape))
-        other = {**near, "L": rise * period_s * near["R"]}
-        found.append((records, _widened(records, free, other, settled(records, free, other))))
+    for rise in RISES if "L" in free else ():
+        if _exhausted(found):
+            break
+        start = {**near, "L": rise * period_s * near["R"]}
+        found.append(began(before, shape, False, start))
     best = min(found, key=lambda one: one[1].objective - (BETTER if one is before else 0.0))
-    near = merged(known, best[1])
-    for shape in SHAPES:
-        for whole in (False, True):
-            if shape == best[0][0].shape and not whole:
-                continue
-            records = _like(best, fresh(shape), whole)
-            found.append((records, _widened(records, free, near, settled(records, free, near))))
+    near, shape = merged(known, best[1]), best[0][0].shape
+    ways = [(other, whole) for other in SHAPES for whole in (False, True)]
+    ways.remove((shape, False))
+    for k, (other, whole) in enumerate(ways):
+        if _exhausted(found):
+            for records, _ in found:
+                records[0].untried += len(ways) - k
+            break
+        found.append(began(best, other, whole, near))
     return found
+
+
+def _exhausted(found: Sequence[Fit]) -> bool:
+    """As many responses of a capture were computed as other starts are worth."""
+    return sum(max(r.simulated for r in records) for records, _ in found) > MOST_TRIED
 
 
 def _like(before: Fit, records: list[MotorRecord], whole: bool = False) -> list[MotorRecord]:

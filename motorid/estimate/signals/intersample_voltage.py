@@ -117,8 +117,9 @@ class Waveform:
         if self.shape == "curved":
             from scipy.interpolate import CubicSpline
 
-            return CubicSpline(self.time_s, self.volts)  # type: ignore[no-any-return]
-        return lambda at_s: np.interp(at_s, self.time_s, self.volts)
+            curve = CubicSpline(self.time_s, self.volts)
+            return lambda at_s: np.asarray(curve(at_s), dtype=np.float64)
+        return lambda at_s: np.asarray(np.interp(at_s, self.time_s, self.volts))
 
     @cached_property
     def _integral(self) -> Callable[[Floats], Floats]:

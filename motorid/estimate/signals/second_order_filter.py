@@ -25,8 +25,8 @@ class SecondOrder:
         from scipy.signal import cont2discrete
 
         t, d = channel.filter_s, channel.filter_damping
-        whole = ([1.0], [t * t, 2.0 * d * t, 1.0])
-        above, below, _ = cont2discrete(whole, period_s, method="foh")
+        whole = (np.array([1.0]), np.array([t * t, 2.0 * d * t, 1.0]))
+        above, below = cont2discrete(whole, period_s, method="foh")[:2]
         return cls(np.ravel(above), np.ravel(below))
 
     def __call__(self, series: Floats) -> Floats:
