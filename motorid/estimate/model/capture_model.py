@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 
@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import Capture
 from motorid.errors import DataError
-from motorid.estimate.effects.action import Reading, Setup, restretched
+from motorid.estimate.effects.action import Reading, Setup
 from motorid.estimate.effects.brush_and_heating import Loss
 from motorid.estimate.effects.influence_quantity import Instance, Use, instances
 from motorid.estimate.effects.registry import used
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.effects.source_noise import SourceNoise
 from motorid.estimate.effects.unstated import ahead
+from motorid.estimate.model.rebuilt_response import rebuilt
 from motorid.estimate.model.reconstructed_voltage import Course, Driving
 from motorid.estimate.model.source_mixing import Mixer
 from motorid.estimate.model.weighting import Weighed
@@ -205,7 +206,7 @@ class MotorRecord(Weighed):
 
     def _drive_by(self, driving: Driving) -> None:
         self.driving, given = driving, driving.excitation
-        self.volts, self.stretches, self._first = given.volts, given.stretches, given.first
+        self.volts, self.stretches, self.first = given.volts, given.stretches, given.first
         self._memory = {}
         self._kicked: Mapping[int, float] = {}
         self.response.excite(self.volts, self.stretches)
@@ -313,7 +314,7 @@ class MotorRecord(Weighed):
         for name, more in setup.motor.items():
             motor[NAMES.index(name)] += more
         if setup.rebuilt:
-            return self._smoothed(self._rebuilt(setup, self.respond)(motor, setup.initial))
+            return self._smoothed(rebuilt(self, setup, self.respond)(motor, setup.initial))
         self._change(setup)
         return self._smoothed(self.response(motor, setup.initial))
 
@@ -329,16 +330,16 @@ class MotorRecord(Weighed):
         wider[: len(motor)] = motor
         for name, more in setup.motor.items():
             wider[NAMES.index(name)] += more
-        response = self._rebuilt(setup, WideResponse)
+        response = rebuilt(self, setup, WideResponse)
         assert isinstance(response, WideResponse)
         response.plan(wider, initial)
         return response(wider, initial)
 
     def _change(self, setup: Setup) -> None:
         """Let the response that stands be of this run."""
-        self.response.shift(setup.volts + self._stamped(setup))
+        self.response.shift(setup.volts + self.stamped(setup))
         for part in self._kicked.keys() | setup.kicks.keys():
-            self.response.kick(self._first[part], setup.kicks.get(part, 0.0))
+            self.response.kick(self.first[part], setup.kicks.get(part, 0.0))
         for m in self.measured:
             late = setup.late_s.get(m.block.name, 0.0)
             if late != self._late_s.get(m.block.name, 0.0):
@@ -348,7 +349,7 @@ class MotorRecord(Weighed):
                 self.response.filter(m.row, self.outputs[m.row].filter_s + more)
         self._kicked, self._late_s, self._filter_s = setup.kicks, setup.late_s, setup.filter_s
 
-    def _stamped(self, setup: Setup) -> Floats | float:
+    def stamped(self, setup: Setup) -> Floats | float:
         """V (count,) by which a log's voltage changes where its stamps do."""
         waveform = self.sensed.waveform
         moved = setup.log_late_s or setup.log_filter_s or any(setup.log_jumps.values())
@@ -357,29 +358,6 @@ class MotorRecord(Weighed):
         early = setup.early(len(waveform.jumps))
         late_s, filter_s = setup.log_late_s, setup.log_filter_s
         return waveform.means(self.timeline, late_s, early, filter_s) - self.sensed.volts
-
-    def _rebuilt(self, setup: Setup, respond: Callable[..., Response]) -> Response:
-        """A response of its own for a run that no other can be changed into."""
-        clock, gain = setup.clock, setup.source_gain
-        outputs = [
-            replace(o, aperture_s=clock * o.aperture_s, delay_s=clock * o.delay_s)
-            for o in self.outputs
-        ]
-        for m in self.measured:
-            late = setup.late_s.get(m.block.name, 0.0)
-            as_read = outputs[m.row].delayed(late, self.pwm_period_s)
-            filter_s = as_read.filter_s + setup.filter_s.get(m.block.name, 0.0)
-            outputs[m.row] = replace(as_read, filter_s=filter_s)
-        stretches = [
-            replace(s, swing_v=gain * s.swing_v, clamp_v=gain * s.clamp_v)
-            for s in restretched(self.stretches, self.timeline.parts, setup.stretched)
-        ]
-        for part, kick in setup.kicks.items():
-            k = self._first[part]
-            stretches[k] = replace(stretches[k], kick_rad_s=kick)
-        volts = gain * (self.volts + self._stamped(setup)) + setup.volts
-        period_s = clock * self.timeline.period_s
-        return respond(period_s, volts, outputs, stretches, clock * self.pwm_period_s)
 
     def fitted(self, shared: Floats, own: Floats, more: Sizes = NOTHING) -> list[Floats]:
         """The model of every block's readings, in its own unit (motor shaft).
