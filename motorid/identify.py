@@ -42,20 +42,22 @@ def fit(
         insist(capture)
     estimate = _fit(captures, fix, without, method, search)
     said = tuple(findings(captures, estimate, lambda c: _fit(c, fix, without, method, search)))
-    said = (*_of_logs(captures), *said)
+    said = (*_of_logs(captures, estimate), *said)
     estimate = with_reference(settled(estimate, said), captures)
     return replace(estimate, diagnostics=(*estimate.diagnostics, *_unread(captures), *said))
 
 
-def _of_logs(captures: Sequence[Capture]) -> list[Diagnostic]:
+def _of_logs(captures: Sequence[Capture], estimate: Estimate) -> list[Diagnostic]:
     """A voltage that cannot be the motor's, and what was left out because a bridge was open."""
     from motorid.estimate.diagnosis import foreign_voltage
     from motorid.estimate.partial import mechanical_fit
-    from motorid.estimate.signals.log_sections import left_out
+    from motorid.estimate.signals.log_sections import left_out, unbroken
 
     if mechanical_fit.suits(captures):
         return []
-    return [*foreign_voltage.remarks(captures), *left_out(captures)]
+    fitted = sum(one["samples"] for one in estimate.inputs)
+    whole = fitted == sum(len(piece) for piece in unbroken(captures))
+    return [*foreign_voltage.remarks(captures), *([] if whole else left_out(captures))]
 
 
 def _unread(captures: Sequence[Capture]) -> Iterator[Diagnostic]:
@@ -112,7 +114,7 @@ def _fit(
     )
     if at_rest is not None:
         return at_rest
-    return entry.fit(pieces(captures), known, without, SIX if model == "linear" else model)
+    return entry.fit(captures, known, without, SIX if model == "linear" else model)
 
 
 def _insist_on_six(model: str) -> None:

@@ -11,6 +11,7 @@ from dataclasses import replace
 from motorid.capture.model import Capture
 from motorid.errors import DataError
 from motorid.estimate.assembly.assemble import report
+from motorid.estimate.diagnosis import misfit, rank
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit import alternating_fit, joint_fit, multistart
@@ -32,6 +33,7 @@ from motorid.estimate.selection.forward_selection import Trial, asks, select
 from motorid.estimate.selection.joint_start import starts
 from motorid.estimate.selection.shaft_resonance import springs
 from motorid.estimate.selection.trigger import ALLOWED, carry_loss, loss_stands_out
+from motorid.estimate.signals.log_sections import pieces, unbroken
 from motorid.estimate.solver.problem import Solution
 
 COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
@@ -51,7 +53,7 @@ def fit(
     where a term that was asked for cannot be told from these captures.
     """
     terms = () if model in (AUTO, SIX) else parse(model)
-    records, solution = joint_fit.solved(captures, fix, without)
+    captures, records, solution = _closed(captures, fix, without)
     estimate = report(captures, records, solution, fix, without)
     scaleless = estimate.parameters["K"].status.unknown
     if model == SIX or (scaleless and not terms):  # a wider model would know K even less
@@ -74,6 +76,26 @@ def fit(
     found = findings(fitted, fix, without)
     better = alternative(fitted, found, bare, solution, trials, asked=bool(terms))
     return _said(replace(estimate, alternative=better), fitted)
+
+
+def _closed(
+    captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]
+) -> tuple[list[Capture], list[MotorRecord], Solution]:
+    """Captures and their fit: logs as they are, or without the stretches in which their bridge was
+    open, where a motor that was connected throughout does not fit.
+
+    A current that comes late, or passes through zero, looks like an open bridge too.
+    """
+    whole, cut = unbroken(captures), pieces(captures)
+    if len(whole) != len(cut) or sum(map(len, whole)) != sum(map(len, cut)):
+        try:
+            records, solution = joint_fit.solved(whole, fix, without)
+        except DataError:  # neither a sign nor a start that suits: what is left may have one
+            return cut, *joint_fit.solved(cut, fix, without)
+        left = misfit.excess(records, misfit.residuals(records, solution))
+        if solution.converged and left < rank.LIKELY:
+            return whole, records, solution
+    return cut, *joint_fit.solved(cut, fix, without)
 
 
 def _is_needed(

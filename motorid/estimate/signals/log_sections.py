@@ -28,11 +28,16 @@ def pieces(captures: Sequence[Capture]) -> list[Capture]:
 
     A piece too short to tell where the motor was when it began is left out, unless all are.
     """
-    unbroken = [piece for capture in captures for piece in _cut(capture)]
-    closed = [driven(piece) for piece in unbroken]
+    whole = unbroken(captures)
+    closed = [driven(piece) for piece in whole]
     if not any(closed):
-        return unbroken
+        return whole
     return [piece for each in closed for piece in each]
+
+
+def unbroken(captures: Sequence[Capture]) -> list[Capture]:
+    """The captures, those without a program cut where they pause."""
+    return [piece for capture in captures for piece in _cut(capture)]
 
 
 def _cut(capture: Capture) -> list[Capture]:
@@ -65,11 +70,11 @@ def _between(opened: Sequence[Opening], count: int) -> list[tuple[int, int]]:
 
 def left_out(captures: Sequence[Capture]) -> list[Diagnostic]:
     """What ``pieces`` leaves out of these captures because a bridge was open."""
-    unbroken = [piece for capture in captures for piece in _cut(capture)]
-    opened = [openings(capture) for capture in unbroken]
+    whole = unbroken(captures)
+    opened = [openings(capture) for capture in whole]
     if not any(opened):
         return []
-    if not any(driven(capture) for capture in unbroken):
+    if not any(driven(capture) for capture in whole):
         return [
             Diagnostic(
                 "bridge_open", "warning",
@@ -79,9 +84,7 @@ def left_out(captures: Sequence[Capture]) -> list[Diagnostic]:
                 dict.fromkeys(PARAMETERS, np.inf),
             )
         ]  # fmt: skip
-    return [
-        _remark(capture, found) for capture, found in zip(unbroken, opened, strict=True) if found
-    ]
+    return [_remark(capture, found) for capture, found in zip(whole, opened, strict=True) if found]
 
 
 def _remark(capture: Capture, opened: Sequence[Opening]) -> Diagnostic:
