@@ -1,0 +1,86 @@
+"""How much of what each channel shows the model leaves unexplained.
+
+Chi-square says how many times the noise a residual is. A fine converter makes that large for a
+misfit that matters to nobody. Here a residual is compared with the readings themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import CURRENT, POSITION
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.signals.measurements import Measured
+from motorid.estimate.solver.dense_products import square
+from motorid.estimate.solver.problem import Solution
+
+Floats = NDArray[np.float64]
+
+CONTRADICTED = 0.25  # share beyond noise, above which no model of a motor explains a channel
+UNSEEN = {CURRENT: 0.9}  # share, noise and all, above which a channel shows nothing of the motor,
+UNSEEN_MOTION = 0.5  # and the same of a motion or a voltage
+DECLARED = 2.0  # times the declared noise: what that explains is no contradiction
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """Of one channel, all runs together: the residuals' share of its mean square.
+
+    ``share`` counts all of them, ``beyond`` what is more than the noise that neighbours show or
+    that the channel declares. ``declared``: that noise is as large as the residuals.
+    """
+
+    channel: str
+    share: float
+    beyond: float
+    declared: bool
+
+    @property
+    def contradicts(self) -> bool:
+        """No parameters of the model make the readings of this channel from the others'."""
+        if self.declared:
+            return False
+        return self.beyond > CONTRADICTED or self.share > UNSEEN.get(self.channel, UNSEEN_MOTION)
+
+
+def unexplained(records: Sequence[MotorRecord], solution: Solution) -> list[Unexplained]:
+    """Of every channel, in their order."""
+    sums: dict[str, Floats] = {}
+    for record, own in zip(records, solution.own, strict=True):
+        left = record.departures(solution.values, own)
+        for m, residual in zip(record.measured, left, strict=True):
+            name = m.block.name
+            sums[name] = sums.get(name, np.zeros(4)) + _sums(m, residual)
+    return [_of(name, *found.tolist()) for name, found in sums.items()]
+
+
+def unsupported(
+    records: Sequence[MotorRecord], solution: Solution, but: Sequence[str] = ()
+) -> Unexplained | None:
+    """The channel that the model explains least, where it explains too little for any answer.
+
+    ``but``: channels that need not show anything.
+    """
+    found = [u for u in unexplained(records, solution) if u.contradicts and u.channel not in but]
+    return max(found, key=lambda one: one.share, default=None)
+
+
+def _sums(m: Measured, residual: Floats) -> Floats:
+    """Of squares: the readings, the residuals, their noise, and what is declared of that."""
+    # a position has no zero of its own
+    shown = m.values - m.values.mean() if m.block.name == POSITION else m.values
+    count = len(residual)
+    declared = max(m.channel.noise, m.channel.resolution / np.sqrt(12.0)) ** 2 * count
+    noise = square(np.diff(residual)) / 2.0
+    return np.array([square(shown), square(residual), max(noise, declared), declared])
+
+
+def _of(name: str, whole: float, left: float, noise: float, declared: float) -> Unexplained:
+    if not whole > 0.0:
+        return Unexplained(name, 0.0, 0.0, declared=True)
+    beyond = max(left - noise, 0.0) / whole
+    return Unexplained(name, left / whole, beyond, left <= DECLARED**2 * declared)
