@@ -10,6 +10,7 @@ from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter
 from motorid.estimate.results.status import Status
 
 CODE = "not_supported"
+MANY = 10.0
 WHY = "no motor gives these readings together"
 
 
@@ -35,7 +36,7 @@ OF_VALUES = ("budget", "inseparable", "few_runs", "widened", "drop_or_resistance
 def _said(worst: Unexplained) -> Diagnostic:
     name = worst.channel.replace("_", " ")
     size = worst.share**0.5
-    times = f"{size:.3g} times the readings" if size >= 1.0 else f"{size:.0%} of the readings"
+    times = f"{size:.3g} times the readings" if size > MANY else f"{size:.0%} of the readings"
     return Diagnostic(
         CODE, "error",
         f"{WHY}: what the model leaves of the {name} is {times} (rms; at most "

@@ -5,7 +5,8 @@ derivatives, r the residuals in units of their standard deviation.
 
 - The parts of the program disagree. Part k alone would pull the parameters by C J_k' r_k. The pulls
   of all parts sum to nothing, and twice the root of the sum of their squares is the bound: a
-  jackknife. It holds for what is in some parts only, such as repeated readings.
+  jackknife, less twice the variance that noise gives it. It holds for what is in some parts only,
+  such as repeated readings.
 - A fault that shows in the residuals with a norm s hides in the parameters with some share of it:
   |Δp| <= share · sqrt(C_pp) · s. Faults put into simulated captures hid 0.1 to 0.5 of what they
   showed, so the share is a third. This serves a misfit that is large beside the readings.
@@ -32,10 +33,11 @@ from motorid.estimate.uncertainty.covariance import covariance_of
 Floats = NDArray[np.float64]
 Moves = Mapping[str, float]
 
+BY_NOISE = 2.0  # times the variance by white noise, which the pulls of a few parts may show
 TWICE = 2.0  # standard deviations of the parts' pulls
 FEWEST, PIECES = 3, 8  # parts that show a disagreement, and into how many a log is cut
 HIDDEN = 1.0 / 3.0  # of a misfit's norm, that may be in the parameters
-MATTERS = 0.02  # share of a channel's mean square, from which a misfit without a name counts
+MATTERS = 0.03  # share of a channel's mean square, from which a misfit without a name counts
 SIZED_BY_TRAVEL = {"K": 1.0, "B": 2.0, "J": 2.0, "T0": 1.0}  # powers of a wrong speed
 LACK = "lack_of_fit"
 
@@ -48,7 +50,8 @@ def disagreement(records: Sequence[MotorRecord], solution: Solution) -> dict[str
         for k in np.unique(groups):
             rows = groups == k
             pulls.append(inverse @ (line.orthogonal[rows].T @ line.residual[rows]))
-    return _named(solution, TWICE * np.sqrt((np.array(pulls) ** 2).sum(axis=0)))
+    spread = (np.array(pulls) ** 2).sum(axis=0) - BY_NOISE * np.diag(inverse)
+    return _named(solution, TWICE * np.sqrt(np.maximum(spread, 0.0)))
 
 
 def _pieces(blocks: Sequence[slice], count: int) -> NDArray[np.intp]:
