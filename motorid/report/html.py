@@ -164,7 +164,7 @@ def _findings(estimate: Estimate) -> str:
 def _entries(estimate: Estimate, first: bool) -> list[tuple[str, str, str]]:
     """Findings above the table, or the others; the gravest first."""
     order = list(SEVERITY)
-    found = [d for d in estimate.diagnostics if decisive(d) is first]
+    found = [d for d in estimate.diagnostics if decisive(estimate, d) is first]
     found.sort(key=lambda d: order.index(d.severity))
     return [(d.severity, SEVERITY[d.severity], sentence(d.message)) for d in found]
 

@@ -21,7 +21,7 @@ def as_sentences(estimate: Estimate, first: bool) -> list[str]:
     return [
         f"{sentence(s.evidence)} {sentence(s.action)}"
         for s in _of(estimate, "named")
-        if decisive(s) is first
+        if decisive(estimate, s) is first
     ]
 
 
@@ -49,7 +49,7 @@ def items_as_html(estimate: Estimate, first: bool) -> str:
         f'<li class="warning"><b>{escape(s.where.capitalize())}</b>'
         f"{escape(sentence(s.evidence))} {escape(sentence(s.action))}</li>"
         for s in _of(estimate, "named")
-        if decisive(s) is first
+        if decisive(estimate, s) is first
     )
 
 

@@ -132,7 +132,7 @@ def _findings(estimate: Estimate) -> str:
 def _ordered(estimate: Estimate, first: bool) -> list[Diagnostic]:
     """The gravest first: those above the table, or the others."""
     order = {"error": 0, "warning": 1, "info": 2}
-    found = [d for d in estimate.diagnostics if decisive(d) is first]
+    found = [d for d in estimate.diagnostics if decisive(estimate, d) is first]
     return sorted(found, key=lambda d: order[d.severity])
 
 

@@ -125,9 +125,13 @@ def _noted(parameters: Iterable[Parameter]) -> list[str]:
     return [f"{', '.join(names)}: {_stopped(note)}" for note, names in notes.items()]
 
 
-def decisive(finding: Suspect | Diagnostic) -> bool:
-    """It stands above the table: it moved a value, or there is none because of it."""
-    return bool(finding.moves) or (isinstance(finding, Diagnostic) and finding.severity == "error")
+def decisive(estimate: Estimate, finding: Suspect | Diagnostic) -> bool:
+    """It stands above the table: it made a value doubtful, or there is none because of it."""
+    if isinstance(finding, Diagnostic) and finding.severity == "error":
+        return True
+    said = finding.code.replace("_", " ")
+    every = (*estimate.parameters.values(), *estimate.combinations.values())
+    return any(p.status is Status.DOUBTFUL and said in p.note for p in every)
 
 
 def one_run(estimate: Estimate) -> str:

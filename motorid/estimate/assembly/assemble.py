@@ -77,15 +77,13 @@ def judged(
     solution: Solution,
     names: Mapping[str, str] = UNCHANGED,
     refusable: bool = True,
-    but: Sequence[str] = (),
 ) -> Estimate:
     """With the suspects, and the standing that they and the findings leave every value.
 
     ``names`` of combinations that stand in the place of parameters. ``refusable``: the solution is
-    the most likely one, so that what it leaves unexplained speaks of the data. ``but``: channels
-    that need not show anything.
+    the most likely one, so that what it leaves unexplained speaks of the data.
     """
-    worst = unsupported(records, solution, but)
+    worst = unsupported(records, solution)
     found = suspects(records, solution, estimate.parameters, tried=worst is None)
     if worst is not None and refusable:
         return refused(replace(estimate, suspects=found), worst)

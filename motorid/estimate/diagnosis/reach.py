@@ -114,7 +114,7 @@ def _with_travel(
         p = parameters.get(name)
         if p is not None and p.value:
             out[name] = max(out.get(name, 0.0), power * share * abs(p.value))
-    return out
+    return {name: move for name, move in out.items() if move > 0.0}
 
 
 def _counts(record: MotorRecord) -> float:

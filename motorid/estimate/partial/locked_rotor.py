@@ -187,7 +187,7 @@ def estimate(
         segments=(),
         options={**found.options, "fix": dict(fix), "without": list(without)},
     )
-    return judged(known, records, solution, but=(POSITION, SPEED))
+    return judged(known, records, solution)
 
 
 def _without_leaning(found: Estimate) -> Estimate:

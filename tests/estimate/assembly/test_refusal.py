@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bench.spoilt import made
-from motorid.capture.model import CURRENT, VOLTAGE, Capture
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture
 from motorid.estimate.model.unexplained import Unexplained
 from motorid.estimate.results.estimate import Estimate
 from motorid.estimate.results.status import Status
@@ -77,6 +77,12 @@ def test_what_was_given_stays() -> None:
     K = found.parameters["K"]
     assert (K.value, K.status) == (0.05, Status.FIXED)
     assert found.parameters["R"].status is Status.NOT_SUPPORTED
+
+
+def test_a_motion_that_the_model_has_not_shows_noise_alone() -> None:
+    held = Unexplained(SPEED, 1.0, 0.3, declared=False, made=1e-9)
+    assert not held.contradicts
+    assert replace(held, made=0.5).contradicts
 
 
 @pytest.mark.parametrize(
