@@ -127,7 +127,7 @@ def _figure(name: str) -> Callable[[Context], Reading]:
         if own is None or own.value is None or own.total is None or c.motor is None:
             return Reading(FIGURES[name].unit, problem="the parameters it follows from are unknown")
         if own.status is Status.DOUBTFUL:
-            return Reading(FIGURES[name].unit, problem=own.note)
+            return Reading(FIGURES[name].unit, problem=own.note.rpartition("; ")[2])
         of, volts = FIGURES[name].of, c.product.voltage_v
         value = of(c.motor, volts)
         t, w = c.product.temperature, c.warmth

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bench.spoilt import made
@@ -34,8 +35,6 @@ def test_values_that_are_not_supported_end_with_4_always() -> None:
 def test_a_refused_capture_leaves_its_report_and_a_4(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    import numpy as np
-
     spoilt = made("log-drop-outs", "voltage shuffled", "sim", np.random.default_rng(0))
     store.save(spoilt.capture, tmp_path / "run.h5")
     line = ["fit", str(tmp_path / "run.h5"), "--model", "six", "-o", str(tmp_path / "out")]

@@ -128,11 +128,12 @@ def _counts(record: MotorRecord) -> float:
 
 
 def _time(record: MotorRecord) -> float:
-    """Missing samples, as a share of all."""
+    """Samples that are seen to be missing between others, as a share of all.
+
+    A run may also be short because it ended early, which moves nothing.
+    """
     jumps = lost_samples.find(record.capture, record.timeline)
-    dropped = jumps.dropped if jumps is not None else 0
-    missing = max(dropped, lost_samples.short_of_program(record.capture))
-    return missing / max(len(record.capture), 1)
+    return jumps.dropped / max(len(record.capture), 1) if jumps is not None else 0.0
 
 
 def _nothing(record: MotorRecord) -> float:

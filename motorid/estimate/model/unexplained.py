@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.measurements import Measured
+from motorid.estimate.signals.measurements import EMF, Measured
 from motorid.estimate.solver.dense_products import square
 from motorid.estimate.solver.problem import Solution
 
@@ -30,6 +30,8 @@ DECLARED = 2.0  # times the declared noise: what that explains is no contradicti
 @dataclass(frozen=True)
 class Unexplained:
     """Of one channel, all runs together: the residuals' share of its mean square.
+
+    The back-EMF of an open bridge is compared with the voltage that drove the motor.
 
     ``share`` counts all of them, ``beyond`` what is more than twice the noise that the channel
     declares, or else than the noise that neighbours show. ``declared``: that noise is as large as
@@ -61,7 +63,7 @@ def unexplained(records: Sequence[MotorRecord], solution: Solution) -> list[Unex
         left = record.departures(solution.values, own)
         for m, residual in zip(record.measured, left, strict=True):
             name = m.block.name
-            sums[name] = sums.get(name, np.zeros(5)) + _sums(m, residual)
+            sums[name] = sums.get(name, np.zeros(5)) + _sums(record, m, residual)
     return [_of(name, *found.tolist()) for name, found in sums.items()]
 
 
@@ -71,16 +73,19 @@ def unsupported(records: Sequence[MotorRecord], solution: Solution) -> Unexplain
     return max(found, key=lambda one: one.share, default=None)
 
 
-def _sums(m: Measured, residual: Floats) -> Floats:
+def _sums(record: MotorRecord, m: Measured, residual: Floats) -> Floats:
     """Of squares: readings, residuals, their noise, what is declared of that, what is made."""
     made = m.values - residual
     shown = m.values
     if m.block.name == POSITION:  # which has no zero of its own
         shown, made = shown - shown.mean(), made - made.mean()
     count = len(residual)
+    whole = square(shown)
+    if m.block.name == EMF and record.driven.any():  # of a motor at rest there is none to explain
+        whole = max(whole, float(np.mean(record.volts[record.driven] ** 2)) * count)
     declared = max(m.channel.noise, m.channel.resolution / np.sqrt(12.0)) ** 2 * count
     noise = DECLARED**2 * declared if m.channel.noise > 0.0 else square(np.diff(residual)) / 2.0
-    return np.array([square(shown), square(residual), noise, declared, square(made)])
+    return np.array([whole, square(residual), noise, declared, square(made)])
 
 
 def _of(

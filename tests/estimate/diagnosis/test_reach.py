@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from motorid.estimate.results.estimate import Estimate
+from motorid.estimate.diagnosis import reach
+from motorid.estimate.diagnosis.suspects import suspects
+from motorid.estimate.fit.joint_fit import solved
+from motorid.estimate.results.estimate import Diagnostic, Estimate, Suspect
 from motorid.identify import fit
 from tests.estimate.diagnosis.faults import inject
 from tests.estimate.diagnosis.faults.cases import Runs
@@ -71,3 +74,19 @@ def test_a_good_folder_stays_good(runs: Runs, tmp_path: Path) -> None:
         assert p.interval_95 is not None
         assert p.value is not None
         assert p.interval_95[1] - p.interval_95[0] < 0.05 * p.value
+
+
+def test_parts_of_a_good_run_agree_and_nothing_is_hidden(runs: Runs, good: Estimate) -> None:
+    records, solution = solved([runs.good], {}, ())
+    parts, norm = reach.disagreement(records, solution), reach.hidden(records, solution)
+    for name, p in good.parameters.items():
+        assert parts[name] < 0.5 * (p.total or 0.0) + norm[name]
+    assert not [s for s in suspects(records, solution, good.parameters) if s.strength == "named"]
+
+
+def test_a_lack_that_a_named_fault_explains_moves_nothing_itself(runs: Runs) -> None:
+    records, solution = solved([runs.good], {}, ())
+    lack = Diagnostic("lack_of_fit", "warning", "it lacks something")
+    lag = Suspect("current_lag", "current", "it is late", "declare it", "named", {"R": 0.1})
+    assert reach.of_lack([lack], [lag], records, solution) == (lack,)
+    assert reach.of_lack([lack], [], records, solution) == (lack,)  # too small to matter
