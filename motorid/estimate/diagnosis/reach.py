@@ -39,7 +39,7 @@ FEWEST, PIECES = 3, 8  # parts that show a disagreement, and into how many a log
 HIDDEN = 1.0 / 3.0  # of a misfit's norm, that may be in the parameters
 MATTERS = 0.03  # share of a channel's mean square, from which a misfit without a name counts
 SIZED_BY_TRAVEL = {"K": 1.0, "B": 2.0, "J": 2.0, "T0": 1.0}  # powers of a wrong speed
-LACK = "lack_of_fit"
+LACK, STEADY = "lack_of_fit", "steady_"  # findings that show a misfit, not its cause
 
 
 def disagreement(records: Sequence[MotorRecord], solution: Solution) -> dict[str, float]:
@@ -153,8 +153,13 @@ def of_lack(
     records: Sequence[MotorRecord],
     solution: Solution,
 ) -> tuple[Diagnostic, ...]:
-    """A lack of fit that no named fault explains moves the parameters, where it is large."""
-    if any(one.moves for one in found) or not any(d.code == LACK for d in said):
+    """A lack of fit that no named fault explains moves the parameters, where it is large.
+
+    Where a named fault states its moves, they stand for what the same misfit does elsewhere.
+    """
+    if any(one.moves for one in found):
+        return tuple(replace(d, moves={}) if d.code.startswith(STEADY) else d for d in said)
+    if not any(d.code == LACK for d in said):
         return tuple(said)
     if max((one.beyond for one in unexplained(records, solution)), default=0.0) < MATTERS:
         return tuple(said)
