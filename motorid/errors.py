@@ -21,7 +21,8 @@ MEANING_OF_EXIT = {
     EXIT_FAIL_VERDICT: "a FAIL verdict, and nothing else",
     EXIT_USAGE: "usage: the request itself is wrong",
     EXIT_RIG: "rig or link: the rig file, the wiring, the motor, the board or the way to it",
-    EXIT_DATA: "bad or insufficient data (INVALID), or a file that cannot be read or written",
+    EXIT_DATA: "bad or insufficient data (INVALID, not supported; with --strict doubtful), or a "
+    "file that cannot be read or written",
     EXIT_INTERNAL: "internal error: please report it",
     EXIT_INTERRUPTED: "interrupted; what was measured is kept",
 }

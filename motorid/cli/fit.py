@@ -85,6 +85,7 @@ def command(
     fix: tuple[tuple[str, float], ...],
     without: tuple[str, ...],
     method: str,
+    strict: bool,
     model: str | None,
     budget: int | None,
     seed: int | None,
@@ -105,6 +106,10 @@ def command(
     fits.csv, a row a capture. Finished fits are kept, so an interrupted run goes on where it
     stopped; captures that cannot be fitted are listed and stop nothing. --model six does without
     the search for a better model, which adds findings to the table and no values.
+
+    A parameter is doubtful where a finding could have moved it by more than half of its interval's
+    half-width. Where the captures contradict the model, no parameter is supported: no values, and
+    exit code 4.
 
     With --rig, stored captures are given the meaning that a corrected rig file and its calibration
     give them: their raw readings and their files stay as they are, and the estimate cites both.
@@ -135,6 +140,8 @@ def command(
         if alone:
             raise click.UsageError(f"--{alone} goes with one fit, not with many.")
         places = _of_history(history, serial, since) if history else expand(files)
+        if strict:
+            raise click.UsageError("--strict goes with one fit: fits.csv has each one's status.")
         _fit_many(places, output, force, {**options, **search, "jobs": jobs or 1})
         return EXIT_DONE
     from motorid.workflow import fit as workflow
@@ -146,7 +153,8 @@ def command(
     if output:
         for path in workflow.write_report(estimate, output, force=force):
             click.echo(f"wrote {path}", err=True)
-    return EXIT_DONE if output else None
+    code = workflow.exit_code(estimate, strict=strict)
+    return code if output or code != EXIT_DONE else None
 
 
 def _rig(name: str | None) -> Rig | None:

@@ -127,8 +127,13 @@ def example(*lines: str) -> str:
 
 
 def fit_options(command: Command) -> Command:
-    """--fix, --without and --method: how to fit."""
+    """--fix, --without, --method and --strict: how to fit."""
     for option in (
+        click.option(
+            "--strict",
+            is_flag=True,
+            help="End with 4 where a parameter is doubtful or not supported.",
+        ),
         click.option("--method", default="ml", show_default=True, help="How to estimate."),
         click.option(
             "--without",

@@ -17,7 +17,6 @@ from motorid.cli.options import (
     wrote,
 )
 from motorid.cli.values import Named
-from motorid.errors import EXIT_DONE
 
 
 @click.command(
@@ -47,6 +46,7 @@ def command(
     fix: tuple[tuple[str, float], ...],
     without: tuple[str, ...],
     method: str,
+    strict: bool,
     output: Path,
     force: bool,
 ) -> int:
@@ -78,4 +78,4 @@ def command(
         wrote(path)
     for path in fit.write_report(estimate, output, force=force):
         click.echo(f"wrote {path}", err=True)
-    return EXIT_DONE
+    return fit.exit_code(estimate, strict=strict)

@@ -80,6 +80,11 @@ class Context:
             }
         )
 
+    def doubt(self, *names: str) -> str:
+        """Why a figure that rests on these parameters cannot be judged; "": nothing is known."""
+        found = (self.estimate.parameters[name] for name in names)
+        return next((f"{p.name} is {p.note}" for p in found if p.status is Status.DOUBTFUL), "")
+
     @property
     def resistance(self) -> float | None:
         """As run, ohm."""
@@ -90,6 +95,8 @@ def of_parameter(p: Parameter) -> Reading:
     """What the estimate says; a friction held at 0 counts as measured, with its uncertainty."""
     if p.value is None or p.status.unknown:
         return Reading(p.unit, problem=p.note or "these data do not tell it")
+    if p.status is Status.DOUBTFUL:
+        return Reading(p.unit, problem=p.note)
     if p.status is Status.FIXED:
         return Reading(p.unit, problem="it was given, not measured: fit without fixing it")
     return Reading(p.unit, p.value, p.total)
@@ -119,6 +126,8 @@ def _figure(name: str) -> Callable[[Context], Reading]:
         own = c.estimate.derived.get(name)
         if own is None or own.value is None or own.total is None or c.motor is None:
             return Reading(FIGURES[name].unit, problem="the parameters it follows from are unknown")
+        if own.status is Status.DOUBTFUL:
+            return Reading(FIGURES[name].unit, problem=own.note.rpartition("; ")[2])
         of, volts = FIGURES[name].of, c.product.voltage_v
         value = of(c.motor, volts)
         t, w = c.product.temperature, c.warmth
@@ -186,6 +195,8 @@ def _directions(c: Context) -> tuple[list[ripple.Window], list[ripple.Window]]:
 def _ripple(turn: bool) -> Callable[[Context], Reading]:
     def read(c: Context) -> Reading:
         commutation = c.product.commutations_per_turn
+        if problem := c.doubt("R"):
+            return Reading("1", problem=problem)
         if not c.windows or c.resistance is None:
             return Reading("1", problem=NOT_STEADY)
         orders = list(dict.fromkeys((*ripple.TURN_ORDERS, commutation, 2 * commutation)))
@@ -197,6 +208,8 @@ def _ripple(turn: bool) -> Callable[[Context], Reading]:
 
 
 def _segment(c: Context) -> Reading:
+    if problem := c.doubt("R"):
+        return Reading("1", problem=problem)
     if not c.windows or c.resistance is None:
         return Reading("1", problem=NOT_STEADY)
     segments = c.product.segments
@@ -206,6 +219,8 @@ def _segment(c: Context) -> Reading:
 
 def _torque(unbalance: bool) -> Callable[[Context], Reading]:
     def read(c: Context) -> Reading:
+        if problem := c.doubt("K", "J"):
+            return Reading("N·m", problem=problem)
         constant, inertia = (c.estimate.parameters[n].value for n in ("K", "J"))
         if not c.windows or constant is None or inertia is None:
             return Reading("N·m", problem=NOT_STEADY)

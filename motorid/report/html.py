@@ -25,6 +25,8 @@ from motorid.report.steady import steady_state
 from motorid.report.words import (
     COVERAGE,
     STATUS_WORDS,
+    decisive,
+    doubts,
     fit_quality,
     instruments,
     name_of,
@@ -47,7 +49,7 @@ def render(estimate: Estimate) -> str:
     title = _title(estimate)
     body = [
         _head(estimate, title),
-        section("Parameters", _parameters(estimate), _notes(estimate)),
+        section("Parameters", _first(estimate), _parameters(estimate), _notes(estimate)),
         alternative.as_html(estimate),
         section("Combinations", _figures(estimate.combinations.values()), _together(estimate)),
         section("Findings", _findings(estimate)),
@@ -76,15 +78,13 @@ def _title(estimate: Estimate) -> str:
 
 
 def _head(estimate: Estimate, title: str) -> str:
-    worst = [sentence(d.message) for d in estimate.diagnostics if d.severity == "error"]
     samples = [i.get("samples") for i in estimate.inputs]
     total = sum(s for s in samples if isinstance(s, int))
     runs = f"{len(estimate.inputs)} run{'s' if len(estimate.inputs) != 1 else ''}"
     kicker = f"Identification report · {runs} · {total:,} samples".replace(",", "\u202f")
     return (
         f'<header><p class="kicker">{escape(kicker)}</p><h1>{escape(title)}</h1>'
-        f"{paragraph(summary(estimate), 'summary')}"
-        f"{_list(('error', 'Error', w) for w in worst[:2])}</header>"
+        f"{paragraph(summary(estimate), 'summary')}</header>"
     )
 
 
@@ -142,25 +142,43 @@ def _notes(estimate: Estimate) -> str:
         "Bars show the whole interval; the dark core is what the readings' noise alone "
         "would leave; the rest comes from the instruments and from few runs."
     )
+    doubtful = _list(("warning", "Doubtful", text) for text in doubts(estimate))
     texts = [*remarks(estimate), *unstated.lines(estimate), f"{COVERAGE} {bars}"]
-    return "".join(paragraph(t, "note") for t in texts)
+    return doubtful + "".join(paragraph(t, "note") for t in texts)
+
+
+def _first(estimate: Estimate) -> str:
+    """What stands above the table: findings that moved a value, or left none."""
+    items = _items(_entries(estimate, first=True)) + suspects.items_as_html(estimate, first=True)
+    return f'<ul class="findings">{items}</ul>' if items else ""
 
 
 def _findings(estimate: Estimate) -> str:
-    order = list(SEVERITY)
-    found = sorted(estimate.diagnostics, key=lambda d: order.index(d.severity))
-    entries = [(d.severity, SEVERITY[d.severity], sentence(d.message)) for d in found]
+    entries = _entries(estimate, first=False)
     if one_run(estimate):
         entries.append(("info", "", one_run(estimate)))
-    return _list(entries) or paragraph("No finding about the data or the fit.")
+    none = "" if estimate.diagnostics else "No finding about the data or the fit."
+    return _list(entries) or paragraph(none)
+
+
+def _entries(estimate: Estimate, first: bool) -> list[tuple[str, str, str]]:
+    """Findings above the table, or the others; the gravest first."""
+    order = list(SEVERITY)
+    found = [d for d in estimate.diagnostics if decisive(estimate, d) is first]
+    found.sort(key=lambda d: order.index(d.severity))
+    return [(d.severity, SEVERITY[d.severity], sentence(d.message)) for d in found]
 
 
 def _list(entries: Iterable[tuple[str, str, str]]) -> str:
-    items = "".join(
+    items = _items(entries)
+    return f'<ul class="findings">{items}</ul>' if items else ""
+
+
+def _items(entries: Iterable[tuple[str, str, str]]) -> str:
+    return "".join(
         f'<li class="{kind}">{f"<b>{word}</b>" if word else ""}{escape(text)}</li>'
         for kind, word, text in entries
     )
-    return f'<ul class="findings">{items}</ul>' if items else ""
 
 
 def _figures(parameters: Iterable[Parameter]) -> str:

@@ -24,7 +24,7 @@ from motorid.json_seal import sealed
 from motorid.json_text import plain as plain
 from motorid.report import suspects
 
-SCHEMA = "motorid-estimate-1"
+SCHEMA = "motorid-estimate-2"
 
 
 def schema() -> dict[str, Any]:
@@ -56,6 +56,7 @@ def _said(estimate: Estimate) -> dict[str, Any]:
         "not_stated": plain(estimate.not_stated),
         "combinations": _parameters(estimate.combinations),
         "derived": _parameters(estimate.derived),
+        "nominal_v": plain(estimate.nominal_v),
         "nuisance": _parameters(estimate.nuisance),
         "correlation": {
             "names": list(estimate.free),
@@ -67,7 +68,7 @@ def _said(estimate: Estimate) -> dict[str, Any]:
         "steady_state": [_row(row) for row in estimate.steady],
         "segments": [_row(row) for row in estimate.segments],
         "diagnostics": [
-            {"code": d.code, "severity": d.severity, "message": d.message}
+            {"code": d.code, "severity": d.severity, "message": d.message} | suspects.moves(d)
             for d in estimate.diagnostics
         ],
         "suspects": suspects.as_data(estimate),
@@ -91,7 +92,7 @@ def _parameter(p: Parameter) -> dict[str, Any]:
         },
         "interval_95": plain(p.interval_95),
         "unit": p.unit,
-        "status": p.status,
+        "status": str(p.status),
     }
     return out | ({"note": p.note} if p.note else {})
 

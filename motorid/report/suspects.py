@@ -5,8 +5,9 @@ from __future__ import annotations
 from html import escape
 from typing import Any
 
-from motorid.estimate.results.estimate import Estimate, Suspect
-from motorid.report.words import sentence
+from motorid.estimate.results.estimate import Diagnostic, Estimate, Suspect
+from motorid.json_text import plain
+from motorid.report.words import decisive, sentence
 
 HIDDEN = (
     "These data cannot reveal a wrong scale of {what}: it leaves no residual. A nameplate in the "
@@ -15,9 +16,13 @@ HIDDEN = (
 BOUNDED = "These data cannot reveal a wrong scale of {what}: it leaves no residual."
 
 
-def as_sentences(estimate: Estimate) -> list[str]:
-    """Each named fault with what mends it."""
-    return [f"{sentence(s.evidence)} {sentence(s.action)}" for s in _of(estimate, "named")]
+def as_sentences(estimate: Estimate, first: bool) -> list[str]:
+    """Each named fault with what mends it: those that stand above the table, or the others."""
+    return [
+        f"{sentence(s.evidence)} {sentence(s.action)}"
+        for s in _of(estimate, "named")
+        if decisive(estimate, s) is first
+    ]
 
 
 def hidden(estimate: Estimate) -> str:
@@ -31,15 +36,21 @@ def hidden(estimate: Estimate) -> str:
 
 
 def as_html(estimate: Estimate) -> str:
-    """A list of the named faults, and what is not excluded."""
-    items = "".join(
-        f'<li class="warning"><b>{escape(s.where.capitalize())}</b>'
-        f"{escape(sentence(s.evidence))} {escape(sentence(s.action))}</li>"
-        for s in _of(estimate, "named")
-    )
+    """A list of the named faults below the table, and what is not excluded."""
+    items = items_as_html(estimate, first=False)
     named = f'<ul class="findings">{items}</ul>' if items else ""
     said = hidden(estimate)
     return named + (f'<p class="soft">{escape(said)}</p>' if said else "")
+
+
+def items_as_html(estimate: Estimate, first: bool) -> str:
+    """The named faults that stand above the table, or the others, as items of a list."""
+    return "".join(
+        f'<li class="warning"><b>{escape(s.where.capitalize())}</b>'
+        f"{escape(sentence(s.evidence))} {escape(sentence(s.action))}</li>"
+        for s in _of(estimate, "named")
+        if decisive(estimate, s) is first
+    )
 
 
 def as_data(estimate: Estimate) -> list[dict[str, Any]]:
@@ -52,8 +63,14 @@ def as_data(estimate: Estimate) -> list[dict[str, Any]]:
             "action": s.action,
             "strength": s.strength,
         }
+        | moves(s)
         for s in estimate.suspects
     ]
+
+
+def moves(finding: Suspect | Diagnostic) -> dict[str, Any]:
+    """What it could have moved, as an entry of its JSON; none where it moves nothing."""
+    return {"moves": plain(dict(finding.moves))} if finding.moves else {}
 
 
 def _of(estimate: Estimate, strength: str) -> list[Suspect]:

@@ -5,13 +5,15 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable
 
-from motorid.estimate.results.estimate import Estimate, Parameter
+from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter
 from motorid.estimate.results.status import Status
 from motorid.report import alternative, suspects, unstated
 from motorid.report.numbers import aligned, in_rpm, percent, relative, shown
 from motorid.report.words import (
     COVERAGE,
     STATUS_WORDS,
+    decisive,
+    doubts,
     fit_quality,
     instruments,
     name_of,
@@ -30,7 +32,11 @@ HEADER = ("", "", "value ± 95 %", "statistical", "instrument", "status")
 
 def render(estimate: Estimate) -> str:
     """The whole report as text, ending in a newline."""
-    parts = [_table(estimate)]
+    parts = _first(estimate)
+    parts.append(_table(estimate))
+    doubtful = doubts(estimate)
+    if doubtful:
+        parts.append("\n".join(_wrap(note, "  ! ") for note in doubtful))
     parts += alternative.as_text(estimate)
     parts += _section("combinations", estimate.combinations.values())
     parts += _section("derived", estimate.derived.values())
@@ -43,10 +49,20 @@ def render(estimate: Estimate) -> str:
         parts.append("\n".join(_wrap(text, "  ") for text in said))
     if gains := unstated.lines(estimate):
         parts.append("\n".join(_wrap(line, "  ") for line in gains))
-    parts.append(_findings(estimate))
+    parts += [found] if (found := _findings(estimate)) else []
     parts += _suspects(estimate)
     parts.append("\n".join(_wrap(line, "  ") for line in _closing(estimate)))
     return "\n\n".join(parts) + "\n"
+
+
+def _first(estimate: Estimate) -> list[str]:
+    """What stands above the table: findings that moved a value, or left none."""
+    lines = [
+        _wrap(sentence(d.message), f"  {MARKS[d.severity]} ")
+        for d in _ordered(estimate, first=True)
+    ]
+    lines += [_wrap(said, "  ! ") for said in suspects.as_sentences(estimate, first=True)]
+    return ["\n".join(lines)] if lines else []
 
 
 def _section(title: str, parameters: Iterable[Parameter]) -> list[str]:
@@ -107,16 +123,22 @@ def _widest(texts: Iterable[str]) -> int:
 
 
 def _findings(estimate: Estimate) -> str:
-    order = {"error": 0, "warning": 1, "info": 2}
-    found = sorted(estimate.diagnostics, key=lambda d: order[d.severity])
-    if not found:
+    found = _ordered(estimate, first=False)
+    if not estimate.diagnostics:
         return "  · No finding about the data or the fit."
     return "\n".join(_wrap(sentence(d.message), f"  {MARKS[d.severity]} ") for d in found)
 
 
+def _ordered(estimate: Estimate, first: bool) -> list[Diagnostic]:
+    """The gravest first: those above the table, or the others."""
+    order = {"error": 0, "warning": 1, "info": 2}
+    found = [d for d in estimate.diagnostics if decisive(estimate, d) is first]
+    return sorted(found, key=lambda d: order[d.severity])
+
+
 def _suspects(estimate: Estimate) -> list[str]:
     """Faults of the measuring chain that the fit names, and scales that it cannot check."""
-    named = [_wrap(said, "  ! ") for said in suspects.as_sentences(estimate)]
+    named = [_wrap(said, "  ! ") for said in suspects.as_sentences(estimate, first=False)]
     unseen = suspects.hidden(estimate)
     lines = ["suspects", *named] if named else []
     lines += [_wrap(unseen, "  ")] if unseen else []

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
-from motorid.estimate.results.estimate import PARAMETERS, Estimate, Parameter
+from motorid.estimate.results.estimate import (
+    PARAMETERS,
+    Diagnostic,
+    Estimate,
+    Parameter,
+    Suspect,
+)
 from motorid.estimate.results.status import Status
 from motorid.report.numbers import shown
 
@@ -74,7 +80,9 @@ def reference(estimate: Estimate) -> list[Parameter]:
 def summary(estimate: Estimate) -> str:
     """One sentence: what was found, and what was not."""
     found = [p for p in six(estimate) if p.status.measured]
-    missing = [p.name for p in six(estimate) if p.status.unknown]
+    missing = [p.name for p in six(estimate) if p.status is Status.NOT_IDENTIFIABLE]
+    refused = [p.name for p in six(estimate) if p.status is Status.NOT_SUPPORTED]
+    doubted = [p.name for p in six(estimate) if p.status is Status.DOUBTFUL]
     fixed = [p.name for p in six(estimate) if p.status is Status.FIXED]
     bound = [p.name for p in six(estimate) if p.status is Status.AT_BOUND]
     runs = len(estimate.inputs)
@@ -84,6 +92,10 @@ def summary(estimate: Estimate) -> str:
     if missing:
         alone = "" if found or not told else " alone"
         parts.append(f"these data do not determine {_list(missing)}{alone}")
+    if refused:
+        parts.append(f"these data support no value of {_list(refused)}")
+    if doubted:
+        parts.append(f"{_list(doubted)} {'is' if len(doubted) == 1 else 'are'} doubtful")
     if bound:
         parts.append(f"{_list(bound)} went to the edge of what is possible")
     if fixed:
@@ -92,12 +104,34 @@ def summary(estimate: Estimate) -> str:
 
 
 def remarks(estimate: Estimate) -> list[str]:
-    """Notes of parameters that were not simply estimated: why, and which run would help."""
+    """Notes of parameters that were not simply estimated: why, and which run would help.
+
+    Without those of ``doubts``.
+    """
+    others = (p for p in estimate.parameters.values() if p.status is not Status.DOUBTFUL)
+    return _noted((*others, *reference(estimate)))
+
+
+def doubts(estimate: Estimate) -> list[str]:
+    """Why parameters are doubtful, for the lines below the table."""
+    return _noted([p for p in estimate.parameters.values() if p.status is Status.DOUBTFUL])
+
+
+def _noted(parameters: Iterable[Parameter]) -> list[str]:
     notes: dict[str, list[str]] = {}
-    for p in (*estimate.parameters.values(), *reference(estimate)):
+    for p in parameters:
         if p.note:
             notes.setdefault(p.note, []).append(p.name)
     return [f"{', '.join(names)}: {_stopped(note)}" for note, names in notes.items()]
+
+
+def decisive(estimate: Estimate, finding: Suspect | Diagnostic) -> bool:
+    """It stands above the table: it made a value doubtful, or there is none because of it."""
+    if isinstance(finding, Diagnostic) and finding.severity == "error":
+        return True
+    said = finding.code.replace("_", " ")
+    every = (*estimate.parameters.values(), *estimate.combinations.values())
+    return any(p.status is Status.DOUBTFUL and said in p.note for p in every)
 
 
 def one_run(estimate: Estimate) -> str:

@@ -8,6 +8,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from motorid.errors import EXIT_DATA, EXIT_DONE
+
 if TYPE_CHECKING:
     from motorid.capture.model import Capture, Stated
     from motorid.estimate.results.estimate import Diagnostic, Estimate
@@ -100,6 +102,14 @@ def _moment(text: Any) -> datetime | None:
     except ValueError:
         return None
     return found if found.tzinfo else found.replace(tzinfo=UTC)
+
+
+def exit_code(estimate: Estimate, *, strict: bool = False) -> int:
+    """Of a fit: 4 where a parameter is not supported, or with ``strict`` where one is doubtful."""
+    from motorid.estimate.assembly.doubt import doubtful
+
+    found = doubtful(estimate)
+    return EXIT_DATA if any(strict or p.status.unknown for p in found) else EXIT_DONE
 
 
 def as_text(estimate: Estimate) -> str:

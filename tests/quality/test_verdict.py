@@ -6,7 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from motorid.estimate.results.estimate import Diagnostic, Estimate
+from motorid.estimate.assembly.doubt import settled
+from motorid.estimate.assembly.refusal import refused
+from motorid.estimate.model.unexplained import Unexplained
+from motorid.estimate.results.estimate import Diagnostic, Estimate, Suspect
 from motorid.estimate.results.status import Status
 from motorid.quality.guard_band import Rule
 from motorid.quality.judge import judge, not_measured
@@ -158,3 +161,25 @@ def test_a_wider_guard_band_makes_the_same_motor_marginal(
 def test_not_measured_says_why(product: Product) -> None:
     verdict = not_measured(product, "D000001", "the cable is out")
     assert (verdict.outcome, verdict.reasons) == (Outcome.INVALID, ("the cable is out",))
+
+
+@pytest.mark.parametrize(("name", "resting"), [("R", "ripple_segment"), ("K", "unbalance")])
+def test_what_rests_on_a_doubtful_parameter_is_invalid(
+    name: str, resting: str, estimate: Estimate, product: Product
+) -> None:
+    value = estimate.parameters[name].value
+    lag = Suspect("current_lag", "current", "it is late", "declare it", "named", {name: value or 0})
+    verdict = judge(settled(estimate, [lag]), product)
+    for quantity in (f"{name}_25", resting):
+        assert verdict[quantity].outcome is Outcome.INVALID
+        assert "current lag" in verdict[quantity].reason
+    assert verdict.outcome is Outcome.INVALID
+
+
+def test_without_supported_parameters_nothing_is_judged(
+    estimate: Estimate, product: Product
+) -> None:
+    worst = Unexplained("current", 0.9, 0.9, declared=False)
+    verdict = judge(refused(estimate, worst), product)
+    assert verdict.outcome is Outcome.INVALID
+    assert "no motor gives these readings" in verdict.reasons[0]

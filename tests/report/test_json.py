@@ -6,12 +6,16 @@ import copy
 import dataclasses
 import json
 import math
+from pathlib import Path
 
 import jsonschema
 import numpy as np
 import pytest
 
-from motorid.estimate.results.estimate import PARAMETERS, Estimate
+from motorid.estimate.assembly.doubt import settled
+from motorid.estimate.assembly.refusal import refused
+from motorid.estimate.model.unexplained import Unexplained
+from motorid.estimate.results.estimate import PARAMETERS, Diagnostic, Estimate, Suspect
 from motorid.report import json_
 from tests.report.example import estimate, parameter, partial
 
@@ -71,7 +75,7 @@ def test_numpy_nan_and_infinity_become_plain() -> None:
         (("parameters", "L", "interval_95"), [1.0]),
         (("inputs", 0, "sha256"), "abc"),
         (("diagnostics", 0, "severity"), "fatal"),
-        (("schema",), "motorid-estimate-2"),
+        (("schema",), "motorid-estimate-3"),
     ],
 )
 def test_the_schema_refuses_what_is_wrong(path: tuple[str | int, ...], wrong: object) -> None:
@@ -80,4 +84,35 @@ def test_the_schema_refuses_what_is_wrong(path: tuple[str | int, ...], wrong: ob
     for key in path[:-1]:
         target = target[key]
     target[path[-1]] = wrong
+    assert not VALIDATOR.is_valid(read)
+
+
+def test_an_estimate_of_major_1_fits_the_schema() -> None:
+    """With its values, whichever of both wrote them."""
+    old = Path(__file__).resolve().parent.parent / "corpus" / "format_1_0" / "estimate.json"
+    document = json.loads(old.read_text(encoding="utf-8"))
+    assert document["schema"] == "motorid-estimate-1"
+    VALIDATOR.validate(document)
+
+
+def test_moves_are_said_where_there_are_some() -> None:
+    moved = Suspect("current_lag", "current", "it is late", "declare it", "named", {"R": 0.1})
+    endless = Diagnostic("lack_of_fit", "warning", "it lacks something", {"K": math.inf})
+    doubted = settled(estimate(suspects=(moved,), diagnostics=(endless,)), [moved])
+    read = json_.to_dict(doubted)
+    VALIDATOR.validate(read)
+    assert read["suspects"][0]["moves"] == {"R": 0.1}
+    assert read["diagnostics"][0]["moves"] == {"K": None}
+    assert read["parameters"]["R"]["status"] == "doubtful"
+    assert "moves" not in json_.to_dict(estimate())["diagnostics"][0]
+
+
+def test_a_value_that_is_not_supported_is_null() -> None:
+    read = json_.to_dict(refused(estimate(), Unexplained("current", 0.9, 0.9, declared=False)))
+    VALIDATOR.validate(read)
+    assert read["diagnostics"][0]["code"] == "not_supported"
+    assert {(p["value"], p["status"]) for p in read["parameters"].values()} == {
+        (None, "not_supported")
+    }
+    read["parameters"]["R"]["value"] = 2.0
     assert not VALIDATOR.is_valid(read)

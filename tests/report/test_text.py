@@ -6,8 +6,9 @@ import dataclasses
 
 import pytest
 
-from motorid.estimate.results.estimate import Diagnostic
-from motorid.report import text
+from motorid.estimate.assembly.doubt import settled
+from motorid.estimate.results.estimate import Diagnostic, Suspect
+from motorid.report import html, text
 from motorid.report.numbers import aligned, in_rpm, percent, scaled_unit, shown
 from tests.report.example import UNITS, estimate, parameter, partial
 
@@ -97,3 +98,23 @@ def test_helpers() -> None:
     assert scaled_unit("ohm", 0.0) == ("Ω", 1.0)
     assert in_rpm(parameter("n", "rad/s", 104.7198, 0.001, 0.0)) == "1000.0 rpm"
     assert in_rpm(parameter("i", "A", 1.0)) == ""
+
+
+def test_what_makes_a_value_doubtful_stands_above_the_table() -> None:
+    lag = Suspect("current_lag", "current", "it is 4 ms late", "declare it", "named", {"R": 0.1})
+    limit = Suspect("supply_limited", "supply", "it gives 2 A", "take a larger", "named")
+    found = settled(estimate(suspects=(lag, limit)), [lag])
+    rendered = text.render(found)
+    head, table, rest = rendered.partition("value ± 95 %")
+    assert table
+    assert "4 ms late" in head
+    assert "it gives 2 A" not in head.lower()
+    assert "4 ms late" not in rest
+    assert "it gives 2 a" in rest.lower()
+    row = next(line for line in rest.splitlines() if line.strip().startswith("R "))
+    assert row.endswith("doubtful")
+    assert "R: doubtful: current lag could have moved it by" in rest
+    page = html.render(found)
+    assert page.index("4 ms late") < page.index("<table") < page.lower().index("it gives 2 a")
+    assert page.count("4 ms late") == 1
+    assert 'class="status doubtful"' in page

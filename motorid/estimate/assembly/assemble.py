@@ -13,12 +13,14 @@ from motorid.capture.model import Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
 from motorid.estimate.assembly import doubt, plot_data
-from motorid.estimate.diagnosis import remarks, residual_remarks
+from motorid.estimate.assembly.refusal import refused
+from motorid.estimate.diagnosis import reach, remarks, residual_remarks
 from motorid.estimate.diagnosis.facts import steady_levels
 from motorid.estimate.diagnosis.suspects import suspects
 from motorid.estimate.fit.joint_fit import solved
 from motorid.estimate.fit.parameter_bounds import held_values
 from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.unexplained import unsupported
 from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter, Suspect
 from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Solution
@@ -66,7 +68,7 @@ def report(
     ``profiled``: it is the likelihood's own minimum, so that the profile may bound what leans.
     """
     found = unjudged(captures, records, solution, fix, without, profiled)
-    return judged(found, records, solution)
+    return judged(found, records, solution, refusable=profiled)
 
 
 def judged(
@@ -74,16 +76,25 @@ def judged(
     records: Sequence[MotorRecord],
     solution: Solution,
     names: Mapping[str, str] = UNCHANGED,
+    refusable: bool = True,
 ) -> Estimate:
     """With the suspects, and the standing that they and the findings leave every value.
 
-    ``names`` of combinations that stand in the place of parameters.
+    ``names`` of combinations that stand in the place of parameters. ``refusable``: the solution is
+    the most likely one, so that what it leaves unexplained speaks of the data.
     """
-    found = suspects(records, solution, estimate.parameters)
+    worst = unsupported(records, solution)
+    found = suspects(records, solution, estimate.parameters, tried=worst is None)
+    if worst is not None and refusable:
+        return refused(replace(estimate, suspects=found), worst)
+    found = reach.sized(found, records, solution, estimate.parameters)
+    said = estimate.diagnostics
+    if refusable or worst is not None:
+        said = reach.of_lack(said, found, records, solution)
     estimate = replace(
         estimate,
         suspects=tuple(_renamed(one, names) for one in found),
-        diagnostics=tuple(_renamed(one, names) for one in estimate.diagnostics),
+        diagnostics=tuple(_renamed(one, names) for one in said),
     )
     return doubt.settled(estimate, (*estimate.suspects, *estimate.diagnostics))
 
@@ -103,6 +114,7 @@ def unjudged(
     """``report`` before anybody has looked for suspects."""
     fixed = held_values(fix, without)
     simulated = max(record.simulated for record in records)
+    profiled = profiled and unsupported(records, solution) is None  # no answer has an interval
     found = findings(records, solution, fixed, without, profiled)
     parameters = intervals.parameters(found)
     voltage = nominal_voltage(records)

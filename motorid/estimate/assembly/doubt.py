@@ -52,7 +52,8 @@ def settled(estimate: Estimate, findings: Iterable[Finding], allowed: Moves = NO
     def widened(table: Mapping[str, Parameter], kind: str) -> dict[str, Parameter]:
         out = {}
         for name, p in table.items():
-            found = _widened(p, [(line, _of(kind, name, m, estimate)) for line, m in moving])
+            lines = budget.get(name, {})
+            found = _widened(p, [(line, _of(kind, name, m, estimate)) for line, m in moving], lines)
             out[name] = found.parameter
             if found.lines and name in budget:
                 budget[name] = _summed(budget[name], found.lines)
@@ -122,7 +123,9 @@ def _of_figure(
     return total if math.isfinite(total) else 0.0
 
 
-def _widened(p: Parameter, moved: Sequence[tuple[str, float]]) -> _Widened:
+def _widened(
+    p: Parameter, moved: Sequence[tuple[str, float]], budget: Mapping[str, float]
+) -> _Widened:
     able = p.status.measured or p.status is Status.AT_BOUND
     if not able or p.value is None or p.interval_95 is None or p.total is None:
         return _Widened(p, {})
@@ -131,13 +134,17 @@ def _widened(p: Parameter, moved: Sequence[tuple[str, float]]) -> _Widened:
     if max(move for _, move in moved) <= SHARE * half:
         return _Widened(p, {})
     more = math.hypot(*(move for _, move in moved))
+    before = sum(u**2 for line, u in budget.items() if line.startswith(FINDING))
+    already = half * (1.0 - math.sqrt(max(1.0 - before / p.total**2, 0.0))) if p.total else 0.0
+    note = _note(p, moved, more)
+    share, more = more, math.hypot(already, more) - already  # others were settled before
     factor = half / p.total if p.total > 0.0 and half > 0.0 else NORMAL_95
     total = (half + more) / factor
     added = math.sqrt(max(total**2 - p.total**2, 0.0))
     lines: dict[str, float] = {}
     for line, move in moved:
         if move > 0.0:
-            lines[line] = math.hypot(lines.get(line, 0.0), added * move / more)
+            lines[line] = math.hypot(lines.get(line, 0.0), added * move / share)
     least = 0.0 if low >= 0.0 else -math.inf
     return _Widened(
         replace(
@@ -146,7 +153,7 @@ def _widened(p: Parameter, moved: Sequence[tuple[str, float]]) -> _Widened:
             total=total,
             interval_95=(max(low - more, least), high + more),
             status=Status.DOUBTFUL,
-            note=_note(p, moved, more),
+            note=note,
         ),
         lines,
     )

@@ -20,11 +20,15 @@ from motorid.estimate.uncertainty.findings import findings
 
 
 def suspects(
-    records: Sequence[MotorRecord], solution: Solution, parameters: Mapping[str, Parameter]
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    parameters: Mapping[str, Parameter],
+    tried: bool = True,
 ) -> tuple[Suspect, ...]:
     """Faults that these captures show, the surest first, and scales that they cannot check.
 
-    Fits with a fault as an unknown are made only where the residuals leave something to explain.
+    Fits with a fault as an unknown are made only where the residuals leave something to explain,
+    and where ``tried``.
     """
     records = [record.twin() for record in records]  # trials judge sources anew
     plate = scale_errors.read_nameplate(records[0].capture.stated.nameplate)
@@ -36,7 +40,7 @@ def suspects(
     scales = scale_errors.suspects(parameters, plate, top)
     if scale_errors.absurd(parameters, plate, top) and scales[0].strength == "named":
         return scales  # volts a thousand times too high misfit in every other way as well
-    found = rank.suspects(records, solution)
+    found = rank.suspects(records, solution) if tried else tuple(rank.direct(records))
     if rank.spoiling(found):  # then the parameters say nothing of scales
         scales = scale_errors.suspects(parameters, {})
     return found + scales

@@ -27,6 +27,7 @@ Floats = NDArray[np.float64]
 MOST_PASSES = 24  # of fit and source in turn
 BARE_PASSES = 3  # the same without unknowns of what brushes take: of a model that has them itself
 LOST_PASSES = 7  # the same where L has vanished: no pass finds it again
+MOST_SIMULATED = 3000  # responses of a capture, after which no other pass begins
 ROUGH_PASSES = 2  # from a start
 LATEST = 6  # passes after which all is decided
 DECIDED = 0.5  # of a standard deviation by noise: with less to come nothing is decided anew
@@ -91,9 +92,10 @@ def in_turn(
     mixers = [Mixer() for _ in records]
     change, left, calm = None, np.inf, 0
     bare = any(record.loss is None for record in records)
+    most = max(record.simulated for record in records) + MOST_SIMULATED
     for n in range(1, BARE_PASSES if bare else MOST_PASSES):
         lost = vanished(solution, records)
-        if lost and n >= LOST_PASSES:
+        if (lost and n >= LOST_PASSES) or max(record.simulated for record in records) > most:
             break
         driven = [record.volts for record in records]
         for record, own, mixer in zip(records, solution.own, mixers, strict=True):

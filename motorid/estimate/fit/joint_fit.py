@@ -22,6 +22,7 @@ from motorid.estimate.fit.lagging_start import Doubt, taken_earlier
 from motorid.estimate.fit.multistart import leaves_misfit, settled, whitened
 from motorid.estimate.fit.parameter_bounds import held_values, merged
 from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.unexplained import unsupported
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.solver.problem import Solution
 
@@ -42,6 +43,8 @@ def solved(
     sign_check.insist(records)
     start, doubt = _begun(records, fixed)
     solution = settled(records, free, start)
+    if unsupported(records, solution) is not None:
+        return records, solution  # neither colour nor shape of the voltage explains so much
     if any(record.sensed.waveform for record in records):
         records, solution = log_fit.best(records, solution, free, start, fixed)
         solution = _with_other_friction(records, solution, free, start)

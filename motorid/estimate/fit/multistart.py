@@ -23,6 +23,7 @@ from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.fit.promotion import contradicted, promoted
 from motorid.estimate.model import prewhitening
 from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.unexplained import unsupported
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.solver.dense_products import misfits
 from motorid.estimate.solver.levenberg_marquardt import ENOUGH
@@ -55,7 +56,7 @@ def settled(
     solution = with_sources(records, free, start)
     if not solution.converged or leaves_misfit(solution, records):
         for k, factors in enumerate(OTHER_STARTS):
-            if max(record.simulated for record in records) > MOST_TRIED:
+            if _evaluations(records) > MOST_TRIED:
                 for record in records:
                     record.untried = len(OTHER_STARTS) - k
                 break
@@ -63,10 +64,18 @@ def settled(
             trial = with_sources(records, free, other)
             if trial.objective < solution.objective - 1.0:
                 solution = trial
-        solution = with_sources(records, free, merged(start, solution))
+        if _evaluations(records) <= MOST_TRIED or unsupported(records, solution) is None:
+            solution = with_sources(records, free, merged(start, solution))
+    if unsupported(records, solution) is not None:
+        return solution  # nothing that is left to do explains so much
     if vanished(solution, records):
         solution = _begun_again(records, free, merged(start, solution), solution)
     return with_promoted(records, free, start, solution)
+
+
+def _evaluations(records: Sequence[MotorRecord]) -> int:
+    """Responses of a capture so far, at most."""
+    return max(record.simulated for record in records)
 
 
 def _begun_again(

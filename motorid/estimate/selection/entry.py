@@ -11,6 +11,7 @@ from dataclasses import replace
 from motorid.capture.model import Capture
 from motorid.errors import DataError
 from motorid.estimate.assembly.assemble import report
+from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.diagnosis import misfit, rank
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.effects.brush_and_heating import lossless
@@ -27,6 +28,7 @@ from motorid.estimate.results.estimate import (
     Parameter,
     TermTrial,
 )
+from motorid.estimate.results.status import Status
 from motorid.estimate.selection.extended_fit import Fitted, begin, finished
 from motorid.estimate.selection.extended_results import alternative, findings
 from motorid.estimate.selection.forward_selection import Trial, asks, select
@@ -55,8 +57,10 @@ def fit(
     terms = () if model in (AUTO, SIX) else parse(model)
     captures, records, solution = _closed(captures, fix, without)
     estimate = report(captures, records, solution, fix, without)
-    scaleless = estimate.parameters["K"].status.unknown
-    if model == SIX or (scaleless and not terms):  # a wider model would know K even less
+    K = estimate.parameters["K"].status
+    if K is Status.NOT_SUPPORTED:  # no model of a motor explains these captures
+        return estimate
+    if model == SIX or (K.unknown and not terms):  # a wider model would know K even less
         return estimate
     held = held_values(fix, without)
     values, matters = merged(held, solution), reach(estimate.parameters)
@@ -242,5 +246,22 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
         said = Diagnostic(
             "better_model", "warning",
             f"the residuals ask for {what}: {_said_of(fitted.terms)}; see the better model",
+            _moved(estimate, fitted.terms),
         )  # fmt: skip
+        estimate = settled(estimate, [said])
     return replace(estimate, diagnostics=(said, *estimate.diagnostics))
+
+
+def _moved(estimate: Estimate, terms: Sequence[Term]) -> dict[str, float]:
+    """Where the better model's value lies outside the interval: by how much it is elsewhere."""
+    better = estimate.alternative
+    if better is None or {term.name for term in terms} <= set(ALLOWED):
+        return {}
+    out = {}
+    for name, p in estimate.parameters.items():
+        other = better.parameters[name].value
+        if p.value is not None and p.interval_95 is not None and other is not None:
+            low, high = p.interval_95
+            if not low <= other <= high:
+                out[name] = abs(other - p.value)
+    return out

@@ -138,7 +138,8 @@ def _between(
     total = np.maximum(before, spread)
     # what they show beyond white noise has their degrees, whatever explains it
     beyond = np.clip(spread - np.diag(inverse), 0.0, total)
-    freedom = np.where(beyond > 0, degrees * total**2 / np.maximum(beyond**2, 1e-300), np.inf)
+    with np.errstate(over="ignore"):  # next to nothing beyond has degrees without an end
+        freedom = np.where(beyond > 0, degrees * total**2 / np.maximum(beyond**2, 1e-300), np.inf)
     causes = dict(within.lines)
     if (total > before).any():
         causes[SPREAD] = total - before

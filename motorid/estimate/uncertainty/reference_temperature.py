@@ -29,7 +29,6 @@ from motorid.estimate.effects.winding_temperature import (
     shown_by,
 )
 from motorid.estimate.results.estimate import UNITS, Alternative, Estimate, Parameter, Rise
-from motorid.estimate.results.status import Status
 
 REFERENCE_C = 25.0
 NORMAL_95 = 1.959963984540054
@@ -67,7 +66,11 @@ def with_reference(estimate: Estimate, captures: Sequence[Capture]) -> Estimate:
     warmth = warmth_of(estimate.inputs, rise)
     cold, shares = at_25(estimate.parameters, warmth, coefficients)
     note = words(estimate.inputs, rise)
-    cold = {n: replace(p, note=_joined(note, shares[n])) for n, p in cold.items()}
+    doubts = {own: estimate.parameters[name].note for name, own in COLD.items()}
+    cold = {
+        n: replace(p, note="; ".join(filter(None, (doubts[n], _joined(note, shares[n])))))
+        for n, p in cold.items()
+    }
     budget = dict(estimate.budget)
     for name, own in COLD.items():
         if own in cold:
@@ -162,7 +165,7 @@ def _cold(hot: Parameter, name: str, factor: float, doubt: float) -> Parameter:
     return Parameter(
         name, UNITS[hot.name], value, (hot.statistical or 0.0) / factor, instrument,
         math.hypot((hot.total or 0.0) / factor, doubt * value),
-        (value * math.exp(-reach), value * math.exp(reach)), Status.ESTIMATED,
+        (value * math.exp(-reach), value * math.exp(reach)), hot.status,
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from motorid.estimate.results.estimate import Parameter, Suspect
 
@@ -112,10 +112,19 @@ def suspects(
     others = " or ".join(v.cause.where for v in named)
     either = f"; these figures do not separate {others}" if len(named) > 1 else ""
     if named:
-        return tuple(_said(v, known, nameplate, either) for v in named)
+        return tuple(
+            replace(_said(v, known, nameplate, either), moves=_moves(v, parameters)) for v in named
+        )
     return tuple(
         Suspect(c.code, c.where, _unseen(c, known), c.action, "not excluded") for c in CAUSES
     )
+
+
+def _moves(verdict: Verdict, parameters: Mapping[str, Parameter]) -> dict[str, float]:
+    """By how much (SI) each parameter is off if its cause has that factor."""
+    each = verdict.cause.powers.items()
+    known = ((n, power, p) for n, power in each if (p := parameters.get(n)) is not None and p.value)
+    return {n: abs((p.value or 0.0) * (1.0 - verdict.factor**-power)) for n, power, p in known}
 
 
 def _said(

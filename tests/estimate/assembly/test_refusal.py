@@ -1,0 +1,101 @@
+"""What no motor gives is refused, at a bounded cost; what is good is not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.spoilt import made
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture
+from motorid.estimate.model.unexplained import Unexplained
+from motorid.estimate.results.estimate import Estimate
+from motorid.estimate.results.status import Status
+from motorid.identify import fit
+from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+
+MOST_EVALUATIONS = 10_000  # a good fit takes a tenth of it; a search without a bound ten times
+
+
+def spoilt(base: str, spoil: str) -> Estimate:
+    capture = made(base, spoil, "sim-qube", np.random.default_rng(0)).capture
+    return fit([capture])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("base", "spoil"),
+    [
+        ("diode-decay", "voltage and current swapped"),
+        ("log-random-stamps", "all shuffled"),
+        ("log-drop-outs", "voltage shuffled"),
+        ("fast-decay", "current of another run"),
+    ],
+)
+def test_what_no_motor_gives_has_no_values(base: str, spoil: str) -> None:
+    found = spoilt(base, spoil)
+    for p in (*found.parameters.values(), *found.combinations.values()):
+        assert (p.value, p.status) == (None, Status.NOT_SUPPORTED)
+    assert not found.derived
+    assert not found.budget
+    assert found.alternative is None
+    first = found.diagnostics[0]
+    assert (first.code, first.severity) == ("not_supported", "error")
+    assert "check which column is which" in first.message
+    assert found.evaluations < MOST_EVALUATIONS
+
+
+def of_16_bits(capture: Capture) -> Capture:
+    """With a hundredth of the noise, and readings of a converter so fine."""
+    channels = dict(capture.channels)
+    for name in (CURRENT, VOLTAGE):
+        if name in channels:
+            fine = float(np.ptp(channels[name].values)) / 2**16
+            channels[name] = replace(channels[name], resolution=fine, noise=fine)
+    return replace(capture, channels=channels)
+
+
+def test_a_tiny_misfit_of_a_fine_converter_is_not_refused() -> None:
+    """A current that is bent by a thousandth: chi-square is large, and each value is there."""
+    capture = noisy(clean_capture(FAULHABER, Plan(volts=(6.0, 3.0, 1.5))), 1, 1e-5, 1e-5)
+    channel = capture.channels[CURRENT]
+    bent = channel.values * (1.0 + 1e-3 * channel.values / float(np.abs(channel.values).max()))
+    fine = of_16_bits(
+        replace(capture, channels={**capture.channels, CURRENT: replace(channel, raw=bent)})
+    )
+    found = fit([fine], model="six")
+    assert found.chi_square > 3.0 * found.degrees_of_freedom
+    for p in found.parameters.values():
+        assert p.status.measured
+        assert p.value == pytest.approx(FAULHABER[p.name], rel=5e-3)
+
+
+def test_what_was_given_stays() -> None:
+    capture = made("log-drop-outs", "voltage shuffled", "sim", np.random.default_rng(0)).capture
+    found = fit([capture], fix={"K": 0.05}, model="six")
+    K = found.parameters["K"]
+    assert (K.value, K.status) == (0.05, Status.FIXED)
+    assert found.parameters["R"].status is Status.NOT_SUPPORTED
+
+
+def test_a_motion_that_the_model_has_not_shows_noise_alone() -> None:
+    held = Unexplained(SPEED, 1.0, 0.3, declared=False, made=1e-9)
+    assert not held.contradicts
+    assert replace(held, made=0.5).contradicts
+
+
+@pytest.mark.parametrize(
+    ("share", "beyond", "declared", "refused"),
+    [
+        (0.30, 0.30, False, True),
+        (0.20, 0.20, False, False),
+        (0.80, 0.00, False, False),  # a noisy sensor, whose current still shows
+        (0.95, 0.00, False, True),  # nothing but noise
+        (0.95, 0.00, True, False),  # which is what it declares
+    ],
+)
+def test_misfit_is_judged_by_the_readings(
+    share: float, beyond: float, declared: bool, refused: bool
+) -> None:
+    assert Unexplained(CURRENT, share, beyond, declared).contradicts is refused

@@ -1,0 +1,92 @@
+"""How far faults could have moved the parameters: more than they did, and not by much."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from motorid.estimate.diagnosis import reach
+from motorid.estimate.diagnosis.suspects import suspects
+from motorid.estimate.fit.joint_fit import solved
+from motorid.estimate.results.estimate import Diagnostic, Estimate, Suspect
+from motorid.identify import fit
+from tests.estimate.diagnosis.faults import inject
+from tests.estimate.diagnosis.faults.cases import Runs
+from tests.estimate.diagnosis.faults.rigs import DUTIES, Bench
+
+WIDEST = 3.0  # times the error that the fault made
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
+    return Runs(Bench("faulhaber-2338s006s", 3, DUTIES, tmp_path_factory.mktemp("rig")))
+
+
+@pytest.fixture(scope="module")
+def good(runs: Runs) -> Estimate:
+    return fit([runs.good], model="six")
+
+
+def error(found: Estimate, good: Estimate, name: str) -> tuple[float, float]:
+    """By how much a parameter is off, and the half-width of its interval."""
+    p, was = found.parameters[name], good.parameters[name]
+    assert p.value is not None
+    assert was.value is not None
+    assert p.interval_95 is not None
+    return abs(p.value - was.value), (p.interval_95[1] - p.interval_95[0]) / 2.0
+
+
+def test_a_good_capture_has_no_doubtful_parameter(good: Estimate) -> None:
+    assert {p.status for p in good.parameters.values()} == {"estimated"}
+
+
+@pytest.mark.slow
+def test_lost_counts_are_sized_by_the_travel(runs: Runs, good: Estimate) -> None:
+    found = fit([inject.lost_counts(runs.good, 3, 40, 60)], model="six")
+    assert found.suspects[0].code == "encoder_loses_counts"
+    for name in ("K", "J", "B", "T0"):
+        off, half = error(found, good, name)
+        assert found.parameters[name].status == "doubtful"
+        assert off < half < WIDEST * off
+    assert found.parameters["L"].status == "estimated"
+
+
+@pytest.mark.slow
+def test_a_saturated_current_is_covered(runs: Runs, good: Estimate) -> None:
+    found = fit([inject.clip(runs.good, 0.7 * runs.peak_a)], model="six")
+    for name in ("R", "L", "J", "B", "T0"):
+        off, half = error(found, good, name)
+        assert found.parameters[name].status == "doubtful"
+        assert "current saturated" in found.parameters[name].note
+        assert off < half < WIDEST * off
+        assert sum(u**2 for u in found.budget[name].values()) == pytest.approx(
+            (found.parameters[name].total or 0.0) ** 2, rel=1e-9
+        )
+    assert found.parameters["K"].status == "estimated"
+
+
+@pytest.mark.slow
+def test_a_good_folder_stays_good(runs: Runs, tmp_path: Path) -> None:
+    """Readings that repeat now and then move little, and nothing is widened by much."""
+    found = fit([inject.held(runs.good, 3, 0.02, 10)], model="six")
+    for p in found.parameters.values():
+        assert p.interval_95 is not None
+        assert p.value is not None
+        assert p.interval_95[1] - p.interval_95[0] < 0.05 * p.value
+
+
+def test_parts_of_a_good_run_agree_and_nothing_is_hidden(runs: Runs, good: Estimate) -> None:
+    records, solution = solved([runs.good], {}, ())
+    parts, norm = reach.disagreement(records, solution), reach.hidden(records, solution)
+    for name, p in good.parameters.items():
+        assert parts[name] < 0.5 * (p.total or 0.0) + norm[name]
+    assert not [s for s in suspects(records, solution, good.parameters) if s.strength == "named"]
+
+
+def test_a_lack_that_a_named_fault_explains_moves_nothing_itself(runs: Runs) -> None:
+    records, solution = solved([runs.good], {}, ())
+    lack = Diagnostic("lack_of_fit", "warning", "it lacks something")
+    lag = Suspect("current_lag", "current", "it is late", "declare it", "named", {"R": 0.1})
+    assert reach.of_lack([lack], [lag], records, solution) == (lack,)
+    assert reach.of_lack([lack], [], records, solution) == (lack,)  # too small to matter
