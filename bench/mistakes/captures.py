@@ -83,9 +83,14 @@ def honest(motor: Motor) -> Tables:
             "inertia_kg_m2": m.inertia_kg_m2,
             "no_load_current_a": (m.coulomb_nm + m.viscous_nm_s * top) / m.torque_constant_nm_a,
         },
-        "sampling": {"rate_hz": 10_000, "channels": ["current", "terminal_voltage", "position"]},
+        "sampling": {"rate_hz": _rate_hz(m), "channels": ["current", "terminal_voltage", "position"]},
         "conditions": {"ambient_c": 25.0, "ambient_uncertainty_c": 1.0},
     }
+
+
+def _rate_hz(motor: Motor) -> int:
+    """Fast enough for its current, and no faster."""
+    return 10_000 if motor.inductance_h / motor.resistance_ohm < 5e-4 else 5_000
 
 
 def rig_text(motor: str, tables: Tables, hidden: Mapping[str, Any]) -> str:

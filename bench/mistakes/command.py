@@ -13,7 +13,7 @@ from typing import Any
 from motorid.cli.main import run
 
 ACCUSING = ("warning", "error")
-ROUTINE = ("budget", "few_runs")  # said of every good capture: they name no mistake
+ROUTINE = ("budget", "few_runs", "identifiability", "run_to_add")  # they name no mistake
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ class Station:
 
 
 STATIONS = (
-    Station("small", Motor(4.1, 0.32e-3, 9.1e-3, 5e-7, 6e-7, 5e-4, 6.0), 10_000, 3.0),
+    Station("small", Motor(4.1, 0.32e-3, 9.1e-3, 5e-7, 4e-7, 5e-4, 6.0), 10_000, 3.0),
     Station("medium", Motor(1.6, 1.5e-3, 0.052, 4e-5, 6e-5, 8e-3, 24.0), 2_000),
     Station("big", Motor(0.35, 1.4e-3, 0.21, 8e-4, 4e-3, 0.12, 48.0), 1_000),
 )

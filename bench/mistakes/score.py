@@ -12,11 +12,13 @@ from bench.mistakes.command import Answer
 BEYOND_U = 4.0  # standard uncertainties: an error that a reader must be warned of
 NAMED = "named"  # a finding or a refusal names the cause
 HARMLESS = "harmless"  # no error beyond that, nothing accused
+UNANSWERED = "unanswered"  # R, K or J is withheld, and nothing names the cause
 LISTED = "listed"  # errors, and the report lists the cause among what data cannot reveal
 DOUBTFUL = "doubtful"  # what is wrong is marked, but its cause is not named
 MISNAMED = "misnamed"  # something else is named, rightly or not
 SILENT = "SILENT"  # an error beyond that, and no finding at all
-OUTCOMES = (NAMED, HARMLESS, LISTED, DOUBTFUL, MISNAMED, SILENT)  # from good to bad
+OUTCOMES = (NAMED, HARMLESS, LISTED, UNANSWERED, DOUBTFUL, MISNAMED, SILENT)  # from good to bad
+ALWAYS = ("R", "K", "J")  # that each of these rigs and logs tells when nothing is wrong
 TRUSTED = ("estimated", "at_bound")
 
 
@@ -104,5 +106,5 @@ def _outcome(
     if answer.accusations:
         return MISNAMED
     if abs(worst[1]) <= BEYOND_U:
-        return HARMLESS
+        return HARMLESS if all(status.get(n) in TRUSTED for n in ALWAYS) else UNANSWERED
     return LISTED if set(traceless) & set(answer.traceless) else SILENT
