@@ -72,7 +72,9 @@ def rows(only: str, where: Sequence[str], seed: int) -> Iterator[Row]:
                 yield Row(rig.name, RIG, {s: at_rig(rig, s, folder, seed) for s in RIG_STATIONS})
         for log in log_cases.MISTAKES if LOG in where else ():
             if only in log.name:
-                yield Row(log.name, LOG, {s.name: in_log(log, s, folder, seed) for s in logs.STATIONS})
+                yield Row(
+                    log.name, LOG, {s.name: in_log(log, s, folder, seed) for s in logs.STATIONS}
+                )
 
 
 def at_rig(mistake: capture_cases.Mistake, station: str, folder: Path, seed: int) -> Score:

@@ -83,7 +83,10 @@ def honest(motor: Motor) -> Tables:
             "inertia_kg_m2": m.inertia_kg_m2,
             "no_load_current_a": (m.coulomb_nm + m.viscous_nm_s * top) / m.torque_constant_nm_a,
         },
-        "sampling": {"rate_hz": _rate_hz(m), "channels": ["current", "terminal_voltage", "position"]},
+        "sampling": {
+            "rate_hz": _rate_hz(m),
+            "channels": ["current", "terminal_voltage", "position"],
+        },
         "conditions": {"ambient_c": 25.0, "ambient_uncertainty_c": 1.0},
     }
 

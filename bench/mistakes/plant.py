@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 Floats = NDArray[np.float64]
-Drive = Callable[[float, float, float], float | None]  # (s, A, rad/s) -> V; None: the bridge is open
+Drive = Callable[
+    [float, float, float], float | None
+]  # (s, A, rad/s) -> V; None: the bridge is open
 DIODE_V = 0.7
 
 

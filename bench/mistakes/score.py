@@ -24,7 +24,10 @@ TRUSTED = ("estimated", "at_bound")
 
 @dataclass(frozen=True)
 class Score:
-    """One mistake on one motor. ``errors``: in u, by parameter; ``worst``: of those trusted."""
+    """One mistake on one motor. ``errors``: in u, by parameter; ``worst``: of those trusted.
+
+    ``doubted``: of each doubtful parameter half its interval over its error, and whether it holds.
+    """
 
     outcome: str
     code: int
@@ -32,6 +35,7 @@ class Score:
     percent: Mapping[str, float]
     status: Mapping[str, str]
     worst: tuple[str, float]
+    doubted: Mapping[str, tuple[float, bool]]
     said: tuple[str, ...]
     by: str  # the sentence that names the cause; empty: none does
 
@@ -43,6 +47,10 @@ class Score:
             "errors_u": {name: float(f"{x:.3g}") for name, x in self.errors.items()},
             "errors_percent": {name: float(f"{x:.3g}") for name, x in self.percent.items()},
             "status": dict(self.status),
+            "doubtful": {
+                name: {"half_width_over_error": float(f"{ratio:.3g}"), "holds": holds}
+                for name, (ratio, holds) in self.doubted.items()
+            },
             "worst": {"parameter": self.worst[0], "u": float(f"{self.worst[1]:.3g}")},
             "named_by": self.by[:240],
             "said": [one[:160] for one in self.said],
@@ -56,7 +64,7 @@ def score(
     traceless: Sequence[str] = (),
 ) -> Score:
     """Judges an answer against the true parameters and the words that name the cause."""
-    errors, percent, status = {}, {}, {}
+    errors, percent, status, doubted = {}, {}, {}, {}
     for name, true in truth.items():
         found = answer.parameters.get(name)
         if not found:
@@ -68,6 +76,9 @@ def score(
         total = (found.get("uncertainty") or {}).get("total") or 0.0
         errors[name] = off / total if total else float("inf") if off else 0.0
         percent[name] = 100 * off / true
+        low, high = found["interval_95"] or (true, true)
+        if found["status"] == "doubtful":
+            doubted[name] = ((high - low) / 2 / max(abs(off), 1e-300), low <= true <= high)
     trusted = {n: x for n, x in errors.items() if status[n] in TRUSTED}
     worst = max(trusted.items(), key=lambda one: abs(one[1]), default=("", 0.0))
     by = _naming(answer, causes)
@@ -78,6 +89,7 @@ def score(
         percent=percent,
         status=status,
         worst=worst,
+        doubted=doubted,
         said=answer.accusations,
         by=by,
     )
@@ -85,7 +97,9 @@ def score(
 
 def _naming(answer: Answer, causes: Sequence[str]) -> str:
     """The sentence that names one of the causes."""
-    plain = {s: re.sub(r"(?<=\d)\.(?=\d)", "", s) for s in answer.sentences}  # a stop ends a sentence
+    plain = {
+        s: re.sub(r"(?<=\d)\.(?=\d)", "", s) for s in answer.sentences
+    }  # a stop ends a sentence
     said = (s for c in causes for s, p in plain.items() if re.search(c, p, re.IGNORECASE))
     return next(said, "")
 
