@@ -3,8 +3,8 @@
 python bench/bench_false_alarms.py             60 of each; writes bench/results/false_alarms.json
 python bench/bench_false_alarms.py --count 2   two of each
 
-Every second rig has a motor with cogging, ripple, a brush drop and stiction; the others are plain. An
-accusation is a named fault, a doubtful or unsupported value, or a refusal. Ends with 1 where one
+Every second rig has a motor with cogging, ripple, a brush drop and stiction; the others are plain.
+An accusation is a named fault, a doubtful or unsupported value, or a refusal. Ends with 1 where one
 is made, or where more than 5 % of the cases are warned at all.
 """
 

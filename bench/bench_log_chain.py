@@ -3,9 +3,10 @@
 python bench/bench_log_chain.py            every fault; writes bench/results/log_chain.json
 python bench/bench_log_chain.py --short    one fault on one motor
 
-Each fault in three sizes, on three motors, stated at the import or not. Counts the 95 % intervals that
-hold, those of doubtful parameters apart, and how often R, K and J are within 2 %. A gain that nobody
-states leaves no trace and is counted apart. Ends with 1 where fewer than 90 % of the intervals hold.
+Each fault in three sizes, on three motors, stated at the import or not. Counts the 95 % intervals
+that hold, those of doubtful parameters apart, and how often R, K and J are within 2 %. A gain that
+nobody states leaves no trace and is counted apart. Ends with 1 where fewer than 90 % of the
+intervals hold.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Ordinary mistakes at a rig and in logs: is each named, harmless, or wrong in silence?
 
-python bench/bench_mistakes.py                       every mistake; writes bench/results/mistakes.json
-python bench/bench_mistakes.py --only clock --seed 3  those of that name, with other noise
+python bench/bench_mistakes.py                         every one; writes bench/results/mistakes.json
+python bench/bench_mistakes.py --only clock --seed 3  of that name, with other noise
 
-Rigs are simulated and captured over their wire. Logs are integrated by an own plant in numpy. Both go
-through the commands that a user types. An error counts from 4 standard uncertainties on. Ends with
-1 where an error beyond that stays unnamed, or where less than 95 % of the mistakes are named or
+Rigs are simulated and captured over their wire. Logs are integrated by an own plant in numpy. Both
+go through the commands that a user types. An error counts from 4 standard uncertainties on. Ends
+with 1 where an error beyond that stays unnamed, or where less than 95 % of the mistakes are named or
 harmless.
 """
 

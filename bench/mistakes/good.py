@@ -147,7 +147,8 @@ def _options(rng: Rng, seed: int, m: Motor) -> OwnMotor:
         viscous_nm_s=m.B, coulomb_nm=m.T0, commutator_segments=int(rng.choice((5, 7, 9, 13))),
         winding_k_w=5.0, winding_s=20.0, housing_k_w=15.0, housing_s=600.0,
         supply_v=1.15 * m.volts, switch_resistance_ohm=0.005 * m.R,
-        supply_resistance_ohm=float(rng.uniform(0.002, 0.02)) * m.R, supply_capacitance_f=2e-3 / m.R,
+        supply_resistance_ohm=float(rng.uniform(0.002, 0.02)) * m.R,
+        supply_capacitance_f=2e-3 / m.R,
     )  # fmt: skip
     pwm = int(rng.choice(PWM_HZ))
     return OwnMotor(

@@ -70,7 +70,7 @@ def unseen(true: Trace, station: Station) -> Mapping[str, Floats]:
 
 
 def sagging(station: Station) -> Drive:
-    """A supply of 15 % of R behind the bridge's full duty; its unloaded voltage is what is logged."""
+    """A supply of 15 % of R behind the bridge's full duty."""
     usual, ohm = steps(station), 0.15 * station.motor.R
     return lambda t, i, w: (usual(t, i, w) or 0.0) - ohm * i
 
@@ -192,6 +192,12 @@ SPEED_LATE = (r"speed_lag", r"speed\b[^.]*\blate\b")
 CURRENT_FILTER = (r"current_filtered", r"current\b[^.]*low.pass")
 SPEED_FILTER = (r"speed_filtered", r"speed\b[^.]*low.pass")
 VOLTAGE_FILTER = (r"voltage_filtered", r"voltage\b[^.]*low.pass")
+VOLTAGE_LATE = (r"voltage_lag", r"voltage\b[^.]*\blate\b")
+ZERO = (r"current_offset", r"current\b[^.]*\b(offset|zero)\b")
+TIME_UNIT = (r"\btime\b[^.]*\b(unit|ms|milliseconds)\b",)
+OPENED = (r"bridge\b[^.]*\bopen", r"\bcoast", r"open[^.]*bridge")
+REPEATED = (r"readings_held", r"(repeated|held|doubled|duplicate)")
+LOST = (r"samples_dropped", r"(samples|rows)\b[^.]*(lost|missing)", r"\bjump")
 RPM = 60 / (2 * np.pi)
 
 
@@ -204,9 +210,9 @@ MISTAKES = (
             Log(maps={"current": "i:mA"}, plate=True)),
     Mistake("mA mapped as amperes", _scale("current", "mA|unit|1000|thousand"),
             Log(chain={"i": times(1e3)}, plate=True)),
-    Mistake("seconds mapped as ms", (r"\btime\b[^.]*\b(unit|ms|milliseconds)\b",),
+    Mistake("seconds mapped as ms", TIME_UNIT,
             Log(maps={"time": "t:ms"}, plate=True)),
-    Mistake("ms mapped as seconds", (r"\btime\b[^.]*\b(unit|ms|milliseconds)\b",),
+    Mistake("ms mapped as seconds", TIME_UNIT,
             Log(spoil=clock_in(1e3), plate=True)),
     Mistake("rpm mapped as rad/s", _scale("speed", "rpm|unit"),
             Log(chain={"w": times(RPM)}, plate=True)),
@@ -232,9 +238,9 @@ MISTAKES = (
             Log(maps={"speed": "-w:rad/s"})),
     Mistake("voltage reversed", (r"voltage_sign", r"sign of the voltage"),
             Log(maps={"voltage": "-v:V"})),
-    Mistake("current offset, .2 % of stall", (r"current_offset", r"current\b[^.]*\b(offset|zero)\b"),
+    Mistake("current offset, .2 % of stall", ZERO,
             Log(drive=one_way, chain={"i": offset(0.002)})),
-    Mistake("current offset, 2 % of stall", (r"current_offset", r"current\b[^.]*\b(offset|zero)\b"),
+    Mistake("current offset, 2 % of stall", ZERO,
             Log(chain={"i": offset(0.02)})),
     Mistake("current filtered, 3 samples", CURRENT_FILTER, Log(chain={"i": filtered(3)})),
     Mistake("current filtered, 2nd order", CURRENT_FILTER, Log(chain={"i": filtered(3, 2)})),
@@ -244,7 +250,7 @@ MISTAKES = (
             Log(chain={n: filtered(10) for n in "viw"})),
     Mistake("current late, 10 samples", CURRENT_LATE, Log(chain={"i": lagging(10)})),
     Mistake("speed late, 5 samples", SPEED_LATE, Log(chain={"w": lagging(5)})),
-    Mistake("voltage late, 5 samples", (r"voltage_lag", r"voltage\b[^.]*\blate\b"),
+    Mistake("voltage late, 5 samples", VOLTAGE_LATE,
             Log(chain={"v": lagging(5)})),
     Mistake("current of means over 4 samples",
             (r"current\b[^.]*\b(mean|average|aperture)", *CURRENT_LATE, *CURRENT_FILTER),
@@ -252,9 +258,9 @@ MISTAKES = (
     Mistake("speed smoothed afterwards, 41 rows",
             (*SPEED_FILTER, r"speed\b[^.]*\b(smooth|average|mean|aperture)"),
             Log(spoil=smoothed)),
-    Mistake("bridge opens, not said", (r"bridge\b[^.]*\bopen", r"\bcoast", r"open[^.]*bridge"),
+    Mistake("bridge opens, not said", OPENED,
             Log(drive=coasting)),
-    Mistake("bridge opens, 0 V logged", (r"bridge\b[^.]*\bopen", r"\bcoast", r"open[^.]*bridge"),
+    Mistake("bridge opens, 0 V logged", OPENED,
             Log(drive=coasting, source=unseen)),
     Mistake("supply logged, not the terminals", (r"supply", r"terminals"),
             Log(drive=one_way, source=at_supply)),
@@ -264,12 +270,12 @@ MISTAKES = (
             Log(drive=one_way, source=from_supply, plate=True)),
     Mistake("duty mapped as V", (r"voltage_scale", r"\bduty\b", r"voltage\b[^.]*\bunit"),
             Log(source=as_duty, plate=True)),
-    Mistake("rows doubled, stamps renewed", (r"readings_held", r"(repeated|held|doubled|duplicate)"),
+    Mistake("rows doubled, stamps renewed", REPEATED,
             Log(spoil=restamped(doubled))),
-    Mistake("rows lost, stamps renewed", (r"samples_dropped", r"(samples|rows)\b[^.]*(lost|missing)"),
+    Mistake("rows lost, stamps renewed", LOST,
             Log(spoil=restamped(some_lost))),
     Mistake("a stretch cut out, stamps renewed",
-            (r"samples_dropped", r"(samples|rows)\b[^.]*(lost|missing)", r"\bjump"),
+            LOST,
             Log(spoil=restamped(stretch_cut))),
     Mistake("interpolated from a tenth", (r"interpolat", r"straight lines", r"resampl"),
             Log(spoil=interpolated)),
