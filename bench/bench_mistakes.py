@@ -5,8 +5,8 @@ python bench/bench_mistakes.py --only clock --seed 3  of that name, with other n
 
 Rigs are simulated and captured over their wire. Logs are integrated by an own plant in numpy. Both
 go through the commands that a user types. An error counts from 4 standard uncertainties on. Ends
-with 1 where an error beyond that stays unnamed, or where less than 95 % of the mistakes are named or
-harmless.
+with 1 where an error beyond that stays unnamed, or where less than 95 % of the mistakes are named
+or harmless.
 """
 
 from __future__ import annotations
