@@ -60,7 +60,8 @@ class Answer:
         said = [f"{d['code']}: {d['message']}" for d in diagnostics if d["code"] not in ROUTINE]
         six = (self.estimate or {}).get("parameters", {})
         notes = [p.get("note", "") for p in six.values()]
-        return (*self.accusations, *said, *filter(None, notes), self.remarks)
+        unstated = [f"not stated: {one}" for one in (self.estimate or {}).get("not_stated", ())]
+        return (*self.accusations, *said, *filter(None, notes), *unstated, self.remarks)
 
     @property
     def traceless(self) -> tuple[str, ...]:

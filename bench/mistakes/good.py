@@ -158,7 +158,8 @@ def _options(rng: Rng, seed: int, m: Motor) -> OwnMotor:
         ripple=float(rng.uniform(0, 0.003)), brush_drop=m.volts * float(rng.uniform(0, 0.01)),
         stiction=float(rng.uniform(1.0, 1.2)), stribeck=float(rng.uniform(0.5, 4.0)),
         current_range=1.8 * m.stall_a, counts_per_turn=int(rng.choice((400, 1024, 2000, 4096))),
-        aperture=1.0 / pwm, voltage_aperture=1.0 / pwm, edge_ceiling=4_000_000, dead_time=float(rng.uniform(1e-7, 6e-7)),
+        aperture=1.0 / pwm, voltage_aperture=1.0 / pwm, edge_ceiling=4_000_000,
+        dead_time=float(rng.uniform(1e-7, 6e-7)),
     )  # fmt: skip
 
 

@@ -224,7 +224,7 @@ MISTAKES = (
             Log(chain={"v": times(0.1)}, plate=True)),
     Mistake("shunt wrong by 2", _scale("current", "factor|gain|2"),
             Log(chain={"i": times(2.0)}, plate=True)),
-    Mistake("current gain 2 % off, none stated", (r"gains?\b[^.]*not stated",),
+    Mistake("current gain 2 % off, none stated", (r"not stated: .*current",),
             Log(chain={"i": times(1.02)}), traceless=("current_scale",)),
     Mistake("speed of a gear's output", (r"speed_scale", r"\bgear"),
             Log(source=geared, plate=True)),

@@ -150,8 +150,8 @@ def chained(results: Mapping[str, Any]) -> str:
 
 def alarmed(results: Mapping[str, Any]) -> str:
     """A row a kind of good case."""
-    lines = ["| good | accused | warned at all | of plain motors | beyond 4 u | intervals that hold |",
-             "|---|---|---|---|---|---|"]  # fmt: skip
+    head = ("good", "accused", "warned at all", "of plain motors", "beyond 4 u", "intervals hold")
+    lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for kind in ("logs", "captures"):
         one = results[kind]
         plain = one["of_plain_motors"]
