@@ -29,9 +29,12 @@ LEFT_OUT = {"plan", "emulated_motors"}
 MAY_MISS = {
     "cycle",
     "exactness",
+    "false_alarms",
     "gauge",
     "import",
+    "log_chain",
     "many",
+    "mistakes",
     "search",
     "startup",
 }  # goals of a full run
@@ -158,6 +161,31 @@ def test_line_lets_no_defect_escape_and_loses_none() -> None:
     assert "escapes         0 " in text
     assert "3 results, none lost or doubled" in text
     assert "trend of R_25" in text
+
+
+def test_log_chain_counts_intervals_with_a_fault_stated_and_not() -> None:
+    text = run("log_chain", "--short")
+    row = cells("current delay", text)
+    for held in (row[1], row[3]):
+        pairs = [tuple(map(int, pair)) for pair in re.findall(r"(\d+)/(\d+)", held)]
+        assert sum(of for _, of in pairs) == len(SIX), held
+    assert row[4] == "3/3"  # R, K, J within 2 % where the delay is stated
+
+
+def test_mistakes_are_named_in_a_log_and_at_a_rig(tmp_path: Path) -> None:
+    out = tmp_path / "mistakes.json"
+    text = run("mistakes", "--only", "encoder reversed", "--out", str(out))
+    assert "mistakes 2, named 2" in text
+    kept = json.loads(out.read_text(encoding="utf-8"))["mistakes"]
+    assert [(one["where"], len(one["motors"])) for one in kept] == [("rig", 2), ("log", 3)]
+    assert {m["exit_code"] for one in kept for m in one["motors"].values()} == {3, 4}
+
+
+def test_false_alarms_hold_the_truth_of_good_cases() -> None:
+    text = run("false_alarms", "--count", "1", "--first", "2", "--kinds", "captures")
+    held, of = map(int, found(r"intervals_held (\d+), intervals (\d+)", text).groups())
+    assert of == len(SIX)
+    assert held >= of - 1  # at 95 % each, more would be missed by one rig in thirty
 
 
 def test_many_gives_the_same_digits_on_two_processes() -> None:
