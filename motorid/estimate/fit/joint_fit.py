@@ -43,10 +43,12 @@ def solved(
     sign_check.insist(records)
     start, doubt = _begun(records, fixed)
     solution = settled(records, free, start)
-    if unsupported(records, solution) is not None:
-        return records, solution  # neither colour nor shape of the voltage explains so much
-    if any(record.sensed.waveform for record in records):
+    logged = any(record.sensed.waveform for record in records)
+    if logged:  # a channel that is late by many samples leaves as much
         records, solution = log_fit.best(records, solution, free, start, fixed)
+    if unsupported(records, solution) is not None:
+        return records, solution  # no colour of the noise explains so much
+    if logged:
         solution = _with_other_friction(records, solution, free, start)
     if doubt is not None and leaves_misfit(solution, records):
         records, solution = _doubted(records, solution, free, start, fixed, doubt)
