@@ -19,6 +19,8 @@ from motorid.capture.mapping import ROW, ChannelMap, Formula, parse_maps
 from motorid.capture.model import HELD as HELD
 from motorid.capture.model import NOTES as NOTES
 from motorid.capture.model import VOLTAGE, Capture, Channel, Sense, Wiring
+from motorid.capture.stamps import CLOCK_HZ as CLOCK_HZ
+from motorid.capture.stamps import Clock, clock_of
 from motorid.capture.table_options import (
     TableOptions,
     as_stated,
@@ -31,7 +33,7 @@ from motorid.reading import open_file
 from motorid.version import __version__
 
 Floats = NDArray[np.float64]
-CLOCK_HZ = 1e9  # ticks are integers, and nanoseconds lose nothing that a file's stamps hold
+STAMPS = "stamps"  # provenance: the period and rounding of stamps that a uniform grid explains
 STATIC = "static"  # provenance: True where the rows are steady points without an order in time
 
 
@@ -57,7 +59,7 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
     formulas = _formulas(source, mapped, chosen.constants)
     notes = checks.header_notes(mapped, formulas, source.header_units)
     values = _read(path, source, formulas, chosen, notes)
-    ticks, values, static = _in_order(path, source, mapped, values, chosen, notes)
+    clock, values, static = _in_order(path, source, mapped, values, chosen, notes)
     checks.some_readings(path, values)
     channels = {
         name: _channel(one, values[name], chosen)
@@ -67,8 +69,9 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
     ambient, doubt = _ambient(values.get(AMBIENT), chosen)
     held = {} if static else checks.held_samples(channels)
     capture = Capture(
-        ticks=ticks,
-        clock_hz=CLOCK_HZ,
+        ticks=clock.ticks,
+        clock_hz=clock.hz,
+        clock_uncertainty=clock.uncertainty,
         channels=checks.with_unsigned_current(channels, notes),
         wiring=Wiring(
             gear_ratio=chosen.gear_ratio,
@@ -76,14 +79,14 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
             bridge_resistance_ohm=chosen.bridge_resistance,
             bridge_resistance_uncertainty_ohm=chosen.bridge_resistance_uncertainty,
         ),
-        gaps=() if static else checks.gaps(ticks, notes),
+        gaps=() if static else checks.gaps(clock.ticks, notes),
         ambient_c=ambient,
         ambient_uncertainty_c=doubt,
         stated=chosen.stated,
     )
     notes += checks.capture_notes(capture, held, static)
     kept = capture.channels if static else without_early_readings(capture.channels)
-    found = {NOTES: notes, HELD: held, STATIC: static}
+    found = {NOTES: notes, HELD: held, STATIC: static, **_of_stamps(clock, mapped)}
     return replace(
         capture,
         channels={name: replace(one) for name, one in kept.items()},  # raw data alone
@@ -175,31 +178,40 @@ def _in_order(
     values: dict[str, Floats],
     chosen: TableOptions,
     notes: list[str],
-) -> tuple[NDArray[np.int64], dict[str, Floats], bool]:
-    """Ticks, the values that belong to them, and whether the rows have no time."""
+) -> tuple[Clock, dict[str, Floats], bool]:
+    """The clock, the values that belong to its ticks, and whether the rows have no time."""
     if TIME not in mapped:
         rows = len(values[ROW])
         if not rows:
             raise DataError(f"{path} holds no usable row")
-        return np.arange(rows, dtype=np.int64) * int(CLOCK_HZ), values, True
-    time_s = values[TIME] * mapped[TIME].unit.scale
+        return Clock(np.arange(rows, dtype=np.int64) * int(CLOCK_HZ)), values, True
+    unit_s = mapped[TIME].unit.scale
+    stamps = values[TIME]
+    time_s = stamps * unit_s
     inside = (time_s >= chosen.start_s) & (time_s <= chosen.stop_s)
     if inside.sum() < 2:
         raise DataError(f"{path} holds {inside.sum()} usable rows there: a capture needs two")
     if np.ptp(time_s) * CLOCK_HZ >= 2**62:
         raise DataError(f"{path}: the time column spans {np.ptp(time_s):g} s: is its unit right?")
-    time_s = time_s if inside.all() else time_s[inside]
+    del time_s
+    stamps = stamps if inside.all() else stamps[inside]
     values = _chosen(inside, {n: column for n, column in values.items() if n != TIME})
-    nanoseconds = time_s - time_s[0]
-    nanoseconds *= CLOCK_HZ
-    ticks = np.rint(nanoseconds, out=nanoseconds).astype(np.int64)
-    del time_s, nanoseconds
-    ahead = checks.stamps_that_advance(path, source, ticks, values[ROW], chosen.drop_bad, notes)
-    if ahead.sum() < 2:
+    clock = clock_of(path, source, stamps, unit_s, values, chosen.drop_bad, notes)
+    if len(clock.ticks) < 2:
         raise DataError(f"{path}: the time column does not advance: is it the right column?")
-    if ahead.all():
-        return ticks, values, False
-    return ticks[ahead], _chosen(ahead, values), False
+    return clock, values if clock.ahead is None else _chosen(clock.ahead, values), False
+
+
+def _of_stamps(clock: Clock, mapped: Mapping[str, ChannelMap]) -> dict[str, Any]:
+    """For the provenance: the grid that replaced the file's stamps, if one did."""
+    if clock.grid is None:
+        return {}
+    unit_s = mapped[TIME].unit.scale
+    said = {
+        "period_s": clock.grid.period * unit_s,
+        "resolution_s": clock.grid.resolution * unit_s,
+    }
+    return {STAMPS: said}
 
 
 def _channel(one: ChannelMap, raw: Floats, chosen: TableOptions) -> Channel:

@@ -23,6 +23,7 @@ SENTINELS = (-999.0, -9999.0, -99999.0, 9999.0, 99999.0, 999999.0)
 FAR = 20  # a sentinel lies this many times farther out than the rest of its column
 GAP = 2.5  # a pause of so many usual periods is a gap in the record
 IRREGULAR = 0.02  # relative spread of the periods that is worth saying
+FEW = 0.05  # of the rows: where more repeat a stamp, stamps were rounded
 LEVELS = 4096  # a column of no more distinct values than this may be quantised
 SLOW_S = 1.0  # a period beyond this hardly shows a motor's dynamics
 
@@ -132,9 +133,11 @@ def stamps_that_advance(
     what = "repeats the stamp before it" if repeats else "steps back in time"
     place, lost = source.place(int(rows[first])), int((~ahead).sum())
     if not drop_bad:
+        ask = "is time in the right unit and column?"
+        if repeats and lost > FEW * len(ticks):
+            ask = "write stamps with more digits: no uniform period explains these."
         raise DataError(
-            f"{path}: {place} {what} ({lost} such in all): is time in the right unit and "
-            "column? To leave such rows out: --drop-bad"
+            f"{path}: {place} {what} ({lost} such in all): {ask} To leave such rows out: --drop-bad"
         )
     notes.append(f"{lost} rows left out whose stamps do not advance; the first: {place}")
     return ahead
