@@ -1,7 +1,7 @@
 """The uniform sample period behind time stamps that were rounded.
 
-A logger that samples every 169.49 µs and writes stamps to .1 µs shows periods of 169.4 and 169.5 µs.
-The motor saw neither. Where one start and one period explain every stamp within half the step that
+A logger that samples every 169.49 µs and writes stamps to .1 µs shows periods of 169.4 and 169.5
+µs. The motor saw neither. Where one start and one period explain every stamp within half the step that
 it was rounded to, the samples lie on that grid. Where none does, the stamps are what they say.
 
 A period T is possible if w(T) >= 0, w being the slack that the best start leaves. w is concave and
