@@ -194,7 +194,7 @@ SPEED_FILTER = (r"speed_filtered", r"speed\b[^.]*low.pass")
 VOLTAGE_FILTER = (r"voltage_filtered", r"voltage\b[^.]*low.pass")
 VOLTAGE_LATE = (r"voltage_lag", r"voltage\b[^.]*\blate\b")
 ZERO = (r"current_offset", r"current\b[^.]*\b(offset|zero)\b")
-TIME_UNIT = (r"\btime\b[^.]*\b(unit|ms|milliseconds)\b",)
+TIME_UNIT = (r"\btime\b[^.]*(\b(unit|ms|milliseconds)\b|counts the rows)",)
 OPENED = (r"bridge\b[^.]*\bopen", r"\bcoast", r"open[^.]*bridge")
 REPEATED = (r"readings_held", r"(repeated|held|doubled|duplicate)")
 LOST = (r"samples_dropped", r"(samples|rows)\b[^.]*(lost|missing)", r"\bjump")
@@ -288,7 +288,7 @@ MISTAKES = (
             traceless=("clock", "time_scale")),
     Mistake("sampling locked to the PWM", (r"\bPWM\b", r"alias"),
             Log(drive=switched, source=locked)),
-    Mistake("few samples a motion", (r"slow_sampling", r"few samples", r"\brate\b", r"coarse"),
+    Mistake("few samples a motion", (r"slow_sampling", r"few[ _]samples", r"\brate\b", r"coarse"),
             Log(every_tau=0.6)),
     Mistake("leads not stated", (r"series_resistance", r"leads?\b[^.]*resistance"),
             Log(source=lambda true, s: {"v": true.volts + 0.4 * s.motor.R * true.current},

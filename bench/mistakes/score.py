@@ -52,9 +52,14 @@ class Score:
                 for name, (ratio, holds) in self.doubted.items()
             },
             "worst": {"parameter": self.worst[0], "u": float(f"{self.worst[1]:.3g}")},
-            "named_by": self.by[:240],
-            "said": [one[:160] for one in self.said],
+            "named_by": _short(self.by),
+            "said": [_short(one) for one in self.said[:3]],
         }
+
+
+def _short(sentence: str) -> str:
+    """Its beginning, without the folder of a file."""
+    return re.sub(r"(?<!\S)/(\S+/)+", "", sentence)[:160]
 
 
 def score(
