@@ -1,56 +1,37 @@
 """The uniform sample period behind time stamps that were rounded.
 
-A logger that samples every 169.49 µs and writes stamps to .1 µs shows periods of 169.4 and 169.5
-µs. The motor saw neither. Where one start and one period explain every stamp within half the step that
-it was rounded to, the samples lie on that grid. Where none does, the stamps are what they say.
-
-A period T is possible if w(T) >= 0, w being the slack that the best start leaves. w is concave and
-straight between corners, so Newton's method finds both its zeros from outside in a few steps. The
-middle between them is the period, and half their distance bounds its error.
+A logger that samples every 169.49 µs and writes stamps to .1 µs shows periods of 169.4 and 169.5.
+The motor saw neither. Where one start and one period explain the stamps within half the step that
+they were rounded to, the samples lie on that grid; a few that were late keep their own moments.
+Where nothing explains nine in ten, the stamps are what they say.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.capture.stamp_period import SAME, Floats, Grid, Places, laid
 from motorid.capture.stamp_resolution import resolutions
 
-Floats = NDArray[np.float64]
-Places = NDArray[np.int64]
-
 FEWEST = 16  # stamps that say what their grid is
-UNIT = 1.5  # usual periods: a step below is one sample's
+UNIT = 1.55  # usual periods: a step below is one sample's, be it 3 of a timer where 2 are usual
 PAUSE = 2.5  # periods: after one that is longer a logger may begin a new grid
-SAME = 2e-5  # of a period: stamps so close to a grid are on it, whatever they were rounded to
 ROUNDS = 60
 CLEAR = 0.5  # of a period: stamps rounded to more do not say how many samples lie between two
+MOST = 0.9  # share of the stamps on a grid that others miss
+APART = 1e-3  # periods, at least, between two samples
+FINE = 0.1  # of a period: stamps rounded to more do not say which samples were late
+LOOSE = 0.02  # of a period, beyond the rounding: a step that is still one period
+TRIMS, SPREAD = 20, 4.0  # rounds; times the median distance from a line that is still near it
+CORE = 0.98  # of half a rounding step: so near a line are the stamps that lay the grid
+AGAIN = 1.25  # of half a rounding step: so near are those that lie on a grid that others laid
 OFTEN, ENOUGH = 0.05, 8  # share and number of double steps that are a rounding and no losses
 ALIKE = 0.5  # of the rows that repeat a stamp: so many with the same readings are written twice
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Stamps on a grid: ``places`` (n,) in periods from the first, in the stamps' own unit.
-
-    Places are whole numbers but for a part of the record that began anew after a pause.
-    ``resolution`` is the largest step that stamps were rounded to; ``uncertainty`` the relative
-    standard uncertainty of the period.
-    """
-
-    period: float
-    places: Floats
-    resolution: float
-    uncertainty: float
-
-    @property
-    def coarse(self) -> float:
-        """The resolution in periods."""
-        return self.resolution / self.period
 
 
 def grid_of(stamps: Floats, rows: Floats) -> Grid | None:
@@ -62,12 +43,14 @@ def grid_of(stamps: Floats, rows: Floats) -> Grid | None:
     if len(stamps) < FEWEST or not stamps[-1] > stamps[0]:
         return None
     unit = steps[steps <= UNIT * np.median(steps)]
-    for resolution in resolutions(stamps, unit):
-        for count, most in ((_by_steps(stamps), CLEAR), (_by_rows(rows), np.inf)):
+    written, *others = resolutions(stamps, unit)
+    by_steps = _by_steps(stamps)
+    for resolution in (written, *others):
+        for count, most in ((by_steps, CLEAR), (_by_rows(rows), math.inf)):
             found = _grid(stamps, count, resolution) if count is not None else None
             if found is not None and found.coarse <= most:
                 return found
-    return None
+    return _of_most(stamps, written)
 
 
 def regular(steps: Places) -> bool:
@@ -104,8 +87,8 @@ def _by_steps(stamps: Floats) -> Places | None:
         return None
     period = float(np.mean(steps[steps <= UNIT * np.median(steps)]))
     for _ in range(ROUNDS):
-        count = np.r_[0, np.cumsum(np.rint(steps / period))].astype(np.int64)
-        if np.diff(count).min() < 1:
+        count: Places = np.r_[0, np.cumsum(np.rint(steps / period))].astype(np.int64)
+        if 2 * count[-1] < len(count):
             return None
         before, period = period, _slope(stamps, count)
         if abs(period - before) * float(count[-1]) <= SAME * period:
@@ -121,106 +104,61 @@ def _slope(stamps: Floats, count: Places) -> float:
 
 def _grid(stamps: Floats, count: Places, resolution: Floats) -> Grid | None:
     """The grid at these places, whole or in parts between pauses, if the rounding allows one."""
-    whole = _parts(stamps, count, resolution, [])
+    if np.diff(count).min() < 1:
+        return None
+    whole = laid(stamps, count, resolution, [])
     pauses = np.flatnonzero(np.diff(count) > PAUSE) + 1
     if whole is not None or not len(pauses):
         return whole
-    parts = _parts(stamps, count, resolution, pauses)
+    parts = laid(stamps, count, resolution, pauses)
     if parts is None:
         return None
     again = np.rint(parts.places).astype(np.int64)  # by a period that is now known well
-    return _parts(stamps, again, resolution, []) or parts
+    return laid(stamps, again, resolution, []) or parts
 
 
-def _parts(
-    stamps: Floats, count: Places, resolution: Floats, pauses: Sequence[int] | NDArray[np.intp]
-) -> Grid | None:
-    """The grid of one period whose parts after ``pauses`` begin where they like."""
-    bounds = _Bounds.of(stamps, count, resolution, np.r_[0, pauses].astype(np.intp))
-    periods = bounds.periods()
-    return bounds.grid(*periods) if periods is not None and periods[0] > 0 else None
+def _of_most(stamps: Floats, resolution: Floats) -> Grid | None:
+    """The grid of nine stamps in ten; the others keep their own moments, but for the first.
 
-
-@dataclass(frozen=True)
-class _Bounds:
-    """Where each stamp's moment lies: ``low`` to ``high`` (n,); parts begin at ``starts`` (p,)."""
-
-    count: Places
-    low: Floats
-    high: Floats
-    starts: NDArray[np.intp]
-
-    @classmethod
-    def of(
-        cls, stamps: Floats, count: Places, resolution: Floats, starts: NDArray[np.intp]
-    ) -> _Bounds:
-        own = np.zeros(len(stamps), dtype=np.int64)  # counted from each part's own start
-        own[starts] = np.diff(count[starts], prepend=0)
-        within = count - np.cumsum(own)
-        first = stamps - stamps[0]
-        usual = float(np.median(np.diff(stamps))) or first[-1] / float(count[-1])
-        half = np.maximum(resolution, SAME * usual) / 2
-        return cls(within, first - half, first + half, starts)
-
-    def start(self, period: float) -> tuple[Floats, Floats]:
-        """Earliest and latest moment (p,) at which each part can start; crossed: it cannot."""
-        moved = self.count * period
-        earliest = np.maximum.reduceat(self.low - moved, self.starts)
-        return earliest, np.minimum.reduceat(self.high - moved, self.starts)
-
-    def slack(self, period: float) -> tuple[float, float]:
-        """w and its slope, of the part that leaves the least."""
-        earliest, latest = self.start(period)
-        part = int(np.argmin(latest - earliest))
-        stops = np.r_[self.starts[1:], len(self.count)]
-        own = slice(int(self.starts[part]), int(stops[part]))
-        moved = self.count[own] * period
-        i, j = int(np.argmin(self.high[own] - moved)), int(np.argmax(self.low[own] - moved))
-        value = float(latest[part] - earliest[part])
-        return value, float(self.count[own][j] - self.count[own][i])
-
-    def periods(self) -> tuple[float, float] | None:
-        """The shortest and the longest possible period, or None where there is none."""
-        longest = int(self.count.max())
-        if not longest:
-            return None
-        sizes = np.diff(np.r_[self.starts, len(self.count)])
-        n, t = (
-            x - np.repeat(np.add.reduceat(x, self.starts) / sizes, sizes)
-            for x in (self.count.astype(np.float64), (self.low + self.high) / 2)
-        )
-        usual = float(n @ t / (n @ n))
-        reach = 4 * float(np.max(self.high - self.low))
-        if not usual > 0 or self.slack(usual)[0] < -reach:
-            return None
-        beyond = 2 * reach / longest
-        least, most = self._edge(usual - beyond), self._edge(usual + beyond)
-        return None if least is None or most is None else (min(least, most), max(least, most))
-
-    def _edge(self, period: float) -> float | None:
-        """Where w becomes 0, from a period outside that; None: w turns before.
-
-        The tangents of a concave function lie above it: each is 0 no farther than w is.
-        """
-        value, slope = self.slack(period)
-        inwards = np.sign(slope)
-        for _ in range(ROUNDS):
-            if value >= 0:
-                return period
-            if slope * inwards <= 0:
-                return None
-            before, period = period, period - value / slope
-            if period == before:
-                return period
-            value, slope = self.slack(period)
+    The first sample is where a record's time begins, and is taken as on the grid.
+    """
+    steps = np.diff(stamps)
+    usual = float(np.median(steps))
+    plain = np.abs(steps - usual) <= 1.01 * float(resolution.max()) + LOOSE * usual
+    beside = np.r_[plain, False] | np.r_[False, plain]
+    if np.mean(beside) < MOST or resolution.max() > FINE * usual:
         return None
+    kept, written = stamps[beside], resolution[beside]
+    core, count = _core(kept, written, float(np.mean(steps[plain])))
+    if core.sum() < FEWEST or np.diff(count[core]).min() < 1:
+        return None
+    found = laid(kept[core], count[core], written[core], [])
+    if found is None:
+        return None
+    places = (stamps - kept[core][0] - found.start) / found.period
+    whole = np.rint(places)
+    on = np.abs(places - whole) <= AGAIN * np.maximum(resolution / found.period, SAME) / 2
+    on[0] = True
+    if np.mean(on) < MOST:
+        return None
+    places[on] = whole[on]
+    return replace(found, places=places - places[0]) if np.diff(places).min() > APART else None
 
-    def grid(self, least: float, most: float) -> Grid:
-        """The samples on the grid of the middle of these periods."""
-        period = (least + most) / 2
-        earliest, latest = self.start(period)
-        sizes = np.diff(np.r_[self.starts, len(self.count)])
-        start = (earliest + latest) / 2
-        places = self.count + np.repeat((start - start[0]) / period, sizes)
-        step = float(np.max(self.high - self.low))
-        return Grid(period, places, step, (most - least) / (math.sqrt(12) * period))
+
+def _core(stamps: Floats, resolution: Floats, period: float) -> tuple[NDArray[np.bool_], Places]:
+    """Stamps (n,) within their rounding of the line through most, and whole places (n,) of all."""
+    core = np.ones(len(stamps), dtype=bool)
+    count = np.zeros(len(stamps), dtype=np.int64)
+    for _ in range(TRIMS):
+        if core.sum() < FEWEST:
+            break
+        count = np.r_[0, np.cumsum(np.rint(np.diff(stamps) / period))].astype(np.int64)
+        n, t = count - count[core].mean(), stamps - stamps[core].mean()
+        period = float(n[core] @ t[core] / (n[core] @ n[core]))
+        left = t - n * period
+        left = np.abs(left - np.median(left[core]))
+        half = np.maximum(resolution, SAME * period) / 2
+        core, before = left <= np.maximum(half, SPREAD * float(np.median(left))), core
+        if np.array_equal(before, core):
+            return left <= CORE * half, count
+    return np.zeros(len(stamps), dtype=bool), count

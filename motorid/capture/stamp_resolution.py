@@ -17,6 +17,7 @@ DIGITS = 15  # decimal ones that a number of double precision surely holds
 NOISE = 4 * float(np.finfo(np.float64).eps)  # relative, of a stamp that went through arithmetic
 SINGLE = 23  # binary digits after the first of a number of single precision
 COARSE_TIMER = 4.0  # times the step of the digits: from there a timer's own step can be seen
+SEEN = 3  # times that each of a timer's two steps comes; a step seen less often was late
 TRIED = 256  # stamps that reject a number of digits before all are looked at
 
 
@@ -78,5 +79,6 @@ def _of_timer(steps: Floats, finest: float) -> float:
     A uniform period in counts is one whole number of them or the next.
     """
     low, high = float(steps.min()), float(steps.max())
-    between = (steps > low + finest) & (steps < high - finest)
-    return high - low if high - low > COARSE_TIMER * finest and not between.any() else 0.0
+    shorter, longer = int(np.sum(steps <= low + finest)), int(np.sum(steps >= high - finest))
+    apart = high - low > COARSE_TIMER * finest and shorter + longer == len(steps)
+    return high - low if apart and min(shorter, longer) >= SEEN else 0.0

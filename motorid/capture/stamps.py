@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from motorid.capture import table_checks as checks
 from motorid.capture.columns import Source
 from motorid.capture.mapping import ROW
-from motorid.capture.stamp_grid import Grid, grid_of, regular, written_twice
+from motorid.capture.stamp_grid import grid_of, regular, written_twice
+from motorid.capture.stamp_period import Grid
 
 Floats = NDArray[np.float64]
 Ticks = NDArray[np.int64]

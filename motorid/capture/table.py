@@ -209,7 +209,7 @@ def _of_stamps(clock: Clock, mapped: Mapping[str, ChannelMap]) -> dict[str, Any]
     unit_s = mapped[TIME].unit.scale
     said = {
         "period_s": clock.grid.period * unit_s,
-        "resolution_s": clock.grid.resolution * unit_s,
+        "resolution_s": float(f"{clock.grid.resolution * unit_s:.3g}"),
     }
     return {STAMPS: said}
 
