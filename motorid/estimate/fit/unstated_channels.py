@@ -79,9 +79,11 @@ def _of_record(
     left = gram(rows, rows) - gram(line.own.T, rows).T @ follows - pull.T @ inverse @ pull
     score = project(rows, line.residual)
     information = left + np.eye(len(known))
-    size = np.linalg.solve(information, score)
-    open_ways = np.linalg.cholesky(np.linalg.inv(information)).T
+    known_by, ways = np.linalg.eigh(information)
+    known_by = np.maximum(known_by, 1.0)  # by the priors alone: less is rounding
+    size = ways @ ((ways.T @ score) / known_by)
+    open_ways = ways.T / np.sqrt(known_by)[:, None]
     moved = inverse @ pull
-    shifts = [moved @ way for way in (*open_ways, size)]
+    shifts = [moved @ way for way in open_ways]
     largest = float(np.abs(size).max())
     return Told(float(score @ size), len(known), largest, readings, tuple(shifts), moved @ size)

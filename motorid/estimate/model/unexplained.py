@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, POSITION
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.measurements import EMF, Measured
+from motorid.estimate.signals.time_grid import IRREGULAR
 from motorid.estimate.solver.dense_products import square
 from motorid.estimate.solver.problem import Solution
 
@@ -68,7 +69,12 @@ def unexplained(records: Sequence[MotorRecord], solution: Solution) -> list[Unex
 
 
 def unsupported(records: Sequence[MotorRecord], solution: Solution) -> Unexplained | None:
-    """The channel that the model explains least, where it explains too little for any answer."""
+    """The channel that the model explains least, where it explains too little for any answer.
+
+    None of logs with irregular stamps: nobody knows what their voltage did between readings.
+    """
+    if any(r.sensed.waveform is not None and r.timeline.jitter > IRREGULAR for r in records):
+        return None
     found = [one for one in unexplained(records, solution) if one.contradicts]
     return max(found, key=lambda one: one.share, default=None)
 

@@ -1,0 +1,44 @@
+"""Which channel is named late, or smoothed: only what they differ by is seen."""
+
+from __future__ import annotations
+
+import pytest
+
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE
+from motorid.estimate.diagnosis.faults.unstated_channels import Size, lags, smoothings
+from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
+from motorid.estimate.effects.unstated.current_lag import CURRENT_LAG
+from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
+from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
+from motorid.estimate.effects.unstated.voltage_smoothing import VOLTAGE_SMOOTHING
+from tests.estimate.effects.benches import record
+
+U = 1e-5
+
+
+@pytest.mark.parametrize(
+    ("late", "lag", "odd"),
+    [(0.0, 0.01, CURRENT), (-0.01, 0.0, VOLTAGE), (0.01, -0.01, SPEED)],
+)
+def test_the_odd_one_out_of_three_is_late(late: float, lag: float, odd: str) -> None:
+    sizes = {VOLTAGE_LATE.name: (late, U), CURRENT_LAG.name: (lag, U)}
+    found = {one.channel: one.seconds for one in lags(record("unstated"), sizes)}
+    assert found[odd] == pytest.approx(0.01)
+    assert all(seconds == pytest.approx(0.0) for name, seconds in found.items() if name != odd)
+
+
+def test_what_all_have_in_common_is_nobodys() -> None:
+    sizes = {
+        CURRENT_SMOOTHING.name: (2e-3, U),
+        SPEED_SMOOTHING.name: (-1e-3, U),
+        VOLTAGE_SMOOTHING.name: (-1e-3, U),
+    }
+    found = {one.channel: one.seconds for one in smoothings(record("unstated"), sizes)}
+    assert found == pytest.approx({CURRENT: 3e-3, SPEED: 0.0, VOLTAGE: 0.0})
+
+
+def test_only_what_is_sure_and_long_is_said() -> None:
+    period = 1e-3
+    assert Size(CURRENT, 5e-4, 1e-5).worth_saying(period)
+    assert not Size(CURRENT, 3e-4, 1e-5).worth_saying(period)
+    assert not Size(CURRENT, 5e-4, 2e-4).worth_saying(period)
