@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 from motorid.capture.model import Capture
-from motorid.estimate.diagnosis.facts import commanded, pooled, pwm_aliasing, supply, unit_mistakes
+from motorid.estimate.diagnosis.facts import (
+    commanded,
+    doubled_rows,
+    pooled,
+    pwm_aliasing,
+    supply,
+    unit_mistakes,
+)
 from motorid.estimate.results.estimate import Diagnostic, Estimate
 
 
@@ -19,6 +26,7 @@ def findings(
     yield from pooled.findings(captures, estimate, fit)
     for k, capture in enumerate(captures):
         where = f" in run {k + 1}" if len(captures) > 1 else ""
+        yield from doubled_rows.findings(capture, estimate.parameters, where)
         yield from supply.findings(capture, estimate.parameters, where)
         yield from pwm_aliasing.findings(capture, estimate.parameters, where)
         yield from commanded.findings(capture, estimate.parameters, where)
