@@ -11,6 +11,7 @@ from motorid.estimate.diagnosis.facts import (
     pooled,
     pwm_aliasing,
     supply,
+    swapped_columns,
     unit_mistakes,
 )
 from motorid.estimate.results.estimate import Diagnostic, Estimate
@@ -26,6 +27,7 @@ def findings(
     yield from pooled.findings(captures, estimate, fit)
     for k, capture in enumerate(captures):
         where = f" in run {k + 1}" if len(captures) > 1 else ""
+        yield from swapped_columns.findings(capture, where)
         yield from doubled_rows.findings(capture, estimate.parameters, where)
         yield from supply.findings(capture, estimate.parameters, where)
         yield from pwm_aliasing.findings(capture, estimate.parameters, where)
