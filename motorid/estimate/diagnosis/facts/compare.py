@@ -8,6 +8,7 @@ from motorid.capture.model import Capture
 from motorid.estimate.diagnosis.facts import (
     commanded,
     doubled_rows,
+    plate,
     pooled,
     pwm_aliasing,
     supply,
@@ -33,3 +34,4 @@ def findings(
         yield from pwm_aliasing.findings(capture, estimate.parameters, where)
         yield from commanded.findings(capture, estimate.parameters, where)
     yield from unit_mistakes.findings(captures, estimate.parameters, estimate.combinations)
+    yield from plate.findings(captures, estimate)
