@@ -12,6 +12,7 @@ from motorid.estimate.diagnosis.facts import (
     pooled,
     pwm_aliasing,
     supply,
+    supply_current,
     swapped_columns,
     unit_mistakes,
 )
@@ -29,6 +30,7 @@ def findings(
     for k, capture in enumerate(captures):
         where = f" in run {k + 1}" if len(captures) > 1 else ""
         yield from swapped_columns.findings(capture, where)
+        yield from supply_current.findings(capture, where)
         yield from doubled_rows.findings(capture, estimate.parameters, where)
         yield from supply.findings(capture, estimate.parameters, where)
         yield from pwm_aliasing.findings(capture, estimate.parameters, where)

@@ -74,7 +74,7 @@ def test_the_label_of_another_winding_is_named(turns: float) -> None:
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 def test_a_wrong_scale_of_the_voltage_is_no_other_winding(factor: float) -> None:
-    scaled = {n: factor for n in ("R", "L", "K", "B", "J", "T0")}
+    scaled = dict.fromkeys(("R", "L", "K", "B", "J", "T0"), factor)
     plate = scale_errors.read_nameplate(PLATE)
     found = scale_errors.suspects(parameters(**scaled), plate, 24.0)
     assert [s.code for s in found] == ["voltage_scale"]
