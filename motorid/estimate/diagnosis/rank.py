@@ -17,6 +17,7 @@ from motorid.estimate.diagnosis.faults import (
     current_zero,
     encoder_bandwidth,
     load_slip,
+    lost_rows,
     lost_samples,
     low_pass_filter,
     model_alternatives,
@@ -148,6 +149,7 @@ def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
     for k, record in enumerate(records):
         run = [
             *lost_samples.suspects(record.capture, record.timeline),
+            *lost_rows.suspects(record.capture),
             *repeated_readings.suspects(record.capture),
             *current_zero.suspects(record),
             *current_limited_supply.suspects(record),

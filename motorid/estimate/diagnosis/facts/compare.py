@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 from motorid.capture.model import Capture
-from motorid.estimate.diagnosis.facts import commanded, pooled, pwm_aliasing, supply, unit_mistakes
+from motorid.estimate.diagnosis.facts import (
+    commanded,
+    doubled_rows,
+    plate,
+    pooled,
+    pwm_aliasing,
+    supply,
+    supply_current,
+    swapped_columns,
+    unit_mistakes,
+)
 from motorid.estimate.results.estimate import Diagnostic, Estimate
 
 
@@ -19,7 +29,11 @@ def findings(
     yield from pooled.findings(captures, estimate, fit)
     for k, capture in enumerate(captures):
         where = f" in run {k + 1}" if len(captures) > 1 else ""
+        yield from swapped_columns.findings(capture, where)
+        yield from supply_current.findings(capture, where)
+        yield from doubled_rows.findings(capture, estimate.parameters, where)
         yield from supply.findings(capture, estimate.parameters, where)
         yield from pwm_aliasing.findings(capture, estimate.parameters, where)
         yield from commanded.findings(capture, estimate.parameters, where)
     yield from unit_mistakes.findings(captures, estimate.parameters, estimate.combinations)
+    yield from plate.findings(captures, estimate)

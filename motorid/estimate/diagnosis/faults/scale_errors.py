@@ -87,7 +87,12 @@ SERIES = Cause(
     "series_resistance", "wiring", {"R": 1}, {},
     "sense the voltage at the motor's terminals, or state the leads' resistance in the rig", True,
 )  # fmt: skip
+WINDING = Cause(  # n times the turns of a thinner wire in the same slots
+    "other_winding", "nameplate", {"R": 2, "L": 2, "K": 1, NO_LOAD: -1}, {},
+    "check the nameplate against the motor: one frame comes with several windings",
+)  # fmt: skip
 CAUSES = (SPEED, AMPERES, VOLTS, SERIES)
+ALL_CAUSES = (*CAUSES, WINDING)
 
 
 @dataclass(frozen=True)
@@ -137,6 +142,8 @@ def _said(
     said = cause.words(verdict.factor)
     if cause is SERIES:
         said = f"about {nameplate['R'] * (verdict.factor - 1):.2g} ohm are in series with the motor"
+    if cause is WINDING:
+        said = f"another winding than the label's, with about {verdict.factor:.2g} times its turns"
     departs = ", ".join(f"{math.exp(d):.3g} times its {n}" for n, (d, _) in known.items())
     evidence = f"{said}: of the nameplate's figures the fit gives {departs}{either}"
     return Suspect(cause.code, cause.where, evidence, cause.action, "named")
@@ -180,12 +187,17 @@ def absurd(
 
 
 def by_nameplate(known: Mapping[str, tuple[float, float]]) -> tuple[Verdict, ...]:
-    """The cause that explains the departures, with one that does so as well; empty: none."""
+    """The cause that explains the departures, with one that does so as well; empty: none.
+
+    A label of another winding stands beside a scale that does as well, and never in its place.
+    """
     without = sum(_cost(name, d, s, math.inf) for name, (d, s) in known.items())
-    found = sorted((v for c in CAUSES if (v := _best(c, known))), key=lambda v: v.left)
+    found = sorted((v for c in ALL_CAUSES if (v := _best(c, known))), key=lambda v: v.left)
     if not found or without - found[0].left < CLEAR:
         return ()
     alike = tuple(v for v in found if v.left - found[0].left < ALONE)
+    if len(alike) > PAIR:
+        alike = tuple(v for v in alike if v.cause is not WINDING)
     return alike if len(alike) <= PAIR else ()
 
 
