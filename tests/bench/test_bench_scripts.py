@@ -188,6 +188,13 @@ def test_false_alarms_hold_the_truth_of_good_cases() -> None:
     assert held >= of - 1  # at 95 % each, more would be missed by one rig in thirty
 
 
+def test_captures_that_no_motor_gives_have_no_estimated_parameter() -> None:
+    text = run("refusals", "--count", "2", "--seed", "1")
+    assert "voltage and current swapped" in text
+    assert "'estimated'" not in text
+    assert int(found(r"at most (\d+) evaluations", text)[1]) <= 20_000
+
+
 def test_many_gives_the_same_digits_on_two_processes() -> None:
     text = run("many", "2", "2")
     assert "2 captures, 0 failed" in text
