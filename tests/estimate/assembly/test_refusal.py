@@ -28,7 +28,7 @@ def spoilt(base: str, spoil: str) -> Estimate:
     ("base", "spoil"),
     [
         ("diode-decay", "voltage and current swapped"),
-        ("log-random-stamps", "all shuffled"),
+        ("log-steps", "all shuffled"),
         ("log-drop-outs", "voltage shuffled"),
         ("fast-decay", "current of another run"),
     ],
