@@ -51,15 +51,7 @@ NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
 SHARE = 0.3  # and this share of all that there is to explain
 ODD = 2.0  # excess of one run over that of any other, which makes it the one to look at
 VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
-HARMLESS = {
-    "current_offset",
-    "supply_limited",
-    *(
-        f"{channel}_{kind}"
-        for channel in unstated_channels.WORDS.values()
-        for kind in ("lag", "filtered")
-    ),
-}  # a fit may allow for them: others are sought too
+HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: others are sought too
 HARM = 0.002  # relative shift of a parameter that makes a fault worth naming
 
 
@@ -100,7 +92,7 @@ def suspects(records: Sequence[MotorRecord], solution: Solution) -> tuple[Suspec
 
 def spoiling(found: Sequence[Suspect]) -> bool:
     """Whether one of these makes the parameters worthless as long as it is there."""
-    return any(s.code not in HARMLESS for s in found)
+    return any(s.code not in HARMLESS and not s.allowed for s in found)
 
 
 def _odd_one_out(

@@ -68,7 +68,8 @@ class Suspect:
     """A fault of the measuring chain: ``evidence`` for it, and the ``action`` that mends it.
 
     ``where`` is a channel or a part of the rig. "named": these data show it. "not excluded": it
-    would leave no trace in these data. ``moves``: as of a ``Diagnostic``.
+    would leave no trace in these data. ``moves``: as of a ``Diagnostic``. ``allowed``: the fit has
+    it among its unknowns, so that it spoils nothing.
     """
 
     code: str
@@ -77,6 +78,7 @@ class Suspect:
     action: str
     strength: Strength
     moves: Mapping[str, float] = field(default_factory=dict, hash=False)
+    allowed: bool = False
 
 
 @dataclass(frozen=True)

@@ -103,11 +103,11 @@ def _said(kind: str, size: Size, period_s: float) -> Suspect:
             f"{what}_lag", what,
             f"the {what} comes {long} later than the other channels; the fit allows for it",
             f"stamp all channels alike, or declare it: --delay {what}={size.seconds:.3g}",
-            "named",
+            "named", allowed=True,
         )  # fmt: skip
     return Suspect(
         f"{what}_filtered", what,
         f"the {what} reads as behind a low-pass of {long}; the fit allows for it",
         f"take the filter out, or declare it: --filter {what}={1e3 * size.seconds:.3g}ms",
-        "named",
+        "named", allowed=True,
     )  # fmt: skip

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE
+from motorid.estimate.diagnosis import rank
 from motorid.estimate.diagnosis.faults.unstated_channels import Size, lags, smoothings
 from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
 from motorid.estimate.effects.unstated.current_lag import CURRENT_LAG
 from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
 from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
 from motorid.estimate.effects.unstated.voltage_smoothing import VOLTAGE_SMOOTHING
+from motorid.estimate.results.estimate import Suspect
 from tests.estimate.effects.benches import record
 
 U = 1e-5
@@ -42,3 +46,9 @@ def test_only_what_is_sure_and_long_is_said() -> None:
     assert Size(CURRENT, 5e-4, 1e-5).worth_saying(period)
     assert not Size(CURRENT, 3e-4, 1e-5).worth_saying(period)
     assert not Size(CURRENT, 5e-4, 2e-4).worth_saying(period)
+
+
+def test_what_the_fit_allows_for_spoils_nothing_and_the_same_fault_unallowed_does() -> None:
+    lag = Suspect("current_lag", "current", "it comes late", "declare it", "named")
+    assert rank.spoiling([lag])
+    assert not rank.spoiling([replace(lag, allowed=True)])
