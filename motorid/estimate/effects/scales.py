@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import POSITION, SPEED
 from motorid.estimate.effects.influence_quantity import Prior, Subject
-from motorid.estimate.signals.measurements import Measured, filter_of, second_order
+from motorid.estimate.signals.measurements import Measured, after_filter_s
 
 Floats = NDArray[np.float64]
 
@@ -77,12 +77,7 @@ def least_delay_s(measured: Measured | None) -> float:
 
     A filter before the converter counts in the delay, but cannot be read ahead of.
     """
-    if measured is None:
-        return 0.0
-    channel, name = measured.channel, measured.block.name
-    second = second_order(channel, name)
-    taken_s = channel.filter_delay_s if second else filter_of(channel, name)
-    return min(taken_s - channel.delay_s, 0.0)
+    return 0.0 if measured is None else -after_filter_s(measured.channel, measured.block.name)
 
 
 def top_volts(subject: Subject) -> float:

@@ -12,7 +12,7 @@ from motorid.capture.model import CURRENT, HELD, POSITION, SPEED, VOLTAGE, Captu
 from motorid.estimate.signals.discontinuous_current import unclear
 from motorid.estimate.signals.time_grid import Timeline
 from motorid.estimate.solver.problem import Block
-from motorid.motor.response import Output, Quantity
+from motorid.motor.reading import Output, Quantity
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -82,10 +82,17 @@ def read(
 
 def _output(channel: Channel, quantity: Quantity, name: str) -> Output:
     """How the model reads for a channel, whose delay counts the filter before its converter."""
+    after_s = after_filter_s(channel, name)
     filter_s = filter_of(channel, name)
-    taken_s = channel.filter_delay_s if second_order(channel, name) else filter_s
-    after_s = max(channel.delay_s - taken_s, 0.0)
     return Output(quantity, channel.window_s, after_s, channel.pwm_phase, filter_s)
+
+
+def after_filter_s(channel: Channel, name: str) -> float:
+    """The part of a block's delay (s) that its filter does not take."""
+    taken_s = filter_of(channel, name)
+    if second_order(channel, name):
+        taken_s = channel.filter_delay_s
+    return max(channel.delay_s - taken_s, 0.0)
 
 
 def filter_of(channel: Channel, name: str) -> float:
