@@ -29,7 +29,7 @@ def pieces(captures: Sequence[Capture]) -> list[Capture]:
     A piece too short to tell where the motor was when it began is left out, unless all are.
     """
     whole = unbroken(captures)
-    closed = [driven(piece) for piece in whole]
+    closed = [driven(piece, openings(piece)) for piece in whole]
     if not any(closed):
         return whole
     return [piece for each in closed for piece in each]
@@ -55,9 +55,8 @@ def _cut(capture: Capture) -> list[Capture]:
     return [part(capture, a, b) for a, b in long]
 
 
-def driven(capture: Capture) -> list[Capture]:
+def driven(capture: Capture, opened: Sequence[Opening]) -> list[Capture]:
     """The parts of a capture in which its bridge was closed; a rest before a drive counts."""
-    opened = openings(capture)
     if not opened:
         return [capture]
     return [part(capture, a, b) for a, b in _between(opened, len(capture)) if b - a >= DRIVEN]
@@ -74,7 +73,7 @@ def left_out(captures: Sequence[Capture]) -> list[Diagnostic]:
     opened = [openings(capture) for capture in whole]
     if not any(opened):
         return []
-    if not any(driven(capture) for capture in whole):
+    if not any(map(driven, whole, opened)):
         return [
             Diagnostic(
                 "bridge_open", "warning",
