@@ -30,7 +30,8 @@ from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS, Estimate
 from motorid.identify import fit
-from motorid.motor.response import Output, Quantity, Response
+from motorid.motor.reading import Output, Quantity
+from motorid.motor.response import Response
 from motorid.rig import Limits, Nameplate, Rig, Sampling, default_program
 from motorid.sim import truth
 from motorid.sim.motor import motors

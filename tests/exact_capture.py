@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Channel, Phase
-from motorid.motor.response import Output, Quantity, Stretch
+from motorid.motor.reading import Output, Quantity, Stretch
 from motorid.program import Decay, Program, Step, StepKind
 from tests.motor_reference import Reference
 

@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SUPPLY, VOLTAGE, Capture, Channel
-from motorid.motor.response import Output, Quantity, Response, Stretch
+from motorid.motor.reading import Output, Quantity, Stretch
+from motorid.motor.response import Response
 from motorid.program import StepKind
 
 Floats = NDArray[np.float64]

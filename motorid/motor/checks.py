@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from motorid.motor.response import Output, Stretch
+from motorid.motor.reading import Output, Stretch
 
 MAX_OUTPUTS = 16  # response.h's
 MAX_INTERVALS = 1e9  # that a reading reaches back: response.h's

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.motor._response import ffi, lib
-from motorid.motor.response import Floats, Output, Response, Stretch
+from motorid.motor.reading import Output, Stretch
+from motorid.motor.response import Floats, Response
 
 SIX = ("R", "L", "K", "B", "J", "T0")
 NAMES = (

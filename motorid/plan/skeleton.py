@@ -26,7 +26,8 @@ from motorid.capture.model import (
 from motorid.estimate.signals.pwm_bridge import clamp_voltage, pwm_shape
 from motorid.estimate.signals.time_grid import Part, lay
 from motorid.motor.parameters import Motor
-from motorid.motor.response import Output, Quantity, Response, Stretch
+from motorid.motor.reading import Output, Quantity, Stretch
+from motorid.motor.response import Response
 from motorid.program import Program, Step, StepKind
 
 Floats = NDArray[np.float64]

@@ -18,7 +18,7 @@ from motorid.capture.table import STAMPS, read_table
 from motorid.errors import DataError
 from motorid.estimate.signals.time_grid import lay
 from motorid.identify import fit
-from motorid.motor.response import Output, Quantity, Stretch
+from motorid.motor.reading import Output, Quantity, Stretch
 from tests.motor_reference import Reference
 
 Floats = NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from motorid.motor.response import Output
+from motorid.motor.reading import Output
 
 CURRENT, SPEED, POSITION, FILTERED, CHARGE, VOLTS, STATES = range(7)
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motorid.motor.response import Output, Quantity, Response, Stretch
+from motorid.motor.reading import Output, Quantity, Stretch
+from motorid.motor.response import Response
 from motorid.motor.wide import NAMES, SIX, WideResponse
 from tests.motor.filter_reference import Behind, Bridge, Linear
 from tests.motor.wide_reference import WideReference

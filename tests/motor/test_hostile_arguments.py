@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from motorid.motor.batch import LINEAR, QUADRATIC, Record, expm
-from motorid.motor.response import Output, Quantity, Response, Stretch
+from motorid.motor.reading import Output, Quantity, Stretch
+from motorid.motor.response import Response
 from motorid.motor.wide import NAMES, SIX, WideResponse
 
 H, COUNT = 1e-4, 40

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from motorid.motor.response import Output, Quantity, Response, Stretch
+from motorid.motor.reading import Output, Quantity, Stretch
+from motorid.motor.response import Response
 from tests.motor_reference import Reference
 
 FAULHABER = (2.6, 180e-6, 7.68e-3, 3e-7, 3.9e-7, 3e-4)

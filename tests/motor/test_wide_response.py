@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motorid.motor.response import Output, Quantity, Response, Stretch
+from motorid.motor.reading import Output, Quantity, Stretch
+from motorid.motor.response import Response
 from motorid.motor.wide import AT_REST, NAMES, SIX, WideResponse
 from tests.motor.wide_reference import WideReference
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.signals.time_grid import Part
-from motorid.motor.response import Stretch
+from motorid.motor.reading import Stretch
 
 Floats = NDArray[np.float64]
 Restretch = Callable[[Stretch, Part, float], Stretch]

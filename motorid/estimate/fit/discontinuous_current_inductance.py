@@ -18,7 +18,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.pwm_bridge import DIODE_DROPS_V, signed_duty
 from motorid.estimate.signals.step_transient import HEAD
 from motorid.estimate.solver.problem import Solution
-from motorid.motor.response import Output, Quantity
+from motorid.motor.reading import Output, Quantity
 
 Floats = NDArray[np.float64]
 

@@ -8,17 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import POSITION, SPEED, Capture
 from motorid.errors import DataError
+from motorid.estimate.fit.start_signals import Signals
 from motorid.estimate.results.estimate import Diagnostic
-
-if TYPE_CHECKING:
-    from motorid.estimate.fit.start_values import Signals
 
 Floats = NDArray[np.float64]
 Mechanics = tuple[float, float, float]  # B, J, T0

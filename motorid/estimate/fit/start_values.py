@@ -11,17 +11,16 @@ derivative of a noisy signal is taken, and parts that a capture lacks leave no h
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, POSITION, SPEED
+from motorid.capture.model import POSITION, SPEED
 from motorid.errors import DataError
-from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.fit import lagging_start
 from motorid.estimate.fit.lagging_start import Doubt
+from motorid.estimate.fit.start_signals import Signals, signals
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.solver.dense_products import dot
 
@@ -31,68 +30,6 @@ WINDOWS = 24  # mechanical windows in each part
 SHORTEST = 6  # samples of a mechanical window
 HIDDEN = 0.02  # share of the voltage of a back-EMF that noise gave the wrong sign
 STALLED = 1e-3  # of the largest speed, below which friction may hold
-
-
-@dataclass(frozen=True)
-class Signals:
-    """A record's readings on its grid, offsets at rest removed: V, A, rad, rad/s; all (count,)."""
-
-    period_s: float
-    volts: Floats
-    current: Floats
-    angle: Floats
-    speed: Floats | None  # where it was measured itself
-    edges: tuple[int, ...]  # first intervals of the program's parts, and the end
-    open: tuple[bool, ...]
-    series_ohm: float
-
-
-def signals(record: MotorRecord) -> Signals:
-    """The record's readings made whole. Raises DataError when it lacks current or motion."""
-    line = record.timeline
-    named = {m.block.name: m for m in record.measured}
-    _insist(record, set(named))
-    grid: dict[str, Floats] = {}
-    for name, m in named.items():
-        grid[name] = np.interp(np.arange(line.count), m.keep, m.values)
-    starts = {u.name: u.start for u in record.unknowns}
-    amperes = grid[CURRENT] - starts.get(CURRENT_OFFSET.name, 0.0)
-    if named[CURRENT].unsigned:  # near enough for a start
-        amperes = amperes * np.sign(record.sensed.volts)
-    amperes = np.where(record.driven, amperes, 0.0)
-    speed = grid.get(SPEED) if POSITION not in named else None
-    angle = grid[POSITION] if POSITION in named else np.cumsum(grid[SPEED]) * line.period_s
-    return Signals(
-        line.period_s,
-        np.where(record.driven, record.sensed.volts, 0.0),
-        amperes,
-        angle,
-        speed,
-        (*(p.start for p in line.parts), line.count),
-        tuple(p.open for p in line.parts),
-        record.sensed.series_ohm,
-    )
-
-
-def _insist(record: MotorRecord, named: set[str]) -> None:
-    """Raises DataError when the current or the motion is missing, unusable, or never changes."""
-    where = f" in {record.capture.path}" if record.capture.path else ""
-    for names, what in (((CURRENT,), "current"), ((POSITION, SPEED), "position or speed")):
-        if not named & set(names):
-            given = any(record.capture.get(name) is not None for name in names)
-            why = (
-                "no usable reading (missing, or at the end of the range)" if given else "no channel"
-            )
-            raise DataError(
-                f"there is {why} of the {what}{where}: the fit of all six parameters needs "
-                "voltage, current and motion"
-            )
-        m = next(m for m in record.measured if m.block.name in names)
-        if float(np.ptp(m.values)) <= 1.5 * m.channel.resolution * record.gear:
-            raise DataError(
-                f"the {m.block.name} never changes{where}: check its sensor, and that the motor "
-                "moves"
-            )
 
 
 def start_values(records: Sequence[MotorRecord], fixed: Mapping[str, float]) -> dict[str, float]:

@@ -15,7 +15,8 @@ from motorid.capture.model import CURRENT
 from motorid.errors import DataError
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.fit.parameter_bounds import unknowns_of
-from motorid.estimate.fit.start_values import Signals, mechanical, shows_motion
+from motorid.estimate.fit.start_signals import Signals
+from motorid.estimate.fit.start_values import mechanical, shows_motion
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.measurements import EMF

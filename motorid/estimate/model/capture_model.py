@@ -18,7 +18,7 @@ from motorid.estimate.effects.registry import used
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.effects.source_noise import SourceNoise
 from motorid.estimate.effects.unstated import ahead
-from motorid.estimate.model.rebuilt_response import rebuilt
+from motorid.estimate.model.rebuilt_response import extended, rebuilt
 from motorid.estimate.model.reconstructed_voltage import Course, Driving
 from motorid.estimate.model.source_mixing import Mixer
 from motorid.estimate.model.weighting import Weighed
@@ -33,8 +33,9 @@ from motorid.estimate.signals.thevenin_source import Source
 from motorid.estimate.signals.time_grid import Timeline, lay
 from motorid.estimate.signals.voltage_sensing import Sense, sense
 from motorid.estimate.solver.problem import Unknown
-from motorid.motor.response import Output, Quantity, Response, Stretch
-from motorid.motor.wide import AT_REST, NAMES, SIX, WideResponse
+from motorid.motor.reading import Output, Quantity, Stretch
+from motorid.motor.response import Response
+from motorid.motor.wide import NAMES, SIX
 
 Floats = NDArray[np.float64]
 Sizes = Mapping[Instance, float]
@@ -310,7 +311,7 @@ class MotorRecord(Weighed):
         self.simulated += 1
         motor = self.motor(shared)
         if len(motor) == len(SIX) and not setup.motor.keys() <= set(SIX):
-            return self._smoothed(self._extended(motor, setup))
+            return self._smoothed(extended(self, motor, setup))
         for name, more in setup.motor.items():
             motor[NAMES.index(name)] += more
         if setup.rebuilt:
@@ -323,17 +324,6 @@ class MotorRecord(Weighed):
         for row, smooth in self._second_order.items():
             readings[row] = smooth(readings[row])
         return readings
-
-    def _extended(self, motor: Floats, setup: Setup) -> Floats:
-        """With parameters beyond the six, by the response that knows them."""
-        wider, initial = np.zeros(len(NAMES)), [*setup.initial, *AT_REST[self.states :]]
-        wider[: len(motor)] = motor
-        for name, more in setup.motor.items():
-            wider[NAMES.index(name)] += more
-        response = rebuilt(self, setup, WideResponse)
-        assert isinstance(response, WideResponse)
-        response.plan(wider, initial)
-        return response(wider, initial)
 
     def _change(self, setup: Setup) -> None:
         """Let the response that stands be of this run."""

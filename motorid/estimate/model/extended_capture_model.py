@@ -22,7 +22,8 @@ from motorid.estimate.signals.intersample_voltage import JOINED
 from motorid.estimate.signals.measurements import EMF, Measured
 from motorid.estimate.signals.smoothing import smoothed
 from motorid.estimate.solver.problem import Unknown
-from motorid.motor.response import Output, Quantity, Response, Stretch
+from motorid.motor.reading import Output, Quantity, Stretch
+from motorid.motor.response import Response
 from motorid.motor.wide import START, WideResponse
 
 Floats = NDArray[np.float64]

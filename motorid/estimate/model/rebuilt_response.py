@@ -2,18 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from motorid.estimate.effects.action import Setup, restretched
+from motorid.estimate.signals.measurements import Measured
+from motorid.estimate.signals.time_grid import Timeline
+from motorid.motor.reading import Output, Stretch
 from motorid.motor.response import Response
+from motorid.motor.wide import AT_REST, NAMES, WideResponse
 
-if TYPE_CHECKING:
-    from motorid.estimate.model.capture_model import MotorRecord
+Floats = NDArray[np.float64]
 
 
-def rebuilt(record: MotorRecord, setup: Setup, respond: Callable[..., Response]) -> Response:
+class Driven(Protocol):
+    """A record as far as a response of its run needs it; as of ``MotorRecord``."""
+
+    @property
+    def volts(self) -> Floats: ...
+    @property
+    def stretches(self) -> Sequence[Stretch]: ...
+    @property
+    def first(self) -> Mapping[int, int] | Sequence[int]: ...
+    @property
+    def outputs(self) -> Sequence[Output]: ...
+    @property
+    def measured(self) -> tuple[Measured, ...]: ...
+    @property
+    def pwm_period_s(self) -> float: ...
+    @property
+    def states(self) -> int: ...
+    @property
+    def timeline(self) -> Timeline: ...
+    def stamped(self, setup: Setup) -> Floats | float: ...
+
+
+def rebuilt(record: Driven, setup: Setup, respond: Callable[..., Response]) -> Response:
     """With another clock, gain of the source, or other stretches; ``respond`` makes it."""
     clock, gain = setup.clock, setup.source_gain
     outputs = [
@@ -35,3 +63,18 @@ def rebuilt(record: MotorRecord, setup: Setup, respond: Callable[..., Response])
     volts = gain * (record.volts + record.stamped(setup)) + setup.volts
     period_s = clock * record.timeline.period_s
     return respond(period_s, volts, outputs, stretches, clock * record.pwm_period_s)
+
+
+def extended(record: Driven, motor: Floats, setup: Setup) -> Floats:
+    """Readings (outputs, count) with parameters beyond the six, by the response that knows them.
+
+    ``motor``: the first of ``motorid.motor.wide.NAMES``; the others are none but for the setup's.
+    """
+    wider, initial = np.zeros(len(NAMES)), [*setup.initial, *AT_REST[record.states :]]
+    wider[: len(motor)] = motor
+    for name, more in setup.motor.items():
+        wider[NAMES.index(name)] += more
+    response = rebuilt(record, setup, WideResponse)
+    assert isinstance(response, WideResponse)
+    response.plan(wider, initial)
+    return response(wider, initial)

@@ -14,7 +14,7 @@ from motorid.estimate.signals.pwm_bridge import stretch_of
 from motorid.estimate.signals.thevenin_source import Source
 from motorid.estimate.signals.time_grid import Part
 from motorid.estimate.signals.voltage_sensing import Sense
-from motorid.motor.response import Stretch
+from motorid.motor.reading import Stretch
 
 Floats = NDArray[np.float64]
 

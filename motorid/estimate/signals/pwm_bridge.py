@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import Capture, Wiring
 from motorid.estimate.signals.time_grid import Part
-from motorid.motor.response import Stretch
+from motorid.motor.reading import Stretch
 from motorid.program import Decay, StepKind
 
 Floats = NDArray[np.float64]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import Channel
 from motorid.estimate.signals.time_grid import Part, Timeline
-from motorid.motor.response import Output, Quantity
+from motorid.motor.reading import Output, Quantity
 
 Floats = NDArray[np.float64]
 

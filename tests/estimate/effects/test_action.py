@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from motorid.estimate.effects import action
 from motorid.estimate.effects.action import Setup
 from motorid.estimate.signals.time_grid import Part
-from motorid.motor.response import Stretch
+from motorid.motor.reading import Stretch
 
 SIZES = st.floats(-1.0, 1.0)
 

@@ -10,6 +10,7 @@ from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.errors import DataError
 from motorid.estimate.fit import start_values
 from motorid.estimate.fit.lagging_start import Doubt, mechanics
+from motorid.estimate.fit.start_signals import signals
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.identify import fit
@@ -60,7 +61,7 @@ def test_a_start_is_guessed_where_no_lag_helps() -> None:
     def never(*_: object) -> tuple[tuple[float, float, float], float]:
         raise DataError("no")
 
-    data = [start_values.signals(MotorRecord(log(), PARAMETERS, {}))]
+    data = [signals(MotorRecord(log(), PARAMETERS, {}))]
     motor, doubt = mechanics(data, MOTOR.R, MOTOR.K, {}, never, DataError("why"))
     assert 0.3 * MOTOR.J < motor[1] < 3.0 * MOTOR.J
     assert str(doubt.refusal()) == "why"

@@ -8,7 +8,8 @@ import pytest
 from motorid.capture.model import Wiring
 from motorid.estimate.signals.pwm_bridge import stretch_of
 from motorid.estimate.signals.time_grid import Part
-from motorid.motor.response import Output, Quantity, Response
+from motorid.motor.reading import Output, Quantity
+from motorid.motor.response import Response
 from motorid.program import Decay, StepKind
 from tests.sim.conftest import make_plant
 

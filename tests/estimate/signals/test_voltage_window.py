@@ -13,7 +13,7 @@ import motorid
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Channel, Phase, Wiring
 from motorid.estimate.signals.time_grid import lay
 from motorid.estimate.signals.voltage_window import Window
-from motorid.motor.response import Quantity
+from motorid.motor.reading import Quantity
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.sim.bench import plant_params
 from motorid.sim.chain import draw_chain

@@ -18,7 +18,7 @@ from motorid.estimate.effects.influence_quantity import (
     Use,
 )
 from motorid.estimate.signals.time_grid import Part
-from motorid.motor.response import Stretch
+from motorid.motor.reading import Stretch
 from motorid.program import Decay, StepKind
 
 

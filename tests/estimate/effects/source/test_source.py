@@ -26,7 +26,7 @@ from motorid.estimate.effects.source.winding_warming import WINDING_WARMING
 from motorid.estimate.effects.source.wiring_resistance import WIRING_RESISTANCE
 from motorid.estimate.signals.measurements import EMF
 from motorid.estimate.signals.time_grid import Part
-from motorid.motor.response import Stretch
+from motorid.motor.reading import Stretch
 from motorid.program import Decay, StepKind
 from tests.estimate.effects.benches import FAULHABER, POINT, moved, record, usual, within
 
