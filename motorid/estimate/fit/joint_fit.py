@@ -46,12 +46,12 @@ def solved(
     logged = any(record.sensed.waveform for record in records)
     if logged:  # a channel that is late by many samples leaves as much
         records, solution = log_fit.best(records, solution, free, start, fixed)
+    if doubt is not None:  # a motion that is late, before it is refused
+        records, solution = _doubted(records, solution, free, start, fixed, doubt)
     if unsupported(records, solution) is not None:
         return records, solution  # no colour of the noise explains so much
     if logged:
         solution = _with_other_friction(records, solution, free, start)
-    if doubt is not None and leaves_misfit(solution, records):
-        records, solution = _doubted(records, solution, free, start, fixed, doubt)
     solution = whitened(records, free, merged(start, solution), solution)
     known = merged(start, solution)
     return subsample_inductance.told(records, free, fixed, known, solution) or (records, solution)
@@ -101,7 +101,7 @@ def _doubted(
 ) -> tuple[list[MotorRecord], Solution]:
     """The likelier of the captures as they are, and with a motion that is taken earlier.
 
-    Raises DataError where neither fits.
+    Raises DataError where neither fits well; what no motor gives is for the refusal to say.
     """
     best = records, solution
     for share in TRIED if doubt.late_s > 0.0 else ():
@@ -113,6 +113,6 @@ def _doubted(
         other = settled(others, free, start)
         if other.objective < best[1].objective:
             best = others, other
-    if leaves_misfit(best[1], best[0]):
+    if leaves_misfit(best[1], best[0]) and unsupported(*best) is None:
         raise doubt.refusal()
     return best
