@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from motorid.errors import DataError
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Solution
@@ -41,7 +42,9 @@ class Profile:
         return float(self.solution.values[self.place])
 
     def root(self, value: float) -> float:
-        """Root of how far the likelihood falls when the parameter is held there."""
+        """Root of how far the likelihood falls when the parameter is held there; infinite where no
+        finite motor remains.
+        """
         held = [
             replace(u, start=float(v), lower=value, upper=value) if k == self.place
             else replace(u, start=float(v))
@@ -50,7 +53,10 @@ class Profile:
             )
         ]  # fmt: skip
         held[self.place] = replace(held[self.place], start=value)
-        found = maximise(held, self.records, before=self.solution)
+        try:
+            found = maximise(held, self.records, before=self.solution)
+        except DataError:
+            return math.inf
         return math.sqrt(max(found.objective - self.solution.objective, 0.0))
 
     def end(self, first: float, wanted: float, least: float = 0.0) -> float:

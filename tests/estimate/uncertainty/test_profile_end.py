@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import pytest
@@ -34,3 +35,17 @@ def test_the_end_is_not_short_of_where_the_likelihood_has_fallen(kink: float, st
     farthest = profile.root(end) >= (1.0 - NEAR) * WANTED
     assert farthest or end == pytest.approx(5.0)  # or as far as any end may lie
     assert end < max(kink, 5.0) + 0.5
+
+
+@dataclass(frozen=True)
+class Walled(Kinked):
+    """Beyond ``kink`` no motor remains."""
+
+    def root(self, value: float) -> float:
+        return math.inf if value > self.kink else 0.5 * abs(value - self.best)
+
+
+def test_an_end_lies_at_the_wall_beyond_which_no_motor_remains() -> None:
+    end = Walled(None, (), 0, 2.5).end(4.0, WANTED)  # type: ignore[arg-type]
+    assert end == pytest.approx(2.5, rel=0.1)
+    assert end >= 2.5  # no bound is given up that the data left open
