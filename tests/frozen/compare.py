@@ -2,7 +2,8 @@
 
 A difference of a number is counted in units of what it may be off by: a value and its interval in
 the total standard uncertainty u, a line of a budget in itself or a tenth of the greatest line of
-that parameter, a part of an uncertainty likewise, a correlation in 1, everything else in itself.
+that parameter, a part of an uncertainty likewise, a correlation in 1, what a gain that nobody
+stated would change of a value in that value's u, everything else in itself.
 """
 
 from __future__ import annotations
@@ -134,13 +135,21 @@ class Scales:
         own = abs(value) if isinstance(value, int | float) else 0.0
         if parts[0] == "budget":
             return max(own, LEAST_SHARE * self._greatest[_kind(path)])
+        if parts[0] == "not_stated":
+            totals = (self._total((table, parts[-1])) for table in ("parameters", "combinations"))
+            return next((u for u in totals if u), own)
         owner = parts[:-2] if parts[-2:-1] == ["interval_95"] else parts[:-1]
-        total = self._all.get(SPLIT.join((*owner, "uncertainty", "total")))
-        if isinstance(total, float) and total > 0:
+        total = self._total(owner)
+        if total:
             return total
         if "uncertainty" in parts:
             return max(own, LEAST_SHARE * self._greatest_part(parts))
         return own or self._greatest.get(_kind(path), 0.0)
+
+    def _total(self, owner: Sequence[str]) -> float:
+        """The total uncertainty of a value; 0 where it has none."""
+        total = self._all.get(SPLIT.join((*owner, "uncertainty", "total")))
+        return total if isinstance(total, float) else 0.0
 
     def _greatest_part(self, parts: Sequence[str]) -> float:
         total = self._all.get(SPLIT.join((*parts[:-1], "total")))

@@ -26,6 +26,8 @@ ANSWER: Flat = {
     "budget > R > noise": 0.1,
     "budget > R > clock": 1e-9,
     "correlation > K > R": 1e-3,
+    "not_stated > current gain > R": 1e-9,
+    "not_stated > current gain > L": 1e-9,
     "diagnostics > budget > message": "R is known to 5.01 %, after 170 evaluations",
     "models > six > evaluations": 170,
     "models > six > degrees_of_freedom": 1000,
@@ -45,6 +47,13 @@ def test_a_value_and_its_interval_are_measured_by_the_uncertainty() -> None:
     assert size == pytest.approx(2e-3)
     assert found(3e-3, R_value=2.0002) == []
     assert len(found(1e-3, interval_95_0=1.8002)) == 1
+
+
+def test_what_an_unstated_gain_would_change_is_measured_as_the_value_that_it_changes() -> None:
+    ((_, size),) = found(1e-3, **{"current gain_R": 2e-4})
+    assert size == pytest.approx(2e-3, rel=1e-4)  # of u, not of 1e-9
+    ((_, size),) = found(1e-3, **{"current gain_L": 2e-9})
+    assert size == pytest.approx(1.0)  # of itself, where the value has no u
 
 
 def test_parts_that_do_not_matter_are_measured_by_those_that_do() -> None:
