@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import os
+import signal
 import tomllib
 from pathlib import Path
 
@@ -24,6 +26,11 @@ hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=No
 hypothesis.settings.load_profile("repeatable")
 
 
+# A run that nohup starts ignores hang-ups, and so would every process that a test starts.
+if hasattr(signal, "SIGHUP"):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 @pytest.fixture(scope="session")
 def repo_root() -> Path:
     """The folder that holds pyproject.toml."""
@@ -43,6 +50,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if config.getoption("--device") is None:
         config.hook.pytest_deselected(items=[item for item in items if _is_of_a_device(item)])
         items[:] = [item for item in items if not _is_of_a_device(item)]
+
+
+def pytest_collection_finish() -> None:
+    """Thousands of tests and modules stay to the end: the collector need not look at them again."""
+    gc.collect()
+    gc.freeze()
 
 
 def _is_of_a_device(item: pytest.Item) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -27,7 +28,16 @@ class Plan:
 
 
 def clean_capture(motor: dict[str, float], plan: Plan = Plan()) -> Capture:
-    """A noise-free capture of current, position and terminal voltage."""
+    """A noise-free capture of current, position and terminal voltage; its readings are read-only.
+
+    Each is integrated once a process.
+    """
+    return _clean_capture(tuple(motor.items()), plan)
+
+
+@cache
+def _clean_capture(items: tuple[tuple[str, float], ...], plan: Plan) -> Capture:
+    motor = dict(items)
     n, h = plan.count, plan.period_s
     rest = n // 20
     each = (n - 4 * rest) // (len(plan.volts) + 1)
@@ -57,8 +67,11 @@ def clean_capture(motor: dict[str, float], plan: Plan = Plan()) -> Capture:
             kind="mean", aperture_s=h, sense="terminals",
         ),
     }  # fmt: skip
+    ticks = (np.arange(n) * round(h * CLOCK_HZ)).astype(np.int64)
+    for shared in (ticks, *(channel.raw for channel in channels.values())):
+        shared.flags.writeable = False
     return Capture(
-        ticks=(np.arange(n) * round(h * CLOCK_HZ)).astype(np.int64),
+        ticks=ticks,
         clock_hz=CLOCK_HZ,
         channels=channels,
         program=Program(tuple(steps)),

@@ -28,6 +28,7 @@ def test_record_then_fit_a_path_or_a_capture(path: Path) -> None:
     assert six.parameters["K"].status == "fixed"
 
 
+@pytest.mark.slow
 def test_what_is_no_capture_is_said(path: Path) -> None:
     with pytest.raises(motorid.MotoridError, match="17 is no capture: give captures, or the files"):
         motorid.fit(path, 17)  # type: ignore[arg-type]

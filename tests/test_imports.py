@@ -6,6 +6,7 @@ import ast
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -56,10 +57,11 @@ def room(module: str) -> str | None:
     return "cli" if parts[1] == "__main__" else parts[1].split("_")[0]
 
 
-def imported(path: Path) -> Iterator[str]:
-    """Every module that a file imports, also those inside functions."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        yield from names(node)
+@cache
+def imported(path: Path) -> frozenset[str]:
+    """Every module that a file of the package imports, also those inside functions."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    return frozenset(name for node in ast.walk(tree) for name in names(node))
 
 
 def names(node: ast.AST) -> Iterator[str]:
@@ -97,7 +99,7 @@ def test_json_and_csv_are_written_in_one_place() -> None:
     """Python's own json writes NaN, its csv writes formulas; both have one guarded door."""
     doors = {"json": {"json_text.py"}, "csv": {"csv_text.py", "csv_reader.py", "study_file.py"}}
     for path in files():
-        for module in set(imported(path)) & set(doors):
+        for module in imported(path) & set(doors):
             assert path.name in doors[module], f"{path} imports {module}: see {doors[module]}"
 
 

@@ -33,6 +33,7 @@ ANYTHING = st.recursive(
 )
 
 
+@pytest.mark.slow
 @hypothesis.given(ANYTHING)
 @hypothesis.settings(max_examples=150)
 def test_what_is_written_is_strict(value: Any) -> None:

@@ -84,6 +84,7 @@ def test_a_file_that_is_none_is_said(tmp_path: Path, text: str, told: str) -> No
     assert "motor.toml" in str(caught.value)
 
 
+@pytest.mark.slow
 @given(st.text(max_size=20) | st.builds("{}={}".format, st.sampled_from(list(KEYS)), st.text()))
 def test_any_text_is_read_or_refused(said: str) -> None:
     try:

@@ -142,6 +142,7 @@ serve(main, ["json"])
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows forks no process")
 def test_one_warm_child_forks_one_for_each_file(tmp_path: Path) -> None:
     """So libraries are loaded once, and what kills or stops the reader of a file is its alone."""

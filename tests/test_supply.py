@@ -113,6 +113,7 @@ def document() -> bill.Json:
     return bill.bill()
 
 
+@pytest.mark.slow
 def test_the_bill_obeys_its_schema_and_comes_again(document: bill.Json) -> None:
     assert json.loads(bill.written(document)) == document == bill.bill()
     with pytest.raises(SupplyError, match="breaks its schema"):
@@ -132,6 +133,7 @@ def test_the_bill_has_every_package_and_its_edges(document: bill.Json) -> None:
     assert {name for ends in edges.values() for name in ends} <= named.keys()
 
 
+@pytest.mark.slow
 def test_the_notices_hold_the_licences_of_what_users_install() -> None:
     text = "".join(bill.notices())
     assert "numpy" in text

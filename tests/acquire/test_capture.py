@@ -60,6 +60,7 @@ def test_progress_is_told(tmp_path: Path) -> None:
     assert seen[0].total_s == pytest.approx(0.38)
 
 
+@pytest.mark.slow
 def test_ticks_go_on_past_32_bits(tmp_path: Path) -> None:
     plain = store.load(run("", tmp_path / "plain.h5"))
     middle = int(plain.ticks[len(plain) // 2])

@@ -104,6 +104,7 @@ def test_what_was_measured_before_a_fault_is_kept(
     assert ends in record.missing(capture)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["flip:5e-4", "drop:5e-4", "insert:5e-4", "double:5e-4"])
 def test_a_bad_cable_loses_blocks_and_nothing_else(fault: str, tmp_path: Path) -> None:
     """The same seed without the fault sent the same samples: each one kept is in its place."""
@@ -126,6 +127,7 @@ def test_a_bad_cable_loses_blocks_and_nothing_else(fault: str, tmp_path: Path) -
     assert abs(moved - whole) < 0.01 * whole
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["split", "burst"])
 def test_odd_deliveries_change_nothing(fault: str, tmp_path: Path) -> None:
     capture = store.load(run(f"fault={fault}", tmp_path / "run.h5"))
@@ -152,6 +154,7 @@ def test_over_current_trips_and_is_said(tmp_path: Path) -> None:
     assert store.load(tmp_path / "run.h5").end_reason == "fault: over_current"
 
 
+@pytest.mark.slow
 def test_no_thread_or_descriptor_is_left(tmp_path: Path) -> None:
     run("", tmp_path / "first.h5")
     threads = threading.active_count()
@@ -169,6 +172,7 @@ def test_no_thread_or_descriptor_is_left(tmp_path: Path) -> None:
 OFF_PART = "pwm=8000&voltage_aperture=125e-6&aperture=0&delay=0&phase=0.95"
 
 
+@pytest.mark.slow
 def test_a_current_read_in_the_off_part_of_a_pwm_period_is_judged_while_braking(
     tmp_path: Path,
 ) -> None:

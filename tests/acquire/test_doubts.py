@@ -24,6 +24,7 @@ def captured(options: str, path: Path, program: Program = LONGER) -> Capture:
     return store.load(record.capture(rig, program, path / "run.h5"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fault", "says"),
     [
@@ -41,6 +42,7 @@ def test_a_sensor_that_fails_in_mid_run_is_named(fault: str, says: str, tmp_path
     assert 0 < since < capture.time_s[-1]
 
 
+@pytest.mark.slow
 def test_the_command_says_so_and_the_file_keeps_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -68,6 +70,7 @@ def test_no_healthy_motor_is_doubted(motor: str, tmp_path: Path) -> None:
     assert doubts(capture) == []
 
 
+@pytest.mark.slow
 def test_a_level_that_friction_beats_is_no_fault(tmp_path: Path) -> None:
     """The motor runs down to rest in a drive."""
     slow = Decay.SYNCHRONOUS_SLOW

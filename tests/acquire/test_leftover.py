@@ -37,6 +37,7 @@ def left(folder: Path, *, size: int | None = None) -> Path:
     return journal
 
 
+@pytest.mark.slow
 def test_a_journal_without_samples_frees_its_name_and_is_kept(tmp_path: Path) -> None:
     journal = left(tmp_path, size=6000)
     before = journal.read_bytes()
@@ -49,6 +50,7 @@ def test_a_journal_without_samples_frees_its_name_and_is_kept(tmp_path: Path) ->
     assert len(store.load(record.capture(rig, rig.program, tmp_path / "run.h5"))) == 3800
 
 
+@pytest.mark.slow
 def test_force_moves_a_leftover_aside_and_says_so(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

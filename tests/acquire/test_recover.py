@@ -72,6 +72,7 @@ def test_a_journal_that_was_altered_after_it_was_closed_stays(tmp_path: Path) ->
     assert sorted(one.name for one in tmp_path.iterdir()) == ["run.h5", "run.h5.journal.torn"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("keep_journal")
 def test_a_torn_journal_gives_what_it_holds(tmp_path: Path) -> None:
     path = run("", tmp_path / "run.h5")
@@ -169,6 +170,7 @@ def test_no_room_for_the_file_keeps_the_journal(
 WRONG = (3, -1, 1e308, float("nan"), True, None, "x", "\ud800", [1], {"a": 1}, {"a": {"b": []}})
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("keep_journal")
 def test_whatever_a_header_or_a_mark_holds_costs_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -234,6 +236,7 @@ def test_offsets_that_are_no_numbers_are_the_board_s_nominal_ones(tmp_path: Path
     assert any("nominal offsets" in remark for remark in record.remarks(capture))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("keep_journal")
 def test_a_reply_that_nobody_asked_for_changes_nothing(tmp_path: Path) -> None:
     """The client of the board takes none; nor does who reads the journal later."""

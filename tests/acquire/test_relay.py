@@ -166,6 +166,7 @@ def test_a_bad_relay_loses_blocks_and_says_so(fault: str, tmp_path: Path) -> Non
     assert sum(gap.samples for gap in kept.gaps) == SAMPLES - len(kept) > 0
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_gaps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("motorid.acquire.record.random.randrange", lambda low, high: 77)
     gaps = [

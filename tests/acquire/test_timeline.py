@@ -154,6 +154,7 @@ def test_any_order_gives_the_same_run(order: list[int], start: int) -> None:
     assert not line.unplaced
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.tuples(st.integers(1, 9), st.sampled_from(["keep", "lose", "twice"])), min_size=1),
     st.integers(0, U32 - 1),

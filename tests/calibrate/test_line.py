@@ -38,6 +38,7 @@ def test_it_agrees_with_orthogonal_distance_regression() -> None:
     assert line.intercept == pytest.approx(peer.beta[1], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_its_uncertainty_covers_repeated_draws() -> None:
     rng = np.random.default_rng(5)
     true_x = np.array([-2.0, -1.0, 1.0, 2.0])

@@ -92,6 +92,7 @@ def test_wiring_and_direction_are_corrected_too(stored: Path, rig: Rig) -> None:
     assert again.ambient_c == 31.0
 
 
+@pytest.mark.slow
 def test_the_file_stays_and_the_estimate_cites_both(stored: Path, rig: Rig, folder: Path) -> None:
     before = hashlib.sha256(stored.read_bytes()).hexdigest()
     plain = motorid.fit(stored)
@@ -116,6 +117,7 @@ def test_the_file_stays_and_the_estimate_cites_both(stored: Path, rig: Rig, fold
     assert shares["K"] == pytest.approx(1, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_command_prints_both_and_keeps_to_the_schema(
     stored: Path, rig: Rig, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -129,6 +131,7 @@ def test_the_command_prints_both_and_keeps_to_the_schema(
     assert "corrected.calibration.toml" in (tmp_path / "out" / "report.html").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_many_captures_are_re_analysed_as_one_is(
     stored: Path, rig: Rig, folder: Path, tmp_path: Path
 ) -> None:
@@ -141,6 +144,7 @@ def test_many_captures_are_re_analysed_as_one_is(
     assert len(list((tmp_path / "runs").glob("*.json"))) == 2
 
 
+@pytest.mark.slow
 def test_check_judges_a_stored_capture_under_another_rig(
     stored: Path, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -189,6 +193,7 @@ def test_damaged_provenance_is_one_sentence(
         recalibrated(replace(own, provenance={**own.provenance, **damage}), rig)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "said", ["yesterday", {"name": "x"}, {"name": "x", "oldest": "2026"}, [1], {"oldest": 3}]
 )
@@ -220,6 +225,7 @@ def test_the_history_keeps_the_calibration_of_a_capture(
     assert "calibration_text" not in json.loads(capture_record(store.load(stored)).calibration)
 
 
+@pytest.mark.slow
 def test_the_history_says_when_a_verdict_was_given_under_another_rig(
     stored: Path, folder: Path, tmp_path: Path
 ) -> None:

@@ -97,6 +97,7 @@ def test_a_calibrated_fit_is_nearer_the_truth_and_knows_it(tmp_path: Path) -> No
     assert np.mean(np.abs(scores) < 2) >= 0.9
 
 
+@pytest.mark.slow
 def test_the_motor_moves_only_after_it_was_said(tmp_path: Path) -> None:
     path, rig = walk.open_rig(str(rig_file(tmp_path)))
     person = told()
@@ -184,6 +185,7 @@ def test_a_failing_step_keeps_those_before_it(tmp_path: Path) -> None:
     assert "encoder" not in found.tables
 
 
+@pytest.mark.slow
 def test_a_known_resistor_needs_the_voltage_first_and_then_no_meter(tmp_path: Path) -> None:
     file = rig_file(tmp_path)
     answers = tmp_path / "answers.toml"

@@ -169,6 +169,7 @@ BEHIND = st.sampled_from(["", ",1", ",2", ",3", ",", ",around", ",after", ",befo
 TEXTS = st.builds("{}{}{}".format, NUMBERS, UNITS, BEHIND) | st.text(max_size=12)
 
 
+@pytest.mark.slow
 @given(TEXTS)
 def test_any_text_is_read_or_refused_in_one_sentence(said: str) -> None:
     for read in (declared.low_pass, declared.aperture):

@@ -151,6 +151,7 @@ CELLS = st.one_of(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @given(rows=st.lists(st.tuples(CELLS, CELLS), min_size=1, max_size=6), comma=st.booleans())
 def test_both_ways_of_parsing_agree(
     tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[str, str]], comma: bool

@@ -60,6 +60,7 @@ def test_lost_samples_and_any_decimal_rounding(
         assert_places(found(stamps), places, period, step)
 
 
+@pytest.mark.slow
 @given(PERIODS, st.floats(0.01, 0.45), COUNTS, SEEDS)
 def test_any_timer(period: float, coarse: float, count: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -80,6 +81,7 @@ def test_several_samples_of_one_stamp_are_counted(coarse: float, count: int, see
         assert_places(found(stamps, rows), rows, 1e-3 / coarse, 1e-3)
 
 
+@pytest.mark.slow
 @given(PERIODS, st.integers(5, 9), COUNTS)
 def test_significant_digits(period: float, digits: int, count: int) -> None:
     places = np.arange(float(count))
@@ -92,6 +94,7 @@ def test_significant_digits(period: float, digits: int, count: int) -> None:
         assert regular(np.rint(np.diff(stamps) / step).astype(np.int64))
 
 
+@pytest.mark.slow
 @given(PERIODS, COUNTS)
 def test_single_precision_and_the_time_of_day(period: float, count: int) -> None:
     places = np.arange(float(count))
@@ -101,6 +104,7 @@ def test_single_precision_and_the_time_of_day(period: float, count: int) -> None
         assert_places(found(1.7e9 + places * period), places, period, 2.4e-7)
 
 
+@pytest.mark.slow
 @given(PERIODS, st.floats(1e-6, 0.1), st.floats(2.5, 20), st.integers(100, 500), SEEDS)
 def test_stamps_beyond_their_rounding_stay(
     period: float, coarse: float, times: float, count: int, seed: int
@@ -112,6 +116,7 @@ def test_stamps_beyond_their_rounding_stay(
     assert grid_of(stamps, np.arange(float(count))) is None
 
 
+@pytest.mark.slow
 @given(PERIODS, st.floats(-6, -1.5), st.integers(200, 1000), st.booleans(), SEEDS)
 def test_late_samples_keep_their_moments_and_the_others_lie_on_the_grid(
     period: float, finer: float, count: int, first: bool, seed: int
@@ -161,6 +166,7 @@ def log(folder: Path, stamps: list[str]) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", [".7f", ".9f", ".3f", ".6g"])
 def test_a_log_of_rounded_stamps_gives_the_motor(form: str, tmp_path: Path) -> None:
     capture = read_table(log(tmp_path, [f"{k / 5900:{form}}" for k in range(1500)]), MAPS)

@@ -184,6 +184,7 @@ def damaged(good: Path, place: Path) -> Iterator[None]:
     yield
 
 
+@pytest.mark.slow
 def test_no_history_is_an_internal_error(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     good = here / "good.db"
     with open_history(good) as history:
@@ -202,6 +203,7 @@ def test_no_history_is_an_internal_error(here: Path, capsys: pytest.CaptureFixtu
     assert codes >= {0, 4}
 
 
+@pytest.mark.slow
 @hypothesis.given(st.text() | st.from_regex(r"[A-Z]=-?[0-9e.%_]{1,12}") | st.floats().map(str))
 @hypothesis.settings(max_examples=100)
 def test_option_parsers_give_a_finite_value_or_a_usage_error(text: str) -> None:

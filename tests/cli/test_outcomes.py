@@ -69,6 +69,8 @@ def _tracebacks_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_every_command_by_every_outcome_and_stream(
     words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """The text of a traceback costs more than all else here, and has tests of its own."""
+    monkeypatch.setattr("traceback.print_exception", lambda error, file: None)
     command = command_of(words)
     monkeypatch.setattr(command, "params", [])
     for name, (callback, code) in OUTCOMES.items():

@@ -124,6 +124,7 @@ def volts(client: Client) -> Sequence[Fields]:
     return [client.hold(400, 3.0), client.hold(300, -1.5), client.coast(200)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("script", [all_kinds, decays])
 @pytest.mark.parametrize("motor", ["faulhaber", "maxon-amax22", "pittman"])
 def test_raw_samples_agree_to_the_last_count(

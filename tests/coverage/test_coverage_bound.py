@@ -59,6 +59,7 @@ def test_the_bounds_derivatives_are_the_plants(name: str, tmp_path: Path) -> Non
         assert np.sqrt(np.mean(left**2)) < 0.1 * np.sqrt(np.mean(plant**2)), (name, channel)
 
 
+@pytest.mark.slow
 def test_a_prior_that_is_wider_never_narrows_the_bound(tmp_path: Path) -> None:
     runs = record(draw_bench(SEED), tmp_path)
     sharp, _ = relative_bound(runs.captures, runs.truth)

@@ -66,6 +66,7 @@ def rig(request: pytest.FixtureRequest) -> Iterator[Rig]:
         yield Rig(request.param, stack)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "fault"),
     [

@@ -37,6 +37,7 @@ def unfiltered(tmp_path_factory: pytest.TempPathFactory) -> float:
     return known(fitted(tmp_path_factory.mktemp("unfiltered"), "").parameters["L"])[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tau_s", [15e-6, 30e-6, 100e-6, 700e-6])
 def test_a_declared_filter_leaves_the_inductance(
     tau_s: float, unfiltered: float, tmp_path: Path
@@ -51,6 +52,7 @@ def test_a_declared_filter_leaves_the_inductance(
     assert size_u < 0.5 * TOLERANCE * tau_s  # the readings tell it better than its parts do
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tau_s", [30e-6, 700e-6])
 def test_an_instant_amid_filtered_ripple(tau_s: float, tmp_path: Path) -> None:
     estimate, true = captured(tmp_path, f"{AMID_RIPPLE}&current_filter={tau_s}")
@@ -59,6 +61,7 @@ def test_an_instant_amid_filtered_ripple(tau_s: float, tmp_path: Path) -> None:
     assert u < 0.02 * inductance
 
 
+@pytest.mark.slow
 def test_a_filter_off_by_its_tolerance_is_found(unfiltered: float, tmp_path: Path) -> None:
     """Declared as 90 µs, and truly 100 µs."""
     estimate = fitted(tmp_path, f"&current_filter=90e-6&filter_error={1 / 9}")
@@ -69,6 +72,7 @@ def test_a_filter_off_by_its_tolerance_is_found(unfiltered: float, tmp_path: Pat
     assert size_u < 2e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tau_s", [30e-6, 100e-6])
 def test_a_filter_that_nobody_declared_is_named(tau_s: float, tmp_path: Path) -> None:
     estimate, true = captured(tmp_path, f"&hidden_filter={tau_s}")
@@ -85,6 +89,7 @@ def test_a_filter_that_nobody_declared_is_named(tau_s: float, tmp_path: Path) ->
     assert float(said[1]) == pytest.approx(1e6 * tau_s, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_slow_sampler_finds_the_filter_and_then_the_ripple_that_tells_the_inductance(
     tmp_path: Path,
 ) -> None:

@@ -160,6 +160,7 @@ def test_a_record_that_begins_in_motion() -> None:
     assert "initial speed" in estimate.nuisance
 
 
+@pytest.mark.slow
 def test_friction_that_is_not_there_is_not_given() -> None:
     motor = {**FAULHABER, "B": 1e-12, "T0": 1e-6}
     estimate = fit([noisy(clean_capture(motor, PLAN), 3, *SD)])
@@ -179,6 +180,7 @@ def test_inductance_far_below_the_sampling_is_not_given() -> None:
     assert estimate.parameters["K"].value == pytest.approx(7.68e-3, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_instrument_uncertainty_follows_the_declared_gains() -> None:
     gain = 0.01
     plain = fit([run()])
@@ -193,6 +195,7 @@ def test_instrument_uncertainty_follows_the_declared_gains() -> None:
     assert R.total == pytest.approx(np.hypot(R.statistical, R.instrument))
 
 
+@pytest.mark.slow
 def test_a_current_gain_error_moves_the_values_as_the_budget_says() -> None:
     error = 1.004
     true = fit([run()])
@@ -205,6 +208,7 @@ def test_a_current_gain_error_moves_the_values_as_the_budget_says() -> None:
         assert moved == pytest.approx(declared.budget[name]["current gain"], rel=0.15)
 
 
+@pytest.mark.slow
 def test_a_voltage_gain_error_moves_the_values_as_the_budget_says() -> None:
     error = 1.004
     volts = run().channels[VOLTAGE]
@@ -290,6 +294,7 @@ def test_import_is_cheap_and_knows_no_serial_port() -> None:
     subprocess.run([sys.executable, "-c", script], check=True)
 
 
+@pytest.mark.slow
 def test_the_report_says_which_cause_to_improve_first() -> None:
     current = run().channels[CURRENT]
     doubtful = changed(run(), **{CURRENT: replace(current, gain_uncertainty=0.02)})

@@ -55,6 +55,7 @@ def test_every_parameter_of_the_default_bench(tmp_path: Path) -> None:
     assert max(off[n] for n in ("L", "B", "T0")) < 0.03
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [
@@ -71,6 +72,7 @@ def test_other_measuring_chains(tmp_path: Path, options: str) -> None:
     assert max(off[n] for n in ("L", "B", "T0")) < 0.03
 
 
+@pytest.mark.slow
 def test_duty_times_supply_for_a_voltage(tmp_path: Path) -> None:
     channels = ("current", "supply_voltage", "position")
     off = errors(*captured(tmp_path, channels=channels))
@@ -86,6 +88,7 @@ def test_duty_times_supply_is_refused_with_diode_decay(tmp_path: Path) -> None:
 INSTANT, PART = "&aperture=0&delay=0&phase=0.3", "&aperture=20e-6&delay=10e-6"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", ["", INSTANT, PART])
 @pytest.mark.parametrize("decay", [Decay.DIODE, Decay.FAST])
 def test_every_parameter_with_a_current_that_stops_or_reverses(

@@ -27,6 +27,7 @@ EVERY_KIND = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", EVERY_KIND)
 def test_a_flipped_bit_leaves_the_data_or_is_said(kind: str) -> None:
     counts, broken = bit_flips.run(FLIPS[kind], seed=1, only=kind)

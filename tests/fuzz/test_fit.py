@@ -34,12 +34,14 @@ def test_a_little_of_what_the_fuzzer_does() -> None:
     assert words == {"fitted", "refused"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["steps", "locked-rotor", "exact"])
 def test_what_is_damaged_was_good(name: str) -> None:
     assert name in BASES
     assert check(name).word == "fitted"
 
 
+@pytest.mark.slow
 def test_a_broken_promise_is_seen() -> None:
     """A fit that answers with NaN, and one that warns."""
     good = fit([base("steps")])

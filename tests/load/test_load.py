@@ -62,6 +62,7 @@ def test_a_slow_run_keeps_its_memory(tmp_path: Path) -> None:
     assert grew is None or grew < 4
 
 
+@pytest.mark.slow
 def test_a_slow_disk_holds_up_no_heartbeat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each sync takes 0.3 s, more than half of what the board waits for the host."""
     fsync = os.fsync

@@ -70,6 +70,7 @@ READINGS = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tau", [1e-4, 2e-3])
 def test_starts_stops_and_coasts_agree_with_an_adaptive_integrator(tau: float) -> None:
     outputs = [replace(o, filter_s=tau) for o in READINGS]
@@ -83,6 +84,7 @@ def test_starts_stops_and_coasts_agree_with_an_adaptive_integrator(tau: float) -
         assert worst(y, filtered.read(output, np.arange(len(COURSE)) * H)) < 1e-7
 
 
+@pytest.mark.slow
 def test_a_wider_motor_is_filtered_within_its_own_exactness() -> None:
     added = {
         "brush": 0.3, "brush_current": 0.1, "quadratic": 3e-10, "J": 2e-7, "load_inertia": 2e-7,
@@ -108,6 +110,7 @@ RATIOS = np.array([0.01, 0.1, 1.0, 10.0, 100.0])  # of the filter to it
 WITHIN = np.array([1e-5, 1e-8, 1e-9, 1e-9, 1e-9])  # of the ripple: the integrator's dense output
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("periods", [1, 2])
 @pytest.mark.parametrize(
     ("duties", "diodes"), [((0.4, 0.75, 0.1), False), ((0.3, 0.4, 0.85), True)]

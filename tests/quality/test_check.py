@@ -53,6 +53,7 @@ def test_a_wrong_serial_number_moves_nothing(
     assert list((tmp_path / "out").iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_stored_capture_gets_the_same_verdict(
     good: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -32,7 +32,13 @@ DEFECTS = [
 ]
 
 
-@pytest.mark.parametrize(("options", "found", "good"), DEFECTS, ids=[d[0] for d in DEFECTS])
+QUICK = DEFECTS[:2]  # the same course as the others'
+CASES = [
+    pytest.param(*one, id=one[0], marks=() if one in QUICK else pytest.mark.slow) for one in DEFECTS
+]
+
+
+@pytest.mark.parametrize(("options", "found", "good"), CASES)
 def test_a_defect_is_found(
     measure: Any, product: Product, options: str, found: set[str], good: set[str]
 ) -> None:
@@ -49,6 +55,7 @@ def test_good_motors_pass_whatever_the_noise(measure: Any, product: Product, see
     assert verdict.outcome is Outcome.PASS, verdict.reasons
 
 
+@pytest.mark.slow
 def test_the_unbalance_is_measured_right(measure: Any) -> None:
     estimate = six(measure("unbalance=1e-4"))
     K, J = (estimate.parameters[n].value for n in ("K", "J"))
@@ -59,6 +66,7 @@ def test_the_unbalance_is_measured_right(measure: Any) -> None:
     assert found.unbalance_sd < 1e-5
 
 
+@pytest.mark.slow
 def test_commutation_ripple_is_measured_right(measure: Any, product: Product) -> None:
     estimate = six(measure("ripple=0.02"))
     verdict = judge(estimate, product)
@@ -70,6 +78,7 @@ def test_commutation_ripple_is_measured_right(measure: Any, product: Product) ->
     assert verdict["ripple_segment"].outcome is Outcome.PASS
 
 
+@pytest.mark.slow
 def test_the_short_is_in_its_segment(measure: Any) -> None:
     """The ripple of a fifth of a turn, found as such: other divisions see it less."""
     estimate = six(measure("shorted_turn=0.05"))
@@ -80,6 +89,7 @@ def test_the_short_is_in_its_segment(measure: Any) -> None:
     assert segment_ripple(found, R, 2)[0] < ripple
 
 
+@pytest.mark.slow
 def test_a_warm_up_is_kept_and_not_judged(product: Product, line_rig: Any, tmp_path: Path) -> None:
     from dataclasses import replace
 

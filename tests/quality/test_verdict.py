@@ -101,6 +101,7 @@ def test_figures_are_those_of_the_cold_motor(estimate: Estimate, product: Produc
     assert found["no_load_speed"] == pytest.approx(speed, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_cold_and_hot_agree_at_25(measure: object, product: Product, estimate: Estimate) -> None:
     import motorid
 

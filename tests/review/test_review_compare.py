@@ -115,6 +115,7 @@ def test_a_table_says_the_reviews_figures_beside_ours(tmp_path):
     assert "3 seeds" in page([result])
 
 
+@pytest.mark.slow
 def test_every_row_keeps_its_budget(tmp_path):
     result = compare_tables.compare_table(6, tmp_path, seeds=2, jobs=1)
     for block in result.blocks:

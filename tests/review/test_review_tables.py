@@ -128,6 +128,7 @@ def test_one_step_of_table_4_hides_the_load():
     assert max(found[name] for name in ("Ta", "Tb", "Tc")) > 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label", ["CIW PSO", "CI PSO"])
 def test_a_random_binary_torque_makes_table_5_right(label):
     of = experiment("5-prbs")

@@ -149,6 +149,7 @@ def test_a_wrong_byte_fails_the_c_check(tmp_path: Path) -> None:
     assert "memcmp" in done.stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chip", ["atmega328p", "atmega2560"])
 def test_header_compiles_for_eight_bits(tmp_path: Path, chip: str) -> None:
     source = tmp_path / "vectors.c"

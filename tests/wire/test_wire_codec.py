@@ -127,6 +127,7 @@ def test_sample_block_is_a_view_of_raw_counts() -> None:
     assert (block.dropped, block.position) == (2, 2**31)
     assert block.samples.dtype == np.int16
     np.testing.assert_array_equal(block.samples, samples)
+    assert block != replace(block)  # two blocks are two arrivals, and arrays have no single answer
 
 
 def test_channel_masks() -> None:

@@ -191,6 +191,20 @@ def test_reasons() -> None:
     ]
 
 
+@pytest.mark.parametrize("first", [0, 1, 100, SPEC.max_frame - 1])
+def test_the_first_byte_beyond_the_longest_frame_is_too_many(first: int) -> None:
+    """However the stream is cut, and not a byte earlier."""
+    longest = SPEC.max_frame - 1  # without the delimiter
+    for beyond in (0, 1):
+        data = b"\x01" * (longest + beyond)
+        decoder = Decoder()
+        pieces = (data[:first], data[first:], b"\0")
+        (bad,) = [item for piece in pieces for item in decoder.feed(piece)]
+        assert isinstance(bad, BadFrame)
+        assert (bad.reason == "longer than any frame") == bool(beyond)
+        assert len(bad.data) == longest
+
+
 def test_endless_garbage_without_delimiter_takes_no_memory_and_is_said_once() -> None:
     decoder = Decoder()
     garbage = b"\x55" * 65536

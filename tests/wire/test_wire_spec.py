@@ -36,6 +36,7 @@ def test_load_is_cached_and_frozen() -> None:
         ("baud = 1000000\n", "", "baud"),
         ("code = 0x02", "code = 0x01", "describe_channel has the code of identify"),
         ("code = 0x0C", "code = 0x50", "clear_fault has a code outside its range: 0x50"),
+        ("code = 0x0C", "code = 0x00", "clear_fault has a code outside its range: 0x00"),
         ("code = 0x44", "code = 0x04", "hello has the code of read_config"),
         ('["host_minor", "u8"', '["host_major", "u8"', "identify names a field twice"),
         ('["host_minor", "u8"', '["host_minor", "u64"', "unknown type u64"),

@@ -71,6 +71,7 @@ def test_a_tiny_misfit_of_a_fine_converter_is_not_refused() -> None:
         assert p.value == pytest.approx(FAULHABER[p.name], rel=5e-3)
 
 
+@pytest.mark.slow
 def test_what_was_given_stays() -> None:
     capture = made("log-drop-outs", "voltage shuffled", "sim", np.random.default_rng(0)).capture
     found = fit([capture], fix={"K": 0.05}, model="six")

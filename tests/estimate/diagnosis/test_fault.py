@@ -35,6 +35,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
     return Runs(Bench("faulhaber-2338s006s", 2, DUTIES, tmp_path_factory.mktemp("rig")))
 
 
+@pytest.mark.slow
 def test_what_a_parameter_explains_scores_nothing(runs: Runs) -> None:
     """The signature is cleared of R: one that is R's own has nothing left."""
     # nuisances with a prior hold a little of a signature back: those that R resembles are left out

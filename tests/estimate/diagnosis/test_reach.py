@@ -37,6 +37,7 @@ def error(found: Estimate, good: Estimate, name: str) -> tuple[float, float]:
     return abs(p.value - was.value), (p.interval_95[1] - p.interval_95[0]) / 2.0
 
 
+@pytest.mark.slow
 def test_a_good_capture_has_no_doubtful_parameter(good: Estimate) -> None:
     assert {p.status for p in good.parameters.values()} == {"estimated"}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from bench.foreign.plant import Motor, turn
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
@@ -28,6 +29,7 @@ def codes(period_s: float, late_s: float = 0.0) -> set[str]:
     return {d.code for d in fit([capture]).diagnostics}
 
 
+@pytest.mark.slow
 def test_few_readings_a_motion_and_a_late_voltage_are_said() -> None:
     assert sampling_remarks.FEW * 15e-3 > 40e-3  # of the motor's mechanical time constant
     assert "few_samples" in codes(15e-3)

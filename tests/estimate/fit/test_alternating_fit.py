@@ -68,6 +68,7 @@ def rounded(capture: Capture, seed: int) -> Capture:
     return replace(capture, channels=channels)
 
 
+@pytest.mark.slow
 def test_more_passes_move_nothing(turning: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
     usual = fit([turning], model="six")
     monkeypatch.setattr(alternating_fit, "SETTLED", 0.0)
@@ -85,6 +86,7 @@ def test_what_passes_leave_is_a_cause(turning: Capture, monkeypatch: pytest.Monk
     assert max(causes.get("source iteration", 0.0) for causes in cut.budget.values()) > 0.0
 
 
+@pytest.mark.slow
 def test_the_last_digits_of_readings_move_nothing(turning: Capture) -> None:
     usual = fit([turning], model="six")
     total, _ = moved(fit([rounded(turning, 7)], model="six"), usual)

@@ -48,6 +48,7 @@ def test_a_motion_that_comes_late_begins_with_its_lag() -> None:
     assert "earlier" in str(doubt.refusal())
 
 
+@pytest.mark.slow
 def test_it_is_fitted_and_the_lag_is_said() -> None:
     found = fit([log(LATE)])
     (said,) = [d.message for d in found.diagnostics if d.code == "motion_late"]

@@ -109,6 +109,7 @@ def test_a_rotor_that_is_held_tells_resistance_and_inductance_alone() -> None:
     assert set(estimate.derived) == {"stall_current", "electrical_time_constant"}
 
 
+@pytest.mark.slow
 def test_a_capture_without_motion_joins_one_with() -> None:
     estimate = fit([seen(9), motionless(6)])
     assert missed(estimate, tuple(FAULHABER)) == []

@@ -80,6 +80,7 @@ def test_fixed_inertia_gives_the_torque_constant() -> None:
     assert estimate.parameters["T0"].value == pytest.approx(MOTOR.T0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_position_serves_as_well_as_speed() -> None:
     t, i, w = closed_loop(MOTOR, sweep(120.0, 0.7), 0.02, 8.0)
     angle = np.r_[0.0, np.cumsum((w[1:] + w[:-1]) / 2 * np.diff(t))]
@@ -146,6 +147,7 @@ def test_magnitude_of_the_current_gets_its_sign_back() -> None:
     assert any(d.code == "unsigned_drive" for d in estimate.diagnostics)
 
 
+@pytest.mark.slow
 def test_one_direction_knows_no_offset() -> None:
     t, i, w = closed_loop(MOTOR, steps(0.5, 40.0, 120.0, 80.0), 0.02, 8.0)
     rng = np.random.default_rng(0)
@@ -217,6 +219,7 @@ def test_negative_friction_is_held_at_zero() -> None:
     assert viscous.interval_95[0] == 0.0
 
 
+@pytest.mark.slow
 def test_bad_requests_and_bad_captures_are_one_sentence(clean: Capture) -> None:
     t = np.arange(200) * 1e-3
     still = capture(t, current=("A", t), speed=("rad/s", np.zeros(200)))

@@ -101,6 +101,7 @@ def test_robotino_in_seconds_is_doubted(shared_data: Path) -> None:
     assert "too slow" in notes
 
 
+@pytest.mark.slow
 def test_pwm_runs_give_time_constant_and_gain(shared_data: Path) -> None:
     """Nine runs of one motor; two stay in the dead band. About 26.5 ms is published."""
     maps = ["time=Timestamp(ms):ms", "speed=Motor_Speed(RPM):rpm", "command=Commanded_PWM:1"]

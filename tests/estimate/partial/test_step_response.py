@@ -65,6 +65,7 @@ def test_one_level_gives_gain_and_friction_as_one(drive: str, unit: str, before:
     assert holds(without, "K/(K²+RB)", TOP / 12.0)
 
 
+@pytest.mark.slow
 def test_a_log_that_begins_amid_the_rise_and_a_position_show_the_same() -> None:
     late, volts = TIME[60:], ("V", np.full(len(TIME), 12.0))
     cut = log(

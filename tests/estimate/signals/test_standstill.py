@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from motorid.acquire.record import capture as record
 from motorid.capture import store
@@ -30,6 +31,7 @@ def captured(folder: Path) -> tuple[Capture, dict[str, float]]:
     return store.load(record(rig, Program(steps), folder / "run.h5")), true
 
 
+@pytest.mark.slow
 def test_a_motor_that_stands_while_driven_is_told_to(tmp_path: Path) -> None:
     capture, true = captured(tmp_path)
     parts = with_standstill(capture, lay(capture)).parts

@@ -59,6 +59,7 @@ def said(capture: Capture, **options: dict[str, float]) -> list[str]:
     return [d.message for d in found.diagnostics if d.code == "drop_or_resistance"]
 
 
+@pytest.mark.slow
 def test_brushes_that_nobody_declared_are_named_where_they_are_most_of_the_resistance() -> None:
     (sentence,) = said(steady(), fix=ALL_BUT_R)
     assert "declare it (brush_drop_v of the rig), or add a level" in sentence

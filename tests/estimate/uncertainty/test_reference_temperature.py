@@ -192,6 +192,7 @@ def test_the_simulated_winding_is_as_warm_as_said(tmp_path: Path) -> None:
     assert "thermal figures" in by_bound.at_25["R_25"].note
 
 
+@pytest.mark.slow
 def test_the_command_line_gives_the_ambient(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

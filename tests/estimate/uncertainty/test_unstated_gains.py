@@ -55,6 +55,7 @@ def run() -> Capture:
     return noisy(clean_capture(FAULHABER, PLAN), 1, 1e-3, 1e-4, 1e-3)
 
 
+@pytest.mark.slow
 def test_the_moves_are_those_of_readings_that_are_too_large(run: Capture) -> None:
     gains = {"current gain": CURRENT, "encoder or speed gain": POSITION, "voltage gain": VOLTAGE}
     check(run, gains, 1e-3)

@@ -60,6 +60,7 @@ def test_a_supply_limit_is_named_where_volts_are_commanded(tmp_path: Path) -> No
     assert named(fit([COMMANDED.capture(bench)]))[:1] == [COMMANDED.code]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motor", ["qube-servo", "pittman-14204s004", "dunkermotoren-gr42"])
 def test_a_good_capture_raises_no_alarm(motor: str, tmp_path: Path) -> None:
     bench = Bench(motor, 5, DUTIES, tmp_path)
@@ -84,6 +85,7 @@ def test_a_lag_beyond_what_is_declared_of_a_delay_is_named(runs: Runs) -> None:
     assert named(fit([inject.replaced(late, unsure)]))[:1] == ["current_lag"]
 
 
+@pytest.mark.slow
 def test_one_bad_run_of_several_is_pointed_at(runs: Runs) -> None:
     bad = inject.held(runs.good, 1, 0.1, 60)
     first = fit([runs.good, bad]).suspects[0]
@@ -99,6 +101,7 @@ def test_the_one_run_that_misfits_is_looked_at_alone(runs: Runs) -> None:
     assert "(run 2)" in first.evidence
 
 
+@pytest.mark.slow
 def test_a_lack_of_fit_says_where(runs: Runs) -> None:
     """The current is high, and so clipped, where the motor accelerates."""
     estimate = fit([inject.clip(runs.good, 0.7 * runs.peak_a)])

@@ -24,6 +24,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
     return Runs(Bench("qube-servo", 2, DUTIES, tmp_path_factory.mktemp("rig")))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("channel", "cause"),
     [
@@ -62,6 +63,7 @@ SLOW = {  # L is lost, and looked for; or the fit has no motor to find
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case",
     [
@@ -89,6 +91,7 @@ def test_a_rig_that_says_nothing_of_its_motor_excludes_no_scale(runs: Runs) -> N
     assert {s.strength for s in bare} == {"not excluded"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", ["", "&magnet=1.06&copper=0.93", "&load_inertia=8e-6"])
 def test_a_motor_within_its_tolerance_is_not_blamed(options: str, tmp_path: Path) -> None:
     """Nor is a load on its shaft."""

@@ -58,6 +58,7 @@ def test_volts_are_made_by_a_duty_that_nobody_measured(tmp_path: Path) -> None:
     assert abs(share) > 1e-3
 
 
+@pytest.mark.slow
 def test_a_duty_that_was_commanded_is_known(tmp_path: Path) -> None:
     capture = instants(tmp_path, StepKind.DRIVE_DUTY, (0.4, 0.85), Decay.SYNCHRONOUS_SLOW)
     assert inductance(capture, "duty of volts")[1] == 0.0

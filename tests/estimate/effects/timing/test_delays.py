@@ -76,6 +76,7 @@ def test_an_uncertain_delay_moves_the_answer_as_a_wrong_one_does() -> None:
         assert abs(share[name]) < 1e-5
 
 
+@pytest.mark.slow
 def test_an_instant_that_is_later_is_one_of_another_phase_of_the_ripple(tmp_path: Path) -> None:
     """Ripple is most of what a delay changes of an instant's reading amid it."""
     capture, _ = instants(tmp_path, "seed=7")
@@ -102,6 +103,7 @@ def amid_ripple(tmp_path_factory: pytest.TempPathFactory) -> Capture:
     return instants(tmp_path_factory.mktemp("ripple"), "seed=7")[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("off", [-0.8, 1.3])
 def test_a_delay_that_ripple_tells_is_found(off: float, amid_ripple: Capture) -> None:
     """Off by so many of its standard uncertainties, it costs L next to nothing."""
@@ -115,6 +117,7 @@ def test_a_delay_that_ripple_tells_is_found(off: float, amid_ripple: Capture) ->
     assert found_h == pytest.approx(known(exact.parameters["L"])[0], abs=2.0 * u)
 
 
+@pytest.mark.slow
 def test_what_is_an_unknown_is_no_propagated_cause_as_well(amid_ripple: Capture) -> None:
     found, exact = (fit([moved(amid_ripple, 0.0, u)]) for u in (LATE_S, 0.0))
     assert "current delay" not in exact.nuisance
@@ -124,6 +127,7 @@ def test_what_is_an_unknown_is_no_propagated_cause_as_well(amid_ripple: Capture)
     assert least < u < 0.5 * np.hypot(least, share["L"] * L)
 
 
+@pytest.mark.slow
 def test_a_wider_model_finds_the_delay_as_well(amid_ripple: Capture) -> None:
     found = fit([moved(amid_ripple, -1.3 * LATE_S, LATE_S)], model="quadratic-load")
     assert found.alternative is not None
@@ -132,6 +136,7 @@ def test_a_wider_model_finds_the_delay_as_well(amid_ripple: Capture) -> None:
     assert u < 0.2 * LATE_S
 
 
+@pytest.mark.slow
 def test_a_delay_beyond_its_declaration_stays_as_declared(amid_ripple: Capture) -> None:
     """What the data show is then something else's doing, and no unknown hides it."""
     found = fit([moved(amid_ripple, -8.0 * LATE_S, LATE_S)])
