@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import ast
-from collections.abc import Iterator
 from pathlib import Path
+
+from tests.import_statements import imported
 
 ROOM = "motorid/estimate"
 BY_FITS_ALONE: dict[str, str] = {
@@ -19,16 +19,6 @@ BY_FITS_ALONE: dict[str, str] = {
 }
 """At most MOST modules that whole fits test well enough, each with the reason."""
 MOST = 10
-
-
-def imported(file: Path) -> Iterator[str]:
-    """Modules, and what may be modules, that a file names in its imports."""
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
 def modules(root: Path) -> set[str]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
-from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 
 import pytest
+
+from tests.import_statements import imported, names
 
 PACKAGE = Path(__file__).resolve().parent.parent / "motorid"
 BASE = {"errors", "toml", "version", "visible", "json", "csv", "reading", "limits"}
@@ -57,24 +57,6 @@ def room(module: str) -> str | None:
     return "cli" if parts[1] == "__main__" else parts[1].split("_")[0]
 
 
-@cache
-def imported(path: Path) -> frozenset[str]:
-    """Every module that a file of the package imports, also those inside functions."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    return frozenset(name for node in ast.walk(tree) for name in names(node))
-
-
-def names(node: ast.AST) -> Iterator[str]:
-    """The modules that one statement imports, if it is an import."""
-    if isinstance(node, ast.Import):
-        yield from (name.name for name in node.names)
-    elif isinstance(node, ast.ImportFrom) and node.module == "motorid":
-        yield from (f"motorid.{name.name}" for name in node.names)
-    elif isinstance(node, ast.ImportFrom) and node.module:
-        yield node.module
-        yield from (f"{node.module}.{name.name}" for name in node.names)
-
-
 def files() -> list[Path]:
     """Every module but motorid/__init__.py, the public face, which reaches all rooms lazily."""
     return [path for path in sorted(PACKAGE.rglob("*.py")) if path != PACKAGE / "__init__.py"]
@@ -105,17 +87,7 @@ def test_json_and_csv_are_written_in_one_place() -> None:
 
 def among_themselves(modules: dict[str, Path]) -> dict[str, set[str]]:
     """Which of some modules each of them imports, at its top, inside functions or for types."""
-    return {
-        name: set(imported_from(path)) & modules.keys() - {name} for name, path in modules.items()
-    }
-
-
-def imported_from(path: Path) -> Iterator[str]:
-    """As ``imported``, and for ``from package import name`` also ``package.name``."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        yield from names(node)
-        if isinstance(node, ast.ImportFrom) and node.module:
-            yield from (f"{node.module}.{name.name}" for name in node.names)
+    return {name: imported(path) & modules.keys() - {name} for name, path in modules.items()}
 
 
 def circle(arrows: dict[str, set[str]]) -> list[str]:

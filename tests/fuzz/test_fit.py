@@ -20,7 +20,13 @@ from tests.fuzz.fit_damage import BASES, base, damaged, drawn
 QUICK = ("locked-rotor", "coast-down", "tachometer", "no-current", "steps")
 
 
-@pytest.mark.parametrize("line", seeds())
+DEAR = "steps | run speed"  # is searched for a second, and refused
+SEEDS = [
+    pytest.param(line, marks=pytest.mark.slow if line.startswith(DEAR) else ()) for line in seeds()
+]
+
+
+@pytest.mark.parametrize("line", SEEDS)
 def test_what_was_found_once_holds(line: str) -> None:
     check(line)
 

@@ -39,6 +39,7 @@ def test_every_message_survives_the_wire(sent: Sent) -> None:
     assert_same(codec.decode(frame.payload), sent.message)
 
 
+@pytest.mark.slow
 @given(ANY, st.binary(min_size=1, max_size=9))
 def test_bytes_of_a_newer_minor_are_ignored(sent: Sent, appended: bytes) -> None:
     assert_same(codec.decode(sent.payload + appended), sent.message)

@@ -77,6 +77,7 @@ def test_a_good_folder_stays_good(runs: Runs, tmp_path: Path) -> None:
         assert p.interval_95[1] - p.interval_95[0] < 0.05 * p.value
 
 
+@pytest.mark.slow
 def test_parts_of_a_good_run_agree_and_nothing_is_hidden(runs: Runs, good: Estimate) -> None:
     records, solution = solved([runs.good], {}, ())
     parts, norm = reach.disagreement(records, solution), reach.hidden(records, solution)

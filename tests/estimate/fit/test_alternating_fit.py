@@ -80,6 +80,7 @@ def test_more_passes_move_nothing(turning: Capture, monkeypatch: pytest.MonkeyPa
     assert all("source iteration" not in causes for causes in usual.budget.values())
 
 
+@pytest.mark.slow
 def test_what_passes_leave_is_a_cause(turning: Capture, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(alternating_fit, "MOST_PASSES", 3)
     cut = fit([turning], model="six")
