@@ -99,7 +99,7 @@ clean:
 help:
 	@echo "make run [RIG=sim] [OUT=out]  capture, fit and report; RIG is a packaged name or a file"
 	@echo "make test                     every test"
-	@echo "make quick                    the tests that take less than about half a second each"
+	@echo "make quick                    the tests that take less than about a fifth of a second each"
 	@echo "make evidence [PARTS=...]     what takes hours, into bench/results; SHORT=1 for a moment"
 	@echo "make check                    format, lint, types, generated files, lock, licences"
 	@echo "make frozen [AGAINST=commit]  every number of a fixed corpus, as recorded or as that commit's bits"
