@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from motorid.segment import classify
+from motorid.segment.blocks import Signal
 from motorid.segment.classify import ACCELERATION, BRAKE, COAST, REST, SHORT, STEADY
 
 A, B, C, R, S = ACCELERATION, BRAKE, COAST, REST, STEADY
@@ -48,3 +49,19 @@ def test_what_stays_however_short() -> None:
     np.testing.assert_array_equal(
         classify._absorb_short(enough.copy(), joined, clear, clear), enough
     )
+
+
+@pytest.mark.parametrize(
+    ("sigma", "final", "settled"),
+    [
+        (0.0, 10.0, 4),  # within a twentieth of the final level
+        (0.0, -10.0, 4),
+        (2.0, 10.0, 2),  # or within half of its noise
+    ],
+)
+def test_a_drive_is_settled_near_its_final_level(sigma: float, final: float, settled: int) -> None:
+    above = final * np.array([2.0, 1.5, 1.1, 1.06, 1.04, *[1.0] * 15])
+    drive = Signal(above, sigma, sigma, abs(final))
+    assert classify._drive_settled(drive, above, 0, len(above)) == settled
+    late = final * np.array([2.0] * 15 + [1.2] + [1.0] * 4)
+    assert classify._drive_settled(drive, late, 0, len(late)) == 0  # too late to wait for
