@@ -198,3 +198,19 @@ def test_rows_written_twice_are_no_samples(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="line 3 repeats"):
         read_table(path, maps)
     assert len(read_table(path, maps, drop_bad=True)) == 50
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("s", 1.0), ("ms", 1e-3), ("us", 1e-6)])
+def test_what_replaced_the_stamps_is_said_in_seconds(
+    unit: str, scale: float, tmp_path: Path
+) -> None:
+    """A period of 12.5 ms, cut to whole milliseconds."""
+    shown = np.floor(np.arange(200) * 12.5) * 1e-3 / scale
+    rows = [f"{time:.10g},{10 + k % 7},{k}" for k, time in enumerate(shown)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["t,i,w", *rows]) + "\n", encoding="utf-8")
+    capture = read_table(path, [f"time=t:{unit}", "current=i:A", "speed=w:rad/s"])
+    said = capture.provenance[STAMPS]
+    assert said["period_s"] == pytest.approx(12.5e-3, rel=1e-3)
+    assert said["resolution_s"] == pytest.approx(1e-3, rel=0.1)
+    assert capture.period_s == pytest.approx(said["period_s"], rel=1e-6)

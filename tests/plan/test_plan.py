@@ -55,7 +55,7 @@ def test_the_simulated_rig_keeps_the_promise(usual: Plan, tmp_path: Path) -> Non
 @pytest.mark.long
 @pytest.mark.usefixtures("one_motor")
 def test_a_tighter_want_takes_longer() -> None:
-    tight = plan_run(rig_of(), ("B=3%",))
+    tight = plan_run(rig_of(), ("B=10%",))
     loose = plan_run(rig_of(), ("B=30%",))
     assert loose.seconds < tight.seconds
     assert all(p.met for p in (*tight.promises, *loose.promises))
