@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -217,3 +218,12 @@ def test_a_mutant_is_tried_by_its_tests_and_the_file_comes_back(tree: Path) -> N
         "return x / 2 if (x >= 1) else x": Answer("survived", "", 2, 2),
     }
     assert (tree / "toy" / "x.py").read_bytes() == source
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's work")
+def test_what_turns_in_circles_ends_by_its_own_work(tree: Path) -> None:
+    endless = [sys.executable, "-c", "while True: pass"]
+    code, _ = workplace.run(endless, {}, 600.0, of_processor=1.0)
+    assert code == workplace.TIMED_OUT
+    assert workplace.run([sys.executable, "-c", "print(2)"], {}, 600.0, 60.0) == (0, "2\n")

@@ -12,8 +12,9 @@ from tools.mutants.coverage_map import Map, file_of, test_digest
 from tools.mutants.mutant import Mutant, digest
 from tools.mutants.workplace import HOME, TIMED_OUT, TREE, put, pytest, run
 
-SLOWER = 10.0  # a mutant that takes so many times as long is killed: it turns in circles
+SLOWER = 10.0  # a mutant that takes so many times as long is killed: it waits for nothing
 PATIENCE = 60.0  # seconds besides, for a start on a busy machine
+STARTING = 30.0  # of the processor, besides the tests' seconds, which coverage made longer
 COMPILING = 300.0  # seconds: no mutant makes a compiler slower
 NO_TESTS, USAGE = 5, 4  # exit codes of pytest
 NO_CONFTEST = "ImportError while loading conftest"  # a mutant that cannot be imported
@@ -69,7 +70,9 @@ def try_python(mutant: Mutant, known: Map, kept: Kept, budget: float) -> Answer:
         put(mutant.path, mutant.applied(source))
         try:
             words = pytest("-x", "--tb=no", *tests)
-            code, said = run(words, {"MUTANTS_ONLY": str(only)}, SLOWER * seconds + PATIENCE)
+            patience = SLOWER * seconds + PATIENCE
+            only_these = {"MUTANTS_ONLY": str(only)}
+            code, said = run(words, only_these, patience, of_processor=seconds + STARTING)
         finally:
             put(mutant.path, source)
         outcome, by = _judged(code, said)

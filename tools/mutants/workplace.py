@@ -49,8 +49,13 @@ def put(path: str, content: bytes) -> None:
         Path(cache_from_source(str(TREE / path))).unlink(missing_ok=True)
 
 
-def run(command: Sequence[str], more: Mapping[str, str], seconds: float) -> tuple[int, str]:
-    """Runs a command in the copy, and ends all that it started: its exit code, its last words."""
+def run(
+    command: Sequence[str], more: Mapping[str, str], seconds: float, of_processor: float = 0.0
+) -> tuple[int, str]:
+    """Runs a command in the copy, and ends all that it started: its exit code, its last words.
+
+    It may take so many ``seconds``, and so many ``of_processor`` unless that is 0.
+    """
     environment = {**os.environ, "PYTHONPATH": str(TREE), **more}
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
         environment[name] = "1"
@@ -59,14 +64,24 @@ def run(command: Sequence[str], more: Mapping[str, str], seconds: float) -> tupl
             command, cwd=TREE, env=environment, stdin=subprocess.DEVNULL,
             stdout=said, stderr=subprocess.STDOUT, start_new_session=True,
         )  # fmt: skip
+        if of_processor:
+            _bound(process.pid, max(round(of_processor), 1))
         try:
             code = process.wait(timeout=seconds)
+            code = TIMED_OUT if code == -signal.SIGXCPU else code
         except subprocess.TimeoutExpired:
             code = TIMED_OUT
         finally:
             _end(process)
         said.seek(0)
         return code, said.read()[-3000:]
+
+
+def _bound(pid: int, seconds: int) -> None:
+    """What turns in circles ends after so much work, however busy the machine is."""
+    import resource
+
+    resource.prlimit(pid, resource.RLIMIT_CPU, (seconds, seconds + 1))
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
