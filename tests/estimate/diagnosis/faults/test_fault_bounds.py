@@ -1,0 +1,55 @@
+"""Within which sizes a fault is looked for: they follow the capture's own period and speed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from motorid.capture.model import POSITION, Capture
+from motorid.estimate.diagnosis.faults import encoder_bandwidth, low_pass_filter
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import PARAMETERS
+from tests.exact_capture import FAULHABER, Plan, clean_capture
+
+
+def record(capture: Capture) -> MotorRecord:
+    return MotorRecord(capture, PARAMETERS, {})
+
+
+@pytest.mark.parametrize("period_s", [1e-4, 2e-4])
+def test_a_low_pass_is_looked_for_from_a_thousandth_of_a_sample_to_hundreds(
+    period_s: float,
+) -> None:
+    subject = record(clean_capture(FAULHABER, Plan(count=400, period_s=period_s)))
+    own = subject.timeline.period_s
+    (found,) = low_pass_filter.hypotheses([subject])
+    assert found.lower == pytest.approx((1e-3 * own,))
+    assert found.upper == pytest.approx((500.0 * own,))
+    assert all(found.lower < size < found.upper for size in found.sizes)
+
+
+def losing(capture: Capture, fastest: float) -> Capture:
+    """Its counter follows no more than so many rad/s."""
+    channel = capture.channels[POSITION]
+    most = fastest * capture.period_s
+    moved = np.clip(np.diff(channel.raw, prepend=channel.raw[0]), -most, most)
+    channels = {**capture.channels, POSITION: replace(channel, raw=np.cumsum(moved))}
+    return replace(capture, channels=channels)
+
+
+def test_an_encoder_is_suspected_where_the_motor_outruns_it() -> None:
+    whole = clean_capture(FAULHABER, Plan(volts=(6.0, 3.0, 4.5), count=4000))
+    peak = float(np.abs(np.diff(whole.channels[POSITION].raw)).max() / whole.period_s)
+    assert encoder_bandwidth.seen([record(whole)]) is None
+    seen = encoder_bandwidth.seen([record(losing(whole, 0.9 * peak))])
+    assert seen is not None
+    hypothesis, begin = seen
+    (size,) = hypothesis.sizes[0]
+    assert size == pytest.approx(0.9 * peak, rel=0.01)  # the fastest that it shows
+    assert begin.size[0] == pytest.approx(0.97 * size)
+    assert hypothesis.lower[0] == pytest.approx(0.5 * size)
+    assert hypothesis.upper[0] == pytest.approx(1.5 * size)
+    slight = losing(whole, 0.99 * peak)  # less than what is clear
+    assert encoder_bandwidth.seen([record(slight)]) is None
