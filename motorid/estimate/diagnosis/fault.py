@@ -36,7 +36,8 @@ class Hypothesis:
     ``effect(record, values, own, size)`` is the change of every block's readings in SI units.
     ``sizes`` are tried first, ``scale`` is a typical step of each number, ``lower`` and ``upper``
     bound them. A ``guard`` is no fault of the chain but something that the six-parameter model
-    lacks: where it explains the residuals, no fault is named.
+    lacks: where it explains the residuals, no fault is named. ``quantity``: by which a fit takes
+    it among its unknowns; None: it only marks what it could have moved.
     """
 
     code: str
@@ -47,6 +48,7 @@ class Hypothesis:
     upper: Size
     words: Callable[[Floats], Words]
     guard: bool = False
+    quantity: InfluenceQuantity | None = None
 
 
 def acting(quantity: InfluenceQuantity) -> Effect:

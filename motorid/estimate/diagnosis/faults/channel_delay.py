@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +44,7 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
     own = min(r.capture.period_s for r in records)  # a log's grid is finer
     names = {m.block.name for r in records for m in r.measured}
     found = [
-        _hypothesis(name, acting(quantity), SAMPLES, (period, own))
+        replace(_hypothesis(name, acting(quantity), SAMPLES, (period, own)), quantity=quantity)
         for name, quantity in DELAYS.items()
         if name in names
     ]
