@@ -38,6 +38,7 @@ Finding = TypeVar("Finding", Suspect, Diagnostic)
 MODEL = "v = R i + L di/dt + K w; J dw/dt = K i - B w - T0 sign(w)"
 METHOD = "output-error maximum likelihood"
 UNCHANGED: Mapping[str, str] = {}
+MOST_REPAIRS = 3  # faults that a fit allows for, one after the other
 UNTOLD = 1e3  # times what a quantity is like, from which its uncertainty says nothing of it
 HIGH = 95  # percentile of a log's voltages that counts as its highest level
 
@@ -70,12 +71,17 @@ def report(
     """
     found = unjudged(captures, records, solution, fix, without, profiled)
     said = accused(found, records, solution)
-    mended = repaired(records, solution, said.convicted, fix, without) if profiled else None
-    if mended is None:
-        return judged(found, records, solution, said, refusable=profiled)
-    found = unjudged(captures, mended.records, mended.solution, fix, without)
-    said = accused(found, mended.records, mended.solution).after(mended.suspect)
-    return judged(found, mended.records, mended.solution, said)
+    allowed: list[Suspect] = []
+    for _ in range(MOST_REPAIRS if profiled and said.worst is None else 0):
+        mended = repaired(records, solution, said.suspects, said.convicted, fix, without)
+        if mended is None:
+            break
+        records, solution = mended.records, mended.solution
+        captures = [record.capture for record in records]
+        found = unjudged(captures, records, solution, fix, without)
+        allowed.append(mended.suspect)
+        said = accused(found, records, solution).after(allowed)
+    return judged(found, records, solution, said, refusable=profiled)
 
 
 @dataclass(frozen=True)
@@ -89,10 +95,11 @@ class Accused:
     suspects: tuple[Suspect, ...]
     convicted: rank.Convicted | None
 
-    def after(self, first: Suspect) -> Accused:
-        """With a fault that the fit allows for."""
-        others = tuple(one for one in self.suspects if one.code != first.code)
-        return replace(self, suspects=(first, *others))
+    def after(self, allowed: Sequence[Suspect]) -> Accused:
+        """With faults that the fit allows for."""
+        known = {one.code for one in allowed}
+        others = tuple(one for one in self.suspects if one.code not in known)
+        return replace(self, suspects=(*allowed, *others))
 
 
 def accused(estimate: Estimate, records: Sequence[MotorRecord], solution: Solution) -> Accused:

@@ -363,7 +363,8 @@ class MotorRecord(Weighed):
         for one, size in (*zip(self.instances, own.tolist(), strict=True), *more.items()):
             for action in one.quantity.acts:
                 if isinstance(action, Reading) and action.block in models:
-                    models[action.block] = action.shown(models[action.block], size)
+                    moved = size * action.share(self)
+                    models[action.block] = action.shown(models[action.block], moved)
         return [models[m.block.name] for m in self.measured]
 
     def _modelled(self, m: Measured, readings: Floats, shared: Floats, own: Floats) -> Floats:
