@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import tomllib
 from pathlib import Path
 
@@ -18,6 +19,10 @@ ALLOWED_SKIPS = ROOT / "tests" / "allowed_skips.toml"
 # takes three times the processor's time), and sums come out in another order on another machine.
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
+
+# A shell may have told this process to ignore a closed terminal (nohup); what tests start must not.
+if hasattr(signal, "SIGHUP"):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 # The same examples on every run, and no deadline: a busy machine is not a failing property.
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
