@@ -27,7 +27,6 @@ from motorid.errors import MotoridError
 from motorid.estimate.diagnosis.faults import scale_errors
 from motorid.estimate.diagnosis.suspects import suspects
 from motorid.estimate.fit.joint_fit import solved
-from motorid.estimate.fit.sign_check import WrongSignError
 from motorid.estimate.results.estimate import Estimate
 from motorid.identify import fit
 from motorid.sim.motor import motors
@@ -54,8 +53,6 @@ def named(capture: Capture, scales: bool = False) -> tuple[str, Estimate | None]
     """The code of the first suspect that a fit of ``capture`` names, and the estimate."""
     try:
         estimate = fit([capture])
-    except WrongSignError as error:
-        return error.suspect.code, None
     except MotoridError:
         return FAILED, None
     codes = [s.code for s in estimate.suspects if s.strength == "named"]

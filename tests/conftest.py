@@ -21,6 +21,10 @@ ALLOWED_SKIPS = ROOT / "tests" / "allowed_skips.toml"
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
+# A shell may have told this process to ignore a closed terminal (nohup); what tests start must not.
+if hasattr(signal, "SIGHUP"):
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
 # The same examples on every run, and no deadline: a busy machine is not a failing property.
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("repeatable")

@@ -139,6 +139,12 @@ def significant(number: float, digits: int = 4) -> str:
     return text.replace("-", MINUS)
 
 
+def quantity(size: float, unit: str) -> str:
+    """Of three digits, in the unit in which it reads best: ``2.60 Ω``."""
+    name, factor = scaled_unit(unit, size)
+    return f"{significant(size * factor, 3)} {name}".strip()
+
+
 def percent(share: float | None) -> str:
     """A ratio as a percentage of two digits, or a dash."""
     if share is None or not math.isfinite(share):

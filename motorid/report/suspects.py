@@ -5,8 +5,9 @@ from __future__ import annotations
 from html import escape
 from typing import Any
 
-from motorid.estimate.results.estimate import Diagnostic, Estimate, Suspect
+from motorid.estimate.results.estimate import UNITS, Diagnostic, Estimate, Suspect
 from motorid.json_text import plain
+from motorid.report.numbers import quantity
 from motorid.report.words import decisive, sentence
 
 HIDDEN = (
@@ -18,11 +19,16 @@ BOUNDED = "These data cannot reveal a wrong scale of {what}: it leaves no residu
 
 def as_sentences(estimate: Estimate, first: bool) -> list[str]:
     """Each named fault with what mends it: those that stand above the table, or the others."""
-    return [
-        f"{sentence(s.evidence)} {sentence(s.action)}"
-        for s in _of(estimate, "named")
-        if decisive(estimate, s) is first
-    ]
+    return [_whole(s) for s in _of(estimate, "named") if decisive(estimate, s) is first]
+
+
+def _whole(s: Suspect) -> str:
+    """What shows it, what mends it, and the values of a fit that does not allow for it."""
+    said = f"{sentence(s.evidence)} {sentence(s.action)}"
+    if not s.without:
+        return said
+    values = ", ".join(f"{n} {quantity(v, UNITS[n])}" for n, v in s.without.items() if n in UNITS)
+    return f"{said} Without that the fit gives {sentence(values)}"
 
 
 def hidden(estimate: Estimate) -> str:
@@ -46,8 +52,7 @@ def as_html(estimate: Estimate) -> str:
 def items_as_html(estimate: Estimate, first: bool) -> str:
     """The named faults that stand above the table, or the others, as items of a list."""
     return "".join(
-        f'<li class="warning"><b>{escape(s.where.capitalize())}</b>'
-        f"{escape(sentence(s.evidence))} {escape(sentence(s.action))}</li>"
+        f'<li class="warning"><b>{escape(s.where.capitalize())}</b>{escape(_whole(s))}</li>'
         for s in _of(estimate, "named")
         if decisive(estimate, s) is first
     )
@@ -64,6 +69,7 @@ def as_data(estimate: Estimate) -> list[dict[str, Any]]:
             "strength": s.strength,
         }
         | moves(s)
+        | ({"without": plain(dict(s.without))} if s.without else {})
         for s in estimate.suspects
     ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -14,13 +14,14 @@ from motorid.capture.store import describe
 from motorid.errors import DataError
 from motorid.estimate.assembly import doubt, plot_data
 from motorid.estimate.assembly.refusal import refused
-from motorid.estimate.diagnosis import reach, remarks, residual_remarks
+from motorid.estimate.diagnosis import rank, reach, remarks, residual_remarks
 from motorid.estimate.diagnosis.facts import steady_levels
+from motorid.estimate.diagnosis.repair import repaired
 from motorid.estimate.diagnosis.suspects import suspects
 from motorid.estimate.fit.joint_fit import solved
 from motorid.estimate.fit.parameter_bounds import held_values
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.model.unexplained import unsupported
+from motorid.estimate.model.unexplained import Unexplained, unsupported
 from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter, Suspect
 from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Solution
@@ -37,6 +38,7 @@ Finding = TypeVar("Finding", Suspect, Diagnostic)
 MODEL = "v = R i + L di/dt + K w; J dw/dt = K i - B w - T0 sign(w)"
 METHOD = "output-error maximum likelihood"
 UNCHANGED: Mapping[str, str] = {}
+MOST_REPAIRS = 3  # faults that a fit allows for, one after the other
 UNTOLD = 1e3  # times what a quantity is like, from which its uncertainty says nothing of it
 HIGH = 95  # percentile of a log's voltages that counts as its highest level
 
@@ -68,13 +70,50 @@ def report(
     ``profiled``: it is the likelihood's own minimum, so that the profile may bound what leans.
     """
     found = unjudged(captures, records, solution, fix, without, profiled)
-    return judged(found, records, solution, refusable=profiled)
+    said = accused(found, records, solution)
+    allowed: list[Suspect] = []
+    for _ in range(MOST_REPAIRS if profiled and said.worst is None else 0):
+        mended = repaired(records, solution, said.suspects, said.convicted, fix, without)
+        if mended is None:
+            break
+        records, solution = mended.records, mended.solution
+        captures = [record.capture for record in records]
+        found = unjudged(captures, records, solution, fix, without)
+        allowed.append(mended.suspect)
+        said = accused(found, records, solution).after(allowed)
+    return judged(found, records, solution, said, refusable=profiled)
+
+
+@dataclass(frozen=True)
+class Accused:
+    """``worst``: what the fit leaves unexplained beyond what any model does; None: nothing so bad.
+
+    ``convicted``: the one of ``suspects`` that a fit with its size as an unknown named.
+    """
+
+    worst: Unexplained | None
+    suspects: tuple[Suspect, ...]
+    convicted: rank.Convicted | None
+
+    def after(self, allowed: Sequence[Suspect]) -> Accused:
+        """With faults that the fit allows for."""
+        known = {one.code for one in allowed}
+        others = tuple(one for one in self.suspects if one.code not in known)
+        return replace(self, suspects=(*allowed, *others))
+
+
+def accused(estimate: Estimate, records: Sequence[MotorRecord], solution: Solution) -> Accused:
+    """What may have spoiled the captures, by what this solution leaves."""
+    worst = unsupported(records, solution)
+    found, convicted = suspects(records, solution, estimate.parameters, tried=worst is None)
+    return Accused(worst, found, convicted)
 
 
 def judged(
     estimate: Estimate,
     records: Sequence[MotorRecord],
     solution: Solution,
+    said: Accused,
     names: Mapping[str, str] = UNCHANGED,
     refusable: bool = True,
 ) -> Estimate:
@@ -83,18 +122,17 @@ def judged(
     ``names`` of combinations that stand in the place of parameters. ``refusable``: the solution is
     the most likely one, so that what it leaves unexplained speaks of the data.
     """
-    worst = unsupported(records, solution)
-    found = suspects(records, solution, estimate.parameters, tried=worst is None)
+    worst, found = said.worst, said.suspects
     if worst is not None and refusable:
         return refused(replace(estimate, suspects=found), worst)
     found = reach.sized(found, records, solution, estimate.parameters)
-    said = estimate.diagnostics
+    findings = estimate.diagnostics
     if refusable or worst is not None:
-        said = reach.of_lack(said, found, records, solution)
+        findings = reach.of_lack(findings, found, records, solution)
     estimate = replace(
         estimate,
         suspects=tuple(_renamed(one, names) for one in found),
-        diagnostics=tuple(_renamed(one, names) for one in said),
+        diagnostics=tuple(_renamed(one, names) for one in findings),
     )
     return doubt.settled(estimate, (*estimate.suspects, *estimate.diagnostics))
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT
+from motorid.capture.model import CURRENT, Capture
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance
 from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.model.capture_model import MotorRecord
@@ -36,7 +36,9 @@ class Hypothesis:
     ``effect(record, values, own, size)`` is the change of every block's readings in SI units.
     ``sizes`` are tried first, ``scale`` is a typical step of each number, ``lower`` and ``upper``
     bound them. A ``guard`` is no fault of the chain but something that the six-parameter model
-    lacks: where it explains the residuals, no fault is named.
+    lacks: where it explains the residuals, no fault is named. ``quantity``: by which a fit takes
+    it among its unknowns; None: it only marks what it could have moved. ``remedy``: the captures
+    that declare a fault of about that size; for whole fits, where no quantity acts as it does.
     """
 
     code: str
@@ -47,6 +49,8 @@ class Hypothesis:
     upper: Size
     words: Callable[[Floats], Words]
     guard: bool = False
+    quantity: InfluenceQuantity | None = None
+    remedy: Callable[[Capture, float], list[Capture]] | None = None
 
 
 def acting(quantity: InfluenceQuantity) -> Effect:

@@ -77,17 +77,33 @@ class Trial:
         return enough and max(abs(s) for s in self.shift.values()) > HARM
 
 
-def suspects(records: Sequence[MotorRecord], solution: Solution) -> tuple[Suspect, ...]:
-    """What in the measuring chain spoils these captures, the surest first; empty: nothing seen."""
+@dataclass(frozen=True)
+class Convicted:
+    """A fault that a fit with its size as an unknown names; ``records``: those that have it."""
+
+    suspect: Suspect
+    records: tuple[int, ...]
+    trial: Trial
+
+
+def suspects(
+    records: Sequence[MotorRecord], solution: Solution
+) -> tuple[tuple[Suspect, ...], Convicted | None]:
+    """What in the measuring chain spoils these captures, the surest first, and which of it was
+    convicted by a fit; empty: nothing seen.
+    """
     found = direct(records) + unstated_channels.suspects(records, solution)
-    if not spoiling(found):
-        some, alone, where = _odd_one_out(records, solution)
-        found += [
-            replace(s, evidence=s.evidence + where)
-            for s in tried(some, alone)
-            if s.code not in {f.code for f in found}
-        ]
-    return tuple(found)
+    if spoiling(found):
+        return tuple(found), None
+    some, alone, k = _odd_one_out(records, solution)
+    trial = tried(some, alone)
+    if trial is None or trial.hypothesis.code in {f.code for f in found}:
+        return tuple(found), None
+    where = "" if k is None else f" (run {k + 1})"
+    convicted = Convicted(
+        _said(trial, alone, where), tuple(range(len(records))) if k is None else (k,), trial
+    )
+    return (*found, convicted.suspect), convicted
 
 
 def spoiling(found: Sequence[Suspect]) -> bool:
@@ -97,8 +113,8 @@ def spoiling(found: Sequence[Suspect]) -> bool:
 
 def _odd_one_out(
     records: Sequence[MotorRecord], solution: Solution
-) -> tuple[Sequence[MotorRecord], Solution, str]:
-    """The one run that misfits far more than the others, or all of them.
+) -> tuple[Sequence[MotorRecord], Solution, int | None]:
+    """The one run that misfits far more than the others and its place, or all of them and None.
 
     In the fit of all runs together, or where that has spread the misfit, each in its own.
     """
@@ -110,8 +126,8 @@ def _odd_one_out(
         alone = [refit([record], [start]).search for record, start in runs]
         k = _odd(records, alone)
     if k is None:
-        return records, solution, ""
-    return records[k : k + 1], alone[k], f" (run {k + 1})"
+        return records, solution, None
+    return records[k : k + 1], alone[k], k
 
 
 def _odd(records: Sequence[MotorRecord], alone: Sequence[Solution]) -> int | None:
@@ -151,17 +167,20 @@ def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
     return found
 
 
-def tried(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect]:
+def tried(records: Sequence[MotorRecord], solution: Solution) -> Trial | None:
     """What a fit with its size as an unknown convicts: the best of all, if it convinces."""
     found = trials(records, solution)
     if not found or found[0].hypothesis.guard or not found[0].convincing:
-        return []
-    best = found[0]
+        return None
+    return found[0]
+
+
+def _said(best: Trial, solution: Solution, where: str) -> Suspect:
     words = best.hypothesis.words(best.found.size)
     name, most = max(best.shift.items(), key=lambda s: abs(s[1]))
     evidence = (
         f"{words.evidence}; that explains {min(best.share, 1.0):.0%} of the misfit, and "
-        f"taken into account moves {name} by {most:+.1%}"
+        f"taken into account moves {name} by {most:+.1%}{where}"
     )
     moves = {
         u.name: abs(float(after - before))
@@ -169,7 +188,7 @@ def tried(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect]:
             solution.unknowns, best.found.values, solution.values, strict=True
         )
     }
-    return [Suspect(best.hypothesis.code, words.where, evidence, words.action, "named", moves)]
+    return Suspect(best.hypothesis.code, words.where, evidence, words.action, "named", moves)
 
 
 def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:

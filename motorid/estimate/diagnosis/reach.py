@@ -97,8 +97,9 @@ def sized(
 
 
 def _lacks(one: Suspect) -> bool:
-    """A fit allows for an offset or a limit; a scale states its own."""
-    return one.strength == "named" and not one.moves and one.code in MOVING
+    """What the fit allows for moves nothing; a scale states its own."""
+    named = one.strength == "named" and not one.allowed
+    return named and not one.moves and one.code in MOVING
 
 
 def _with_travel(

@@ -24,8 +24,9 @@ def suspects(
     solution: Solution,
     parameters: Mapping[str, Parameter],
     tried: bool = True,
-) -> tuple[Suspect, ...]:
-    """Faults that these captures show, the surest first, and scales that they cannot check.
+) -> tuple[tuple[Suspect, ...], rank.Convicted | None]:
+    """Faults that these captures show, the surest first, and scales that they cannot check; and
+    which of them a fit convicted.
 
     Fits with a fault as an unknown are made only where the residuals leave something to explain,
     and where ``tried``.
@@ -39,11 +40,13 @@ def suspects(
         parameters = without_loss(records, parameters)
     scales = scale_errors.suspects(parameters, plate, top)
     if scale_errors.absurd(parameters, plate, top) and scales[0].strength == "named":
-        return scales  # volts a thousand times too high misfit in every other way as well
-    found = rank.suspects(records, solution) if tried else tuple(rank.direct(records))
+        return scales, None  # volts a thousand times too high misfit in every other way as well
+    found, convicted = tuple(rank.direct(records)), None
+    if tried:
+        found, convicted = rank.suspects(records, solution)
     if rank.spoiling(found):  # then the parameters say nothing of scales
         scales = scale_errors.suspects(parameters, {})
-    return found + scales
+    return found + scales, convicted
 
 
 def without_loss(

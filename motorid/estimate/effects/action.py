@@ -207,12 +207,21 @@ class Bridge(Simulated):
         setup.stretched.append((self.change, size))
 
 
+def everywhere(_: Any) -> float:
+    """Of every reading."""
+    return 1.0
+
+
 @dataclass(frozen=True)
 class Reading:
-    """What the channel of a block shows of a series (n,): ``shown`` of it and of the size."""
+    """What the channel of a block shows of a series (n,): ``shown`` of it and of the size.
+
+    ``share`` of subject: by how much of it each reading is moved, (n,) or one figure.
+    """
 
     block: str
-    shown: Callable[[Floats, float], Floats]
+    shown: Callable[[Floats, Floats | float], Floats]
+    share: Callable[[Any], Floats | float] = everywhere
 
     @property
     def simulated(self) -> bool:
@@ -223,12 +232,12 @@ class Reading:
         """Nothing of the run changes."""
 
 
-def plus(series: Floats, size: float) -> Floats:
+def plus(series: Floats, size: Floats | float) -> Floats:
     """Shown with an offset."""
     return series + size
 
 
-def times(series: Floats, size: float) -> Floats:
+def times(series: Floats, size: Floats | float) -> Floats:
     """Shown with a gain of 1 + size."""
     return series * (1.0 + size)
 

@@ -9,6 +9,7 @@ from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Use
 from motorid.estimate.effects.reading.current_filter import CURRENT_FILTER
 from motorid.estimate.effects.reading.current_gain import CURRENT_GAIN
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
+from motorid.estimate.effects.reading.driven_current_offset import DRIVEN_CURRENT_OFFSET
 from motorid.estimate.effects.reading.motion_gain import MOTION_GAIN
 from motorid.estimate.effects.reading.position_origin import POSITION_ORIGIN
 from motorid.estimate.effects.reading.speed_filter import SPEED_FILTER
@@ -87,6 +88,7 @@ ADDED = (
     # looked for where residuals ask for them
     *UNSTATED,
     SPEED_FILTER,
+    DRIVEN_CURRENT_OFFSET,
     QUADRATIC_FRICTION,
     # of wider models
     INITIAL_WARMTH,

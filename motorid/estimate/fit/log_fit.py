@@ -64,6 +64,8 @@ def best(
     wider = _likeliest(found)
     gain = plain[1].objective - wider[1].objective
     if gain > sum(one.needed for one in heard):
+        for record in wider[0]:
+            record.as_stamped = known
         return wider
     for record in plain[0]:
         record.left_open = ()

@@ -7,9 +7,11 @@ voltage R and K.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture
 from motorid.errors import DataError
 from motorid.estimate.fit.block_regression import FEWEST, blocks, friction_columns, squares
 from motorid.estimate.model.capture_model import MotorRecord
@@ -21,6 +23,7 @@ NEGATIVE: dict[tuple[str, ...], str] = {
     ("K", "J/K"): "encoder",
     ("R", "K"): "voltage",
 }
+CHANNELS = {"current": (CURRENT,), "encoder": (POSITION, SPEED), "voltage": (VOLTAGE,)}
 EVIDENCE = {
     "current": "the current flows against its voltage and against the motion it makes",
     "encoder": "the motor turns against its voltage and against its current",
@@ -41,6 +44,27 @@ class WrongSignError(DataError):
             f"the sign of the {suspect.where} is wrong: {suspect.evidence}; {suspect.action}"
         )
         self.suspect = suspect
+
+
+def put_right(captures: Sequence[Capture], found: WrongSignError) -> list[Capture]:
+    """The captures with that channel turned round."""
+    names = CHANNELS[found.suspect.where]
+    return [
+        replace(
+            capture,
+            channels={
+                name: replace(one, scale=-one.scale) if name in names else one
+                for name, one in capture.channels.items()
+            },
+        )
+        for capture in captures
+    ]
+
+
+def allowed(found: WrongSignError) -> Suspect:
+    """What is said of a channel that a fit has turned round."""
+    evidence = f"{found.suspect.evidence}; the fit takes it the other way round"
+    return replace(found.suspect, evidence=evidence, allowed=True)
 
 
 def insist(records: Sequence[MotorRecord]) -> None:

@@ -87,6 +87,7 @@ class MotorRecord(Weighed):
         self.foretold: Foretold | None = None  # an inductance that no reading shows
         self.found: frozenset[Instance] = frozenset()  # of quantities that nobody stated
         self.left_open: tuple[Floats, ...] = ()  # by them, shifts of the parameters
+        self.as_stamped: Mapping[str, float] = {}  # parameters without them, where they are found
         self.unsettled: Floats | None = None  # the last pass's change of parameters, if too large
         pwm = capture.wiring.pwm_hz
         self.pwm_period_s = 1.0 / pwm if pwm else 0.0
@@ -179,10 +180,13 @@ class MotorRecord(Weighed):
         self._take([(one, unknown) for one, unknown in pairs if one not in quantities])
 
     def find(self, found: Mapping[Instance, Unknown]) -> None:
-        """These are there, of sizes that their usual priors make unlikely: known so from now on."""
+        """These are there, of sizes that their usual priors make unlikely: known so from now on.
+
+        Those that were no unknowns are the last ones.
+        """
         self.found |= found.keys()
-        pairs = zip(self.instances, self.unknowns, strict=True)
-        self.unknowns = tuple(found.get(one, unknown) for one, unknown in pairs)
+        pairs = dict(zip(self.instances, self.unknowns, strict=True))
+        self._take({**pairs, **found}.items())
 
     def renew(self) -> None:
         """Priors follow what drives the motor; starts and bounds stay."""
@@ -359,7 +363,8 @@ class MotorRecord(Weighed):
         for one, size in (*zip(self.instances, own.tolist(), strict=True), *more.items()):
             for action in one.quantity.acts:
                 if isinstance(action, Reading) and action.block in models:
-                    models[action.block] = action.shown(models[action.block], size)
+                    moved = size * action.share(self)
+                    models[action.block] = action.shown(models[action.block], moved)
         return [models[m.block.name] for m in self.measured]
 
     def _modelled(self, m: Measured, readings: Floats, shared: Floats, own: Floats) -> Floats:

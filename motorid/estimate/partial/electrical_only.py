@@ -14,7 +14,7 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate.assembly.assemble import UNCHANGED, judged, unjudged
+from motorid.estimate.assembly.assemble import UNCHANGED, accused, judged, unjudged
 from motorid.estimate.diagnosis import identifiability
 from motorid.estimate.diagnosis.remarks import budget
 from motorid.estimate.fit import joint_fit, multistart
@@ -72,7 +72,8 @@ def fit(captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence
     if not given:
         found = _open(found)
     found = replace(found, options={**found.options, "fix": dict(fix)})
-    return judged(found, records, solution, UNCHANGED if given else COMBINED)
+    said = accused(found, records, solution)
+    return judged(found, records, solution, said, UNCHANGED if given else COMBINED)
 
 
 def _insist_on_current(captures: Sequence[Capture]) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError
-from motorid.estimate.assembly.assemble import judged, unjudged
+from motorid.estimate.assembly.assemble import accused, judged, unjudged
 from motorid.estimate.fit import alternating_fit, joint_fit, multistart, start_values_without_motion
 from motorid.estimate.fit.parameter_bounds import unknowns_of
 from motorid.estimate.model.capture_model import MotorRecord
@@ -187,7 +187,7 @@ def estimate(
         segments=(),
         options={**found.options, "fix": dict(fix), "without": list(without)},
     )
-    return judged(known, records, solution)
+    return judged(known, records, solution, accused(known, records, solution))
 
 
 def _without_leaning(found: Estimate) -> Estimate:

@@ -69,7 +69,8 @@ class Suspect:
 
     ``where`` is a channel or a part of the rig. "named": these data show it. "not excluded": it
     would leave no trace in these data. ``moves``: as of a ``Diagnostic``. ``allowed``: the fit has
-    it among its unknowns, so that it spoils nothing.
+    it among its unknowns, so that it spoils nothing. ``without``: then the parameters (SI) that a
+    fit gives which takes the channels as stated.
     """
 
     code: str
@@ -79,6 +80,7 @@ class Suspect:
     strength: Strength
     moves: Mapping[str, float] = field(default_factory=dict, hash=False)
     allowed: bool = False
+    without: Mapping[str, float] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.diagnosis import misfit, rank
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.effects.brush_and_heating import lossless
-from motorid.estimate.fit import alternating_fit, joint_fit, multistart
+from motorid.estimate.fit import alternating_fit, joint_fit, multistart, sign_check
 from motorid.estimate.fit.parameter_bounds import held_values, merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS, Term, parse
@@ -54,6 +54,16 @@ def fit(
     ``model``: auto, six, or terms joined by +. Raises UsageError for an unknown one, DataError
     where a term that was asked for cannot be told from these captures.
     """
+    try:
+        return _of(captures, fix, without, model)
+    except sign_check.WrongSignError as error:
+        estimate = _of(sign_check.put_right(captures, error), fix, without, model)
+        return replace(estimate, suspects=(sign_check.allowed(error), *estimate.suspects))
+
+
+def _of(
+    captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str], model: str
+) -> Estimate:
     terms = () if model in (AUTO, SIX) else parse(model)
     captures, records, solution = _closed(captures, fix, without)
     estimate = report(captures, records, solution, fix, without)

@@ -120,7 +120,7 @@ def unclear(channel: Channel, timeline: Timeline, pwm_hz: float) -> Bools:
         or _whole(channel.window_s * pwm_hz)
     ):
         return np.zeros(timeline.count, dtype=bool)
-    first = math.floor(channel.delay_s / timeline.period_s)
+    first = math.floor(channel.delay_s / timeline.period_s + WHOLE)
     last = math.ceil((channel.delay_s + channel.window_s) / timeline.period_s + WHOLE)
     hidden = np.zeros(timeline.count, dtype=bool)
     for back in range(first, max(last, first + 1)):

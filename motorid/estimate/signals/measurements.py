@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, HELD, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.signals.discontinuous_current import unclear
 from motorid.estimate.signals.time_grid import Timeline
+from motorid.estimate.signals.voltage_window import Window
 from motorid.estimate.solver.problem import Block
 from motorid.motor.reading import Output, Quantity
 
@@ -76,7 +77,8 @@ def read(
         add(motion_, motion_.name, quantity, everywhere, gear)
     volts = capture.get(VOLTAGE)
     if volts is not None and shows_emf:
-        add(volts, EMF, Quantity.SPEED, everywhere & _emf_shows(timeline), 1.0)
+        lag = Window.of(volts, timeline.period_s).lag
+        add(volts, EMF, Quantity.SPEED, everywhere & _emf_shows(timeline, lag), 1.0)
     return tuple(measured), outputs
 
 
@@ -141,11 +143,12 @@ def _clipped(capture: Capture, timeline: Timeline) -> Bools:
     return timeline.spread(clipped.astype(np.float64)) > 0
 
 
-def _emf_shows(timeline: Timeline) -> Bools:
+def _emf_shows(timeline: Timeline, lag: int) -> Bools:
+    """Ticks (count,) whose reading, ``lag`` samples late, is of an open bridge without current."""
     shows = np.zeros(timeline.count, dtype=bool)
     for part in timeline.parts:
         if part.open:
-            late = FREEWHEEL_SAMPLES if part.start else 0
+            late = FREEWHEEL_SAMPLES + lag if part.start else 0
             shows[part.start + late : part.stop] = True
     return shows
 

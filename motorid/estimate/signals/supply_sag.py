@@ -163,7 +163,7 @@ def _mean(
 
 def _reach(window: Window) -> tuple[float, float]:
     """From where to where in its interval a reading sees."""
-    stop = 1.0 - (window.delay_s / window.period_s) % 1.0
+    stop = 1.0 - window.late_s / window.period_s
     return max(stop - window.aperture_s / window.period_s, 0.0), stop
 
 

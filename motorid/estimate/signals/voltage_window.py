@@ -48,6 +48,11 @@ class Window:
         """Whole samples by which the readings come late."""
         return math.floor(self.delay_s / self.period_s + EDGE)
 
+    @property
+    def late_s(self) -> float:
+        """What is left of the delay beyond whole samples."""
+        return max(self.delay_s - self.lag * self.period_s, 0.0)
+
     def readings(self, grid: Floats, timeline: Timeline) -> Floats:
         """Readings (count,) at the intervals that they describe, each of its own command alone.
 
@@ -86,7 +91,7 @@ class Window:
 
         ``since_s`` (n,): how long after the command its interval ended.
         """
-        tau, late = self.filter_s, self.delay_s - self.lag * self.period_s
+        tau, late = self.filter_s, self.late_s
         end = since_s - (late - tau)
         begin = end - self.aperture_s
         if not self.aperture_s:

@@ -32,7 +32,7 @@ def shifts(solution: Solution, records: Sequence[MotorRecord]) -> list[Floats]:
         if record.sensed.waveform is not None
     ]
     if not logs:
-        return []
+        return _rivals(solution, records[0])
     inverse = covariance_of(solution.information)
     pulls = np.concatenate([_pulls(record, line) for record, line in logs])
     white = sum(line.orthogonal.T @ line.orthogonal for _, line in logs)
@@ -42,11 +42,11 @@ def shifts(solution: Solution, records: Sequence[MotorRecord]) -> list[Floats]:
     return [*hidden, *_rivals(solution, logs[0][0])]
 
 
-def _rivals(solution: Solution, log: MotorRecord) -> list[Floats]:
-    """Distance to the answers under other shapes of the voltage, by how likely those are."""
+def _rivals(solution: Solution, record: MotorRecord) -> list[Floats]:
+    """Distance to the answers by another shape or delay of the voltage, by how likely those are."""
     logs = np.array([u.log for u in solution.unknowns])
     out = []
-    for rival in log.rivals:
+    for rival in record.rivals:
         likely = np.exp(-0.5 * rival.behind)
         ratio = np.maximum(rival.values, 1e-300) / np.maximum(solution.values, 1e-300)
         apart = np.where(logs, np.log(ratio), rival.values - solution.values)

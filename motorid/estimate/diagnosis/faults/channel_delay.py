@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture
 from motorid.estimate.diagnosis.fault import (
     Effect,
     Hypothesis,
@@ -25,6 +26,7 @@ Floats = NDArray[np.float64]
 
 SAMPLES = (0.5, 2.0, 5.0, 12.0)  # by which a channel is tried to be late
 OF_VOLTAGE = (1.0, 3.0, 8.0)
+AROUND = (0.0, -0.3, -0.15, 0.15, 0.3)  # samples about a size found, that are tried too
 LATEST = 60.0  # samples
 ROUNDING = 1e-9
 DELAYS = {CURRENT: CURRENT_DELAY, POSITION: MOTION_DELAY, SPEED: MOTION_DELAY}
@@ -43,13 +45,22 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
     own = min(r.capture.period_s for r in records)  # a log's grid is finer
     names = {m.block.name for r in records for m in r.measured}
     found = [
-        _hypothesis(name, acting(quantity), SAMPLES, (period, own))
+        replace(_hypothesis(name, acting(quantity), SAMPLES, (period, own)), quantity=quantity)
         for name, quantity in DELAYS.items()
         if name in names
     ]
     if all(r.sensed.channel is not None and r.sensed.shows_emf for r in records):
-        found.append(_hypothesis(VOLTAGE, _late_voltage, OF_VOLTAGE, (period, own)))
+        late = _hypothesis(VOLTAGE, _late_voltage, OF_VOLTAGE, (period, own))
+        found.append(replace(late, remedy=_declared_later))
     return found
+
+
+def _declared_later(capture: Capture, by_s: float) -> list[Capture]:
+    """The capture whose voltage is declared to come later, by about that and by whole samples."""
+    volts, period = capture.channels[VOLTAGE], capture.period_s
+    sizes = dict.fromkeys((round(by_s / period) * period, *(by_s + k * period for k in AROUND)))
+    later = [replace(volts, delay_s=volts.delay_s + size) for size in sizes]
+    return [replace(capture, channels={**capture.channels, VOLTAGE: one}) for one in later]
 
 
 def _late_voltage(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT
-from motorid.estimate.diagnosis.fault import Hypothesis, Words, nothing
+from motorid.estimate.diagnosis.fault import Hypothesis, Words, acting
+from motorid.estimate.effects.reading.driven_current_offset import DRIVEN_CURRENT_OFFSET
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Suspect
 
@@ -22,24 +23,33 @@ FEWEST = 16  # readings at rest
 
 def suspects(record: MotorRecord) -> list[Suspect]:
     """An offset with the bridge open that is far beyond what the channel declares."""
-    m = next((m for m in record.measured if m.block.name == CURRENT and not m.unsigned), None)
-    if m is None or not m.channel.offset_uncertainty > 0:
+    zero = seen(record)
+    if zero is None:
         return []
-    still = ~record.driven[m.keep]
-    still[LATE:] &= ~record.driven[m.keep][:-LATE]
-    if still.sum() < FEWEST or still.all():
-        return []
-    zero = float(np.median(m.values[still]))
-    running = float(np.median(np.abs(m.values[~still] - zero)))
-    beyond = abs(zero) / m.channel.offset_uncertainty
-    if beyond < BEYOND or abs(zero) < max(OF_RUNNING * running, m.channel.resolution):
-        return []
+    beyond = abs(zero) / record.capture.channels[CURRENT].offset_uncertainty
     evidence = (
         f"the current reads {zero:+.3g} A with the bridge open, {beyond:.0f} times the "
         "uncertainty that its channel declares for its zero"
     )
     action = "take the zero again with the motor at rest, and look for a ground loop"
     return [Suspect("current_offset", "current", evidence, action, "named")]
+
+
+def seen(record: MotorRecord) -> float | None:
+    """A, what the current reads with the bridge open; None: no more than is declared."""
+    m = next((m for m in record.measured if m.block.name == CURRENT and not m.unsigned), None)
+    if m is None or not m.channel.offset_uncertainty > 0:
+        return None
+    still = ~record.driven[m.keep]
+    still[LATE:] &= ~record.driven[m.keep][:-LATE]
+    if still.sum() < FEWEST or still.all():
+        return None
+    zero = float(np.median(m.values[still]))
+    running = float(np.median(np.abs(m.values[~still] - zero)))
+    beyond = abs(zero) / m.channel.offset_uncertainty
+    if beyond < BEYOND or abs(zero) < max(OF_RUNNING * running, m.channel.resolution):
+        return None
+    return zero
 
 
 def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
@@ -51,13 +61,6 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
     if not peak > 0:
         return []
 
-    def effect(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:
-        out = nothing(record)
-        for k, m in enumerate(record.measured):
-            if m.block.name == CURRENT:
-                out[k] = size[0] * record.driven[m.keep].astype(np.float64)
-        return out
-
     def words(size: Floats) -> Words:
         return Words(
             "current",
@@ -67,6 +70,13 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
 
     return [
         Hypothesis(
-            "current_offset", effect, ((0.01 * peak,),), (0.01 * peak,), (-peak,), (peak,), words
+            "current_offset",
+            acting(DRIVEN_CURRENT_OFFSET),
+            ((0.01 * peak,),),
+            (0.01 * peak,),
+            (-peak,),
+            (peak,),
+            words,
+            quantity=DRIVEN_CURRENT_OFFSET,
         )
     ]

@@ -24,6 +24,7 @@ AROUND = 5  # increments on either side whose median is the usual one
 STANDS_OUT = 8.0  # times the scatter of increments
 COUNTS = 3.5  # at least so many
 WITHIN = 1e-6  # of a sample period: rounding
+ALIKE = 0.3  # of the usual increment, by which others may differ from it
 WHOLE = 0.2  # by which an increment may miss a multiple of its neighbours
 
 
@@ -33,7 +34,8 @@ class Jumps:
 
     places: Places
     counts: Floats  # beyond the usual increment, in its direction; negative: lost
-    missing: Floats  # samples that would explain each; 0 where none do
+    missing: Floats  # samples that would explain each; 0 where no whole number does
+    nearly: Floats  # the same, not whole
 
     @property
     def dropped(self) -> int:
@@ -88,9 +90,9 @@ def find(capture: Capture, timeline: Timeline) -> Jumps | None:
     least = max(STANDS_OUT * scatter, COUNTS)
     places = np.flatnonzero((odd > 0.6 * least) & neighbours)
     places = places[(places >= AROUND) & (places < len(steps) - AROUND)]
-    out, beyond, missing = [], [], []
+    out, beyond, missing, nearly = [], [], [], []
     for k in places.tolist():
-        middle = float(np.median(steps[k - AROUND : k + AROUND + 1]))
+        middle = _usual(steps[k - AROUND : k + AROUND + 1])
         more = (steps[k] - middle) * (np.sign(middle) or 1.0)
         if abs(more) <= least:
             continue
@@ -99,7 +101,16 @@ def find(capture: Capture, timeline: Timeline) -> Jumps | None:
         out.append(k + 1)
         beyond.append(more)
         missing.append(float(round(multiple)) if whole else 0.0)
-    return Jumps(np.array(out, dtype=np.intp), np.array(beyond), np.array(missing))
+        nearly.append(multiple)
+    index = np.array(out, dtype=np.intp)
+    return Jumps(index, np.array(beyond), np.array(missing), np.array(nearly))
+
+
+def _usual(steps: Floats) -> float:
+    """The mean of increments (counts) that are like most of them: finer than a whole count."""
+    middle = float(np.median(steps))
+    alike = np.abs(steps - middle) <= max(COUNTS, ALIKE * abs(middle))
+    return float(steps[alike].mean())
 
 
 def short_of_program(capture: Capture) -> int:

@@ -39,5 +39,5 @@ def _of(name: str, period: float) -> Hypothesis:
 
     return Hypothesis(
         f"{name}_filtered", acting(FILTERS[name]), tuple((k * period,) for k in SAMPLES), (period,),
-        (SHORTEST * period,), (LONGEST * period,), words,
+        (SHORTEST * period,), (LONGEST * period,), words, quantity=FILTERS[name],
     )  # fmt: skip

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT
+from motorid.capture.model import CURRENT, Capture
 from motorid.estimate.diagnosis.fault import Hypothesis, Words, changed_voltage, nothing, series
 from motorid.estimate.fit.block_regression import Start, blocks, electrical, mechanical
 from motorid.estimate.model.capture_model import MotorRecord
@@ -17,6 +18,7 @@ Floats = NDArray[np.float64]
 SHARES = (0.97, 0.9, 0.8, 0.65)  # of the highest reading, where the end is tried
 TOP = 0.985  # of the highest voltage read: at its end
 BELOW = 0.95  # of it: surely not
+END = 0.97  # of where the readings stop: noise is cut off from there on
 CLEAR = 0.02  # relative, by which the motor must answer to more than is read
 
 
@@ -45,9 +47,25 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
     sizes = tuple((s * peak,) for s in SHARES)
     return [
         Hypothesis(
-            "current_saturated", effect, sizes, (0.01 * peak,), (0.05 * peak,), (1.2 * peak,), words
+            "current_saturated",
+            effect,
+            sizes,
+            (0.01 * peak,),
+            (0.05 * peak,),
+            (1.2 * peak,),
+            words,
+            remedy=_declared_end,
         )
     ]
+
+
+def _declared_end(capture: Capture, amperes: float) -> list[Capture]:
+    """The capture whose current is declared to end there: readings at the end tell nothing."""
+    current = capture.channels[CURRENT]
+    reach = END * amperes / abs(current.scale)
+    low, high = current.offset - reach, current.offset + reach
+    ended = replace(current, raw_min=max(current.raw_min, low), raw_max=min(current.raw_max, high))
+    return [replace(capture, channels={**capture.channels, CURRENT: ended})]
 
 
 def seen(records: Sequence[MotorRecord]) -> tuple[Hypothesis, Start] | None:

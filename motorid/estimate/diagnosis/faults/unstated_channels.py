@@ -64,7 +64,8 @@ def suspects(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect
                 last = found.get((kind, size.channel))
                 if size.worth_saying(period) and (last is None or size.seconds > last[0].seconds):
                     found[kind, size.channel] = size, period
-    return [_said(kind, size, period) for (kind, _), (size, period) in found.items()]
+    before = records[0].as_stamped
+    return [_said(kind, size, period, before) for (kind, _), (size, period) in found.items()]
 
 
 def lags(record: MotorRecord, sizes: Mapping[str, tuple[float, float]]) -> Iterator[Size]:
@@ -95,7 +96,7 @@ def _motion(record: MotorRecord) -> str:
     return POSITION if record.block(POSITION) is not None else SPEED
 
 
-def _said(kind: str, size: Size, period_s: float) -> Suspect:
+def _said(kind: str, size: Size, period_s: float, before: Mapping[str, float]) -> Suspect:
     what = WORDS[size.channel]
     long = f"{1e3 * size.seconds:.3g} ms ({size.seconds / period_s:.2g} samples of the log)"
     if kind == "lag":
@@ -103,11 +104,11 @@ def _said(kind: str, size: Size, period_s: float) -> Suspect:
             f"{what}_lag", what,
             f"the {what} comes {long} later than the other channels; the fit allows for it",
             f"stamp all channels alike, or declare it: --delay {what}={size.seconds:.3g}",
-            "named", allowed=True,
+            "named", allowed=True, without=before,
         )  # fmt: skip
     return Suspect(
         f"{what}_filtered", what,
         f"the {what} reads as behind a low-pass of {long}; the fit allows for it",
         f"take the filter out, or declare it: --filter {what}={1e3 * size.seconds:.3g}ms",
-        "named", allowed=True,
+        "named", allowed=True, without=before,
     )  # fmt: skip

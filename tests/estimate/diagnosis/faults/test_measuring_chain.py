@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from motorid.capture.model import CURRENT
-from motorid.errors import DataError
-from motorid.estimate.fit.sign_check import WrongSignError
-from motorid.estimate.results.estimate import Estimate
+from motorid.capture.model import CURRENT, VOLTAGE
+from motorid.estimate.diagnosis.faults import missing_samples
+from motorid.estimate.results.estimate import PARAMETERS, Estimate, Parameter
+from motorid.estimate.results.status import Status
+from motorid.estimate.signals.time_grid import lay
 from motorid.identify import fit
 from tests.estimate.diagnosis.faults import inject
 from tests.estimate.diagnosis.faults.cases import CHAIN, COMMANDED, Case, Runs
@@ -45,12 +48,70 @@ def test_a_fault_is_named(case: Case, runs: Runs) -> None:
 
 
 @pytest.mark.parametrize("case", SIGNS, ids=lambda c: c.name)
-def test_a_reversed_channel_is_refused_before_the_fit(case: Case, runs: Runs) -> None:
-    with pytest.raises(DataError, match="sign of the") as caught:
-        fit([case.capture(runs)])
-    assert isinstance(caught.value, WrongSignError)
-    assert caught.value.suspect.code == case.code
-    assert "\n" not in str(caught.value)
+def test_a_reversed_channel_is_named_and_turned_round(case: Case, runs: Runs) -> None:
+    turned, good = fit([case.capture(runs)]), fit([runs.good])
+    assert named(turned) == [case.code]
+    assert turned.suspects[0].allowed
+    _agree(turned, good)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name",
+    [
+        "current offset", "offset while driven", "current lag", "position lag", "voltage lag",
+        "filtered current", "current saturated", "samples dropped",
+    ],
+)  # fmt: skip
+def test_a_fault_with_a_size_is_estimated(name: str, runs: Runs) -> None:
+    """As if it were not there; and what a fit as stated would give is said besides."""
+    case = next(c for c in CHAIN if c.name == name)
+    repaired, good = fit([case.capture(runs)]), fit([runs.good])
+    first = repaired.suspects[0]
+    assert (first.code, first.allowed, first.moves) == (case.code, True, {})
+    assert "the fit allows for it" in first.evidence
+    assert set(first.without) == {*PARAMETERS}
+    _agree(repaired, good)
+    assert not [p for p in repaired.parameters.values() if p.status is not Status.ESTIMATED]
+
+
+def test_one_run_of_two_that_lacks_samples_is_repaired(runs: Runs) -> None:
+    bad = inject.dropped(runs.good, 3, 12, 6)
+    repaired, good = fit([runs.good, bad]), fit([runs.good])
+    assert repaired.suspects[0].code == "samples_dropped"
+    assert repaired.suspects[0].allowed
+    _agree(repaired, good)
+
+
+def test_missing_samples_that_are_not_all_seen_are_not_put_back(runs: Runs) -> None:
+    """Three more are missing where the motor rests."""
+    bad = inject.dropped(runs.good, 3, 12, 6)
+    channels = {n: replace(c, raw=np.asarray(c.raw)[3:]) for n, c in bad.channels.items()}
+    worse = replace(bad, ticks=bad.ticks[:-3], channels=channels)
+    assert missing_samples.put_back(bad, lay(bad)) is not None
+    assert missing_samples.put_back(worse, lay(worse)) is None
+    first = fit([worse]).suspects[0]
+    assert (first.code, first.allowed) == ("samples_dropped", False)
+
+
+def test_a_voltage_declared_late_by_whole_samples_is_as_good_as_one_on_time(runs: Runs) -> None:
+    late = inject.lag(runs.good, VOLTAGE, 3)
+    declared = replace(late.channels[VOLTAGE], delay_s=3 * late.period_s)
+    found, good = fit([inject.replaced(late, declared)]), fit([runs.good])
+    assert named(found) == []
+    _agree(found, good)
+
+
+def _agree(found: Estimate, good: Estimate) -> None:
+    """To within what both leave open."""
+    for name, p in good.parameters.items():
+        other = found.parameters[name]
+        assert other.value == pytest.approx(p.value, abs=math.hypot(_half(p), _half(other))), name
+
+
+def _half(p: Parameter) -> float:
+    assert p.interval_95 is not None
+    return (p.interval_95[1] - p.interval_95[0]) / 2
 
 
 @pytest.mark.slow

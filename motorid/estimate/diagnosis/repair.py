@@ -1,0 +1,202 @@
+"""The fit again with a fault that was convicted among its unknowns: what is named is allowed for.
+
+A fault that has a size is a quantity as any other (VIM 2.52): its size is estimated with the motor,
+and what is left open of it is in the intervals. The fault is named all the same, with the values of
+the fit that takes the channels as stated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from motorid.capture.model import Capture
+from motorid.errors import DataError
+from motorid.estimate.diagnosis import misfit, rank
+from motorid.estimate.diagnosis.faults import current_zero, lost_samples, missing_samples
+from motorid.estimate.effects.influence_quantity import Instance
+from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
+from motorid.estimate.fit.multistart import settled, whitened
+from motorid.estimate.fit.parameter_bounds import held_values, merged
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import PARAMETERS, Suspect
+from motorid.estimate.signals.intersample_voltage import Rival
+from motorid.estimate.solver.problem import Solution, Unknown
+
+Fit = tuple[list[MotorRecord], Solution]
+
+
+ZERO = "current_offset"
+
+
+@dataclass(frozen=True)
+class Repaired:
+    """The captures with a fault among their unknowns, and what is said of it."""
+
+    records: list[MotorRecord]
+    solution: Solution
+    suspect: Suspect
+
+
+def repaired(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    found: Sequence[Suspect],
+    convicted: rank.Convicted | None,
+    fix: Mapping[str, float],
+    without: Sequence[str],
+) -> Repaired | None:
+    """The first of ``found`` that can be estimated; None where none can, or where the fit with it
+    leaves as much to explain as a fault does.
+
+    ``fix`` and ``without`` as of a fit.
+    """
+    held = held_values(fix, without)
+    before = merged(held, solution)
+    for suspect in found:
+        if suspect.allowed or suspect.strength != "named":
+            continue
+        try:
+            if suspect.code == missing_samples.CODE:
+                fitted = _with_time(records, held, before)
+            elif convicted is not None and suspect is convicted.suspect:
+                fitted = _with_size(records, solution, convicted, held)
+            else:
+                fitted = _with_zero(records, held, before) if suspect.code == ZERO else None
+        except DataError:
+            continue  # the fault stays named, and what it may have moved stays doubtful
+        if fitted is not None and fitted[1].converged and _explains(*fitted):
+            return Repaired(*fitted, _allowed(suspect, before))
+    return None
+
+
+def _explains(records: Sequence[MotorRecord], solution: Solution) -> bool:
+    """No other fault is called for."""
+    return misfit.excess(records, misfit.residuals(records, solution)) < rank.LIKELY
+
+
+def _with_time(
+    records: Sequence[MotorRecord], held: Mapping[str, float], start: Mapping[str, float]
+) -> Fit | None:
+    """With the samples put back that are seen to be missing; None: not of all of them."""
+    mended = [missing_samples.put_back(record.capture, record.timeline) for record in records]
+    if not any(mended):
+        return None
+    pairs = zip(mended, records, strict=True)
+    again = [_fresh(capture or record.capture, record, held) for capture, record in pairs]
+    if any(lost_samples.suspects(record.capture, record.timeline) for record in again):
+        return None
+    return _fitted(again, held, start)
+
+
+def _with_zero(
+    records: Sequence[MotorRecord], held: Mapping[str, float], start: Mapping[str, float]
+) -> Fit | None:
+    """With a zero of the current as far off as it reads with the bridge open."""
+    again, one = _unweighed(records), Instance(CURRENT_OFFSET)
+    for record in again:
+        zero = current_zero.seen(record)
+        if zero is not None:
+            usual = one.unknown(record)
+            assert usual is not None
+            record.find({one: replace(usual, start=zero, prior_sd=abs(zero))})
+    return _fitted(again, held, start)
+
+
+def _with_size(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    convicted: rank.Convicted,
+    held: Mapping[str, float],
+) -> Fit | None:
+    """With a fault that a fit convicted, by its quantity, or as a declared fact of the captures."""
+    names = [unknown.name for unknown in solution.unknowns]
+    ended = dict(zip(names, map(float, convicted.trial.found.values), strict=True))
+    start = {**merged(held, solution), **ended}
+    found = _with_quantity(records, convicted, held, start)
+    return found or _with_remedy(records, convicted, held, start)
+
+
+def _with_quantity(
+    records: Sequence[MotorRecord],
+    convicted: rank.Convicted,
+    held: Mapping[str, float],
+    start: Mapping[str, float],
+) -> Fit | None:
+    """The fault is an unknown of the fit, known to be there, of about the trial's size."""
+    hypothesis, size = convicted.trial.hypothesis, float(convicted.trial.found.size[0])
+    if hypothesis.quantity is None:
+        return None
+    one, again = Instance(hypothesis.quantity), _unweighed(records)
+    (scale,), (lower,), (upper,) = hypothesis.scale, hypothesis.lower, hypothesis.upper
+    for k in convicted.records:
+        unknown = Unknown(one.name, size, lower, upper, scale=scale, prior_sd=abs(size))
+        again[k].find({one: unknown})
+    return _fitted(again, held, start)
+
+
+def _with_remedy(
+    records: Sequence[MotorRecord],
+    convicted: rank.Convicted,
+    held: Mapping[str, float],
+    start: Mapping[str, float],
+) -> Fit | None:
+    """The likeliest of the captures that declare a fault of about that size; the others are its
+    rivals.
+    """
+    remedy, size = convicted.trial.hypothesis.remedy, float(convicted.trial.found.size[0])
+    if remedy is None:
+        return None
+    declared = [
+        remedy(record.capture, size) if k in convicted.records else None
+        for k, record in enumerate(records)
+    ]
+    found = []
+    for n in range(max(len(each) for each in declared if each)):
+        again = [
+            _fresh(each[n] if each else record.capture, record, held)
+            for each, record in zip(declared, records, strict=True)
+        ]
+        found.append(_fitted(again, held, start))
+    best, solution = min(found, key=lambda one: one[1].objective)
+    best[0].rivals = tuple(
+        Rival(other.values, other.objective - solution.objective)
+        for _, other in found
+        if other is not solution
+    )
+    return best, solution
+
+
+def _fresh(capture: Capture, record: MotorRecord, held: Mapping[str, float]) -> MotorRecord:
+    """Another capture in the place of one, with what was found of it."""
+    free = [name for name in PARAMETERS if name not in held]
+    again = MotorRecord(capture, free, held, record.shape)
+    pairs = zip(record.instances, record.unknowns, strict=True)
+    again.find({one: unknown for one, unknown in pairs if one in record.found})
+    return again
+
+
+def _unweighed(records: Sequence[MotorRecord]) -> list[MotorRecord]:
+    """The records with noise taken as white: its colour was the fault's."""
+    again = [record.twin() for record in records]
+    for record in again:
+        record.whiten([None] * len(record.measured))
+    return again
+
+
+def _fitted(
+    records: list[MotorRecord], held: Mapping[str, float], start: Mapping[str, float]
+) -> Fit:
+    free = [name for name in PARAMETERS if name not in held]
+    found = settled(records, free, start)
+    return records, whitened(records, free, merged(start, found), found)
+
+
+def _allowed(suspect: Suspect, before: Mapping[str, float]) -> Suspect:
+    return replace(
+        suspect,
+        evidence=f"{suspect.evidence}; the fit allows for it",
+        moves={},
+        allowed=True,
+        without=before,
+    )
