@@ -38,7 +38,12 @@ FACTS = (
     "brown_out_mv",
     "brown_out_least_mv",
 )
-OWN = ("fault", "buffer", "max_steps", "minor")  # of the simulated board, or fixed when this one is compiled
+OWN = (
+    "fault",
+    "buffer",
+    "max_steps",
+    "minor",
+)  # of the simulated board, or fixed when this one is compiled
 
 
 def arguments(url: str) -> list[str]:
