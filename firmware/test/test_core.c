@@ -368,6 +368,34 @@ static void nothing_is_watched_while_nothing_runs(void) {
     CHECK(fake.bridge == DRIVE && core_state() == WIRE_STATE_LOADED);
 }
 
+/* Up to 255 steps, whose last index is 254: an index of 255 names no step. */
+static void a_program_of_all_steps_is_loaded_and_run_to_its_end(void) {
+    const wire_configure_t config = fake_config();
+    fake_start();
+    fake_settle();
+    CHECK(fake_configure(&config) == WIRE_STATUS_OK);
+    for (unsigned n = 0; n < CORE_MAX_STEPS; n++) {
+        CHECK(fake_add_step((uint8_t)n, WIRE_STEP_KIND_BRAKE, 0, 2) == WIRE_STATUS_OK);
+    }
+    const int beyond = CORE_MAX_STEPS < 255 ? WIRE_STATUS_PROGRAM_FULL : WIRE_STATUS_BAD_VALUE;
+    CHECK(fake_add_step(CORE_MAX_STEPS, WIRE_STEP_KIND_BRAKE, 0, 2) == beyond);
+    CHECK(fake_add_step(255, WIRE_STEP_KIND_BRAKE, 0, 2) == WIRE_STATUS_BAD_VALUE);
+    CHECK(core.program.count == CORE_MAX_STEPS && core_state() == WIRE_STATE_LOADED);
+    CHECK(fake_run() == WIRE_STATUS_OK);
+    fake_samples(2 * CORE_MAX_STEPS);
+    CHECK(core_state() == WIRE_STATE_RUNNING && core.run.begun == CORE_MAX_STEPS);
+    fake_sample();
+    CHECK(core_state() == WIRE_STATE_LOADED && core.run.reason == WIRE_END_REASON_COMPLETED);
+    uint8_t payload[WIRE_MAX_PAYLOAD];
+    unsigned phases = 0;
+    fake_settle();
+    for (int heard; (heard = fake_heard(payload)) != 0;) {
+        CHECK(heard > 0);
+        phases += payload[0] == WIRE_EVENT_PHASE_CODE;
+    }
+    CHECK(phases == CORE_MAX_STEPS);
+}
+
 /* ------------------------------------------------------------------ minor 3 */
 
 static wire_configure_t checked(void) {
@@ -489,6 +517,7 @@ static void a_board_without_inputs_or_a_known_supply_says_so(void) {
 }
 
 const struct test core_tests[] = {
+    TEST(a_program_of_all_steps_is_loaded_and_run_to_its_end),
     TEST(a_wrong_sign_trips_within_the_check_alone),
     TEST(an_input_that_opens_ends_the_run_at_the_next_sample),
     TEST(an_older_hosts_configuration_is_hashed_as_it_came),

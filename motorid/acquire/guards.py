@@ -89,7 +89,7 @@ def brown_out(identity: Mapping[str, Any]) -> str:
 
 def _doubtful(fact: Mapping[str, Any]) -> float:
     """A reading in SI units that noise and offset alone may show."""
-    return SIGMAS * abs(fact["scale"]) * float(fact["noise"] + fact["offset_uncertainty"])
+    return SIGMAS * abs(float(fact["scale"])) * float(fact["noise"] + fact["offset_uncertainty"])
 
 
 def _need(identity: Mapping[str, Any], feature: Feature, key: str) -> None:

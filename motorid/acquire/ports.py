@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.guards import brown_out, lacking
+from motorid.acquire.link_test import measure_link
 from motorid.acquire.port import open_port
 from motorid.errors import MotoridError
 
@@ -89,17 +90,24 @@ def who_is(who: Fields) -> str:
 
 
 def details(url: str) -> Iterator[str]:
-    """Who answers, what that board lacks, and what is wrong with it; a line each."""
+    """Who answers, what that board lacks, what its link loses, and what is wrong; a line each."""
     try:
-        who = identity_of(url)
+        port = open_port(url)
     except MotoridError as error:
         yield str(error)
         return
-    yield who_is(who)
-    if missing := lacking(who):
-        yield f"without {', '.join(missing)}"
-    if said := brown_out(who):
-        yield said
+    try:
+        who = Board(port).identify()
+        yield who_is(who)
+        if missing := lacking(who):
+            yield f"without {', '.join(missing)}"
+        if said := brown_out(who):
+            yield said
+        yield measure_link(port).sentence()
+    except MotoridError as error:
+        yield str(error)
+    finally:
+        port.close()
 
 
 def listing(*, probe: bool = False) -> Iterator[str]:

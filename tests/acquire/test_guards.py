@@ -10,6 +10,7 @@ import pytest
 from motorid.acquire import record
 from motorid.acquire.bench_facts import contradictions
 from motorid.acquire.guards import brown_out, lacking
+from motorid.acquire.link_test import measure_link
 from motorid.acquire.ports import details
 from motorid.acquire.resets import reset_error
 from motorid.capture import store
@@ -134,12 +135,41 @@ def test_probing_says_what_a_board_lacks_and_what_is_wrong_with_it() -> None:
     new = list(details("sim://?speed=max&brown_out=2700"))
     assert new[1] == "without front_end"
     assert "brown-out detector" in new[2]
-    old = list(details("sim://?speed=max&minor=2"))
+    assert new[3:] == ["link: 256 of 256 commands answered, 0 frames damaged"]
+    *old, _ = details("sim://?speed=max&minor=2")
     assert old == [
         "motorid-sim, firmware 1.0.0, protocol 1.2",
         "without voltage_limit, inputs, sign_check, front_end",
     ]
     assert lacking({}) == lacking({"features": 0})
+
+
+@pytest.mark.parametrize("fault", ["drop:0.0005", "flip:0.0005", "insert:0.0005"])
+def test_probing_measures_what_a_link_loses(fault: str) -> None:
+    from motorid.acquire.port import open_port
+
+    port = open_port(f"sim://?speed=max&fault={fault}")
+    try:
+        found = measure_link(port)
+    finally:
+        port.close()
+    assert found.sent == 256
+    expected = 256 * (1 - (1 - 0.0005) ** 95)  # bytes there and back
+    assert 0.3 * expected < found.sent - found.answered < 3 * expected
+    assert found.damaged
+    assert "loses data under load" in found.sentence()
+
+
+def test_a_dead_line_ends_the_link_test() -> None:
+    from motorid.acquire.port import open_port
+
+    port = open_port("sim://?speed=max&fault=silence")
+    try:
+        found = measure_link(port)
+    finally:
+        port.close()
+    assert (found.answered, found.clean) == (0, False)
+    assert found.sent <= 12
 
 
 def test_a_reset_of_unknown_cause_says_so() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -178,6 +179,12 @@ def test_a_full_program_takes_no_more(client: Client) -> None:
     reply = client.ask("add_step", index=most, **client.coast(1))
     assert reply.status is (Status.PROGRAM_FULL if most < 255 else Status.BAD_VALUE)
     assert client.state is State.LOADED
+
+
+@pytest.mark.parametrize("board_name", ["sim"])
+def test_as_many_steps_as_the_wire_can_count(make_client: Callable[..., Client]) -> None:
+    """Indices 0 to 254: one beyond is no index, and not a program that is full."""
+    test_a_full_program_takes_no_more(make_client(max_steps=255))
 
 
 def test_a_full_program_runs_step_by_step(client: Client) -> None:

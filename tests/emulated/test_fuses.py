@@ -1,4 +1,4 @@
-"""The brown-out detector's fuse, as the emulated boards read and tell it."""
+"""The brown-out detector's fuse, as the emulated boards read and tell it; and their link."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from motorid.acquire.link_test import measure_link
 from tests.conformance.boards import emulator_lacks, opened
 from tests.conformance.client import Client
 
@@ -25,6 +26,8 @@ def test_the_fuse_is_read_and_told(name: str) -> None:
         client.bring_up()
         assert client.identity["brown_out_mv"] == LEVELS_MV[0xFD]  # as boards are sold
         assert client.identity["brown_out_least_mv"] == LEAST_MV[name]
+        found = measure_link(board.port, 64)  # at the line's full rate
+        assert found.clean, found
         for fuse, level_mv in LEVELS_MV.items():
             emulator.set("efuse", fuse)
             for _ in range(4):  # whatever interrupt comes meanwhile
