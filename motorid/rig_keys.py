@@ -95,6 +95,9 @@ SECTIONS: Mapping[str, Mapping[str, Key]] = {
         "supply_max_v": Number(0.1, 1e3),
         "run_time_s": Number(0.01, 4e6),
         "host_silence_s": Number(0.02, 60),
+        "voltage_v": Number(0.1, 1e3),
+        "inputs": List(Text(("part_present", "guard_closed")), 2),
+        "sign_check_s": Number(0, 60),
     },
     "nameplate": {
         "resistance_ohm": Number(1e-4, 1e5),

@@ -26,6 +26,9 @@ class Limits:
     supply_max_v: float
     run_time_s: float = 60.0
     host_silence_s: float = 0.5
+    voltage_v: float | None = None  # at the motor's terminals, either sign
+    inputs: tuple[str, ...] = ()  # contacts that must be closed
+    sign_check_s: float = 0.05  # from the first drive on; 0: the board checks no signs
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,21 @@
 #define FIRMWARE_MINOR 0
 #define FIRMWARE_PATCH 0
 
+/* What this board does beyond minor 2. */
+#define SEES_VOLTAGE ((port.channels & (1u << WIRE_CHANNEL_TERMINAL_VOLTAGE)) != 0)
+#define FEATURES \
+    ((uint8_t)(1u << WIRE_FEATURE_SIGN_CHECK | (SEES_VOLTAGE ? 1u << WIRE_FEATURE_VOLTAGE_LIMIT : 0u) \
+               | (port.inputs != 0 ? 1u << WIRE_FEATURE_INPUTS : 0u)))
+
 #define NO_FIELDS(status) ((struct answer){(status), 0})
 
 /* ------------------------------------------------------------------ acceptance */
 
-/* Least length of a command's fields and the states that accept it; false: no such command. */
-static bool rule_of(uint8_t code, uint8_t *size, uint8_t *states) {
+/* Whether a command's fields may be so long, and the states that accept it; false: no such command. */
+static bool rule_of(uint8_t code, uint8_t length, bool *fits, uint8_t *states) {
 #define RULE(name) \
     case WIRE_##name##_CODE: \
-        *size = WIRE_##name##_LEAST; \
+        *fits = WIRE_##name##_ENDS(length); \
         *states = WIRE_##name##_STATES; \
         return true
     switch (code) {
@@ -32,6 +38,9 @@ static bool rule_of(uint8_t code, uint8_t *size, uint8_t *states) {
         RULE(ZERO);
         RULE(READ_STATUS);
         RULE(CLEAR_FAULT);
+        RULE(DESCRIBE_INPUT);
+        RULE(READ_FRONT_END);
+        RULE(WRITE_FRONT_END);
     default:
         return false;
     }
@@ -53,15 +62,16 @@ static uint8_t wrong_state(uint8_t code) {
 }
 
 uint8_t refusal(uint8_t code, uint8_t length) {
-    uint8_t size, states;
+    uint8_t states;
+    bool fits;
     const bool always = code == WIRE_IDENTIFY_CODE || code == WIRE_STOP_CODE;
     if (core.host_major != WIRE_MAJOR && !always) {
         return WIRE_STATUS_MAJOR_MISMATCH;
     }
-    if (!rule_of(code, &size, &states)) {
+    if (!rule_of(code, length, &fits, &states)) {
         return WIRE_STATUS_UNKNOWN_COMMAND;
     }
-    if (length < size) {
+    if (!fits) {
         return WIRE_STATUS_BAD_LENGTH;
     }
     return (states & (1u << core.state)) != 0 ? WIRE_STATUS_OK : wrong_state(code);
@@ -83,7 +93,7 @@ bool needs_quiet(uint8_t code) {
 
 /* ------------------------------------------------------------------ who is there */
 
-static struct answer do_identify(const uint8_t *fields, uint8_t *out) {
+static APART struct answer do_identify(const uint8_t *fields, uint8_t *out) {
     wire_identify_t host;
     (void)wire_get_identify(fields, WIRE_IDENTIFY_SIZE, &host);
     core.host_major = host.host_major;
@@ -111,6 +121,10 @@ static struct answer do_identify(const uint8_t *fields, uint8_t *out) {
         .buffer_samples = BLOCKS_SAMPLES,
         .burst_sample_period_ticks = port.burst_sample_period_ticks,
         .burst_samples = burst_most(),
+        .features = FEATURES,
+        .inputs = port.inputs,
+        .brown_out_mv = port.brown_out_least_mv != 0 ? port.brown_out_mv() : 0,
+        .brown_out_least_mv = port.brown_out_least_mv,
     };
     memcpy(reply.board, port.board, sizeof reply.board);
     for (uint8_t mask = port.channels; mask != 0; mask >>= 1) {
@@ -142,7 +156,7 @@ static bool has_mode(uint8_t mode) {
            || (mode == WIRE_MODE_BURST && port.burst_sample_period_ticks != 0);
 }
 
-static struct answer do_describe_channel(const uint8_t *fields, uint8_t length, uint8_t *out) {
+static APART struct answer do_describe_channel(const uint8_t *fields, uint8_t length, uint8_t *out) {
     wire_describe_channel_t asked = {0};
     (void)wire_get_describe_channel(fields, length, &asked);
     uint8_t skip = asked.index;
@@ -172,6 +186,19 @@ static bool is_fast(const wire_configure_t *c) {
            && c->sample_period_ticks == port.burst_sample_period_ticks;
 }
 
+/* What a board lacks is refused, and not left out. */
+static uint8_t check_features(const wire_configure_t *c) {
+    const bool too_much = c->voltage_limit_mv != 0 && !(FEATURES & (1u << WIRE_FEATURE_VOLTAGE_LIMIT));
+    if (too_much || (c->inputs_required & (uint8_t)~port.inputs) != 0) {
+        return WIRE_STATUS_NOT_SUPPORTED;
+    }
+    if (c->sign_check_ms != 0
+        && (c->sign_check_ma == 0 || c->sign_check_mv == 0 || c->sign_check_counts == 0)) {
+        return WIRE_STATUS_BAD_VALUE;
+    }
+    return c->front_end_hash != 0 ? WIRE_STATUS_HASH_MISMATCH : WIRE_STATUS_OK;
+}
+
 static uint8_t check_config(const wire_configure_t *c) {
     const bool has_period = c->sample_period_ticks >= port.min_sample_period_ticks
                             && c->sample_period_ticks % port.sample_period_step_ticks == 0;
@@ -188,14 +215,14 @@ static uint8_t check_config(const wire_configure_t *c) {
                              && c->speed_limit_counts_s > 0 && c->supply_min_mv < c->supply_max_mv
                              && c->run_time_limit_ms > 0 && c->host_silence_ms > 0
                              && c->host_silence_ms <= port.max_host_silence_ms;
-    return limits_hold ? WIRE_STATUS_OK : WIRE_STATUS_BAD_VALUE;
+    return limits_hold ? check_features(c) : WIRE_STATUS_BAD_VALUE;
 }
 
 /* A fast burst is looked at, guarded and stepped at the shortest period of a stream. */
-static void take_config(const wire_configure_t *config) {
+static void take_config(void) {
+    const wire_configure_t *const config = &core.config;
     const bool fast = is_fast(config);
     const uint32_t period = fast ? port.min_sample_period_ticks : config->sample_period_ticks;
-    core.config = *config;
     core.configured = true;
     program_clear(&core.program);
     guard_set(&core.guard, config, period);
@@ -213,25 +240,41 @@ static void take_config(const wire_configure_t *config) {
     guard_rest(&core.guard, position); /* unlocked: it takes long, and no run can begin meanwhile */
 }
 
-static struct answer do_configure(const uint8_t *fields, uint8_t *out) {
+/* Keep what is acceptable, which no run looks at now. */
+static APART uint8_t keep_config(const uint8_t *fields, uint8_t length) {
     wire_configure_t config;
-    (void)wire_get_configure(fields, WIRE_CONFIGURE_SIZE, &config);
+    if (!wire_get_configure(fields, length, &config)) {
+        return WIRE_STATUS_BAD_LENGTH;
+    }
     const uint8_t status = check_config(&config);
+    if (status == WIRE_STATUS_OK) {
+        core.config = config;
+    }
+    return status;
+}
+
+static APART struct answer do_configure(const uint8_t *fields, uint8_t length, uint8_t *out) {
+    const uint8_t status = keep_config(fields, length);
     if (status != WIRE_STATUS_OK) {
         return NO_FIELDS(status);
     }
-    take_config(&config);
-    core.config_hash = crc32(0, fields, WIRE_CONFIGURE_SIZE);
+    take_config();
+    core.config_hash = /* of what an older host has sent, or of what is known here */
+        crc32(0, fields, length < WIRE_CONFIGURE_SIZE ? length : WIRE_CONFIGURE_SIZE);
     wire_put_u32(out, core.config_hash);
     return (struct answer){WIRE_STATUS_OK, WIRE_CONFIGURE_REPLY_SIZE};
 }
+
+#define CONFIGURE_FIRST 29u /* bytes of configure in minor 0 */
+_Static_assert(WIRE_CONFIGURE_ENDS(CONFIGURE_FIRST), "as its first minor ended");
 
 static struct answer do_read_config(uint8_t *out) {
     if (!core.configured) {
         return NO_FIELDS(WIRE_STATUS_NOT_CONFIGURED);
     }
-    const size_t length = wire_put_configure(out, &core.config); /* the same fields, then the hash */
-    wire_put_u32(out + length, core.config_hash);
+    (void)wire_put_configure(out, &core.config); /* the same fields, and the hash where it once ended */
+    memmove(out + CONFIGURE_FIRST + 4u, out + CONFIGURE_FIRST, WIRE_CONFIGURE_SIZE - CONFIGURE_FIRST);
+    wire_put_u32(out + CONFIGURE_FIRST, core.config_hash);
     return (struct answer){WIRE_STATUS_OK, WIRE_READ_CONFIG_REPLY_SIZE};
 }
 
@@ -246,7 +289,7 @@ static struct answer do_clear_program(void) {
     return NO_FIELDS(WIRE_STATUS_OK);
 }
 
-static struct answer do_add_step(const uint8_t *fields, uint8_t *out) {
+static APART struct answer do_add_step(const uint8_t *fields, uint8_t *out) {
     wire_add_step_t step;
     (void)wire_get_add_step(fields, WIRE_ADD_STEP_SIZE, &step);
     const uint8_t status = program_add(&core.program, &step, fields, core.period);
@@ -258,11 +301,14 @@ static struct answer do_add_step(const uint8_t *fields, uint8_t *out) {
     return (struct answer){WIRE_STATUS_OK, (uint8_t)wire_put_add_step_reply(out, &reply)};
 }
 
-static struct answer do_start(const uint8_t *fields, uint8_t *out) {
+static APART struct answer do_start(const uint8_t *fields, uint8_t *out) {
     wire_start_t start;
     (void)wire_get_start(fields, WIRE_START_SIZE, &start);
     if (start.config_hash != core.config_hash || start.program_hash != core.program.hash) {
         return NO_FIELDS(WIRE_STATUS_HASH_MISMATCH);
+    }
+    if (inputs_open() != 0) {
+        return NO_FIELDS(WIRE_STATUS_INPUT_OPEN);
     }
     run_begin();
     core.told = (struct told){.phase_tick = core.run.start_tick};
@@ -308,7 +354,7 @@ static struct answer do_zero(uint16_t request, const uint8_t *fields) {
     return NO_FIELDS(WIRE_STATUS_OK);
 }
 
-struct answer zero_answer(uint8_t *out) {
+APART struct answer zero_answer(uint8_t *out) {
     const uint8_t outcome = core.zero.outcome;
     core.zero.outcome = ZERO_NONE;
     if (outcome != ZERO_DONE) {
@@ -319,7 +365,18 @@ struct answer zero_answer(uint8_t *out) {
     return (struct answer){WIRE_STATUS_OK, (uint8_t)wire_put_zero_reply(out, &reply)};
 }
 
-static struct answer do_read_status(uint8_t *out) {
+static struct answer do_describe_input(const uint8_t *fields, uint8_t *out) {
+    const uint8_t input = fields[0];
+    if (input > 7u || !(port.inputs & (1u << input))) {
+        return NO_FIELDS(WIRE_STATUS_NOT_SUPPORTED);
+    }
+    wire_describe_input_reply_t reply = {.closed = (uint8_t)((unsigned)port.inputs_closed() >> input & 1u)};
+    port.input_pin(input, reply.pin);
+    return (struct answer){WIRE_STATUS_OK, (uint8_t)wire_put_describe_input_reply(out, &reply)};
+}
+
+static APART struct answer do_read_status(uint8_t *out) {
+    const uint8_t closed = port.inputs != 0 ? port.inputs_closed() & port.inputs : 0;
     const port_lock before = port.lock();
     const wire_read_status_reply_t reply = {
         .state = core.state,
@@ -330,6 +387,7 @@ static struct answer do_read_status(uint8_t *out) {
         .terminal_voltage_raw = core.latest.raw[WIRE_CHANNEL_TERMINAL_VOLTAGE],
         .supply_voltage_raw = core.latest.raw[WIRE_CHANNEL_SUPPLY_VOLTAGE],
         .dropped = core.blocks.dropped,
+        .inputs = closed,
     };
     port.unlock(before);
     return (struct answer){WIRE_STATUS_OK, (uint8_t)wire_put_read_status_reply(out, &reply)};
@@ -343,7 +401,7 @@ struct answer execute(uint8_t code, uint16_t request, const uint8_t *fields, uin
     case WIRE_DESCRIBE_CHANNEL_CODE:
         return do_describe_channel(fields, length, out);
     case WIRE_CONFIGURE_CODE:
-        return do_configure(fields, out);
+        return do_configure(fields, length, out);
     case WIRE_READ_CONFIG_CODE:
         return do_read_config(out);
     case WIRE_CLEAR_PROGRAM_CODE:
@@ -362,6 +420,11 @@ struct answer execute(uint8_t code, uint16_t request, const uint8_t *fields, uin
         return do_zero(request, fields);
     case WIRE_READ_STATUS_CODE:
         return do_read_status(out);
+    case WIRE_DESCRIBE_INPUT_CODE:
+        return do_describe_input(fields, out);
+    case WIRE_READ_FRONT_END_CODE:
+    case WIRE_WRITE_FRONT_END_CODE:
+        return NO_FIELDS(WIRE_STATUS_NOT_SUPPORTED);
     default: /* refusal() lets nothing else through */
         return do_clear_fault(out);
     }

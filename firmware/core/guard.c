@@ -13,15 +13,22 @@ static int16_t to_raw(float counts) {
 
 static uint32_t to_u32(uint64_t wide) { return wide > UINT32_MAX ? UINT32_MAX : (uint32_t)wide; }
 
-static wire_describe_channel_reply_t descriptor(uint8_t channel) {
+/* Where zero and full scale read, and what a count is worth: of a descriptor, which takes much of a small
+ * board's stack, so that it is gone before anything is computed. */
+struct line {
+    float scale, offset;
+    int16_t raw_min, raw_max;
+};
+
+static APART struct line line_of(uint8_t channel) {
     wire_describe_channel_reply_t d = {.channel = channel};
     port.describe(channel, &d);
-    return d;
+    return (struct line){d.scale, d.offset, d.raw_min, d.raw_max};
 }
 
 /* A saturated reading is no reading: it trips too. */
-static void set_current(struct guard *g, uint32_t limit_ma) {
-    const wire_describe_channel_reply_t d = descriptor(WIRE_CHANNEL_CURRENT);
+static APART void set_current(struct guard *g, uint32_t limit_ma) {
+    const struct line d = line_of(WIRE_CHANNEL_CURRENT);
     const float reach = fabsf((float)limit_ma * MILLI / d.scale);
     g->current_low = to_raw(ceilf(d.offset - reach));
     g->current_high = to_raw(floorf(d.offset + reach));
@@ -33,13 +40,44 @@ static void set_current(struct guard *g, uint32_t limit_ma) {
     }
 }
 
-static void set_supply(struct guard *g, uint32_t min_mv, uint32_t max_mv) {
+/* What a level in thousandths of the unit reads as, rounded towards zero's reading. */
+static int16_t raw_of(const struct line *d, float milli) {
+    const float counts = d->offset + milli * MILLI / d->scale;
+    return to_raw(counts < d->offset ? ceilf(counts) : floorf(counts));
+}
+
+static APART struct signs signs_of(uint8_t channel, uint32_t milli) {
+    if (!(port.channels & (1u << channel))) {
+        return (struct signs){INT16_MIN, INT16_MAX};
+    }
+    const struct line d = line_of(channel);
+    return (struct signs){raw_of(&d, -(float)milli), raw_of(&d, (float)milli)};
+}
+
+static void set_voltage(struct guard *g, uint32_t limit_mv) {
+    g->voltage_low = INT16_MIN;
+    g->voltage_high = INT16_MAX;
+    if (limit_mv != 0) {
+        const struct signs s = signs_of(WIRE_CHANNEL_TERMINAL_VOLTAGE, limit_mv);
+        g->voltage_low = s.negative < s.positive ? s.negative : s.positive;
+        g->voltage_high = s.negative < s.positive ? s.positive : s.negative;
+    }
+}
+
+static void set_signs(struct guard *g, const wire_configure_t *limits) {
+    if (limits->sign_check_ms != 0) {
+        g->current_signs = signs_of(WIRE_CHANNEL_CURRENT, limits->sign_check_ma);
+        g->voltage_signs = signs_of(WIRE_CHANNEL_TERMINAL_VOLTAGE, limits->sign_check_mv);
+    }
+}
+
+static APART void set_supply(struct guard *g, uint32_t min_mv, uint32_t max_mv) {
     g->supply_low = INT16_MIN;
     g->supply_high = INT16_MAX;
     if (!(port.channels & (1u << WIRE_CHANNEL_SUPPLY_VOLTAGE))) {
         return;
     }
-    const wire_describe_channel_reply_t d = descriptor(WIRE_CHANNEL_SUPPLY_VOLTAGE);
+    const struct line d = line_of(WIRE_CHANNEL_SUPPLY_VOLTAGE);
     g->supply_low = to_raw(ceilf(d.offset + (float)min_mv * MILLI / d.scale));
     g->supply_high = to_raw(floorf(d.offset + (float)max_mv * MILLI / d.scale));
 }
@@ -60,6 +98,8 @@ static void set_window(struct guard *g, uint32_t period) {
 void guard_set(struct guard *g, const wire_configure_t *limits, uint32_t period) {
     set_current(g, limits->current_limit_ma);
     set_supply(g, limits->supply_min_mv, limits->supply_max_mv);
+    set_voltage(g, limits->voltage_limit_mv);
+    set_signs(g, limits);
     set_window(g, period);
     g->speed_counts = counts_in_window(g, limits->speed_limit_counts_s);
 }
@@ -116,6 +156,28 @@ struct trip guard_check(const struct guard *g, const struct reading *now) {
         }
     }
     return guard_trip(seen, current, supply);
+}
+
+bool guard_voltage(const struct guard *g, int16_t volts) {
+    return volts < g->voltage_low || volts > g->voltage_high;
+}
+
+/* A reversed scale has its positive readings below. */
+static bool is_against(const struct signs *s, int16_t raw, bool forward) {
+    const int16_t bound = forward ? s->negative : s->positive;
+    return (s->negative < s->positive) == forward ? raw < bound : raw > bound;
+}
+
+uint8_t guard_signs(const struct guard *g, const struct reading *now, bool forward, int32_t moved,
+                    uint16_t counts) {
+    if (is_against(&g->voltage_signs, now->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE], forward)) {
+        return WIRE_CHANNEL_TERMINAL_VOLTAGE;
+    }
+    if (is_against(&g->current_signs, now->raw[WIRE_CHANNEL_CURRENT], forward)) {
+        return WIRE_CHANNEL_CURRENT;
+    }
+    return (forward ? moved < -(int32_t)counts : moved > (int32_t)counts) ? WIRE_CHANNEL_POSITION
+                                                                          : GUARD_SIGNS_AGREE;
 }
 
 int32_t guard_speed(const struct guard *g, int32_t counts) {

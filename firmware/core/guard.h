@@ -8,6 +8,10 @@
 struct guard {
     int16_t current_low, current_high; /* the readings that are still allowed */
     int16_t supply_low, supply_high;
+    int16_t voltage_low, voltage_high;
+    struct signs { /* readings of the sign check: what lies beyond is a current or a voltage, and its sign */
+        int16_t negative, positive;
+    } current_signs, voltage_signs;
     uint32_t speed_counts; /* largest allowed change of position over the window */
     uint32_t ticks_in_window;
     uint8_t window; /* samples over which speed is taken */
@@ -35,6 +39,15 @@ struct trip guard_check(const struct guard *g, const struct reading *now);
 struct trip guard_turn(const struct guard *g);
 uint8_t guard_watch(const struct guard *g, int16_t current, int16_t supply);
 struct trip guard_trip(uint8_t fault, int16_t current, int16_t supply);
+
+/* Whether a reading of the terminal voltage is beyond its limit. */
+bool guard_voltage(const struct guard *g, int16_t volts);
+
+/* The channel, WIRE_CHANNEL_, that has not the sign of a drive forward or backward: a reading passed its
+ * threshold, or the position `moved` by more than `counts`. GUARD_SIGNS_AGREE: none. */
+#define GUARD_SIGNS_AGREE UINT8_MAX
+uint8_t guard_signs(const struct guard *g, const struct reading *now, bool forward, int32_t moved,
+                    uint16_t counts);
 
 /* Counts per window as counts a second. */
 int32_t guard_speed(const struct guard *g, int32_t counts);

@@ -72,6 +72,15 @@ struct port {
     port_lock (*lock)(void);
     void (*unlock)(port_lock before);
 
+    /* ---- digital inputs; a contact to ground closes one, and an open line is open */
+    uint8_t inputs;                   /* bit n: WIRE_INPUT_ n has a pin; 0: none, the rest is unused */
+    uint8_t (*inputs_closed)(void);   /* bit n: it is closed now; from both threads, quickly */
+    void (*input_pin)(uint8_t input, char pin[16]); /* as printed on the board; comes zeroed */
+
+    /* ---- the processor's supply: least for its clock; 0: not known, and brown_out_mv unused */
+    uint16_t brown_out_least_mv;
+    uint16_t (*brown_out_mv)(void); /* where its detector resets; 0: it is off */
+
     /* ---- the last reset */
     uint8_t (*reset_cause)(void); /* WIRE_RESET_CAUSE_ */
     uint32_t (*boot_id)(void);    /* another number after every reset */

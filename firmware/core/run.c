@@ -22,6 +22,10 @@ void run_begin(void) {
     const uint64_t limit = (uint64_t)core.config.run_time_limit_ms * (port.clock_hz / 1000u);
     r->left = 0;
     r->begun = 0;
+    r->signs_left = core.config.sign_check_ms != 0 ? samples_in(core.config.sign_check_ms) : 0;
+    r->signs_begun = false;
+    r->further = core.config.voltage_limit_mv != 0 || core.config.inputs_required != 0
+                 || core.config.sign_check_ms != 0;
     r->trip = (struct trip){WIRE_FAULT_NONE, 0};
     /* The first sample is at start_tick and counts these down to what they shall be there. */
     r->silence = samples_in(core.config.host_silence_ms);
@@ -78,18 +82,59 @@ static struct trip late(struct run *r, bool end) {
     return (struct trip){WIRE_FAULT_NONE, 0};
 }
 
-static void next_step(struct run *r) {
-    r->left = core.program.steps[r->begun].ticks;
-    program_drive(&core.program, r->begun, core.latest.raw[WIRE_CHANNEL_SUPPLY_VOLTAGE]);
-    r->begun++;
-}
-
 /* Limits come before all else, and the bridge is open before what can wait. */
 static void trip_on(struct trip seen) {
     if (seen.fault != WIRE_FAULT_NONE) {
         port.bridge_open();
         core.run.trip = seen;
     }
+}
+
+uint8_t inputs_open(void) {
+    const uint8_t wanted = core.config.inputs_required;
+    return wanted != 0 ? (uint8_t)(wanted & (uint8_t)~port.inputs_closed()) : 0;
+}
+
+
+/* The first step that drives: from rest, so that current, voltage and motion have its sign or none.
+ * The check ends with its time, or with that step. */
+static void begin_signs(struct run *r) {
+    const int32_t level = core.program.steps[r->begun].level;
+    if (r->signs_begun) {
+        r->signs_left = 0;
+    } else if (level != 0) {
+        r->signs_begun = true;
+        r->signs_from = core.latest.position;
+        r->forward = level > 0;
+    }
+}
+
+/* What no board below minor 3 looks at: terminal voltage, inputs, signs. Where nothing of it is asked for,
+ * it costs nothing. */
+static APART void look_further(struct run *r) {
+    const int16_t volts = core.latest.raw[WIRE_CHANNEL_TERMINAL_VOLTAGE];
+    const uint8_t open = inputs_open();
+    uint8_t wrong = GUARD_SIGNS_AGREE;
+    if (r->signs_begun && r->signs_left > 0) {
+        r->signs_left--;
+        wrong = guard_signs(&core.guard, &core.latest, r->forward,
+                            (int32_t)(core.latest.position - r->signs_from),
+                            core.config.sign_check_counts);
+    }
+    if (guard_voltage(&core.guard, volts)) {
+        trip_on((struct trip){WIRE_FAULT_OVER_VOLTAGE, volts});
+    } else if (open != 0) {
+        trip_on((struct trip){WIRE_FAULT_INPUT_OPENED, open});
+    } else if (wrong != GUARD_SIGNS_AGREE) {
+        trip_on((struct trip){WIRE_FAULT_WRONG_SIGN, wrong});
+    }
+}
+
+static void next_step(struct run *r) {
+    begin_signs(r);
+    r->left = core.program.steps[r->begun].ticks;
+    program_drive(&core.program, r->begun, core.latest.raw[WIRE_CHANNEL_SUPPLY_VOLTAGE]);
+    r->begun++;
 }
 
 void core_watch(int16_t current, int16_t supply) {
@@ -114,6 +159,9 @@ static void run_sample(void) {
     }
     const bool boundary = r->left == 0;
     const bool end = boundary && r->begun == core.program.count;
+    if (r->further && r->trip.fault == WIRE_FAULT_NONE) {
+        look_further(r);
+    }
     if (r->trip.fault == WIRE_FAULT_NONE) {
         trip_on(late(r, end));
     }

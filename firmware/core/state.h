@@ -23,6 +23,11 @@ struct run {
     uint32_t silence;        /* samples a host may be silent, and of those how many are left */
     uint32_t silence_left;
     uint32_t time_left;      /* samples until the run time trips; UINT32_MAX: never */
+    uint32_t signs_left;     /* samples of the sign check, from the first drive on; 0: none */
+    uint32_t signs_from;     /* position at its beginning */
+    bool further;            /* voltage, inputs or signs are looked at */
+    bool signs_begun;        /* by the first drive */
+    bool forward;            /* the drive's sign */
     volatile uint8_t begun;  /* steps that have begun */
     volatile bool ending;    /* the bridge is open; something is yet to be sent */
     uint8_t reason;          /* WIRE_END_REASON_ */
@@ -69,6 +74,9 @@ void run_begin(void);
 
 /* Open the bridge and end what runs, if anything does. Interrupt, or main loop with it locked. */
 void run_end(uint8_t reason, struct trip trip);
+
+/* Inputs that the configuration requires and that are open. Interrupt or main loop. */
+uint8_t inputs_open(void);
 
 /* A host was heard. Main loop. */
 void run_heard(void);

@@ -16,8 +16,8 @@
 #include <string.h>
 
 #define WIRE_MAJOR 1u
-#define WIRE_MINOR 2u
-#define WIRE_LAYOUT_HASH 0xE24851BAul
+#define WIRE_MINOR 3u
+#define WIRE_LAYOUT_HASH 0xEC6C375Dul
 #define WIRE_BAUD 1000000ul
 #define WIRE_DELIMITER 0u
 #define WIRE_MAX_PAYLOAD 240u
@@ -48,7 +48,9 @@ enum wire_status {
     WIRE_STATUS_NOT_SUPPORTED = 10,
     WIRE_STATUS_EDGE_CEILING = 11,
     WIRE_STATUS_MAJOR_MISMATCH = 12,
-    WIRE_STATUS_NOT_AT_REST = 13
+    WIRE_STATUS_NOT_AT_REST = 13,
+    WIRE_STATUS_INPUT_OPEN = 14,
+    WIRE_STATUS_NO_FRONT_END = 15
 };
 
 enum wire_state {
@@ -108,7 +110,10 @@ enum wire_fault {
     WIRE_FAULT_HOST_SILENCE = 6,
     WIRE_FAULT_ENCODER_EDGES = 7,
     WIRE_FAULT_DRIVER = 8,
-    WIRE_FAULT_WATCHDOG = 9
+    WIRE_FAULT_WATCHDOG = 9,
+    WIRE_FAULT_OVER_VOLTAGE = 10,
+    WIRE_FAULT_WRONG_SIGN = 11,
+    WIRE_FAULT_INPUT_OPENED = 12
 };
 
 enum wire_end_reason {
@@ -122,7 +127,37 @@ enum wire_reset_cause {
     WIRE_RESET_CAUSE_EXTERNAL = 1,
     WIRE_RESET_CAUSE_BROWN_OUT = 2,
     WIRE_RESET_CAUSE_WATCHDOG = 3,
-    WIRE_RESET_CAUSE_SOFTWARE = 4
+    WIRE_RESET_CAUSE_SOFTWARE = 4,
+    WIRE_RESET_CAUSE_UNKNOWN = 5
+};
+
+enum wire_feature {
+    WIRE_FEATURE_VOLTAGE_LIMIT = 0,
+    WIRE_FEATURE_INPUTS = 1,
+    WIRE_FEATURE_SIGN_CHECK = 2,
+    WIRE_FEATURE_FRONT_END = 3
+};
+
+enum wire_input {
+    WIRE_INPUT_PART_PRESENT = 0,
+    WIRE_INPUT_GUARD_CLOSED = 1
+};
+
+enum wire_sensor {
+    WIRE_SENSOR_SHUNT = 0,
+    WIRE_SENSOR_HALL = 1,
+    WIRE_SENSOR_MAGNITUDE = 2
+};
+
+enum wire_bridge {
+    WIRE_BRIDGE_MOSFET = 0,
+    WIRE_BRIDGE_BIPOLAR = 1
+};
+
+enum wire_front_end_source {
+    WIRE_FRONT_END_SOURCE_NONE = 0,
+    WIRE_FRONT_END_SOURCE_COMPILED = 1,
+    WIRE_FRONT_END_SOURCE_STORED = 2
 };
 
 /* ---- numbers as bytes */
@@ -211,7 +246,7 @@ static inline size_t wire_put_event_header(uint8_t *p, uint8_t code) {
 /* First message on a link; changes nothing. */
 #define WIRE_IDENTIFY_CODE 0x01u
 #define WIRE_IDENTIFY_STATES 0x7Fu /* bit n: accepted in state n */
-#define WIRE_IDENTIFY_LEAST 2u /* fields that every host of this major sends */
+#define WIRE_IDENTIFY_ENDS(n) ((n) >= 2u) /* a field ends there, or later ones follow */
 #define WIRE_IDENTIFY_SIZE 2u /* fields, without the header */
 
 typedef struct {
@@ -238,7 +273,7 @@ static inline bool wire_get_identify(const uint8_t *p, size_t length,
     return true;
 }
 
-#define WIRE_IDENTIFY_REPLY_SIZE 72u /* fields, without the header */
+#define WIRE_IDENTIFY_REPLY_SIZE 82u /* fields, without the header */
 
 typedef struct {
     /* protocol major the board speaks */
@@ -292,6 +327,17 @@ typedef struct {
     uint32_t burst_sample_period_ticks;
     /* samples that a fast burst keeps */
     uint16_t burst_samples;
+    /* bit n set: the board has feature n [bits] */
+    uint8_t features;
+    /* bit n set: input n has a pin [bits] */
+    uint8_t inputs;
+    /* supply of the processor below which its brown-out detector resets it; 0: the detector is off */
+    /* [mV] */
+    uint16_t brown_out_mv;
+    /* least supply at which the processor works at this clock; 0: the board tells neither [mV] */
+    uint16_t brown_out_least_mv;
+    /* CRC-32 of the stored facts of the front end; 0: none are stored */
+    uint32_t front_end_hash;
 } wire_identify_reply_t;
 
 static inline size_t wire_put_identify_reply(uint8_t *p,
@@ -321,6 +367,11 @@ static inline size_t wire_put_identify_reply(uint8_t *p,
     wire_put_u16(p + 64, m->buffer_samples);
     wire_put_u32(p + 66, m->burst_sample_period_ticks);
     wire_put_u16(p + 70, m->burst_samples);
+    wire_put_u8(p + 72, m->features);
+    wire_put_u8(p + 73, m->inputs);
+    wire_put_u16(p + 74, m->brown_out_mv);
+    wire_put_u16(p + 76, m->brown_out_least_mv);
+    wire_put_u32(p + 78, m->front_end_hash);
     return WIRE_IDENTIFY_REPLY_SIZE;
 }
 
@@ -362,13 +413,39 @@ static inline bool wire_get_identify_reply(const uint8_t *p, size_t length,
     } else {
         m->burst_samples = 0;
     }
+    if (length >= 73u) {
+        m->features = wire_get_u8(p + 72);
+    } else {
+        m->features = 0;
+    }
+    if (length >= 74u) {
+        m->inputs = wire_get_u8(p + 73);
+    } else {
+        m->inputs = 0;
+    }
+    if (length >= 76u) {
+        m->brown_out_mv = wire_get_u16(p + 74);
+    } else {
+        m->brown_out_mv = 0;
+    }
+    if (length >= 78u) {
+        m->brown_out_least_mv = wire_get_u16(p + 76);
+    } else {
+        m->brown_out_least_mv = 0;
+    }
+    if (length >= 82u) {
+        m->front_end_hash = wire_get_u32(p + 78);
+    } else {
+        m->front_end_hash = 0;
+    }
     return true;
 }
 
 /* One channel's descriptor. SI value = scale * (raw - offset). */
 #define WIRE_DESCRIBE_CHANNEL_CODE 0x02u
 #define WIRE_DESCRIBE_CHANNEL_STATES 0x7Fu /* bit n: accepted in state n */
-#define WIRE_DESCRIBE_CHANNEL_LEAST 1u /* fields that every host of this major sends */
+#define WIRE_DESCRIBE_CHANNEL_ENDS(n) ((n) >= 2u || \
+     (n) == 1u) /* a field ends there, or later ones follow */
 #define WIRE_DESCRIBE_CHANNEL_SIZE 2u /* fields, without the header */
 
 typedef struct {
@@ -400,7 +477,7 @@ static inline bool wire_get_describe_channel(const uint8_t *p, size_t length,
     return true;
 }
 
-#define WIRE_DESCRIBE_CHANNEL_REPLY_SIZE 42u /* fields, without the header */
+#define WIRE_DESCRIBE_CHANNEL_REPLY_SIZE 46u /* fields, without the header */
 
 typedef struct {
     /* which quantity [enum channel] */
@@ -434,6 +511,8 @@ typedef struct {
     /* time constant of a first-order filter before the converter, which delay_ns counts; 0: none, */
     /* or told as part of the window [ns] */
     uint32_t filter_ns;
+    /* not 0: the filter is of second order, 1 / (1 + filter_ns s + (filter2_ns s)^2) [ns] */
+    uint32_t filter2_ns;
 } wire_describe_channel_reply_t;
 
 static inline size_t wire_put_describe_channel_reply(uint8_t *p,
@@ -453,6 +532,7 @@ static inline size_t wire_put_describe_channel_reply(uint8_t *p,
     wire_put_i16(p + 34, m->raw_min);
     wire_put_i16(p + 36, m->raw_max);
     wire_put_u32(p + 38, m->filter_ns);
+    wire_put_u32(p + 42, m->filter2_ns);
     return WIRE_DESCRIBE_CHANNEL_REPLY_SIZE;
 }
 
@@ -480,14 +560,26 @@ static inline bool wire_get_describe_channel_reply(const uint8_t *p, size_t leng
     } else {
         m->filter_ns = 0;
     }
+    if (length >= 46u) {
+        m->filter2_ns = wire_get_u32(p + 42);
+    } else {
+        m->filter2_ns = 0;
+    }
     return true;
 }
 
 /* Limits, rate and channels. The bridge stays open; the program is cleared. */
 #define WIRE_CONFIGURE_CODE 0x03u
 #define WIRE_CONFIGURE_STATES 0x0Eu /* bit n: accepted in state n */
-#define WIRE_CONFIGURE_LEAST 29u /* fields that every host of this major sends */
-#define WIRE_CONFIGURE_SIZE 29u /* fields, without the header */
+#define WIRE_CONFIGURE_ENDS(n) ((n) >= 50u || \
+     (n) == 29u || \
+     (n) == 33u || \
+     (n) == 34u || \
+     (n) == 36u || \
+     (n) == 40u || \
+     (n) == 44u || \
+     (n) == 46u) /* a field ends there, or later ones follow */
+#define WIRE_CONFIGURE_SIZE 50u /* fields, without the header */
 
 typedef struct {
     /* ticks between samples; in burst mode also burst_sample_period_ticks [tick] */
@@ -510,6 +602,20 @@ typedef struct {
     uint32_t run_time_limit_ms;
     /* trip when running and no heartbeat came for this long [ms] */
     uint16_t host_silence_ms;
+    /* trip when |terminal voltage| exceeds this; 0: no such limit [mV] */
+    uint32_t voltage_limit_mv;
+    /* bit n set: start needs input n closed, and a run trips when it opens [bits] */
+    uint8_t inputs_required;
+    /* how long signs are checked from the first drive step on; 0: not at all [ms] */
+    uint16_t sign_check_ms;
+    /* sign check: trip when the current passes this against the drive's sign [mA] */
+    uint32_t sign_check_ma;
+    /* sign check: trip when the terminal voltage passes this against the drive's sign [mV] */
+    uint32_t sign_check_mv;
+    /* sign check: trip when the position moves by more than this against the drive's sign [count] */
+    uint16_t sign_check_counts;
+    /* as identify tells it, or hash_mismatch; 0: whatever the board has */
+    uint32_t front_end_hash;
 } wire_configure_t;
 
 static inline size_t wire_put_configure(uint8_t *p,
@@ -524,6 +630,13 @@ static inline size_t wire_put_configure(uint8_t *p,
     wire_put_u32(p + 19, m->supply_max_mv);
     wire_put_u32(p + 23, m->run_time_limit_ms);
     wire_put_u16(p + 27, m->host_silence_ms);
+    wire_put_u32(p + 29, m->voltage_limit_mv);
+    wire_put_u8(p + 33, m->inputs_required);
+    wire_put_u16(p + 34, m->sign_check_ms);
+    wire_put_u32(p + 36, m->sign_check_ma);
+    wire_put_u32(p + 40, m->sign_check_mv);
+    wire_put_u16(p + 44, m->sign_check_counts);
+    wire_put_u32(p + 46, m->front_end_hash);
     return WIRE_CONFIGURE_SIZE;
 }
 
@@ -542,6 +655,41 @@ static inline bool wire_get_configure(const uint8_t *p, size_t length,
     m->supply_max_mv = wire_get_u32(p + 19);
     m->run_time_limit_ms = wire_get_u32(p + 23);
     m->host_silence_ms = wire_get_u16(p + 27);
+    if (length >= 33u) {
+        m->voltage_limit_mv = wire_get_u32(p + 29);
+    } else {
+        m->voltage_limit_mv = 0;
+    }
+    if (length >= 34u) {
+        m->inputs_required = wire_get_u8(p + 33);
+    } else {
+        m->inputs_required = 0;
+    }
+    if (length >= 36u) {
+        m->sign_check_ms = wire_get_u16(p + 34);
+    } else {
+        m->sign_check_ms = 0;
+    }
+    if (length >= 40u) {
+        m->sign_check_ma = wire_get_u32(p + 36);
+    } else {
+        m->sign_check_ma = 0;
+    }
+    if (length >= 44u) {
+        m->sign_check_mv = wire_get_u32(p + 40);
+    } else {
+        m->sign_check_mv = 0;
+    }
+    if (length >= 46u) {
+        m->sign_check_counts = wire_get_u16(p + 44);
+    } else {
+        m->sign_check_counts = 0;
+    }
+    if (length >= 50u) {
+        m->front_end_hash = wire_get_u32(p + 46);
+    } else {
+        m->front_end_hash = 0;
+    }
     return true;
 }
 
@@ -570,10 +718,10 @@ static inline bool wire_get_configure_reply(const uint8_t *p, size_t length,
 /* The configuration in force, for the host to compare before anything turns. */
 #define WIRE_READ_CONFIG_CODE 0x04u
 #define WIRE_READ_CONFIG_STATES 0x7Fu /* bit n: accepted in state n */
-#define WIRE_READ_CONFIG_LEAST 0u /* fields that every host of this major sends */
+#define WIRE_READ_CONFIG_ENDS(n) (true) /* a field ends there, or later ones follow */
 #define WIRE_READ_CONFIG_SIZE 0u /* fields, without the header */
 
-#define WIRE_READ_CONFIG_REPLY_SIZE 33u /* fields, without the header */
+#define WIRE_READ_CONFIG_REPLY_SIZE 54u /* fields, without the header */
 
 typedef struct {
     /* as configure [tick] */
@@ -596,8 +744,22 @@ typedef struct {
     uint32_t run_time_limit_ms;
     /* as configure [ms] */
     uint16_t host_silence_ms;
-    /* hash of the above */
+    /* hash of the configuration, as configure answered it */
     uint32_t config_hash;
+    /* as configure [mV] */
+    uint32_t voltage_limit_mv;
+    /* as configure [bits] */
+    uint8_t inputs_required;
+    /* as configure [ms] */
+    uint16_t sign_check_ms;
+    /* as configure [mA] */
+    uint32_t sign_check_ma;
+    /* as configure [mV] */
+    uint32_t sign_check_mv;
+    /* as configure [count] */
+    uint16_t sign_check_counts;
+    /* as configure */
+    uint32_t front_end_hash;
 } wire_read_config_reply_t;
 
 static inline size_t wire_put_read_config_reply(uint8_t *p,
@@ -613,6 +775,13 @@ static inline size_t wire_put_read_config_reply(uint8_t *p,
     wire_put_u32(p + 23, m->run_time_limit_ms);
     wire_put_u16(p + 27, m->host_silence_ms);
     wire_put_u32(p + 29, m->config_hash);
+    wire_put_u32(p + 33, m->voltage_limit_mv);
+    wire_put_u8(p + 37, m->inputs_required);
+    wire_put_u16(p + 38, m->sign_check_ms);
+    wire_put_u32(p + 40, m->sign_check_ma);
+    wire_put_u32(p + 44, m->sign_check_mv);
+    wire_put_u16(p + 48, m->sign_check_counts);
+    wire_put_u32(p + 50, m->front_end_hash);
     return WIRE_READ_CONFIG_REPLY_SIZE;
 }
 
@@ -632,13 +801,48 @@ static inline bool wire_get_read_config_reply(const uint8_t *p, size_t length,
     m->run_time_limit_ms = wire_get_u32(p + 23);
     m->host_silence_ms = wire_get_u16(p + 27);
     m->config_hash = wire_get_u32(p + 29);
+    if (length >= 37u) {
+        m->voltage_limit_mv = wire_get_u32(p + 33);
+    } else {
+        m->voltage_limit_mv = 0;
+    }
+    if (length >= 38u) {
+        m->inputs_required = wire_get_u8(p + 37);
+    } else {
+        m->inputs_required = 0;
+    }
+    if (length >= 40u) {
+        m->sign_check_ms = wire_get_u16(p + 38);
+    } else {
+        m->sign_check_ms = 0;
+    }
+    if (length >= 44u) {
+        m->sign_check_ma = wire_get_u32(p + 40);
+    } else {
+        m->sign_check_ma = 0;
+    }
+    if (length >= 48u) {
+        m->sign_check_mv = wire_get_u32(p + 44);
+    } else {
+        m->sign_check_mv = 0;
+    }
+    if (length >= 50u) {
+        m->sign_check_counts = wire_get_u16(p + 48);
+    } else {
+        m->sign_check_counts = 0;
+    }
+    if (length >= 54u) {
+        m->front_end_hash = wire_get_u32(p + 50);
+    } else {
+        m->front_end_hash = 0;
+    }
     return true;
 }
 
 /* Forget the program. */
 #define WIRE_CLEAR_PROGRAM_CODE 0x05u
 #define WIRE_CLEAR_PROGRAM_STATES 0x0Cu /* bit n: accepted in state n */
-#define WIRE_CLEAR_PROGRAM_LEAST 0u /* fields that every host of this major sends */
+#define WIRE_CLEAR_PROGRAM_ENDS(n) (true) /* a field ends there, or later ones follow */
 #define WIRE_CLEAR_PROGRAM_SIZE 0u /* fields, without the header */
 
 #define WIRE_CLEAR_PROGRAM_REPLY_SIZE 0u /* fields, without the header */
@@ -646,7 +850,7 @@ static inline bool wire_get_read_config_reply(const uint8_t *p, size_t length,
 /* Append one step. */
 #define WIRE_ADD_STEP_CODE 0x06u
 #define WIRE_ADD_STEP_STATES 0x0Cu /* bit n: accepted in state n */
-#define WIRE_ADD_STEP_LEAST 11u /* fields that every host of this major sends */
+#define WIRE_ADD_STEP_ENDS(n) ((n) >= 11u) /* a field ends there, or later ones follow */
 #define WIRE_ADD_STEP_SIZE 11u /* fields, without the header */
 
 typedef struct {
@@ -715,7 +919,7 @@ static inline bool wire_get_add_step_reply(const uint8_t *p, size_t length,
 /* Run the program; refused unless both hashes match. Heartbeats are due from now on. */
 #define WIRE_START_CODE 0x07u
 #define WIRE_START_STATES 0x08u /* bit n: accepted in state n */
-#define WIRE_START_LEAST 8u /* fields that every host of this major sends */
+#define WIRE_START_ENDS(n) ((n) >= 8u) /* a field ends there, or later ones follow */
 #define WIRE_START_SIZE 8u /* fields, without the header */
 
 typedef struct {
@@ -767,7 +971,7 @@ static inline bool wire_get_start_reply(const uint8_t *p, size_t length,
 /* Open the bridge now; ends a run with reason stopped. */
 #define WIRE_STOP_CODE 0x08u
 #define WIRE_STOP_STATES 0x7Fu /* bit n: accepted in state n */
-#define WIRE_STOP_LEAST 0u /* fields that every host of this major sends */
+#define WIRE_STOP_ENDS(n) (true) /* a field ends there, or later ones follow */
 #define WIRE_STOP_SIZE 0u /* fields, without the header */
 
 #define WIRE_STOP_REPLY_SIZE 1u /* fields, without the header */
@@ -795,7 +999,7 @@ static inline bool wire_get_stop_reply(const uint8_t *p, size_t length,
 /* The host is alive. Sent only by the loop that consumes samples. */
 #define WIRE_HEARTBEAT_CODE 0x09u
 #define WIRE_HEARTBEAT_STATES 0x7Fu /* bit n: accepted in state n */
-#define WIRE_HEARTBEAT_LEAST 2u /* fields that every host of this major sends */
+#define WIRE_HEARTBEAT_ENDS(n) ((n) >= 2u) /* a field ends there, or later ones follow */
 #define WIRE_HEARTBEAT_SIZE 2u /* fields, without the header */
 
 typedef struct {
@@ -824,7 +1028,7 @@ static inline bool wire_get_heartbeat(const uint8_t *p, size_t length,
  * done. */
 #define WIRE_ZERO_CODE 0x0Au
 #define WIRE_ZERO_STATES 0x0Cu /* bit n: accepted in state n */
-#define WIRE_ZERO_LEAST 2u /* fields that every host of this major sends */
+#define WIRE_ZERO_ENDS(n) ((n) >= 2u) /* a field ends there, or later ones follow */
 #define WIRE_ZERO_SIZE 2u /* fields, without the header */
 
 typedef struct {
@@ -884,10 +1088,10 @@ static inline bool wire_get_zero_reply(const uint8_t *p, size_t length,
 /* State, latched fault and live readings. */
 #define WIRE_READ_STATUS_CODE 0x0Bu
 #define WIRE_READ_STATUS_STATES 0x7Fu /* bit n: accepted in state n */
-#define WIRE_READ_STATUS_LEAST 0u /* fields that every host of this major sends */
+#define WIRE_READ_STATUS_ENDS(n) (true) /* a field ends there, or later ones follow */
 #define WIRE_READ_STATUS_SIZE 0u /* fields, without the header */
 
-#define WIRE_READ_STATUS_REPLY_SIZE 20u /* fields, without the header */
+#define WIRE_READ_STATUS_REPLY_SIZE 21u /* fields, without the header */
 
 typedef struct {
     /* state now [enum state] */
@@ -906,6 +1110,8 @@ typedef struct {
     int16_t supply_voltage_raw;
     /* samples dropped since the run began */
     uint32_t dropped;
+    /* bit n set: input n is closed [bits] */
+    uint8_t inputs;
 } wire_read_status_reply_t;
 
 static inline size_t wire_put_read_status_reply(uint8_t *p,
@@ -918,6 +1124,7 @@ static inline size_t wire_put_read_status_reply(uint8_t *p,
     wire_put_i16(p + 12, m->terminal_voltage_raw);
     wire_put_i16(p + 14, m->supply_voltage_raw);
     wire_put_u32(p + 16, m->dropped);
+    wire_put_u8(p + 20, m->inputs);
     return WIRE_READ_STATUS_REPLY_SIZE;
 }
 
@@ -934,6 +1141,11 @@ static inline bool wire_get_read_status_reply(const uint8_t *p, size_t length,
     m->terminal_voltage_raw = wire_get_i16(p + 12);
     m->supply_voltage_raw = wire_get_i16(p + 14);
     m->dropped = wire_get_u32(p + 16);
+    if (length >= 21u) {
+        m->inputs = wire_get_u8(p + 20);
+    } else {
+        m->inputs = 0;
+    }
     return true;
 }
 
@@ -941,7 +1153,7 @@ static inline bool wire_get_read_status_reply(const uint8_t *p, size_t length,
  * is cleared. */
 #define WIRE_CLEAR_FAULT_CODE 0x0Cu
 #define WIRE_CLEAR_FAULT_STATES 0x40u /* bit n: accepted in state n */
-#define WIRE_CLEAR_FAULT_LEAST 0u /* fields that every host of this major sends */
+#define WIRE_CLEAR_FAULT_ENDS(n) (true) /* a field ends there, or later ones follow */
 #define WIRE_CLEAR_FAULT_SIZE 0u /* fields, without the header */
 
 #define WIRE_CLEAR_FAULT_REPLY_SIZE 1u /* fields, without the header */
@@ -963,6 +1175,280 @@ static inline bool wire_get_clear_fault_reply(const uint8_t *p, size_t length,
         return false;
     }
     m->state = wire_get_u8(p + 0);
+    return true;
+}
+
+/* One digital input (since minor 3). not_supported where the board has no such input. */
+#define WIRE_DESCRIBE_INPUT_CODE 0x0Du
+#define WIRE_DESCRIBE_INPUT_STATES 0x7Fu /* bit n: accepted in state n */
+#define WIRE_DESCRIBE_INPUT_ENDS(n) ((n) >= 1u) /* a field ends there, or later ones follow */
+#define WIRE_DESCRIBE_INPUT_SIZE 1u /* fields, without the header */
+
+typedef struct {
+    /* which [enum input] */
+    uint8_t input;
+} wire_describe_input_t;
+
+static inline size_t wire_put_describe_input(uint8_t *p,
+        const wire_describe_input_t *m) {
+    wire_put_u8(p + 0, m->input);
+    return WIRE_DESCRIBE_INPUT_SIZE;
+}
+
+static inline bool wire_get_describe_input(const uint8_t *p, size_t length,
+        wire_describe_input_t *m) {
+    if (length < 1u) {
+        return false;
+    }
+    m->input = wire_get_u8(p + 0);
+    return true;
+}
+
+#define WIRE_DESCRIBE_INPUT_REPLY_SIZE 17u /* fields, without the header */
+
+typedef struct {
+    /* where to connect it, as printed on the board */
+    char pin[16];
+    /* 1: the contact is closed, to the board's ground; an open line reads 0 [bool] */
+    uint8_t closed;
+} wire_describe_input_reply_t;
+
+static inline size_t wire_put_describe_input_reply(uint8_t *p,
+        const wire_describe_input_reply_t *m) {
+    memcpy(p + 0, m->pin, sizeof m->pin);
+    wire_put_u8(p + 16, m->closed);
+    return WIRE_DESCRIBE_INPUT_REPLY_SIZE;
+}
+
+static inline bool wire_get_describe_input_reply(const uint8_t *p, size_t length,
+        wire_describe_input_reply_t *m) {
+    if (length < 17u) {
+        return false;
+    }
+    memcpy(m->pin, p + 0, sizeof m->pin);
+    m->closed = wire_get_u8(p + 16);
+    return true;
+}
+
+/* The facts of the analogue front end in force (since minor 3). not_supported without feature
+ * front_end. */
+#define WIRE_READ_FRONT_END_CODE 0x0Eu
+#define WIRE_READ_FRONT_END_STATES 0x7Fu /* bit n: accepted in state n */
+#define WIRE_READ_FRONT_END_ENDS(n) (true) /* a field ends there, or later ones follow */
+#define WIRE_READ_FRONT_END_SIZE 0u /* fields, without the header */
+
+#define WIRE_READ_FRONT_END_REPLY_SIZE 66u /* fields, without the header */
+
+typedef struct {
+    /* whose these are */
+    char name[16];
+    /* what measures the current [enum sensor] */
+    uint8_t sensor;
+    /* 1: zero and gain of the sensor follow the reference [bool] */
+    uint8_t ratiometric;
+    /* what switches [enum bridge] */
+    uint8_t bridge;
+    /* of the converter [V] */
+    float reference_v;
+    /* at the converter's input for one ampere; negative: it falls [V/A] */
+    float current_v_a;
+    /* at the converter's input without current [V] */
+    float current_zero_v;
+    /* terminal voltage over its part at the converter's input [1] */
+    float voltage_divider;
+    /* the same of the supply [1] */
+    float supply_divider;
+    /* at the converter's input of a terminal or the supply at 0 V [V] */
+    float lift_v;
+    /* largest current limit that the parts allow; the firmware's own is never exceeded [mA] */
+    uint32_t max_current_ma;
+    /* coefficient of s of the filter before the current's input; 0: none [100 ns] */
+    uint16_t current_filter;
+    /* root of its coefficient of s^2; 0: first order [100 ns] */
+    uint16_t current_filter2;
+    /* the same of terminals and supply [100 ns] */
+    uint16_t voltage_filter;
+    /* the same of terminals and supply [100 ns] */
+    uint16_t voltage_filter2;
+    /* standard, relative [1e-5] */
+    uint16_t current_gain_uncertainty;
+    /* standard, relative [1e-5] */
+    uint16_t voltage_gain_uncertainty;
+    /* standard [100 uV] */
+    uint16_t current_zero_uncertainty;
+    /* whence they are; with none the others are 0 [enum front_end_source] */
+    uint8_t source;
+    /* CRC-32 of the stored facts, as write_front_end has them on the wire; 0: none are stored */
+    uint32_t front_end_hash;
+} wire_read_front_end_reply_t;
+
+static inline size_t wire_put_read_front_end_reply(uint8_t *p,
+        const wire_read_front_end_reply_t *m) {
+    memcpy(p + 0, m->name, sizeof m->name);
+    wire_put_u8(p + 16, m->sensor);
+    wire_put_u8(p + 17, m->ratiometric);
+    wire_put_u8(p + 18, m->bridge);
+    wire_put_f32(p + 19, m->reference_v);
+    wire_put_f32(p + 23, m->current_v_a);
+    wire_put_f32(p + 27, m->current_zero_v);
+    wire_put_f32(p + 31, m->voltage_divider);
+    wire_put_f32(p + 35, m->supply_divider);
+    wire_put_f32(p + 39, m->lift_v);
+    wire_put_u32(p + 43, m->max_current_ma);
+    wire_put_u16(p + 47, m->current_filter);
+    wire_put_u16(p + 49, m->current_filter2);
+    wire_put_u16(p + 51, m->voltage_filter);
+    wire_put_u16(p + 53, m->voltage_filter2);
+    wire_put_u16(p + 55, m->current_gain_uncertainty);
+    wire_put_u16(p + 57, m->voltage_gain_uncertainty);
+    wire_put_u16(p + 59, m->current_zero_uncertainty);
+    wire_put_u8(p + 61, m->source);
+    wire_put_u32(p + 62, m->front_end_hash);
+    return WIRE_READ_FRONT_END_REPLY_SIZE;
+}
+
+static inline bool wire_get_read_front_end_reply(const uint8_t *p, size_t length,
+        wire_read_front_end_reply_t *m) {
+    if (length < 66u) {
+        return false;
+    }
+    memcpy(m->name, p + 0, sizeof m->name);
+    m->sensor = wire_get_u8(p + 16);
+    m->ratiometric = wire_get_u8(p + 17);
+    m->bridge = wire_get_u8(p + 18);
+    m->reference_v = wire_get_f32(p + 19);
+    m->current_v_a = wire_get_f32(p + 23);
+    m->current_zero_v = wire_get_f32(p + 27);
+    m->voltage_divider = wire_get_f32(p + 31);
+    m->supply_divider = wire_get_f32(p + 35);
+    m->lift_v = wire_get_f32(p + 39);
+    m->max_current_ma = wire_get_u32(p + 43);
+    m->current_filter = wire_get_u16(p + 47);
+    m->current_filter2 = wire_get_u16(p + 49);
+    m->voltage_filter = wire_get_u16(p + 51);
+    m->voltage_filter2 = wire_get_u16(p + 53);
+    m->current_gain_uncertainty = wire_get_u16(p + 55);
+    m->voltage_gain_uncertainty = wire_get_u16(p + 57);
+    m->current_zero_uncertainty = wire_get_u16(p + 59);
+    m->source = wire_get_u8(p + 61);
+    m->front_end_hash = wire_get_u32(p + 62);
+    return true;
+}
+
+/* Store facts of the front end (since minor 3). They hold from the next configure on, and
+ * survive resets. not_supported without feature front_end. */
+#define WIRE_WRITE_FRONT_END_CODE 0x0Fu
+#define WIRE_WRITE_FRONT_END_STATES 0x02u /* bit n: accepted in state n */
+#define WIRE_WRITE_FRONT_END_ENDS(n) ((n) >= 61u) /* a field ends there, or later ones follow */
+#define WIRE_WRITE_FRONT_END_SIZE 61u /* fields, without the header */
+
+typedef struct {
+    /* whose these are */
+    char name[16];
+    /* what measures the current [enum sensor] */
+    uint8_t sensor;
+    /* 1: zero and gain of the sensor follow the reference [bool] */
+    uint8_t ratiometric;
+    /* what switches [enum bridge] */
+    uint8_t bridge;
+    /* of the converter [V] */
+    float reference_v;
+    /* at the converter's input for one ampere; negative: it falls [V/A] */
+    float current_v_a;
+    /* at the converter's input without current [V] */
+    float current_zero_v;
+    /* terminal voltage over its part at the converter's input [1] */
+    float voltage_divider;
+    /* the same of the supply [1] */
+    float supply_divider;
+    /* at the converter's input of a terminal or the supply at 0 V [V] */
+    float lift_v;
+    /* largest current limit that the parts allow; the firmware's own is never exceeded [mA] */
+    uint32_t max_current_ma;
+    /* coefficient of s of the filter before the current's input; 0: none [100 ns] */
+    uint16_t current_filter;
+    /* root of its coefficient of s^2; 0: first order [100 ns] */
+    uint16_t current_filter2;
+    /* the same of terminals and supply [100 ns] */
+    uint16_t voltage_filter;
+    /* the same of terminals and supply [100 ns] */
+    uint16_t voltage_filter2;
+    /* standard, relative [1e-5] */
+    uint16_t current_gain_uncertainty;
+    /* standard, relative [1e-5] */
+    uint16_t voltage_gain_uncertainty;
+    /* standard [100 uV] */
+    uint16_t current_zero_uncertainty;
+} wire_write_front_end_t;
+
+static inline size_t wire_put_write_front_end(uint8_t *p,
+        const wire_write_front_end_t *m) {
+    memcpy(p + 0, m->name, sizeof m->name);
+    wire_put_u8(p + 16, m->sensor);
+    wire_put_u8(p + 17, m->ratiometric);
+    wire_put_u8(p + 18, m->bridge);
+    wire_put_f32(p + 19, m->reference_v);
+    wire_put_f32(p + 23, m->current_v_a);
+    wire_put_f32(p + 27, m->current_zero_v);
+    wire_put_f32(p + 31, m->voltage_divider);
+    wire_put_f32(p + 35, m->supply_divider);
+    wire_put_f32(p + 39, m->lift_v);
+    wire_put_u32(p + 43, m->max_current_ma);
+    wire_put_u16(p + 47, m->current_filter);
+    wire_put_u16(p + 49, m->current_filter2);
+    wire_put_u16(p + 51, m->voltage_filter);
+    wire_put_u16(p + 53, m->voltage_filter2);
+    wire_put_u16(p + 55, m->current_gain_uncertainty);
+    wire_put_u16(p + 57, m->voltage_gain_uncertainty);
+    wire_put_u16(p + 59, m->current_zero_uncertainty);
+    return WIRE_WRITE_FRONT_END_SIZE;
+}
+
+static inline bool wire_get_write_front_end(const uint8_t *p, size_t length,
+        wire_write_front_end_t *m) {
+    if (length < 61u) {
+        return false;
+    }
+    memcpy(m->name, p + 0, sizeof m->name);
+    m->sensor = wire_get_u8(p + 16);
+    m->ratiometric = wire_get_u8(p + 17);
+    m->bridge = wire_get_u8(p + 18);
+    m->reference_v = wire_get_f32(p + 19);
+    m->current_v_a = wire_get_f32(p + 23);
+    m->current_zero_v = wire_get_f32(p + 27);
+    m->voltage_divider = wire_get_f32(p + 31);
+    m->supply_divider = wire_get_f32(p + 35);
+    m->lift_v = wire_get_f32(p + 39);
+    m->max_current_ma = wire_get_u32(p + 43);
+    m->current_filter = wire_get_u16(p + 47);
+    m->current_filter2 = wire_get_u16(p + 49);
+    m->voltage_filter = wire_get_u16(p + 51);
+    m->voltage_filter2 = wire_get_u16(p + 53);
+    m->current_gain_uncertainty = wire_get_u16(p + 55);
+    m->voltage_gain_uncertainty = wire_get_u16(p + 57);
+    m->current_zero_uncertainty = wire_get_u16(p + 59);
+    return true;
+}
+
+#define WIRE_WRITE_FRONT_END_REPLY_SIZE 4u /* fields, without the header */
+
+typedef struct {
+    /* CRC-32 of these fields as they stand on the wire */
+    uint32_t front_end_hash;
+} wire_write_front_end_reply_t;
+
+static inline size_t wire_put_write_front_end_reply(uint8_t *p,
+        const wire_write_front_end_reply_t *m) {
+    wire_put_u32(p + 0, m->front_end_hash);
+    return WIRE_WRITE_FRONT_END_REPLY_SIZE;
+}
+
+static inline bool wire_get_write_front_end_reply(const uint8_t *p, size_t length,
+        wire_write_front_end_reply_t *m) {
+    if (length < 4u) {
+        return false;
+    }
+    m->front_end_hash = wire_get_u32(p + 0);
     return true;
 }
 
@@ -1056,7 +1542,8 @@ typedef struct {
     uint32_t tick;
     /* over_current, supply_low, supply_high: the raw reading; over_speed: counts/s, signed as */
     /* position is told (encoder_reversed included); run_time, host_silence: the limit in ms; */
-    /* encoder_edges: edges/s; else 0 */
+    /* encoder_edges: edges/s; over_voltage: the raw reading; wrong_sign: the channel; */
+    /* input_opened: bits of the inputs; else 0 */
     int32_t value;
 } wire_event_fault_t;
 

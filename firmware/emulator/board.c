@@ -13,8 +13,8 @@
 
 #include "inside.h"
 
-static const struct pinout PINOUTS[] = {{"atmega328p", 0, 2, 3, 14, 15, 18, 19, 6, 0x100},
-                                        {"atmega2560", 4, 0, 1, 21, 22, 25, 26, 12, 0x200}};
+static const struct pinout PINOUTS[] = {{"atmega328p", 0, 2, 3, 14, 15, 18, 19, 6, 0x100, 'D', 4, 5},
+                                        {"atmega2560", 4, 0, 1, 21, 22, 25, 26, 12, 0x200, 'C', 5, 6}};
 
 enum { INT0_VECTOR = 1, INT1_VECTOR = 2 }; /* of both */
 enum { REGISTERS = 32, POWER_ON = 1 };     /* of data; PORF of MCUSR */
@@ -138,6 +138,32 @@ static void on_watchdog(avr_irq_t *irq, uint32_t value, void *param) {
         avr_cycle_timer_register(b->avr, ((avr_cycle_count_t)TIMEOUT << longer) - BYTE, on_unserved, b);
     }
 }
+
+/* ------------------------------------------------------------------ fuses
+ * After BLBSET and SPMEN an LPM reads a fuse, which libsimavr does not know: the byte of the program that
+ * it reads instead is the fuse's for that long. */
+enum { READ_FUSE = 1 << 3 | 1 << 0, EXTENDED_FUSE_AT = 2, FUSE_CYCLES = 5, DETECTOR_AT_2V7 = 0xFD };
+
+static avr_cycle_count_t on_fuse_read(avr_t *avr, avr_cycle_count_t when, void *param) {
+    struct board *const b = param;
+    (void)when;
+    avr->flash[EXTENDED_FUSE_AT] = b->under_fuse;
+    return 0;
+}
+
+static void on_spmcsr(avr_irq_t *irq, uint32_t value, void *param) {
+    struct board *const b = param;
+    avr_t *const avr = b->avr;
+    (void)irq;
+    if ((value & READ_FUSE) == READ_FUSE && avr->data[30] == EXTENDED_FUSE_AT && avr->data[31] == 0
+        && avr_cycle_timer_status(avr, on_fuse_read, b) == 0) {
+        b->under_fuse = avr->flash[EXTENDED_FUSE_AT];
+        avr->flash[EXTENDED_FUSE_AT] = (uint8_t)b->extended_fuse;
+        avr_cycle_timer_register(avr, FUSE_CYCLES, on_fuse_read, b);
+    }
+}
+
+void board_set_fuse(struct board *b, int extended) { b->extended_fuse = extended; }
 
 /* ------------------------------------------------------------------ life */
 
@@ -263,6 +289,7 @@ struct board *board_new(const char *elf, const char *mcu, struct rig *rig) {
     the_board = b;
     b->rig = rig;
     b->forced = -1;
+    b->extended_fuse = DETECTOR_AT_2V7; /* as both boards are sold */
     avr_init(b->avr);
     b->avr->log = LOG_ERROR;
     firmware.frequency = 16000000;
@@ -273,6 +300,7 @@ struct board *board_new(const char *elf, const char *mcu, struct rig *rig) {
     b->reset = b->avr->reset;
     b->avr->reset = on_reset;
     connect(b);
+    avr_irq_register_notify(avr_iomem_getirq(b->avr, SPMCSR, NULL, AVR_IOMEM_IRQ_ALL), on_spmcsr, b);
     pins_connect(b);
     memset(b->avr->data + b->pins->ram_begin, PAINT, (size_t)(b->avr->ramend - b->pins->ram_begin));
     return b;

@@ -56,6 +56,12 @@ struct meter *board_meter(struct board *b);
 /* Encoder lines at these levels from now on, without moving the motor: -1 follows it again. */
 void board_force_encoder(struct board *b, int pins);
 
+/* Contacts to ground that are closed from now on: bit n is WIRE_INPUT_ n of the protocol. */
+void board_close_inputs(struct board *b, int closed);
+
+/* The extended fuse, of which the lowest three bits set the brown-out detector. */
+void board_set_fuse(struct board *b, int extended);
+
 /* The bridge driver's fault output: 1 pulls its line low. */
 void board_complain(struct board *b, int complains);
 

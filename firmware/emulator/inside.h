@@ -12,7 +12,7 @@ enum { BYTE = 176 };                   /* cycles between bytes given to the UART
 enum { LOOK = 250 };                   /* cycles between looks at pins and encoder */
 enum { PORT_B = 0x25, DDR_B = 0x24, SLOT_NUMBER = 0x3E, OCR0A = 0x47, OCR0B = 0x48, ADMUX = 0x7C, TCCR1A = 0x80, TCCR1B = 0x81,
        TCNT1 = 0x84, ICR1 = 0x86, OCR1A = 0x88, OCR1B = 0x8A,
-       MCUSR = 0x54, WDTCSR = 0x60 }; /* data addresses, the same on both chips */
+       MCUSR = 0x54, SPMCSR = 0x57, WDTCSR = 0x60 }; /* data addresses, the same on both chips */
 enum { CLOCK_SELECT = 7, OUTPUT_A = 0xC0, PLAIN_A = 0x80, OUTPUT_B = 0x30, PLAIN_B = 0x20 };
 enum { VECTORS = 64 };
 enum { SCOPE = 4 };    /* bit of port C: high while a sample is dealt with */
@@ -27,6 +27,8 @@ struct pinout {
     int receive, send;                /* and of the USART */
     int watchdog;                     /* and of the watchdog */
     int ram_begin;
+    char input_port;                  /* of the contacts, and their bits */
+    int guard, part;
 };
 
 struct board {
@@ -41,6 +43,9 @@ struct board {
     avr_flashaddr_t hangs_at, went_on_at; /* where it was made to hang, and where it was before */
     int forced;       /* encoder pins, -1: the motor's */
     int was_reset;    /* and its lines are not yet what they were */
+    int closed;       /* contacts: bit n is WIRE_INPUT_ n of the protocol */
+    int extended_fuse;
+    uint8_t under_fuse; /* the program's byte where a fuse is being read */
     int complains;    /* the driver, by its fault output */
     int chatters;     /* level of a chattering A */
     avr_cycle_count_t chatter;

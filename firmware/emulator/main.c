@@ -129,6 +129,10 @@ static int change(struct board *b, struct rig *rig, FILE *out) {
         board_go_on(b);
     } else if (strcmp(text, "complain") == 0) {
         board_complain(b, (int)value);
+    } else if (strcmp(text, "inputs") == 0) {
+        board_close_inputs(b, (int)value);
+    } else if (strcmp(text, "efuse") == 0) {
+        board_set_fuse(b, (int)value);
     } else if (strcmp(text, "chatter") == 0) {
         board_chatter(b, value);
     } else if (!set_parameter(&rig->par, text, value)) {

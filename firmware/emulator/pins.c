@@ -79,6 +79,29 @@ void board_complain(struct board *b, int complains) {
     show_complaint(b);
 }
 
+static void show_input(struct board *b, int bit, int closed) {
+    const struct pinout *const pins = b->pins;
+    avr_raise_irq(avr_io_getirq(b->avr, AVR_IOCTL_IOPORT_GETIRQ(pins->input_port), bit), !closed);
+}
+
+/* The firmware's pull-up holds an open contact high. */
+static void show_inputs(struct board *b) {
+    enum { PART = 1, GUARD = 2 };
+    const struct pinout *const pins = b->pins;
+    const int part = b->closed & PART, guard = b->closed & GUARD;
+    avr_ioport_external_t line = {.name = (unsigned char)pins->input_port};
+    line.mask = (unsigned char)(1u << pins->part | 1u << pins->guard);
+    line.value = (unsigned char)((part ? 0u : 1u << pins->part) | (guard ? 0u : 1u << pins->guard));
+    avr_ioctl(b->avr, AVR_IOCTL_IOPORT_SET_EXTERNAL(pins->input_port), &line);
+    show_input(b, pins->part, part != 0);
+    show_input(b, pins->guard, guard != 0);
+}
+
+void board_close_inputs(struct board *b, int closed) {
+    b->closed = closed;
+    show_inputs(b);
+}
+
 /* ------------------------------------------------------------------ converter */
 
 static avr_cycle_count_t on_hold(avr_t *avr, avr_cycle_count_t when, void *param) {
@@ -168,6 +191,7 @@ static avr_cycle_count_t on_look(avr_t *avr, avr_cycle_count_t when, void *param
         b->was_reset = 0;
         avr_raise_irq(fault_line(b), (uint32_t)b->complains);
         show_complaint(b);
+        show_inputs(b);
     }
     if (avr_cycle_timer_status(avr, on_edge, b) == 0) {
         if (rig_count(b->rig) != b->count) {
@@ -234,4 +258,5 @@ void pins_connect(struct board *b) {
     b->count = rig_count(b->rig);
     show_count(b, b->count);
     show_complaint(b);
+    show_inputs(b);
 }

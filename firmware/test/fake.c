@@ -91,6 +91,10 @@ static void unlock(port_lock before) {
     strike();
 }
 
+static uint8_t inputs_closed(void) { return fake.closed; }
+static void input_pin(uint8_t input, char pin[16]) { pin[0] = (char)('A' + input); }
+static uint16_t brown_out_mv(void) { return fake.brown_out_mv; }
+
 static uint8_t reset_cause(void) { return fake.cause; }
 static uint32_t boot_id(void) { return ++fake.boots; }
 
@@ -122,6 +126,11 @@ static const struct port DEFAULT = {
     .write = write_bytes,
     .lock = lock,
     .unlock = unlock,
+    .inputs = 3,
+    .inputs_closed = inputs_closed,
+    .input_pin = input_pin,
+    .brown_out_least_mv = 3780,
+    .brown_out_mv = brown_out_mv,
     .reset_cause = reset_cause,
     .boot_id = boot_id,
 };
@@ -134,6 +143,8 @@ void fake_start(void) {
     memset(&fake, 0, sizeof fake);
     fake.bridge = DRIVE; /* core_init() has to open it */
     fake.appetite = UINT16_MAX;
+    fake.closed = 3;
+    fake.brown_out_mv = 2700;
     fake.now = (struct reading){{2048, 2048, 2400}, 0}; /* nothing flows, 12 V */
     request = 0;
     core_init();

@@ -19,6 +19,8 @@ struct fake {
     uint8_t cause;
     uint32_t boots;
     bool locked;
+    uint8_t closed;         /* contacts; the fake has inputs 0 and 1, and at first both are closed */
+    uint16_t brown_out_mv;
     uint16_t appetite;      /* bytes that the link takes at a time */
     /* May strike wherever it is not locked out: at every call into the port, and where a function
      * of the core begins or ends (the tests compile it with -finstrument-functions). */

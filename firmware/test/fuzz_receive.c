@@ -30,6 +30,7 @@ static void turn(uint8_t samples) {
     int heard;
     for (uint8_t n = 0; n < samples % 40u; n++) {
         fake.now.position += samples;
+        fake.closed = samples & 0x40u ? 1 : 3;
         fake_sample();
         (void)core_poll();
     }

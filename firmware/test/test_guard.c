@@ -59,6 +59,57 @@ static void a_board_without_a_supply_channel_does_not_trip_on_it(void) {
     CHECK(fault_of(2048, 0) == WIRE_FAULT_NONE && fault_of(2048, 4095) == WIRE_FAULT_NONE);
 }
 
+/* 10 mV a count about 2048. */
+static void terminals_trip_beyond_their_limit_either_way(void) {
+    fake_start();
+    wire_configure_t config = fake_config();
+    config.voltage_limit_mv = 5005; /* 500.5 counts */
+    for (int turned = 0; turned < 2; turned++) {
+        fake_channels[1].scale = turned ? -0.01f : 0.01f;
+        set(config);
+        const int16_t good[] = {2048, 2548, 1548}, bad[] = {2549, 1547, INT16_MAX, INT16_MIN};
+        for (size_t n = 0; n < sizeof good / sizeof *good; n++) {
+            CHECK(!guard_voltage(&guard, good[n]));
+        }
+        for (size_t n = 0; n < sizeof bad / sizeof *bad; n++) {
+            CHECK(guard_voltage(&guard, bad[n]));
+        }
+    }
+    config.voltage_limit_mv = 0;
+    set(config);
+    CHECK(!guard_voltage(&guard, INT16_MIN) && !guard_voltage(&guard, INT16_MAX));
+}
+
+static uint8_t against(int16_t current, int16_t voltage, int32_t moved, bool forward) {
+    const struct reading now = {{current, voltage, 2400}, 0};
+    return guard_signs(&guard, &now, forward, moved, 10);
+}
+
+/* 400 mA are 200 counts, 1 V is 100. */
+static void each_sign_is_compared_with_the_drives(void) {
+    fake_start();
+    wire_configure_t config = fake_config();
+    config.sign_check_ms = 10;
+    config.sign_check_ma = 400;
+    config.sign_check_mv = 1000;
+    set(config);
+    CHECK(against(4000, 4000, 5000, true) == GUARD_SIGNS_AGREE);
+    CHECK(against(100, 100, -5000, false) == GUARD_SIGNS_AGREE);
+    CHECK(against(1848, 1948, -10, true) == GUARD_SIGNS_AGREE); /* not beyond */
+    CHECK(against(2248, 2148, 10, false) == GUARD_SIGNS_AGREE);
+    CHECK(against(1847, 2048, 0, true) == WIRE_CHANNEL_CURRENT);
+    CHECK(against(2249, 2048, 0, false) == WIRE_CHANNEL_CURRENT);
+    CHECK(against(2048, 1947, 0, true) == WIRE_CHANNEL_TERMINAL_VOLTAGE);
+    CHECK(against(2048, 2149, 0, false) == WIRE_CHANNEL_TERMINAL_VOLTAGE);
+    CHECK(against(2048, 2048, -11, true) == WIRE_CHANNEL_POSITION);
+    CHECK(against(2048, 2048, 11, false) == WIRE_CHANNEL_POSITION);
+    fake_channels[0].scale = -0.002f; /* a sensor whose reading falls */
+    set(config);
+    CHECK(against(1847, 2048, 0, true) == GUARD_SIGNS_AGREE);
+    CHECK(against(2249, 2048, 0, true) == WIRE_CHANNEL_CURRENT);
+    CHECK(against(1847, 2048, 0, false) == WIRE_CHANNEL_CURRENT);
+}
+
 static struct trip turn(uint32_t from, int32_t counts_a_sample, int samples) {
     struct trip trip = {WIRE_FAULT_NONE, 0};
     guard_rest(&guard, from);
@@ -112,6 +163,8 @@ const struct test guard_tests[] = {
     TEST(a_saturated_converter_trips_whatever_the_limit),
     TEST(supply_trips_below_and_above),
     TEST(a_board_without_a_supply_channel_does_not_trip_on_it),
+    TEST(terminals_trip_beyond_their_limit_either_way),
+    TEST(each_sign_is_compared_with_the_drives),
     TEST(speed_trips_either_way_and_where_the_count_wraps),
     TEST(a_leap_between_two_samples_trips_at_once),
     TEST(slow_sampling_takes_speed_over_one_sample),

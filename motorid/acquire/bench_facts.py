@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from motorid.acquire.guards import brown_out
 from motorid.acquire.safety import program_volts
 from motorid.capture.model import SUPPLY_OFF, VOLTAGE
 from motorid.capture.pwm_window import HARM, MEND, beat_hz, largest_error, said
@@ -22,6 +23,8 @@ def contradictions(
     period: int,
 ) -> Iterator[str]:
     """A sentence for each. ``read_v``: the supply, as the board reads it; ``period``: in ticks."""
+    if said_of_supply := brown_out(identity):
+        yield said_of_supply
     stated = rig.supply_voltage_v
     if stated and read_v and abs(stated - read_v) > SUPPLY_OFF * read_v:
         yield (

@@ -50,6 +50,11 @@ REFUSALS: Mapping[Status, tuple[type[MotoridError], str]] = {
         "limits.speed_rad_s is faster than the board can count this encoder: lower it",
     ),
     Status.MAJOR_MISMATCH: (LinkError, "the board refuses this protocol version: update it"),
+    Status.INPUT_OPEN: (RigError, "a contact of limits.inputs is open: close guard and fixture"),
+    Status.NO_FRONT_END: (
+        RigError,
+        "it has no valid facts of its front end: `motorid board set FILE` stores them",
+    ),
     Status.NOT_AT_REST: (RigError, "the motor is turning: let it come to rest first"),
 }
 

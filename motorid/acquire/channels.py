@@ -79,6 +79,14 @@ def offset_of(
     return zero[f"{key}_offset"], math.hypot(noise / math.sqrt(max(1, samples)), hidden), noise
 
 
+def _filter(first_ns: int, second_ns: int) -> dict[str, Any]:
+    """1 / (1 + first s), or of second order 1 / (1 + first s + (second s)²)."""
+    if not second_ns:
+        return {"filter_s": first_ns * 1e-9}
+    damping = first_ns / (2 * second_ns)
+    return {"filter_s": second_ns * 1e-9, "filter_order": 2, "filter_damping": damping}
+
+
 def _timing(fact: Mapping[str, Any]) -> dict[str, Any]:
     phase = fact["pwm_phase_permille"]
     try:
@@ -92,6 +100,6 @@ def _timing(fact: Mapping[str, Any]) -> dict[str, Any]:
         "kind": kind.name.lower(),
         "aperture_s": fact["aperture_ns"] * 1e-9,
         "delay_s": fact["delay_ns"] * 1e-9,
-        "filter_s": fact["filter_ns"] * 1e-9,
+        **_filter(fact["filter_ns"], fact.get("filter2_ns", 0)),
         "pwm_phase": None if phase == UNSYNCHRONISED else phase / 1000,
     }

@@ -203,6 +203,11 @@ ADVICE = {
     Fault.HOST_SILENCE: "this computer was too busy to send heartbeats: close other programs",
     Fault.ENCODER_EDGES: "edges came faster than the board can count: lower the level",
     Fault.DRIVER: "the bridge reports a fault: check its wiring, heat and supply",
+    Fault.OVER_VOLTAGE: "the terminals had more than limits.voltage_v: lower the level, or "
+    "raise it if the motor can bear it",
+    Fault.WRONG_SIGN: "current, terminal voltage or motion went against the drive: check the "
+    "wires of motor, sensors and encoder, or whether a load turns the motor",
+    Fault.INPUT_OPENED: "a contact of limits.inputs opened: close guard and fixture",
     Fault.WATCHDOG: "the firmware hung and was restarted: please report it",
 }
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from motorid.acquire.guards import guards
 from motorid.errors import RigError
 from motorid.program import Program, StepKind, whole_ticks
 from motorid.rig import Rig
@@ -65,7 +66,7 @@ def configuration(rig: Rig, identity: Mapping[str, Any], known: Mapping[str, Any
             f"limits.current_a is above the {identity['max_current_ma'] / 1e3:g} A that the "
             "board accepts: lower it"
         )
-    return {
+    return guards(rig, identity, known) | {
         "sample_period_ticks": sample_period(rig, identity),
         "channels": sum(1 << Channel[name.upper()] for name in rig.sampling.channels),
         "mode": int(Mode[rig.sampling.mode.upper()]),
@@ -129,12 +130,12 @@ def step_ticks(period: int, identity: Mapping[str, Any]) -> int:
     return max(period, int(identity["min_sample_period_ticks"]))
 
 
-def differing(sent: Mapping[str, Any], read: Mapping[str, Any]) -> str | None:
-    """What the board says it holds otherwise than it was sent, or None."""
+def differing(sent: Mapping[str, Any], read: Mapping[str, Any], minor: int) -> str | None:
+    """What a board of that minor says it holds otherwise than it was sent, or None."""
     for name, value in sent.items():
         if read.get(name) != value:
             return f"{name} was sent as {value} and reads back as {read.get(name)}"
-    if read.get("config_hash") != config_hash(sent):
+    if read.get("config_hash") != config_hash(sent, minor):
         return "the hash of the configuration does not match it"
     return None
 

@@ -6,7 +6,9 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from motorid.acquire.board import Board
+from motorid.acquire.board import Board, Fields
+from motorid.acquire.guards import brown_out, lacking
+from motorid.acquire.link_test import measure_link
 from motorid.acquire.port import open_port
 from motorid.errors import MotoridError
 
@@ -68,14 +70,44 @@ def probe(url: str) -> str:
 
 def who_answers(url: str) -> str:
     """Board, firmware and protocol, in a line. Raises LinkError where nobody does."""
+    return who_is(identity_of(url))
+
+
+def identity_of(url: str) -> Fields:
+    """What the board behind a port says of itself. Raises LinkError where nobody does."""
     port = open_port(url)
     try:
-        who = Board(port).identify()
+        return Board(port).identify()
     finally:
         port.close()
+
+
+def who_is(who: Fields) -> str:
+    """Board, firmware and protocol of an identity, in a line."""
     firmware = ".".join(str(who[f"firmware_{part}"]) for part in ("major", "minor", "patch"))
     protocol = f"{who['protocol_major']}.{who['protocol_minor']}"
     return f"{who['board']}, firmware {firmware}, protocol {protocol}"
+
+
+def details(url: str) -> Iterator[str]:
+    """Who answers, what that board lacks, what its link loses, and what is wrong; a line each."""
+    try:
+        port = open_port(url)
+    except MotoridError as error:
+        yield str(error)
+        return
+    try:
+        who = Board(port).identify()
+        yield who_is(who)
+        if missing := lacking(who):
+            yield f"without {', '.join(missing)}"
+        if said := brown_out(who):
+            yield said
+        yield measure_link(port).sentence()
+    except MotoridError as error:
+        yield str(error)
+    finally:
+        port.close()
 
 
 def listing(*, probe: bool = False) -> Iterator[str]:
@@ -86,7 +118,5 @@ def listing(*, probe: bool = False) -> Iterator[str]:
     for port in found:
         yield "  ".join(part for part in (port.device, port.description, port.hardware) if part)
         if probe:
-            yield f"  {_probe(port.device)}"
-
-
-_probe = probe
+            for line in details(port.device):
+                yield f"  {line}"

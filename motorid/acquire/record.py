@@ -15,8 +15,10 @@ from motorid.acquire.assemble import NoPlaceError, NoSamplesError, name_of
 from motorid.acquire.bench_facts import contradictions
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.check import check_signs, check_supply, check_zero
+from motorid.acquire.contacts import check_inputs
 from motorid.acquire.drive import drive, load, tripped
 from motorid.acquire.encoder_scale import why_too_fast
+from motorid.acquire.guards import signs
 from motorid.acquire.header import check_kinds
 from motorid.acquire.interrupt import Stop, interruptible
 from motorid.acquire.journal import journal_path
@@ -203,6 +205,7 @@ class _Recorder:
             refuse_other_board(rig.calibrated, board.identity["board"], serial)
         board.make_ready()
         config = configure(board, streaming(rig, board))
+        check_inputs(board, rig)
         zero = self._zero(board, journal, config)
         supply_v = check_supply(board, rig)
         self._say_contradictions(board, supply_v if SUPPLY in board.descriptors else None)
@@ -218,9 +221,7 @@ class _Recorder:
         period = sample_period(rig, board.identity)
         wire = wire_program(self.program, board.identity, step_ticks(period, board.identity))
         check_burst(rig, wire, board.identity, period)
-        if is_fast(period, board.identity):
-            board.describe(Mode.BURST)
-            config = configure(board, rig)
+        config = self._configure_run(board, period)
         load(board, wire)
         journal.mark(
             board.port.now(),
@@ -234,6 +235,18 @@ class _Recorder:
         view = LiveView(rig, board, zero, wire, self.progress)
         reason = drive(board, wire, config, self.stop, view.consume)
         return "interrupted" if self.stop.requested and reason == "stopped" else reason
+
+    def _configure_run(self, board: Board, period: int) -> Fields:
+        """For the program itself: a fast burst's own rate, and the board's sign check.
+
+        The pulses before it go without that check: what they show is said in more words.
+        """
+        if is_fast(period, board.identity):
+            board.describe(Mode.BURST)
+        more = signs(self.rig, board.identity, board.descriptors)
+        config = configure(board, self.rig, **more)
+        board.check_same()  # which a configuration that was lost would have shown
+        return config
 
     def _say_contradictions(self, board: Board, read_v: float | None) -> None:
         if self.say is None:
@@ -298,12 +311,15 @@ def streaming(rig: Rig, board: Board) -> Rig:
     return replace(rig, sampling=replace(rig.sampling, mode="stream", rate_hz=rate_hz))
 
 
-def configure(board: Board, rig: Rig) -> Fields:
-    """Limits on the board, read back and compared. Raises RigError or LinkError."""
-    wanted = configuration(rig, board.identity, board.descriptors)
+def configure(board: Board, rig: Rig, **more: int) -> Fields:
+    """Limits on the board, read back and compared. Raises RigError or LinkError.
+
+    ``more``: further fields of the command.
+    """
+    wanted = configuration(rig, board.identity, board.descriptors) | more
     board.ask("configure", **wanted)
     config = board.ask("read_config")
-    if wrong := differing(wanted, config):
+    if wrong := differing(wanted, config, board.identity["protocol_minor"]):
         raise LinkError(f"{board.port.name}: the board holds other limits than sent: {wrong}")
     return config
 

@@ -13,6 +13,7 @@ ADVICE: Mapping[int, str] = {
     ResetCause.EXTERNAL: "its reset line was pulled, or another program opened its port",
     ResetCause.BROWN_OUT: "its supply sagged: give the board a supply apart from the motor's",
     ResetCause.WATCHDOG: "the firmware hung: please report it",
+    ResetCause.UNKNOWN: "it cannot tell why: as a rule another program opened its port",
     ResetCause.SOFTWARE: "its firmware restarted itself: please report it",
 }
 

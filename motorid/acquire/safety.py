@@ -31,6 +31,7 @@ def check_program(
         )
     volts = [_volts(rig, step.kind, step.level, supply_v) for step in program.steps]
     _check_supply(rig, program, volts)
+    _check_voltage(rig, volts)
     _check_speed(rig, volts)
     resistance = rig.nameplate.resistance_ohm or resistance_ohm
     if resistance is not None:
@@ -70,6 +71,16 @@ def _check_supply(rig: Rig, program: Program, volts: list[float | None]) -> None
             raise RigError(
                 f"step {number} of the program asks for {value:g} V, and the supply has "
                 f"{ceiling:g} V: lower it"
+            )
+
+
+def _check_voltage(rig: Rig, volts: list[float | None]) -> None:
+    most = rig.limits.voltage_v
+    for number, value in enumerate(volts):
+        if most is not None and value is not None and abs(value) > most:
+            raise RigError(
+                f"step {number} of the program puts {abs(value):g} V on the motor, and "
+                f"limits.voltage_v is {most:g}: lower the level, or raise the limit"
             )
 
 

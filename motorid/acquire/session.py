@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.check import check_supply, check_zero, judge_sensors
+from motorid.acquire.contacts import check_inputs
 from motorid.acquire.drive import drive, load, tripped
 from motorid.acquire.interrupt import interruptible
 from motorid.acquire.link import Port
@@ -61,6 +62,7 @@ class Session:
         )
         self.rig = replace(rig, sampling=sampling)
         self.config = configure(self.board, self.rig)
+        check_inputs(self.board, self.rig)
         self.last_zero: Fields = {}
         self.zero_samples = 0  # that it is the mean of
 

@@ -9,7 +9,9 @@ from motorid.cli.options import example
 
 @click.command("ports", epilog=example("motorid ports", "motorid ports --probe"))
 @click.option(
-    "--probe", is_flag=True, help="Open each port and ask who answers (resets many boards)."
+    "--probe",
+    is_flag=True,
+    help="Open each port: who answers, and what the link loses (resets many boards).",
 )
 def command(probe: bool) -> None:
     """List the serial ports, without opening them: opening one resets many boards."""

@@ -32,6 +32,19 @@ class Guard:
     speed_counts_s: float
     supply_min_v: float
     supply_max_v: float
+    voltage_v: float = 0.0  # at the terminals; 0: any
+
+
+@dataclass(frozen=True)
+class SignCheck:
+    """What may be against a drive's sign: A, V, counts. Signs are 1 or -1."""
+
+    forward: int
+    forward_counts: int  # that the encoder then counts
+    samples: int
+    current_a: float
+    voltage_v: float
+    counts: int
 
 
 class Bench:
@@ -71,6 +84,7 @@ class Bench:
             lib.plant_filter(ffi.addressof(self._c, "plant"), index, *converter.poles_s)
         self._c.limits.current_zero = self.chain.current.offset
         self._c.limits.supply_zero = self.chain.supply.offset
+        self._c.limits.voltage_zero = self.chain.voltage.offset
 
     def set_period(self, ticks: int, fast: int = 0) -> None:
         """Sample every so many ticks from now on, with so many readings of a fast burst in each.
@@ -91,11 +105,23 @@ class Bench:
         limits = self._c.limits
         self._c.trip = 0
         limits.armed = guard is not None
+        limits.signs_left = 0
         if guard is None:
             return
         limits.current, limits.speed = guard.current_a, guard.speed_counts_s
         limits.supply_min, limits.supply_max = guard.supply_min_v, guard.supply_max_v
         limits.edge_ceiling = self.options.edge_ceiling
+        limits.voltage = guard.voltage_v
+
+    def check_signs(self, check: SignCheck | None) -> None:
+        """Watch the signs of current, voltage and motion from the next sample on; None: no more."""
+        limits = self._c.limits
+        limits.signs_left = check.samples if check else 0
+        if check:
+            limits.forward, limits.forward_counts = check.forward, check.forward_counts
+            limits.signs_from = self.count
+            limits.sign_current, limits.sign_voltage = check.current_a, check.voltage_v
+            limits.sign_counts = check.counts
 
     def seed_run(self, run: int) -> None:
         """Restart the noise, so that a run does not depend on the time before it."""

@@ -23,10 +23,11 @@ from motorid.wire.codec import (
     encode_reply,
 )
 from motorid.wire.enums import Fault, ResetCause, State, Status, StepKind
-from motorid.wire.hashes import config_hash, program_hash
-from motorid.wire.spec import load
+from motorid.wire.hashes import program_hash
+from motorid.wire.spec import COMMAND_HEADER, REPLY_HEADER, Field, fields_size, load
 
 IDENTIFY = load().commands["identify"].code
+NEW_COMMANDS = {"describe_input": 3, "read_front_end": 3, "write_front_end": 3}
 IDLE_STRETCH = 512  # samples taken at once while nothing runs
 MAX_ZERO = 4096
 AGE_TICKS = load().limits.block_age_ms * CLOCK_HZ // 1000
@@ -75,6 +76,7 @@ class Board:
         self.steps: list[Fields] = []
         self.run: Run | None = None
         self.dropped = 0  # in the last run
+        self.inputs = identity.INPUTS  # bit n: input n is closed
         self._host_major = self.major
         self._kept: tuple[int, bytes] | None = None  # last request and its reply
         self._zeroing: _Zeroing | None = None
@@ -105,6 +107,16 @@ class Board:
         if self.run is not None:
             self.run.trip(fault, value)
             self._end_run(self.run)
+
+    def set_inputs(self, closed: int) -> None:
+        """Contacts change: bit n, input n is closed. A run that requires another one ends."""
+        self.inputs = closed
+        if self.run is not None and (missing := self._missing_inputs()):
+            self.run.trip(Fault.INPUT_OPENED, missing)
+            self._end_run(self.run)
+
+    def _missing_inputs(self) -> int:
+        return self.config["inputs_required"] & ~self.inputs if self.config else 0
 
     def _advance_run(self, run: Run, samples: int) -> int:
         taken = run.advance(samples)
@@ -140,19 +152,31 @@ class Board:
     def receive(self, payload: bytes) -> None:
         """Execute a command and send its reply; ``docs/protocol.md`` gives the order of checks."""
         try:
-            command = decode(payload)
+            command = decode(self._understood(payload))
         except BadPayload as error:
             self._refuse(error, payload)
             return
         if not isinstance(command, Command):
             return
         name, request = command.name, command.request
+        self._fields = self._understood(payload)[COMMAND_HEADER:]
         if self._repeated(payload[0], request):
             return
         refusal = self._refusal(name)
         answer = (refusal, {}) if refusal else self._execute(command)
         if answer is not None:
             self._answer(name, request, answer)
+
+    def _understood(self, payload: bytes) -> bytes:
+        """A command without the fields that a later minor appended."""
+        name = next((n for n, m in load().commands.items() if payload[:1] == bytes([m.code])), None)
+        if name is None:
+            return payload
+        return payload[: COMMAND_HEADER + self._known(load().commands[name].fields)]
+
+    def _known(self, fields: tuple[Field, ...]) -> int:
+        """Bytes of those that this board's minor has."""
+        return fields_size(field for field in fields if field.since <= self.options.minor)
 
     def _refuse(self, error: BadPayload, payload: bytes) -> None:
         """A payload without a command in it: answered only when it has a request number."""
@@ -183,6 +207,8 @@ class Board:
         """Why this command is not accepted now, or OK."""
         if self._foreign() and name not in ("identify", "stop"):
             return Status.MAJOR_MISMATCH
+        if self.options.minor < NEW_COMMANDS.get(name, 0):
+            return Status.UNKNOWN_COMMAND
         states = load().commands[name].states
         if not states or self.state.name.lower() in states:
             return OK
@@ -201,7 +227,8 @@ class Board:
 
     def _answer(self, name: str, request: int, answer: Answer) -> None:
         status, fields = answer
-        self._keep(request, encode_reply(name, request, status, **fields))
+        size = REPLY_HEADER + self._known(load().commands[name].reply)
+        self._keep(request, encode_reply(name, request, status, **fields)[:size])
 
     def _keep(self, request: int, reply: bytes) -> None:
         self._kept = (request, reply)
@@ -224,15 +251,16 @@ class Board:
         if problem := identity.check_config(self, config):
             return problem, {}
         self.config, self.steps = dict(config), []
+        self.config_hash = zlib.crc32(self._fields)
         self._period, fast = identity.pace(self, config)
         self.bench.set_period(self._period, fast)
         self.state = State.CONFIGURED
-        return OK, {"config_hash": config_hash(config)}
+        return OK, {"config_hash": self.config_hash}
 
     def _do_read_config(self, command: Command) -> Answer:
         if self.config is None:
             return Status.NOT_CONFIGURED, {}
-        return OK, self.config | {"config_hash": config_hash(self.config)}
+        return OK, self.config | {"config_hash": self.config_hash}
 
     def _do_clear_program(self, command: Command) -> Answer:
         self.steps.clear()
@@ -249,9 +277,11 @@ class Board:
     def _do_start(self, command: Command) -> Answer:
         config = self.config
         assert config is not None  # loaded implies configured
-        ours = config_hash(config), program_hash(self.steps)
+        ours = self.config_hash, program_hash(self.steps)
         if ours != (command.fields["config_hash"], command.fields["program_hash"]):
             return Status.HASH_MISMATCH, {}
+        if self._missing_inputs():
+            return Status.INPUT_OPEN, {}
         self.runs += 1
         self.bench.seed_run(self.runs)
         start = self.tick + self._period
@@ -285,6 +315,19 @@ class Board:
 
     def _do_read_status(self, command: Command) -> Answer:
         return OK, identity.status(self)
+
+    def _do_describe_input(self, command: Command) -> Answer:
+        pin = identity.PINS.get(command.fields["input"])
+        if pin is None:
+            return Status.NOT_SUPPORTED, {}
+        closed = self.inputs >> command.fields["input"] & 1
+        return OK, {"pin": pin, "closed": closed}
+
+    def _do_read_front_end(self, command: Command) -> Answer:
+        return Status.NOT_SUPPORTED, {}
+
+    def _do_write_front_end(self, command: Command) -> Answer:
+        return Status.NOT_SUPPORTED, {}
 
     def _do_clear_fault(self, command: Command) -> Answer:
         self.fault = Fault.NONE

@@ -30,6 +30,7 @@ class Converter:
     delay_s: float  # declared, without the filter's
     true_delay_s: float
     filter_s: float  # declared time constant of the filter before it; 0: none
+    filter2_s: float  # of a second one behind it
     poles_s: tuple[float, float]  # true time constants; 0: none
     phase: float | None
     gain_uncertainty: float
@@ -89,7 +90,9 @@ def draw_chain(options: Options) -> Chain:
         drawn = options.offset_uncertainty * float(offsets[index]) if shift is None else shift
         declared = delay if is_current else options.voltage_delay
         filter_s = options.current_filter if is_current else options.voltage_filter
-        poles = filter_s * (1 + options.filter_error), options.hidden_filter if is_current else 0.0
+        second = options.current_filter2 if is_current else 0.0
+        wrong = 1 + options.filter_error
+        poles = filter_s * wrong, second * wrong or (options.hidden_filter if is_current else 0.0)
         return Converter(
             channel=channel,
             unit=Unit.AMPERE if is_current else Unit.VOLT,
@@ -102,6 +105,7 @@ def draw_chain(options: Options) -> Chain:
             delay_s=declared,
             true_delay_s=max(declared + float(late[index]), 0.0),
             filter_s=filter_s,
+            filter2_s=second,
             poles_s=poles,
             phase=options.phase if is_current else None,
             gain_uncertainty=spread if given is None else abs(given),

@@ -12,7 +12,7 @@ from motorid.sim.board import Board
 from motorid.sim.faults import Fault
 from motorid.sim.link import Cable
 from motorid.sim.options import Options
-from motorid.wire.enums import Channel, ResetCause
+from motorid.wire.enums import Channel, Input, ResetCause
 from motorid.wire.enums import Fault as WireFault
 from motorid.wire.framing import DELIMITER, Decoder, Frame, encode
 from motorid.wire.spec import load
@@ -174,6 +174,10 @@ class Device:
                 self.board.reset(ResetCause.WATCHDOG)
             case "driver":
                 self.board.notice(WireFault.DRIVER)
+            case "guard_open":
+                self.board.set_inputs(self.board.inputs & ~(1 << Input.GUARD_CLOSED))
+            case "part_absent":
+                self.board.set_inputs(self.board.inputs & ~(1 << Input.PART_PRESENT))
             case "brownout":
                 self.board.bench.set_supply(0.0)
                 self.board.reset(ResetCause.BROWN_OUT)

@@ -39,6 +39,8 @@ KINDS = {
     "watchdog": Kind(None, "the firmware hangs, and its watchdog resets the board"),
     "driver": Kind(None, "the bridge's driver reports a fault of its own"),
     "brownout": Kind(0.05, "supply away for so many seconds, and the processor resets"),
+    "guard_open": Kind(None, "the guard opens"),
+    "part_absent": Kind(None, "the motor is not in its place"),
     # the bench
     "supply": Kind(0.0, "the motor supply goes to so many volts"),
     "stall": Kind(None, "the rotor jams"),

@@ -7,9 +7,18 @@ from typing import TYPE_CHECKING, Any
 from motorid.sim.chain import UNSYNCHRONISED, Converter, burst_samples, shortest_period
 from motorid.sim.options import CLOCK_HZ, decay_mask
 from motorid.sim.stream import U32
-from motorid.wire.enums import Channel, ChannelKind, Decay, Mode, Status, StepKind, Unit
+from motorid.wire.enums import (
+    Channel,
+    ChannelKind,
+    Decay,
+    Feature,
+    Input,
+    Mode,
+    Status,
+    StepKind,
+    Unit,
+)
 from motorid.wire.hashes import layout_hash
-from motorid.wire.spec import load
 
 if TYPE_CHECKING:
     from motorid.sim.board import Board
@@ -17,6 +26,9 @@ if TYPE_CHECKING:
 NAME = "motorid-sim"
 FIRMWARE = (1, 0, 0)
 CHANNELS = len(Channel)
+FEATURES = 1 << Feature.VOLTAGE_LIMIT | 1 << Feature.INPUTS | 1 << Feature.SIGN_CHECK
+PINS = {Input.PART_PRESENT: "X1", Input.GUARD_CLOSED: "X2"}
+INPUTS = sum(1 << one for one in PINS)
 MAX_HOST_SILENCE_MS = 5000
 MAX_VOLTS_MV = 1_000_000
 LAST_INDEX = 255  # of a byte; a program has at most 255 steps, 0 to 254
@@ -32,7 +44,7 @@ def identify(board: Board) -> Fields:
     pwm_ticks = CLOCK_HZ // options.pwm
     return {
         "protocol_major": board.major,
-        "protocol_minor": load().minor,
+        "protocol_minor": options.minor,
         "layout_hash": layout_hash(),
         "board": NAME,
         "firmware_major": FIRMWARE[0],
@@ -56,6 +68,10 @@ def identify(board: Board) -> Fields:
         "buffer_samples": options.buffer,
         "burst_sample_period_ticks": _burst_period(board),
         "burst_samples": options.buffer if _burst_period(board) else 0,
+        "features": FEATURES,
+        "inputs": INPUTS,
+        "brown_out_mv": options.brown_out,
+        "brown_out_least_mv": options.brown_out_least,
     }
 
 
@@ -97,6 +113,7 @@ def describe(board: Board, index: int, mode: int = Mode.STREAM) -> Fields:
 
 
 def _describe_converter(converter: Converter) -> Fields:
+    slope_s = converter.filter_s + converter.filter2_s  # coefficient of s
     return {
         "channel": converter.channel,
         "unit": converter.unit,
@@ -105,14 +122,15 @@ def _describe_converter(converter: Converter) -> Fields:
         "scale": converter.scale,
         "offset": converter.offset,
         "aperture_ns": round(converter.aperture_s * 1e9),
-        "delay_ns": round((converter.delay_s + converter.filter_s) * 1e9),
+        "delay_ns": round((converter.delay_s + slope_s) * 1e9),
         "pwm_phase_permille": _permille(converter),
         "gain_uncertainty": converter.gain_uncertainty,
         "offset_uncertainty": converter.offset_uncertainty,
         "noise": converter.noise,
         "raw_min": 0,
         "raw_max": converter.raw_max,
-        "filter_ns": round(converter.filter_s * 1e9),
+        "filter_ns": round(slope_s * 1e9),
+        "filter2_ns": round((converter.filter_s * converter.filter2_s) ** 0.5 * 1e9),
     }
 
 
@@ -137,6 +155,7 @@ def _describe_position() -> Fields:
         "raw_min": I16_MIN,
         "raw_max": I16_MAX,
         "filter_ns": 0,
+        "filter2_ns": 0,
     }
 
 
@@ -154,6 +173,7 @@ def status(board: Board) -> Fields:
         "terminal_voltage_raw": int(raw[1]),
         "supply_voltage_raw": int(raw[2]),
         "dropped": stream.dropped if stream else board.dropped,
+        "inputs": board.inputs,
     }
 
 
@@ -180,7 +200,16 @@ def check_config(board: Board, config: Fields) -> Status:
         and config["run_time_limit_ms"] > 0
         and 0 < config["host_silence_ms"] <= MAX_HOST_SILENCE_MS
     )
-    return Status.OK if limits_hold else Status.BAD_VALUE
+    return _check_features(config) if limits_hold else Status.BAD_VALUE
+
+
+def _check_features(config: Fields) -> Status:
+    if config["inputs_required"] & ~INPUTS:
+        return Status.NOT_SUPPORTED
+    least = min(config[f"sign_check_{name}"] for name in ("ma", "mv", "counts"))
+    if config["sign_check_ms"] and not least:
+        return Status.BAD_VALUE
+    return Status.HASH_MISMATCH if config["front_end_hash"] else Status.OK
 
 
 def check_step(board: Board, step: Fields) -> Status:

@@ -10,8 +10,10 @@ from motorid.errors import UsageError
 from motorid.sim.faults import Fault, parse_faults
 from motorid.sim.motor import Motor, find_motor
 from motorid.sim.nearest import unknown
+from motorid.wire.spec import load
 
 CLOCK_HZ = 16_000_000
+MINOR = load().minor
 TRUE, FALSE = ("1", "true", "yes", "on"), ("0", "false", "no", "off")
 
 
@@ -93,6 +95,7 @@ class Options:
     voltage_aperture: float = _number(100e-6, 0, 1e-3, "s, window of both voltages")
     voltage_delay: float = _number(0.0, 0, 45e-6, "s from that window's end to the tick")
     current_filter: float = _number(0.0, 0, 0.01, "s, declared RC before the current's converter")
+    current_filter2: float = _number(0.0, 0, 0.01, "s, a second declared RC behind that one")
     voltage_filter: float = _number(0.0, 0, 0.01, "s, declared RC before both voltages' converters")
     filter_error: float = _number(0.0, -0.9, 9, "of both filters, true over declared, less 1")
     hidden_filter: float = _number(0.0, 0, 0.01, "s, RC before the current's that nobody declared")
@@ -111,6 +114,9 @@ class Options:
     baud: int = _integer(1_000_000, 0, 100_000_000, "of the link to the host; 0: no limit")
     buffer: int = _integer(2048, 32, 65_535, "samples the board keeps for the link or a burst")
     burst: int = _integer(4, 1, 16, "samples of a fast burst in the shortest period; 1: none")
+    minor: int = _integer(MINOR, 0, MINOR, "protocol minor that the board speaks")
+    brown_out: int = _integer(4300, 0, 65_535, "mV at which its detector resets it; 0: it is off")
+    brown_out_least: int = _integer(3780, 0, 65_535, "mV that its clock needs; 0: it tells neither")
     max_steps: int = _integer(64, 1, 255, "steps a program may have")
     max_step: float = _number(0.0, 0, 1e-3, "s, longest integration step; 0: chosen")
 
@@ -201,6 +207,8 @@ def _checked(options: Options) -> Options:
         raise UsageError("sim://: supply_limit needs a supply_capacitance above 0")
     if resistance == 0 and capacitance != 0:
         raise UsageError("sim://: supply_resistance=0 needs supply_capacitance=0")
+    if options.current_filter2 and (options.hidden_filter or not options.current_filter):
+        raise UsageError("sim://: current_filter2 needs a current_filter, and no hidden_filter")
     if options.shaft_stiffness and (options.coupling or not options.load_inertia):
         raise UsageError("sim://: shaft_stiffness needs a load_inertia above 0, and no coupling")
     if options.coupling and not options.load_inertia:

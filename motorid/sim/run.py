@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from motorid.sim.bench import Bench, Counts, Guard, Raw
+from motorid.sim.bench import Bench, Counts, Guard, Raw, SignCheck
 from motorid.sim.stream import U32, Stream
 from motorid.wire.codec import encode_event
 from motorid.wire.enums import Decay, EndReason, Fault, StepKind
@@ -22,6 +22,7 @@ def guard_of(config: Mapping[str, int]) -> Guard:
         speed_counts_s=float(config["speed_limit_counts_s"]),
         supply_min_v=config["supply_min_mv"] * 1e-3,
         supply_max_v=config["supply_max_mv"] * 1e-3,
+        voltage_v=config["voltage_limit_mv"] * 1e-3,
     )
 
 
@@ -48,6 +49,8 @@ class Run:
         self._step_end = start_tick
         self._end = start_tick + sum(step["ticks"] for step in steps)
         ms = clock_hz // 1000
+        self._sign_ticks = config["sign_check_ms"] * ms
+        self._signs_begun = False
         self._silence = config["host_silence_ms"] * ms
         self._alive = start_tick
         self._deadline = start_tick + config["run_time_limit_ms"] * ms
@@ -120,10 +123,28 @@ class Run:
         self._step += 1
         step = self._steps[self._step]
         kind, level = StepKind(step["kind"]), step["level"]
+        self._begin_signs(level)
         unit = DUTY_UNIT if kind == StepKind.DRIVE_DUTY else VOLT_UNIT
         self._bench.command(kind, level * unit, Decay(step["decay"]))
         self._send(encode_event("phase", index=self._step, tick=self._step_end & U32))
         self._step_end += step["ticks"]
+
+    def _begin_signs(self, level: int) -> None:
+        """The first drive's signs are checked, up to its end."""
+        if self._signs_begun or not level or not self._sign_ticks:
+            self._bench.check_signs(None)
+            return
+        self._signs_begun = True
+        forward, config = 1 if level > 0 else -1, self._config
+        check = SignCheck(
+            forward=forward,
+            forward_counts=forward * self._sign,
+            samples=-(-self._sign_ticks // self._period),
+            current_a=config["sign_check_ma"] * 1e-3,
+            voltage_v=config["sign_check_mv"] * 1e-3,
+            counts=config["sign_check_counts"],
+        )
+        self._bench.check_signs(check)
 
     def stop(self) -> None:
         """End the run now: the host said so."""

@@ -180,11 +180,28 @@ static double counts_per_second(const bench *b)
     return (double)(b->encoder.count - then) / (b->limits.speed_samples * b->sample_period);
 }
 
+/* The channel, by the wire's number, that passed its threshold against the drive's sign; -1: none. */
+static int wrong_sign(bench *b)
+{
+    bench_limits *l = &b->limits;
+    const adc *i = &b->channel[BENCH_CURRENT], *v = &b->channel[BENCH_VOLTAGE];
+    if (l->signs_left == 0)
+        return -1;
+    l->signs_left--;
+    if (l->forward * v->scale * (v->raw - l->voltage_zero) < -l->sign_voltage)
+        return BENCH_VOLTAGE;
+    if (l->forward * i->scale * (i->raw - l->current_zero) < -l->sign_current)
+        return BENCH_CURRENT;
+    return l->forward_counts * (double)(b->encoder.count - l->signs_from) < -l->sign_counts ? 3 : -1;
+}
+
 static void check_limits(bench *b)
 {
     const bench_limits *l = &b->limits;
     const adc *i = &b->channel[BENCH_CURRENT], *s = &b->channel[BENCH_SUPPLY];
+    const adc *v = &b->channel[BENCH_VOLTAGE];
     double supply = s->scale * (s->raw - l->supply_zero), speed = counts_per_second(b);
+    int wrong;
     if (fabs(i->scale * (i->raw - l->current_zero)) > l->current)
         trip(b, TRIP_CURRENT, i->raw);
     else if (fabs(speed) > l->speed)
@@ -195,6 +212,10 @@ static void check_limits(bench *b)
         trip(b, TRIP_SUPPLY_HIGH, s->raw);
     else if (l->edge_ceiling > 0.0 && fabs(speed) > l->edge_ceiling)
         trip(b, TRIP_ENCODER_EDGES, speed);
+    else if (l->voltage > 0.0 && fabs(v->scale * (v->raw - l->voltage_zero)) > l->voltage)
+        trip(b, TRIP_VOLTAGE, v->raw);
+    else if ((wrong = wrong_sign(b)) >= 0)
+        trip(b, TRIP_SIGN, wrong);
 }
 
 /* ------------------------------------------------------------------ commands and runs */

@@ -14,7 +14,7 @@ enum bench_channel { BENCH_CURRENT = PLANT_CURRENT, BENCH_VOLTAGE = PLANT_TERMIN
 
 /* Numbers are the wire protocol's faults. */
 enum bench_trip { TRIP_NONE = 0, TRIP_CURRENT = 1, TRIP_SPEED = 2, TRIP_SUPPLY_LOW = 3,
-                  TRIP_SUPPLY_HIGH = 4, TRIP_ENCODER_EDGES = 7 };
+                  TRIP_SUPPLY_HIGH = 4, TRIP_ENCODER_EDGES = 7, TRIP_VOLTAGE = 10, TRIP_SIGN = 11 };
 
 enum { BENCH_HISTORY = 64, BENCH_FAST = 16 };
 
@@ -56,6 +56,15 @@ typedef struct bench_limits {
     int speed_samples;    /* speed is counts over so many samples */
     double current_zero;  /* counts: nominal or measured offset */
     double supply_zero;
+    double voltage;       /* V at the terminals, either sign; 0: any */
+    double voltage_zero;  /* counts */
+    int forward;          /* sign of a drive whose signs are checked, 1 or -1 */
+    int forward_counts;   /* and of the counts that it brings */
+    long long signs_left; /* samples of that check; 0: none */
+    long long signs_from; /* count at its beginning */
+    double sign_current;  /* A, V and counts that may be against it */
+    double sign_voltage;
+    double sign_counts;
 } bench_limits;
 
 typedef struct bench_probe {

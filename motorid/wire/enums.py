@@ -18,6 +18,8 @@ class Status(IntEnum):
     EDGE_CEILING = 11
     MAJOR_MISMATCH = 12
     NOT_AT_REST = 13
+    INPUT_OPEN = 14
+    NO_FRONT_END = 15
 
 
 class State(IntEnum):
@@ -78,6 +80,9 @@ class Fault(IntEnum):
     ENCODER_EDGES = 7
     DRIVER = 8
     WATCHDOG = 9
+    OVER_VOLTAGE = 10
+    WRONG_SIGN = 11
+    INPUT_OPENED = 12
 
 
 class EndReason(IntEnum):
@@ -92,3 +97,33 @@ class ResetCause(IntEnum):
     BROWN_OUT = 2
     WATCHDOG = 3
     SOFTWARE = 4
+    UNKNOWN = 5
+
+
+class Feature(IntEnum):
+    VOLTAGE_LIMIT = 0
+    INPUTS = 1
+    SIGN_CHECK = 2
+    FRONT_END = 3
+
+
+class Input(IntEnum):
+    PART_PRESENT = 0
+    GUARD_CLOSED = 1
+
+
+class Sensor(IntEnum):
+    SHUNT = 0
+    HALL = 1
+    MAGNITUDE = 2
+
+
+class Bridge(IntEnum):
+    MOSFET = 0
+    BIPOLAR = 1
+
+
+class FrontEndSource(IntEnum):
+    NONE = 0
+    COMPILED = 1
+    STORED = 2

@@ -8,15 +8,18 @@ from functools import lru_cache
 from typing import Any
 
 from motorid.wire.layout import Layout
-from motorid.wire.spec import Field, Message, Spec, load
+from motorid.wire.spec import Field, Message, Spec, fields_size, load
 
 
-def config_hash(fields: Mapping[str, Any]) -> int:
+def config_hash(fields: Mapping[str, Any], minor: int | None = None) -> int:
     """Hash of a configuration: of the configure fields as they stand on the wire.
 
-    Other keys are ignored, so that the reply to read_config can be passed as it is.
+    ``minor`` is the board's where it is older: it knows its own fields alone. Other keys are
+    ignored, so that the reply to read_config can be passed as it is.
     """
-    return zlib.crc32(_packed("configure", fields))
+    known = load().minor if minor is None else minor
+    size = fields_size(field for field in _layout("configure").fields if field.since <= known)
+    return zlib.crc32(_packed("configure", fields)[:size])
 
 
 def program_hash(steps: Iterable[Mapping[str, Any]]) -> int:

@@ -14,7 +14,7 @@ from typing import Any
 from motorid.wire import enums
 from motorid.wire.enums import Status
 from motorid.wire.render_enums import class_name
-from motorid.wire.spec import FORMATS, Field
+from motorid.wire.spec import FORMATS, Field, field_ends
 
 
 class BadPayload(ValueError):  # noqa: N818 - it is data gone bad, counted like BadFrame
@@ -49,7 +49,7 @@ class Layout:
         self.fields = fields
         self.names = tuple(field.name for field in fields)
         self.struct = struct.Struct("<" + "".join(FORMATS[field.type] for field in fields))
-        self.lengths = _lengths(fields)
+        self.lengths = frozenset(field_ends(fields))
         self.appended = {f.name: "" if f.type == "text16" else 0 for f in fields if f.since}
         self.readers = {f.name: reader for f in fields if (reader := _reader(f))}
 
@@ -92,16 +92,6 @@ class Layout:
             except (struct.error, OverflowError):
                 return f"{self.where}: {field.name} = {value!r} does not fit {field.type}"
         return f"{self.where}: does not fit"
-
-
-def _lengths(fields: tuple[Field, ...]) -> frozenset[int]:
-    """Where the fields of some minor end: the lengths a peer may send."""
-    total, ends = 0, []
-    for field in fields:
-        if field.since:
-            ends.append(total)
-        total += field.size
-    return frozenset([*ends, total])
 
 
 def _to_wire(value: Any) -> Any:

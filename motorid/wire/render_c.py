@@ -172,12 +172,14 @@ def _command(spec: Spec, command: Message) -> str:
     macro = f"WIRE_{command.name.upper()}"
     states = spec.enums["state"]
     mask = sum(1 << states[state] for state in command.states or states)
-    least = wire.required_size(command.fields)
+    *older, whole = wire.field_ends(command.fields)
+    known = [f"(n) >= {whole}u"] if whole else ["true"]
+    ends = " || \\\n     ".join([*known, *(f"(n) == {size}u" for size in older)])
     return _comment(command.doc) + "\n".join(
         [
             f"#define {macro}_CODE 0x{command.code:02X}u",
             f"#define {macro}_STATES 0x{mask:02X}u /* bit n: accepted in state n */",
-            f"#define {macro}_LEAST {least}u /* fields that every host of this major sends */",
+            f"#define {macro}_ENDS(n) ({ends}) /* a field ends there, or later ones follow */",
             _group(command.name, command.fields),
             _group(f"{command.name}_reply", command.reply),
         ]

@@ -179,6 +179,12 @@ def required_size(fields: Iterable[Field]) -> int:
     return sum(field.size for field in fields if not field.since)
 
 
+def field_ends(fields: tuple[Field, ...]) -> tuple[int, ...]:
+    """Bytes that a peer may send, ascending: the fields of minor 0, and any that came after."""
+    first = sum(not field.since for field in fields)
+    return tuple(fields_size(fields[:count]) for count in range(first, len(fields) + 1))
+
+
 def check(spec: Spec) -> None:
     """Raise SpecError at the first contradiction."""
     if spec.max_payload > MAX_PAYLOAD:

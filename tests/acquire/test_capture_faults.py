@@ -29,7 +29,7 @@ BEFORE = [  # seen before the run: nothing is left behind
     ("unplug", LinkError, "unplugged"),
     ("text", LinkError, "not motorid's protocol"),
     ("garbage", LinkError, "not motorid's protocol"),
-    ("major", LinkError, "the board speaks protocol 2.2"),
+    ("major", LinkError, "the board speaks protocol 2.3"),
     ("supply:0", RigError, "is it connected and switched on"),
     ("burst&supply=12", RigError, "above limits.supply_max_v"),
     ("stall", RigError, "free the shaft"),

@@ -123,6 +123,6 @@ def test_listing_opens_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_probing_says_who_answers() -> None:
-    assert probe("sim://?speed=max") == "motorid-sim, firmware 1.0.0, protocol 1.2"
+    assert probe("sim://?speed=max") == "motorid-sim, firmware 1.0.0, protocol 1.3"
     assert "not motorid's protocol" in probe("sim://?speed=max&fault=text")
     assert "no such port" in probe("/dev/no-such-port")

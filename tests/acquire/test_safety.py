@@ -136,14 +136,20 @@ def test_a_channel_that_the_board_lacks_is_named() -> None:
         configuration(rig(), IDENTITY, {"current": {}, "position": {}})
 
 
+MINOR = 3
+
+
 def test_what_reads_back_otherwise_is_named() -> None:
     sent = configuration(rig(), IDENTITY, CHANNELS)
     right = sent | {"config_hash": config_hash(sent)}
-    assert differing(sent, right) is None
-    assert differing(sent, right | {"current_limit_ma": 9}) == (
+    old = right | {"config_hash": config_hash(sent, 2)}
+    assert differing(sent, old, 2) is None
+    assert "hash" in str(differing(sent, old, MINOR))
+    assert differing(sent, right, MINOR) is None
+    assert differing(sent, right | {"current_limit_ma": 9}, MINOR) == (
         "current_limit_ma was sent as 3200 and reads back as 9"
     )
-    assert "hash" in str(differing(sent, right | {"config_hash": 1}))
+    assert "hash" in str(differing(sent, right | {"config_hash": 1}, MINOR))
 
 
 def test_a_program_in_ticks() -> None:

@@ -32,7 +32,7 @@ class Board(Protocol):
 
     ``traits`` says what can be done to it: "fresh" (every test has its own, so that hello is
     seen), "exact" (time moves only in ``read``), "bridge" (``is_open`` knows), "reset", "driver"
-    (its driver's fault output) and "break" (any fault of its own).
+    (its driver's fault output), "inputs" (contacts) and "break" (any fault of its own).
     """
 
     name: str
@@ -51,6 +51,9 @@ class Board(Protocol):
     def complain(self, on: bool) -> None:
         """Let the bridge's driver report a fault, or no more."""
 
+    def close_inputs(self, mask: int) -> None:
+        """Bit n: the contact of input n is closed from now on."""
+
     def close(self) -> None:
         """Done with it."""
 
@@ -64,7 +67,9 @@ class SimulatedBoard:
     """The simulated board of sim://."""
 
     name = "sim"
-    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver", "break", "options"})
+    traits = frozenset(
+        {"fresh", "exact", "bridge", "reset", "driver", "inputs", "break", "options"}
+    )
 
     def __init__(self, **options: Any) -> None:
         self.port: SimPort = open_sim(query(options))
@@ -85,6 +90,9 @@ class SimulatedBoard:
     def complain(self, on: bool) -> None:
         if on:
             self._board.notice(Fault.DRIVER)
+
+    def close_inputs(self, mask: int) -> None:
+        self._board.set_inputs(mask)
 
     def close(self) -> None:
         self.port.close()
@@ -204,7 +212,9 @@ class HostBoard:
     """The portable core on this computer, in lock step."""
 
     name = "host"
-    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver", "break", "options"})
+    traits = frozenset(
+        {"fresh", "exact", "bridge", "reset", "driver", "inputs", "break", "options"}
+    )
 
     def __init__(self, more: tuple[str, ...] = (), **options: Any) -> None:
         binary = build_firmware() / "host" / "board"
@@ -229,6 +239,9 @@ class HostBoard:
     def complain(self, on: bool) -> None:
         if on:
             self.break_(Fault.DRIVER, 0)
+
+    def close_inputs(self, mask: int) -> None:
+        self.port.order(f"inputs {mask}")
 
     def close(self) -> None:
         self.port.close()
@@ -264,7 +277,7 @@ class EmulatedBoard:
     "uno-clang" is the Uno with the second compiler's firmware.
     """
 
-    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver"})
+    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver", "inputs"})
 
     def __init__(self, name: str, **options: Any) -> None:
         self.name = name
@@ -285,6 +298,9 @@ class EmulatedBoard:
 
     def complain(self, on: bool) -> None:
         self.port.board.set("complain", float(on))
+
+    def close_inputs(self, mask: int) -> None:
+        self.port.board.set("inputs", float(mask))
 
     def close(self) -> None:
         self.port.close()
@@ -309,6 +325,9 @@ class DeviceBoard:
         raise NotImplementedError
 
     def complain(self, on: bool) -> None:
+        raise NotImplementedError
+
+    def close_inputs(self, mask: int) -> None:
         raise NotImplementedError
 
     def close(self) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from motorid.acquire.port import Port
 from motorid.wire.codec import BadPayload, Event, Reply, SampleBlock, decode, encode_command
-from motorid.wire.enums import Channel, Decay, Fault, State, Status, StepKind
+from motorid.wire.enums import Channel, Decay, Fault, Feature, State, Status, StepKind
 from motorid.wire.framing import DELIMITER, BadFrame, Decoder, encode
 from motorid.wire.hashes import config_hash, program_hash
 from motorid.wire.spec import load
@@ -194,7 +194,12 @@ class Client:
             "supply_max_mv": round(1.5 * supply),
             "run_time_limit_ms": 60_000,
             "host_silence_ms": 500,
+            **{field.name: 0 for field in load().commands["configure"].fields if field.since},
         }
+
+    def has(self, feature: Feature) -> bool:
+        """Whether the board says that it has that feature."""
+        return bool(self.identity["features"] >> feature & 1)
 
     # ------------------------------------------------------------------ steps
 
@@ -249,7 +254,7 @@ class Client:
         for step in program:
             self.get("add_step", **step)
         return {
-            "config_hash": config_hash(self.settings),
+            "config_hash": config_hash(self.settings, self.identity["protocol_minor"]),
             "program_hash": program_hash(program),
         }
 

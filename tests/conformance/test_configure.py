@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-from motorid.wire.enums import State, Status, StepKind
+from motorid.wire.enums import Feature, State, Status, StepKind
 from motorid.wire.hashes import config_hash, program_hash
 from tests.conformance.client import ALL, Client, Fields
 
@@ -38,6 +39,12 @@ def bad_configs(client: Client) -> dict[str, tuple[Fields, Status]]:
         "no run time": ({"run_time_limit_ms": 0}, bad),
         "no silence": ({"host_silence_ms": 0}, bad),
     }
+    if client.has(Feature.SIGN_CHECK):
+        signs = {"sign_check_ms": 1, "sign_check_ma": 1, "sign_check_mv": 1, "sign_check_counts": 1}
+        cases |= {f"{name} zero": (signs | {name: 0}, bad) for name in list(signs)[1:]}
+    cases["an input that is none"] = ({"inputs_required": 0x80}, Status.NOT_SUPPORTED)
+    other = identity["front_end_hash"] ^ 1
+    cases["another front end"] = ({"front_end_hash": other or 2}, Status.HASH_MISMATCH)
     if identity["encoder_edge_ceiling_hz"] < U32:
         too_fast = identity["encoder_edge_ceiling_hz"] + 1
         cases["faster than edges"] = ({"speed_limit_counts_s": too_fast}, Status.EDGE_CEILING)
@@ -79,8 +86,14 @@ def test_limits_themselves_are_accepted(client: Client) -> None:
 def test_read_config_gives_back_what_is_in_force(client: Client, mode: int) -> None:
     settings = client.settings | {"mode": mode, "channels": 0b0101, "encoder_reversed": 1}
     settings |= {"run_time_limit_ms": 0x0102_0304, "host_silence_ms": 0x0201}
-    assert client.get("configure", **settings) == {"config_hash": config_hash(settings)}
-    assert client.get("read_config") == settings | {"config_hash": config_hash(settings)}
+    if client.has(Feature.VOLTAGE_LIMIT):
+        settings |= {"voltage_limit_mv": 0x0102_0304}
+    if client.has(Feature.SIGN_CHECK):
+        settings |= {"sign_check_ms": 0x0102, "sign_check_ma": 3, "sign_check_mv": 0x0405_0607}
+        settings |= {"sign_check_counts": 0x0809}
+    hashed = {"config_hash": config_hash(settings, client.identity["protocol_minor"])}
+    assert client.get("configure", **settings) == hashed
+    assert client.get("read_config") == settings | hashed
 
 
 # ---------------------------------------------------------------- steps
@@ -166,6 +179,12 @@ def test_a_full_program_takes_no_more(client: Client) -> None:
     reply = client.ask("add_step", index=most, **client.coast(1))
     assert reply.status is (Status.PROGRAM_FULL if most < 255 else Status.BAD_VALUE)
     assert client.state is State.LOADED
+
+
+@pytest.mark.parametrize("board_name", ["sim"])
+def test_as_many_steps_as_the_wire_can_count(make_client: Callable[..., Client]) -> None:
+    """Indices 0 to 254: one beyond is no index, and not a program that is full."""
+    test_a_full_program_takes_no_more(make_client(max_steps=255))
 
 
 def test_a_full_program_runs_step_by_step(client: Client) -> None:

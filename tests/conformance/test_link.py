@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Iterable
 from typing import Any
 
 import pytest
@@ -12,13 +13,20 @@ from motorid.wire.codec import encode_command
 from motorid.wire.enums import Channel, ResetCause, State, Status
 from motorid.wire.framing import DELIMITER, cobs_encode, crc16, encode
 from motorid.wire.hashes import layout_hash
-from motorid.wire.spec import REPLY_BIT, load, required_size
+from motorid.wire.spec import REPLY_BIT, Field, load, required_size
 from tests.conformance.client import LIMITS, Client
 
 SPEC = load()
+
+
+def nothing(fields: Iterable[Field]) -> dict[str, int | str]:
+    """Zeros, and texts without a letter."""
+    return {field.name: "" if field.type == "text16" else 0 for field in fields}
+
+
 COMMANDS = sorted(SPEC.commands)
 WITH_FIELDS = [name for name in COMMANDS if required_size(SPEC.commands[name].fields)]
-UNKNOWN = (0x00, 0x0D, 0x3F)  # codes of no command, without the bits of replies and events
+UNKNOWN = (0x00, 0x10, 0x3F)  # codes of no command, without the bits of replies and events
 
 
 def raw_frame(payload: bytes) -> bytes:
@@ -210,7 +218,7 @@ def test_a_host_of_another_major_is_refused_but_for_identify_and_stop(client: Cl
     for name in COMMANDS:
         if name in ("identify", "stop"):
             continue
-        fields = {field.name: 0 for field in SPEC.commands[name].fields}
+        fields = nothing(SPEC.commands[name].fields)
         assert client.ask(name, **fields).status is Status.MAJOR_MISMATCH
     assert client.ask("stop").status is Status.OK
     unknown = client.exchange(raw_frame(bytes([0x3F, 1, 0])))

@@ -214,7 +214,9 @@ def test_no_wrong_start_closes_the_bridge(board: Any, state: State) -> None:
     for name in spec.commands:
         if name in ("stop", "clear_fault", "clear_program", "identify"):
             continue  # these change the state, and open the bridge
-        fields: Fields = {field.name: 1 for field in spec.commands[name].fields}
+        fields: Fields = {
+            field.name: "1" if field.type == "text16" else 1 for field in spec.commands[name].fields
+        }
         rig.client.send(name, **fields)
         rig.client.wait(rig.client.seconds(3))
         assert rig.board.is_open()

@@ -89,7 +89,7 @@ class Board:
         self.emulator.set("r2", left_in_r2)
         self.wait_for_hello()
         assert not self.emulator.facts()["enabled"]
-        identity = client.get("identify", host_major=1, host_minor=2)
+        identity = client.get("identify", host_major=1, host_minor=3)
         status = client.get("read_status")
         latched = status["state"] == State.FAULTED
         assert status["fault"] == (Fault.WATCHDOG if latched else Fault.NONE)

@@ -30,6 +30,11 @@ WATCHDOG_S = 0.3  # 250 ms nominal, by an oscillator of its own
 STORMS = ((60_000, 48_000), (200_000, 8000), (1_000_000, 8000))
 WORST_SLOT = 2000  # cycles that a burst of as many edges as are allowed may take
 LEVELS_AT = 3250  # cycles after a window's end at which the next duty must be known
+# what minor 3 adds, with thresholds that nothing passes
+EVERYTHING = {
+    "voltage_limit_mv": 30_000, "inputs_required": 3, "sign_check_ms": 60_000,
+    "sign_check_ma": 1500, "sign_check_mv": 8000, "sign_check_counts": 60_000,
+}  # fmt: skip
 SILENCE_MS = 1500  # for which a host may wait for a core
 REST = 40  # samples
 
@@ -165,10 +170,11 @@ def test_a_driver_that_complains_before_the_bridge_closes_trips_when_it_does(rig
 
 @pytest.mark.slow
 def test_volts_are_held_while_commands_come_at_full_speed(rig: Rig) -> None:
-    """What a sample takes longest for, at once: a division, heartbeats, and the encoder's edges."""
+    """What a sample takes longest for, at once: a division, heartbeats, edges, every check."""
     client = rig.client
     rig.emulator.set("extra_edges", 30_000.0)
-    record = client.start(client.hold(2000, 9.0), client.hold(2000, 6.0))
+    rig.emulator.set("inputs", 3)
+    record = client.start(client.hold(2000, 9.0), client.hold(2000, 6.0), **EVERYTHING)
     until = client.port.now() + client.seconds(4100)
     rig.emulator.times()
     while client.port.now() < until:

@@ -33,8 +33,11 @@ def commands(draw: st.DrawFn) -> bytes:
         program = [{"index": 0, **duty(0.5, 40)}]
         fields = {"config_hash": config_hash(CONFIG), "program_hash": program_hash(program)}
         return encode_command(name, request, **fields)
-    fields = {}
+    fields: dict[str, Any] = {}
     for field in load().commands[name].fields:
+        if field.type == "text16":
+            fields[field.name] = draw(st.sampled_from(["", "acs712-20"]))
+            continue
         bits = SIZES.get(field.type)
         limits = (0, 2**bits - 1) if bits else (-(2**31), 2**31 - 1)
         fields[field.name] = draw(st.integers(*limits))

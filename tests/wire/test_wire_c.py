@@ -169,11 +169,11 @@ def test_header_sizes_are_the_specifications() -> None:
 
 
 def test_fields_of_a_later_minor_read_as_zero_in_c(tmp_path: Path) -> None:
-    text = PATH.read_text(encoding="utf-8").replace("minor = 2", "minor = 3", 1)
+    text = PATH.read_text(encoding="utf-8").replace("minor = 3", "minor = 4", 1)
     old = '["samples", "u16", "", "readings to average (1 to 4096)"]'
     assert old in text
     newer = parse(
-        text.replace(old, old + ', ["more", "u32", "", "", 3], ["t", "text16", "", "", 3]')
+        text.replace(old, old + ', ["more", "u32", "", "", 4], ["t", "text16", "", "", 4]')
     )
     (tmp_path / "wire_gen.h").write_text(render_c.render(newer), encoding="utf-8")
     source, binary = tmp_path / "newer.c", tmp_path / "newer"

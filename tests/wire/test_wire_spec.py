@@ -42,14 +42,14 @@ def test_load_is_cached_and_frozen() -> None:
         ('["host_minor", "u8"', '["host_minor", "u64"', "unknown type u64"),
         ('"enum mode"', '"enum mood"', "describe_channel.mode names the unknown enum mood"),
         ('["host_minor", "u8"', '["host_minor", "text16"', None),
-        ("max_command = 64", "max_command = 31", "configure has 29 bytes of fields"),
-        ("max_payload = 240", "max_payload = 60", "identify reply has 72 bytes"),
+        ("max_command = 64", "max_command = 31", "configure has 50 bytes of fields"),
+        ("max_payload = 240", "max_payload = 60", "identify reply has 82 bytes"),
         ("max_payload = 240", "max_payload = 252", "one COBS group"),
         ("fault_latched = 7", "fault_latched = 6", "enum status repeats a value"),
         ("fault_latched = 7", "fault_latched = 256", "leaves 0 to 255"),
         ('states = ["loaded"]', 'states = ["ready"]', "start names unknown states"),
         ('ok = "done', 'okay = "done', "must explain each value of .enum.status"),
-        ('speaks"]', 'speaks", 3]', "newer than minor 2"),
+        ('speaks"]', 'speaks", 4]', "newer than minor 3"),
     ],
 )
 def test_contradictions_are_named(old: str, new: str, complaint: str | None) -> None:
@@ -60,19 +60,19 @@ def test_contradictions_are_named(old: str, new: str, complaint: str | None) -> 
         parse(changed(old, new))
 
 
-def with_minor_3(order: str) -> str:
-    return changed("minor = 2", "minor = 3").replace(
+def with_minor_4(order: str) -> str:
+    return changed("minor = 3", "minor = 4").replace(
         '["samples", "u16", "", "readings to average (1 to 4096)"]', order, 1
     )
 
 
 def test_an_appended_field_comes_last_and_not_before_a_tail() -> None:
-    good = parse(with_minor_3('["samples", "u16", "", ""], ["more", "u32", "", "", 3]'))
-    assert good.commands["zero"].fields[1].since == 3
+    good = parse(with_minor_4('["samples", "u16", "", ""], ["more", "u32", "", "", 4]'))
+    assert good.commands["zero"].fields[1].since == 4
     with pytest.raises(SpecError, match="appended field before an older one"):
-        parse(with_minor_3('["more", "u32", "", "", 3], ["samples", "u16", "", ""]'))
-    text = changed("minor = 2", "minor = 3").replace(
-        '"samples in the block"]', '"samples in the block", 3]', 1
+        parse(with_minor_4('["more", "u32", "", "", 4], ["samples", "u16", "", ""]'))
+    text = changed("minor = 3", "minor = 4").replace(
+        '"samples in the block"]', '"samples in the block", 4]', 1
     )
     with pytest.raises(SpecError, match="has a tail"):
         parse(text)
@@ -152,6 +152,15 @@ CONFIG = {
     "run_time_limit_ms": 60_000,
     "host_silence_ms": 500,
 }
+NEW = {
+    "voltage_limit_mv": 12_000,
+    "inputs_required": 3,
+    "sign_check_ms": 20,
+    "sign_check_ma": 400,
+    "sign_check_mv": 1500,
+    "sign_check_counts": 40,
+    "front_end_hash": 0xDEADBEEF,
+}
 STEP = {"index": 0, "kind": 1, "decay": 2, "level": -500_000, "ticks": 80_000}
 
 
@@ -159,14 +168,21 @@ def test_config_hash_is_that_of_the_bytes_written_out_by_hand() -> None:
     wire = bytes.fromhex(
         "401f0000 0b 00 01 c4090000 e0930400 28230000 b0360000 60ea0000 f401".replace(" ", "")
     )
-    assert hashes.config_hash(CONFIG) == zlib.crc32(wire)
-    assert hashes.config_hash({**CONFIG, "config_hash": 1}) == zlib.crc32(wire)
+    for minor in (0, 1, 2):
+        assert hashes.config_hash(CONFIG | NEW, minor) == zlib.crc32(wire)
+    assert hashes.config_hash({**CONFIG, "config_hash": 1}, 2) == zlib.crc32(wire)
+    new = bytes.fromhex("e02e0000 03 1400 90010000 dc050000 2800 efbeadde".replace(" ", ""))
+    assert hashes.config_hash(CONFIG | NEW) == zlib.crc32(wire + new)
+    assert hashes.config_hash(CONFIG | NEW, SPEC.minor + 1) == zlib.crc32(wire + new)
+    assert hashes.config_hash(CONFIG) == zlib.crc32(wire + bytes(len(new)))
 
 
-@pytest.mark.parametrize("name", CONFIG)
+@pytest.mark.parametrize("name", [*CONFIG, *NEW])
 def test_config_hash_sees_every_field(name: str) -> None:
-    other = {**CONFIG, name: CONFIG[name] ^ 1}
-    assert hashes.config_hash(other) != hashes.config_hash(CONFIG)
+    whole = CONFIG | NEW
+    assert hashes.config_hash({**whole, name: whole[name] ^ 1}) != hashes.config_hash(whole)
+    if name in NEW:  # absent is 0
+        return
     with pytest.raises(ValueError, match=name):
         hashes.config_hash({key: value for key, value in CONFIG.items() if key != name})
 

@@ -43,6 +43,15 @@ void reset_feed_watchdog(void);
 uint8_t reset_cause(void);
 uint32_t reset_boot_id(void);
 
+/* ---- inputs.c */
+#define INPUTS ((1u << WIRE_INPUT_PART_PRESENT) | (1u << WIRE_INPUT_GUARD_CLOSED))
+void inputs_begin(void);
+uint8_t inputs_closed(void);
+void inputs_pin(uint8_t input, char pin[16]);
+
+/* ---- fuse.c */
+uint16_t fuse_brown_out_mv(void);
+
 /* ---- channels.c */
 void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out);
 void channels_describe_burst(uint8_t channel, wire_describe_channel_reply_t *out);

@@ -10,6 +10,8 @@
  *   ADC        A0 terminal A, A1 current, A2 terminal B, A3 supply, on both
  *   link       USART0, D0 and D1, on both
  *   scope      A4   PC4           D33  PC4: high while a sample is dealt with
+ *   guard      D4   PD4           D32  PC5: to ground while the guard is closed
+ *   part       D5   PD5           D31  PC6: to ground while a part is in its place
  */
 #ifndef CHIP_H
 #define CHIP_H
@@ -33,6 +35,13 @@
 #define ENABLE_BIT 0
 #define ENCODER_A_BIT 2
 #define ENCODER_B_BIT 3
+#define INPUT_PIN PIND
+#define INPUT_PORT PORTD
+#define GUARD_BIT 4
+#define PART_BIT 5
+#define BROWN_OUT_LEAST_MV 3780
+#define GUARD_NAME "D4"
+#define PART_NAME "D5"
 #define LINK_RX_vect USART_RX_vect
 #define LINK_UDRE_vect USART_UDRE_vect
 #define ADC_ACCURACY_LSB 4.5f /* data sheet, 1 MHz conversion clock: all errors together */
@@ -44,6 +53,13 @@
 #define ENABLE_BIT 4
 #define ENCODER_A_BIT 0
 #define ENCODER_B_BIT 1
+#define INPUT_PIN PINC
+#define INPUT_PORT PORTC
+#define GUARD_BIT 5
+#define PART_BIT 6
+#define BROWN_OUT_LEAST_MV 4500
+#define GUARD_NAME "D32"
+#define PART_NAME "D31"
 #define LINK_RX_vect USART0_RX_vect
 #define LINK_UDRE_vect USART0_UDRE_vect
 #define JTAG_RESET_FLAG (1 << JTRF)

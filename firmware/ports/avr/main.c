@@ -49,6 +49,11 @@ const struct port port = {
     .write = link_write,
     .lock = lock,
     .unlock = unlock,
+    .inputs = INPUTS,
+    .inputs_closed = inputs_closed,
+    .input_pin = inputs_pin,
+    .brown_out_least_mv = BROWN_OUT_LEAST_MV,
+    .brown_out_mv = fuse_brown_out_mv,
     .reset_cause = reset_cause,
     .boot_id = reset_boot_id,
 };
@@ -65,6 +70,7 @@ static void sleep_until_news(void) {
 int main(void) {
     reset_begin();
     bridge_begin();
+    inputs_begin();
     link_begin();
     core_init();
     sampling_begin();

@@ -27,8 +27,6 @@
 #define GUARD 0x5AC3E196ul
 enum { AT_REST = 0x96, RUNNING = 0x69 };
 enum { CALM = 0xC5, HUNG = 0x3A };
-/* The protocol has no value for it. */
-#define NOT_KNOWN WIRE_RESET_CAUSE_EXTERNAL
 #define PINS ((uint8_t)(_BV(EXTRF) | JTAG_RESET_FLAG))
 
 /* Both start.S's: no C compiler shall give them a place among what is cleared. */
@@ -62,7 +60,7 @@ static uint8_t find_cause(uint8_t flags, bool kept) {
     if (!kept) {
         return WIRE_RESET_CAUSE_POWER_ON;
     }
-    return life.state == RUNNING ? WIRE_RESET_CAUSE_WATCHDOG : NOT_KNOWN;
+    return life.state == RUNNING ? WIRE_RESET_CAUSE_WATCHDOG : WIRE_RESET_CAUSE_UNKNOWN;
 }
 
 /* A crash can lead to the reset vector, too. Then nothing is as a reset leaves it: make one. */

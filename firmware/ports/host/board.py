@@ -35,8 +35,15 @@ FACTS = (
     "max_current_ma",
     "max_host_silence_ms",
     "burst_sample_period_ticks",
+    "brown_out_mv",
+    "brown_out_least_mv",
 )
-OWN = ("fault", "buffer", "max_steps")  # of the simulated board, or fixed when this one is compiled
+OWN = (
+    "fault",
+    "buffer",
+    "max_steps",
+    "minor",
+)  # of the simulated board, or fixed when this one is compiled
 
 
 def arguments(url: str) -> list[str]:

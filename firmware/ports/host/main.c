@@ -7,6 +7,7 @@
  *     advance SAMPLES BYTES   once so many BYTES have come from the host in all, let so many
  *                             sample periods pass
  *     reset CAUSE             restart the processor
+ *     inputs MASK             contacts that are closed from now on
  *     break FAULT VALUE       the board notices a fault of its own (driver, encoder edges)
  */
 #define _POSIX_C_SOURCE 200809L
@@ -98,6 +99,10 @@ static bool obey(const char *text) {
     }
     if (sscanf(text, "break %u %d", &code, &value) == 2) {
         rig_break((uint8_t)code, value);
+        return true;
+    }
+    if (sscanf(text, "inputs %u", &code) == 1) {
+        rig_inputs((uint8_t)code);
         return true;
     }
     if (sscanf(text, "reset %u", &code) == 1) {

@@ -18,7 +18,7 @@ struct converter {
     /* true of it; SI, counts */
     double gain, true_offset, true_aperture, true_delay;
     /* declared: the fields of describe_channel */
-    double unit, kind, bits, scale, offset, aperture_ns, delay_ns, filter_ns, pwm_phase_permille;
+    double unit, kind, bits, scale, offset, aperture_ns, delay_ns, filter_ns, filter2_ns, pwm_phase_permille;
     double gain_uncertainty, offset_uncertainty, noise, raw_min, raw_max;
 };
 
@@ -32,6 +32,7 @@ struct options {
     double clock_hz, clock_uncertainty_ppm, pwm_hz, dead_time_ns, decay_modes;
     double min_sample_period_ticks, sample_period_step_ticks, encoder_edge_ceiling_hz;
     double max_current_ma, max_host_silence_ms, burst_sample_period_ticks;
+    double brown_out_mv, brown_out_least_mv;
     /* the rest */
     double true_clock_hz;   /* ticks in a true second */
     double counts_per_turn; /* of the encoder */

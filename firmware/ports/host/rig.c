@@ -53,6 +53,7 @@ static void describe(uint8_t channel, wire_describe_channel_reply_t *d) {
     d->aperture_ns = (uint32_t)c->aperture_ns;
     d->delay_ns = (uint32_t)c->delay_ns;
     d->filter_ns = (uint32_t)c->filter_ns;
+    d->filter2_ns = (uint32_t)c->filter2_ns;
     d->pwm_phase_permille = (uint16_t)c->pwm_phase_permille;
     d->gain_uncertainty = (float)c->gain_uncertainty;
     d->offset_uncertainty = (float)c->offset_uncertainty;
@@ -65,7 +66,7 @@ static void describe(uint8_t channel, wire_describe_channel_reply_t *d) {
 static void describe_burst(uint8_t channel, wire_describe_channel_reply_t *d) {
     (void)channel;
     d->kind = WIRE_CHANNEL_KIND_INSTANT;
-    d->aperture_ns = d->delay_ns = d->filter_ns = 0;
+    d->aperture_ns = d->delay_ns = d->filter_ns = d->filter2_ns = 0;
     d->pwm_phase_permille = UINT16_MAX;
 }
 
@@ -110,6 +111,17 @@ static void set_sample_period(uint32_t ticks) {
 static port_lock lock(void) { return 0; }
 static void unlock(port_lock before) { (void)before; }
 
+enum { INPUTS = 1u << WIRE_INPUT_PART_PRESENT | 1u << WIRE_INPUT_GUARD_CLOSED };
+static uint8_t closed = INPUTS;
+
+static uint8_t inputs_closed(void) { return closed; }
+
+static void input_pin(uint8_t input, char pin[16]) {
+    memcpy(pin, input == WIRE_INPUT_PART_PRESENT ? "X1" : "X2", 2);
+}
+
+static uint16_t brown_out_mv(void) { return (uint16_t)options->brown_out_mv; }
+
 static uint8_t reset_cause(void) { return cause; }
 
 static uint32_t boot_id(void) {
@@ -133,6 +145,10 @@ struct port port = {
     .write = link_write,
     .lock = lock,
     .unlock = unlock,
+    .inputs = INPUTS,
+    .inputs_closed = inputs_closed,
+    .input_pin = input_pin,
+    .brown_out_mv = brown_out_mv,
     .reset_cause = reset_cause,
     .boot_id = boot_id,
 };
@@ -149,6 +165,7 @@ static void set_facts(const struct options *o) {
     port.encoder_edge_ceiling_hz = (uint32_t)o->encoder_edge_ceiling_hz;
     port.max_current_ma = (uint32_t)o->max_current_ma;
     port.max_host_silence_ms = (uint16_t)o->max_host_silence_ms;
+    port.brown_out_least_mv = (uint16_t)o->brown_out_least_mv;
     port.burst_sample_period_ticks = (uint32_t)o->burst_sample_period_ticks;
     if (port.burst_sample_period_ticks != 0) {
         const uint32_t fast = port.min_sample_period_ticks / port.burst_sample_period_ticks;
@@ -218,5 +235,7 @@ void rig_reset(uint8_t new_cause) {
 }
 
 void rig_break(uint8_t fault, int32_t value) { broken = (struct trip){fault, value}; }
+
+void rig_inputs(uint8_t now_closed) { closed = now_closed; }
 
 bool rig_is_open(void) { return rig.plant.mode == PLANT_COAST; }

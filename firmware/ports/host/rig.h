@@ -17,6 +17,9 @@ double rig_sample(void);
 void rig_reset(uint8_t cause);
 
 /* The board notices a fault of its own at the next sample. */
+/* Contacts that are closed from now on: bit n is WIRE_INPUT_ n. At first all are. */
+void rig_inputs(uint8_t closed);
+
 void rig_break(uint8_t fault, int32_t value);
 
 /* True while the bridge is open. */
