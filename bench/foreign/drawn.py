@@ -215,9 +215,9 @@ def shortened(rig: Rig) -> Rig:
     """The same rig for a trial of a moment: one level, a coast, a level backwards."""
     rest, drive, _, _, coast, back, *_, brake = rig.program.steps
     motor, tau = rig.truth, TAU_S[0]
-    steps = [replace(step, duration_s=0.024) for step in (drive, coast, back)]
+    steps = [replace(step, duration_s=0.012) for step in (drive, coast, back)]
     light = {**motor, "J": tau * motor["K"] ** 2 / motor["R"]}
-    program = Program((replace(rest, duration_s=0.01), *steps, replace(brake, duration_s=0.02)))
+    program = Program((replace(rest, duration_s=0.004), *steps, replace(brake, duration_s=0.01)))
     return replace(rig, truth=light, program=program)
 
 
