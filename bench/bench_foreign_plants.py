@@ -22,7 +22,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from bench.foreign import joint, spice
-from bench.foreign.score import PLANTS, How, score, table
+from bench.foreign.score import PLANTS, How, line, score, table
 
 NEEDS = {
     "spice": (spice.available, "ngspice is not installed: apt-get install ngspice"),
@@ -53,10 +53,10 @@ def main() -> int:
     rows = []
     for seed in range(chosen.seed, chosen.seed + (1 if chosen.short else chosen.rigs)):
         rows.append(score(seed, how))
-        print(".", end="", file=sys.stderr, flush=True)
-    print(file=sys.stderr)
-    if chosen.out is not None:
-        chosen.out.write_text("".join(json.dumps(row) + "\n" for row in rows), encoding="utf-8")
+        print(line(rows[-1]), flush=True)
+        if chosen.out is not None:
+            text = "".join(json.dumps(row) + "\n" for row in rows)
+            chosen.out.write_text(text, encoding="utf-8")
     print(table(rows))
     return 0
 

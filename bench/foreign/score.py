@@ -100,7 +100,7 @@ def _one(p: Parameter, truth: float) -> Row:
 
 
 def table(rows: Sequence[Row]) -> str:
-    """Coverage of each parameter, with and without doubtful values; then every rig."""
+    """Coverage of each parameter, with and without doubtful values, and what was said."""
     titles = ("", "holds", "of", "95 % of that", "not doubtful holds", "of", "median u",
               "worst off/u", "wide holds", "of")  # fmt: skip
     lines = ["| " + " | ".join(titles) + " |", "|" + len(titles) * "---|"]
@@ -111,7 +111,7 @@ def table(rows: Sequence[Row]) -> str:
         "",
         f"all parameters: {held} of {count} hold; {sure} of {sures} that are not doubtful",
     ]
-    lines += ["", *(_line(row) for row in rows)]
+    lines.append("")
     for title in ("terms", "warnings", "named"):
         seen = Counter(code for row in rows for code in row.get(title, ()))
         said = ", ".join(f"{code} {count}" for code, count in seen.most_common())
@@ -143,7 +143,7 @@ def _coverage(rows: Sequence[Row], name: str) -> str:
     )
 
 
-def _line(row: Row) -> str:
+def line(row: Row) -> str:
     """One rig: its errors over u, starred outside of the interval, in brackets where doubtful."""
     head = f"{row['seed']:4d} {row['power_w']:6.1f} W {row['sense']:<9}"
     if "six" not in row:
