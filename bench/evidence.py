@@ -73,6 +73,11 @@ PARTS = (
           _bench("false_alarms", "--count", "1"))),
     Part("wider", "wider models named and sized",
          (_bench("wider"),), (_bench("wider", "brush", "--seeds", "1"),)),
+    Part("foreign", "intervals on plants of others: 60 rigs of ngspice and 40 of MuJoCo",
+         tuple(_bench("foreign_plants", "--kind", kind, "--rigs", rigs, *more)
+               for kind, rigs in (("spice", "30"), ("mujoco", "20"))
+               for more in ((), ("--seed", "101", "--effects"))),
+         (_bench("foreign_plants", "--short"),)),
     Part("mutants", "faults put into the code on purpose, and how many of them a test sees",
          (_module("tools.mutants", "--json", "bench/results/mutants.json"),),
          (_module("tools.mutants", "--rooms", "firmware", "--count", "1"),)),

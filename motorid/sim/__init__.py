@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
+
+LCR_HZ = 1e3  # of the usual meter
 
 
 def truth(url: str) -> dict[str, Any]:
     """What is true of the rig of a sim:// URL, for tests and benches; SI units.
 
     ``R`` to ``T0`` are the motor's as a run begins (winding and magnets at ambient, load inertia
-    included); ``R_25`` and ``K_25`` at 25 °C. ``chain`` holds each channel's drawn gain error
-    (relative), its offset error (counts) and its filters' time constants (s; 0: none), and the
-    clock's error. Raises UsageError.
+    included, K and L at no current); ``R_25`` and ``K_25`` at 25 °C; ``K_stall`` and ``L_stall``
+    (dλ/di) at the stall current, ``L_1kHz`` as an LCR meter shows it at no current. ``chain``
+    holds each channel's drawn gain error (relative), its offset error (counts) and its filters'
+    time constants (s; 0: none), and the clock's error. Raises UsageError.
     """
     from motorid.sim.bench import COPPER_PER_K, MAGNET_PER_K
     from motorid.sim.chain import draw_chain
@@ -20,15 +24,20 @@ def truth(url: str) -> dict[str, Any]:
     options = parse_url(url)
     motor, chain = options.specimen, draw_chain(options)
     warmth = options.ambient - 25.0
+    K = motor.torque_constant_nm_a * (1 + MAGNET_PER_K * warmth)
+    eddy = (2 * math.pi * LCR_HZ * options.eddy_time) ** 2
     result: dict[str, Any] = {
         "R": motor.resistance_ohm * (1 + COPPER_PER_K * warmth),
         "L": motor.inductance_h,
-        "K": motor.torque_constant_nm_a * (1 + MAGNET_PER_K * warmth),
+        "K": K,
         "B": motor.viscous_nm_s,
         "J": motor.inertia_kg_m2 + options.load_inertia,
         "T0": motor.coulomb_nm,
         "R_25": motor.resistance_ohm,
         "K_25": motor.torque_constant_nm_a,
+        "K_stall": K * (1 - options.reaction),
+        "L_stall": motor.inductance_h * (1 - options.saturation),
+        "L_1kHz": motor.inductance_h * (1 - options.eddy * eddy / (1 + eddy)),
         "breakaway": options.stiction * motor.coulomb_nm,
         "supply_v": options.supply_v,
         "nominal_v": motor.voltage_v,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,6 +19,7 @@ COPPER_PER_K = 0.0039
 MAGNET_PER_K = -0.0011  # neodymium
 DIODE_OHM_SHARE = 0.5  # of a switch's resistance
 BRUSH_CURRENT_SHARE = 0.05  # of the stall current
+REACTION_BEND_SHARE = 0.05  # the same
 SPEED_WINDOW_S = 2e-3
 SHORTEST_STEP_S = 1e-8  # of integration: a sample at 10 kHz takes 10,000 of them, some ms
 Raw = NDArray[np.int16]
@@ -66,6 +68,7 @@ class Bench:
         encoder = self._c.encoder
         encoder.counts_per_turn = options.counts_per_turn
         encoder.angle = chain.encoder_angle
+        encoder.eccentricity = options.eccentricity
         encoder.sign = 1
         self.set_period(idle_period(options, chain))
 
@@ -77,11 +80,15 @@ class Bench:
             adc = self._c.channel[index]
             adc.scale, adc.gain = converter.scale, converter.gain
             adc.offset, adc.noise = converter.true_offset, converter.noise
+            adc.full = converter.full_scale
             adc.aperture = converter.aperture_s * stretch
             adc.delay = converter.true_delay_s * stretch
             adc.raw_min, adc.raw_max = 0, converter.raw_max
             adc.raw = int(converter.offset)
             lib.plant_filter(ffi.addressof(self._c, "plant"), index, *converter.poles_s)
+        self._c.channel[lib.BENCH_CURRENT].cubic = self.options.current_cubic
+        self._c.reference.drift = self.options.reference_drift
+        self._c.reference.tau = self.options.reference_time
         self._c.limits.current_zero = self.chain.current.offset
         self._c.limits.supply_zero = self.chain.supply.offset
         self._c.limits.voltage_zero = self.chain.voltage.offset
@@ -124,7 +131,8 @@ class Bench:
             limits.sign_counts = check.counts
 
     def seed_run(self, run: int) -> None:
-        """Restart the noise, so that a run does not depend on the time before it."""
+        """Restart noise and reference, so that a run does not depend on the time before it."""
+        self._c.reference.warm = 0.0
         self._rng = np.random.default_rng([self.options.seed, 3, run])
 
     # ------------------------------------------------------------------ running
@@ -250,6 +258,7 @@ def plant_params(options: Options, chain: Chain) -> Any:
     p.brush_current = BRUSH_CURRENT_SHARE * motor.stall_current_a if bend is None else bend
     p.k_ripple = p.r_ripple = options.ripple
     p.ripple_per_turn = motor.ripple_per_turn
+    _set_iron(p, options)
     p.ambient = options.ambient
     p.copper_coefficient, p.magnet_coefficient = COPPER_PER_K, MAGNET_PER_K
     if options.heating:
@@ -258,6 +267,18 @@ def plant_params(options: Options, chain: Chain) -> Any:
         p.housing_capacity = motor.housing_s / motor.housing_k_w
     _set_bridge(p, options, chain)
     return p
+
+
+def _set_iron(p: Any, options: Options) -> None:
+    stall, bend = options.specimen.stall_current_a, options.reaction_bend
+    p.load_friction = options.load_friction
+    p.reaction, p.reaction_bend = options.reaction, stall * REACTION_BEND_SHARE
+    if bend is not None:
+        p.reaction_bend = bend
+    p.reaction_current = math.hypot(stall, p.reaction_bend) - p.reaction_bend
+    p.saturation, p.saturation_current = options.saturation_depth
+    p.eddy_share = options.eddy
+    p.eddy_resistance = options.eddy * p.inductance / options.eddy_time
 
 
 def _set_bridge(p: Any, options: Options, chain: Chain) -> None:

@@ -43,6 +43,11 @@ class Converter:
         return ChannelKind.MEAN if self.aperture_s else ChannelKind.INSTANT
 
     @property
+    def full_scale(self) -> float:
+        """The largest size of a reading, in its unit."""
+        return self.scale * (2.0**self.bits - self.offset)
+
+    @property
     def raw_max(self) -> int:
         """The highest reading; the lowest is 0."""
         return int(2**self.bits) - 1

@@ -1,6 +1,8 @@
 /* equations.c: see equations.h. It shares nothing with the fit's model. */
 #include "equations.h"
 
+#include "iron.h"
+
 #include <math.h>
 
 static const double REFERENCE_C = 25.0;
@@ -26,10 +28,10 @@ static double bus_voltage(const plant *p, const double x[STATES])
     return p->par.supply_voltage - p->par.supply_resistance * p->via * x[0];
 }
 
-static double sliding_friction(const plant *p, double speed)
+static double sliding_friction(const plant *p, double speed, double load)
 {
     const plant_params *m = &p->par;
-    double torque = m->coulomb * (1.0 + p->direction * m->asymmetry);
+    double torque = m->coulomb * (1.0 + p->direction * m->asymmetry) + load;
     if (m->stiction > m->coulomb && m->stribeck_speed > 0.0) {
         double ratio = speed / m->stribeck_speed;
         if (fabs(ratio) < STRIBECK_REACH)
@@ -80,9 +82,10 @@ void equations_evaluate(const plant *p, const double x[STATES], rates *out)
     }
     if (m->brush_bounce != 0.0)
         r += bad_contact(m, x[2]);
+    k *= iron_reaction(m, i);
     if (m->brush_drop != 0.0)
         brush = m->brush_drop * i / sqrt(i * i + m->brush_current * m->brush_current);
-    out->emf = k * speed;
+    out->emf = k * speed + iron_eddy(m, i, x[6], &out->d[6]);
     out->bus = bus_voltage(p, x);
     if (p->open) {
         out->terminal = out->emf;
@@ -91,9 +94,11 @@ void equations_evaluate(const plant *p, const double x[STATES], rates *out)
         double bridge = p->via * out->bus + p->drop - p->path_resistance * i;
         double motor = bridge - m->lead_resistance * i;
         out->terminal = m->sense_at_bridge ? bridge : motor;
-        out->d[0] = (motor - r * i - brush - out->emf) / m->inductance;
+        out->d[0] = (motor - r * i - brush - out->emf)
+                    / (m->inductance * (1.0 - m->eddy_share) * iron_slope(m, i));
     }
     torque = k * i;
+    out->load_friction = m->load_friction * fabs(torque);
     if (m->cogging != 0.0)
         torque -= m->cogging * sin(m->cogging_per_turn * x[2]);
     if (m->unbalance != 0.0)
@@ -114,8 +119,10 @@ void equations_evaluate(const plant *p, const double x[STATES], rates *out)
     }
     out->torque = torque;
     out->heat = (r * i + brush) * i;
+    if (m->eddy_share != 0.0)
+        out->heat += (out->emf - k * speed) * (i - x[6]);
     if (p->direction) {
-        double friction = sliding_friction(p, speed);
+        double friction = sliding_friction(p, speed, out->load_friction);
         out->friction = friction * speed + slip;
         out->d[1] = (torque - friction) / m->inertia;
         out->d[2] = speed;
@@ -128,9 +135,10 @@ void equations_evaluate(const plant *p, const double x[STATES], rates *out)
         out->d[3] = (supply_current(p, x[3]) - p->via * i) / m->supply_capacitance;
 }
 
-double equations_breakaway(const plant *p, double torque)
+double equations_breakaway(const plant *p, const rates *r)
 {
-    double sign = torque > 0.0 ? 1.0 : -1.0, more = p->par.coulomb * sign * p->par.asymmetry;
+    double sign = r->torque > 0.0 ? 1.0 : -1.0;
+    double more = p->par.coulomb * sign * p->par.asymmetry + r->load_friction;
     return (p->par.stiction > p->par.coulomb ? p->par.stiction : p->par.coulomb) + more;
 }
 

@@ -14,6 +14,7 @@ from motorid.wire.spec import load
 
 CLOCK_HZ = 16_000_000
 MINOR = load().minor
+MOST_SATURATION = 0.99  # of L, at any current
 TRUE, FALSE = ("1", "true", "yes", "on"), ("0", "false", "no", "off")
 
 
@@ -59,6 +60,15 @@ class Options:
     brush_drop: float = _number(0.0, 0, 10, "V over both brushes at large current")
     brush_current: float = _number(None, 0, 1e4, "A at which it bends (5 % of stall)")
     ripple: float = _number(0.0, 0, 0.5, "relative commutation ripple of K and R")
+    load_friction: float = _number(
+        0.0, 0, 0.5, "dry friction over the torque that the current makes"
+    )
+    reaction: float = _number(0.0, 0, 0.3, "share of K that is lost at the stall current")
+    reaction_bend: float = _number(None, 0, 1e4, "A over which that loss sets in (5 % of stall)")
+    saturation: float = _number(0.0, 0, 0.9, "share of dλ/di that is lost at the stall current")
+    saturation_current: float = _number(None, 1e-6, 1e5, "A of half of all loss (half of stall)")
+    eddy: float = _number(0.0, 0, 0.95, "share of L that lies beside an eddy resistance")
+    eddy_time: float = _number(1e-4, 1e-6, 0.1, "s, that share of L over that resistance")
     # spread and defects of one motor
     copper: float = _number(1.0, 0.1, 10, "factor on R: thickness of the wire, joints")
     magnet: float = _number(1.0, 0.1, 10, "factor on K: charge of the magnets")
@@ -105,6 +115,12 @@ class Options:
     gain_error: float = _number(None, -0.9, 0.9, "of the current; instead of a drawn one")
     voltage_gain_error: float = _number(None, -0.9, 0.9, "of both voltages")
     offset_error: float = _number(None, -500, 500, "counts, current and voltages")
+    current_cubic: float = _number(
+        0.0, -0.2, 0.2, "of the current at full scale; falls as its square"
+    )
+    reference_drift: float = _number(0.0, -0.1, 0.1, "fall of the converters' reference in a run")
+    reference_time: float = _number(1.0, 1e-3, 1e5, "s over which that drift sets in")
+    eccentricity: float = _number(0.0, 0, 0.5, "rad, error of the encoder once a turn")
     counts_per_turn: int = _integer(2048, 4, 1_000_000, "of the encoder, after quadrature")
     edge_ceiling: int = _integer(2_000_000, 1000, 2**32 - 1, "counts/s the board follows")
     clock_uncertainty: float = _number(50.0, 0, 65_000, "1e-6, largest error of the clock")
@@ -145,6 +161,13 @@ class Options:
             viscous_nm_s=m.viscous_nm_s * self.friction + brake,
             coulomb_nm=m.coulomb_nm * self.friction,
         )
+
+    @property
+    def saturation_depth(self) -> tuple[float, float]:
+        """The share of L that a very large current loses, and the current (A) that loses half."""
+        stall = self.specimen.stall_current_a
+        half = stall / 2 if self.saturation_current is None else self.saturation_current
+        return self.saturation * (1 + (half / stall) ** 2), half
 
     @property
     def faults(self) -> tuple[Fault, ...]:
@@ -213,6 +236,10 @@ def _checked(options: Options) -> Options:
         raise UsageError("sim://: shaft_stiffness needs a load_inertia above 0, and no coupling")
     if options.coupling and not options.load_inertia:
         raise UsageError("sim://: coupling needs a load_inertia above 0")
+    if options.saturation and options.saturation_depth[0] > MOST_SATURATION:
+        raise UsageError(
+            "sim://: saturation needs a smaller saturation_current: no L would be left"
+        )
     decay_mask(options.decay_modes)
     return options
 

@@ -4,6 +4,7 @@
 
 #include "bridge.h"
 #include "equations.h"
+#include "iron.h"
 
 #include <math.h>
 
@@ -22,6 +23,7 @@ static void load_state(const plant *p, double x[STATES])
     x[3] = p->bus;
     x[4] = p->load_speed;
     x[5] = p->twist;
+    x[6] = p->eddy_current;
 }
 
 /* At zero speed: hold, or slide the way the torque pushes. */
@@ -37,7 +39,7 @@ static void settle_friction(plant *p)
     } else {
         load_state(p, x);
         equations_evaluate(p, x, &r);
-        p->direction = fabs(r.torque) > equations_breakaway(p, r.torque) ? (r.torque > 0.0 ? 1 : -1) : 0;
+        p->direction = fabs(r.torque) > equations_breakaway(p, &r) ? (r.torque > 0.0 ? 1 : -1) : 0;
     }
 }
 
@@ -97,7 +99,7 @@ static double overshoot(const plant *p, const step *s)
     if (p->direction)
         worst = fmax(worst, -p->direction * s->x[1]);
     else if (!p->locked)
-        worst = fmax(worst, fabs(s->end.torque) - equations_breakaway(p, s->end.torque));
+        worst = fmax(worst, fabs(s->end.torque) - equations_breakaway(p, &s->end));
     return worst;
 }
 
@@ -106,7 +108,7 @@ static double locate_event(const plant *p, const double x[STATES], const rates *
 {
     double low = 0.0, high = h, f_high = overshoot(p, s), f_low;
     int side = 0, n;
-    step start = {.x = {x[0], x[1], x[2], x[3], x[4], x[5]}, .end = *first};
+    step start = {.x = {x[0], x[1], x[2], x[3], x[4], x[5], x[6]}, .end = *first};
     f_low = fmin(overshoot(p, &start), -1e-300);
     for (n = 0; n < 60 && high - low > ROOT_TOLERANCE; n++) {
         double middle = (low * f_high - high * f_low) / (f_high - f_low), f;
@@ -143,6 +145,7 @@ static void accept(plant *p, const step *s, double h)
     p->angle = s->x[2];
     p->load_speed = s->x[4];
     p->twist = s->x[5];
+    p->eddy_current = s->x[6];
     p->bus = s->end.bus;
     p->terminal = s->end.terminal;
     p->i_dt += s->i_dt;
@@ -261,7 +264,7 @@ static double choose_step(const plant_params *m)
     double step = LONGEST_STEP;
     if (m->supply_capacitance <= 0.0)
         r += m->supply_resistance;
-    step = fmin(step, 0.2 * m->inductance / r);
+    step = fmin(step, 0.2 * iron_time_constant(m, r));
     if (m->supply_capacitance > 0.0)
         step = fmin(step, 0.25 * m->supply_resistance * m->supply_capacitance);
     if (m->coupling_torque > 0.0)
@@ -323,8 +326,8 @@ double plant_seen_dt(const plant *p, int which)
 
 double plant_stored_energy(const plant *p)
 {
-    return 0.5 * (p->par.inductance * p->current * p->current
-                  + p->par.inertia * p->speed * p->speed
+    return iron_energy(&p->par, p->current, p->eddy_current)
+           + 0.5 * (p->par.inertia * p->speed * p->speed
                   + p->par.load_inertia * p->load_speed * p->load_speed
                   + p->par.shaft_stiffness * p->twist * p->twist);
 }

@@ -48,6 +48,15 @@ typedef struct plant_params {
     double k_ripple;        /* relative amplitude with commutation */
     double r_ripple;
     double ripple_per_turn;
+    double load_friction;   /* dry friction over the electromagnetic torque's size */
+    /* iron, see iron.h; 0: none */
+    double reaction;           /* relative loss of K at reaction_current */
+    double reaction_current;
+    double reaction_bend;      /* A: well below it the loss grows with the square */
+    double saturation;         /* share of L that a very large current loses, below 1 */
+    double saturation_current; /* at which half of that is lost */
+    double eddy_share;         /* of L that lies beside eddy_resistance, below 1 */
+    double eddy_resistance;
     /* defects; 0: none */
     double unbalance;       /* torque of a weight off the axis, amplitude */
     double short_depth;     /* relative drop of K and R where the shorted coil carries current */
@@ -91,6 +100,7 @@ typedef struct plant {
     double angle;
     double load_speed; /* behind a slipping coupling or a flexible shaft */
     double twist;      /* of that shaft */
+    double eddy_current; /* in the part of L beside the eddy resistance */
     double bus;     /* supply voltage at the bridge */
     double winding; /* °C */
     double housing; /* °C */
@@ -104,7 +114,7 @@ typedef struct plant {
     double v_dt;
     double supply_dt;
     double electric_energy;  /* into whatever lies behind the voltage sense */
-    double heat_energy;      /* in winding and brushes */
+    double heat_energy;      /* in winding, brushes and iron */
     double friction_energy;
     double supply_energy;    /* out of the bus, into the bridge */
     /* command */
@@ -159,7 +169,7 @@ void plant_lock(plant *p, int locked);
  * is a step boundary. */
 void plant_advance(plant *p, double dt);
 
-/* ½Li² + ½Jw², the load's with it */
+/* The field's and ½Jw², the load's with it */
 double plant_stored_energy(const plant *p);
 
 #endif

@@ -10,8 +10,8 @@ from cffi import FFI
 
 ROOM = Path(__file__).parent
 HEADERS = ("lowpass.h", "plant.h", "sensors.h")
-PRIVATE = ("bridge.h", "equations.h")
-SOURCES = ("plant.c", "equations.c", "bridge.c", "lowpass.c", "sensors.c")
+PRIVATE = ("bridge.h", "equations.h", "iron.h")
+SOURCES = ("plant.c", "equations.c", "iron.c", "bridge.c", "lowpass.c", "sensors.c")
 
 
 def _declarations(header: str) -> str:

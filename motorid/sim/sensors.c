@@ -51,7 +51,10 @@ static int place_fast(bench *b)
 static long long true_count(const bench *b)
 {
     const encoder *e = &b->encoder;
-    return (long long)floor((b->plant.angle + e->angle) * e->counts_per_turn / TURN);
+    double seen = b->plant.angle + e->angle;
+    if (e->eccentricity != 0.0)
+        seen += e->eccentricity * sin(seen);
+    return (long long)floor(seen * e->counts_per_turn / TURN);
 }
 
 int bench_init(bench *b)
@@ -147,19 +150,32 @@ static double measured(const bench *b, const adc *a)
     return (a->at_end - (starts_early(b, a) ? a->at_last_start : a->at_start)) / a->aperture;
 }
 
-static int converted(const adc *a, double value, double normal)
+/* What the reference's drift makes of every gain. */
+static double reference_gain(const reference *r)
 {
-    double raw = floor(a->gain * value / a->scale + a->offset + a->noise * normal + 0.5);
+    return r->drift == 0.0 ? 1.0 : 1.0 / (1.0 + r->drift * expm1(-r->warm / r->tau));
+}
+
+static double bent(const adc *a, double value)
+{
+    double share = value / a->full;
+    return a->cubic == 0.0 ? value : value * (1.0 + a->cubic * share * share);
+}
+
+static int converted(const adc *a, double drift, double value, double normal)
+{
+    double gain = a->gain * drift;
+    double raw = floor(gain * bent(a, value) / a->scale + a->offset + a->noise * normal + 0.5);
     return a->frozen ? a->raw : (int)fmin(fmax(raw, a->raw_min), a->raw_max);
 }
 
-static void tell_fast(bench *b, bench_burst *burst)
+static void tell_fast(bench *b, double drift, bench_burst *burst)
 {
     int n, c;
     for (n = 0; n < b->fast; n++) {
         for (c = 0; c < BENCH_CHANNELS; c++)
             *burst->raw++ =
-                (short)converted(&b->channel[c], b->fast_value[n][c], *burst->noise++);
+                (short)converted(&b->channel[c], drift, b->fast_value[n][c], *burst->noise++);
         *burst->count++ = b->fast_count[n];
     }
 }
@@ -252,16 +268,19 @@ int bench_run_fast(bench *b, int n, const double *noise, short *raw, long long *
 {
     int k, c;
     for (k = 0; k < n && !b->trip; k++) {
+        double drift;
         run_one_period(b);
+        b->reference.warm += b->sample_period;
+        drift = reference_gain(&b->reference);
         count_edges(&b->encoder, true_count(b));
         b->samples++;
         for (c = 0; c < BENCH_CHANNELS; c++) {
             adc *a = &b->channel[c];
-            a->raw = converted(a, measured(b, a), noise[BENCH_CHANNELS * k + c]);
+            a->raw = converted(a, drift, measured(b, a), noise[BENCH_CHANNELS * k + c]);
             raw[BENCH_CHANNELS * k + c] = (short)a->raw;
         }
         if (burst)
-            tell_fast(b, burst);
+            tell_fast(b, drift, burst);
         count[k] = b->encoder.count;
         rebase(b);
         if (b->limits.armed)

@@ -18,10 +18,13 @@ enum bench_trip { TRIP_NONE = 0, TRIP_CURRENT = 1, TRIP_SPEED = 2, TRIP_SUPPLY_L
 
 enum { BENCH_HISTORY = 64, BENCH_FAST = 16 };
 
-/* raw = round(gain * value / scale + offset + noise * normal), clipped to raw_min .. raw_max. */
+/* raw = round(gain * bent / scale + offset + noise * normal), clipped to raw_min .. raw_max, where
+ * bent = value * (1 + cubic * (value / full)²). */
 typedef struct adc {
     double scale;  /* unit per count, as the board declares it */
     double gain;   /* true gain over declared gain */
+    double cubic;  /* relative error at `full`; 0: a straight line */
+    double full;   /* unit */
     double offset; /* true reading at zero, counts */
     double noise;  /* counts rms */
     double aperture; /* s; 0: an instant */
@@ -38,6 +41,7 @@ typedef struct adc {
 typedef struct encoder {
     double counts_per_turn; /* after quadrature */
     double angle;           /* rad, of the first line */
+    double eccentricity;    /* rad, amplitude of its error once a turn */
     int sign;               /* -1: wired the other way, 0: dead */
     double loss;            /* share of edges that are missed */
     double missed;
@@ -73,9 +77,18 @@ typedef struct bench_probe {
     int is_end;
 } bench_probe;
 
+/* The converters' common reference falls by `drift`, relative, as it warms up in a run. Offsets are
+ * those of a zero that is taken from the same reference, and stay. */
+typedef struct reference {
+    double drift;
+    double tau;  /* s */
+    double warm; /* s since the run began */
+} reference;
+
 typedef struct bench {
     plant plant;
     adc channel[BENCH_CHANNELS];
+    reference reference;
     encoder encoder;
     bench_limits limits;
     double sample_period;

@@ -20,6 +20,7 @@ from pathlib import Path
 
 import pytest
 
+from bench.foreign import spice
 from tests.conformance.boards import emulator_lacks
 
 pytestmark = pytest.mark.slow
@@ -120,6 +121,14 @@ def test_foreign_gives_a_regular_log_its_motor() -> None:
     assert len(row) == len(SIX)
     errors = dict(zip(SIX, (float(cell.split()[0]) for cell in row), strict=True))
     assert max(abs(errors[name]) for name in ("R", "K", "J")) < 1.0
+
+
+def test_foreign_plants_are_judged_by_their_truth() -> None:
+    if not spice.available():
+        pytest.skip("no ngspice")
+    text = run("foreign_plants", "--short")
+    held, count = map(int, found(r"all parameters: (\d+) of (\d+) hold", text).groups())
+    assert 4 <= held <= count <= len(SIX)
 
 
 def test_gauge_foretells_what_the_study_finds() -> None:

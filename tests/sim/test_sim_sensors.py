@@ -130,3 +130,41 @@ def test_a_clock_error_stretches_everything_alike() -> None:
         bench.run(1000)
     assert fast.period_s / slow.period_s == pytest.approx(0.98 / 1.02)
     assert fast.count < slow.count
+
+
+def test_a_bent_current_sensor_is_off_at_full_scale_and_straight_at_zero() -> None:
+    options = [parse_url(f"sim://?{EXACT}&heating=0{more}") for more in ("", "&current_cubic=0.05")]
+    straight, bent = (bench_readings(one, 100)[0][:, 0].astype(float) for one in options)
+    chain = draw_chain(options[0])
+    share = (straight - chain.current.offset) / 2**14
+    assert share.max() > 0.2
+    assert np.abs(bent - straight - 0.05 * share**3 * 2**14).max() <= 1.0
+    assert np.abs(bent - straight).max() > 4.0
+
+
+def test_an_eccentric_encoder_errs_once_a_turn() -> None:
+    rows = []
+    for more in ("", "&eccentricity=0.02"):
+        options = parse_url(f"sim://?{EXACT}&counts_per_turn=100000{more}")
+        bench = Bench(options, draw_chain(options))
+        bench.set_period(1600)
+        bench.command(StepKind.DRIVE_DUTY, 0.4, Decay.SYNCHRONOUS_SLOW)
+        rows.append(bench.run(1500)[1] * 2 * np.pi / 1e5)
+    angle, shown = rows
+    assert angle[-1] > 4 * np.pi
+    first = draw_chain(parse_url(f"sim://?{EXACT}")).encoder_angle
+    error = 0.02 * (np.sin(angle + first) - np.sin(first))
+    assert np.abs(shown - angle - error).max() < 3e-4
+
+
+def test_a_drifting_reference_moves_every_gain_alike_and_anew_in_each_run() -> None:
+    options = parse_url(f"sim://?{EXACT}&reference_drift=0.02&reference_time=0.05")
+    bench = Bench(options, draw_chain(options))
+    bench.set_period(1600)
+    whole = bench.plant.bus / bench.chain.supply.scale
+    for run in (1, 2):
+        bench.seed_run(run)
+        supply = bench.run(5000)[0][:, 2]
+        at = 100e-6 * np.arange(1, 5001)
+        drift = 1 / (1 - 0.02 * -np.expm1(-at / 0.05))
+        assert np.abs(supply - whole * drift).max() <= 0.6

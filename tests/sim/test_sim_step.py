@@ -49,10 +49,16 @@ def samples(par: Any, step: float) -> np.ndarray:
     return np.array(rows)
 
 
-@pytest.mark.parametrize("name", motors())
-def test_halving_the_step_moves_no_sample(name: str) -> None:
+IRON = "&reaction=0.08&saturation=0.5&eddy=0.4&eddy_time=50e-6&load_friction=0.04"
+
+
+@pytest.mark.parametrize(
+    ("name", "more"), [*((name, "") for name in motors()), ("faulhaber-2338s006s", IRON)]
+)
+def test_halving_the_step_moves_no_sample(name: str, more: str) -> None:
     motor = motors()[name]
     effects = EFFECTS.format(cogging=0.3 * motor.coulomb_nm, limit=1.2 * motor.stall_current_a)
+    effects += more
     options = parse_url(f"sim://?motor={name}&clock_ppm=0&{effects}")
     chain = draw_chain(options)
     par = plant_params(options, chain)
