@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from motorid.capture.model import VOLTAGE
 from motorid.estimate.diagnosis import reach
 from motorid.estimate.diagnosis.suspects import suspects
 from motorid.estimate.fit.joint_fit import solved
@@ -54,17 +55,16 @@ def test_lost_counts_are_sized_by_the_travel(runs: Runs, good: Estimate) -> None
 
 
 @pytest.mark.slow
-def test_a_saturated_current_is_covered(runs: Runs, good: Estimate) -> None:
-    found = fit([inject.clip(runs.good, 0.7 * runs.peak_a)], model="six")
-    for name in ("R", "L", "J", "B", "T0"):
+def test_a_saturated_voltage_is_covered(runs: Runs, good: Estimate) -> None:
+    found = fit([inject.clip(runs.good, 0.9 * runs.peak_v, VOLTAGE)], model="six")
+    for name in ("R", "L", "J", "B", "K"):
         off, half = error(found, good, name)
         assert found.parameters[name].status == "doubtful"
-        assert "current saturated" in found.parameters[name].note
+        assert "voltage saturated" in found.parameters[name].note
         assert off < half < WIDEST * off
         assert sum(u**2 for u in found.budget[name].values()) == pytest.approx(
             (found.parameters[name].total or 0.0) ** 2, rel=1e-9
         )
-    assert found.parameters["K"].status == "estimated"
 
 
 @pytest.mark.slow

@@ -21,6 +21,10 @@ from tests.estimate.diagnosis.faults.rigs import DIRECTIONS, DUTIES, Bench
 
 SIGNS = [c for c in CHAIN if c.code.endswith("_sign")]
 SLOW = {"voltage lag", "filtered current"}  # fits that start from far away
+REPAIRED = {
+    "current offset", "offset while driven", "current lag", "position lag", "voltage lag",
+    "filtered current", "current saturated", "samples dropped",
+}  # fmt: skip
 FITTED = [
     pytest.param(c, marks=[pytest.mark.slow] if c.name in SLOW else [], id=c.name)
     for c in CHAIN
@@ -33,51 +37,45 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
     return Runs(Bench("maxon-re35", 3, DUTIES, tmp_path_factory.mktemp("rig")))
 
 
+@pytest.fixture(scope="module")
+def good(runs: Runs) -> Estimate:
+    return fit([runs.good])
+
+
 def named(estimate: Estimate) -> list[str]:
     return [s.code for s in estimate.suspects if s.strength == "named"]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", FITTED)
-def test_a_fault_is_named(case: Case, runs: Runs) -> None:
+def test_a_fault_is_named(case: Case, runs: Runs, good: Estimate) -> None:
+    """And estimated where it has a size: as if it were not there, and without it besides."""
     estimate = fit([case.capture(runs)])
     assert named(estimate)[:1] == [case.code]
     first = estimate.suspects[0]
     assert first.evidence
     assert first.action
+    assert first.allowed is (case.name in REPAIRED)
+    if case.name in REPAIRED:
+        assert first.moves == {}
+        assert set(first.without) == {*PARAMETERS}
+        _agree(estimate, good)
+        assert {p.status for p in estimate.parameters.values()} == {Status.ESTIMATED}
 
 
 @pytest.mark.parametrize("case", SIGNS, ids=lambda c: c.name)
-def test_a_reversed_channel_is_named_and_turned_round(case: Case, runs: Runs) -> None:
-    turned, good = fit([case.capture(runs)]), fit([runs.good])
+def test_a_reversed_channel_is_named_and_turned_round(
+    case: Case, runs: Runs, good: Estimate
+) -> None:
+    turned = fit([case.capture(runs)])
     assert named(turned) == [case.code]
     assert turned.suspects[0].allowed
     _agree(turned, good)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    [
-        "current offset", "offset while driven", "current lag", "position lag", "voltage lag",
-        "filtered current", "current saturated", "samples dropped",
-    ],
-)  # fmt: skip
-def test_a_fault_with_a_size_is_estimated(name: str, runs: Runs) -> None:
-    """As if it were not there; and what a fit as stated would give is said besides."""
-    case = next(c for c in CHAIN if c.name == name)
-    repaired, good = fit([case.capture(runs)]), fit([runs.good])
-    first = repaired.suspects[0]
-    assert (first.code, first.allowed, first.moves) == (case.code, True, {})
-    assert "the fit allows for it" in first.evidence
-    assert set(first.without) == {*PARAMETERS}
-    _agree(repaired, good)
-    assert not [p for p in repaired.parameters.values() if p.status is not Status.ESTIMATED]
-
-
-def test_one_run_of_two_that_lacks_samples_is_repaired(runs: Runs) -> None:
+def test_one_run_of_two_that_lacks_samples_is_repaired(runs: Runs, good: Estimate) -> None:
     bad = inject.dropped(runs.good, 3, 12, 6)
-    repaired, good = fit([runs.good, bad]), fit([runs.good])
+    repaired = fit([runs.good, bad])
     assert repaired.suspects[0].code == "samples_dropped"
     assert repaired.suspects[0].allowed
     _agree(repaired, good)
@@ -94,10 +92,12 @@ def test_missing_samples_that_are_not_all_seen_are_not_put_back(runs: Runs) -> N
     assert (first.code, first.allowed) == ("samples_dropped", False)
 
 
-def test_a_voltage_declared_late_by_whole_samples_is_as_good_as_one_on_time(runs: Runs) -> None:
+def test_a_voltage_declared_late_by_whole_samples_is_as_good_as_one_on_time(
+    runs: Runs, good: Estimate
+) -> None:
     late = inject.lag(runs.good, VOLTAGE, 3)
     declared = replace(late.channels[VOLTAGE], delay_s=3 * late.period_s)
-    found, good = fit([inject.replaced(late, declared)]), fit([runs.good])
+    found = fit([inject.replaced(late, declared)])
     assert named(found) == []
     _agree(found, good)
 
@@ -164,8 +164,8 @@ def test_the_one_run_that_misfits_is_looked_at_alone(runs: Runs) -> None:
 
 @pytest.mark.slow
 def test_a_lack_of_fit_says_where(runs: Runs) -> None:
-    """The current is high, and so clipped, where the motor accelerates."""
-    estimate = fit([inject.clip(runs.good, 0.7 * runs.peak_a)])
+    """The voltage is high, and so clipped, in the second level."""
+    estimate = fit([inject.clip(runs.good, 0.9 * runs.peak_v, VOLTAGE)])
     said = next(d.message for d in estimate.diagnostics if d.code == "lack_of_fit")
     assert "in the acceleration segment from" in said
     assert "Hz" in said
