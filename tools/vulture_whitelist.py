@@ -57,6 +57,12 @@ _.sigma_by_range
 
 # motorid/sim/bench.py: fields of structs that compiled code reads
 _.supply_zero
+_.voltage_zero
+_.signs_left
+_.signs_from
+_.sign_current
+_.sign_voltage
+_.sign_counts
 _.armed
 _.supply_max
 _.supply_min
@@ -90,9 +96,22 @@ _._do_heartbeat
 _._do_zero
 _._do_read_status
 _._do_clear_fault
+_._do_describe_input
+_._do_read_front_end
+_._do_write_front_end
 
 # motorid/wire/enums.py: members of the protocol's enumerations
 _.BOOT
+_.FRONT_END
+_.Sensor
+_.SHUNT
+_.HALL
+_.MAGNITUDE
+_.MOSFET
+_.BIPOLAR
+_.FrontEndSource
+_.COMPILED
+_.STORED
 
 # motorid/wire/spec.py: fields of the protocol's description, from its file
 _.reply_deadline_ms

@@ -55,13 +55,15 @@ static APART struct signs signs_of(uint8_t channel, uint32_t milli) {
 }
 
 static void set_voltage(struct guard *g, uint32_t limit_mv) {
-    g->voltage_low = INT16_MIN;
-    g->voltage_high = INT16_MAX;
+    struct signs ends = {INT16_MIN, INT16_MAX};
     if (limit_mv != 0) {
-        const struct signs s = signs_of(WIRE_CHANNEL_TERMINAL_VOLTAGE, limit_mv);
-        g->voltage_low = s.negative < s.positive ? s.negative : s.positive;
-        g->voltage_high = s.negative < s.positive ? s.positive : s.negative;
+        ends = signs_of(WIRE_CHANNEL_TERMINAL_VOLTAGE, limit_mv);
     }
+    if (ends.negative > ends.positive) { /* a reversed scale */
+        ends = (struct signs){ends.positive, ends.negative};
+    }
+    g->voltage_low = ends.negative;
+    g->voltage_high = ends.positive;
 }
 
 static void set_signs(struct guard *g, const wire_configure_t *limits) {
@@ -164,7 +166,10 @@ bool guard_voltage(const struct guard *g, int16_t volts) {
 
 /* A reversed scale has its positive readings below. */
 static bool is_against(const struct signs *s, int16_t raw, bool forward) {
-    const int16_t bound = forward ? s->negative : s->positive;
+    int16_t bound = s->positive;
+    if (forward) {
+        bound = s->negative;
+    }
     return (s->negative < s->positive) == forward ? raw < bound : raw > bound;
 }
 

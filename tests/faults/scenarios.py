@@ -61,7 +61,7 @@ class Scenario:
     prepare: Callable[[Path], None] = nothing
 
 
-def limits(**values: float) -> Callable[[Rig], Rig]:
+def limits(**values: Any) -> Callable[[Rig], Rig]:
     """A rig with other limits."""
     return lambda rig: replace(rig, limits=replace(rig.limits, **values))
 
@@ -151,6 +151,12 @@ SCENARIOS: dict[str, tuple[Scenario, ...]] = {
         plain("reset in mid-run, its greeting lost", board="reset@0.5,mute@0.499..0.505"),
         plain("firmware hangs in mid-run", board="watchdog@0.5"),
         plain("supply dips for 50 ms and the board resets", board="brownout@0.5"),
+        plain("a board of protocol 1.2", options=options("minor=2")),
+        plain(
+            "a board of protocol 1.2 that should watch the guard",
+            options=options("minor=2"),
+            change=limits(inputs=("guard_closed",)),
+        ),
         plain("tick counter wraps in mid-run", options=options("first_tick=4280000000")),
         plain("clock 0.1 % fast", options=options("clock_ppm=1000")),
         plain(
@@ -185,6 +191,12 @@ SCENARIOS: dict[str, tuple[Scenario, ...]] = {
         plain("supply off in mid-run", board="supply@0.5"),
         plain("supply sags to 3 V in mid-run", board="supply:3@0.5"),
         plain("supply limits its current to 0.3 A", options=options("supply_limit=0.3")),
+        plain("guard open", board="guard_open", change=limits(inputs=("guard_closed",))),
+        plain(
+            "guard opens in mid-run",
+            board="guard_open@0.5",
+            change=limits(inputs=("guard_closed", "part_present")),
+        ),
         plain("rotor jammed", board="stall"),
         plain("rotor jams in mid-run", board="stall@0.5"),
         plain("the nameplate's resistance is too high", change=label(resistance_ohm=6.0)),
@@ -199,12 +211,14 @@ SCENARIOS: dict[str, tuple[Scenario, ...]] = {
     ),
     "Sensors": (
         plain("encoder reversed", board="encoder_reversed"),
+        plain("encoder reversed after the check pulse", board="encoder_reversed@0.4"),
         plain("encoder dead", board="encoder_dead"),
         plain("encoder dead from mid-run on", board="encoder_dead@0.5"),
         plain("encoder loses 5 % of its counts", board="encoder_drop"),
         plain("encoder's edges faster than the board", options=options("edge_ceiling=20000")),
         plain("current sensor dead", board="current_dead"),
         plain("current sensor reversed", board="current_reversed"),
+        plain("current sensor reversed after the check pulse", board="current_reversed@0.4"),
         plain("current sensor at an end of its range", board="current_saturated"),
         plain("the same, from mid-run on", board="current_saturated@0.5"),
         plain("sense wires of the voltage off", board="voltage_dead"),

@@ -117,7 +117,8 @@ static uint8_t closed = INPUTS;
 static uint8_t inputs_closed(void) { return closed; }
 
 static void input_pin(uint8_t input, char pin[16]) {
-    memcpy(pin, input == WIRE_INPUT_PART_PRESENT ? "X1" : "X2", 2);
+    pin[0] = 'X';
+    pin[1] = input == WIRE_INPUT_PART_PRESENT ? '1' : '2';
 }
 
 static uint16_t brown_out_mv(void) { return (uint16_t)options->brown_out_mv; }
