@@ -79,6 +79,7 @@ class Board:
         self.heard_at = port.now()
         self.reset: BoardResetError | None = None  # since it was identified
         self.hasten: Callable[[], bool] | None = None
+        self.trip = ""  # what tripped in the latest run, where the board told more than its name
         self._received = 0
         self._request = first_request % 0xFFFF
         self._decoder = Decoder()

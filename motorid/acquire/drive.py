@@ -12,7 +12,7 @@ from motorid.acquire.plan import WireProgram
 from motorid.acquire.resets import reset_error
 from motorid.errors import DataError, LinkError
 from motorid.wire.codec import Event, SampleBlock
-from motorid.wire.enums import EndReason, Fault, Mode, State
+from motorid.wire.enums import Channel, EndReason, Fault, Input, Mode, State
 from motorid.wire.spec import load as load_spec
 
 POLL_S = 0.02
@@ -52,6 +52,7 @@ def drive(
     board.hasten = run.must_stop
     try:
         board.news.clear()
+        board.trip = ""
         if run.begin(program, config):
             reason = run.follow()
     finally:
@@ -176,6 +177,7 @@ class _Run:
         match news.name:
             case "fault":
                 self.fault = name_of(Fault, news.fields["fault"])
+                self.board.trip = of_fault(news.fields)
             case "hello":
                 raise reset_error(self.board.port.name, news.fields["reset_cause"], "in mid-run")
             case "done":
@@ -205,18 +207,29 @@ ADVICE = {
     Fault.DRIVER: "the bridge reports a fault: check its wiring, heat and supply",
     Fault.OVER_VOLTAGE: "the terminals had more than limits.voltage_v: lower the level, or "
     "raise it if the motor can bear it",
-    Fault.WRONG_SIGN: "current, terminal voltage or motion went against the drive: check the "
+    Fault.WRONG_SIGN: "that reading went against the drive: check the "
     "wires of motor, sensors and encoder, or whether a load turns the motor",
     Fault.INPUT_OPENED: "a contact of limits.inputs opened: close guard and fixture",
     Fault.WATCHDOG: "the firmware hung and was restarted: please report it",
 }
 
 
-def tripped(reason: str) -> str:
-    """A trip ("fault: NAME") in a sentence."""
+def of_fault(fault: Fields) -> str:
+    """Which channel or contacts a fault is of, by its value; "" for those whose name says it."""
+    value = fault["value"]
+    match fault["fault"]:
+        case Fault.WRONG_SIGN:
+            return name_of(Channel, value)
+        case Fault.INPUT_OPENED:
+            return " and ".join(one.name.lower() for one in Input if value >> one & 1)
+    return ""
+
+
+def tripped(reason: str, told: str = "") -> str:
+    """A trip ("fault: NAME") in a sentence, with what the board told of it (``Board.trip``)."""
     name = reason.removeprefix("fault: ")
     advice = {name_of(Fault, key): text for key, text in ADVICE.items()}
     return (
-        f"the board tripped ({name}) and opened the bridge: "
+        f"the board tripped ({name}{f': {told}' if told else ''}) and opened the bridge: "
         f"{advice.get(name, 'see the documentation of its firmware')}"
     )

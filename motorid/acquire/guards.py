@@ -35,7 +35,7 @@ def guards(rig: Rig, identity: Mapping[str, Any], known: Mapping[str, Any]) -> F
     limits, fields = rig.limits, Fields()
     if limits.voltage_v is not None:
         _need(identity, Feature.VOLTAGE_LIMIT, "limits.voltage_v")
-        if known[VOLTAGE].get("kind") != ChannelKind.MEAN:
+        if known.get(VOLTAGE, {}).get("kind") != ChannelKind.MEAN:
             raise RigError(
                 "limits.voltage_v needs a terminal voltage that is read as a mean over the PWM, "
                 f"and the board {identity['board']} reads instants: leave this key out"
@@ -59,8 +59,8 @@ def signs(rig: Rig, identity: Mapping[str, Any], known: Mapping[str, Any]) -> Fi
     limits = rig.limits
     if not limits.sign_check_s or not has(identity, Feature.SIGN_CHECK):
         return {}
-    current, voltage = known[CURRENT], known.get(VOLTAGE)
-    amps = max(SIGN_SHARE * limits.current_a, _doubtful(current))
+    current, voltage = known.get(CURRENT), known.get(VOLTAGE)
+    amps = max(SIGN_SHARE * limits.current_a, _doubtful(current)) if current else U32 * 1e-3
     volts = U32 * 1e-3  # instants of a switching terminal have either sign
     if voltage and voltage["kind"] == ChannelKind.MEAN:
         supply = rig.supply_voltage_v or limits.supply_min_v

@@ -75,7 +75,7 @@ def weak_pulse(
     if stop.requested:
         return None
     if reason.startswith("fault"):
-        raise RigError(f"in the first weak pulse ({duty:.0%} duty) {tripped(reason)}")
+        raise RigError(f"in the first weak pulse ({duty:.0%} duty) {tripped(reason, board.trip)}")
     counts = board.position() - before
     arrays = timeline.arrays()
     if not len(arrays.ticks):

@@ -158,10 +158,11 @@ class _Recorder:
             make_way(path)
         journal = JournalWriter(journal_path(path), header)
         failure: Exception | None = None
-        reason = ""
+        reason = told = ""
         try:
             board = Board(JournaledPort(self.port, journal), int(header.get("first_request", 1)))
             reason = self._measure(board, journal, checked)
+            told = board.trip
         except MotoridError as error:
             failure = error
             reason = _end_of(error)
@@ -175,7 +176,7 @@ class _Recorder:
         if reason.startswith("fault"):
             fast = kept and reason == f"fault: {name_of(Fault, Fault.OVER_SPEED)}"
             why = why_too_fast(self.rig, store.load(path)) if fast else ""
-            raise RigError(f"{tripped(reason)}{why}{_where(kept, path)}")
+            raise RigError(f"{tripped(reason, told)}{why}{_where(kept, path)}")
         if self.stop.requested:
             raise KeyboardInterrupt(f"interrupted{_where(kept, path) or '; nothing was measured'}")
         if not kept:

@@ -136,7 +136,7 @@ class Session:
         if stop.requested:
             raise KeyboardInterrupt("interrupted; the bridge is open")
         if reason.startswith("fault"):
-            raise RigError(f"at {volts:g} V {tripped(reason)}")
+            raise RigError(f"at {volts:g} V {tripped(reason, self.board.trip)}")
         arrays = timeline.arrays()
         if not len(arrays.ticks):
             raise RigError(f"at {volts:g} V not one sample arrived: check the link")

@@ -9,7 +9,8 @@ import pytest
 
 from motorid.acquire import record
 from motorid.acquire.bench_facts import contradictions
-from motorid.acquire.guards import brown_out, lacking
+from motorid.acquire.drive import of_fault, tripped
+from motorid.acquire.guards import brown_out, guards, lacking, signs
 from motorid.acquire.link_test import measure_link
 from motorid.acquire.ports import details
 from motorid.acquire.resets import reset_error
@@ -17,7 +18,7 @@ from motorid.capture import store
 from motorid.errors import RigError
 from motorid.program import StepKind, climbs
 from motorid.rig import Rig
-from motorid.wire.enums import ResetCause
+from motorid.wire.enums import Fault, ResetCause
 from tests.acquire.rigs import SAMPLES, sim_rig
 
 LIKE = {"board": "motorid-uno", "protocol_major": 1, "protocol_minor": 3}
@@ -81,7 +82,7 @@ def test_an_open_contact_is_said_before_anything_turns(
 
 def test_a_guard_that_opens_in_a_run_ends_it(tmp_path: Path) -> None:
     rig = limited("fault=guard_open@0.7", inputs=("guard_closed",))
-    with pytest.raises(RigError, match=r"input_opened.*close guard and fixture"):
+    with pytest.raises(RigError, match=r"input_opened: guard_closed\).*close guard and fixture"):
         record.capture(rig, rig.program, tmp_path / "run.h5")
 
 
@@ -92,10 +93,30 @@ def test_a_sensor_that_turns_round_after_the_pulse_is_seen_by_the_board(tmp_path
 
     port = open_port(rig.port)
     try:
-        with pytest.raises(RigError, match=r"tripped .wrong_sign."):
+        with pytest.raises(RigError, match=r"tripped .wrong_sign: position."):
             record.capture_over(port, rig, rig.program, tmp_path / "run.h5", checked=True)
     finally:
         port.close()
+
+
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [(1, "part_present"), (3, "part_present and guard_closed"), (4, ""), (-1, "part_present and")],
+)
+def test_the_contacts_of_a_trip_are_named(value: int, says: str) -> None:
+    told = of_fault({"fault": Fault.INPUT_OPENED, "value": value})
+    assert says in told
+    assert ("(input_opened: " in tripped("fault: input_opened", told)) == bool(says)
+
+
+def test_a_board_without_current_or_voltage_is_asked_for_no_more() -> None:
+    rig, new = sim_rig(), {"features": 0xFF, "inputs": 0xFF, **LIKE}
+    found = signs(rig, new, {})
+    assert found["sign_check_ma"] == found["sign_check_mv"] == 2**32 - 1
+    with pytest.raises(RigError, match="reads instants"):
+        guards(limited(voltage_v=6.0), new, {})
+    with pytest.raises(RigError, match="no pin for it"):
+        guards(limited(inputs=("guard_closed",)), new | {"inputs": 1}, {})
 
 
 def test_a_filter_of_second_order_comes_into_the_capture(tmp_path: Path) -> None:
