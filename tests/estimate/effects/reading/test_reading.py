@@ -12,6 +12,7 @@ from motorid.estimate.effects.influence_quantity import InfluenceQuantity
 from motorid.estimate.effects.reading.current_filter import CURRENT_FILTER
 from motorid.estimate.effects.reading.current_gain import CURRENT_GAIN
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
+from motorid.estimate.effects.reading.driven_current_offset import DRIVEN_CURRENT_OFFSET
 from motorid.estimate.effects.reading.motion_gain import MOTION_GAIN
 from motorid.estimate.effects.reading.position_origin import POSITION_ORIGIN
 from motorid.estimate.effects.reading.speed_filter import SPEED_FILTER
@@ -93,3 +94,11 @@ def test_typical_sizes() -> None:
     assert scales.least_delay_s(None) == 0.0
     assert scales.least_delay_s(subject.block(CURRENT)) == pytest.approx(-5e-6)  # 10 µs, 5 filter
     assert scales.least_delay_s(subject.block(EMF)) == 0.0
+
+
+def test_a_zero_while_driven_adds_to_no_reading_with_the_bridge_open() -> None:
+    change = moved("measured", DRIVEN_CURRENT_OFFSET)
+    block = record("measured").block(CURRENT)
+    assert block is not None
+    assert change[CURRENT] == pytest.approx(record("measured").driven[block.keep].astype(float))
+    assert 0.0 < change[CURRENT].mean() < 1.0
