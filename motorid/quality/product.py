@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from motorid.errors import MotoridError, UsageError, nearest
-from motorid.estimate.effects.winding_temperature import Coefficients
-from motorid.estimate.results.estimate import Rise
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.quality.guard_band import RULES, Rule
 from motorid.quality.limits import Limit
 from motorid.quality.quantities import QUANTITIES
+from motorid.quality.temperature import Temperature
 from motorid.toml_file import read_text, tables_of, unknown
 
 LONGEST_SERIAL = 64
@@ -45,24 +44,6 @@ class SerialRule:
 
 
 @dataclass(frozen=True)
-class Temperature(Coefficients):
-    """How R and K follow the temperature, and how warm the run makes the winding.
-
-    ``rise_k``: of the winding over ambient, in the mean of the run; None: as the estimate has it.
-    """
-
-    magnet_per_k: float = 0.0
-    rise_k: float | None = None
-    rise_uncertainty_k: float = 0.5
-
-    def rise(self, of_estimate: Rise | None) -> Rise | None:
-        """The product's own word, else what the estimate found."""
-        if self.rise_k is None:
-            return of_estimate
-        return Rise(self.rise_k, self.rise_uncertainty_k, 0.0, "by the product")
-
-
-@dataclass(frozen=True)
 class Product:
     """One type of motor. ``limits`` by quantity, in the order of the file."""
 
@@ -76,7 +57,7 @@ class Product:
     warm_up: Program | None = None
     serial: SerialRule | None = None
     ambient: Limit | None = None
-    temperature: Temperature = Temperature()
+    temperature: Temperature = field(default_factory=Temperature)
     lost_samples: int = 0
     text: str = field(default="", repr=False)
 

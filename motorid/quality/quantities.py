@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -26,10 +26,8 @@ from motorid.estimate.uncertainty.reference_temperature import (
 )
 from motorid.motor.parameters import FIGURES, Motor
 from motorid.quality import ripple
+from motorid.quality.temperature import Temperature
 from motorid.quality.verdict import Reading
-
-if TYPE_CHECKING:
-    from motorid.quality.product import Product
 
 NOT_STEADY = (
     "the run holds no steady stretch of two turns with current and position: drive longer at a "
@@ -46,10 +44,30 @@ class Quantity:
     read: Callable[[Context], Reading]
 
 
+class Inspected(Protocol):
+    """What is read of a product here; ``motorid.quality.product.Product`` has it all."""
+
+    @property
+    def voltage_v(self) -> float:
+        """Nominal."""
+
+    @property
+    def segments(self) -> int:
+        """Bars of the commutator; 0: unknown."""
+
+    @property
+    def commutations_per_turn(self) -> int:
+        """0: unknown."""
+
+    @property
+    def temperature(self) -> Temperature:
+        """How R and K follow it."""
+
+
 class Context:
     """One estimate as a product looks at it; what several quantities need is computed once."""
 
-    def __init__(self, estimate: Estimate, product: Product) -> None:
+    def __init__(self, estimate: Estimate, product: Inspected) -> None:
         self.estimate, self.product = estimate, product
 
     @cached_property

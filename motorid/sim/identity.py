@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
-from motorid.sim.chain import UNSYNCHRONISED, Converter, burst_samples, shortest_period
-from motorid.sim.options import CLOCK_HZ, decay_mask
+from motorid.sim.bench import Bench
+from motorid.sim.chain import UNSYNCHRONISED, Chain, Converter, burst_samples, shortest_period
+from motorid.sim.options import CLOCK_HZ, Options, decay_mask
+from motorid.sim.run import Run
 from motorid.sim.stream import U32
 from motorid.wire.enums import (
     Channel,
     ChannelKind,
     Decay,
+    Fault,
     Feature,
     Input,
     Mode,
+    ResetCause,
+    State,
     Status,
     StepKind,
     Unit,
 )
 from motorid.wire.hashes import layout_hash
-
-if TYPE_CHECKING:
-    from motorid.sim.board import Board
 
 NAME = "motorid-sim"
 FIRMWARE = (1, 0, 0)
@@ -38,7 +40,26 @@ DRIVES = (StepKind.DRIVE_DUTY, StepKind.DRIVE_VOLTS)
 Fields = dict[str, Any]
 
 
-def identify(board: Board) -> Fields:
+class Described(Protocol):
+    """What is read of a board here; ``motorid.sim.board.Board`` has it all."""
+
+    options: Options
+    chain: Chain
+    bench: Bench
+    major: int
+    boot_id: int
+    reset_cause: ResetCause
+    state: State
+    fault: Fault
+    tick: int
+    dropped: int
+    inputs: int
+    config: Fields | None
+    steps: list[Fields]
+    run: Run | None
+
+
+def identify(board: Described) -> Fields:
     """Fields of the reply to identify."""
     options = board.options
     pwm_ticks = CLOCK_HZ // options.pwm
@@ -75,12 +96,12 @@ def identify(board: Board) -> Fields:
     }
 
 
-def _burst_period(board: Board) -> int:
+def _burst_period(board: Described) -> int:
     fast = burst_samples(board.options, board.chain)
     return shortest_period(board.options, board.chain) // fast if fast else 0
 
 
-def pace(board: Board, config: Fields) -> tuple[int, int]:
+def pace(board: Described, config: Fields) -> tuple[int, int]:
     """Ticks between the samples that the guard sees, and samples of a fast burst in them or 0."""
     period: int = config["sample_period_ticks"]
     if config["mode"] == Mode.BURST and period and period == _burst_period(board):
@@ -89,18 +110,18 @@ def pace(board: Board, config: Fields) -> tuple[int, int]:
     return period, 0
 
 
-def max_current_ma(board: Board) -> int:
+def max_current_ma(board: Described) -> int:
     """The largest current the converter can still tell from a larger one."""
     converter = board.chain.current
     return int(converter.scale * (converter.raw_max - converter.offset) * 1000)
 
 
-def has_mode(board: Board, mode: int) -> bool:
+def has_mode(board: Described, mode: int) -> bool:
     """Whether channels are described in this mode: a burst's where there is a fast one."""
     return mode == Mode.STREAM or (mode == Mode.BURST and _burst_period(board) > 0)
 
 
-def describe(board: Board, index: int, mode: int = Mode.STREAM) -> Fields:
+def describe(board: Described, index: int, mode: int = Mode.STREAM) -> Fields:
     """Fields of the reply to describe_channel."""
     if index == Channel.POSITION:
         return _describe_position()
@@ -159,7 +180,7 @@ def _describe_position() -> Fields:
     }
 
 
-def status(board: Board) -> Fields:
+def status(board: Described) -> Fields:
     """Fields of the reply to read_status."""
     raw = board.bench.raw
     sign = -1 if board.config and board.config["encoder_reversed"] else 1
@@ -177,7 +198,7 @@ def status(board: Board) -> Fields:
     }
 
 
-def check_config(board: Board, config: Fields) -> Status:
+def check_config(board: Described, config: Fields) -> Status:
     """OK, or why this configuration is refused."""
     step = CLOCK_HZ // board.options.pwm
     period, _ = pace(board, config)
@@ -212,7 +233,7 @@ def _check_features(config: Fields) -> Status:
     return Status.HASH_MISMATCH if config["front_end_hash"] else Status.OK
 
 
-def check_step(board: Board, step: Fields) -> Status:
+def check_step(board: Described, step: Fields) -> Status:
     """OK, or why this step is refused."""
     if step["index"] != len(board.steps) or step["index"] == LAST_INDEX:
         return Status.BAD_VALUE
@@ -223,7 +244,7 @@ def check_step(board: Board, step: Fields) -> Status:
     return _check_drive(board, step) or _check_duration(board, step)
 
 
-def _check_drive(board: Board, step: Fields) -> Status:
+def _check_drive(board: Described, step: Fields) -> Status:
     decay, level = step["decay"], step["level"]
     if step["kind"] not in DRIVES:
         return Status.BAD_VALUE if decay or level else Status.OK
@@ -233,7 +254,7 @@ def _check_drive(board: Board, step: Fields) -> Status:
     return Status.OK if abs(level) <= top else Status.BAD_VALUE
 
 
-def _check_duration(board: Board, step: Fields) -> Status:
+def _check_duration(board: Described, step: Fields) -> Status:
     assert board.config is not None  # steps are accepted only in configured and loaded
     ticks = step["ticks"]
     whole = ticks > 0 and ticks % board.bench.period_ticks == 0
