@@ -30,7 +30,7 @@ test: $(READY_TO_TEST)
 	$(PYTEST) --strict-skips
 
 quick: $(READY_TO_TEST)
-	$(PYTEST) -m "not slow"
+	$(PYTEST) -m "not slow" --durations=5 --durations-min=0.5
 
 evidence: $(READY_TO_TEST)
 	$(PY) bench/evidence.py $(if $(SHORT),--short) $(if $(PARTS),--parts $(PARTS))

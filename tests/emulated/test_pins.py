@@ -107,6 +107,7 @@ def test_a_trip_does_not_wait_for_its_tick(rig: Rig, changes: Fields, fault: Fau
     assert not rig.facts["enabled"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("edges_hz", "most"), STORMS)
 def test_a_storm_of_edges_trips_and_starves_nobody(rig: Rig, edges_hz: int, most: int) -> None:
     record = rig.drive()

@@ -63,6 +63,7 @@ def test_a_fault_is_named(case: Case, runs: Runs, good: Estimate) -> None:
         assert {p.status for p in estimate.parameters.values()} == {Status.ESTIMATED}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", SIGNS, ids=lambda c: c.name)
 def test_a_reversed_channel_is_named_and_turned_round(
     case: Case, runs: Runs, good: Estimate
@@ -73,6 +74,7 @@ def test_a_reversed_channel_is_named_and_turned_round(
     _agree(turned, good)
 
 
+@pytest.mark.slow
 def test_one_run_of_two_that_lacks_samples_is_repaired(runs: Runs, good: Estimate) -> None:
     bad = inject.dropped(runs.good, 3, 12, 6)
     repaired = fit([runs.good, bad])
@@ -81,6 +83,7 @@ def test_one_run_of_two_that_lacks_samples_is_repaired(runs: Runs, good: Estimat
     _agree(repaired, good)
 
 
+@pytest.mark.slow
 def test_missing_samples_that_are_not_all_seen_are_not_put_back(runs: Runs) -> None:
     """Three more are missing where the motor rests."""
     bad = inject.dropped(runs.good, 3, 12, 6)
@@ -92,6 +95,7 @@ def test_missing_samples_that_are_not_all_seen_are_not_put_back(runs: Runs) -> N
     assert (first.code, first.allowed) == ("samples_dropped", False)
 
 
+@pytest.mark.slow
 def test_a_voltage_declared_late_by_whole_samples_is_as_good_as_one_on_time(
     runs: Runs, good: Estimate
 ) -> None:
