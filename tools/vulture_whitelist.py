@@ -67,6 +67,10 @@ _.armed
 _.supply_max
 _.supply_min
 _.frozen
+_.cubic
+_.reaction_current
+_.eddy_share
+_.eddy_resistance
 _.coupling_torque
 _.short_depth
 _.stribeck_speed

@@ -53,7 +53,7 @@ class Trace:
         turned = np.concatenate(
             [[0.0], np.cumsum(np.diff(self.time_s) * (self.speed[1:] + self.speed[:-1]) / 2)]
         )
-        return np.interp(at, self.time_s, turned)
+        return np.asarray(np.interp(at, self.time_s, turned))
 
 
 def seconds(rig: Rig) -> float:

@@ -126,7 +126,7 @@ def draw(seed: int, *, effects: bool = False, pwm: bool = True, iron: bool = Tru
     shape = replace(shape, ripple=ripple * (seed % 2 if iron else 0), ripple_per_turn=commutations)
     rate = float(rng.choice((5000, 10_000)))
     pwm_hz = float(rng.choice((10_000, 20_000), p=(0.7, 0.3))) if pwm else 0.0
-    sense: Sense = ("terminals", "bridge", "supply")[int(rng.choice(3, p=(0.6, 0.2, 0.2)))]  # type: ignore[assignment]
+    sense: Sense = ("terminals", "bridge", "supply")[int(rng.choice(3, p=(0.6, 0.2, 0.2)))]
     bridge, lead = R * float(rng.uniform(0.01, 0.06)), R * float(rng.uniform(0.002, 0.02))
     bridge_u, lead_u = (x * float(rng.uniform(0.05, 0.15)) for x in (bridge, lead))
     supply_v = motor.voltage_v

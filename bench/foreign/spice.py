@@ -108,7 +108,7 @@ def _bridge(rig: Rig, step: Step, period: float) -> list[str]:
     lines = [
         f".model nm nmos(level=1 vto={THRESHOLD_V} kp={kp:.9g} is=1e-20)",
         f".model db d(is={1e-9 * rig.stall_a:.4g} n=1.3 rs={rig.bridge_ohm / 4:.6g} "
-        f"cjo={1e-10 * rig.stall_a:.3g})",
+        f"cjo={1e-11 * rig.stall_a:.3g})",
     ]
     for leg in ("a", "b"):
         lines += [
