@@ -238,7 +238,6 @@ def test_derived_figures_follow_from_the_motor() -> None:
         (lambda c: with_raw(c, CURRENT, np.zeros(len(c))), "current never changes"),
         (lambda c: with_raw(c, CURRENT, np.full(len(c), np.nan)), "no usable reading"),
         (lambda c: with_raw(c, POSITION, np.zeros(len(c))), "position never changes"),
-        (lambda c: with_raw(c, POSITION, -c.channels[POSITION].raw), "reverse the encoder"),
         (lambda c: with_raw(c, VOLTAGE, np.zeros(len(c))), "never driven"),
         (
             lambda c: with_raw(changed(c, position=None), CURRENT, np.zeros(len(c))),

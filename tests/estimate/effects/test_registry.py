@@ -20,6 +20,7 @@ UNSEEN = {"initial warmth", "cogging phase", "ripple phase"}  # by the six-param
 BY_OTHERS = {
     "speed filter", "quadratic friction", "voltage noise", "PWM ripple", "ambient temperature",
     "self-heating", "copper coefficient", "magnets' coefficient",
+    "current offset while driven",
 }  # fmt: skip
 
 
