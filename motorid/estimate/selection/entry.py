@@ -17,6 +17,7 @@ from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit import alternating_fit, joint_fit, multistart, sign_check
 from motorid.estimate.fit.parameter_bounds import held_values, merged
+from motorid.estimate.fit.repeating import is_heavy, repeat_as
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS, Term, parse
 from motorid.estimate.results.estimate import (
@@ -76,7 +77,7 @@ def _of(
     values, matters = merged(held, solution), reach(estimate.parameters)
     if not (terms or _is_needed(records, solution, values, matters)):
         return estimate
-    bare, solution = _without_loss(records, solution, values, held)
+    bare, solution = _without_loss(records, values, held, terms, solution)
     values = merged(held, solution)
     if terms:
         fitted = asked_for(bare, solution, values, terms)
@@ -126,17 +127,24 @@ def _is_needed(
 
 def _without_loss(
     records: Sequence[MotorRecord],
-    solution: Solution,
     values: Mapping[str, float],
     held: Mapping[str, float],
+    asked: Sequence[Term],
+    six: Solution,
 ) -> tuple[Sequence[MotorRecord], Solution]:
-    """The fit that terms begin from: they explain brushes and heat by themselves."""
-    if not carry_loss(records):
-        return records, solution
+    """The fit that terms begin from: they explain brushes and heat by themselves, and those that
+    repeat with the rotor, ``asked`` for or heavy, explain that. ``six``: the records' solution.
+    """
+    repeats = any(record.repeating.slopes for record in records)
+    anew = repeats and (any(term.per_turn for term in asked) or is_heavy(records, six))
+    if not (anew or carry_loss(records)):
+        return records, six
     free = [name for name in PARAMETERS if name not in held]
     bare = [MotorRecord(lossless(record.capture), free, held) for record in records]
-    for record, six in zip(bare, records, strict=True):
-        record.foretold = six.foretold
+    for record, like in zip(bare, records, strict=True):
+        record.foretold = like.foretold
+    if not anew:
+        repeat_as(bare, records)
     return bare, multistart.solve(bare, free, values)
 
 
@@ -253,8 +261,9 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
     if better.asked:
         said = Diagnostic("model_asked", "info", f"beside it, as asked: a model with {what}")
     else:
+        harmless = {term.name for term in fitted.terms} <= set(ALLOWED)
         said = Diagnostic(
-            "better_model", "warning",
+            "better_model", "info" if harmless else "warning",
             f"the residuals ask for {what}: {_said_of(fitted.terms)}; see the better model",
             _moved(estimate, fitted.terms),
         )  # fmt: skip
