@@ -20,7 +20,7 @@ from motorid.estimate.effects.rotor.k_ripple import K_RIPPLE
 from motorid.estimate.effects.rotor.r_ripple import R_RIPPLE
 from motorid.estimate.effects.rotor.repeating import Courses, Repeating, order
 from motorid.estimate.fit.straight_lines import StraightLines, fall
-from motorid.estimate.model.angle_spectrum import TURN, Turned, periods_a_turn, turned
+from motorid.estimate.model.angle_spectrum import PEAK, TURN, Turned, periods_a_turn, turned
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.repeating_response import RepeatingResponse, is_of_motor
 from motorid.estimate.solver.problem import Derivatives, Linearised, Solution
@@ -32,6 +32,8 @@ Slopes = dict[Instance, Courses]
 MARGIN = 10.0  # of F, beyond Schwarz's penalty: odds of exp(-5)
 ORDERS = 4  # of a motor: the commutation, its harmonic, bars that differ, cogging
 TRIED = 3  # counts a round, the strongest
+FEWEST = 1.0  # turns of a rotor that show what repeats with them
+FEW, NO_PEAK = 5.0, 1.0  # turns: in fewer a count's power leaks into its neighbours'
 OF_ENCODER = (1, 2)  # a turn: a disc off its centre, a disc that is bent
 SAME = 3.0  # standard deviations of all readings together, by which courses are still the same
 SHIFTED = 0.1  # of a parameter: the same of what they would move
@@ -49,7 +51,7 @@ def with_repeating(records: Sequence[MotorRecord], solution: Solution) -> Soluti
         _Turning(record, solution.values, own, line, inverse)
         for record, own, line in zip(records, solution.own, solution.records, strict=True)
     ]
-    if not all(one.turns for one in found):
+    if min(one.turns for one in found) < FEWEST:
         return None
     _take(found)
     bends = [one.bend() for one in found]
@@ -136,9 +138,9 @@ class _Turning:
         self.sizes, self.left = np.zeros(0), line.residual
 
     @property
-    def turns(self) -> bool:
-        """Its rotor turns once at least."""
-        return float(np.ptp(self.response.angle)) > TURN
+    def turns(self) -> float:
+        """Of its rotor, from one end of its motion to the other."""
+        return float(np.ptp(self.response.angle)) / TURN
 
     def counted(self) -> list[Turned]:
         """What is left of its readings over the rotor's angle."""
@@ -185,8 +187,9 @@ class _Trial:
 def _take(found: Sequence[_Turning]) -> None:
     """Orders of the motor, the strongest first, then those of its encoder."""
     tried: set[int] = set()
+    peak = PEAK if max(one.turns for one in found) > FEW else NO_PEAK
     for _ in range(ORDERS):
-        counts = periods_a_turn([one.counted() for one in found])
+        counts = periods_a_turn([one.counted() for one in found], peak)
         new = [n for n in counts if n not in tried][:TRIED]
         trials = [_trial(found, [one.response.slopes(n) for one in found]) for n in new]
         best = max(trials, key=lambda trial: trial.gain, default=None)

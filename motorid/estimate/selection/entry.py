@@ -31,13 +31,14 @@ from motorid.estimate.results.estimate import (
 )
 from motorid.estimate.results.status import Status
 from motorid.estimate.selection.extended_fit import Fitted, begin, finished
-from motorid.estimate.selection.extended_results import alternative, findings
+from motorid.estimate.selection.extended_results import alternative, findings, stands_out
 from motorid.estimate.selection.forward_selection import Trial, asks, select
 from motorid.estimate.selection.joint_start import starts
 from motorid.estimate.selection.shaft_resonance import springs
 from motorid.estimate.selection.trigger import ALLOWED, carry_loss, loss_stands_out
 from motorid.estimate.signals.log_sections import pieces, unbroken
 from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.intervals import Findings
 
 COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
 COARSE = 100.0  # change of F that is near enough before what repeats with the rotor is in
@@ -81,14 +82,17 @@ def _of(
     values = merged(held, solution)
     if terms:
         fitted = asked_for(bare, solution, values, terms)
+        found = findings(fitted, fix, without)
         trials: tuple[TermTrial, ...] = ()
     else:
         chosen = select(bare, solution, values, matters)
         trials = tuple(_stated(trial) for trial in chosen.trials)
-        if chosen.fitted is None:
+        best = _known(chosen.stages, fix, without)
+        if best is None:
             return _with_trials(estimate, trials)
-        fitted = chosen.fitted
-    found = findings(fitted, fix, without)
+        fitted, found = best
+        offered = {term.name for term in fitted.terms}
+        trials = tuple(replace(t, taken=t.taken and t.term in offered) for t in trials)
     better = alternative(fitted, found, bare, solution, trials, asked=bool(terms))
     return _said(replace(estimate, alternative=better), fitted)
 
@@ -156,6 +160,20 @@ def reach(parameters: Mapping[str, Parameter]) -> dict[str, float]:
             half = (p.interval_95[1] - p.interval_95[0]) / 2
             out[name] = HALF * min(half, COUNTS * abs(p.value)) if half else float("inf")
     return out
+
+
+def _known(
+    stages: Sequence[Fitted], fix: Mapping[str, float], without: Sequence[str]
+) -> tuple[Fitted, Findings] | None:
+    """The widest of these fits in which the size of its last term stands out of all that is
+    uncertain of it: instruments and what the voltage hides, too.
+    """
+    for stage in reversed(stages):
+        fitted = finished(stage)
+        found = findings(fitted, fix, without)
+        if stands_out(found, fitted.terms[-1].size):
+            return fitted, found
+    return None
 
 
 def asked_for(
