@@ -184,7 +184,9 @@ def _movable(moves: Moves, parameters: Mapping[str, Parameter]) -> str:
         half = (p.interval_95[1] - p.interval_95[0]) / 2.0
         if move > HALF * half:
             out.append(f"{name} by {100.0 * move / abs(p.value):.2g} %")
-    return f"it can move {', '.join(out)}" if out else "the parts of the program agree on every parameter"
+    if not out:
+        return "the parts of the program agree on every parameter"
+    return f"it can move {', '.join(out)}"
 
 
 def _first(said: Sequence[Diagnostic], moves: Moves) -> Iterator[Diagnostic]:

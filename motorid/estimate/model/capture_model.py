@@ -15,7 +15,7 @@ from motorid.estimate.effects.action import Setup
 from motorid.estimate.effects.brush_and_heating import Loss
 from motorid.estimate.effects.influence_quantity import Instance, Use, instances
 from motorid.estimate.effects.registry import used
-from motorid.estimate.effects.rotor.repeating import STEADY, Repeating
+from motorid.estimate.effects.rotor.repeating import STEADY
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.effects.source_noise import SourceNoise
 from motorid.estimate.effects.unstated import ahead
@@ -87,7 +87,7 @@ class MotorRecord(Weighed):
         self.rivals: tuple[Rival, ...] = ()
         self.foretold: Foretold | None = None  # an inductance that no reading shows
         self.found: frozenset[Instance] = frozenset()  # of quantities that nobody stated
-        self.repeating: Repeating = STEADY  # with the rotor's angle
+        self.repeating = STEADY  # with the rotor's angle
         self.left_open: tuple[Floats, ...] = ()  # by them, shifts of the parameters
         self.as_stamped: Mapping[str, float] = {}  # parameters without them, where they are found
         self.unsettled: Floats | None = None  # the last pass's change of parameters, if too large
@@ -364,9 +364,8 @@ class MotorRecord(Weighed):
         for one, size in (*zip(self.instances, own.tolist(), strict=True), *more.items()):
             for action in one.quantity.acts:
                 action.show(models, self, one, size)
-        for block, bend in self.repeating.bend.items():
-            models[block] = models[block] + bend
-        return [models[m.block.name] for m in self.measured]
+        bend = self.repeating.bend
+        return [models[m.block.name] + bend.get(m.block.name, 0.0) for m in self.measured]
 
     def shown(self, readings: Floats, shared: Floats, own: Floats) -> dict[str, Floats]:
         """What ideal channels would show of a response (outputs, count), (n,) by block."""
