@@ -21,7 +21,6 @@ BY_OTHERS = {
     "ripple of K", "ripple of R", "cogging torque", "encoder error", "current offset while driven",
     "speed filter", "quadratic friction", "voltage noise", "PWM ripple", "ambient temperature",
     "self-heating", "copper coefficient", "magnets' coefficient",
-    "current offset while driven",
 }  # fmt: skip
 
 
