@@ -57,7 +57,7 @@ def brief(one: Estimate | Capture) -> str:
 def html(one: Estimate | Capture) -> str:
     """A table and plots in one piece of HTML, with its own colours and nothing loaded."""
     if isinstance(one, Estimate):
-        head = ("", "", "value ± 95 %", "unit", "status")
+        head: Sequence[str] = ("", "", "value ± 95 %", "unit", "status")
         rows = [_row(p) for p in (*one.parameters.values(), *one.at_25.values())]
         title = summary(one)
     else:
