@@ -21,7 +21,7 @@ C_SOURCES := $(filter-out $(wildcard motorid/*/_*), \
 READY := $(VENV)/ready
 READY_TO_TEST := $(VENV)/ready-to-test
 
-.PHONY: run test quick evidence check frozen mutants fuzz bench docs format lock sbom wheel help clean
+.PHONY: run test quick evidence check frozen mutants fuzz bench docs format lock sbom wheel wheels help clean
 
 run: $(READY)
 	$(VENV)/bin/motorid run --rig $(RIG) -o $(OUT) --force
@@ -84,10 +84,16 @@ wheel: $(READY_TO_TEST)
 	MOTORID_RELEASE=1 $(PY) -m pip wheel -q --no-deps --no-build-isolation -w dist .
 	$(PY) -m tools.supply.bill dist
 
-$(READY): pyproject.toml setup.py locks/run.txt locks/test.txt tools/setup.sh $(C_SOURCES)
-	sh tools/setup.sh run
+wheels: $(READY_TO_TEST)
+	$(PY) -m tools.building.wheels $(TARGETS)
+	$(PY) -m tools.supply.bill dist
+
+$(READY): pyproject.toml setup.py locks/run.txt locks/test.txt tools/setup.sh \
+    tools/building/zig_build.py $(C_SOURCES)
+	FOR=$(FOR) sh tools/setup.sh run
 	@touch $@
 
+$(READY_TO_TEST): FOR = test
 $(READY_TO_TEST): $(READY)
 	sh tools/setup.sh test
 	@touch $@
@@ -111,4 +117,5 @@ help:
 	@echo "make lock [UPGRADE=1]         write the lock of what is installed, with hashes"
 	@echo "make sbom                     the bill of materials and the third-party notices, into dist/"
 	@echo "make wheel                    a release's wheel, with the boards' firmware, into dist/"
+	@echo "make wheels [TARGETS=...]     the same for Linux, Windows and macOS, by ziglang (411 MB)"
 	@echo "make clean                    remove the environment and everything built"

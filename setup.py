@@ -1,12 +1,25 @@
 """The compiled parts and the packaged rigs and products; everything else is in pyproject.toml."""
 
 import os
+import sys
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from setuptools import setup
+from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_ext import build_ext
 from setuptools.command.build_py import build_py
+
+sys.path.insert(0, "tools/building")  # a build runs in the project's root
+
+import zig_build
+
+try:
+    ASKED = zig_build.asked()
+except zig_build.BuildError as error:
+    sys.exit(f"motorid: {error}")
+TARGET = zig_build.TARGETS[ASKED] if ASKED else None  # None: the machine's own compiler builds
 
 
 class BuildWithRigs(build_py):
@@ -32,7 +45,10 @@ class BuildWithRigs(build_py):
 
 
 class BuildOne(build_ext):
-    """Leaves one library a module: Python would load an older one with a more exact suffix."""
+    """Leaves one library a module: Python would load an older one with a more exact suffix.
+
+    With a TARGET, zig compiles.
+    """
 
     def run(self) -> None:
         super().run()
@@ -43,9 +59,34 @@ class BuildOne(build_ext):
                 if other.suffix == built.suffix and other.name != built.name:
                     other.unlink()
 
+    def get_ext_filename(self, fullname: str) -> str:
+        if TARGET is None:
+            return str(super().get_ext_filename(fullname))
+        return str(Path(*fullname.split("."))) + TARGET.suffix
+
+    def build_extension(self, ext: Any) -> None:
+        if TARGET is None:
+            super().build_extension(ext)
+            return
+        output = Path(self.get_ext_fullpath(ext.name))
+        work = Path(self.build_temp)
+        try:
+            zig_build.compile_module(TARGET, ext.sources, output, ext.include_dirs, work)
+        except zig_build.BuildError as error:
+            sys.exit(f"motorid: {error}")
+
+
+class TaggedWheel(bdist_wheel):
+    """A wheel for TARGET, and for each Python since the oldest that motorid supports."""
+
+    def get_tag(self) -> tuple[str, str, str]:
+        if TARGET is None:
+            return super().get_tag()
+        return zig_build.PYTHON_TAG, zig_build.ABI_TAG, TARGET.wheel
+
 
 setup(
-    cmdclass={"build_ext": BuildOne, "build_py": BuildWithRigs},
+    cmdclass={"bdist_wheel": TaggedWheel, "build_ext": BuildOne, "build_py": BuildWithRigs},
     # each compiled part has its builder beside it
     cffi_modules=[f"{path}:ffi" for path in sorted(Path("motorid").glob("*/*_build.py"))],
 )

@@ -81,8 +81,9 @@ def record(
     """
     from motorid.acquire import record as recorder
     from motorid.rig import load_rig
+    from motorid.workflow.record import adjusted
 
-    bench = load_rig(rig) if isinstance(rig, str) else rig
+    bench = adjusted(load_rig(rig) if isinstance(rig, str) else rig)
     return recorder.capture(
         bench,
         bench.program,
@@ -101,8 +102,9 @@ def connect(rig: Rig | str) -> Connection:
     """
     from motorid.rig import load_rig
     from motorid.workflow.connect import Connection
+    from motorid.workflow.record import adjusted
 
-    return Connection(load_rig(rig) if isinstance(rig, str) else rig)
+    return Connection(adjusted(load_rig(rig) if isinstance(rig, str) else rig))
 
 
 def load_product(name_or_path: str | PathLike[str]) -> Product:

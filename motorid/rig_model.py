@@ -137,6 +137,7 @@ class Rig:
     calibration_max_age_days: float = 365.0
     calibrated: CalibrationFile | None = None  # the file that is applied in the above
     text: str = ""
+    settings: Mapping[str, str] = field(default_factory=dict)  # the user's defaults, as taken
 
     @property
     def stated(self) -> Stated:

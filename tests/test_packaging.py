@@ -67,7 +67,7 @@ def test_wheel_holds_rigs_spec_and_types_but_no_tests(wheel: Path) -> None:
 
 
 def test_command_works_from_any_folder(motorid: Path, tmp_path: Path) -> None:
-    assert "Commands:" in run(motorid, "--help", cwd=tmp_path)
+    assert "Look and fit:" in run(motorid, "--help", cwd=tmp_path)
     assert "sim" in run(motorid, "rigs", cwd=tmp_path).split()
 
 

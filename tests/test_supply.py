@@ -52,6 +52,20 @@ def test_another_version_than_the_installed_one_is_seen(locks: Path) -> None:
     assert any("click 7.0: locks/run.txt does not meet click>=" in one for one in found)
 
 
+def test_the_compilers_lock_is_of_the_version_that_is_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy = tmp_path / packages.COMPILER_LOCK.name
+    copy.write_text(packages.COMPILER_LOCK.read_text(encoding="utf-8"), encoding="utf-8")
+    monkeypatch.setattr(lock, "COMPILER_LOCK", copy)
+    assert list(lock.compiler_faults()) == []
+    version = copy.read_text(encoding="utf-8").split()[0]
+    spoil(copy, version, "ziglang==0.1")
+    assert list(lock.compiler_faults()) == [f"ziglang 0.1: locks/zig.txt is not {version}"]
+    spoil(copy, "ziglang==0.1", "lead==0.1")
+    assert len(list(lock.compiler_faults())) == 2
+
+
 def test_what_runs_and_what_is_tested_are_the_same_files(locks: Path) -> None:
     first = next(
         line for line in block(locks / "run.txt", "numpy").splitlines() if "sha256" in line

@@ -11,6 +11,7 @@ from typing import Any
 import click
 
 from motorid.cli.main import cli
+from motorid.cli.paged import Paged
 from motorid.errors import MEANING_OF_EXIT
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "commands.md"
@@ -41,7 +42,7 @@ def help_text(command: click.Command, parent: click.Context | None = None) -> st
         max_content_width=WIDTH,
         help_option_names=["-h", "--help"],
     )
-    return command.get_help(context)
+    return command.whole_help(context) if isinstance(command, Paged) else command.get_help(context)
 
 
 def page() -> str:

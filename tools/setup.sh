@@ -3,11 +3,15 @@
 #   run    what motorid needs, with its compiled parts
 #   test   that, and what its tests and checks need
 # Asks apt-get only for what is missing, and only as root or with password-free sudo;
-# otherwise it says which command to give.
+# otherwise it says which command to give. Where there is no C compiler, the compiled parts are
+# built with ziglang from the package index, as locked in locks/zig.txt.
+# FOR=test: what is made ready is for tests, which need the machine's own compiler anyway.
 set -eu
 cd "$(dirname "$0")/.."
 what=${1:-run}
+for=${FOR:-$what}
 venv=.venv
+zig=build/zig
 
 say() { printf 'setup: %s\n' "$*" >&2; }
 
@@ -23,11 +27,11 @@ find_python() {
 # Debian packages that a needed thing lives in, for what this machine lacks.
 missing_packages() {
     "$1" -c 'import venv, ensurepip' 2>/dev/null || echo python3-venv
-    command -v cc >/dev/null 2>&1 || echo gcc libc6-dev
-    "$1" -c 'import os, sys, sysconfig
-sys.exit(not os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h")))' ||
-        echo python3-dev
+    [ "$for" != test ] || has_compiler "$1" || ! may_install || echo gcc libc6-dev python3-dev
 }
+
+# Whether a C compiler and the headers of this Python are there.
+has_compiler() { "$1" tools/building/zig_build.py; }
 
 # Those without which some tests skip: a browser, the boards' compiler and emulator, second opinions.
 wanted_packages() {
@@ -90,7 +94,12 @@ export PIP_DISABLE_PIP_VERSION_CHECK=1
 $venv/bin/python -m pip install -q --require-hashes -r locks/run.txt
 [ "$what" = run ] ||
     $venv/bin/python -m pip install -q --require-hashes --no-build-isolation -r locks/test.txt
-$venv/bin/python -m pip install -q --no-deps --no-index --no-build-isolation -e .
+if ! has_compiler $venv/bin/python && [ ! -e $zig/ziglang/__main__.py ]; then
+    say "no C compiler with Python's headers is here: installing ziglang, as locked in locks/zig.txt"
+    $venv/bin/python -m pip install -q --require-hashes --no-deps --target $zig -r locks/zig.txt
+fi
+PYTHONPATH=$zig${PYTHONPATH:+:$PYTHONPATH} \
+    $venv/bin/python -m pip install -q --no-deps --no-index --no-build-isolation -e .
 if [ "$what" = test ]; then
     # so that not each worker compiles every test module for itself
     PYTHONDONTWRITEBYTECODE='' $venv/bin/python -m pytest -q --collect-only >/dev/null 2>&1 || :

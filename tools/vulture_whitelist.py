@@ -131,3 +131,8 @@ _.markdown
 
 # motorid/search/review/ideal.py: what the review's weights waste; a bench and a test ask
 _.searches
+
+# motorid/look.py: notebooks and scripts call them
+_._repr_html_
+_.to_dataframe
+_.plot

@@ -40,7 +40,7 @@ from motorid.wire.spec import load
 
 KEPT = (  # of the header, in a capture's provenance
     *("created", "motorid", "rig_name", "rig", "port", "board_serial", "calibration_text"),
-    *("calibration_file", "serial", "note", "host"),
+    *("calibration_file", "serial", "note", "settings", "host"),
 )
 
 

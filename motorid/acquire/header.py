@@ -65,7 +65,7 @@ KINDS: Mapping[str, Callable[[Any], bool]] = {
     **dict.fromkeys(("first_request", "samples", "zero_samples"), _count),
     **dict.fromkeys(("ambient_c", "ambient_uncertainty_c"), _maybe),
     **dict.fromkeys(("wiring", "clock"), _table(_maybe)),
-    **dict.fromkeys(("program", "calibration_file", "host"), _table(_plain)),
+    **dict.fromkeys(("program", "calibration_file", "settings", "host"), _table(_plain)),
     "calibration": _table(_table(_maybe)),
     "voltage_sense": _sense,
     "wire_steps": _counts,

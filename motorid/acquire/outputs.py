@@ -10,6 +10,7 @@ from pathlib import Path
 
 from motorid.acquire.journal import journal_path
 from motorid.capture import store
+from motorid.capture.naming import refuse_other_format
 from motorid.capture.whole import check_writable
 from motorid.errors import DataError, UsageError
 from motorid.program import Program
@@ -21,11 +22,12 @@ TICK_BYTES = 8
 
 
 def check_outputs(paths: Sequence[Path], rig: Rig, program: Program, *, force: bool) -> None:
-    """Raises UsageError where a file is in the way, DataError where one cannot be written or read.
+    """Raises UsageError where a name is taken or is no capture's, DataError where a file cannot be.
 
     Every run has its capture there at the end, and one of them its journal meanwhile.
     """
     for path in paths:
+        refuse_other_format(path)
         check_writable(path, force=force)
         if not force and os.path.lexists(journal := journal_path(path)):
             raise UsageError(in_the_way(journal))

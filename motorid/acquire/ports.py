@@ -10,7 +10,7 @@ from motorid.acquire.board import Board, Fields
 from motorid.acquire.guards import brown_out, lacking
 from motorid.acquire.link_test import measure_link
 from motorid.acquire.port import open_port
-from motorid.errors import MotoridError
+from motorid.errors import LinkError, MotoridError
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,25 @@ def list_ports() -> tuple[PortInfo, ...]:
         hardware = " ".join(part for part in (usb, port.serial_number or "") if part)
         found.append(PortInfo(str(port.device), str(port.description or ""), hardware))
     return tuple(found)
+
+
+def only_port() -> str:
+    """The one serial port that a USB device offers, unopened: opening resets many boards.
+
+    Raises LinkError where there is none, or more than one.
+    """
+    found = list_ports()
+    boards = [port.device for port in found if port.hardware]
+    if len(boards) == 1:
+        return boards[0]
+    if not boards:
+        raise LinkError(
+            "port auto: no board is plugged in by USB; `motorid ports` lists all ports: name one"
+        )
+    raise LinkError(
+        f"port auto: {len(boards)} devices are plugged in, and asking one resets it: name the "
+        f"board's among {', '.join(boards)}"
+    )
 
 
 def serial_of(url: str) -> str:

@@ -369,5 +369,6 @@ def _header(rig: Rig, program: Program, serial: str, note: str) -> dict[str, Any
         "ambient_uncertainty_c": rig.ambient_uncertainty_c,
         "serial": serial,
         "note": note,
+        **({"settings": dict(rig.settings)} if rig.settings else {}),
         "host": {"python": platform.python_version(), "system": platform.platform(terse=True)},
     }

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.errors import DataError
+from motorid.look import Look
 from motorid.program import Program
 
 Floats = NDArray[np.float64]
@@ -167,8 +168,8 @@ class Stated:
         return Stated(nameplate, thermal, self.unread)
 
 
-@dataclass(frozen=True)
-class Capture:
+@dataclass(frozen=True, repr=False)
+class Capture(Look):
     """One run: ``ticks`` (n,) int64 of the board's clock, and channels of n readings each."""
 
     ticks: NDArray[np.int64]
@@ -189,6 +190,8 @@ class Capture:
     sha256: str = ""  # of the file it came from; empty when not stored
     content_sha256: str = ""  # that the file carries of its content; empty where it carries none
     path: str = ""
+
+    __repr__ = Look.brief
 
     def __post_init__(self) -> None:
         for channel in self.channels.values():

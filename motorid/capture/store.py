@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from motorid.capture.model import Capture
+from motorid.capture.naming import refuse_other_format
 from motorid.capture.store_write import to_bytes as to_bytes
 from motorid.capture.whole import write_whole
 from motorid.errors import DataError
@@ -21,9 +22,11 @@ _written: set[str] = set()  # SHA-256 of the files that this process has written
 def save(capture: Capture, path: str | Path, force: bool = False) -> Path:
     """Writes ``capture`` to ``path``, whole or not at all; returns the path.
 
-    Raises UsageError when ``path`` exists (unless ``force``), DataError when the disk refuses.
+    Raises UsageError when ``path`` exists (unless ``force``) or is named as another kind of file,
+    DataError when the disk refuses.
     """
     path = Path(path)
+    refuse_other_format(path)
     refuse_long(path, len(capture))
     data = to_bytes(capture)
     write_whole(path, data, force=force)

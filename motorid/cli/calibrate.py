@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from motorid.cli.options import example, port_option, speed_option
+from motorid.cli.paged import Paged
 from motorid.cli.streams import confirm, prompt
 from motorid.cli.values import FINITE, Between, Named, Whole
 from motorid.errors import EXIT_DONE
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 @click.command(
     "calibrate",
+    cls=Paged,
+    common=(*("steps", "answers", "simulated", "by", "port", "speed", "note"),),
     epilog=example(
         "motorid calibrate bench.toml --by 'A. Volta'",
         "motorid calibrate bench.toml --step rest --step current",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from motorid.cli.names import RIG
 from motorid.cli.options import (
     example,
     expand,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 @click.option(
     "--rig",
     "rig_name",
+    type=RIG,
     help="Rig file, or the name of a packaged rig; with --capture, the one to re-analyse with.",
 )
 @port_option

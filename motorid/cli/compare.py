@@ -8,6 +8,7 @@ from pathlib import Path
 
 import click
 
+from motorid.cli.names import FILES
 from motorid.cli.options import Assignment, example, expand, force_option
 from motorid.cli.streams import paint
 from motorid.cli.values import JOBS, Named, Whole
@@ -44,7 +45,7 @@ class TaskBar:
         "motorid compare --table 5 -o review",
     ),
 )
-@click.argument("files", nargs=-1)
+@click.argument("files", nargs=-1, type=FILES)
 @click.option(
     "--table",
     "tables",

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import click
 
+from motorid.cli import streams
 from motorid.errors import (
     EXIT_DATA,
     EXIT_DONE,
@@ -76,7 +77,7 @@ def _say(sentence: str, code: int) -> int:
     one_line = " ".join(sentence.split())
     if len(one_line) > LONGEST:
         one_line = f"{one_line[:LONGEST]} ..."
-    click.echo(f"motorid: {one_line}", err=True, color=True)
+    click.echo(streams.folded(f"motorid: {one_line}"), err=True, color=True)
     return code
 
 

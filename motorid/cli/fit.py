@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from motorid.cli.names import FILES, RIG
 from motorid.cli.options import (
     INSTANT,
     example,
@@ -18,6 +19,8 @@ from motorid.cli.options import (
     nameplate_option,
     search_options,
 )
+from motorid.cli.paged import Paged
+from motorid.cli.streams import paged
 from motorid.cli.values import JOBS, Between, Named
 from motorid.errors import EXIT_DONE
 
@@ -28,6 +31,11 @@ if TYPE_CHECKING:
 
 @click.command(
     "fit",
+    cls=Paged,
+    common=(
+        *("rig_name", "fix", "strict", "model", "jobs", "history"),
+        *("as_json", "output", "force"),
+    ),
     epilog=example(
         "motorid fit run-1.h5 run-2.h5 run-3.h5 -o report",
         "motorid fit robotino.h5 --fix K=0.0514 --json",
@@ -37,10 +45,11 @@ if TYPE_CHECKING:
         "motorid fit --history line.db --serial 'SN-1*' -o fits",
     ),
 )
-@click.argument("files", nargs=-1)
+@click.argument("files", nargs=-1, type=FILES)
 @click.option(
     "--rig",
     "rig_name",
+    type=RIG,
     help="Re-analyse the captures under this rig, with its calibration, in place of their own.",
 )
 @click.option(
@@ -144,12 +153,14 @@ def command(
             raise click.UsageError("--strict goes with one fit: fits.csv has each one's status.")
         _fit_many(places, output, force, {**options, **search, "jobs": jobs or 1})
         return EXIT_DONE
+    from motorid.cli.progress import Working
     from motorid.workflow import fit as workflow
 
     if output:
         workflow.check_writable(output, force=force)
-    estimate = workflow.fit_files(expand(files), **options, **search)
-    click.echo(workflow.as_json(estimate) if as_json else workflow.as_text(estimate))
+    with Working("fitting"):
+        estimate = workflow.fit_files(expand(files), **options, **search)
+    click.echo(workflow.as_json(estimate) if as_json else paged(workflow.as_text(estimate)))
     if output:
         for path in workflow.write_report(estimate, output, force=force):
             click.echo(f"wrote {path}", err=True)

@@ -13,6 +13,7 @@ from motorid.cli.options import (
     force_option,
     nameplate_option,
 )
+from motorid.cli.paged import Paged
 from motorid.cli.values import FINITE, Between, Named
 
 PairsT = tuple[tuple[str, float], ...]
@@ -21,6 +22,11 @@ SaidT = tuple[tuple[str, str], ...]
 
 @click.command(
     "import",
+    cls=Paged,
+    common=(
+        *("maps", "sense", "counts_per_turn", "start_s", "stop_s", "missing"),
+        *("serial", "output", "force"),
+    ),
     epilog=example(
         "motorid import log.csv --map time=t:ms --map current=i:mA --map speed=n:rpm -o log.h5",
         "motorid import drive.mat --map time=t:s --map torque=vir*gtau:N --map position=qm:m "

@@ -5,19 +5,32 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping
 from importlib import import_module
 from typing import Any
 
 import click
 
+OTHERS = "Others"
+
 
 class LazyGroup(click.Group):
-    """``table``: command name -> (module in ``motorid.cli``, one-line help)."""
+    """``table``: command name -> (module in ``motorid.cli``, one-line help).
 
-    def __init__(self, *args: Any, table: Mapping[str, tuple[str, str]], **kwargs: Any) -> None:
+    ``tasks``: the heading of a task -> the commands that serve it, in the order of the help.
+    """
+
+    def __init__(
+        self,
+        *args: Any,
+        table: Mapping[str, tuple[str, str]],
+        tasks: Mapping[str, tuple[str, ...]],
+        **kwargs: Any,
+    ) -> None:
         super().__init__(*args, **kwargs)
         self.table = table
+        self.tasks = tasks
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.table)
@@ -43,6 +56,34 @@ class LazyGroup(click.Group):
             )
         return super().resolve_command(ctx, args)
 
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, summary) for name, (_, summary) in self.table.items()])
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[Any]:
+        """Names from the table: completion must not import every command."""
+        from click.shell_completion import CompletionItem
+
+        names = [
+            CompletionItem(name, help=summary)
+            for name, (_, summary) in self.table.items()
+            if name.startswith(incomplete)
+        ]
+        return names or click.Command.shell_complete(self, ctx, incomplete)
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The commands by task, without empty lines between them: one page must hold all."""
+        grouped = {name for names in self.tasks.values() for name in names}
+        rest = tuple(name for name in self.table if name not in grouped)
+        width = max(map(len, self.table))
+        formatter.write_paragraph()
+        for heading, names in (*self.tasks.items(), (OTHERS, rest)):
+            if names:
+                formatter.write_heading(heading)
+            for name in names:
+                formatter.write(_row(name, self.table[name][1], width, formatter.width) + "\n")
+        formatter.write("\n")
+        formatter.write(f"motorid COMMAND {'/'.join(ctx.help_option_names)} shows its options; ")
+        formatter.write("--version shows the version.\n")
+
+
+def _row(name: str, summary: str, column: int, width: int) -> str:
+    first = f"  {name:{column}}  "
+    room, rest = max(width, len(first) + 20), " " * len(first)
+    return textwrap.fill(summary, room, initial_indent=first, subsequent_indent=rest)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -15,9 +16,10 @@ from motorid.cli.lazy import LazyGroup
 from motorid.errors import EXIT_DONE, EXIT_INTERNAL, EXIT_INTERRUPTED
 from motorid.version import __version__
 
+COMPLETING = "_MOTORID_COMPLETE"  # a shell sets it where it asks for completions
 COMMANDS = {
     "run": ("run", "Capture, fit and report in one go."),
-    "plan": ("plan", "Propose the shortest program that reaches asked-for uncertainties."),
+    "plan": ("plan", "Propose the shortest program for the uncertainties asked for."),
     "capture": ("capture", "Drive the motor of a rig and record the run."),
     "recover": ("recover", "Build the capture that an interrupted run left in its journal."),
     "import": ("import_", "Turn somebody else's CSV or MAT file into a capture."),
@@ -25,12 +27,12 @@ COMMANDS = {
     "fit": ("fit", "Estimate R, L, K, B, J and T0 from captures."),
     "calibrate": (
         "calibrate",
-        "Hold a rig against meters, a resistor and a disc; keep what they say.",
+        "Compare a rig with meters, a resistor and a disc, and correct it.",
     ),
     "check": ("check", "Measure and judge one motor by a product's limits."),
     "station": ("station", "Inspect motor after motor, for an operator or a line controller."),
     "gauge": ("gauge", "Study the gauge itself: crossed R&R, a golden motor, linearity."),
-    "trend": ("trend", "Control charts, capability and drift of what was measured; alarms."),
+    "trend": ("trend", "Control charts, capability and drift of measurements; alarms."),
     "history": ("history", "The database of results: trace, judge again, export."),
     "verify": ("verify", "Say of each file whether it is still what was written."),
     "compare": ("compare", "Many methods on the same captures; the review's tables, rebuilt."),
@@ -38,22 +40,37 @@ COMMANDS = {
     "rigs": ("rigs", "List the rigs that come with motorid."),
     "flash": ("flash", "Put the firmware on an Arduino Uno or Mega, by avrdude."),
     "sim": ("sim", "Offer the simulated board to another program."),
+    "config": ("config", "Show and set the defaults of options, in one file."),
+    "completion": ("completion", "Let the shell complete commands, options and files."),
+}
+TASKS = {
+    "Measure": ("run", "plan", "capture", "recover", "calibrate"),
+    "Look and fit": ("import", "segment", "fit", "compare", "verify"),
+    "Inspect motors": ("check", "station", "gauge", "trend", "history"),
+    "Set up": ("ports", "rigs", "flash", "sim", "config", "completion"),
 }
 
 
 @click.command(
     cls=LazyGroup,
     table=COMMANDS,
+    tasks=TASKS,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="\b\nExample:\n  motorid run --rig sim -o out",
 )
 @click.version_option(__version__, prog_name="motorid")
 def cli() -> None:
-    """Identify a brushed DC motor on a bench: R, L, K, B, J and T0, with honest uncertainty.
+    """Identify a brushed DC motor on a bench, with honest uncertainty.
 
-    Exit codes: 0 done, 1 a FAIL verdict, 2 usage, 3 rig or link, 4 bad or insufficient data, 70
-    internal error, 130 interrupted.
+    Exit: 0 done, 1 FAIL, 2 usage, 3 rig or link, 4 data, 70 internal, 130 interrupted.
     """
+
+
+def _answer() -> int:
+    """What a shell asked for: its script, or the words that may follow."""
+    from motorid.cli.completion import answer
+
+    return answer(cli, os.environ[COMPLETING])
 
 
 def run(args: Sequence[str]) -> int:
@@ -76,11 +93,21 @@ def run(args: Sequence[str]) -> int:
 def _invoke(args: Sequence[str]) -> int | None:
     try:
         # color: click would drop escape sequences of others unseen, where ``Shown`` shows them
-        with cli.make_context("motorid", list(args) or ["--help"], color=True) as context:
+        words = list(args) or ["--help"]
+        with cli.make_context("motorid", words, color=True, default_map=_set(words)) as context:
             code: int | None = cli.invoke(context)
             return code
     except click.exceptions.Exit as end:  # after --help and --version
         return end.exit_code or None
+
+
+def _set(words: Sequence[str]) -> dict[str, dict[str, object]]:
+    """The defaults that the user has set, where there may be any: most have no such file."""
+    if words[0].startswith("-") or words[0] in ("config", "completion"):
+        return {}
+    from motorid.cli import settings
+
+    return settings.defaults()
 
 
 def main() -> NoReturn:
@@ -89,7 +116,7 @@ def main() -> NoReturn:
     try:
         interrupt.heed()
         streams.sturdy()
-        code = run(sys.argv[1:])
+        code = _answer() if COMPLETING in os.environ else run(sys.argv[1:])
         interrupt.heed_no_more()  # the outcome is settled
     except KeyboardInterrupt:  # a second one, while the first was reported
         code = EXIT_INTERRUPTED

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import glob
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from motorid.cli.names import PORT, PRODUCT, RIG
+from motorid.cli.streams import folded
 from motorid.cli.values import Whole, finite
 
 if TYPE_CHECKING:
     from motorid.rig import Rig
 
+EXAMPLE_WIDTH = 74  # columns, of a terminal with 80
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
@@ -90,17 +94,21 @@ def expand(files: tuple[str, ...]) -> list[Path]:
 
 
 def warned(rig: Rig) -> Rig:
-    """``rig``, after saying on stderr what a person should know of it before it drives a motor."""
+    """``rig``, after saying on stderr what a person should know of it before it drives a motor.
+
+    It holds what the command took from the user's defaults, for its captures to record.
+    """
+    from motorid.cli.settings import taken
     from motorid.workflow.rig_doubts import doubts
 
     for sentence in doubts(rig):
         warn(sentence)
-    return rig
+    return replace(rig, settings=taken(click.get_current_context(silent=True)))
 
 
 def warn(sentence: str) -> None:
     """Says on stderr what a person should know before a motor turns."""
-    click.echo(f"motorid: warning: {sentence}", err=True)
+    click.echo(folded(f"motorid: warning: {sentence}"), err=True)
 
 
 def wrote(path: Path) -> None:
@@ -110,7 +118,7 @@ def wrote(path: Path) -> None:
     remarks = record.remarks(path)  # reads it: nothing is said to be written that is not there
     click.echo(f"wrote {path}", err=True)
     for remark in remarks:
-        click.echo(f"note: {remark}", err=True)
+        click.echo(folded(f"note: {remark}"), err=True)
 
 
 def make_way(path: Path, runs: int, force: bool) -> None:
@@ -118,12 +126,21 @@ def make_way(path: Path, runs: int, force: bool) -> None:
     from motorid.workflow import record
 
     for sentence in record.make_way(path, runs) if force else ():
-        click.echo(f"note: {sentence}", err=True)
+        click.echo(folded(f"note: {sentence}"), err=True)
 
 
 def example(*lines: str) -> str:
-    """The epilog of a command's help: commands to copy."""
-    return "\b\nExample:\n" + "\n".join(f"  {line}" for line in lines)
+    """The epilog of a command's help: commands to copy, those too long for a page in two lines."""
+    return "\b\nExample:\n" + "\n".join(_folded(line) for line in lines)
+
+
+def _folded(line: str) -> str:
+    """``line`` as a shell reads it, broken before an option where it is wider than a terminal."""
+    room = EXAMPLE_WIDTH
+    if len(line) <= room:
+        return f"  {line}"
+    at = line.rfind(" -", 0, room - 2)
+    return f"  {line[:at]} \\\n      {line[at + 1 :]}"
 
 
 def fit_options(command: Command) -> Command:
@@ -161,12 +178,24 @@ nameplate_option = click.option(
     "one figure (torque_constant_nm_a=0.0514). It is compared with what is found. Repeatable.",
 )
 force_option = click.option("--force", is_flag=True, help="Replace files that exist.")
-port_option = click.option("--port", help="Port to use instead of the rig file's.")
+port_option = click.option(
+    "--port",
+    type=PORT,
+    help="Port to use instead of the rig file's; auto: the only board that is plugged in.",
+)
 product_option = click.option(
-    "--product", "product_name", required=True, help="Product file, or a packaged product's name."
+    "--product",
+    "product_name",
+    type=PRODUCT,
+    required=True,
+    help="Product file, or a packaged product's name.",
 )
 rig_option = click.option(
-    "--rig", "rig_name", required=True, help="Rig file, or the name of a packaged rig."
+    "--rig",
+    "rig_name",
+    type=RIG,
+    required=True,
+    help="Rig file, or the name of a packaged rig.",
 )
 speed_option = click.option(
     "--speed",

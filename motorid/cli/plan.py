@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from motorid.cli.names import RIG
 from motorid.cli.options import example, force_option, port_option
 from motorid.cli.values import Named
 from motorid.errors import EXIT_DONE
@@ -20,7 +21,9 @@ from motorid.errors import EXIT_DONE
         "motorid plan --rig sim-line --product sim-disc",
     ),
 )
-@click.option("--rig", "rig_name", required=True, help="Rig file, or a packaged rig's name.")
+@click.option(
+    "--rig", "rig_name", type=RIG, required=True, help="Rig file, or a packaged rig's name."
+)
 @port_option
 @click.option(
     "--want",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from dataclasses import replace
 from types import TracebackType
@@ -68,3 +69,57 @@ def render(live: Live, elapsed_s: float) -> str:
     if live.speed_rad_s is not None:
         parts.append(f"{live.speed_rad_s:+8.1f} rad/s")
     return "  ".join(parts)
+
+
+class Working:
+    """A line on stderr while work of unknown length goes on: what, how much of it, how long.
+
+    It begins after a second, and only where stderr is a terminal. A thread draws it; the work
+    neither waits for it nor hears of it, so that no clock decides a result.
+    """
+
+    AFTER_S, EACH_S = 1.0, 0.25
+
+    def __init__(self, what: str) -> None:
+        self.what = what
+        self.ended = threading.Event()
+        self.thread: threading.Thread | None = None
+        self.width = 0
+
+    def __enter__(self) -> Working:
+        if sys.stderr.isatty():
+            self.began = time.monotonic()
+            self.thread = threading.Thread(target=self._follow, daemon=True)
+            self.thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.ended.set()
+        if self.thread is not None:
+            self.thread.join()
+        if self.width:
+            paint(sys.stderr, "\r" + " " * self.width + "\r")
+
+    def _follow(self) -> None:
+        patience = self.AFTER_S
+        while not self.ended.wait(patience):
+            patience = self.EACH_S
+            line = still(self.what, responses(), time.monotonic() - self.began)
+            paint(sys.stderr, "\r" + line.ljust(self.width))
+            self.width = len(line)
+
+
+def still(what: str, done: int, elapsed_s: float) -> str:
+    """The line after ``elapsed_s`` and ``done`` evaluations of the model; a mark wanders."""
+    room = BAR - 3
+    at = round(elapsed_s / Working.EACH_S) % (2 * room)
+    at = min(at, 2 * room - at)
+    bar = f"[{'.' * at}###{'.' * (room - at)}]"
+    parts = [bar, what, f"{done:,} evaluations" if done else "", f"{elapsed_s:.0f} s"]
+    return "  ".join(filter(None, parts))
+
+
+def responses() -> int:
+    """Evaluations of the motor's response so far; 0 where none was needed yet."""
+    tally = sys.modules.get("motorid.motor.tally")
+    return int(tally.Tally.responses) if tally else 0

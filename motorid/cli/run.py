@@ -16,13 +16,14 @@ from motorid.cli.options import (
     warned,
     wrote,
 )
+from motorid.cli.streams import paged
 from motorid.cli.values import Named
 
 
 @click.command(
     "run",
     epilog=example(
-        "motorid run --rig sim -o out",
+        "motorid run --rig sim",
         "motorid run --rig bench.toml --serial M17 --repeat 3 -o M17",
     ),
 )
@@ -31,9 +32,9 @@ from motorid.cli.values import Named
 @click.option(
     "-o",
     "--output",
-    required=True,
     type=Named(file_okay=False, path_type=Path),
-    help="Folder for capture.h5, estimate.json and report.html.",
+    help="Folder for capture.h5, estimate.json and report.html; without it a new one, named by "
+    "serial number and date.",
 )
 @force_option
 def command(
@@ -47,16 +48,17 @@ def command(
     without: tuple[str, ...],
     method: str,
     strict: bool,
-    output: Path,
+    output: Path | None,
     force: bool,
 ) -> int:
     """Capture a run, fit it and write a report.
 
     The same as motorid capture, then motorid fit on the file that it wrote.
     """
-    from motorid.cli.progress import ProgressLine
+    from motorid.cli.progress import ProgressLine, Working
     from motorid.workflow import fit, record
 
+    output = output or record.dated_folder(Path(), serial)
     fit.check_writable(output, force=force)
     bench = warned(record.bench(rig_name, port=port, speed=speed))
     path = record.capture_into(output)
@@ -72,8 +74,9 @@ def command(
             progress=progress,
             say=warn,
         )
-    estimate = fit.fit_files(paths, fix=dict(fix), without=without, method=method)
-    click.echo(fit.as_text(estimate))
+    with Working("fitting"):
+        estimate = fit.fit_files(paths, fix=dict(fix), without=without, method=method)
+    click.echo(paged(fit.as_text(estimate)))
     for path in paths:
         wrote(path)
     for path in fit.write_report(estimate, output, force=force):

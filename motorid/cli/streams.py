@@ -15,7 +15,9 @@ import errno
 import io
 import os
 import selectors
+import shutil
 import sys
+import textwrap
 from collections.abc import Iterator
 from typing import Any, TextIO
 
@@ -25,6 +27,7 @@ from motorid.errors import DataError
 from motorid.visible import visible
 
 CLOSED = OSError(errno.EBADF, "it is closed")
+NARROWEST = 20  # columns that a sentence is folded to
 GONE = {errno.EPIPE, errno.ESHUTDOWN, errno.ECONNRESET}  # the reader left, and may
 
 
@@ -115,6 +118,40 @@ def paint(stream: TextIO, text: str) -> None:
     """Writes ``text`` as it is, colours and cursor moves with it, and flushes."""
     getattr(stream, "paint", stream.write)(text)
     stream.flush()
+
+
+def folded(sentence: str) -> str:
+    """``sentence`` for standard error: on a terminal in lines that end between words.
+
+    A file or a program gets it in one line.
+    """
+    if sys.stderr is None or not sys.stderr.isatty():
+        return sentence
+    return _fold(sentence, max(shutil.get_terminal_size().columns, NARROWEST))
+
+
+def paged(text: str) -> str:
+    """A page for standard output: on a terminal, lines too long for it end between words."""
+    if sys.stdout is None or not sys.stdout.isatty():
+        return text
+    columns = max(shutil.get_terminal_size().columns, NARROWEST)
+    return "\n".join(_fold(line, columns) for line in text.split("\n"))
+
+
+def _fold(line: str, columns: int) -> str:
+    if len(line) <= columns:
+        return line
+    indent = " " * (len(line) - len(line.lstrip()))
+    if not line.strip(" ─-"):
+        return line[:columns]  # a rule under a heading
+    parts = textwrap.wrap(
+        line.strip(),
+        columns - len(indent) - 2,
+        break_long_words=False,
+        break_on_hyphens=False,
+        replace_whitespace=False,
+    )
+    return f"\n{indent}  ".join([indent + parts[0], *parts[1:]])
 
 
 @contextlib.contextmanager

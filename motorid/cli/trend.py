@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, cast
 import click
 
 from motorid.cli.options import INSTANT, example, force_option
+from motorid.cli.paged import Paged
 from motorid.cli.values import FINITE, Named, Whole
 from motorid.errors import EXIT_DONE, EXIT_FAIL_VERDICT
 
@@ -18,6 +19,11 @@ if TYPE_CHECKING:
 
 @click.command(
     "trend",
+    cls=Paged,
+    common=(
+        *("quantity", "lower", "upper", "subgroup", "rules", "golden", "product"),
+        *("min_ppk", "output", "force"),
+    ),
     epilog=example(
         "motorid trend line.db --quantity R_25 --product sim-disc",
         "motorid trend line.db --quantity K_25 --golden GOLD-1 -o golden.html",

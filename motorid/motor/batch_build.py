@@ -1,29 +1,14 @@
-"""Builds ``motorid.motor._batch`` from batch.c, at installation."""
+"""Builds ``motorid.motor._batch`` from batch.c, at installation; batch.h is its interface."""
 
+import re
 import sys
 from pathlib import Path
 
 from cffi import FFI
 
-HERE = Path(__file__).parent
-
-DECLARATIONS = """
-typedef struct {
-    int samples, channels;
-    const double *input;
-    const unsigned char *open;
-    const double *measured;
-    const int *pick;
-    const double *lag;
-    double *squares;
-    double *outputs;
-} batch_record;
-void batch_lti(const batch_record *r, int n, int states, const double *discrete);
-void batch_friction(const batch_record *r, int n, const double *motor);
-void batch_quadratic(const batch_record *r, int n, const double *motor, double dt, int substeps);
-void batch_expm(int n, int m, const double *matrices, double *out);
-"""
-
+ROOM = Path(__file__).parent
+SOURCES = ("batch.c", "batch_avx2.c")
+HEADERS = ("batch.h", "batch_kernels.h")
 FLAGS = (
     ["/O2", "/fp:precise"]
     if sys.platform == "win32"
@@ -31,12 +16,17 @@ FLAGS = (
 )
 
 ffi = FFI()
-ffi.cdef(DECLARATIONS)
+ffi.cdef(re.sub(r"^#.*$", "", (ROOM / "batch.h").read_text(encoding="utf-8"), flags=re.MULTILINE))
 ffi.set_source(
     "motorid.motor._batch",
-    (HERE / "batch.c").read_text(encoding="utf-8"),
+    '#include "batch.h"',
+    # relative to the project's root, where setup.py runs: absolute paths do not survive an sdist
+    sources=[f"motorid/motor/{name}" for name in SOURCES],
+    include_dirs=["motorid/motor"],
+    depends=[f"motorid/motor/{name}" for name in (*SOURCES, *HEADERS)],
+    libraries=[] if sys.platform == "win32" else ["m"],
     extra_compile_args=FLAGS,
 )
 
 if __name__ == "__main__":
-    ffi.compile(verbose=True)
+    ffi.compile(tmpdir=str(ROOM.parent.parent), verbose=True)

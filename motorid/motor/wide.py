@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from motorid.motor._response import ffi, lib
 from motorid.motor.reading import Output, Stretch
 from motorid.motor.response import Floats, Response
+from motorid.motor.tally import Tally
 
 SIX = ("R", "L", "K", "B", "J", "T0")
 NAMES = (
@@ -94,6 +95,7 @@ class WideResponse(Response):
 
         Raises ValueError when R or J is not positive, L negative, or a term lacks its scale.
         """
+        Tally.responses += 1
         self._take(motor, initial)
         readings = np.empty((self._n_outputs, self.count))
         events = lib.mw_response(

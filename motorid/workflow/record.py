@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+import re
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
 
 CAPTURE_FILE = "capture.h5"
 SIM = "sim://"
+LONGEST_LABEL = 60  # characters of a serial number in the name of a folder
+AUTO = "auto"  # as a port: the only one that has a board
 
 
 def bench(name_or_path: str, *, port: str | None = None, speed: str | None = None) -> Rig:
@@ -29,8 +33,15 @@ def bench(name_or_path: str, *, port: str | None = None, speed: str | None = Non
 
 
 def adjusted(rig: Rig, *, port: str | None = None, speed: str | None = None) -> Rig:
-    """``rig`` on another port or at another simulated pace. Raises UsageError for a real one."""
+    """``rig`` on another port or at another simulated pace.
+
+    Raises UsageError for a real one, LinkError where ``auto`` finds no port or several.
+    """
     url = port or rig.port
+    if url == AUTO:
+        from motorid.acquire.ports import only_port
+
+        url = only_port()
     return replace(rig, port=_at_speed(url, speed) if speed else url)
 
 
@@ -115,6 +126,17 @@ def remarks(path: Path) -> list[str]:
     from motorid.capture import store
 
     return record.remarks(store.load(path))
+
+
+def dated_folder(parent: Path, serial: str = "") -> Path:
+    """A folder that does not exist yet: ``M17_2026-11-23_1405``, with -2 where that is taken.
+
+    Of the serial number only letters, digits, dashes and underscores enter a name of a file.
+    """
+    label = re.sub(r"[^\w-]+", "-", serial).strip("-") or "run"
+    name = f"{label[:LONGEST_LABEL]}_{datetime.now().astimezone():%Y-%m-%d_%H%M}"
+    more = (f"{name}-{number}" for number in itertools.count(2))
+    return next(parent / n for n in itertools.chain([name], more) if not (parent / n).exists())
 
 
 def capture_into(folder: Path) -> Path:

@@ -11,27 +11,43 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from pathlib import Path
 
-from tools.supply.packages import LOCKS, ROOT, SupplyError, closure, installed, pins, wanted
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from tools.supply.packages import (
+    COMPILER_LOCK,
+    LOCKS,
+    ROOT,
+    SupplyError,
+    closure,
+    installed,
+    pins,
+    wanted,
+    wanted_compiler,
+)
 
 OLDEST = "3.11"  # Python; requires-python of pyproject.toml
 
 
 def write(upgrade: bool) -> None:
     """Resolves for every platform and Python at once; what is run is a part of what is tested."""
-    resolve("test", *(["--upgrade"] if upgrade else []))
-    resolve("run", "--constraints", str(LOCKS["test"]), *(["--upgrade"] if upgrade else []))
+    newest = ["--upgrade"] if upgrade else []
+    resolve(LOCKS["test"], wanted("test"), *newest)
+    resolve(LOCKS["run"], wanted("run"), "--constraints", str(LOCKS["test"]), *newest)
+    resolve(COMPILER_LOCK, wanted_compiler())
 
 
-def resolve(what: str, *options: str) -> None:
+def resolve(lock: Path, named: Iterable[Requirement], *options: str) -> None:
     """Writes one lock file."""
     command = [sys.executable, "-m", "uv", "pip", "compile", "-", "--quiet", "--no-header"]
     command += ["--universal", "--python-version", OLDEST, "--generate-hashes"]
-    command += ["--output-file", str(LOCKS[what]), *options]
-    LOCKS[what].parent.mkdir(exist_ok=True)
+    command += ["--output-file", str(lock), *options]
+    lock.parent.mkdir(exist_ok=True)
     subprocess.run(  # noqa: S603  # our own words
-        command, input="\n".join(map(str, wanted(what))), text=True, check=True, cwd=ROOT
+        command, input="\n".join(map(str, named)), text=True, check=True, cwd=ROOT
     )
 
 
@@ -54,9 +70,21 @@ def faults() -> Iterator[str]:
         for name in sorted(table.keys() - needed.keys()):
             if table[name].applies:
                 yield f"{name}: in locks/{what}.txt, but nothing needs it"
+    yield from compiler_faults()
     for name, pin in locked["test"].items():
         if pin.applies and installed(name).version != pin.version:
             yield f"{name}: {installed(name).version} is installed, {pin.version} is locked"
+
+
+def compiler_faults() -> Iterator[str]:
+    """The same of the compiler's lock, which no environment follows."""
+    locked = pins(COMPILER_LOCK)
+    needed = {canonicalize_name(one.name): one for one in wanted_compiler()}
+    for name in sorted(needed.keys() | locked.keys()):
+        if name not in locked or name not in needed:
+            yield f"{name}: in one of locks/{COMPILER_LOCK.name} and pyproject.toml"
+        elif not needed[name].specifier.contains(locked[name].version):
+            yield f"{name} {locked[name].version}: locks/{COMPILER_LOCK.name} is not {needed[name]}"
 
 
 def main(arguments: list[str]) -> int:

@@ -15,6 +15,7 @@ from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 LOCKS = {"run": ROOT / "locks" / "run.txt", "test": ROOT / "locks" / "test.txt"}
+COMPILER_LOCK = ROOT / "locks" / "zig.txt"  # beside any environment: build/zig
 SHA256 = re.compile(r"--hash=sha256:([0-9a-f]{64})")
 
 
@@ -65,6 +66,11 @@ def wanted(what: str) -> list[Requirement]:
     if what == "test":
         named += table["project"]["optional-dependencies"]["dev"]
     return [Requirement(one) for one in named]
+
+
+def wanted_compiler() -> list[Requirement]:
+    """The C compiler for machines without one; no environment of ours holds it."""
+    return [Requirement(one) for one in _pyproject()["dependency-groups"]["compiler"]]
 
 
 def wanted_by_users() -> list[Requirement]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.results.status import Status
+from motorid.look import Look
 
 Floats = NDArray[np.float64]
 Severity = Literal["info", "warning", "error"]
@@ -188,8 +189,8 @@ class Alternative:
     at_25: Mapping[str, Parameter] = field(default_factory=dict)  # as of ``Estimate``
 
 
-@dataclass(frozen=True)
-class Estimate:
+@dataclass(frozen=True, repr=False)
+class Estimate(Look):
     """The answer of a fit.
 
     ``parameters`` holds R, L, K, B, J, T0 always, in that order, then what the model adds.
@@ -227,3 +228,5 @@ class Estimate:
     at_25: Mapping[str, Parameter] = field(default_factory=dict)
     rise: Rise | None = None  # how warm the runs made the winding
     nominal_v: float | None = None  # V, at which ``derived`` is
+
+    __repr__ = Look.brief

@@ -1,0 +1,1 @@
+/* Nothing: Python.h beside this file names no type that differs between platforms. */
