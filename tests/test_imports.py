@@ -38,11 +38,12 @@ MAY_IMPORT = {
     "plan": FIT | {"rig"},
     "quality": FIT | {"quality"},
     "report": FIT | {"quality", "report"},
+    "export": BASE | {"estimate"},
     "sim": DATA | {"rig", "wire"},
     "acquire": DRIVE,
     "workflow": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
     "api": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
-    "cli": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
+    "cli": DRIVE | FIT | {"calibration", "export", "quality", "report", "workflow"},
 }
 
 
