@@ -38,7 +38,7 @@ MAY_IMPORT = {
     "plan": FIT | {"rig"},
     "quality": FIT | {"quality"},
     "report": FIT | {"quality", "report"},
-    "export": BASE | {"estimate"},
+    "export": DATA | {"estimate"},
     "sim": DATA | {"rig", "wire"},
     "acquire": DRIVE,
     "workflow": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},

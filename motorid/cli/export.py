@@ -17,15 +17,16 @@ from motorid.errors import EXIT_DONE
         "motorid export out/estimate.json --to mujoco -o motor.xml",
         "motorid export out/estimate.json --to spice --gear-ratio 19.2 -o geared.lib",
         "motorid export out/estimate.json --to fmu --set L=0.0002 -o motor.fmu",
+        "motorid export out/capture.h5 --to parquet -o run.parquet",
     ),
 )
-@click.argument("estimate", type=Named(exists=True, path_type=Path))
+@click.argument("source", type=Named(exists=True, path_type=Path))
 @click.option(
     "--to",
     required=True,
     metavar="TARGET",
     help="mujoco, spice, control, fmu, octave, urdf, json or toml; written, not run here: "
-    "simulink, simscape, modelica.",
+    "simulink, simscape, modelica. Of a capture: csv, parquet, mat.",
 )
 @click.option(
     "-o",
@@ -53,7 +54,7 @@ from motorid.errors import EXIT_DONE
 )
 @force_option
 def command(
-    estimate: Path,
+    source: Path,
     to: str,
     output: Path | None,
     gear_ratio: float,
@@ -61,24 +62,25 @@ def command(
     allow_doubtful: bool,
     force: bool,
 ) -> int | None:
-    """Write an estimate in the form that another program takes.
+    """Write an estimate, or a capture, in the form that another program takes.
 
-    ESTIMATE is the estimate.json of a fit, or the folder that holds it. Constants are at the
-    motor's shaft unless --gear-ratio is given. Each file has the uncertainty, in parameters where
+    SOURCE is the estimate.json of a fit, the folder that holds it, or a capture. Constants are at
+    the motor's shaft unless --gear-ratio is given. Each file has the uncertainty, in parameters where
     the target holds it and in comments elsewhere. What the target cannot hold is said.
 
     Exit code 4 where a constant that the target needs has no value, or a doubtful one.
     """
     from motorid.capture.whole import refuse_existing, write_whole
     from motorid.errors import UsageError
-    from motorid.export.targets import export, target_of
+    from motorid.export.targets import BINARY, export, insist_known
 
+    insist_known(to)
     if output is not None:
         refuse_existing(output, force)
-    elif target_of(to).name == "fmu":
-        raise UsageError("an FMU is no text: name its file by -o motor.fmu")
+    elif to in BINARY:
+        raise UsageError(f"{to} is no text: name its file by -o")
     made = export(
-        estimate / "estimate.json" if estimate.is_dir() else estimate,
+        source / "estimate.json" if source.is_dir() else source,
         to,
         gear_ratio=gear_ratio,
         given=dict(given),

@@ -23,7 +23,10 @@ COMMANDS = {
     "import": ("import_", "Turn somebody else's CSV or MAT file into a capture."),
     "segment": ("segment", "Show where a capture accelerates, runs steadily, coasts and rests."),
     "fit": ("fit", "Estimate R, L, K, B, J and T0 from captures."),
-    "export": ("export", "Write an estimate for MuJoCo, SPICE, FMI and others."),
+    "export": (
+        "export",
+        "Write an estimate for MuJoCo, SPICE, FMI and others; a capture as a table.",
+    ),
     "calibrate": (
         "calibrate",
         "Hold a rig against meters, a resistor and a disc; keep what they say.",

@@ -15,6 +15,7 @@ from motorid.export import (
     modelica,
     mujoco,
     octave,
+    readings,
     simscape,
     simulink,
     spice,
@@ -76,6 +77,7 @@ TABLE = (
     Target("modelica", ".mo", modelica.write, cannot=(SMOOTH,), run=False),
 )
 NAMES = tuple(target.name for target in TABLE)
+BINARY = ("fmu", "parquet", "mat")  # no text for a terminal
 
 
 @dataclass(frozen=True)
@@ -86,32 +88,37 @@ class Made:
     said: tuple[str, ...] = field(default=())
 
 
-def target_of(name: str) -> Target:
-    """The target of that name. Raises UsageError."""
-    for target in TABLE:
-        if target.name == name:
-            return target
-    raise UsageError(
-        f"--to {name}: no such target{nearest(name, NAMES)}; known: {', '.join(NAMES)}"
-    )
+def insist_known(name: str) -> None:
+    """Raises UsageError for a name that is no target's."""
+    known = (*NAMES, *readings.FORMS)
+    if name not in known:
+        raise UsageError(
+            f"--to {name}: no such target{nearest(name, known)}; of an estimate: "
+            f"{', '.join(NAMES)}; of a capture: {', '.join(readings.FORMS)}"
+        )
 
 
 def export(
-    estimate: Path,
+    source: Path,
     to: str,
     *,
     gear_ratio: float = 1.0,
     given: Mapping[str, float] | None = None,
     allow_doubtful: bool = False,
 ) -> Made:
-    """The motor of an estimate.json in the form of ``to``.
+    """The motor of an estimate.json, or the readings of a capture, in the form of ``to``.
 
     ``gear_ratio``: motor turns for one of the shaft that the export describes. ``given``: constants
     in SI units that take the place of the estimate's. Raises DataError where a constant has no
     value, or one that is not sure unless ``allow_doubtful``; UsageError on a bad option.
     """
-    target = target_of(to)
-    motor = with_given(read_motor(estimate), given or {})
+    insist_known(to)
+    if to in readings.FORMS:
+        if given or allow_doubtful or gear_ratio != 1.0:
+            raise UsageError(f"--to {to} writes a capture: it takes no option of a motor")
+        return Made(*readings.export_readings(source, to))
+    (target,) = (one for one in TABLE if one.name == to)
+    motor = with_given(read_motor(source), given or {})
     insist(motor, target.holds, allow_doubtful=allow_doubtful, above_zero=target.divides)
     content = target.write(motor.at_output(gear_ratio))
     return Made(
