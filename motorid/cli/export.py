@@ -65,8 +65,8 @@ def command(
     """Write an estimate, or a capture, in the form that another program takes.
 
     SOURCE is the estimate.json of a fit, the folder that holds it, or a capture. Constants are at
-    the motor's shaft unless --gear-ratio is given. Each file has the uncertainty, in parameters where
-    the target holds it and in comments elsewhere. What the target cannot hold is said.
+    the motor's shaft unless --gear-ratio is given. Each file has the uncertainty, in parameters
+    where the target holds it and in comments elsewhere. What the target cannot hold is said.
 
     Exit code 4 where a constant that the target needs has no value, or a doubtful one.
     """
