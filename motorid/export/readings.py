@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,9 +67,9 @@ def _parquet(table: Mapping[str, Floats]) -> bytes:
 def _mat(table: Mapping[str, Floats]) -> bytes:
     from scipy.io import savemat
 
-    sink = io.BytesIO()
+    sink: Any = io.BytesIO()  # a file, whatever the stubs say
     savemat(sink, dict(table), oned_as="column", do_compression=True)
-    return sink.getvalue()
+    return bytes(sink.getvalue())
 
 
 FORMS: Mapping[str, Callable[[Mapping[str, Floats]], bytes]] = {
