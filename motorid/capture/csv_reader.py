@@ -26,7 +26,7 @@ _COMMENT = ("#", "%", "//")
 _PROBE_LINES = 400
 _PROBE = 1 << 20  # characters of them
 _MAX_HEADER = CSV_HEADER
-_NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*\Z")
+_NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?\s*\Z")
 _MISSING = re.compile(r"\s*(nan|inf|-inf|n/?a|null|none|-*)\s*\Z", re.IGNORECASE)
 
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_STATED = re.compile(rf"(?:(\w[\w ]*?)\s*=\s*)?(?:\w+:)?({_NUMBER})\s*[a-zA-Zµμ]{{0,3}}")
+_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
+_STATED = re.compile(rf"(?:(\w[\w ]{{0,63}}?)\s*=\s*)?(?:\w+:)?({_NUMBER})\s*[a-zA-Zµμ]{{0,3}}")
 _NAME = re.compile(r"[^\W\d][\w ./()%-]*")
 _LEFT = 2  # columns of settings, at least: a name and its value
 

@@ -12,12 +12,13 @@ from motorid import json_text
 Record = dict[str, float | str]
 STAMP = "stamp"  # the column of what a serial monitor writes before a line: s of the day
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf|nan"
-_LABEL = r"[^\W\d][\w .()\[\]/°·%-]*?"
+_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf|nan"
+_LABEL = r"[^\W\d][\w .()\[\]/°·%-]{0,63}?"  # bounded: work grows with the line alone
 _PAIR = re.compile(rf"\s*({_LABEL})\s*[:=]\s*({_NUMBER})\s*(?:[,;\t]\s*|\s|$)", re.IGNORECASE)
 _MONITOR = re.compile(r"(\d\d):(\d\d):(\d\d(?:\.\d+)?)\s*->\s*")
 _FRACTION = re.compile(r"[.,](\d{1,15})(?=Z|[+-]\d|$)")
 _DEEPEST = 6
+_LONGEST_MOMENT = 48  # characters
 
 
 class Moment(NamedTuple):
@@ -72,7 +73,8 @@ def labelled_record(line: str) -> Record:
         hours, minutes, seconds = stamp.groups()
         found[STAMP] = 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds)
         at = stamp.end()
-    while at < len(line.rstrip()):
+    line = line.rstrip()
+    while at < len(line):
         pair = _PAIR.match(line, at)
         if pair is None or pair[1] in found:
             raise NoRecordError
@@ -88,10 +90,10 @@ def moment(text: str) -> Moment | None:
 
     Without a zone it counts as UTC: only differences are used. Every digit of a fraction counts.
     """
+    if not 10 <= len(text) <= _LONGEST_MOMENT or text[4] != "-":
+        return None
     fraction = _FRACTION.search(text)
     whole = text[: fraction.start()] + text[fraction.end() :] if fraction else text
-    if len(text) < 10 or text[4] != "-":
-        return None
     try:
         found = datetime.fromisoformat(whole)
         offset = found.utcoffset()

@@ -144,6 +144,7 @@ def test_a_line_that_lacks_a_reading_stops_the_import_with_its_place(
         ("12:00", None),
         ("1,2,3", None),
         ("a:1.2.3", None),
+        ("a" * 65 + ":1", None),
         ("", None),
     ],
 )
