@@ -49,6 +49,24 @@ TABLE = {
         cpu_s=10,
         memory=832 * MB,
     ),
+    "columnar": Limits(
+        "NPZ or Parquet file",
+        512 * MB,
+        rows=10_000_000,
+        columns=4096,
+        numbers=50_000_000,
+        cpu_s=10,
+        memory=2 * GB,
+    ),
+    "records": Limits(
+        "JSON or labelled lines",
+        256 * MB,
+        rows=2_000_000,
+        columns=256,
+        numbers=20_000_000,
+        line=256 * KB,
+        passes=2,
+    ),
     "capture": Limits(
         "capture",
         GB,
@@ -67,6 +85,7 @@ TABLE = {
     "history": Limits("history in a file", 64 * GB),
 }
 CSV, MAT, CAPTURE = TABLE["csv"], TABLE["mat"], TABLE["capture"]
+COLUMNAR, RECORDS = TABLE["columnar"], TABLE["records"]
 JOURNAL, TOML, JSON, HISTORY = TABLE["journal"], TABLE["toml"], TABLE["json"], TABLE["history"]
 STUDY, FIRMWARE = TABLE["study"], TABLE["firmware"]
 HEADINGS = (

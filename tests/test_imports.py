@@ -39,11 +39,12 @@ MAY_IMPORT = {
     "plan": FIT | {"rig"},
     "quality": FIT | {"quality"},
     "report": FIT | {"quality", "report"},
+    "export": DATA | {"estimate"},
     "sim": DATA | {"rig", "wire"},
     "acquire": DRIVE,
     "workflow": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
     "api": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
-    "cli": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
+    "cli": DRIVE | FIT | {"calibration", "export", "quality", "report", "workflow"},
 }
 
 

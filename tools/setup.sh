@@ -44,6 +44,7 @@ wanted_packages() {
     has cppcheck || echo cppcheck
     has clang-tidy || echo clang-tidy
     has clang || echo clang "libclang-rt-$(clang_version)-dev"
+    has ngspice || echo ngspice
     has tmux || echo tmux
     has ngspice || echo ngspice
     ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || has initdb || echo postgresql

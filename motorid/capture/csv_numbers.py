@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.columns import BadCell, Columns
 from motorid.capture.csv_marks import Ambiguous, Marks, looks_marked
+from motorid.capture.record_lines import Moment, moment
 
 Floats = NDArray[np.float64]
 PIECE = 1 << 16  # lines that are parsed at a time, at most
@@ -39,17 +40,23 @@ class MarkedError(Exception):
 
 
 class Parser:
-    """A table of ``width`` columns. Its errors are those of pandas."""
+    """A table of ``width`` columns. Its errors are those of pandas.
 
-    def __init__(self, separator: str, marks: Marks, width: int) -> None:
+    ``moments``: columns of dates and times, which become seconds since the first.
+    """
+
+    def __init__(
+        self, separator: str, marks: Marks, width: int, moments: Collection[int] = ()
+    ) -> None:
         self._separator, self._marks, self._width = separator, marks, width
+        self._moments = moments
 
     def plain(self, lines: Lines, wanted: Mapping[str, int], rows: int) -> Columns:
         """Columns by name, of no more than ``rows`` rows, where every cell is a number.
 
         Raises NotPlainError where one is not.
         """
-        if self._marks.thousands:
+        if self._marks.thousands or any(index in self._moments for index in wanted.values()):
             raise NotPlainError
         values = {name: np.empty(rows) for name in wanted}
         types = {n: np.float64 if n in wanted.values() else object for n in range(self._width)}
@@ -76,11 +83,15 @@ class Parser:
         """
         values = {name: np.empty(rows) for name in wanted}
         bad: dict[str, BadCell] = {}
+        firsts: dict[int, Moment] = {}
         done = 0
         for piece in self._pieces(lines, dtype=object, keep_default_na=False):
             for name, index in wanted.items():
                 cells = piece[index].fillna("").to_numpy()
-                numbers = self._marks.numbers(cells)
+                if index in self._moments:
+                    numbers = _seconds(cells, index, firsts)
+                else:
+                    numbers = self._marks.numbers(cells)
                 values[name][done : done + len(piece)] = numbers
                 missing = np.isnan(numbers)
                 for place in np.flatnonzero(missing):
@@ -122,3 +133,13 @@ class Parser:
             found.look(piece[index].fillna("").to_numpy(), done)
             done += len(piece)
         return found
+
+
+def _seconds(cells: Sequence[str], index: int, firsts: dict[int, Moment]) -> Floats:
+    """Seconds since the first date and time of a column, which ``firsts`` keeps; NaN for others."""
+    found = [moment(cell.strip()) for cell in cells]
+    known = next((one for one in found if one is not None), None)
+    first = firsts.setdefault(index, known) if known is not None else firsts.get(index)
+    return np.array(
+        [np.nan if one is None or first is None else one.since(first) for one in found], dtype=float
+    )

@@ -6,12 +6,17 @@ import contextlib
 import csv
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from motorid.capture.columns import Columns, unknown_column
 from motorid.capture.csv_marks import Marks, looks_marked, may_be_groups
 from motorid.capture.csv_numbers import MarkedError, NotPlainError, Parser
+from motorid.capture.csv_settings import beside_readings, settings, settings_beside
 from motorid.capture.csv_text import CSV_HEADER, Body, head, measure, opened
+from motorid.capture.record_lines import moment
 from motorid.capture.units import spelled
 from motorid.errors import DataError
 from motorid.limits import CSV
@@ -21,7 +26,7 @@ _COMMENT = ("#", "%", "//")
 _PROBE_LINES = 400
 _PROBE = 1 << 20  # characters of them
 _MAX_HEADER = CSV_HEADER
-_NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*\Z")
+_NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?\s*\Z")
 _MISSING = re.compile(r"\s*(nan|inf|-inf|n/?a|null|none|-*)\s*\Z", re.IGNORECASE)
 
 
@@ -49,16 +54,25 @@ class CsvSource:
         self._marks = Marks(decimal or _find_decimal(probe, self._separator), thousands or "")
         rows = [self._split(line) for line in probe]
         self._header_lines = self._find_data(probe, rows)
-        self._width = len(rows[self._header_lines])
+        first = rows[self._header_lines]
+        self._width = len(first)
+        self._constants: dict[str, float] = {}
+        if beside_readings(rows[: self._header_lines], first):
+            self._constants = settings_beside(rows[: self._header_lines])
+            self._header_lines = 0
         self._refuse_size()
         header = [
             row
             for row in rows[: self._header_lines]
             if len(row) >= min(2, self._width) and len(row) <= self._width + 1
         ]
+        self._moments = {column for column, cell in enumerate(first) if moment(cell)}
         self._index: dict[str, int] = {}
         self.header_units: Mapping[str, str] = self._read_header(header)
-        self.names: Sequence[str] = list(self._index)
+        self._constants |= settings(rows[: self._header_lines], first)
+        for name in self._constants:
+            self._index.pop(name, None)  # it names a number, and no column
+        self.names: Sequence[str] = [*self._index, *self._constants]
         plural = "" if self._header_lines == 1 else "s"
         self.layout = (
             f"{self._separator!r}-separated, decimal {self._marks.decimal!r}, "
@@ -80,7 +94,9 @@ class CsvSource:
         return _cells(line, self._separator)
 
     def _is_number(self, cell: str) -> bool:
-        return _is_number(cell, self._marks.decimal) or looks_marked(cell)
+        return (
+            _is_number(cell, self._marks.decimal) or looks_marked(cell) or moment(cell) is not None
+        )
 
     def _find_data(self, lines: list[str], rows: list[list[str]]) -> int:
         """Index of the first line of numbers; empty cells pass, so trailing separators do."""
@@ -112,20 +128,22 @@ class CsvSource:
         self._index = {name: found[0] for name, found in names.items() if len(set(found)) == 1}
         for column in range(self._width):  # a file without a header still has columns
             self._index.setdefault(f"column{column + 1}", column)
+        units |= dict.fromkeys(self._moments, "s")
         return {name: units[column] for name, column in self._index.items() if column in units}
 
     def read(self, names: Sequence[str]) -> Columns:
         import pandas as pd
 
-        wanted = {name: self._column(name) for name in names}
-        parser = Parser(self._separator, self._marks, self._width)
+        wanted = {name: self._column(name) for name in names if name not in self._constants}
+        parser = Parser(self._separator, self._marks, self._width, self._moments)
         try:
             try:
                 found = self._parse(parser.plain, wanted)
             except NotPlainError:
                 found = self._parse(parser.careful, wanted)
             self._insist_on_one_reading(parser, found, wanted)
-            return found
+            stated = {n: np.array([self._constants[n]]) for n in names if n not in wanted}
+            return replace(found, values={**found.values, **stated})
         except MarkedError as error:
             cell = error.cell
             raise DataError(
@@ -142,7 +160,7 @@ class CsvSource:
     ) -> None:
         """Raises DataError where a mark may group thousands or not, and nobody said."""
         for name, values in found.values.items():
-            if self._told or not may_be_groups(values):
+            if self._told or wanted[name] in self._moments or not may_be_groups(values):
                 continue
             with self._body() as body:
                 seen = parser.ambiguous(body, {name: wanted[name]})
@@ -192,6 +210,16 @@ def _is_number(cell: str, decimal: str) -> bool:
     return bool(_NUMBER.match(cell.replace(",", ".") if decimal == "," else cell))
 
 
+def _is_value(cell: str) -> bool:
+    """A number by any decimal mark, nothing, or a date and time."""
+    return bool(
+        _is_number(cell, ",")
+        or _MISSING.match(cell)
+        or looks_marked(cell)
+        or moment(cell) is not None
+    )
+
+
 def _find_separator(lines: list[str], decimal: str | None) -> str:
     """The separator that cuts most lines into the same number of numeric cells."""
     best, score = "", 0
@@ -202,9 +230,7 @@ def _find_separator(lines: list[str], decimal: str | None) -> str:
         widths = [
             len(row)
             for row in rows
-            if len(row) > 1
-            and any(cell.strip() for cell in row)
-            and all(_is_number(c, ",") or _MISSING.match(c) or looks_marked(c) for c in row)
+            if len(row) > 1 and any(cell.strip() for cell in row) and all(map(_is_value, row))
         ]
         same = max((widths.count(width) for width in set(widths)), default=0)
         if same > score:

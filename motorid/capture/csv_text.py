@@ -58,7 +58,8 @@ def _measure(path: Path, encoding: str) -> Extent:
         for block in _blocks(text):
             if encoding != "utf-16" and "\0" in block:
                 raise DataError(
-                    f"{path} is a binary file, not a text table: import reads CSV and MAT"
+                    f"{path} is a binary file, not a text table: import reads CSV, MAT, Parquet, "
+                    "NPZ and JSON lines"
                 )
             since = _longest(path, block, since)
             filled = len(block.rstrip())

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture import mat_child
+from motorid.capture.array_source import ArraySource
 from motorid.capture.child import ChildFailedError, arrays_from
-from motorid.capture.columns import BadCell, Columns, unknown_column
 from motorid.errors import DataError
 from motorid.limits import MAT
 
@@ -33,47 +32,16 @@ _EXPORTS = {
 }
 
 
-class MatSource:
-    """The numeric arrays of a MAT file by their path in it: ``qm``, ``X.Data``, ``Y[3].Data``.
+class MatSource(ArraySource):
+    """The numeric arrays of a MAT file.
 
-    A leading part may be left out where what remains is unambiguous. ``A[2]`` is the second column
-    of a matrix, ``A[2,:]`` its second row. Raises DataError where the
+    ``A[2]`` is the second column of a matrix, ``A[2,:]`` its second row. Raises DataError where the
     file cannot be read, or where reading it crashes, hangs or eats memory.
     """
 
-    layout = "MAT file"
-    header_units: Mapping[str, str] = {}
-
     def __init__(self, path: Path) -> None:
-        self._path = path
-        self._arrays, objects = _read(path)
-        self._paths = _names(self._arrays)
-        self.names: Sequence[str] = list(self._paths)
-        self.elsewhere = _said(objects)
-
-    def place(self, row: int) -> str:
-        return f"element {row + 1}"
-
-    def read(self, names: Sequence[str]) -> Columns:
-        values = {name: self._array(name) for name in names}
-        lengths = {name: len(array) for name, array in values.items() if len(array) > 1}
-        if len(set(lengths.values())) > 1:
-            told = ", ".join(f"{name} has {length}" for name, length in lengths.items())
-            raise DataError(f"{self._path}: columns differ in length: {told}; map columns of one")
-        bad, cleaned = [], {}
-        for name, array in values.items():
-            finite = np.isfinite(array)
-            if not finite.all():
-                row = int(np.argmin(finite))
-                bad.append(BadCell(row, name, str(array[row])))
-                array = np.where(finite, array, np.nan)
-            cleaned[name] = array
-        return Columns(max(lengths.values(), default=1), cleaned, tuple(bad))
-
-    def _array(self, name: str) -> Floats:
-        if name not in self._paths:
-            raise unknown_column(name, self.names)
-        return self._arrays[self._paths[name]]
+        arrays, objects = _read(path)
+        super().__init__(path, arrays, "MAT file", _said(objects))
 
 
 def _read(path: Path) -> tuple[dict[str, Floats], dict[str, str]]:
@@ -103,16 +71,3 @@ def _said(objects: Mapping[str, str]) -> str:
     )
     how = next(known, "save its arrays as plain variables")
     return f"{', '.join(told)}{more}, which only MATLAB reads: there, {how}"
-
-
-def _names(arrays: Mapping[str, Floats]) -> dict[str, str]:
-    """Every tail of a dotted path that only one array has -> its path; long, short names first."""
-    counts = Counter(tail for path in arrays for tail in _tails(path))
-    tails = [(tail, path) for path in arrays for tail in _tails(path) if counts[tail] == 1]
-    tails.sort(key=lambda pair: (len(arrays[pair[1]]) < 2, pair[0].count(".")))
-    return dict(tails)
-
-
-def _tails(path: str) -> list[str]:
-    parts = path.split(".")
-    return [".".join(parts[start:]) for start in range(len(parts))]

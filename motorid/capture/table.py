@@ -1,4 +1,4 @@
-"""Makes a capture of somebody else's file: a CSV or MAT table and a map of its columns."""
+"""Makes a capture of somebody else's file: a table and a map of its columns."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from motorid.capture import table_checks as checks
 from motorid.capture.columns import Columns, Source
 from motorid.capture.declared import without_early_readings
 from motorid.capture.facts import IMPORTED, kept
+from motorid.capture.formats import source_of
 from motorid.capture.mapping import ROW, ChannelMap, Formula, parse_maps
 from motorid.capture.model import HELD as HELD
 from motorid.capture.model import NOTES as NOTES
@@ -38,7 +39,7 @@ STATIC = "static"  # provenance: True where the rows are steady points without a
 
 
 def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture:
-    """The capture that ``maps`` makes of the CSV or MAT file at ``path``.
+    """The capture that ``maps`` makes of the file at ``path``, of a kind of ``formats.TABLE``.
 
     ``maps`` are ``QUANTITY=EXPRESSION:UNIT``; an expression is a column's name or arithmetic over
     columns and constants (``torque=vir*gtau:N``). Quantities are ``units.QUANTITIES`` and
@@ -55,7 +56,7 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
     path, chosen = Path(path), TableOptions(**given)
     mapped = parse_maps(maps, chosen.counts_per_turn)
     insist_options(chosen, mapped)
-    source = _open(path, chosen)
+    source = source_of(path, chosen)
     formulas = _formulas(source, mapped, chosen.constants)
     notes = checks.header_notes(mapped, formulas, source.header_units)
     values = _read(path, source, formulas, chosen, notes)
@@ -104,17 +105,6 @@ def _formulas(
         if not source.elsewhere:
             raise
         raise UsageError(f"{error}; {source.elsewhere}") from None
-
-
-def _open(path: Path, chosen: TableOptions) -> Source:
-    from motorid.capture.csv_reader import CsvSource
-    from motorid.capture.mat_reader import MatSource
-
-    with open_file(path, DataError) as file:
-        head = file.read(1024)
-    if path.suffix.lower() == ".mat" or head.startswith((b"MATLAB", b"\x89HDF")):
-        return MatSource(path)
-    return CsvSource(path, chosen.separator, chosen.decimal, chosen.thousands)
 
 
 def _read(

@@ -168,7 +168,9 @@ def command(
     note: str,
     force: bool,
 ) -> None:
-    """Turn somebody else's CSV or MAT file into a capture, by naming its columns.
+    """Turn somebody else's table or log into a capture, by naming its columns.
+
+    Reads CSV, MAT, Parquet and NPZ files, JSON lines, and the labelled lines of a serial plotter.
 
     Separators, header rows and decimal marks are found; units are converted to SI.
     """

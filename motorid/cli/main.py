@@ -22,9 +22,13 @@ COMMANDS = {
     "plan": ("plan", "Propose the shortest program for the uncertainties asked for."),
     "capture": ("capture", "Drive the motor of a rig and record the run."),
     "recover": ("recover", "Build the capture that an interrupted run left in its journal."),
-    "import": ("import_", "Turn somebody else's CSV or MAT file into a capture."),
+    "import": ("import_", "Turn somebody else's table or log into a capture."),
     "segment": ("segment", "Show where a capture accelerates, runs steadily, coasts and rests."),
     "fit": ("fit", "Estimate R, L, K, B, J and T0 from captures."),
+    "export": (
+        "export",
+        "Write an estimate for MuJoCo, SPICE, FMI and others; a capture as a table.",
+    ),
     "calibrate": (
         "calibrate",
         "Compare a rig with meters, a resistor and a disc, and correct it.",

@@ -11,12 +11,14 @@ from typing import Any
 
 import pytest
 
+from motorid import json_text
 from motorid.acquire.journal import journal_path
 from motorid.cli import main
 from motorid.errors import MEANING_OF_EXIT
 from motorid.quality.history import open_history
 from motorid.rig_file import find
 from tests.cli.streams import all_commands
+from tests.export.estimates import document
 from tests.flash.test_flash import hex_of
 from tests.history.records import record
 from tools import commands_page
@@ -57,6 +59,9 @@ def here(capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path
     (tmp_path / "readings.csv").write_text(readings, encoding="utf-8")
     rows = "".join(f"{k / 100},{1 + k % 3},{5 + k % 2},{100 + k}\n" for k in range(50))
     (tmp_path / "log.csv").write_text("t,i,u,n\n" + rows, encoding="utf-8")
+    for name, changed in (("estimate", {}), ("doubtful", {"K": {"status": "doubtful"}})):
+        text = json_text.dumps(document(**changed))
+        (tmp_path / f"{name}.json").write_text(text, encoding="utf-8")
     with open_history(tmp_path / "line.db") as history:
         history.add(record(1))
     with sqlite3.connect(tmp_path / "line.db") as db:
