@@ -14,7 +14,7 @@ from motorid.errors import MotoridError, UsageError, nearest
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.quality.guard_band import RULES, Rule
 from motorid.quality.limits import Limit
-from motorid.quality.quantities import QUANTITIES
+from motorid.quality.quantities import QUANTITIES, quantity
 from motorid.quality.temperature import Temperature
 from motorid.toml_file import read_text, tables_of, unknown
 
@@ -113,6 +113,7 @@ SECTIONS = (
     "serial", "ambient", "temperature", "motor", "capture", "decision", "warm_up", "program",
     "limits",
 )  # fmt: skip
+AT_LEVELS = ("measured_speed@VOLTS", "measured_current@VOLTS")
 RULE_KEYS = ("rule", "r", "coverage_factor", "consumer_risk", "process_mean", "process_sd")
 LIMIT_KEYS = ("low", "high", "unit", "low_means", "high_means", *RULE_KEYS)
 
@@ -153,14 +154,15 @@ def _product(document: dict[str, Any], text: str, stem: str) -> Product:
 
 
 def _limit(name: str, table: Any, decision: Mapping[str, Any]) -> Limit:
-    if name not in QUANTITIES:
-        near = nearest(name, QUANTITIES) or f"; they are {', '.join(QUANTITIES)}"
+    found = quantity(name)
+    if found is None:
+        near = nearest(name, QUANTITIES) or f"; they are {', '.join((*QUANTITIES, *AT_LEVELS))}"
         raise UsageError(f"limits.{name}: there is no such quantity{near}")
     where = f"limits.{name}"
     if not isinstance(table, dict):
         raise UsageError(f"{where} must be a table with low or high")
     _known(table, LIMIT_KEYS, where)
-    unit = QUANTITIES[name].unit
+    unit = found.unit
     if _text(table, "unit", where, unit) != unit:
         raise UsageError(f"{where}.unit must be {unit}, in which this quantity is measured")
     low = _number(table, "low", where, -math.inf, -1e12, 1e12)
