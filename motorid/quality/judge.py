@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from motorid.estimate.results.estimate import Estimate
 from motorid.estimate.results.status import Status
-from motorid.quality.levels import disagreement
+from motorid.quality.levels import dead_sensor, disagreement
 from motorid.quality.limits import Limit
 from motorid.quality.product import Product
 from motorid.quality.quantities import Context, quantity
@@ -12,6 +12,7 @@ from motorid.quality.verdict import Measurement, Outcome, Reading, Verdict, deci
 from motorid.version import __version__
 
 LACK = "lack_of_fit"
+RUNS = "motor_runs"  # the measurement of a motor that did not
 
 
 def judge(estimate: Estimate, limits: Product, *, serial: str = "") -> Verdict:
@@ -41,6 +42,27 @@ def not_measured(product: Product, serial: str, reason: str) -> Verdict:
         reason=reason,
     )  # fmt: skip
     return Verdict(product.name, serial, (missing,), (), {"motorid": __version__})
+
+
+def not_running(
+    product: Product, serial: str, defect: str, seen: str, unsound: str = ""
+) -> Verdict:
+    """The verdict on a motor that did not run: FAIL with the ``defect``, as it was ``seen``.
+
+    ``unsound``: why the rig cannot be taken for sound; then it is INVALID.
+    """
+    limit = Limit(RUNS, "1", low=1.0)
+    reason = f"{defect}: {seen}"
+    dead = Measurement(
+        RUNS, "the motor runs", limit, Reading("1", 0.0, 0.0, reason), Outcome.FAIL, reason=reason
+    )
+    if unsound:
+        unsound = f"motor or rig ({defect}; {seen}): {unsound}"
+    sound = _condition("rig_sound", "the rig was shown to be sound", unsound)
+    return Verdict(
+        product.name, serial, (sound, dead), (),
+        {"motorid": __version__, "product": product.digest},
+    )  # fmt: skip
 
 
 def _measured(name: str, limit: Limit, context: Context) -> Measurement:
@@ -88,6 +110,7 @@ def _captures(estimate: Estimate, product: Product) -> list[Measurement]:
     return [
         _condition("run_complete", "run complete", problem),
         _condition("fit_settled", "fit settled", settled),
+        _condition("current_sensed", "the current is sensed", dead_sensor(estimate)),
     ]
 
 

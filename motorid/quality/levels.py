@@ -12,6 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
+from motorid.capture.model import CURRENT
 from motorid.estimate.results.estimate import Estimate, MeasuredLevel
 from motorid.motor.brushes import figure
 from motorid.motor.parameters import Motor
@@ -24,6 +27,12 @@ UNIT = {"speed": "rad/s", "current": "A"}
 NEAR = 0.05  # of the stated voltage, within which a level counts as that level
 OF_CORRECTION = 0.3  # standard uncertainty of a reduction to the stated voltage, relative
 SURE = 3.0  # standard uncertainties of a difference
+LITTLE = 0.01  # of the extent of the current: a level's is known better
+CLEAR = 5.0  # standard uncertainties of nothing
+NOISE = 7.0  # standard deviations, beyond which no noise goes
+ROBUST = 1.4826 / math.sqrt(2.0)  # standard deviation over the median step between readings
+FEWEST = 32  # readings
+DEAD = "the current sensor is dead or not in the motor's line"
 
 
 @dataclass(frozen=True)
@@ -112,3 +121,30 @@ def disagreement(estimate: Estimate, motor: Motor | None) -> str:
                 "the run does not support figures that are derived"
             )
     return said
+
+
+def dead_sensor(estimate: Estimate) -> str:
+    """Where the motor turns under a voltage and no current flows, which no motor does; "": none."""
+    for curve in estimate.curves:
+        if curve.channel != CURRENT or len(curve.measured) < FEWEST:
+            continue
+        noise = ROBUST * float(np.median(np.abs(np.diff(curve.measured))))
+        extent = float(np.ptp(curve.measured))
+        if extent < 2.0 * NOISE * noise:
+            return f"the current never leaves its noise of {noise:.2g} A: {DEAD}"
+        for row in estimate.steady:
+            inside = (curve.time_s >= row.start_s) & (curve.time_s <= row.end_s)
+            n = int(inside.sum())
+            if row.capture != curve.capture or not row.speed_rad_s or n < FEWEST:
+                continue
+            mean = float(curve.measured[inside].mean())
+            u = CLEAR * math.hypot(noise / math.sqrt(n), _offset(estimate))
+            if abs(mean) < u < LITTLE * extent:
+                return f"the motor turns at {row.speed_rad_s:.4g} rad/s without a current: {DEAD}"
+    return ""
+
+
+def _offset(estimate: Estimate) -> float:
+    """A, how well the zero of the current is known."""
+    own = (p.total or 0.0 for n, p in estimate.nuisance.items() if n.startswith("current offset"))
+    return max(own, default=0.0)

@@ -44,6 +44,19 @@ class SerialRule:
 
 
 @dataclass(frozen=True)
+class SelfTest:
+    """When a rig counts as sound: a motor has passed on it within the last ``inspections``.
+
+    ``golden``: serial numbers that count; none: of any motor. After ``dead_in_a_row`` motors that
+    did not run, a motor must pass before another one is blamed.
+    """
+
+    golden: tuple[str, ...] = ()
+    inspections: int = 50
+    dead_in_a_row: int = 2
+
+
+@dataclass(frozen=True)
 class Product:
     """One type of motor. ``limits`` by quantity, in the order of the file."""
 
@@ -59,6 +72,7 @@ class Product:
     ambient: Limit | None = None
     temperature: Temperature = field(default_factory=Temperature)
     lost_samples: int = 0
+    self_test: SelfTest = SelfTest()
     text: str = field(default="", repr=False)
 
     @property
@@ -110,8 +124,8 @@ def _folder() -> Path:
 # ---- the file --------------------------------------------------------------------------------
 
 SECTIONS = (
-    "serial", "ambient", "temperature", "motor", "capture", "decision", "warm_up", "program",
-    "limits",
+    "serial", "ambient", "temperature", "motor", "capture", "decision", "self_test", "warm_up",
+    "program", "limits",
 )  # fmt: skip
 AT_LEVELS = ("measured_speed@VOLTS", "measured_current@VOLTS")
 RULE_KEYS = ("rule", "r", "coverage_factor", "consumer_risk", "process_mean", "process_sd")
@@ -149,7 +163,20 @@ def _product(document: dict[str, Any], text: str, stem: str) -> Product:
         ambient=_ambient(section["ambient"]) if section["ambient"] else None,
         temperature=_temperature(section["temperature"]),
         lost_samples=int(_number(section["capture"], "lost_samples", "capture", 0, 0, 1e9)),
+        self_test=_self_test(section["self_test"]),
         text=text,
+    )
+
+
+def _self_test(table: dict[str, Any]) -> SelfTest:
+    _known(table, ("golden", "inspections", "dead_in_a_row"), "self_test")
+    golden = table.get("golden", [])
+    if not isinstance(golden, list) or not all(isinstance(one, str) and one for one in golden):
+        raise UsageError("self_test.golden must be a list of serial numbers")
+    return SelfTest(
+        tuple(golden),
+        int(_number(table, "inspections", "self_test", 50, 1, 100_000)),
+        int(_number(table, "dead_in_a_row", "self_test", 2, 1, 1000)),
     )
 
 
