@@ -41,7 +41,8 @@ def not_measured(product: Product, serial: str, reason: str) -> Verdict:
         "measurement", "measurement", limit, Reading("1", problem=reason), Outcome.INVALID,
         reason=reason,
     )  # fmt: skip
-    return Verdict(product.name, serial, (missing,), (), {"motorid": __version__})
+    versions = {"motorid": __version__, "product": product.digest}
+    return Verdict(product.name, serial, (missing,), (), versions)
 
 
 def not_running(

@@ -19,6 +19,7 @@ from motorid.quality.temperature import Temperature
 from motorid.toml_file import read_text, tables_of, unknown
 
 LONGEST_SERIAL = 64
+REPEATS = ("count", "refuse")  # what becomes of a serial number that was judged before
 ATOM = r"(?:\[[A-Za-z0-9 _./:#-]+\]|\\d|\\\.|[A-Za-z0-9 _/:#-])"
 COUNT = r"(?:\{\d{1,2}(?:,\d{1,2})?\}|\?)"
 SAFE_PATTERN = re.compile(rf"(?:{ATOM}{COUNT}?)+")
@@ -29,10 +30,14 @@ DRIVES = (StepKind.DRIVE_DUTY, StepKind.DRIVE_VOLTS)
 
 @dataclass(frozen=True)
 class SerialRule:
-    """What a serial number looks like: a pattern that no text can make slow to match."""
+    """What a serial number looks like: a pattern that no text can make slow to match.
+
+    ``repeat``: whether a motor that was judged before is tested again.
+    """
 
     pattern: str
     example: str = ""
+    repeat: str = "count"  # or "refuse"
 
     def problem(self, serial: str) -> str:
         """Why ``serial`` is none, and what to do; empty when it is one."""
@@ -222,8 +227,14 @@ def _rule(table: Mapping[str, Any], where: str) -> Rule:
 
 
 def _serial(table: dict[str, Any]) -> SerialRule:
-    _known(table, ("pattern", "example"), "serial")
-    rule = SerialRule(_text(table, "pattern", "serial", ""), _text(table, "example", "serial", ""))
+    _known(table, ("pattern", "example", "repeat"), "serial")
+    rule = SerialRule(
+        _text(table, "pattern", "serial", ""),
+        _text(table, "example", "serial", ""),
+        _text(table, "repeat", "serial", "count"),
+    )
+    if rule.repeat not in REPEATS:
+        raise UsageError(f"serial.repeat must be one of {', '.join(REPEATS)}")
     if not SAFE_PATTERN.fullmatch(rule.pattern) or len(rule.pattern) > 200:
         raise UsageError(
             "serial.pattern may hold letters, digits, [classes], \\d and counts such as {6} or "
