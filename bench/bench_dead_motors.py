@@ -92,6 +92,7 @@ def main(arguments: list[str]) -> int:
                 return line.inspect(f"D{number:06d}").verdict
 
         for number in range(first, first + count):
+            print(f"case {number}", file=sys.stderr, flush=True)
             if (number - first) % EVERY == 0:
                 inspect(900_000 + number, {})
             case = drawn(number)
