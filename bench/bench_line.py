@@ -14,14 +14,19 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from bench.bench_verdicts import NO_ERRORS, in_the_end
 from motorid.quality.history import Query, open_history
 from motorid.quality.product import Product, load_product
+from motorid.rig import Rig
 from motorid.workflow.tasks import Task, run_all
 from motorid.workflow.trend import from_history
 
@@ -61,8 +66,6 @@ def motors(count: int) -> list[tuple[str, dict[str, Any]]]:
 
 def inspect(number: int, options: dict[str, Any], folder: Path) -> dict[str, Any]:
     """One motor through the station and into the history; what it was and what was said of it."""
-    from dataclasses import replace
-
     from motorid.acquire.record import capture
     from motorid.rig import load_rig
     from motorid.sim import truth
@@ -79,7 +82,7 @@ def inspect(number: int, options: dict[str, Any], folder: Path) -> dict[str, Any
     verdict, _ = judge_files([path], product)
     with open_history(folder / "line.db") as history:
         remember(history, verdict, [path], product, station="simulated")
-    real = truth(url)
+    real = truth(url) | {"no_load_speed": driven_long(rig, product, options)}
     return {
         "outcome": str(verdict.outcome),
         "marginal": verdict.marginal,
@@ -101,11 +104,17 @@ def known(quantity: str) -> bool:
 
 def outside(real: dict[str, Any], product: Product) -> list[str]:
     """The parameters whose true value breaks a limit."""
-    R, K, volts = real["R_25"], real["K_25"], product.voltage_v
-    speed = (volts * K - R * real["T0"]) / (K**2 + R * real["B"])
-    values = {**{n: real[n] for n in PARAMETERS if n in real}, "no_load_speed": speed}
     limits = product.limits
-    return [n for n, v in values.items() if not limits[n].low <= v <= limits[n].high]
+    return [n for n in PARAMETERS if not limits[n].low <= real[n] <= limits[n].high]
+
+
+def driven_long(rig: Rig, product: Product, options: dict[str, Any]) -> float:
+    """rad/s of the motor itself at 25 °C after a second at the product's voltage."""
+    port = rig.port.replace("load_inertia=6.4e-8", f"load_inertia={options['load_inertia']}")
+    of_chain = {*STATION, *NO_ERRORS, "load_inertia", "speed"}
+    own = {name: value for name, value in options.items() if name not in of_chain}
+    with tempfile.TemporaryDirectory() as name:
+        return in_the_end(replace(rig, port=port), product, {**own, "ambient": 25.0}, Path(name))
 
 
 def main(arguments: list[str]) -> int:

@@ -10,12 +10,16 @@ from motorid.acquire.encoder_scale import judge_scale
 from motorid.acquire.interrupt import Stop
 from motorid.acquire.pulse import MOVED, Pulse, weak_pulse
 from motorid.acquire.safety import pulse_resistance
+from motorid.acquire.signs import Sign, SignError, seen
 from motorid.capture.model import CURRENT
 from motorid.errors import RigError
 from motorid.rig import Rig
 from motorid.wire.enums import ChannelKind
 
 DUTIES = (0.1, 0.2, 0.35)  # of the supply, rising until the motor moves
+SWING = 1 / 12  # of a turn: less, and backwards, is a rotor that falls back into its cogging
+TURNED, STOOD = 0.3, 0.1  # of the applied voltage, that the open terminals show or do not
+FAR = 3.0  # times the nameplate's resistance, or a share of it: another circuit
 WHOLE = 1e-3  # of an aperture, by which it may miss a whole number of PWM periods
 
 
@@ -33,7 +37,7 @@ def check_signs(
         if pulse is None:
             return {}
         judge_sensors(rig, pulse)
-        if abs(pulse.counts) >= MOVED:
+        if abs(pulse.counts) >= MOVED and not _swings(rig, pulse):
             _judge_encoder(rig, pulse)
             judge_scale(rig, pulse)
             found = asdict(pulse) | {"resistance_bound_ohm": _bound(pulse)}
@@ -50,7 +54,7 @@ def check_signs(
                 return found
         board.wait_for_rest()
     if braked is None or abs(braked.counts) < MOVED:
-        raise RigError(_why_still(braked or pulse))
+        raise _why_still(rig, braked or pulse)
     raise RigError(_why_dead(braked))
 
 
@@ -96,9 +100,10 @@ def weak_duties(rig: Rig, supply_v: float) -> Iterator[float]:
 def judge_sensors(rig: Rig, pulse: Pulse) -> None:
     """What is wrong whether or not the motor moved."""
     if pulse.saturated:
-        raise RigError(
+        raise seen(
+            Sign.SHORTED,
             f"the current sensor is at an end of its range at {pulse.duty:.0%} duty: the motor is "
-            "shorted, or the sensor is dead or too small"
+            "shorted, or the sensor is dead or too small",
         )
     volts = pulse.voltage_v
     if volts is None or rig.voltage_sense == "supply":
@@ -153,9 +158,10 @@ def _judge_encoder(rig: Rig, pulse: Pulse) -> None:
     """What is wrong in how the motor moved."""
     if pulse.counts < 0:
         other = str(not rig.encoder_reversed).lower()
-        raise RigError(
+        raise seen(
+            Sign.BACKWARDS,
             f"the encoder counts backwards ({pulse.counts} counts) under positive voltage: set "
-            f"wiring.encoder_reversed = {other}, or swap the motor's leads"
+            f"wiring.encoder_reversed = {other}, or swap the motor's leads",
         )
 
 
@@ -175,18 +181,51 @@ def _judge_current(pulse: Pulse) -> None:
         )
 
 
-def _why_still(pulse: Pulse | None) -> str:
+def _swings(rig: Rig, pulse: Pulse) -> bool:
+    """Whether the rotor only fell back: a turning one shows more, whichever way it is counted."""
+    return pulse.counts < 0 and -pulse.counts < SWING * rig.wiring.counts_per_turn
+
+
+def _why_still(rig: Rig, pulse: Pulse | None) -> RigError:
     if pulse is None:
-        return "no pulse is weak enough for limits.current_a: raise it"
-    if pulse.draws:
-        return (
-            f"the encoder stands still at {pulse.duty:.0%} duty though the motor draws "
-            f"{pulse.current_a:.3g} A: free the shaft, or check the encoder's wires"
+        return RigError(
+            "no pulse is weak enough for limits.current_a: state the nameplate's resistance, or "
+            "lower the supply"
         )
-    return (
-        f"the motor does not move at {pulse.duty:.0%} duty ({pulse.volts:.2f} V) and draws "
-        "nothing: check its leads, the bridge's enable and the supply"
-    )
+    at = f"at {pulse.duty:.0%} duty ({pulse.volts:.2f} V)"
+    if abs(pulse.counts) >= MOVED:
+        return seen(
+            Sign.SWINGS,
+            f"the rotor swings by {pulse.counts} counts {at} and does not turn: it is jammed, or "
+            "its cogging is too strong",
+        )
+    coast = pulse.coast_v
+    stood = coast is not None and abs(coast) < STOOD * pulse.volts
+    if not pulse.draws or (stood and _circuit(rig, pulse) > FAR):
+        drawn = f"{pulse.current_a:.3g} A" if pulse.draws else "nothing"
+        return seen(
+            Sign.OPEN,
+            f"the motor does not move {at} and draws {drawn}: check its leads, the bridge's enable "
+            "and the supply",
+        )
+    said = f"the encoder stands still {at} though the motor draws {pulse.current_a:.3g} A"
+    if stood:
+        shown = "the open terminals show no voltage of a turning motor"
+        return seen(Sign.SEIZED, f"{said}, and {shown}: free the shaft")
+    if coast is not None and coast > TURNED * pulse.volts:
+        return RigError(
+            f"{said}, and the open terminals show {coast:.2f} V of a turning motor: check the "
+            "encoder's wires and its supply"
+        )
+    return SignError(f"{said}: free the shaft, or check the encoder's wires")
+
+
+def _circuit(rig: Rig, pulse: Pulse) -> float:
+    """Voltage over current at standstill, over the nameplate's resistance; 1: nobody stated it."""
+    stated = rig.nameplate.resistance_ohm
+    if not stated or not pulse.current_a:
+        return 1.0
+    return abs(pulse.volts / pulse.current_a) / stated
 
 
 def _bound(pulse: Pulse) -> float | None:

@@ -196,17 +196,15 @@ class _Run:
 
 
 ADVICE = {
-    Fault.OVER_CURRENT: "lower the level, or raise limits.current_a if the motor can bear it",
-    Fault.OVER_SPEED: "check wiring.counts_per_turn and gear_ratio, then lower the level, or raise "
-    "limits.speed_rad_s if the motor can bear it",
+    Fault.OVER_CURRENT: "lower the level, and check the motor for a short",
+    Fault.OVER_SPEED: "check wiring.counts_per_turn and gear_ratio, then lower the level",
     Fault.SUPPLY_LOW: "the supply sagged or is off: use a stronger one, or lower supply_min_v",
     Fault.SUPPLY_HIGH: "braking pumped the supply up, or it is set too high: check it",
-    Fault.RUN_TIME: "shorten the program, or raise limits.run_time_s",
+    Fault.RUN_TIME: "shorten the program",
     Fault.HOST_SILENCE: "this computer was too busy to send heartbeats: close other programs",
     Fault.ENCODER_EDGES: "edges came faster than the board can count: lower the level",
     Fault.DRIVER: "the bridge reports a fault: check its wiring, heat and supply",
-    Fault.OVER_VOLTAGE: "the terminals had more than limits.voltage_v: lower the level, or "
-    "raise it if the motor can bear it",
+    Fault.OVER_VOLTAGE: "the terminals had more than limits.voltage_v: lower the level",
     Fault.WRONG_SIGN: "that reading went against the drive: check the "
     "wires of motor, sensors and encoder, or whether a load turns the motor",
     Fault.INPUT_OPENED: "a contact of limits.inputs opened: close guard and fixture",

@@ -10,8 +10,8 @@ import numpy as np
 
 from motorid.acquire.pulse import Pulse
 from motorid.acquire.safety import program_volts
+from motorid.acquire.signs import Sign, seen
 from motorid.capture.model import POSITION, Capture
-from motorid.errors import RigError
 from motorid.rig import Rig
 
 SURE = 1.5  # times the applied voltage, as back-EMF of a weak pulse: K of a nameplate is rough
@@ -25,7 +25,7 @@ def judge_scale(rig: Rig, pulse: Pulse) -> None:
         return
     rad_s = abs(pulse.counts_per_s) * _rad_per_count(rig)
     if said := _impossible(rig, rad_s, abs(pulse.volts), SURE):
-        raise RigError(f"in the first weak pulse {said}")
+        raise seen(Sign.TOO_FAST, f"in the first weak pulse {said}")
 
 
 def why_too_fast(rig: Rig, capture: Capture) -> str:

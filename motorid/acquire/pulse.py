@@ -9,16 +9,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.acquire.assemble import name_of
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.drive import drive, load, tripped
 from motorid.acquire.interrupt import Stop
 from motorid.acquire.plan import wire_program
+from motorid.acquire.signs import Sign, seen
 from motorid.acquire.timeline import Timeline
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE
 from motorid.errors import RigError
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Rig, settling_s
 from motorid.wire.codec import mask_channels
+from motorid.wire.enums import Fault
 
 MOVED = 4  # encoder counts, more than an edge's flicker
 CLEAR = 5.0  # standard deviations that tell a reading from noise
@@ -41,6 +44,7 @@ class Pulse:
     peak_a: float
     saturated: bool
     voltage_v: float | None
+    coast_v: float | None = None  # of the open terminals, in the last half of what follows
     counts_per_s: float | None = None  # of the encoder, at the end of the stretch that is shown
 
     @property
@@ -75,7 +79,9 @@ def weak_pulse(
     if stop.requested:
         return None
     if reason.startswith("fault"):
-        raise RigError(f"in the first weak pulse ({duty:.0%} duty) {tripped(reason, board.trip)}")
+        text = f"in the first weak pulse ({duty:.0%} duty) {tripped(reason, board.trip)}"
+        over = reason == f"fault: {name_of(Fault, Fault.OVER_CURRENT)}"
+        raise seen(Sign.SHORTED, text) if over else RigError(text)
     counts = board.position() - before
     arrays = timeline.arrays()
     if not len(arrays.ticks):
@@ -87,6 +93,8 @@ def weak_pulse(
         raise RigError("every sample of the first pulse was lost: check the cable")
     found = _measure(board, arrays.columns, part, zero, duty, supply_v, counts)
     period_s = period / board.identity["clock_hz"]
+    coast = None if braking else _after(board, arrays, first + shown["ticks"], wire, zero)
+    found = replace(found, coast_v=coast)
     return replace(found, counts_per_s=_speed(arrays.columns.get(POSITION), part, period_s))
 
 
@@ -119,6 +127,14 @@ def _measure(
         saturated=saturated,
         voltage_v=None if voltage is None else float(np.mean(voltage[driven])),
     )
+
+
+def _after(board: Board, arrays: Any, end: int, wire: Any, zero: Fields) -> float | None:
+    """V of the open terminals once the current has died away: what a turning rotor induces."""
+    fact = board.descriptors.get(VOLTAGE)
+    part = arrays.ticks > end + wire.steps[2]["ticks"] // 2
+    voltage = _values(board, arrays.columns, VOLTAGE, zero["voltage_offset"]) if fact else None
+    return None if voltage is None or not part.any() else float(np.mean(voltage[part]))
 
 
 def _speed(counts: NDArray[Any] | None, driven: NDArray[np.bool_], period_s: float) -> float | None:

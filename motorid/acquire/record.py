@@ -44,6 +44,7 @@ from motorid.acquire.port import open_port
 from motorid.acquire.ports import serial_of
 from motorid.acquire.resets import BoardResetError
 from motorid.acquire.safety import check_program
+from motorid.acquire.signs import Sign, seen
 from motorid.capture import store
 from motorid.capture.model import SUPPLY, SUPPLY_BEFORE
 from motorid.errors import DataError, LinkError, MotoridError, RigError
@@ -56,6 +57,10 @@ from motorid.wire.enums import Fault, Mode
 Progress = Callable[[Live], None]
 Say = Callable[[str], None]
 ZERO_S = 0.2
+SIGNS = {
+    name_of(Fault, Fault.OVER_CURRENT): Sign.OVER_CURRENT,
+    name_of(Fault, Fault.OVER_SPEED): Sign.OVER_SPEED,
+}
 
 
 def capture(
@@ -176,7 +181,9 @@ class _Recorder:
         if reason.startswith("fault"):
             fast = kept and reason == f"fault: {name_of(Fault, Fault.OVER_SPEED)}"
             why = why_too_fast(self.rig, store.load(path)) if fast else ""
-            raise RigError(f"{tripped(reason, told)}{why}{_where(kept, path)}")
+            text = f"{tripped(reason, told)}{why}{_where(kept, path)}"
+            sign = SIGNS.get(reason.removeprefix("fault: "))
+            raise RigError(text) if sign is None else seen(sign, text)
         if self.stop.requested:
             raise KeyboardInterrupt(f"interrupted{_where(kept, path) or '; nothing was measured'}")
         if not kept:
@@ -334,7 +341,11 @@ def _end_of(error: MotoridError) -> str:
 
 def _with(failure: Exception, more: str) -> Exception:
     """``failure``, with more to its sentence where it is one of ours."""
-    return type(failure)(f"{failure}{more}") if isinstance(failure, MotoridError) else failure
+    if not isinstance(failure, MotoridError):
+        return failure
+    said = type(failure)(f"{failure}{more}")
+    said.__dict__.update(failure.__dict__)  # what it carries besides its sentence
+    return said
 
 
 def _after(failure: Exception | None, error: MotoridError) -> Exception:

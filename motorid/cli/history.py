@@ -28,10 +28,11 @@ Command = TypeVar("Command", bound=Callable[..., Any])
         "motorid history trace line.db D000123",
         "motorid history rejudge line.db --product sim-disc",
         "motorid history export line.db -o line.parquet",
+        "motorid history verify line.db --inspections shift",
     ),
 )
 def command() -> None:
-    """The database of results: add, list, trace, judge again, export.
+    """The database of results: add, list, trace, judge again, export, verify.
 
     A history is a file (SQLite) or the URL of a database that SQLAlchemy knows.
     """
@@ -184,3 +185,32 @@ def export(where: str, output: Path, product: str, force: bool, **fields: Any) -
     with open_history(where, create=False) as history:
         count = write(history, output, _query(fields, product), force=force)
     click.echo(f"wrote {output}: {count} rows", err=True)
+
+
+@command.command("verify")
+@WHERE
+@click.option(
+    "--inspections",
+    "folders",
+    multiple=True,
+    type=Named(exists=True, file_okay=False, path_type=Path),
+    help="Folders of inspections, which keep the heads of the chain. Repeatable.",
+)
+def verify(where: str, folders: tuple[Path, ...]) -> int:
+    """Find edited, deleted and inserted results, by the chain of digests.
+
+    With --inspections also a tail that was cut off, or a chain that was written anew. Exit code 4
+    where anything is found. Results from before there were seals are counted as unsealed.
+    """
+    from motorid.quality.history import open_history
+    from motorid.workflow.shift_history import anchors
+
+    heads = [head for folder in folders for head in anchors(folder)]
+    with open_history(where, create=False) as history:
+        found = history.verify(heads)
+    click.echo(f"{found.sealed} sealed results, {found.unsealed} unsealed, {len(heads)} anchors")
+    for head in found.heads:
+        click.echo(f"head of {head.station or 'no station'}: {head.position} {head.chain}")
+    for problem in found.problems:
+        click.echo(f"DAMAGED {problem}")
+    return EXIT_DATA if found.problems else EXIT_DONE

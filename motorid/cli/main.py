@@ -37,6 +37,7 @@ COMMANDS = {
     "station": ("station", "Inspect motor after motor, for an operator or a line controller."),
     "gauge": ("gauge", "Study the gauge itself: crossed R&R, a golden motor, linearity."),
     "trend": ("trend", "Control charts, capability and drift of measurements; alarms."),
+    "risk": ("risk", "Consumer's and producer's risks of a limit and its decision rule."),
     "history": ("history", "The database of results: trace, judge again, export."),
     "verify": ("verify", "Say of each file whether it is still what was written."),
     "compare": ("compare", "Many methods on the same captures; the review's tables, rebuilt."),
@@ -49,8 +50,8 @@ COMMANDS = {
 }
 TASKS = {
     "Measure": ("run", "plan", "capture", "recover", "calibrate"),
-    "Look and fit": ("import", "segment", "fit", "compare", "verify"),
-    "Inspect motors": ("check", "station", "gauge", "trend", "history"),
+    "Look and fit": ("import", "segment", "fit", "compare", "export", "verify"),
+    "Inspect motors": ("check", "station", "gauge", "trend", "risk", "history"),
     "Set up": ("ports", "rigs", "flash", "sim", "config", "completion"),
 }
 

@@ -20,7 +20,7 @@ from motorid.cli.options import (
     warned,
 )
 from motorid.cli.streams import paint
-from motorid.cli.values import Named
+from motorid.cli.values import Named, Whole
 from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
@@ -57,6 +57,14 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
 )
 @click.option("--no-listen", is_flag=True, help="Take no orders but the scanner's.")
 @click.option("--allow-remote", is_flag=True, help="Let --listen name more than this computer.")
+@click.option(
+    "--queue",
+    "depth",
+    type=Whole(1, 100),
+    default=1,
+    show_default=True,
+    help="Orders in work at most; above 1 only where a machine changes the motors.",
+)
 @click.option("--history", help="Add verdicts to this history (file, or a database's URL).")
 @click.option("--station", "name", default="", help="This station's name in the history.")
 def command(
@@ -68,6 +76,7 @@ def command(
     listen: str,
     no_listen: bool,
     allow_remote: bool,
+    depth: int,
     history: str | None,
     name: str,
 ) -> int:
@@ -89,7 +98,7 @@ def command(
     address = parse_listen(listen, remote=allow_remote)
     with Line(rig, product, output) as line:
         kept = ShiftHistory(history, product, {"station": name}) if history else None
-        station = Station(line, show, kept)
+        station = Station(line, show, kept, depth)
         orders = None if no_listen else Orders(address, station.take)
         try:
             if orders is not None:

@@ -49,6 +49,9 @@ if TYPE_CHECKING:
     show_default=True,
     help="Which patterns alarm.",
 )
+@click.option(
+    "--small-shifts", is_flag=True, help="EWMA and CUSUM charts as well: they see small shifts."
+)
 @click.option("--golden", help="Serial number of the golden motor: its readings, and their drift.")
 @click.option("--serial", default="", help="Only these motors; * and ? are wildcards.")
 @click.option("--product", default="", help="Only results judged by this product.")
@@ -70,6 +73,7 @@ def command(
     subgroup: int,
     baseline: int | None,
     rules: str,
+    small_shifts: bool,
     golden: str | None,
     serial: str,
     product: str,
@@ -112,6 +116,7 @@ def command(
         rules=cast("RuleSet", rules),
         golden=golden is not None,
         least_ppk=min_ppk,
+        small_shifts=small_shifts,
     )
     click.echo(dumps(report.to_dict(found), indent=2) if as_json else report.text(found))
     if output:

@@ -6,7 +6,6 @@ A value y with standard uncertainty u is taken to be normal. Limits may be infin
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal
@@ -19,7 +18,8 @@ from motorid.errors import UsageError
 Floats = NDArray[np.float64]
 RuleName = Literal["simple", "uncertainty", "specific_risk", "global_risk"]
 RULES: tuple[RuleName, ...] = ("simple", "uncertainty", "specific_risk", "global_risk")
-NODES = 200  # of the quadrature over the process, on each side of the limits
+NODES = 24  # of the quadrature in each panel
+PANELS = (-9.0, -6.0, -4.0, -2.5, -1.2, 0.0, 1.2, 2.5, 4.0, 6.0, 9.0)  # of a sd or a u
 REACH = 9.0  # standard deviations beyond which nothing is left
 HALVINGS = 60
 
@@ -82,9 +82,34 @@ def risks(
     """Global (consumer's, producer's) risk of a guard band (JCGM 106, 9.5); that of the rule."""
     mean, sd = _process(rule)
     w = guard_band(u, low, high, rule) if band is None else band
-    inner = (max(low, mean - REACH * sd), min(high, mean + REACH * sd))
-    rejected = _integral(*inner, mean, sd, lambda x: 1.0 - _accepted(x, u, low, high, w))
+    rejected = _integral(low, high, u, (low + w, high - w), mean, sd, inside=False)
     return _consumer(u, low, high, mean, sd, w), rejected
+
+
+@dataclass(frozen=True)
+class Specific:
+    """Of one item with a measured value: the probability that it conforms, by the measurement
+    alone and with the process as prior knowledge, and whether the rule accepts it.
+
+    The specific consumer's risk is 1 - conformance of what is accepted; the specific producer's
+    risk is the conformance of what is rejected (JCGM 106, 9.3).
+    """
+
+    accepted: bool
+    conformance: float
+    with_process: float | None
+
+
+def specific(value: float, u: float, low: float, high: float, rule: Rule) -> Specific:
+    """What a measured value says of its item; ``with_process`` None: no process was given."""
+    alone = conformance(value, u, low, high)
+    known = None
+    if rule.process_mean is not None and rule.process_sd is not None:
+        sd, mean = rule.process_sd, rule.process_mean
+        weight = sd**2 / (sd**2 + u**2)
+        spread = u * math.sqrt(weight)
+        known = conformance(mean + weight * (value - mean), spread, low, high)
+    return Specific(accepts(value, u, low, high, rule), alone, known)
 
 
 def quantile(probability: float) -> float:
@@ -125,36 +150,58 @@ def _global_band(u: float, low: float, high: float, mean: float, sd: float, targ
 
 def _consumer(u: float, low: float, high: float, mean: float, sd: float, band: float) -> float:
     """Share of all items that does not conform and is accepted."""
-    ends = (mean - REACH * sd, mean + REACH * sd)
-
-    def accepted(x: Floats) -> Floats:
-        return _accepted(x, u, low, high, band)
-
-    below = _integral(max(ends[0], low - REACH * u), min(low, ends[1]), mean, sd, accepted)
-    above = _integral(max(high, ends[0]), min(ends[1], high + REACH * u), mean, sd, accepted)
-    return below + above
-
-
-def _accepted(x: Floats, u: float, low: float, high: float, band: float) -> Floats:
-    """Probability that an item of true value ``x`` is measured within the acceptance limits."""
-    least, most = low + band, high - band
-    if u <= 0:
-        return ((x >= least) & (x <= most)).astype(np.float64)
-    from scipy.special import ndtr
-
-    return np.maximum(ndtr((most - x) / u) - ndtr((least - x) / u), 0.0)
+    accepted = (low + band, high - band)
+    below = _integral(-math.inf, low, u, accepted, mean, sd, inside=True)
+    return below + _integral(high, math.inf, u, accepted, mean, sd, inside=True)
 
 
 def _integral(
-    start: float, stop: float, mean: float, sd: float, weight: Callable[[Floats], Floats]
+    start: float,
+    stop: float,
+    u: float,
+    accepted: tuple[float, float],
+    mean: float,
+    sd: float,
+    *,
+    inside: bool,
 ) -> float:
-    """Of the process's density times ``weight``; 0 for an empty range."""
+    """Share of items of a true value from ``start`` to ``stop`` measured ``inside`` the limits of
+    acceptance, or outside of them.
+
+    The process changes over its sd, the measurement over its u about the limits of acceptance:
+    panels end where either does, so that a ratio of a millionth of both is no harder than one.
+    """
+    start, stop = max(start, mean - REACH * sd), min(stop, mean + REACH * sd)
     if not stop > start:
         return 0.0
+    places = [mean + k * sd for k in PANELS]
+    places += [end + k * u for end in accepted if math.isfinite(end) for k in PANELS]
+    edges = np.array(sorted({start, stop, *(p for p in places if start < p < stop)}))
     nodes, weights = _legendre()
-    x = 0.5 * (stop + start) + 0.5 * (stop - start) * nodes
-    density = np.exp(-0.5 * ((x - mean) / sd) ** 2) / (sd * math.sqrt(2 * math.pi))
-    return float(0.5 * (stop - start) * (weights * density * weight(x)).sum())
+    half = 0.5 * np.diff(edges)[:, None]
+    x = 0.5 * (edges[1:] + edges[:-1])[:, None] + half * nodes
+    density = np.exp(-0.5 * ((x - mean) / sd) ** 2) / (sd * math.sqrt(2.0 * math.pi))
+    return float((half * weights * density * _measured(x, u, accepted, inside)).sum())
+
+
+def _measured(x: Floats, u: float, accepted: tuple[float, float], inside: bool) -> Floats:
+    """Probability that items of true values ``x`` are measured inside, or outside, the limits of
+    acceptance; each by the smaller tails, so that no difference of nearly equal figures is left.
+    """
+    least, most = accepted
+    if least >= most:
+        return np.full_like(x, 0.0 if inside else 1.0)
+    if u <= 0.0:
+        within = (x >= least) & (x <= most)
+        return np.where(within == inside, 1.0, 0.0)
+    from scipy.special import ndtr
+
+    below, above = (least - x) / u, (most - x) / u
+    if not inside:
+        return np.asarray(ndtr(below) + ndtr(-above))
+    right = ndtr(above) - ndtr(below)
+    left = ndtr(-below) - ndtr(-above)
+    return np.asarray(np.maximum(np.where(below > 0.0, left, right), 0.0))
 
 
 @lru_cache(maxsize=1)

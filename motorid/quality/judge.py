@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from motorid.estimate.results.estimate import Estimate
+from motorid.estimate.results.status import Status
+from motorid.quality.levels import dead_sensor, disagreement
 from motorid.quality.limits import Limit
 from motorid.quality.product import Product
-from motorid.quality.quantities import QUANTITIES, Context
+from motorid.quality.quantities import Context, quantity
 from motorid.quality.verdict import Measurement, Outcome, Reading, Verdict, decide
 from motorid.version import __version__
+
+LACK = "lack_of_fit"
+RUNS = "motor_runs"  # the measurement of a motor that did not
 
 
 def judge(estimate: Estimate, limits: Product, *, serial: str = "") -> Verdict:
@@ -19,14 +24,11 @@ def judge(estimate: Estimate, limits: Product, *, serial: str = "") -> Verdict:
     named = serial or next((str(i["serial"]) for i in estimate.inputs if i.get("serial")), "")
     conditions = [*_captures(estimate, limits), _serial(named, limits), *_ambient(estimate, limits)]
     context = Context(estimate, limits)
-    measured = [
-        decide(limit, QUANTITIES[name].read(context), QUANTITIES[name].meaning)
-        for name, limit in limits.limits.items()
-    ]
+    measured = [_measured(name, limit, context) for name, limit in limits.limits.items()]
     return Verdict(
         limits.name,
         named,
-        (*(c for c in conditions if c is not None), *measured),
+        (*(c for c in conditions if c is not None), *_supported(context), *measured),
         estimate.inputs,
         {**estimate.versions, "motorid": __version__, "product": limits.digest},
     )
@@ -39,12 +41,56 @@ def not_measured(product: Product, serial: str, reason: str) -> Verdict:
         "measurement", "measurement", limit, Reading("1", problem=reason), Outcome.INVALID,
         reason=reason,
     )  # fmt: skip
-    return Verdict(product.name, serial, (missing,), (), {"motorid": __version__})
+    versions = {"motorid": __version__, "product": product.digest}
+    return Verdict(product.name, serial, (missing,), (), versions)
 
 
-def _condition(name: str, meaning: str, problem: str) -> Measurement:
-    """A yes or no as a measurement: 1 is good."""
-    limit = Limit(name, "1", low=1.0, condition=True)
+def not_running(
+    product: Product, serial: str, defect: str, seen: str, unsound: str = ""
+) -> Verdict:
+    """The verdict on a motor that did not run: FAIL with the ``defect``, as it was ``seen``.
+
+    ``unsound``: why the rig cannot be taken for sound; then it is INVALID.
+    """
+    limit = Limit(RUNS, "1", low=1.0)
+    reason = f"{defect}: {seen}"
+    dead = Measurement(
+        RUNS, "the motor runs", limit, Reading("1", 0.0, 0.0, reason), Outcome.FAIL, reason=reason
+    )
+    if unsound:
+        unsound = f"motor or rig ({defect}; {seen}): {unsound}"
+    sound = _condition("rig_sound", "the rig was shown to be sound", unsound)
+    return Verdict(
+        product.name, serial, (sound, dead), (),
+        {"motorid": __version__, "product": product.digest},
+    )  # fmt: skip
+
+
+def _measured(name: str, limit: Limit, context: Context) -> Measurement:
+    found = quantity(name)
+    assert found is not None, name  # a product file with another name was refused
+    return decide(limit, found.read(context), found.meaning)
+
+
+def _supported(context: Context) -> list[Measurement]:
+    """What the run must support, or nothing passes. A motor that fails its limits fails still."""
+    estimate = context.estimate
+    misfit = [d.message for d in estimate.diagnostics if d.code == LACK]
+    doubtful = [p.name for p in estimate.parameters.values() if p.status is Status.DOUBTFUL]
+    doubt = f"{', '.join(doubtful)}: {context.doubt(*doubtful)}" if doubtful else ""
+    return [
+        _condition("model_fits", "the run follows the model", "; ".join(misfit[:1]), False),
+        _condition("nothing_doubtful", "no parameter is doubtful", doubt, False),
+        _condition(
+            "derived_as_measured", "speed by the parameters against the measured one",
+            disagreement(estimate, context.as_run), False,
+        ),
+    ]  # fmt: skip
+
+
+def _condition(name: str, meaning: str, problem: str, ground: bool = True) -> Measurement:
+    """A yes or no as a measurement: 1 is good. ``ground``: without it nothing else counts."""
+    limit = Limit(name, "1", low=1.0, condition=ground)
     if problem:
         reading = Reading("1", 0.0, 0.0, problem)
         return Measurement(name, meaning, limit, reading, Outcome.INVALID, reason=problem)
@@ -65,6 +111,7 @@ def _captures(estimate: Estimate, product: Product) -> list[Measurement]:
     return [
         _condition("run_complete", "run complete", problem),
         _condition("fit_settled", "fit settled", settled),
+        _condition("current_sensed", "the current is sensed", dead_sensor(estimate)),
     ]
 
 

@@ -14,11 +14,12 @@ from motorid.errors import MotoridError, UsageError, nearest
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.quality.guard_band import RULES, Rule
 from motorid.quality.limits import Limit
-from motorid.quality.quantities import QUANTITIES
+from motorid.quality.quantities import QUANTITIES, quantity
 from motorid.quality.temperature import Temperature
 from motorid.toml_file import read_text, tables_of, unknown
 
 LONGEST_SERIAL = 64
+REPEATS = ("count", "refuse")  # what becomes of a serial number that was judged before
 ATOM = r"(?:\[[A-Za-z0-9 _./:#-]+\]|\\d|\\\.|[A-Za-z0-9 _/:#-])"
 COUNT = r"(?:\{\d{1,2}(?:,\d{1,2})?\}|\?)"
 SAFE_PATTERN = re.compile(rf"(?:{ATOM}{COUNT}?)+")
@@ -29,10 +30,14 @@ DRIVES = (StepKind.DRIVE_DUTY, StepKind.DRIVE_VOLTS)
 
 @dataclass(frozen=True)
 class SerialRule:
-    """What a serial number looks like: a pattern that no text can make slow to match."""
+    """What a serial number looks like: a pattern that no text can make slow to match.
+
+    ``repeat``: whether a motor that was judged before is tested again.
+    """
 
     pattern: str
     example: str = ""
+    repeat: str = "count"  # or "refuse"
 
     def problem(self, serial: str) -> str:
         """Why ``serial`` is none, and what to do; empty when it is one."""
@@ -41,6 +46,19 @@ class SerialRule:
         shown = repr(serial[:LONGEST_SERIAL]) if serial else "nothing"
         such = f", such as {self.example}" if self.example else ""
         return f"{shown} is no serial number of this product{such}: scan the label again"
+
+
+@dataclass(frozen=True)
+class SelfTest:
+    """When a rig counts as sound: a motor has passed on it within the last ``inspections``.
+
+    ``golden``: serial numbers that count; none: of any motor. After ``dead_in_a_row`` motors that
+    did not run, a motor must pass before another one is blamed.
+    """
+
+    golden: tuple[str, ...] = ()
+    inspections: int = 50
+    dead_in_a_row: int = 2
 
 
 @dataclass(frozen=True)
@@ -59,6 +77,7 @@ class Product:
     ambient: Limit | None = None
     temperature: Temperature = field(default_factory=Temperature)
     lost_samples: int = 0
+    self_test: SelfTest = SelfTest()
     text: str = field(default="", repr=False)
 
     @property
@@ -110,9 +129,10 @@ def _folder() -> Path:
 # ---- the file --------------------------------------------------------------------------------
 
 SECTIONS = (
-    "serial", "ambient", "temperature", "motor", "capture", "decision", "warm_up", "program",
-    "limits",
+    "serial", "ambient", "temperature", "motor", "capture", "decision", "self_test", "warm_up",
+    "program", "limits",
 )  # fmt: skip
+AT_LEVELS = ("measured_speed@VOLTS", "measured_current@VOLTS")
 RULE_KEYS = ("rule", "r", "coverage_factor", "consumer_risk", "process_mean", "process_sd")
 LIMIT_KEYS = ("low", "high", "unit", "low_means", "high_means", *RULE_KEYS)
 
@@ -148,19 +168,33 @@ def _product(document: dict[str, Any], text: str, stem: str) -> Product:
         ambient=_ambient(section["ambient"]) if section["ambient"] else None,
         temperature=_temperature(section["temperature"]),
         lost_samples=int(_number(section["capture"], "lost_samples", "capture", 0, 0, 1e9)),
+        self_test=_self_test(section["self_test"]),
         text=text,
     )
 
 
+def _self_test(table: dict[str, Any]) -> SelfTest:
+    _known(table, ("golden", "inspections", "dead_in_a_row"), "self_test")
+    golden = table.get("golden", [])
+    if not isinstance(golden, list) or not all(isinstance(one, str) and one for one in golden):
+        raise UsageError("self_test.golden must be a list of serial numbers")
+    return SelfTest(
+        tuple(golden),
+        int(_number(table, "inspections", "self_test", 50, 1, 100_000)),
+        int(_number(table, "dead_in_a_row", "self_test", 2, 1, 1000)),
+    )
+
+
 def _limit(name: str, table: Any, decision: Mapping[str, Any]) -> Limit:
-    if name not in QUANTITIES:
-        near = nearest(name, QUANTITIES) or f"; they are {', '.join(QUANTITIES)}"
+    found = quantity(name)
+    if found is None:
+        near = nearest(name, QUANTITIES) or f"; they are {', '.join((*QUANTITIES, *AT_LEVELS))}"
         raise UsageError(f"limits.{name}: there is no such quantity{near}")
     where = f"limits.{name}"
     if not isinstance(table, dict):
         raise UsageError(f"{where} must be a table with low or high")
     _known(table, LIMIT_KEYS, where)
-    unit = QUANTITIES[name].unit
+    unit = found.unit
     if _text(table, "unit", where, unit) != unit:
         raise UsageError(f"{where}.unit must be {unit}, in which this quantity is measured")
     low = _number(table, "low", where, -math.inf, -1e12, 1e12)
@@ -193,8 +227,14 @@ def _rule(table: Mapping[str, Any], where: str) -> Rule:
 
 
 def _serial(table: dict[str, Any]) -> SerialRule:
-    _known(table, ("pattern", "example"), "serial")
-    rule = SerialRule(_text(table, "pattern", "serial", ""), _text(table, "example", "serial", ""))
+    _known(table, ("pattern", "example", "repeat"), "serial")
+    rule = SerialRule(
+        _text(table, "pattern", "serial", ""),
+        _text(table, "example", "serial", ""),
+        _text(table, "repeat", "serial", "count"),
+    )
+    if rule.repeat not in REPEATS:
+        raise UsageError(f"serial.repeat must be one of {', '.join(REPEATS)}")
     if not SAFE_PATTERN.fullmatch(rule.pattern) or len(rule.pattern) > 200:
         raise UsageError(
             "serial.pattern may hold letters, digits, [classes], \\d and counts such as {6} or "

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -24,8 +24,9 @@ from motorid.estimate.uncertainty.reference_temperature import (
     at_25,
     warmth_of,
 )
+from motorid.motor.brushes import figure
 from motorid.motor.parameters import FIGURES, Motor
-from motorid.quality import ripple
+from motorid.quality import levels, ripple
 from motorid.quality.temperature import Temperature
 from motorid.quality.verdict import Reading
 
@@ -84,18 +85,23 @@ class Context:
         return warmth_of(self.estimate.inputs, rise)
 
     @cached_property
+    def as_run(self) -> Motor | None:
+        """The motor as run; None where a parameter is not known."""
+        values = {n: self.estimate.parameters[n].value for n in PARAMETERS}
+        if any(v is None for v in values.values()):
+            return None
+        return Motor.of({n: v for n, v in values.items() if v is not None})
+
+    @cached_property
     def motor(self) -> Motor | None:
         """The motor at 25 °C; None where a parameter is not known."""
-        values = {n: self.estimate.parameters[n].value for n in PARAMETERS}
-        if any(v is None for v in values.values()) or self.warmth is None:
+        if self.as_run is None or self.warmth is None:
             return None
         t = self.product.temperature
-        return Motor.of(
-            {n: v for n, v in values.items() if v is not None}
-            | {
-                "R": float(values["R"] or 0) / (1.0 + t.copper_per_k * self.warmth.winding),
-                "K": float(values["K"] or 0) / (1.0 + t.magnet_per_k * self.warmth.magnets),
-            }
+        return replace(
+            self.as_run,
+            R=self.as_run.R / (1.0 + t.copper_per_k * self.warmth.winding),
+            K=self.as_run.K / (1.0 + t.magnet_per_k * self.warmth.magnets),
         )
 
     def doubt(self, *names: str) -> str:
@@ -146,8 +152,8 @@ def _figure(name: str) -> Callable[[Context], Reading]:
             return Reading(FIGURES[name].unit, problem="the parameters it follows from are unknown")
         if own.status is Status.DOUBTFUL:
             return Reading(FIGURES[name].unit, problem=own.note.rpartition("; ")[2])
-        of, volts = FIGURES[name].of, c.product.voltage_v
-        value = of(c.motor, volts)
+        volts, brushes = c.product.voltage_v, c.estimate.brushes
+        value = figure(name, c.motor, volts, brushes)
         t, w = c.product.temperature, c.warmth
         doubt = math.hypot(w.ambient_uncertainty, w.rise_uncertainty) if w else 0.0
         warmer = Motor.of(
@@ -157,7 +163,8 @@ def _figure(name: str) -> Callable[[Context], Reading]:
                 "K": c.motor.K * (1 + t.magnet_per_k * doubt),
             }
         )
-        u = math.hypot(value * own.total / own.value, of(warmer, volts) - value)
+        moved = figure(name, warmer, volts, brushes) - value
+        u = math.hypot(value * own.total / own.value, moved)
         return Reading(FIGURES[name].unit, value, u)
 
     return read
@@ -274,6 +281,18 @@ def _curve(c: Context) -> Reading:
     e = c.estimate
     freedom = max(e.degrees_of_freedom, 1)
     return Reading("1", math.sqrt(e.chi_square / freedom), math.sqrt(0.5 / freedom))
+
+
+def quantity(name: str) -> Quantity | None:
+    """What a product file names, a level of the voltage in it or not; None: there is no such."""
+    at = levels.stated(name)
+    if at is None:
+        return QUANTITIES.get(name)
+
+    def read(c: Context) -> Reading:
+        return levels.read(at, c.estimate.levels, c.product.voltage_v)
+
+    return Quantity(levels.UNIT[at.kind], at.meaning, read)
 
 
 QUANTITIES: Mapping[str, Quantity] = {

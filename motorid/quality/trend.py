@@ -10,13 +10,16 @@ from numpy.typing import NDArray
 from motorid.quality.capability import Capability, capability
 from motorid.quality.charts import Chart, Drift, drift, i_mr, xbar_r
 from motorid.quality.rules import RuleSet
+from motorid.quality.small_shifts import cusum, ewma
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Trend:
-    """``charts``: of location, then of spread. ``days`` (n,) from the first reading.
+    """``charts``: of location, of spread, then of small shifts if asked.
+
+    ``days`` (n,) from the first reading.
 
     ``alarms``: a sentence for each thing that is out of order; none: the process is in control.
     """
@@ -27,7 +30,7 @@ class Trend:
     days: Floats
     subgroup: int
     rules: RuleSet
-    charts: tuple[Chart, Chart]
+    charts: tuple[Chart, ...]
     capability: Capability | None
     drift: Drift | None
     alarms: tuple[str, ...]
@@ -51,18 +54,23 @@ def trend(
     rules: RuleSet = "western-electric",
     golden: bool = False,
     least_ppk: float | None = None,
+    small_shifts: bool = False,
 ) -> Trend:
     """The trend of ``values`` (n,) in their order; ``days`` (n,) say when.
 
     ``subgroup`` readings make a point of the chart; ``baseline`` first points set its limits.
+    ``small_shifts``: EWMA and CUSUM charts about the first chart's centre as well.
     ``golden``: all readings are of one motor, so that a drift is the gauge's. Raises DataError for
     too few readings, UsageError for a baseline or limits that make no sense.
     """
+    charts: tuple[Chart, ...]
     if subgroup > 1:
         whole = len(values) // subgroup * subgroup
         charts = xbar_r(values[:whole].reshape(-1, subgroup), baseline=baseline, rules=rules)
     else:
         charts = i_mr(values, baseline=baseline, rules=rules)
+    if small_shifts:
+        charts = (*charts, *_of_small_shifts(charts[0]))
     limited = lower is not None or upper is not None
     able = capability(values, lower, upper, subgroup=subgroup) if limited else None
     moved = drift(days, values) if golden else None
@@ -70,7 +78,13 @@ def trend(
     return Trend(quantity, unit, values, days, subgroup, rules, charts, able, moved, tuple(alarms))
 
 
-def _of_charts(charts: tuple[Chart, Chart]) -> list[str]:
+def _of_small_shifts(chart: Chart) -> tuple[Chart, ...]:
+    """Of a chart of location: about its centre, by the sigma of its points."""
+    about = chart.points, chart.centre, chart.sigma
+    return (ewma(*about, baseline=chart.baseline), *cusum(*about, baseline=chart.baseline))
+
+
+def _of_charts(charts: tuple[Chart, ...]) -> list[str]:
     """One sentence a chart and rule, with the points that complete its pattern."""
     said = []
     for chart in charts:

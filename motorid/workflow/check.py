@@ -94,7 +94,7 @@ class Line:
             self._measure(folder, serial, progress)
         except (RigError, LinkError, DataError) as error:
             self.close()
-            return self._invalid(folder, serial, begin, error, time.perf_counter() - start)
+            return self._not_run(folder, serial, begin, error, time.perf_counter() - start)
         return finish(folder, self.product, serial, begin, time.perf_counter() - start)
 
     def _measure(self, folder: Path, serial: str, progress: Progress | None) -> None:
@@ -129,14 +129,17 @@ class Line:
             self._port = open_port(self.rig.port)
         return self._port
 
-    def _invalid(
+    def _not_run(
         self, folder: Path, serial: str, begin: datetime, error: MotoridError, seconds: float
     ) -> Inspection:
-        from motorid.quality.judge import not_measured
+        from motorid.quality.verdict import Outcome
+        from motorid.workflow.not_running import verdict_of
 
-        verdict = not_measured(self.product, serial, str(error))
+        verdict = verdict_of(error, self.product, serial, self.folder)
         write_records(verdict, folder, begin)
-        return Inspection(verdict, folder, error.exit_code, {"capture": seconds})
+        failed = verdict.outcome is not Outcome.INVALID
+        code = verdict.exit_code if failed else error.exit_code
+        return Inspection(verdict, folder, code, {"capture": seconds})
 
 
 def _age(path: Path) -> float:

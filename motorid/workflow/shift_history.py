@@ -6,16 +6,18 @@ stops no line: the folder keeps no mark, and the next shift makes up for it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motorid import json_seal
+from motorid import json_seal, json_text
 from motorid.errors import DataError, MotoridError
 from motorid.workflow.check import CAPTURE, VERDICT
 
 if TYPE_CHECKING:
+    from motorid.quality.history import History
+    from motorid.quality.history.seals import Head
     from motorid.quality.product import Product
     from motorid.workflow.check import Inspection
 
@@ -32,12 +34,13 @@ class ShiftHistory:
 
     def take(self, done: Inspection) -> str:
         """Adds one inspection. What went wrong, in a sentence, or nothing."""
-        from motorid.workflow.history import remember_inspection
+        if done.folder is None:
+            return ""
+        from motorid.quality.history import open_history
 
         try:
-            remember_inspection(self.where, done, self.product, **self.rest)
-            if done.folder is not None:
-                (done.folder / MARK).write_text(f"{self.where}\n", encoding="utf-8")
+            with open_history(self.where) as history:
+                self._add(history, done.folder)
         except (MotoridError, OSError) as error:
             return f"not in the history yet ({error})"
         return ""
@@ -45,25 +48,39 @@ class ShiftHistory:
     def catch_up(self, folder: Path) -> str:
         """Adds what an earlier shift could not. What was done and what was not, in a sentence."""
         from motorid.quality.history import open_history
-        from motorid.workflow.history import judge_into
 
         missing = [one for one in sorted(folder.iterdir()) if self._is_missing(one)]
         if not missing:
             return ""
-        added = []
+        left = 0
         with open_history(self.where) as history:
             for one in missing:
-                judged = list(judge_into(history, self.product, [one / CAPTURE], **self.rest))
-                if not any(j.failure for j in judged):
-                    (one / MARK).write_text(f"{self.where}\n", encoding="utf-8")
-                    added.append(one)
-        left = len(missing) - len(added)
-        said = f"{len(added)} earlier verdicts were added to the history. "
+                try:
+                    self._add(history, one)
+                except (DataError, OSError):
+                    left += 1
+        said = f"{len(missing) - left} earlier verdicts were added to the history. "
         return said + (f"{left} could not be: see motorid history add. " if left else "")
 
+    def _add(self, history: History, folder: Path) -> None:
+        """The verdict as it was shown, at its time; then the mark, with the head of the chain."""
+        from motorid.capture import store
+        from motorid.quality.history.records import from_stored
+
+        stored = json_seal.read(folder / VERDICT, "a verdict")
+        paths = [folder / CAPTURE] if (folder / CAPTURE).exists() else []
+        captures = [store.load(path) for path in paths]
+        try:
+            record = from_stored(stored, captures, limits=self.product.text, **self.rest)
+        except (KeyError, TypeError, ValueError) as error:
+            raise DataError(f"{folder / VERDICT} lacks a part of a verdict ({error!r})") from None
+        history.add(record)
+        head = json_text.dumps(asdict(history.head(record.station)))
+        (folder / MARK).write_text(f"{self.where}\n{head}\n", encoding="utf-8")
+
     def _is_missing(self, one: Path) -> bool:
-        """Judged by this very product, with a capture, and not in the history."""
-        if (one / MARK).exists() or not ((one / VERDICT).exists() and (one / CAPTURE).exists()):
+        """Judged by this very product, and not in the history."""
+        if (one / MARK).exists() or not (one / VERDICT).exists():
             return False
         try:
             stored = json_seal.read(one / VERDICT, "a verdict")
@@ -71,3 +88,18 @@ class ShiftHistory:
             return False
         versions = stored.get("versions")
         return isinstance(versions, dict) and versions.get("product") == self.product.digest
+
+
+def anchors(folder: Path) -> Iterator[Head]:
+    """The heads of the chain that the inspections under ``folder`` keep. Raises DataError."""
+    from motorid.quality.history.seals import Head
+
+    for mark in sorted(folder.rglob(MARK)):
+        lines = mark.read_text(encoding="utf-8").splitlines()
+        if len(lines) < 2:
+            continue  # from before there were seals
+        try:
+            said = json_text.loads(lines[1])
+            yield Head(str(said["station"]), int(said["position"]), str(said["chain"]))
+        except (json_text.JsonError, KeyError, TypeError, ValueError):
+            raise DataError(f"{mark} is damaged: it holds no head of a chain") from None

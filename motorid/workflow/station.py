@@ -22,8 +22,9 @@ if TYPE_CHECKING:
     from motorid.workflow.orders import Answer, Message
     from motorid.workflow.shift_history import ShiftHistory
 
-MOST_WAITING = 100
+MOST_WAITING = 100  # orders, the one that is measured among them
 POLL_S = 0.2  # so that Ctrl-C is heard where a wait on a queue does not hear it
+OUTCOMES = ("PASS", "FAIL", "INVALID")
 KNOWN = ("inspect", "status", "last")
 Show = Callable[[Screen], None]
 
@@ -38,11 +39,21 @@ class Order:
 
 
 class Station:
-    """``show`` draws the operator's screen; it is called from the thread of ``run`` only."""
+    """``show`` draws the operator's screen; it is called from the thread of ``run`` only.
 
-    def __init__(self, line: Line, show: Show, history: ShiftHistory | None = None) -> None:
-        self.line, self.show, self.history = line, show, history
+    ``depth`` orders are in work at most, the one that is measured among them. One, the default,
+    makes each order the confirmation that the next motor is in.
+    """
+
+    def __init__(
+        self, line: Line, show: Show, history: ShiftHistory | None = None, depth: int = 1
+    ) -> None:
+        self.line, self.show, self.history, self.depth = line, show, history, depth
         self.counts: Counter[str] = Counter()
+        self.first: Counter[str] = Counter()  # of motors that were never judged before
+        self.ignored = 0  # scans that came while a motor was in work
+        self._in_work: list[str] = []
+        self._lock = threading.Lock()
         self.measuring = ""
         self._orders: queue.Queue[Order | Screen | None] = queue.Queue()
 
@@ -60,8 +71,12 @@ class Station:
         """One serial number from the operator."""
         try:
             refuse_serial(self.line.product, serial)
+            self._refuse_repeat(serial)
         except MotoridError as error:
             self._orders.put(self._ready(str(error)))
+            return
+        if self._enter(serial):
+            self.ignored += 1  # a scanner that bounced, or a hand before the verdict
             return
         self._orders.put(Order(serial, lambda message: None))
 
@@ -83,11 +98,38 @@ class Station:
 
     def _accept(self, serial: str, answer: Answer, tag: dict[str, Any]) -> None:
         refuse_serial(self.line.product, serial)
+        self._refuse_repeat(serial)
+        if problem := self._enter(serial):
+            raise DataError(problem)
         waiting = self._orders.qsize()
-        if waiting >= MOST_WAITING:
-            raise DataError(f"{waiting} motors wait already: let some pass first")
         answer({"event": "accepted", **tag, "serial": serial, "waiting": waiting})
         self._orders.put(Order(serial, answer, tag))
+
+    def _enter(self, serial: str) -> str:
+        """Takes a motor into work; else why not, and what to do."""
+        with self._lock:
+            if serial in self._in_work:
+                return f"{serial} is in work already: its verdict comes"
+            if len(self._in_work) >= self.depth:
+                return (
+                    f"{', '.join(self._in_work[:3])} is in work: order the next motor after its "
+                    "verdict, when it is in the rig"
+                )
+            self._in_work.append(serial)
+            return ""
+
+    def _refuse_repeat(self, serial: str) -> None:
+        """Raises DataError for a second test where the product wants none."""
+        product = self.line.product
+        rule = product.serial
+        if rule is None or rule.repeat != "refuse" or serial in product.self_test.golden:
+            return
+        if _verdicts(self.line.folder, serial):
+            last = self.last(serial)
+            raise DataError(
+                f"{serial} was judged before ({last['outcome']}, {last['time']}), and the product "
+                "allows no second test: is it the right label?"
+            )
 
     def status(self) -> dict[str, Any]:
         """What the station does and has done since it began."""
@@ -98,7 +140,8 @@ class Station:
             "product": self.line.product.name,
             "product_sha256": self.line.product.digest,
             "rig": self.line.rig.name,
-            "counts": {name: self.counts[name] for name in ("PASS", "FAIL", "INVALID")},
+            "counts": {name: self.counts[name] for name in OUTCOMES},
+            "first_tests": {name: self.first[name] for name in OUTCOMES},
         }
 
     def last(self, serial: str) -> dict[str, Any]:
@@ -143,20 +186,32 @@ class Station:
     def _inspect(self, order: Order) -> None:
         self.measuring = order.serial
         self.show(Screen("RUN", (order.serial,), "Keep your hands off the motor: it turns."))
+        before = len(_verdicts(self.line.folder, order.serial))
+        tag = {**(order.tag or {}), "ends": True}
         try:
             done = self.line.inspect(order.serial)
         except MotoridError as error:  # the disk: nothing can be kept, so nothing is said of it
-            order.answer({"event": "error", **(order.tag or {}), "message": str(error)})
+            self._leave(order.serial)
+            order.answer({"event": "error", **tag, "message": str(error)})
             self.show(Screen("INVALID", (order.serial, str(error)), "Call maintenance."))
             return
         finally:
             self.measuring = ""
-        self.counts[str(done.verdict.outcome)] += 1
-        order.answer({"event": "verdict", **(order.tag or {}), **summary(done)})
+        self._leave(order.serial)
+        outcome = str(done.verdict.outcome)
+        self.counts[outcome] += 1
+        if not before:
+            self.first[outcome] += 1
+        order.answer({"event": "verdict", **tag, **summary(done), "test": before + 1})
         self.show(of_verdict(done.verdict, self._tally(done)))
         if self.history is not None and (wrong := self.history.take(done)):
             judged = of_verdict(done.verdict, self._tally(done))
             self.show(replace(judged, lines=(*judged.lines, wrong)))
+
+    def _leave(self, serial: str) -> None:
+        with self._lock:
+            if serial in self._in_work:
+                self._in_work.remove(serial)
 
     def _ready(self, said: str = "") -> Screen:
         product = self.line.product
@@ -165,7 +220,9 @@ class Station:
 
     def _tally(self, done: Inspection) -> str:
         spent = sum(done.seconds.values())
-        counts = "  ".join(f"{name} {self.counts[name]}" for name in ("PASS", "FAIL", "INVALID"))
+        counts = "  ".join(f"{name} {self.counts[name]}" for name in OUTCOMES)
+        if self.ignored:
+            counts += f"   {self.ignored} scans ignored: scan after the verdict"
         return f"{counts}   {spent:.2f} s   Ctrl-D ends the shift"
 
 

@@ -23,12 +23,19 @@ from hypothesis import strategies as st
 from motorid.capture import store
 from motorid.errors import UsageError
 from motorid.quality.history import open_history
-from motorid.quality.product import Product
+from motorid.quality.product import Product, parse
 from motorid.quality.verdict import Outcome, Verdict
 from motorid.report.screen import Screen, big, of_verdict, render
 from motorid.rig import Rig
 from motorid.workflow.check import Line
-from motorid.workflow.orders import parse_listen, read_order
+from motorid.workflow.orders import (
+    MOST_CLIENTS,
+    Answer,
+    Message,
+    Orders,
+    parse_listen,
+    read_order,
+)
 from motorid.workflow.station import Station
 
 COMMAND = [sys.executable, "-m", "motorid.cli.main", "station", "--product", "sim-disc"]
@@ -205,6 +212,7 @@ def test_the_operators_screen_in_tmux(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_the_scanner_works_through_a_pipe(tmp_path: Path) -> None:
     call = [*COMMAND, "--rig", "sim-line", "--speed", "max", "--no-listen", "-o", str(tmp_path)]
+    call += ["--queue", "9"]  # nobody waits for a verdict before the next line
     typed = "D000001\r\nwhat\nD000002"
     done = subprocess.run(call, input=typed, capture_output=True, text=True, timeout=240)
     assert done.returncode == 0, done.stderr
@@ -273,3 +281,107 @@ def test_an_order_is_strict_json(value: str) -> None:
     line = f'{{"order": "status", "id": {value}}}\n'.encode()
     with pytest.raises(ValueError, match="an order is a JSON object on one line: "):
         read_order(line)
+
+
+class Deaf:
+    """What a socket server shows of a client that never reads."""
+
+    def __init__(self, port: int) -> None:
+        self.link = socket.socket()
+        self.link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1024)
+        self.link.connect(("127.0.0.1", port))
+
+    def shout(self, lines: int) -> None:
+        line = b'{"order": "status", "id": "' + b"x" * 150 + b'"}\n'
+        with contextlib.suppress(OSError):  # the station ends it when enough is unread
+            for _ in range(lines):
+                self.link.sendall(line)
+
+
+@pytest.fixture
+def server() -> Iterator[Orders]:
+    def take(order: Message, answer: Answer) -> None:
+        if order["order"] == "inspect":
+            answer({"event": "accepted"})
+        else:
+            answer({"event": "status", "id": order.get("id"), "much": "y" * 20_000})
+
+    orders = Orders(("127.0.0.1", 0), take)
+    yield orders
+    orders.stop()
+
+
+def test_a_client_that_never_reads_stops_nobody(server: Orders) -> None:
+    deaf = Deaf(server.port)
+    deaf.shout(2_000)  # 40 MB of answers: no socket holds them
+    assert Controller(server.port).ask(order="status", id=3)["id"] == 3
+    deaf.link.close()
+
+
+def test_idle_connections_make_way_and_waiting_ones_stay(server: Orders) -> None:
+    waiting = [Controller(server.port) for _ in range(3)]
+    assert [one.ask(order="inspect")["event"] for one in waiting] == ["accepted"] * 3
+    idle = [Controller(server.port) for _ in range(MOST_CLIENTS - 3)]
+    assert {one.ask(order="status")["event"] for one in idle} == {"status"}
+    late = Controller(server.port)
+    assert late.ask(order="status")["event"] == "status"
+    assert idle[0].file.readline() == b""  # it had said nothing for longest
+    assert waiting[0].ask(order="status")["event"] == "status"
+    for one in (*idle[1:], late):
+        assert one.ask(order="inspect")["event"] == "accepted"
+    refused = Controller(server.port)
+    assert "wait already" in refused.hear()["message"]
+
+
+def test_what_is_too_long_is_refused_before_it_is_kept() -> None:
+    with pytest.raises(ValueError, match="'id' of an order is longer than 200 characters"):
+        read_order(json.dumps({"order": "status", "id": "x" * 300}).encode() + b"\n")
+
+
+def heard(station: Station, **order: Any) -> dict[str, Any]:
+    """The first answer to an order."""
+    answers: list[dict[str, Any]] = []
+    station.take(order, answers.append)
+    return answers[0]
+
+
+def test_one_order_is_in_work_and_a_bounced_scan_is_none(
+    line_rig: Rig, product: Product, tmp_path: Path
+) -> None:
+    shown: list[Screen] = []
+    with Line(line_rig, product, tmp_path) as line:
+        station = Station(line, shown.append)
+        station.scan(["D000001", "D000001", "D000002"], ends=False)
+        assert (
+            "D000001 is in work already"
+            in heard(station, order="inspect", serial="D000001")["message"]
+        )
+        assert "after its verdict" in heard(station, order="inspect", serial="D000002")["message"]
+        station.end()
+        station.run()
+        assert [s.word for s in shown] == ["READY", "RUN", "PASS"]
+        assert "2 scans ignored" in str(shown[-1])
+        assert heard(station, order="inspect", serial="D000001")["event"] == "accepted"
+        station.end()
+        station.run()
+    status = station.status()
+    assert status["counts"]["PASS"] == 2
+    assert status["first_tests"]["PASS"] == 1  # the second test of a motor is no first pass
+
+
+def test_a_product_may_refuse_a_second_test(
+    line_rig: Rig, product: Product, tmp_path: Path
+) -> None:
+    once = parse(
+        product.text.replace('example = "D000123"', 'example = "D000123"\nrepeat = "refuse"')
+    )
+    with Line(line_rig, once, tmp_path) as line:
+        station = Station(line, lambda screen: None)
+        for _ in range(2):
+            station.scan(["D000001"], ends=True)
+            station.run()
+        assert station.counts["PASS"] == 1
+        said = heard(station, order="inspect", serial="D000001")["message"]
+    assert "was judged before (PASS" in said
+    with pytest.raises(UsageError, match=r"serial\.repeat must be one of count, refuse"):
+        parse(product.text.replace('example = "D000123"', 'repeat = "twice"'))

@@ -13,6 +13,7 @@ from motorid.capture.model import Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
 from motorid.estimate.assembly import doubt, plot_data
+from motorid.estimate.assembly.measured_levels import brushes_of, measured_levels
 from motorid.estimate.assembly.refusal import refused
 from motorid.estimate.diagnosis import rank, reach, remarks, residual_remarks
 from motorid.estimate.diagnosis.facts import steady_levels
@@ -152,19 +153,24 @@ def unjudged(
     """``report`` before anybody has looked for suspects."""
     fixed = held_values(fix, without)
     simulated = max(record.simulated for record in records)
-    profiled = profiled and unsupported(records, solution) is None  # no answer has an interval
+    likely, profiled = (
+        profiled,
+        profiled and unsupported(records, solution) is None,
+    )  # no answer has an interval
     found = findings(records, solution, fixed, without, profiled)
     parameters = intervals.parameters(found)
     voltage = nominal_voltage(records)
     chi_square, freedom = residual_remarks.chi_square(solution, records)
     named = [(capture, segment(capture)) for capture in captures]
     reached = steady_levels.levels(found, records, named)
+    brushes = brushes_of(solution, records) if likely else None  # other methods leave them out
+    curves = plot_data.curves(solution, records)
     return Estimate(
         model=MODEL,
         method=METHOD,
         parameters=parameters,
         combinations=intervals.combinations(found, parameters),
-        derived=intervals.derived(found, voltage),
+        derived=intervals.derived(found, voltage, brushes),
         nuisance=nuisance_parameters(solution, records, found.hidden),
         free=found.names,
         correlation=correlation(found.statistical.covariance),
@@ -175,7 +181,7 @@ def unjudged(
             *remarks.diagnostics(found, records, parameters, named),
             *steady_levels.findings(reached, found.motor(), len(records)),
         ),
-        curves=plot_data.curves(solution, records),
+        curves=curves,
         steady=plot_data.steady(found.motor(), [r.gear for r in records], named, reached),
         segments=plot_data.segments(named),
         inputs=tuple(describe(capture) for capture in captures),
@@ -184,6 +190,8 @@ def unjudged(
         budget=intervals.budget_shares(found),
         not_stated=unstated_gains(solution, records),
         nominal_v=voltage,
+        brushes=brushes,
+        levels=measured_levels(named, curves, found.motor(), brushes),
     )
 
 

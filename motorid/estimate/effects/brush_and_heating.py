@@ -224,6 +224,10 @@ class Loss:
         share, _ = Flow(amperes).saturation(self._bend(self.further, resistance_ohm))
         return values.get(DROP, 0.0) * share
 
+    def bend_a(self, resistance_ohm: float) -> float:
+        """A at which the drop bends, as last found."""
+        return self._bend(self.further, resistance_ohm)
+
     def _bend(self, further: float, resistance_ohm: float) -> float:
         """A at which the drop bends, by the logarithm that it is over the usual one."""
         return BEND * (self.top_v / resistance_ohm) * float(np.exp(further))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from motorid.estimate.results.status import Status
 from motorid.look import Look
+from motorid.motor.brushes import Brushes
 
 Floats = NDArray[np.float64]
 Severity = Literal["info", "warning", "error"]
@@ -109,6 +110,28 @@ class SteadyRow:
     speed_rad_s: float | None
     fitted_current_a: float | None
     foretold_speed_rad_s: float | None = None  # by the fit's own run, over the same stretch
+
+
+@dataclass(frozen=True)
+class MeasuredLevel:
+    """One steady level as the channels showed it, of a motor that has settled there.
+
+    By the readings alone: the fit says only with which time constant the level was approached, and
+    what is left to go. Uncertainties are standard ones, of noise, approach and declared instrument
+    facts. None: there is no such channel, or nobody stated its gain and offset. ``speed`` is of the
+    motor's shaft. ``problem``: why the level is not to be judged.
+    """
+
+    capture: int
+    start_s: float
+    end_s: float
+    voltage_v: float | None = None
+    voltage_u: float | None = None
+    speed_rad_s: float | None = None
+    speed_u: float | None = None
+    current_a: float | None = None
+    current_u: float | None = None
+    problem: str = ""
 
 
 @dataclass(frozen=True)
@@ -228,5 +251,7 @@ class Estimate(Look):
     at_25: Mapping[str, Parameter] = field(default_factory=dict)
     rise: Rise | None = None  # how warm the runs made the winding
     nominal_v: float | None = None  # V, at which ``derived`` is
+    brushes: Brushes | None = None  # what takes of that voltage
+    levels: Sequence[MeasuredLevel] = ()
 
     __repr__ = Look.brief

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import Statistical
 from motorid.estimate.uncertainty.errors_in_variables import Hidden
+from motorid.motor.brushes import Brushes, figure, figure_uncertainty
 from motorid.motor.parameters import FIGURES, Motor
 
 Floats = NDArray[np.float64]
@@ -190,9 +192,18 @@ def unknown(name: str, unit: str, note: str) -> Parameter:
 
 
 def _positive(
-    found: Findings, name: str, unit: str, of: Callable[[Motor], float], note: str, limit: float
+    found: Findings,
+    name: str,
+    unit: str,
+    of: Callable[[Motor], float],
+    note: str,
+    limit: float,
+    besides: float = 0.0,
 ) -> Parameter:
-    """A positive function of the motor, by linear propagation on the logarithmic scale."""
+    """A positive function of the motor, by linear propagation on the logarithmic scale.
+
+    ``besides``: standard uncertainty (its unit) by what is no parameter of the motor.
+    """
     value = of(found.motor())
     if not np.isfinite(value) or value <= 0:
         return unknown(name, unit, "it does not exist for this motor")
@@ -205,6 +216,7 @@ def _positive(
         gradient[k] = (of(found.motor(moved)) - value) / step
     assert len(scale) == len(gradient)
     deviation, instrument, freedom = found.propagate(gradient)
+    deviation = float(np.hypot(deviation, besides))
     total = float(np.hypot(deviation, instrument))
     if total > limit * value:
         return unknown(name, unit, "the parameters it follows from are not known well enough")
@@ -215,19 +227,28 @@ def _positive(
     )  # fmt: skip
 
 
-def derived(found: Findings, voltage_v: float) -> dict[str, Parameter]:
-    """Figures of the motor at ``voltage_v``; those that need a parameter left out are left out."""
+def derived(
+    found: Findings, voltage_v: float, brushes: Brushes | None = None
+) -> dict[str, Parameter]:
+    """Figures of the motor at ``voltage_v``, of which ``brushes`` drop some.
+
+    Those that need a parameter left out are left out.
+    """
     out = {}
-    for name, figure in FIGURES.items():
+    for name, about in FIGURES.items():
         if name == "electrical_time_constant" and found.motor().L == 0:
             continue
         at = "" if name in ("Kv",) or name.endswith("constant") else f" at {voltage_v:.3g} V"
-        of = figure.of
         out[name] = _positive(
-            found, name, figure.unit, lambda m, of=of: of(m, voltage_v),  # type: ignore[misc]
-            figure.meaning + at, UNKNOWN,
+            found, name, about.unit, partial(_figure, name, voltage_v, brushes),
+            about.meaning + at, UNKNOWN,
+            figure_uncertainty(name, found.motor(), voltage_v, brushes),
         )  # fmt: skip
     return out
+
+
+def _figure(name: str, voltage_v: float, brushes: Brushes | None, motor: Motor) -> float:
+    return figure(name, motor, voltage_v, brushes)
 
 
 def combinations(found: Findings, given: Mapping[str, Parameter]) -> dict[str, Parameter]:

@@ -8,7 +8,17 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, Engine, Row, create_engine, event, func, insert, select
+from sqlalchemy import (
+    Connection,
+    Engine,
+    Row,
+    create_engine,
+    event,
+    func,
+    insert,
+    inspect,
+    select,
+)
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import (
     ArgumentError,
@@ -23,6 +33,7 @@ from motorid import json_text
 from motorid.errors import DataError, UsageError
 from motorid.limits import HISTORY, refuse_large
 from motorid.quality.history import schema as s
+from motorid.quality.history import seals
 from motorid.quality.history.query import Query, matches
 from motorid.quality.history.records import CaptureRecord, ResultRecord, digest
 
@@ -102,6 +113,7 @@ class History:
     def __init__(self, engine: Engine, where: str) -> None:
         self.engine = engine
         self.where = where
+        self._made = False
 
     def close(self) -> None:
         """Gives back the connections."""
@@ -119,6 +131,8 @@ class History:
         False where the history has it already. Raises DataError where it cannot be written.
         """
         with _said(self.where):
+            if not self._made:  # opened to be read: an older one has no seals yet
+                self._prepare(True)
             for attempt in range(ATTEMPTS):
                 try:
                     with self.engine.begin() as connection:
@@ -205,6 +219,19 @@ class History:
         with self.reading() as connection:
             return list(connection.execute(wanted))
 
+    def head(self, station: str) -> seals.Head:
+        """The end of a station's chain of seals."""
+        with self.reading() as connection:
+            return seals.head(connection, station)
+
+    def verify(self, anchors: Sequence[seals.Head] = ()) -> seals.Checked:
+        """Whether the results are those that were added; see ``seals``."""
+        with self.reading() as connection:
+            if not inspect(connection).has_table(s.seals.name):
+                count = connection.scalar(select(func.count()).select_from(s.results))
+                return seals.Checked(0, int(count or 0), (), ())
+            return seals.verify(connection, anchors)
+
     def names(self) -> list[str]:
         """The quantities that any result has measured."""
         wanted = select(s.measurements.c.name).distinct().order_by(s.measurements.c.name)
@@ -242,6 +269,8 @@ class History:
             known = connection.scalar(select(s.meta.c.value).where(s.meta.c.name == "schema"))
             if known is None:
                 connection.execute(insert(s.meta).values(name="schema", value=s.VERSION))
+            seals.begin(connection)
+        self._made = True
 
 
 def _add(connection: Connection, record: ResultRecord) -> bool:
@@ -267,6 +296,7 @@ def _add(connection: Connection, record: ResultRecord) -> bool:
             {"result": result, **vars(m)} for m in record.measurements
         ]
         connection.execute(insert(s.measurements), rows)
+    seals.seal(connection, result, record.station)
     return True
 
 

@@ -168,6 +168,35 @@ def from_verdict(
     )
 
 
+def from_stored(
+    stored: Mapping[str, Any], captures: Sequence[Capture], *, limits: str = "", **rest: Any
+) -> ResultRecord:
+    """The record of a verdict as it was written to disk, at its time (see ``quality.records``).
+
+    Raises KeyError or ValueError where a part of it is missing.
+    """
+    found = tuple(
+        MeasurementRecord(
+            str(m["quantity"]), str(m["unit"]), m["value"], m["uncertainty"], m["low"], m["high"],
+            m["guard_band"], str(m["outcome"]), bool(m["marginal"]), str(m["reason"]),
+        )
+        for m in stored["measurements"]
+    )  # fmt: skip
+    return ResultRecord(
+        "check",
+        str(stored["serial"]),
+        found,
+        tuple(capture_record(capture) for capture in captures),
+        product=str(stored["product"]),
+        outcome=str(stored["outcome"]),
+        marginal=bool(stored["marginal"]),
+        at=datetime.fromisoformat(str(stored["time"])),
+        versions=dict(stored["versions"]),
+        limits=limits,
+        **rest,
+    )
+
+
 def _finite(value: float | None) -> float | None:
     """As a database can hold it: an absent limit is NULL and not infinity."""
     return float(value) if value is not None and math.isfinite(value) else None

@@ -182,3 +182,14 @@ measurements = Table(
     Column("reason", LongWords, nullable=False),
     Index("ix_measurements_name_result", "name", "result"),
 )
+
+# The chain of digests over each station's results; see seals.py.
+seals = Table(
+    "seals",
+    metadata,
+    Column("station", NAME, primary_key=True),
+    Column("position", Count, primary_key=True, autoincrement=False),
+    Column("result", Count, nullable=False, unique=True),  # no foreign key: it outlives its result
+    Column("content", DIGEST, nullable=False),
+    Column("chain", DIGEST, nullable=False),
+)
