@@ -23,7 +23,7 @@ COMMANDS = {
     "capture": ("capture", "Drive the motor of a rig and record the run."),
     "recover": ("recover", "Build the capture that an interrupted run left in its journal."),
     "import": ("import_", "Turn somebody else's table or log into a capture."),
-    "segment": ("segment", "Show where a capture accelerates, runs steadily, coasts and rests."),
+    "segment": ("segment", "Show where a capture accelerates, runs, coasts and rests."),
     "fit": ("fit", "Estimate R, L, K, B, J and T0 from captures."),
     "export": (
         "export",
@@ -37,7 +37,7 @@ COMMANDS = {
     "station": ("station", "Inspect motor after motor, for an operator or a line controller."),
     "gauge": ("gauge", "Study the gauge itself: crossed R&R, a golden motor, linearity."),
     "trend": ("trend", "Control charts, capability and drift of measurements; alarms."),
-    "risk": ("risk", "Consumer's and producer's risks of a limit and its decision rule."),
+    "risk": ("risk", "Consumer's and producer's risks of a limit and its rule."),
     "history": ("history", "The database of results: trace, judge again, export."),
     "verify": ("verify", "Say of each file whether it is still what was written."),
     "compare": ("compare", "Many methods on the same captures; the review's tables, rebuilt."),
