@@ -27,11 +27,11 @@ COMMANDS = {
     "fit": ("fit", "Estimate R, L, K, B, J and T0 from captures."),
     "export": (
         "export",
-        "Write an estimate for MuJoCo, SPICE, FMI and others; a capture as a table.",
+        "Write an estimate for MuJoCo, SPICE, FMI and others.",
     ),
     "calibrate": (
         "calibrate",
-        "Compare a rig with meters, a resistor and a disc, and correct it.",
+        "Compare a rig with meters and a disc, and correct it.",
     ),
     "check": ("check", "Measure and judge one motor by a product's limits."),
     "station": ("station", "Inspect motor after motor, for an operator or a line controller."),
