@@ -9,7 +9,7 @@ from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import Term
 from motorid.estimate.selection.evidence import Evidence, weigh
-from motorid.estimate.selection.extended_fit import Begun, Fitted, begin
+from motorid.estimate.selection.extended_fit import Begun, Fitted, begin, finished
 from motorid.estimate.selection.predicted_gain import foresee
 from motorid.estimate.selection.score_test import Candidate, screen
 from motorid.estimate.selection.shaft_resonance import springs
@@ -45,9 +45,9 @@ class Trial:
 
 @dataclass(frozen=True)
 class Selection:
-    """Supported fits, each with a term more than the one before, and what was tried."""
+    """The best supported fit, None where it is the six parameters', and what was tried."""
 
-    stages: tuple[Fitted, ...]
+    fitted: Fitted | None
     trials: tuple[Trial, ...]
 
 
@@ -61,7 +61,7 @@ def select(
 
     ``reach``: by how much a parameter may move (SI) before it matters.
     """
-    stages: list[Fitted] = []
+    best: Fitted | None = None
     trials: list[Trial] = []
     now = _Model(records, solution, values)
     for _ in range(ROUNDS):
@@ -69,9 +69,9 @@ def select(
         trials += [replace(t, taken=t.earns) for _, t in found]
         if not (found and found[-1][1].earns):
             break
-        stages.append(best := found[-1][0])
+        best = found[-1][0]
         now = _Model(best.records, best.solution, best.values, best.terms)
-    return Selection(tuple(stages), tuple(trials))
+    return Selection(finished(best) if best else None, tuple(trials))
 
 
 def asks(
