@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from motorid.cli.main import run
+from motorid.wire.spec import load
 from motorid.workflow import flash
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo terminals")
@@ -155,7 +156,8 @@ def test_a_board_is_flashed_and_answers(
         told = avrdude(tmp_path, monkeypatch, body)
         assert run(["flash", "--port", port, "--board", "uno", "--hex", str(uno_hex)]) == 0
     assert told.read_text().split("\n") == flash.command(port, "uno", uno_hex)[1:]
-    assert "protocol 1.2" in capsys.readouterr().out
+    spec = load()
+    assert f"protocol {spec.major}.{spec.minor}" in capsys.readouterr().out
 
 
 @posix
