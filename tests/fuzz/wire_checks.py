@@ -50,6 +50,11 @@ def check_payload(payload: bytes) -> None:
 
 def encode(message: codec.Command | codec.Reply | codec.Event | codec.SampleBlock) -> bytes | None:
     """The message's payload; None where a text on the wire was not ASCII."""
+    if not isinstance(message, codec.SampleBlock) and any(
+        isinstance(text, str) and "\N{REPLACEMENT CHARACTER}" in text
+        for text in message.fields.values()
+    ):
+        return None
     match message:
         case codec.SampleBlock():
             return codec.encode_event(
@@ -65,8 +70,6 @@ def encode(message: codec.Command | codec.Reply | codec.Event | codec.SampleBloc
             return codec.encode_event(message.name, **message.fields)
         case codec.Command():
             return codec.encode_command(message.name, message.request, **message.fields)
-    if "\N{REPLACEMENT CHARACTER}" in message.fields.get("board", ""):
-        return None
     return codec.encode_reply(message.name, message.request, message.status, **message.fields)
 
 
