@@ -153,17 +153,14 @@ def unjudged(
     """``report`` before anybody has looked for suspects."""
     fixed = held_values(fix, without)
     simulated = max(record.simulated for record in records)
-    likely, profiled = (
-        profiled,
-        profiled and unsupported(records, solution) is None,
-    )  # no answer has an interval
-    found = findings(records, solution, fixed, without, profiled)
+    bounded = profiled and unsupported(records, solution) is None  # no answer has an interval
+    found = findings(records, solution, fixed, without, bounded)
     parameters = intervals.parameters(found)
     voltage = nominal_voltage(records)
     chi_square, freedom = residual_remarks.chi_square(solution, records)
     named = [(capture, segment(capture)) for capture in captures]
     reached = steady_levels.levels(found, records, named)
-    brushes = brushes_of(solution, records) if likely else None  # other methods leave them out
+    brushes = brushes_of(solution, records) if profiled else None  # other methods leave them out
     curves = plot_data.curves(solution, records)
     return Estimate(
         model=MODEL,

@@ -16,6 +16,7 @@ from motorid.estimate.signals.measurements import EMF
 
 Floats = NDArray[np.float64]
 Effect = Callable[[MotorRecord, Floats, Floats, Floats], list[Floats]]
+Remedy = Callable[[Capture, float], list[Capture]]
 
 SMALL = 1e-3  # of an added voltage, by which its effect is tried
 
@@ -50,7 +51,7 @@ class Hypothesis:
     words: Callable[[Floats], Words]
     guard: bool = False
     quantity: InfluenceQuantity | None = None
-    remedy: Callable[[Capture, float], list[Capture]] | None = None
+    remedy: Remedy | None = None
 
 
 def acting(quantity: InfluenceQuantity) -> Effect:

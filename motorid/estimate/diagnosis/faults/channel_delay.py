@@ -12,11 +12,13 @@ from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture
 from motorid.estimate.diagnosis.fault import (
     Effect,
     Hypothesis,
+    Remedy,
     Words,
     acting,
     changed_voltage,
     series,
 )
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity
 from motorid.estimate.effects.timing.current_delay import CURRENT_DELAY
 from motorid.estimate.effects.timing.motion_delay import MOTION_DELAY
 from motorid.estimate.model.capture_model import MotorRecord
@@ -45,13 +47,14 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
     own = min(r.capture.period_s for r in records)  # a log's grid is finer
     names = {m.block.name for r in records for m in r.measured}
     found = [
-        replace(_hypothesis(name, acting(quantity), SAMPLES, (period, own)), quantity=quantity)
+        _hypothesis(name, acting(quantity), SAMPLES, (period, own), quantity)
         for name, quantity in DELAYS.items()
         if name in names
     ]
     if all(r.sensed.channel is not None and r.sensed.shows_emf for r in records):
-        late = _hypothesis(VOLTAGE, _late_voltage, OF_VOLTAGE, (period, own))
-        found.append(replace(late, remedy=_declared_later))
+        periods = (period, own)
+        late = _hypothesis(VOLTAGE, _late_voltage, OF_VOLTAGE, periods, remedy=_declared_later)
+        found.append(late)
     return found
 
 
@@ -77,7 +80,12 @@ def _late_voltage(record: MotorRecord, values: Floats, own: Floats, size: Floats
 
 
 def _hypothesis(
-    name: str, effect: Effect, sizes: Sequence[float], periods: tuple[float, float]
+    name: str,
+    effect: Effect,
+    sizes: Sequence[float],
+    periods: tuple[float, float],
+    quantity: InfluenceQuantity | None = None,
+    remedy: Remedy | None = None,
 ) -> Hypothesis:
     """``periods``: of the fit's grid, by which it is tried, and of the samples."""
     what, (period, own) = WORDS[name], periods
@@ -93,5 +101,5 @@ def _hypothesis(
     code = f"{'voltage' if name == VOLTAGE else name}_lag"
     return Hypothesis(
         code, effect, tuple((k * period,) for k in sizes), (period,), (0.0,),
-        (LATEST * period,), words,
+        (LATEST * period,), words, quantity=quantity, remedy=remedy,
     )  # fmt: skip
