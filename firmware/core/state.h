@@ -89,6 +89,8 @@ struct answer {
     uint8_t length;
 };
 
+#define NO_FIELDS(status) ((struct answer){(status), 0})
+
 /* Why a command is not accepted now, or WIRE_STATUS_OK; `length` is that of its fields. */
 uint8_t refusal(uint8_t code, uint8_t length);
 
@@ -105,6 +107,15 @@ bool needs_quiet(uint8_t code);
 
 /* Open the bridge and end whatever goes on. */
 void stop_now(void);
+
+/* ---- describe.c: the answers that say what the board is */
+
+/* Bit n: the board has that WIRE_FEATURE_. */
+uint8_t features(void);
+
+struct answer identify(const uint8_t *fields, uint8_t *out);
+struct answer describe_channel(const uint8_t *fields, uint8_t length, uint8_t *out);
+struct answer describe_input(const uint8_t *fields, uint8_t *out);
 
 /* ---- talk.c */
 
