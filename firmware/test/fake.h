@@ -62,4 +62,8 @@ int fake_run(void);
 /* A configuration that fake boards accept. */
 wire_configure_t fake_config(void);
 
+/* Configure, and load one drive of so many samples; `begin` has taken its first sample, too. */
+void fake_load(uint32_t samples);
+void fake_begin(uint32_t samples);
+
 #endif

@@ -2,23 +2,7 @@
  * interrupts at every moment. */
 #include "check.h"
 #include "core.h"
-#include "crc.h"
 #include "fake.h"
-
-static void load(uint32_t samples) {
-    const wire_configure_t config = fake_config();
-    fake_start();
-    fake_settle();
-    CHECK(fake_configure(&config) == WIRE_STATUS_OK);
-    CHECK(fake_add_step(0, WIRE_STEP_KIND_DRIVE_DUTY, 500000, samples) == WIRE_STATUS_OK);
-}
-
-static void begin(uint32_t samples) {
-    SURE(load(samples));
-    CHECK(fake_run() == WIRE_STATUS_OK);
-    fake_sample();
-    CHECK(fake.bridge == DRIVE && fake.level == 200);
-}
 
 static void power_on_opens_the_bridge_and_says_hello(void) {
     uint8_t payload[WIRE_MAX_PAYLOAD];
@@ -43,7 +27,7 @@ static void a_watchdog_reset_is_latched(void) {
 
 /* From here on core_poll() is never called again: the main loop hangs. */
 static void a_hung_main_loop_does_not_keep_the_motor_running(void) {
-    SURE(begin(1000000));
+    SURE(fake_begin(1000000));
     fake_samples(4999);
     CHECK(fake.bridge == DRIVE);
     fake_sample();
@@ -70,7 +54,7 @@ static void a_limit_of_time_is_rounded_up_to_whole_samples(void) {
 }
 
 static void a_hung_main_loop_does_not_keep_the_guard_from_tripping(void) {
-    SURE(begin(1000000));
+    SURE(fake_begin(1000000));
     fake_samples(1000);
     fake.now.raw[0] = 4095;
     CHECK(fake.bridge == DRIVE);
@@ -82,7 +66,7 @@ static void a_hung_main_loop_does_not_keep_the_guard_from_tripping(void) {
 }
 
 static void stop_acts_though_the_link_takes_nothing(void) {
-    SURE(begin(1000000));
+    SURE(fake_begin(1000000));
     fake.appetite = 0;
     const uint8_t heartbeat[] = {WIRE_HEARTBEAT_CODE, 0x10, 0x20, 0, 0};
     const uint8_t stop[] = {WIRE_STOP_CODE, 0x11, 0x20};
@@ -94,7 +78,7 @@ static void stop_acts_though_the_link_takes_nothing(void) {
 }
 
 static void a_link_that_takes_nothing_stops_nothing_else(void) {
-    SURE(begin(4000));
+    SURE(fake_begin(4000));
     fake.appetite = 0;
     for (int n = 0; n < 4100; n++) {
         fake_sample();
@@ -113,7 +97,7 @@ static void a_link_that_takes_nothing_stops_nothing_else(void) {
 }
 
 static void commands_that_change_things_wait_for_done(void) {
-    SURE(begin(200));
+    SURE(fake_begin(200));
     fake.appetite = 0;
     fake_samples(300);
     CHECK(core_state() == WIRE_STATE_LOADED);
@@ -127,7 +111,7 @@ static void commands_that_change_things_wait_for_done(void) {
 }
 
 static void a_fault_of_the_board_is_latched_only_while_it_runs(void) {
-    SURE(load(1000));
+    SURE(fake_load(1000));
     fake.bridge = DRIVE;
     core_trip(WIRE_FAULT_DRIVER, 1);
     CHECK(fake.bridge == OPEN && core_state() == WIRE_STATE_LOADED);
@@ -140,7 +124,7 @@ static void a_fault_of_the_board_is_latched_only_while_it_runs(void) {
 }
 
 static void ticks_wrap_in_a_run(void) {
-    SURE(load(1000));
+    SURE(fake_load(1000));
     core.tick = 0xFFFFFFFFu - 500u * 1600u;
     CHECK(fake_run() == WIRE_STATUS_OK);
     fake_samples(1000);
@@ -257,7 +241,7 @@ static void an_interrupt_may_strike_at_any_moment(void) {
 static void a_command_may_come_as_the_run_ends(void) {
     const uint8_t clear[] = {WIRE_CLEAR_PROGRAM_CODE, 0x10, 0x20};
     for (uint32_t seed = 1; seed <= 2000; seed++) {
-        SURE(begin(2));
+        SURE(fake_begin(2));
         dice = seed;
         rarity = 2 + seed % 30;
         fake.interrupt = strike_sometimes;
@@ -315,217 +299,7 @@ static void a_fast_burst_is_kept_and_sent(void) {
     CHECK(next == FAKE_FAST - 1 + PERIODS * FAKE_FAST);
 }
 
-/* ------------------------------------------------------------------ at once, or at the tick */
-
-static void coast(void) { fake.bridge = COAST; }
-
-static void only_steps_wait_for_their_tick(void) {
-    SURE(load(4));
-    port.bridge_coast = coast;
-    CHECK(fake_add_step(1, WIRE_STEP_KIND_COAST, 0, 4) == WIRE_STATUS_OK);
-    CHECK(fake_run() == WIRE_STATUS_OK);
-    fake_samples(5);
-    CHECK(fake.bridge == COAST); /* the second step */
-    fake.bridge = DRIVE;
-    fake_samples(4);
-    CHECK(fake.bridge == COAST && core_state() == WIRE_STATE_LOADED); /* the program's end */
-    SURE(begin(1000));
-    port.bridge_coast = coast;
-    fake.now.raw[0] = 4095;
-    fake_sample();
-    CHECK(fake.bridge == OPEN && core.fault == WIRE_FAULT_OVER_CURRENT);
-    SURE(begin(1000));
-    port.bridge_coast = coast;
-    CHECK(fake_ask(WIRE_STOP_CODE, NULL, 0, NULL) == WIRE_STATUS_OK);
-    CHECK(fake.bridge == OPEN);
-}
-
-static void what_is_seen_between_samples_opens_the_bridge_and_trips_at_the_next(void) {
-    SURE(begin(1000));
-    core_watch(2048, 2400);
-    CHECK(fake.bridge == DRIVE);
-    core_watch(4095, 2400);
-    CHECK(fake.bridge == OPEN && core_state() == WIRE_STATE_RUNNING);
-    core_watch(2048, 0); /* the first counts */
-    fake_sample();       /* which itself shows nothing */
-    CHECK(fake.bridge == OPEN && core_state() == WIRE_STATE_FAULTED);
-    CHECK(core.fault == WIRE_FAULT_OVER_CURRENT && core.run.trip.value == 4095);
-    CHECK(core.run.end_tick == core.tick);
-}
-
-static void a_stop_does_not_undo_what_was_seen_between_samples(void) {
-    SURE(begin(1000));
-    core_watch(2048, 0);
-    CHECK(fake_ask(WIRE_STOP_CODE, NULL, 0, NULL) == WIRE_STATUS_OK);
-    CHECK(core_state() == WIRE_STATE_FAULTED && core.fault == WIRE_FAULT_SUPPLY_LOW);
-    CHECK(core.run.reason == WIRE_END_REASON_FAULT);
-}
-
-static void nothing_is_watched_while_nothing_runs(void) {
-    SURE(load(1000));
-    fake.bridge = DRIVE;
-    core_watch(4095, 0);
-    CHECK(fake.bridge == DRIVE && core_state() == WIRE_STATE_LOADED);
-}
-
-/* Up to 255 steps, whose last index is 254: an index of 255 names no step. */
-static void a_program_of_all_steps_is_loaded_and_run_to_its_end(void) {
-    const wire_configure_t config = fake_config();
-    fake_start();
-    fake_settle();
-    CHECK(fake_configure(&config) == WIRE_STATUS_OK);
-    for (unsigned n = 0; n < CORE_MAX_STEPS; n++) {
-        CHECK(fake_add_step((uint8_t)n, WIRE_STEP_KIND_BRAKE, 0, 2) == WIRE_STATUS_OK);
-    }
-    const int beyond = CORE_MAX_STEPS < 255 ? WIRE_STATUS_PROGRAM_FULL : WIRE_STATUS_BAD_VALUE;
-    CHECK(fake_add_step(CORE_MAX_STEPS, WIRE_STEP_KIND_BRAKE, 0, 2) == beyond);
-    CHECK(fake_add_step(255, WIRE_STEP_KIND_BRAKE, 0, 2) == WIRE_STATUS_BAD_VALUE);
-    CHECK(core.program.count == CORE_MAX_STEPS && core_state() == WIRE_STATE_LOADED);
-    CHECK(fake_run() == WIRE_STATUS_OK);
-    fake_samples(2 * CORE_MAX_STEPS);
-    CHECK(core_state() == WIRE_STATE_RUNNING && core.run.begun == CORE_MAX_STEPS);
-    fake_sample();
-    CHECK(core_state() == WIRE_STATE_LOADED && core.run.reason == WIRE_END_REASON_COMPLETED);
-    uint8_t payload[WIRE_MAX_PAYLOAD];
-    unsigned phases = 0;
-    fake_settle();
-    for (int heard; (heard = fake_heard(payload)) != 0;) {
-        CHECK(heard > 0);
-        phases += payload[0] == WIRE_EVENT_PHASE_CODE;
-    }
-    CHECK(phases == CORE_MAX_STEPS);
-}
-
-/* ------------------------------------------------------------------ minor 3 */
-
-static wire_configure_t checked(void) {
-    wire_configure_t config = fake_config();
-    config.sign_check_ms = 2; /* 20 samples */
-    config.sign_check_ma = 400;
-    config.sign_check_mv = 1000;
-    config.sign_check_counts = 10;
-    return config;
-}
-
-/* Coast, then drive so: the check begins with the drive, not before. */
-static void begin_checked(int32_t duty, uint32_t samples) {
-    const wire_configure_t config = checked();
-    fake_start();
-    fake_settle();
-    CHECK(fake_configure(&config) == WIRE_STATUS_OK);
-    CHECK(fake_add_step(0, WIRE_STEP_KIND_COAST, 0, 5) == WIRE_STATUS_OK);
-    CHECK(fake_add_step(1, WIRE_STEP_KIND_DRIVE_DUTY, duty, samples) == WIRE_STATUS_OK);
-    CHECK(fake_add_step(2, WIRE_STEP_KIND_DRIVE_DUTY, -duty, 50) == WIRE_STATUS_OK);
-    CHECK(fake_run() == WIRE_STATUS_OK);
-    fake.now.raw[WIRE_CHANNEL_CURRENT] = 1700; /* -0.7 A: whatever it is, no drive made it */
-    fake_samples(5);
-    fake.now.raw[WIRE_CHANNEL_CURRENT] = 2048;
-    fake_sample();
-    CHECK(core_state() == WIRE_STATE_RUNNING && fake.bridge == DRIVE);
-}
-
-static void a_wrong_sign_trips_within_the_check_alone(void) {
-    SURE(begin_checked(500000, 40));
-    fake.now.raw[WIRE_CHANNEL_CURRENT] = 1847;
-    fake_sample();
-    CHECK(fake.bridge == OPEN && core.fault == WIRE_FAULT_WRONG_SIGN);
-    CHECK(core.run.trip.value == WIRE_CHANNEL_CURRENT);
-    SURE(begin_checked(-500000, 40));
-    fake.now.position += 11;
-    fake_sample();
-    CHECK(core.fault == WIRE_FAULT_WRONG_SIGN && core.run.trip.value == WIRE_CHANNEL_POSITION);
-    SURE(begin_checked(500000, 40));
-    fake_samples(20); /* its time */
-    fake.now.raw[WIRE_CHANNEL_CURRENT] = 1847;
-    fake_sample();
-    CHECK(core_state() == WIRE_STATE_RUNNING);
-    SURE(begin_checked(500000, 10));
-    fake_samples(10); /* its step */
-    fake.now.raw[WIRE_CHANNEL_CURRENT] = 1847;
-    fake_samples(3);
-    CHECK(core_state() == WIRE_STATE_RUNNING);
-}
-
-static void an_input_that_opens_ends_the_run_at_the_next_sample(void) {
-    wire_configure_t config = fake_config();
-    config.inputs_required = 2;
-    fake_start();
-    CHECK(fake_configure(&config) == WIRE_STATUS_OK);
-    CHECK(fake_add_step(0, WIRE_STEP_KIND_DRIVE_DUTY, 500000, 50) == WIRE_STATUS_OK);
-    fake.closed = 1;
-    CHECK(fake_run() == WIRE_STATUS_INPUT_OPEN && core_state() == WIRE_STATE_LOADED);
-    fake.closed = 2; /* the other is not asked for */
-    CHECK(fake_run() == WIRE_STATUS_OK);
-    fake_samples(3);
-    CHECK(core_state() == WIRE_STATE_RUNNING && fake.bridge == DRIVE);
-    fake.closed = 0;
-    fake_sample();
-    CHECK(fake.bridge == OPEN && core.fault == WIRE_FAULT_INPUT_OPENED && core.run.trip.value == 2);
-}
-
-/* What an older host sends, and the same with zeros after it, differ in their hash alone. */
-static void an_older_hosts_configuration_is_hashed_as_it_came(void) {
-    uint8_t fields[WIRE_CONFIGURE_SIZE], reply[WIRE_MAX_PAYLOAD];
-    const wire_configure_t config = fake_config();
-    fake_start();
-    (void)wire_put_configure(fields, &config);
-    const uint8_t ends[] = {29, 33, 34, 36, 40, 44, 46, 50};
-    for (size_t n = 0; n < sizeof ends; n++) {
-        CHECK(fake_ask(WIRE_CONFIGURE_CODE, fields, ends[n], reply) == WIRE_STATUS_OK);
-        CHECK(wire_get_u32(reply) == crc32(0, fields, ends[n]));
-        CHECK(fake_ask(WIRE_READ_CONFIG_CODE, NULL, 0, reply) == WIRE_STATUS_OK);
-        CHECK(memcmp(reply, fields, 29) == 0 && memcmp(reply + 33, fields + 29, 21) == 0);
-        CHECK(wire_get_u32(reply + 29) == crc32(0, fields, ends[n]));
-    }
-    for (uint8_t length = 0; length < sizeof fields; length++) {
-        if (memchr(ends, length, sizeof ends) == NULL) {
-            CHECK(fake_ask(WIRE_CONFIGURE_CODE, fields, length, NULL) == WIRE_STATUS_BAD_LENGTH);
-        }
-    }
-}
-
-static void a_board_without_inputs_or_a_known_supply_says_so(void) {
-    const uint8_t host[] = {WIRE_MAJOR, WIRE_MINOR};
-    uint8_t reply[WIRE_MAX_PAYLOAD];
-    wire_identify_reply_t who;
-    for (int plain = 0; plain < 2; plain++) {
-        fake_start();
-        if (plain) {
-            port.inputs = 0;
-            port.inputs_closed = NULL;
-            port.input_pin = NULL;
-            port.brown_out_least_mv = 0;
-            port.brown_out_mv = NULL;
-            port.channels = 0x09;
-        }
-        CHECK(fake_ask(WIRE_IDENTIFY_CODE, host, sizeof host, reply) == WIRE_STATUS_OK);
-        CHECK(wire_get_identify_reply(reply, WIRE_IDENTIFY_REPLY_SIZE, &who));
-        CHECK(who.inputs == (plain ? 0 : 3) && who.brown_out_mv == (plain ? 0 : 2700));
-        CHECK(who.features == (plain ? 1u << WIRE_FEATURE_SIGN_CHECK : 7u));
-        CHECK(fake_ask(WIRE_READ_STATUS_CODE, NULL, 0, reply) == WIRE_STATUS_OK);
-        CHECK(fake_ask(WIRE_DESCRIBE_INPUT_CODE, host, 1, reply)
-              == (plain ? WIRE_STATUS_NOT_SUPPORTED : WIRE_STATUS_OK));
-    }
-    wire_configure_t config = fake_config();
-    config.channels = 1;
-    config.voltage_limit_mv = 5000; /* without the channel that shows it */
-    CHECK(fake_configure(&config) == WIRE_STATUS_NOT_SUPPORTED);
-    config.voltage_limit_mv = 0;
-    config.sign_check_ms = config.sign_check_counts = 100;
-    config.sign_check_ma = config.sign_check_mv = 100; /* what is there is checked */
-    CHECK(fake_configure(&config) == WIRE_STATUS_OK);
-}
-
 const struct test core_tests[] = {
-    TEST(a_program_of_all_steps_is_loaded_and_run_to_its_end),
-    TEST(a_wrong_sign_trips_within_the_check_alone),
-    TEST(an_input_that_opens_ends_the_run_at_the_next_sample),
-    TEST(an_older_hosts_configuration_is_hashed_as_it_came),
-    TEST(a_board_without_inputs_or_a_known_supply_says_so),
-    TEST(only_steps_wait_for_their_tick),
-    TEST(what_is_seen_between_samples_opens_the_bridge_and_trips_at_the_next),
-    TEST(a_stop_does_not_undo_what_was_seen_between_samples),
-    TEST(nothing_is_watched_while_nothing_runs),
     TEST(a_fast_burst_is_kept_and_sent),
     TEST(power_on_opens_the_bridge_and_says_hello),
     TEST(a_watchdog_reset_is_latched),
