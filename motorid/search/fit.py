@@ -16,10 +16,10 @@ from motorid.capture.model import Capture
 from motorid.errors import UsageError, nearest
 from motorid.estimate.assembly.assemble import report
 from motorid.estimate.diagnosis.data_remarks import unseen_voltage
-from motorid.estimate.fit.parameter_bounds import unknowns_of
+from motorid.estimate.fit.parameter_bounds import searched, unknowns_of
 from motorid.estimate.fit.start_values import start_values
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.results.estimate import PARAMETERS, Diagnostic, Estimate
+from motorid.estimate.results.estimate import Diagnostic, Estimate
 from motorid.estimate.signals.log_sections import pieces
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Solution as Likely
@@ -67,7 +67,7 @@ def fit(
         raise UsageError(f"{method} takes no fixed or left-out parameters: use another method")
     left_out = tuple(dict.fromkeys([*without, *(("T0",) if linear else ())]))
     fixed = {**dict.fromkeys(left_out, 0.0), **(fix or {})}
-    free = [name for name in PARAMETERS if name not in fixed]
+    free = searched(fixed)
     if linear and len(free) < len(LINEAR.parameters):
         raise UsageError(f"{method} takes no fixed or left-out parameters: use another method")
     captures = pieces(captures)

@@ -17,9 +17,9 @@ from motorid.estimate.diagnosis.faults import current_zero, lost_samples, missin
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.fit.multistart import settled, whitened
-from motorid.estimate.fit.parameter_bounds import held_values, merged
+from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.results.estimate import PARAMETERS, Suspect
+from motorid.estimate.results.estimate import Suspect
 from motorid.estimate.signals.intersample_voltage import Rival
 from motorid.estimate.solver.problem import Solution, Unknown
 
@@ -174,7 +174,7 @@ def _with_remedy(
 
 def _fresh(capture: Capture, record: MotorRecord, held: Mapping[str, float]) -> MotorRecord:
     """Another capture in the place of one, with what was found of it."""
-    free = [name for name in PARAMETERS if name not in held]
+    free = searched(held)
     again = MotorRecord(capture, free, held, record.shape)
     pairs = zip(record.instances, record.unknowns, strict=True)
     again.find({one: unknown for one, unknown in pairs if one in record.found})
@@ -192,7 +192,7 @@ def _unweighed(records: Sequence[MotorRecord]) -> list[MotorRecord]:
 def _fitted(
     records: list[MotorRecord], held: Mapping[str, float], start: Mapping[str, float]
 ) -> Fit:
-    free = [name for name in PARAMETERS if name not in held]
+    free = searched(held)
     found = settled(records, free, start)
     return records, whitened(records, free, merged(start, found), found)
 

@@ -20,10 +20,9 @@ from motorid.estimate.fit import (
 from motorid.estimate.fit.alternating_fit import again
 from motorid.estimate.fit.lagging_start import Doubt, taken_earlier
 from motorid.estimate.fit.multistart import leaves_misfit, settled, whitened
-from motorid.estimate.fit.parameter_bounds import held_values, merged
+from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.unexplained import unsupported
-from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.solver.problem import Solution
 
 SHARED = (0.2, 0.8)  # of the friction at the highest speed, that is Coulomb's
@@ -36,7 +35,7 @@ def solved(
 ) -> tuple[list[MotorRecord], Solution]:
     """The captures as the likelihood sees them, and their most likely parameters; as ``fit``."""
     fixed = held_values(fix, without)
-    free = [name for name in PARAMETERS if name not in fixed]
+    free = searched(fixed)
     if fixed.get("L") == 0.0:  # the rise of the current would be taken for a drop
         captures = [lossless(capture) for capture in captures]
     records = [MotorRecord(capture, free, fixed) for capture in captures]

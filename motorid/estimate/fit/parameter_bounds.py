@@ -50,6 +50,11 @@ def held_values(fix: Mapping[str, float], without: Sequence[str]) -> dict[str, f
     return {**dict.fromkeys(without, 0.0), **fix}
 
 
+def searched(held: Mapping[str, float]) -> list[str]:
+    """The parameters that are not held, in their order."""
+    return [name for name in PARAMETERS if name not in held]
+
+
 def typical(records: Sequence[MotorRecord], start: Mapping[str, float]) -> tuple[float, float]:
     """A torque (N·m) and a speed (rad/s) of these captures."""
     currents, speeds = [], []

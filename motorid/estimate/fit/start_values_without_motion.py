@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT
 from motorid.errors import DataError
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
-from motorid.estimate.fit.parameter_bounds import unknowns_of
+from motorid.estimate.fit.parameter_bounds import searched, unknowns_of
 from motorid.estimate.fit.start_signals import Signals
 from motorid.estimate.fit.start_values import mechanical, shows_motion
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.measurements import EMF
 from motorid.estimate.solver.concentrated_likelihood import Concentrated
 
@@ -107,5 +106,5 @@ def _misfit(
     records: Sequence[MotorRecord], start: Mapping[str, float], fixed: Mapping[str, float]
 ) -> float:
     """Twice the negative log-likelihood, but for a constant, each channel's noise unknown."""
-    free = [name for name in PARAMETERS if name not in fixed]
+    free = searched(fixed)
     return Concentrated(unknowns_of(records, free, start), records).start.objective

@@ -18,10 +18,10 @@ from motorid.estimate.assembly.assemble import UNCHANGED, accused, judged, unjud
 from motorid.estimate.diagnosis import identifiability
 from motorid.estimate.diagnosis.remarks import budget
 from motorid.estimate.fit import joint_fit, multistart
-from motorid.estimate.fit.parameter_bounds import held_values, merged
+from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.partial import locked_rotor as rotor
-from motorid.estimate.results.estimate import PARAMETERS, UNITS, Diagnostic, Estimate
+from motorid.estimate.results.estimate import UNITS, Diagnostic, Estimate
 from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.intervals import unknown
@@ -101,7 +101,7 @@ def _on_scale(
     scale = (fix[name] / values[name]) ** (1.0 / POWERS[name])
     start = {n: v * scale ** POWERS.get(n, 0) for n, v in values.items()}
     fixed = held_values(fix, without)
-    free = [n for n in PARAMETERS if n not in fixed]
+    free = searched(fixed)
     records = [MotorRecord(capture, free, fixed) for capture in captures]
     return records, multistart.solve(records, free, {**start, **fixed})
 

@@ -16,9 +16,9 @@ from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Cap
 from motorid.errors import DataError
 from motorid.estimate.assembly.assemble import accused, judged, unjudged
 from motorid.estimate.fit import alternating_fit, joint_fit, multistart, start_values_without_motion
-from motorid.estimate.fit.parameter_bounds import unknowns_of
+from motorid.estimate.fit.parameter_bounds import searched, unknowns_of
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.results.estimate import PARAMETERS, UNITS, Diagnostic, Estimate
+from motorid.estimate.results.estimate import UNITS, Diagnostic, Estimate
 from motorid.estimate.signals.log_sections import pieces
 from motorid.estimate.solver.dense_products import dot, square
 from motorid.estimate.solver.levenberg_marquardt import maximise
@@ -146,7 +146,7 @@ def still_motor(captures: Sequence[Capture], held: Mapping[str, float]) -> dict[
 
 def leaves_noise(captures: Sequence[Capture], still: Mapping[str, float]) -> bool:
     """A rotor that is held leaves no more than noise in these captures, roughly fitted."""
-    free = [name for name in PARAMETERS if name not in still]
+    free = searched(still)
     records = [MotorRecord(capture, free, still) for capture in captures]
     start = start_values_without_motion.start_values(records, still)
     rough = maximise(unknowns_of(records, free, start), records, enough=alternating_fit.ROUGH)

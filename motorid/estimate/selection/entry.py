@@ -16,12 +16,11 @@ from motorid.estimate.diagnosis import misfit, rank
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit import alternating_fit, joint_fit, multistart, sign_check
-from motorid.estimate.fit.parameter_bounds import held_values, merged
+from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS, Term, parse
 from motorid.estimate.results.estimate import (
     AUTO,
-    PARAMETERS,
     SIX,
     Diagnostic,
     Estimate,
@@ -133,7 +132,7 @@ def _without_loss(
     """The fit that terms begin from: they explain brushes and heat by themselves."""
     if not carry_loss(records):
         return records, solution
-    free = [name for name in PARAMETERS if name not in held]
+    free = searched(held)
     bare = [MotorRecord(lossless(record.capture), free, held) for record in records]
     for record, six in zip(bare, records, strict=True):
         record.foretold = six.foretold
