@@ -1,0 +1,28 @@
+"""The times of a capture, from its ticks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from motorid.capture.model import Capture, Channel
+from motorid.errors import DataError
+
+
+def of(ticks: list[int]) -> Capture:
+    values = np.zeros(len(ticks))
+    return Capture(np.array(ticks, np.int64), 1e6, {"current": Channel("current", "A", values)})
+
+
+@pytest.mark.parametrize("ticks", [[], [5]])
+def test_fewer_than_two_samples_have_no_period(ticks: list[int]) -> None:
+    capture = of(ticks)
+    assert capture.time_s.tolist() == [0.0] * len(ticks)
+    with pytest.raises(DataError, match="fewer than two samples"):
+        _ = capture.period_s
+
+
+def test_the_period_is_the_usual_one_though_samples_are_missing() -> None:
+    capture = of([500, 1500, 2500, 9500, 10_500])
+    assert capture.period_s == pytest.approx(1e-3)
+    assert capture.time_s == pytest.approx([0.0, 1e-3, 2e-3, 9e-3, 10e-3])
