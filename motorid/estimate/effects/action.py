@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.signals.time_grid import Part
 from motorid.motor.reading import Stretch
+
+if TYPE_CHECKING:
+    from motorid.estimate.effects.influence_quantity import Instance
 
 Floats = NDArray[np.float64]
 Restretch = Callable[[Stretch, Part, float], Stretch]
@@ -79,6 +82,9 @@ class Action(Protocol):
 
     def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None: ...
 
+    def show(self, shown: dict[str, Floats], subject: Any, one: Instance, size: float) -> None:
+        """Changes what the channels show of the run, (n,) by block."""
+
 
 @dataclass(frozen=True)
 class Simulated:
@@ -88,6 +94,9 @@ class Simulated:
     def simulated(self) -> bool:
         """It is."""
         return True
+
+    def show(self, shown: dict[str, Floats], subject: Any, one: Instance, size: float) -> None:
+        """Every channel shows the run as it is."""
 
 
 @dataclass(frozen=True)
@@ -212,8 +221,20 @@ def everywhere(_: Any) -> float:
     return 1.0
 
 
+class Unsimulated:
+    """An action on what channels show of a run."""
+
+    @property
+    def simulated(self) -> bool:
+        """It leaves the run as it is."""
+        return False
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        """Nothing of the run changes."""
+
+
 @dataclass(frozen=True)
-class Reading:
+class Reading(Unsimulated):
     """What the channel of a block shows of a series (n,): ``shown`` of it and of the size.
 
     ``share`` of subject: by how much of it each reading is moved, (n,) or one figure.
@@ -223,13 +244,22 @@ class Reading:
     shown: Callable[[Floats, Floats | float], Floats]
     share: Callable[[Any], Floats | float] = everywhere
 
-    @property
-    def simulated(self) -> bool:
-        """It leaves the run as it is."""
-        return False
+    def show(self, shown: dict[str, Floats], subject: Any, one: Instance, size: float) -> None:
+        """The block shows another series."""
+        if self.block in shown:
+            shown[self.block] = self.shown(shown[self.block], size * self.share(subject))
 
-    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
-        """Nothing of the run changes."""
+
+class AlongAngle(Unsimulated):
+    """What every channel shows of what repeats with the rotor, in proportion to its size.
+
+    Its course stands in ``subject.repeating``: it was computed once, along the fitted motion.
+    """
+
+    def show(self, shown: dict[str, Floats], subject: Any, one: Instance, size: float) -> None:
+        """The blocks that it moves show more."""
+        for block, course in subject.repeating.slopes.get(one, {}).items():
+            shown[block] = shown[block] + size * course
 
 
 def plus(series: Floats, size: Floats | float) -> Floats:

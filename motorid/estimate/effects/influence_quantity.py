@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from motorid.capture.model import Capture
     from motorid.estimate.effects.action import Action
     from motorid.estimate.effects.brush_and_heating import Loss
+    from motorid.estimate.effects.rotor.repeating import Repeating
     from motorid.estimate.effects.source_noise import SourceNoise
     from motorid.estimate.signals.measurements import Measured
     from motorid.estimate.signals.thevenin_source import Source
@@ -56,6 +57,7 @@ class Subject(Protocol):
     noise: SourceNoise
     judged_at: Floats | None  # the motor by which its source was judged; None: not yet
     losing: Mapping[str, float]  # what it lost then, by unknown
+    repeating: Repeating  # with the rotor's angle
 
     @property
     def timeline(self) -> Timeline: ...

@@ -19,6 +19,10 @@ from motorid.estimate.effects.reference.temperature import (
     MAGNET_COEFFICIENT,
     SELF_HEATING,
 )
+from motorid.estimate.effects.rotor.cogging import COGGING
+from motorid.estimate.effects.rotor.encoder_error import ENCODER_ERROR
+from motorid.estimate.effects.rotor.k_ripple import K_RIPPLE
+from motorid.estimate.effects.rotor.r_ripple import R_RIPPLE
 from motorid.estimate.effects.source.brush_bend import BRUSH_BEND
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
 from motorid.estimate.effects.source.dead_time_diodes import DEAD_TIME_DIODES
@@ -87,6 +91,10 @@ CAPTURED = (
 ADDED = (
     # looked for where residuals ask for them
     *UNSTATED,
+    K_RIPPLE,
+    R_RIPPLE,
+    COGGING,
+    ENCODER_ERROR,
     SPEED_FILTER,
     DRIVEN_CURRENT_OFFSET,
     QUADRATIC_FRICTION,

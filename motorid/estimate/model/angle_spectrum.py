@@ -34,24 +34,24 @@ class Turned:
     step: Floats
 
 
-def periods_a_turn(records: Sequence[Sequence[Turned]]) -> list[int]:
+def periods_a_turn(records: Sequence[Sequence[Turned]], peak: float = PEAK) -> list[int]:
     """The counts that stand out of some kind of residual's power by angle, the strongest first.
 
-    ``records``: the channels of each capture, in one order.
+    ``records``: the channels of each capture, in one order. ``peak``: over its neighbours.
     """
     strength = np.zeros(MOST + 1)
     for kind in zip_longest(*records):  # what one channel fits badly must not hide another's peak
         power = np.sum([_power(channel) for channel in kind if channel is not None], axis=0)
-        strength = np.maximum(strength, np.where(_stands(power), power, 0.0))
+        strength = np.maximum(strength, np.where(_stands(power, peak), power, 0.0))
     found = np.flatnonzero(strength)
     return [int(n) for n in found[np.argsort(-strength[found])][:BEST]]
 
 
-def _stands(power: Floats) -> NDArray[np.bool_]:
+def _stands(power: Floats, peak: float) -> NDArray[np.bool_]:
     """Which counts' powers (MOST + 1,) stand out of their neighbours'."""
     counts = range(1, MOST + 1)
     middle = np.array([np.inf, *(np.median(power[max(n - 8, 1) : n + 9]) for n in counts)])
-    return np.asarray((power > STANDS_OUT) & (power > PEAK * middle))
+    return np.asarray((power > STANDS_OUT) & (power > peak * middle))
 
 
 def turned(record: MotorRecord, departures: Sequence[Floats], angle: Floats) -> list[Turned]:

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import Capture
 from motorid.errors import DataError
-from motorid.estimate.effects.action import Reading, Setup
+from motorid.estimate.effects.action import Setup
 from motorid.estimate.effects.brush_and_heating import Loss
 from motorid.estimate.effects.influence_quantity import Instance, Use, instances
 from motorid.estimate.effects.registry import used
+from motorid.estimate.effects.rotor.repeating import STEADY
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.effects.source_noise import SourceNoise
 from motorid.estimate.effects.unstated import ahead
@@ -86,6 +87,7 @@ class MotorRecord(Weighed):
         self.rivals: tuple[Rival, ...] = ()
         self.foretold: Foretold | None = None  # an inductance that no reading shows
         self.found: frozenset[Instance] = frozenset()  # of quantities that nobody stated
+        self.repeating = STEADY  # with the rotor's angle
         self.left_open: tuple[Floats, ...] = ()  # by them, shifts of the parameters
         self.as_stamped: Mapping[str, float] = {}  # parameters without them, where they are found
         self.unsettled: Floats | None = None  # the last pass's change of parameters, if too large
@@ -246,7 +248,7 @@ class MotorRecord(Weighed):
         volts = self.volts if loss is None else self.volts - loss.volts(self._losing(own))
         over = self.respond(self.timeline.period_s, volts, outputs, self.stretches)
         self.simulated += 1
-        return over(self.motor(shared), self._setup(own).initial)
+        return over(self.motor(shared), self.setup(own).initial)
 
     # ---- the model ----------------------------------------------------------------------------
 
@@ -288,7 +290,7 @@ class MotorRecord(Weighed):
         """V·s/rad that an open bridge shows."""
         return float(self.motor(shared)[2])
 
-    def _setup(self, own: Floats, more: Sizes = NOTHING) -> Setup:
+    def setup(self, own: Floats, more: Sizes = NOTHING) -> Setup:
         """One run with its own unknowns and what else is said of its quantities."""
         setup = Setup(self.timeline.count, [0.0] * self.states)
         for one, size in (*zip(self.instances, own.tolist(), strict=True), *more.items()):
@@ -301,11 +303,11 @@ class MotorRecord(Weighed):
     def readings(self, shared: Floats, own: Floats, more: Sizes = NOTHING) -> Floats:
         """The response (outputs, count) before offsets and gains; remembers the last few."""
         if any(one.quantity.simulated for one in more):
-            return self._simulate(shared, self._setup(own, more))
+            return self._simulate(shared, self.setup(own, more))
         key = (*shared, *own[self._simulated])
         readings = self._memory.pop(key, None)
         if readings is None:
-            readings = self._simulate(shared, self._setup(own))
+            readings = self._simulate(shared, self.setup(own))
             if len(self._memory) >= REMEMBERED:
                 del self._memory[next(iter(self._memory))]
         self._memory[key] = readings  # the latest used is the last to go
@@ -315,15 +317,15 @@ class MotorRecord(Weighed):
         self.simulated += 1
         motor = self.motor(shared)
         if len(motor) == len(SIX) and not setup.motor.keys() <= set(SIX):
-            return self._smoothed(extended(self, motor, setup))
+            return self.smoothed(extended(self, motor, setup))
         for name, more in setup.motor.items():
             motor[NAMES.index(name)] += more
         if setup.rebuilt:
-            return self._smoothed(rebuilt(self, setup, self.respond)(motor, setup.initial))
+            return self.smoothed(rebuilt(self, setup, self.respond)(motor, setup.initial))
         self._change(setup)
-        return self._smoothed(self.response(motor, setup.initial))
+        return self.smoothed(self.response(motor, setup.initial))
 
-    def _smoothed(self, readings: Floats) -> Floats:
+    def smoothed(self, readings: Floats) -> Floats:
         """Behind the declared low-passes of second order."""
         for row, smooth in self._second_order.items():
             readings[row] = smooth(readings[row])
@@ -358,14 +360,16 @@ class MotorRecord(Weighed):
 
         ``more``: sizes of quantities beside its own unknowns.
         """
-        readings = self.readings(shared, own, more)
-        models = {m.block.name: self._modelled(m, readings, shared, own) for m in self.measured}
+        models = self.shown(self.readings(shared, own, more), shared, own)
         for one, size in (*zip(self.instances, own.tolist(), strict=True), *more.items()):
             for action in one.quantity.acts:
-                if isinstance(action, Reading) and action.block in models:
-                    moved = size * action.share(self)
-                    models[action.block] = action.shown(models[action.block], moved)
-        return [models[m.block.name] for m in self.measured]
+                action.show(models, self, one, size)
+        bend = self.repeating.bend
+        return [models[m.block.name] + bend.get(m.block.name, 0.0) for m in self.measured]
+
+    def shown(self, readings: Floats, shared: Floats, own: Floats) -> dict[str, Floats]:
+        """What ideal channels would show of a response (outputs, count), (n,) by block."""
+        return {m.block.name: self._modelled(m, readings, shared, own) for m in self.measured}
 
     def _modelled(self, m: Measured, readings: Floats, shared: Floats, own: Floats) -> Floats:
         """What an ideal channel of that block would show, (n,)."""

@@ -18,8 +18,8 @@ OTHER_STEP = 3.0  # times the step by which the tangent was taken
 NEAR = 1e-3  # of the largest change of a reading
 UNSEEN = {"initial warmth", "cogging phase", "ripple phase"}  # by the six-parameter model
 BY_OTHERS = {
-    "current offset while driven", "speed filter", "quadratic friction", "voltage noise",
-    "PWM ripple", "ambient temperature",
+    "ripple of K", "ripple of R", "cogging torque", "encoder error", "current offset while driven",
+    "speed filter", "quadratic friction", "voltage noise", "PWM ripple", "ambient temperature",
     "self-heating", "copper coefficient", "magnets' coefficient",
 }  # fmt: skip
 

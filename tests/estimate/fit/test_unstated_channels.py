@@ -68,7 +68,7 @@ def test_a_response_of_its_own_gives_the_same_run(tmp_path: Path) -> None:
     record = MotorRecord(logged(tmp_path), PARAMETERS, {}, "held")
     own = np.array([unknown.start for unknown in record.unknowns])
     values = np.array([2.0, 2e-3, 0.05, 2e-5, 5e-5, 4e-3])
-    setup = record._setup(own)
+    setup = record.setup(own)
     usual = record.readings(values, own)
     other = rebuilt(record, setup, record.respond)(values, setup.initial)
     assert np.abs(other - usual).max() < 1e-9 * np.abs(usual).max()
