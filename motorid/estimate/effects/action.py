@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.signals.time_grid import Part
 from motorid.motor.reading import Stretch
-
-if TYPE_CHECKING:
-    from motorid.estimate.effects.influence_quantity import Instance
 
 Floats = NDArray[np.float64]
 Restretch = Callable[[Stretch, Part, float], Stretch]
@@ -82,7 +79,7 @@ class Action(Protocol):
 
     def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None: ...
 
-    def show(self, shown: dict[str, Floats], subject: Any, one: Instance, size: float) -> None:
+    def show(self, shown: dict[str, Floats], subject: Any, one: object, size: float) -> None:
         """Changes what the channels show of the run, (n,) by block."""
 
 
@@ -95,7 +92,7 @@ class Simulated:
         """It is."""
         return True
 
-    def show(self, shown: dict[str, Floats], subject: Any, one: Instance, size: float) -> None:
+    def show(self, shown: dict[str, Floats], subject: Any, one: object, size: float) -> None:
         """Every channel shows the run as it is."""
 
 
@@ -244,7 +241,7 @@ class Reading(Unsimulated):
     shown: Callable[[Floats, Floats | float], Floats]
     share: Callable[[Any], Floats | float] = everywhere
 
-    def show(self, shown: dict[str, Floats], subject: Any, one: Instance, size: float) -> None:
+    def show(self, shown: dict[str, Floats], subject: Any, one: object, size: float) -> None:
         """The block shows another series."""
         if self.block in shown:
             shown[self.block] = self.shown(shown[self.block], size * self.share(subject))
@@ -256,7 +253,7 @@ class AlongAngle(Unsimulated):
     Its course stands in ``subject.repeating``: it was computed once, along the fitted motion.
     """
 
-    def show(self, shown: dict[str, Floats], subject: Any, one: Instance, size: float) -> None:
+    def show(self, shown: dict[str, Floats], subject: Any, one: object, size: float) -> None:
         """The blocks that it moves show more."""
         for block, course in subject.repeating.slopes.get(one, {}).items():
             shown[block] = shown[block] + size * course

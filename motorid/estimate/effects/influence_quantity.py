@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from motorid.capture.model import Capture
     from motorid.estimate.effects.action import Action
     from motorid.estimate.effects.brush_and_heating import Loss
-    from motorid.estimate.effects.rotor.repeating import Repeating
     from motorid.estimate.effects.source_noise import SourceNoise
     from motorid.estimate.signals.measurements import Measured
     from motorid.estimate.signals.thevenin_source import Source
@@ -46,6 +45,13 @@ class Use(Enum):
     TESTED = auto()  # nothing, unless the residuals show it: a fault, or what the model lacks
 
 
+class Repeats(Protocol):
+    """What repeats with the rotor's angle: what each block (n,) shows of a unit of each."""
+
+    @property
+    def slopes(self) -> Mapping[Instance, Mapping[str, Floats]]: ...
+
+
 class Subject(Protocol):
     """The capture that a quantity acts on, as far as declarations read it."""
 
@@ -57,8 +63,9 @@ class Subject(Protocol):
     noise: SourceNoise
     judged_at: Floats | None  # the motor by which its source was judged; None: not yet
     losing: Mapping[str, float]  # what it lost then, by unknown
-    repeating: Repeating  # with the rotor's angle
 
+    @property
+    def repeating(self) -> Repeats: ...
     @property
     def timeline(self) -> Timeline: ...
     @property
