@@ -1,9 +1,10 @@
 """What repeats with the rotor's angle: commutation ripple, segments, friction over a turn.
 
 Everything is found in what the smooth model leaves of current and position while the motor runs
-steadily: a fit's residuals, and what the fit itself gives to the rotor's angle. Angles count from where the run began. Ripple is given as the
-relative ripple of the voltage that would cause it, amplitude x R / V. Torque over a turn follows
-from current and motion together: T_k = K I_k + J (k w)² Θ_k for order k of a turn.
+steadily: a fit's residuals, and what the fit itself gives to the rotor's angle. Angles count from
+where the run began. Ripple is given as the relative ripple of the voltage that would cause it,
+amplitude x R / V. Torque over a turn follows from current and motion together:
+T_k = K I_k + J (k w)² Θ_k for order k of a turn.
 """
 
 from __future__ import annotations

@@ -35,9 +35,7 @@ def curves(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Curve, .
             time = np.asarray(place * record.timeline.period_s, dtype=np.float64)
             name, sigma = m.block.name, float(np.sqrt(square(r) / m.block.count))
             sigma = max(sigma, m.block.floor)
-            out.append(
-                Curve(k, name, UNITS[name], time, m.values, model, sigma, ripple.get(name))
-            )
+            out.append(Curve(k, name, UNITS[name], time, m.values, model, sigma, ripple.get(name)))
     return tuple(out)
 
 
