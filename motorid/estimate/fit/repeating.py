@@ -46,6 +46,8 @@ def with_repeating(records: Sequence[MotorRecord], solution: Solution) -> Soluti
 
     Nor is anything taken where a ripple is too large for straight lines: a wider model has it.
     """
+    if not any(_tells(line) for line in solution.records):
+        return None
     inverse = covariance_of(solution.information)
     found = [
         _Turning(record, solution.values, own, line, inverse)
@@ -62,6 +64,12 @@ def with_repeating(records: Sequence[MotorRecord], solution: Solution) -> Soluti
         one.record.estimate(*one.slopes)
     own = tuple(np.append(x, one.sizes) for x, one in zip(solution.own, found, strict=True))
     return replace(solution, own=own, derivatives=_lent(solution.derivatives, found))
+
+
+def _tells(line: Linearised) -> bool:
+    """Whether more is left of some block than the least that its readings can scatter by."""
+    each = zip(line.blocks, line.sigmas, strict=True)
+    return any(sigma > block.floor for block, sigma in each)
 
 
 def taken_again(records: Sequence[MotorRecord], solution: Solution) -> Solution | None:
