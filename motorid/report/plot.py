@@ -98,10 +98,13 @@ class Plot:
     shapes: list[str] = field(default_factory=list)
     texts: list[str] = field(default_factory=list)
 
-    def line(self, x: Floats, y: Floats, kind: str) -> None:
-        """A line through the points; a missing point breaks it."""
+    def line(self, x: Floats, y: Floats, kind: str, name: str = "") -> None:
+        """A line through the points; a missing point breaks it. ``name``: for a reader, if not
+        ``kind``.
+        """
         path = _path(self.x.share(x) * BOX, BOX - self.y.share(y) * BOX)
-        self.shapes.append(f'<path class="{kind}" d="{path}"/>')
+        named = f' data-line="{escape(name)}"' if name else ""
+        self.shapes.append(f'<path class="{kind}"{named} d="{path}"/>')
 
     def dots(self, x: Floats, y: Floats, kind: str) -> None:
         """A round dot at each point (a line of no length with round ends)."""

@@ -3,6 +3,7 @@
 (() => {
   const BOX = 1000;
   const LINES = ["measured", "fitted", "residual"];
+  const MANY = 4; // lines: of more, the one under the pointer is read
   const FEWEST = 4; // box units: a shorter drag is a click
 
   class Scale {
@@ -51,8 +52,9 @@
     }
     get lines() {
       this.read ??= [...this.svg.querySelectorAll("path")]
-        .filter((path) => LINES.some((name) => path.classList.contains(name)))
-        .map((path) => ({ path, name: LINES.find((n) => path.classList.contains(n)), ...points(path) }));
+        .map((path) => ({ path, name: nameOf(path) }))
+        .filter((line) => line.name)
+        .map((line) => ({ ...line, ...points(line.path) }));
       return this.read.filter((line) => line.x.length && getComputedStyle(line.path).display !== "none");
     }
     title(name) {
@@ -113,17 +115,24 @@
         return one;
       }));
     }
-    readout(at) {
+    readout(at, level) {
       const x = this.x.from + at * (this.x.to - this.x.from);
-      const said = this.lines.map((line) => {
-        const k = nearest(line.x, x);
-        return `${line.name} ${digits(this.y, line.y[k])}`;
-      });
+      const y = this.y.from + level * (this.y.to - this.y.from);
+      let read = this.lines.map((line) => ({ name: line.name, y: line.y[nearest(line.x, x)] }));
+      if (read.length > MANY) {
+        read.sort((one, other) => Math.abs(one.y - y) - Math.abs(other.y - y));
+        read = read.slice(0, 1);
+      }
+      const said = read.map((line) => `${line.name} ${digits(this.y, line.y)}`);
       const unit = (title) => title.split(", ").at(-1);
       const group = groupOf(this).map((plot) => plot.title("xt")).find(Boolean) || "";
       const where = `${digits(this.x, x)} ${unit(group)}`;
       return `${where}: ${said.join("; ")} ${unit(this.title("yt"))}`;
     }
+  }
+
+  function nameOf(path) {
+    return path.dataset.line || LINES.find((name) => path.classList.contains(name));
   }
 
   function points(path) {
@@ -166,9 +175,10 @@
     words.className = "readout";
     plot.frame.append(cursor, words);
     plot.frame.tabIndex = 0;
-    let [begun, at] = [null, 0];
+    let [begun, at, level] = [null, 0, 0.5];
     const share = (event) => {
       const box = plot.frame.getBoundingClientRect();
+      level = (event.clientY - box.top) / box.height;
       return Math.min(Math.max((event.clientX - box.left) / box.width, 0), 1);
     };
     const mark = (to) => {
@@ -176,7 +186,7 @@
       const from = begun ?? at;
       cursor.style.left = `${100 * Math.min(from, at)}%`;
       cursor.style.width = `${100 * Math.abs(at - from)}%`;
-      words.textContent = plot.readout(at);
+      words.textContent = plot.readout(at, level);
       words.style.left = at < 0.5 ? "auto" : "0";
       words.style.right = at < 0.5 ? "0" : "auto";
       plot.frame.classList.add("read");
@@ -249,12 +259,15 @@
       );
     }
   }
-  for (const entry of document.querySelectorAll(".run .legend span")) {
-    const kind = LINES.find((name) => entry.querySelector(`path.${name}`));
-    if (!kind) continue;
+  for (const entry of document.querySelectorAll(".legend span")) {
+    const kind = entry.querySelector("path").classList[0];
+    const area = entry.closest(".run, section");
+    const paths = [...area.querySelectorAll(`.plot path.${kind}`)].filter(nameOf);
+    if (!paths.length) continue;
     const word = entry.lastChild.textContent;
     entry.replaceChildren(entry.firstElementChild, button(word, "show or hide", () => {
-      entry.classList.toggle("off", entry.closest(".run").classList.toggle(`no-${kind}`));
+      const off = entry.classList.toggle("off");
+      paths.forEach((path) => path.classList.toggle("hidden", off));
     }));
   }
   document.body.classList.add("live");
