@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.registry import UNSTATED, WITHOUT_WORD
 from motorid.estimate.effects.unstated import default
+from motorid.estimate.fit import log_readings
 from motorid.estimate.fit.alternating_fit import vanished
 from motorid.estimate.fit.multistart import MOST_TRIED, settled
 from motorid.estimate.fit.parameter_bounds import merged
@@ -44,12 +45,14 @@ def best(
     fixed: Mapping[str, float],
 ) -> Fit:
     """The likeliest answer; ``first``: records of the smoothest shape, with their ``solution``."""
-    captures = [record.capture for record in first]
+    captures = [record.capture for record in first]  # as their readings turn out to be
 
     def fresh(shape: Shape) -> list[MotorRecord]:
         return [MotorRecord(capture, free, fixed, shape) for capture in captures]
 
     plain = _likeliest(_of_every_shape(first, solution, free, start, fresh))
+    plain = log_readings.taken(*plain, free, start, fixed)
+    captures = [record.capture for record in plain[0]]
     heard = told(*plain)
     for record, one in zip(plain[0], heard, strict=True):
         record.left_open = (*one.shifts, one.step)

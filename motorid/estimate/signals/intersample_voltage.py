@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,10 @@ from motorid.estimate.signals import jumps_in_means
 from motorid.estimate.signals.time_grid import IRREGULAR, Timeline
 
 Floats = NDArray[np.float64]
-Shape = Literal["joined", "curved", "held"]
+Shape = Literal["joined", "curved", "held", "loose"]
 
 JOINED: Shape = "joined"
+LOOSE: Shape = "loose"  # held, and no stamp says when in its sample the voltage jumped
 HALF_WINDOWS = (4, 8, 16, 32)  # samples
 SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
 CALM = 16  # stretches of a log, of which the calmer ones tell its noise
@@ -30,14 +31,15 @@ CLEAR, SHARE = 8.0, 0.05  # a jump in standard deviations of a reading, and of t
 SHORTEST = 0.1  # usual periods: two readings that lie closer tell no slope
 MISSING = 1.5  # usual periods between two readings, of which none is missing
 OFTEN, MOST_JUMPS = 0.5, 40  # share of stamps that makes a log irregular; unknowns for its jumps
-SHAPES: tuple[Shape, ...] = get_args(Shape)
+SHAPES: tuple[Shape, ...] = ("joined", "curved", "held")  # that are tried of every log
 
 
 @dataclass(frozen=True)
 class Waveform:
     """Readings (n,) in V at ``time_s`` (n,) from the first tick; ``period_s`` is the usual one.
 
-    ``shape``: they are joined by straight lines, or by a spline; or each is held until the next.
+    ``shape``: they are joined by straight lines, or by a spline; or each is held until the next, at
+    its stamp or (loose) at some moment since the reading before.
     ``filter_s``: first, and ``filter_s2`` second time constant of the declared low-pass that they
     passed, 1/(1 + filter_s s + filter_s2 s²); s and s².
     """
@@ -66,7 +68,7 @@ class Waveform:
         edges = np.arange(-1.0, timeline.count) * timeline.period_s - late_s
         filter_s += self.filter_s
         moved = self._with_jumps(early) if any(early) else self
-        straight = self.shape != "held" or self.filter_s2
+        straight = not self.held or self.filter_s2
         if filter_s and not straight:
             moved = replace(moved, volts=self._before_filter(filter_s))
         flux = moved._flux(edges)
@@ -86,16 +88,23 @@ class Waveform:
             before[1:] += np.diff(self.volts) / np.expm1(steps / filter_s)
         return before
 
+    @property
+    def held(self) -> bool:
+        """Each reading stays until another comes."""
+        return self.shape in ("held", LOOSE)
+
     @cached_property
     def jumps(self) -> NDArray[np.intp]:
         """Readings before which a held voltage jumped at a moment that no stamp tells."""
         none = np.zeros(0, dtype=np.intp)
         steps, rises = np.diff(self.time_s), np.abs(np.diff(self.volts))
-        if self.shape != "held" or not len(steps):
+        if not self.held or not len(steps):
             return none
         far = rises > max(CLEAR * scatter(self.volts), SHARE * float(np.ptp(self.volts)))
-        loose = np.abs(steps / self.period_s - 1.0) > IRREGULAR
-        found = np.flatnonzero(far & (loose | (np.mean(loose) > OFTEN)))
+        if self.shape != LOOSE:
+            loose = np.abs(steps / self.period_s - 1.0) > IRREGULAR
+            far &= loose | (np.mean(loose) > OFTEN)
+        found = np.flatnonzero(far)
         largest = found[np.argsort(-(rises * steps)[found])[:MOST_JUMPS]]
         return np.asarray(np.sort(largest) + 1, dtype=np.intp)
 
@@ -131,7 +140,7 @@ class Waveform:
             flux = CubicSpline(time, volts).antiderivative()
             return lambda at_s: np.asarray(flux(at_s), dtype=np.float64)
         steps = np.diff(time)
-        slopes = np.zeros(len(steps)) if self.shape == "held" else np.diff(volts) / steps
+        slopes = np.zeros(len(steps)) if self.held else np.diff(volts) / steps
         total = np.concatenate([[0.0], np.cumsum(steps * (volts[:-1] + slopes * steps / 2))])
         slopes = np.append(slopes, 0.0)
 
