@@ -15,18 +15,22 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, SPEED, Capture
 from motorid.estimate.effects.unstated import default
+from motorid.estimate.fit.alternating_fit import vanished
+from motorid.estimate.fit.log_unknowns import like, widened
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.intersample_voltage import LOOSE, Rival
+from motorid.estimate.signals.intersample_voltage import LOOSE, Rival, Shape
+from motorid.estimate.signals.measurements import motion
 from motorid.estimate.solver.problem import Solution
 
 Floats = NDArray[np.float64]
 Fit = tuple[list[MotorRecord], Solution]
-Search = Callable[[list[MotorRecord], Solution], Solution]
+Search = Callable[[Sequence[Capture], Shape, Fit], Fit]  # readings, a shape, where to begin
 
+STRONG = 2.0  # times Schwarz's price, of a current of means: it is much like an inductance
 AFTER = 3  # samples after a jump in which its moment shows
-LARGER = 4.0  # variance there, of that elsewhere, from which the moments are asked for
+LARGER = 1.5  # variance there, of that elsewhere, from which the moments are asked for
 
 
 def taken(
@@ -38,59 +42,83 @@ def taken(
 ) -> Fit:
     """The likeliest way in which these readings came; the others are its rivals."""
 
-    def again(others: list[MotorRecord], near: Solution) -> Solution:
-        return settled(others, free, merged(start, near))
+    def again(captures: Sequence[Capture], shape: Shape, near: Fit) -> Fit:
+        others = [MotorRecord(capture, free, fixed, shape) for capture in captures]
+        return others, settled(others, free, merged(start, near[1]))
 
-    best = records, solution
-    for name in (SPEED, CURRENT):
-        best = _averaged(best, name, free, fixed, again)
-    return _loosened(best, free, fixed, again)
+    if not any(motion(record.capture) for record in records):
+        return records, solution  # without a motion the current is all that tells of it
+    best = _averaged((records, solution), SPEED, again)
+    loose = _loosened(best, again)
+    if loose is not best:  # what jumps left may have decided it
+        best = _averaged(loose, SPEED, again)
+    return _averaged(best, CURRENT, again)
 
 
-def _averaged(
-    before: Fit, name: str, free: Sequence[str], fixed: Mapping[str, float], again: Search
+def reconsidered(
+    before: Fit, free: Sequence[str], start: Mapping[str, float], fixed: Mapping[str, float]
 ) -> Fit:
+    """The same of a speed, once lags and low-passes are found, which were taken for it before."""
+
+    def again(captures: Sequence[Capture], shape: Shape, near: Fit) -> Fit:
+        others = like(near, [MotorRecord(capture, free, fixed, shape) for capture in captures])
+        known = merged(start, near[1])
+        return others, widened(others, free, known, settled(others, free, known))
+
+    return _averaged(before, SPEED, again)
+
+
+def _averaged(before: Fit, name: str, again: Search) -> Fit:
     """The likelier of readings of an instant, and of means since the reading before."""
-    captures = [_of_means(record, name) for record in before[0]]
+    captures = [_otherwise(record, name) for record in before[0]]
     if not any(captures):
         return before
-    others = [
-        MotorRecord(capture or record.capture, free, fixed, record.shape)
-        for capture, record in zip(captures, before[0], strict=True)
-    ]
-    other = others, again(others, before[1])
-    best, rival = (other, before) if other[1].objective < before[1].objective else (before, other)
-    behind = rival[1].objective - best[1].objective
-    gain = before[1].objective - best[1].objective
-    known = [Rival(r.values, r.behind + gain) for r in before[0][0].rivals]
+    changed = [c or record.capture for c, record in zip(captures, before[0], strict=True)]
+    other = again(changed, before[0][0].shape, before)
+    others = other[0]
+    gain = before[1].objective - other[1].objective
+    if name == CURRENT and vanished(other[1], others):
+        return before  # the mean has taken the winding's time constant for its own
+    if gain <= (STRONG * np.log(_readings(others)) if name == CURRENT else 0.0):
+        best, rival, behind = before, other, -gain
+    else:
+        best, rival, behind = other, before, gain
+    worse = gain if best is other else 0.0
+    known = [Rival(r.values, r.behind + worse) for r in before[0][0].rivals]
     for record in best[0]:
         record.rivals = (*known, Rival(rival[1].values, behind))
     return best
 
 
-def _of_means(record: MotorRecord, name: str) -> Capture | None:
-    """The capture with a channel of means over the usual period; None: somebody states otherwise,
-    or it is no log.
+def _readings(records: Sequence[MotorRecord]) -> int:
+    return sum(len(m.values) for r in records for m in r.measured)
+
+
+def _otherwise(record: MotorRecord, name: str) -> Capture | None:
+    """The capture with a channel of means over the usual period in place of instants, or the
+    reverse; None: somebody states which, or it is no log.
     """
     measured, period_s = record.block(name), default.period_s(record)
     if measured is None or not default.unstated(record, measured.channel, "aperture"):
         return None
-    channel = replace(record.capture.channels[name], kind="mean", aperture_s=period_s)
+    channel = record.capture.channels[name]
+    if channel.window_s:
+        channel = replace(channel, kind="instant", aperture_s=0.0)
+    else:
+        channel = replace(channel, kind="mean", aperture_s=period_s)
     return replace(record.capture, channels={**record.capture.channels, name: channel})
 
 
-def _loosened(before: Fit, free: Sequence[str], fixed: Mapping[str, float], again: Search) -> Fit:
+def _loosened(before: Fit, again: Search) -> Fit:
     """With the moment of every jump as an unknown, where the residuals ask for it."""
     records, solution = before
     if not any(
         _asks(r, solution.values, own) for r, own in zip(records, solution.own, strict=True)
     ):
         return before
-    others = [MotorRecord(record.capture, free, fixed, LOOSE) for record in records]
-    found = others, again(others, solution)
-    more = sum(len(r.unknowns) for r in others) - sum(len(r.unknowns) for r in records)
-    readings = sum(len(m.values) for r in records for m in r.measured)
-    if solution.objective - found[1].objective < more * np.log(readings):  # Schwarz
+    found = again([record.capture for record in records], LOOSE, before)
+    more = sum(len(r.unknowns) for r in found[0]) - sum(len(r.unknowns) for r in records)
+    if solution.objective - found[1].objective < more * np.log(_readings(records)):  # Schwarz
         return before
     return found
 
@@ -100,7 +128,7 @@ def _asks(record: MotorRecord, values: Floats, own: Floats) -> bool:
     waveform, current = record.sensed.waveform, record.block(CURRENT)
     if waveform is None or current is None or waveform.shape == LOOSE:
         return False
-    jumped = waveform.time_s[replace(waveform, shape=LOOSE).jumps]
+    jumped = waveform.time_s[waveform.steps_off]
     if not len(jumped):
         return False
     left = record.departures(values, own)[record.measured.index(current)]
