@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit import log_readings, log_second_order
 from motorid.estimate.fit.alternating_fit import vanished
-from motorid.estimate.fit.log_unknowns import like, widened
+from motorid.estimate.fit.log_unknowns import like, moved, widened
 from motorid.estimate.fit.multistart import MOST_TRIED, settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.fit.unstated_channels import told
@@ -61,6 +61,10 @@ def best(
     if any(record.found for record in records) or vanished(solution, records):
         found = _begun_elsewhere((records, solution), free, known, fresh)
     wider = _likeliest(found)
+    if not any(moved(record, own) for record, own in zip(wider[0], wider[1].own, strict=True)):
+        records = [MotorRecord(r.capture, free, fixed, r.shape) for r in plain[0]]
+        again = settled(records, free, merged(start, wider[1]))  # as likely without them
+        plain = _instead(plain, (records, again))
     gain = plain[1].objective - wider[1].objective
     if gain > sum(one.needed for one in heard):
         wider = log_second_order.taken(wider, free, known, fixed)
@@ -72,6 +76,17 @@ def best(
         record.left_open = ()
     plain[0][0].left_open = _less_known(plain[1], solution)  # larger steps are not worth it
     return plain
+
+
+def _instead(before: Fit, other: Fit) -> Fit:
+    """The likelier of two fits of the same readings; with the rivals of the first."""
+    gain = before[1].objective - other[1].objective
+    if gain <= 0.0:
+        return before
+    for record, last in zip(other[0], before[0], strict=True):
+        record.rivals = tuple(Rival(r.values, r.behind + gain) for r in last.rivals)
+        record.left_open = last.left_open
+    return other
 
 
 def _less_known(narrow: Solution, wide: Solution) -> tuple[Floats, ...]:

@@ -20,6 +20,7 @@ Floats = NDArray[np.float64]
 Fit = tuple[list[MotorRecord], Solution]
 
 BEYOND = 2.0  # standard deviations of what is usual, that make a quantity found
+WORTH_IT = 0.5  # of them: less is a line of the budget
 ROUNDS = 4  # in which more are found
 
 
@@ -72,3 +73,13 @@ def _find(records: Sequence[MotorRecord], solution: Solution) -> bool:
         record.find(found)
         more = more or bool(found)
     return more
+
+
+def moved(record: MotorRecord, own: Floats) -> bool:
+    """Some of them is of a size that is worth an unknown."""
+    known = zip(record.instances, record.unknowns, own.tolist(), strict=True)
+    return any(
+        one in record.found or abs(size) > WORTH_IT * unknown.prior_sd
+        for one, unknown, size in known
+        if one.quantity in UNSTATED
+    )

@@ -34,13 +34,17 @@ def columns(capture: Capture) -> tuple[Floats, Floats, Floats] | None:
 
 
 def left(
-    volts: Floats, current: Floats, speed: Floats, rows: Bools | None = None
+    volts: Floats,
+    current: Floats,
+    speed: Floats,
+    rows: Bools | None = None,
+    blocks: int = BLOCKS,
 ) -> tuple[float, float]:
     """Share of the squares that each law leaves of columns (n,), in blocks that are all ``rows``.
 
-    1 where fewer than FEWEST blocks remain.
+    Of at most so many ``blocks``. 1 where fewer than FEWEST blocks remain.
     """
-    width = max(len(volts) // BLOCKS, SHORTEST)
+    width = max(len(volts) // blocks, SHORTEST)
     used = np.ones(len(volts)) if rows is None else rows.astype(np.float64)
     whole = _means(used, width) == 1.0
     if whole.sum() < FEWEST:

@@ -11,10 +11,11 @@ from collections.abc import Iterator
 from itertools import permutations, product
 
 from motorid.capture.model import Capture
-from motorid.estimate.diagnosis.facts.motor_laws import QUANTITIES, columns, left
+from motorid.estimate.diagnosis.facts.motor_laws import BLOCKS, QUANTITIES, columns, left
 from motorid.estimate.results.estimate import PARAMETERS, Diagnostic
 
 GOOD = 0.1  # share that both laws together leave of the squares: a motor's columns
+COARSE = BLOCKS // 4  # in which a speed of few bits shows how it changes as well
 BETTER = 5.0  # times less than as stated
 
 
@@ -41,9 +42,12 @@ def find(capture: Capture) -> tuple[str, ...] | None:
     found = columns(capture)
     if found is None:
         return None
-    signs = product((1.0, -1.0), repeat=2)  # a reversed column is another mistake
+    signs = list(product((1.0, -1.0), repeat=2))  # a reversed column is another mistake
     volts, current, speed = found
-    stated = min(sum(left(volts, a * current, b * speed)) for a, b in signs)
+    stated = min(
+        sum(left(volts, a * current, b * speed, blocks=blocks))
+        for (a, b), blocks in product(signs, (BLOCKS, COARSE))
+    )
     if stated < GOOD:
         return None
     tried = {
