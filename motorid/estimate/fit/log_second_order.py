@@ -76,5 +76,5 @@ def _size(record: MotorRecord, own: Floats, quantity: InfluenceQuantity) -> floa
     """s, of a low-pass that was found in a record; 0: none was."""
     for one, size in zip(record.instances, own.tolist(), strict=True):
         if one.quantity is quantity and one in record.found:
-            return max(size, 0.0)
+            return max(float(size), 0.0)
     return 0.0

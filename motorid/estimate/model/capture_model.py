@@ -323,9 +323,10 @@ class MotorRecord(Weighed):
             motor[NAMES.index(name)] += more
         if setup.rebuilt:
             response = rebuilt(self, setup, self.respond)
-            return self.smoothed(response(motor, setup.initial), setup)
-        self._change(setup)
-        return self.smoothed(self.response(motor, setup.initial), setup)
+        else:
+            self._change(setup)
+            response = self.response
+        return self.smoothed(response(motor, setup.initial), setup)
 
     def smoothed(self, readings: Floats, setup: Setup) -> Floats:
         """Behind the low-passes of second order, declared or found."""
@@ -344,8 +345,7 @@ class MotorRecord(Weighed):
             late = setup.late_s.get(m.block.name, 0.0)
             if late != self._late_s.get(m.block.name, 0.0):
                 self.response.delay(m.row, late)
-            more = filters[m.block.name]
-            if more != self._filter_s.get(m.block.name, 0.0):
+            if (more := filters[m.block.name]) != self._filter_s.get(m.block.name, 0.0):
                 self.response.filter(m.row, self.outputs[m.row].filter_s + more)
         self._kicked, self._late_s, self._filter_s = setup.kicks, setup.late_s, filters
 
