@@ -19,7 +19,7 @@ from motorid.estimate.effects.rotor.repeating import STEADY
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.effects.source_noise import SourceNoise
 from motorid.estimate.effects.unstated import ahead
-from motorid.estimate.model.found_low_pass import first_orders, low_passes
+from motorid.estimate.model.low_passes import declared, first_orders, low_passes
 from motorid.estimate.model.rebuilt_response import extended, rebuilt
 from motorid.estimate.model.reconstructed_voltage import Course, Driving
 from motorid.estimate.model.source_mixing import Mixer
@@ -27,9 +27,8 @@ from motorid.estimate.model.weighting import Weighed
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.discontinuous_current import divided
 from motorid.estimate.signals.intersample_voltage import JOINED, Rival, Shape
-from motorid.estimate.signals.measurements import EMF, Measured, read, second_order
+from motorid.estimate.signals.measurements import EMF, Measured, read
 from motorid.estimate.signals.pwm_bridge import ripple
-from motorid.estimate.signals.second_order_filter import SecondOrder
 from motorid.estimate.signals.standstill import with_standstill
 from motorid.estimate.signals.thevenin_source import Source
 from motorid.estimate.signals.time_grid import Timeline, lay
@@ -97,11 +96,7 @@ class MotorRecord(Weighed):
         self.response = self.respond(
             self.timeline.period_s, sensed.volts, self.outputs, pwm_period_s=self.pwm_period_s
         )
-        self._second_order = {
-            m.row: SecondOrder.of(m.channel, self.timeline.period_s)
-            for m in self.measured
-            if second_order(m.channel, m.block.name)
-        }
+        self._second_order = declared(self.measured, self.timeline.period_s)
         self._late_s: Mapping[str, float] = {}  # of the response as it stands
         self._filter_s: Mapping[str, float] = {}
         self._drive_by(self.driving)

@@ -1,16 +1,22 @@
-"""Low-passes that a search found in a log's channels: of first order, and of second."""
+"""Low-passes in a log's channels, declared or found by a search: of first order, and of second."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from motorid.estimate.effects.action import Setup
-from motorid.estimate.signals.measurements import Measured
+from motorid.estimate.signals.measurements import Measured, second_order
 from motorid.estimate.signals.second_order_filter import SecondOrder
 from motorid.motor.reading import Output
 
 LEAST_DAMPED = 0.3  # a first coefficient in roots of the second: less rings
 SHORTEST = 0.02  # of a tick of the fit: a shorter one does nothing
+
+
+def declared(measured: Sequence[Measured], period_s: float) -> dict[int, SecondOrder]:
+    """Of second order, by row of the response."""
+    rows = (m for m in measured if second_order(m.channel, m.block.name))
+    return {m.row: SecondOrder.of(m.channel, period_s) for m in rows}
 
 
 def low_passes(
