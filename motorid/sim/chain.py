@@ -36,6 +36,10 @@ class Converter:
     gain_uncertainty: float
     offset_uncertainty: float
     bits: int
+    slope_s: float = 0.0  # declared coefficient of s of the filter, and root of that of s²
+    root_s: float = 0.0
+    raw_min: int = 0  # readings at or below are declared saturated, and at or above
+    raw_end: int = 0
 
     @property
     def kind(self) -> ChannelKind:
@@ -116,6 +120,9 @@ def draw_chain(options: Options) -> Chain:
             gain_uncertainty=spread if given is None else abs(given),
             offset_uncertainty=options.offset_uncertainty,
             bits=options.bits,
+            slope_s=filter_s + second,
+            root_s=(filter_s * second) ** 0.5,
+            raw_end=int(codes) - 1,
         )
 
     return Chain(

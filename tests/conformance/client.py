@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -141,6 +142,17 @@ class Client:
     def ask(self, name: str, request: int | None = None, /, **fields: Any) -> Reply:
         """Send and wait for the reply, which must come in time."""
         return self.await_reply(self.send(name, request, **fields))
+
+    def insist(self, name: str, timeout_s: float, /, **fields: Any) -> Reply:
+        """Send until a reply comes, as hosts do: a board may lose a long command while it is busy."""
+        request = self.next_request()
+        for _ in range(LIMITS.attempts - 1):
+            self.send(name, request, **fields)
+            with contextlib.suppress(TimeoutError):
+                return self.await_reply(request, timeout_s)
+            self.port.write(DELIMITER)  # ends what is left of it
+        self.send(name, request, **fields)
+        return self.await_reply(request, timeout_s)
 
     def get(self, name: str, /, **fields: Any) -> Fields:
         """The fields of a reply that must be ok."""

@@ -11,10 +11,11 @@
 #include "shield.h"
 
 #define FACTS_AT 64u
+#define IN_FLASH __attribute__((section(".progmem.shield"))) /* PROGMEM, which clang does not know */
 #define HUNDRED_NS(ns) ((uint16_t)(((ns) + 50u) / 100u))
 
 /* As it stands on the wire: this processor's numbers are little-endian, and it aligns nothing. */
-static const wire_write_front_end_t SHIELD PROGMEM = {
+static const wire_write_front_end_t SHIELD IN_FLASH = {
     .name = "shield",
     .sensor = WIRE_SENSOR_SHUNT,
     .bridge = WIRE_BRIDGE_MOSFET,
