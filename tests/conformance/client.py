@@ -25,6 +25,7 @@ DEADLINE_S = LIMITS.reply_deadline_ms * 1e-3
 BEAT_S = LIMITS.heartbeat_period_ms * 1e-3
 GENTLE = 0.4  # duty that a bench's motor bears from standstill
 ALL = 0b1111
+OUT_OF_STEP_S = 2.7e-3  # with a board's blocks, whose sealing makes it deaf to a long command
 
 
 @dataclass
@@ -151,6 +152,7 @@ class Client:
             with contextlib.suppress(TimeoutError):
                 return self.await_reply(request, timeout_s)
             self.port.write(DELIMITER)  # ends what is left of it
+            self.wait(OUT_OF_STEP_S)
         self.send(name, request, **fields)
         return self.await_reply(request, timeout_s)
 
