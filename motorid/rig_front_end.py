@@ -1,6 +1,6 @@
 """A front-end file: what measures current and voltages before a board's converter, as facts.
 
-``rigs/frontends/`` has one for each part that is common; ``motorid board set`` stores one in a board.
+``rigs/frontends/`` has one for each part that is common; ``motorid board set`` stores one.
 """
 
 from __future__ import annotations
@@ -91,7 +91,9 @@ def parse(text: str, where: str = "front end") -> FrontEnd:
         raise RigError(f"{where}: {problem}")
     plain = {key: document[key] for key in _TOP if key in document}
     top = _read(plain, _TOP, "", where)
-    parts = {name: _read(document.get(name, {}), _SECTIONS[name], name, where) for name in _SECTIONS}
+    parts = {
+        name: _read(document.get(name, {}), _SECTIONS[name], name, where) for name in _SECTIONS
+    }
     _consistent(top, parts, where)
     return FrontEnd(_facts(top, parts, where), text)
 
@@ -125,15 +127,15 @@ def _consistent(top: dict[str, Any], parts: dict[str, dict[str, Any]], where: st
         raise RigError(f"{where}: current.zero_v lies above converter.reference_v")
     if top["sensor"] != "magnitude" and not 0.02 < current["zero_v"] / reference < 0.98:
         raise RigError(
-            f"{where}: current.zero_v lies at an end of the range, where a {top['sensor']} shows one "
-            'sign alone: set sensor = "magnitude", or correct the zero'
+            f"{where}: current.zero_v lies at an end of the range, where a {top['sensor']} shows "
+            'one sign alone: set sensor = "magnitude", or correct the zero'
         )
     if volts["lift_v"] > MOST_LIFT * reference:
         raise RigError(f"{where}: voltage.lift_v leaves no range below converter.reference_v")
 
 
 def _facts(top: dict[str, Any], parts: dict[str, dict[str, Any]], where: str) -> dict[str, Any]:
-    """The wire's fields. What follows the reference, as a ratiometric sensor does, has not its error."""
+    """The wire's fields. A sensor that follows the reference has not the reference's error."""
     converter, current, volts = parts["converter"], parts["current"], parts["voltage"]
     ratiometric = top.get("ratiometric", False)
     doubt = 0.0 if ratiometric else converter["reference_uncertainty"]

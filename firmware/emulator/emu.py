@@ -252,7 +252,9 @@ class Emulator:
             raise LinkError("emu://: the emulator died")
 
     def set(self, name: str, value: float) -> None:
-        """Change the rig now: supply, locked, encoder, chatter, complain, inputs, efuse, gain[1], eeprom[64] …
+        """Change the rig now: supply, locked, encoder, chatter, complain, inputs, gain[1] …
+
+        Or the chip: efuse, a byte of eeprom[64] …
 
         Or what goes wrong in the processor: reset (to what MCUSR says), power (a seed of what
         memory then holds), r2, hang and stall (with interrupts off and on), unstall, wander.

@@ -37,8 +37,8 @@ def check(board: Board, rig: Rig) -> Fields:
     facts = board.ask("read_front_end")
     if facts["sensor"] == Sensor.MAGNITUDE and CURRENT in rig.sampling.channels:
         raise RigError(
-            f"the board's front end ({facts['name']}) shows how much current flows and not its sign: "
-            "it guards, and no fit can use it; leave current out of sampling.channels, or measure "
+            f"the board's front end ({facts['name']}) shows how much current flows and not its "
+            "sign: it guards, and no fit can use it; leave current out of sampling.channels, or measure "
             "it in a motor lead"
         )
     return {"front_end_hash": told}

@@ -21,8 +21,8 @@ PORT_HELP = "The board's port; motorid ports lists them."
 def command() -> None:
     """Show and store what a board knows of its front end: sensor, dividers, reference.
 
-    The facts live in the board's own memory. Its readings, limits and declared uncertainties follow from
-    them, and captures record them. A board whose facts are damaged refuses to drive.
+    The facts live in the board's own memory. Its readings, limits and declared uncertainties
+    follow from them, and captures record them. A board whose facts are damaged refuses to drive.
     """
 
 
@@ -42,8 +42,8 @@ def show(port: str) -> None:
 def set_(front_end: str, port: str) -> int:
     """Store a front end in a board: one that comes with motorid, or a file of your own.
 
-    It is stored in a board that is not yet configured, and survives resets. A loss of power meanwhile
-    leaves the old facts or the new ones. The firmware's own ceiling of the current stays.
+    It is stored in a board that is not yet configured, and survives resets. A loss of power
+    meanwhile leaves the old facts or the new ones. The firmware's own ceiling of the current stays.
     """
     from motorid.acquire.front_end import store
     from motorid.rig_front_end import load_front_end
@@ -53,7 +53,9 @@ def set_(front_end: str, port: str) -> int:
     return EXIT_DONE
 
 
-@command.command("list", epilog=example("motorid board list", "motorid board list --show ina240-2mohm"))
+@command.command(
+    "list", epilog=example("motorid board list", "motorid board list --show ina240-2mohm")
+)
 @click.option("--show", "shown", metavar="NAME", help="Print this one's file, to make yours of.")
 def list_(shown: str | None) -> None:
     """List the front ends that come with motorid."""

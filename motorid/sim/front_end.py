@@ -120,10 +120,8 @@ def _root(converter: Converter) -> int:
 def most_ma(current: Converter, *, magnitude: bool) -> int:
     """The largest current that a converter tells from a larger one, whichever its sign."""
     above, below = current.raw_max - current.offset, current.offset
-    if magnitude:
-        counts = above if current.scale > 0 else below
-    else:
-        counts = min(above, below)
+    shown = above if current.scale > 0 else below
+    counts = shown if magnitude else min(above, below)
     return max(int(abs(current.scale) * counts * 1000), 0)
 
 

@@ -195,7 +195,8 @@ def _places(command: Message) -> Iterator[str]:
     if command.name in STORED:
         macro = f"WIRE_{command.name.upper()}_AT"
         yield "".join(
-            f"#define {macro}_{field.name.upper()} {at}u\n" for at, field in _offsets(command.fields)
+            f"#define {macro}_{field.name.upper()} {at}u\n"
+            for at, field in _offsets(command.fields)
         )
 
 

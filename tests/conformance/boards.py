@@ -33,8 +33,8 @@ class Board(Protocol):
 
     ``traits`` says what can be done to it: "fresh" (every test has its own, so that hello is
     seen), "exact" (time moves only in ``read``), "bridge" (``is_open`` knows), "reset", "driver"
-    (its driver's fault output), "inputs" (contacts), "memory" (it can be damaged) and "break" (any fault
-    of its own).
+    (its driver's fault output), "inputs" (contacts), "memory" (it can be damaged) and "break" (any
+    fault of its own).
     """
 
     name: str

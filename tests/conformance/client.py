@@ -145,7 +145,7 @@ class Client:
         return self.await_reply(self.send(name, request, **fields))
 
     def insist(self, name: str, timeout_s: float, /, **fields: Any) -> Reply:
-        """Send until a reply comes, as hosts do: a board may lose a long command while it is busy."""
+        """Send until a reply comes, as hosts do: a busy board may lose a long command."""
         request = self.next_request()
         for _ in range(LIMITS.attempts - 1):
             self.send(name, request, **fields)
