@@ -15,7 +15,6 @@ from motorid.rig_front_end import FrontEnd, load_front_end
 from motorid.wire.enums import Bridge, Feature, FrontEndSource, Sensor, State
 
 STORES_S = 1.5  # EEPROM takes 3.4 ms a byte
-LOOK = "`motorid board show` tells what it holds"
 SOURCES = {
     FrontEndSource.NONE: "none that are valid: it refuses to drive",
     FrontEndSource.COMPILED: "the firmware's own; nothing is stored",
@@ -38,8 +37,8 @@ def check(board: Board, rig: Rig) -> Fields:
     if facts["sensor"] == Sensor.MAGNITUDE and CURRENT in rig.sampling.channels:
         raise RigError(
             f"the board's front end ({facts['name']}) shows how much current flows and not its "
-            "sign: it guards, and no fit can use it; leave current out of sampling.channels, or measure "
-            "it in a motor lead"
+            "sign: it guards, and no fit can use it; leave current out of sampling.channels, or "
+            "measure it in a motor lead"
         )
     return {"front_end_hash": told}
 

@@ -29,8 +29,6 @@ class Converter:
     aperture_s: float  # by the board's clock; 0: an instant
     delay_s: float  # declared, without the filter's
     true_delay_s: float
-    filter_s: float  # declared time constant of the filter before it; 0: none
-    filter2_s: float  # of a second one behind it
     poles_s: tuple[float, float]  # true time constants; 0: none
     phase: float | None
     gain_uncertainty: float
@@ -113,8 +111,6 @@ def draw_chain(options: Options) -> Chain:
             aperture_s=aperture if is_current else options.voltage_aperture,
             delay_s=declared,
             true_delay_s=max(declared + float(late[index]), 0.0),
-            filter_s=filter_s,
-            filter2_s=second,
             poles_s=poles,
             phase=options.phase if is_current else None,
             gain_uncertainty=spread if given is None else abs(given),

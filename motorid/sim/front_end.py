@@ -66,13 +66,13 @@ class FrontEnd:
     def most_ma(self) -> int:
         """The largest limit of the current: the firmware's, the facts', the converter's range."""
         ceiling = most_ma(self._wired.current, magnitude=False)
-        allowed = self.facts()["max_current_ma"]
+        allowed = int(self.facts()["max_current_ma"])
         return min(ceiling, allowed, most_ma(self.chain().current, magnitude=self.magnitude))
 
     @property
     def magnitude(self) -> bool:
         """Whether the current has no sign."""
-        return self.facts()["sensor"] == Sensor.MAGNITUDE
+        return bool(self.facts()["sensor"] == Sensor.MAGNITUDE)
 
     def chain(self) -> Chain:
         """The chain as the facts in force declare it."""

@@ -11,7 +11,7 @@ import pytest
 from motorid.acquire import front_end, record
 from motorid.acquire.board import Board
 from motorid.capture import store
-from motorid.capture.model import CURRENT, VOLTAGE
+from motorid.capture.model import CURRENT, POSITION, VOLTAGE
 from motorid.errors import RigError, UsageError
 from motorid.rig import Rig
 from motorid.rig_front_end import FrontEnd, load_front_end, parse
@@ -93,6 +93,11 @@ def test_a_current_without_a_sign_is_no_measurement(bench: Rig, tmp_path: Path) 
     ):
         record.capture(bench, bench.program, tmp_path / "run.h5")
     assert not (tmp_path / "run.h5").exists()
+    without = replace(bench.sampling, channels=(VOLTAGE, POSITION))
+    kept = store.load(
+        record.capture(replace(bench, sampling=without), bench.program, tmp_path / "run.h5")
+    )
+    assert (kept.end_reason, CURRENT in kept.channels) == ("completed", False)
 
 
 def test_a_board_without_facts_says_so_and_is_told_how(tmp_path: Path) -> None:
