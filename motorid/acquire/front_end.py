@@ -63,6 +63,15 @@ def _need(board: Board) -> None:
         )
 
 
+def bare(board: Board) -> str:
+    """A sentence where a board that should has no valid facts of its front end; else ""."""
+    if not has(board.identity, Feature.FRONT_END):
+        return ""
+    if board.ask("read_front_end")["source"] != FrontEndSource.NONE:
+        return ""
+    return "it has no valid facts of its front end and refuses to drive: `motorid board set NAME`"
+
+
 def show(url: str) -> Iterator[str]:
     """What the board behind a port holds, a line each. Raises LinkError, RigError."""
     return iter(_with(url, _told))
