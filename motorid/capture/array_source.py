@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.columns import BadCell, Columns, unknown_column
+from motorid.capture.columns import BadCell, Columns, Described, unknown_column
 from motorid.errors import DataError
 
 Floats = NDArray[np.float64]
@@ -31,6 +31,19 @@ class ArraySource:
         self._paths = _names(arrays)
         self.names: Sequence[str] = list(self._paths)
         self.layout, self.elsewhere = layout, elsewhere
+        short = {path: name for name, path in reversed(self._paths.items())}
+        units = self.header_units
+        self.described: Sequence[Described] = [
+            Described(short[path], (path,), units.get(path, ""))
+            for path, array in arrays.items()
+            if len(array) > 1
+        ]
+        self.rows = max(map(len, arrays.values()), default=0)
+        self.constants: Mapping[str, float] = {
+            name: float(arrays[path][0])
+            for name, path in self._paths.items()
+            if len(arrays[path]) == 1 and np.isfinite(arrays[path][0])
+        }
 
     def place(self, row: int) -> str:
         return f"element {row + 1}"

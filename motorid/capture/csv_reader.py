@@ -11,19 +11,20 @@ from pathlib import Path
 
 import numpy as np
 
-from motorid.capture.columns import Columns, unknown_column
+from motorid.capture.columns import Columns, Described, unknown_column
+from motorid.capture.csv_header import are_units, only_unit, unit_cell, without_mark
 from motorid.capture.csv_marks import Marks, looks_marked, may_be_groups
 from motorid.capture.csv_numbers import MarkedError, NotPlainError, Parser
 from motorid.capture.csv_settings import beside_readings, settings, settings_beside
 from motorid.capture.csv_text import CSV_HEADER, Body, head, measure, opened
 from motorid.capture.record_lines import moment
-from motorid.capture.units import spelled
 from motorid.errors import DataError
 from motorid.limits import CSV
 
 _SEPARATORS = (";", "\t", ",", "|")
 _COMMENT = ("#", "%", "//")
 _PROBE_LINES = 400
+_NEAR = 3  # lines of the header that may speak of the columns
 _PROBE = 1 << 20  # characters of them
 _MAX_HEADER = CSV_HEADER
 _NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?\s*\Z")
@@ -62,7 +63,7 @@ class CsvSource:
             self._header_lines = 0
         self._refuse_size()
         header = [
-            row
+            without_mark(row, self._width)
             for row in rows[: self._header_lines]
             if len(row) >= min(2, self._width) and len(row) <= self._width + 1
         ]
@@ -73,6 +74,9 @@ class CsvSource:
         for name in self._constants:
             self._index.pop(name, None)  # it names a number, and no column
         self.names: Sequence[str] = [*self._index, *self._constants]
+        self.constants: Mapping[str, float] = self._constants
+        self.rows = max(0, self._extent.lines - self._header_lines)
+        self.described: Sequence[Described] = self._describe(header)
         plural = "" if self._header_lines == 1 else "s"
         self.layout = (
             f"{self._separator!r}-separated, decimal {self._marks.decimal!r}, "
@@ -115,21 +119,36 @@ class CsvSource:
         """Names every column by each of its header cells; unit rows name the unit instead."""
         units: dict[int, str] = {}
         names: dict[str, list[int]] = {}
+        among_units: dict[str, list[int]] = {}  # cells of a row of units, where nothing else names
         for row in header:
             filled = [cell for cell in row if cell]
-            is_units = len(header) > 1 and filled and all(spelled(c) or c == "-" for c in filled)
+            is_units = len(header) > 1 and are_units(filled)
             for column, cell in enumerate(row[: self._width]):  # one more may end the line
                 cell = cell.lstrip("#%/ ") if not column else cell
-                unit = spelled(cell)
+                unit = unit_cell(cell)
                 if unit and (is_units or "(" in cell or "[" in cell):
                     units.setdefault(column, unit)
-                if cell and not is_units:
-                    names.setdefault(cell, []).append(column)
+                if cell:
+                    (among_units if is_units else names).setdefault(cell, []).append(column)
+        names = {**among_units, **names}
         self._index = {name: found[0] for name, found in names.items() if len(set(found)) == 1}
         for column in range(self._width):  # a file without a header still has columns
             self._index.setdefault(f"column{column + 1}", column)
         units |= dict.fromkeys(self._moments, "s")
         return {name: units[column] for name, column in self._index.items() if column in units}
+
+    def _describe(self, header: list[list[str]]) -> list[Described]:
+        """Each column by the last of its header's cells that names it alone and is no unit."""
+        found = []
+        for column in range(self._width):
+            near = header[-_NEAR:]  # above them stand an instrument's settings
+            said = tuple(row[column] for row in near if column < len(row) and row[column])
+            mine = [name for name, index in self._index.items() if index == column]
+            names = [cell for cell in said if cell in mine] or mine
+            words = [name for name in names if not only_unit(name)]
+            name = (words or names)[-1]
+            found.append(Described(name, said, self.header_units.get(name, "")))
+        return found
 
     def read(self, names: Sequence[str]) -> Columns:
         import pandas as pd
@@ -173,7 +192,7 @@ class CsvSource:
         self, parse: Callable[[Body, Mapping[str, int], int], Columns], wanted: Mapping[str, int]
     ) -> Columns:
         with self._body() as body:
-            return parse(body, wanted, max(0, self._extent.lines - self._header_lines))
+            return parse(body, wanted, self.rows)
 
     @contextlib.contextmanager
     def _body(self) -> Iterator[Body]:
