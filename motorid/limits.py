@@ -67,6 +67,9 @@ TABLE = {
         line=256 * KB,
         passes=2,
     ),
+    "look": Limits(
+        "look at a table before its import", GB, columns=64, numbers=50_000_000, passes=4
+    ),
     "capture": Limits(
         "capture",
         GB,
@@ -85,7 +88,7 @@ TABLE = {
     "history": Limits("history in a file", 64 * GB),
 }
 CSV, MAT, CAPTURE = TABLE["csv"], TABLE["mat"], TABLE["capture"]
-COLUMNAR, RECORDS = TABLE["columnar"], TABLE["records"]
+COLUMNAR, RECORDS, LOOK = TABLE["columnar"], TABLE["records"], TABLE["look"]
 JOURNAL, TOML, JSON, HISTORY = TABLE["journal"], TABLE["toml"], TABLE["json"], TABLE["history"]
 STUDY, FIRMWARE = TABLE["study"], TABLE["firmware"]
 HEADINGS = (
