@@ -67,6 +67,14 @@ TABLE = {
         line=256 * KB,
         passes=2,
     ),
+    "sheet": Limits(
+        "spreadsheet",
+        64 * MB,
+        columns=256,
+        numbers=5_000_000,
+        cpu_s=20,
+        memory=2 * GB,
+    ),
     "look": Limits(
         "look at a table before its import", GB, columns=64, numbers=50_000_000, passes=4
     ),
@@ -89,6 +97,7 @@ TABLE = {
 }
 CSV, MAT, CAPTURE = TABLE["csv"], TABLE["mat"], TABLE["capture"]
 COLUMNAR, RECORDS, LOOK = TABLE["columnar"], TABLE["records"], TABLE["look"]
+SHEET = TABLE["sheet"]
 JOURNAL, TOML, JSON, HISTORY = TABLE["journal"], TABLE["toml"], TABLE["json"], TABLE["history"]
 STUDY, FIRMWARE = TABLE["study"], TABLE["firmware"]
 HEADINGS = (

@@ -34,11 +34,12 @@ _MISSING = re.compile(r"\s*(nan|inf|-inf|n/?a|null|none|-*)\s*\Z", re.IGNORECASE
 class CsvSource:
     """A text table. ``separator`` and ``decimal`` None: found from the text itself.
 
-    ``thousands``: the mark between groups of three digits; without it no cell may have any. Raises
+    ``thousands``: the mark between groups of three digits; without it no cell may have any.
+    ``text``: where the text is, if not at ``path``. ``header_lines`` stand above the rows. Raises
     DataError where there is no table: an empty file, a binary one, no line of numbers.
     """
 
-    elsewhere = ""
+    elsewhere: str = ""
 
     def __init__(
         self,
@@ -46,45 +47,48 @@ class CsvSource:
         separator: str | None = None,
         decimal: str | None = None,
         thousands: str | None = None,
+        *,
+        text: Path | None = None,
     ) -> None:
+        self._text = text or path
         self._path, self._told = path, decimal is not None or thousands is not None
         decimal = decimal or {".": ",", ",": "."}.get(thousands or "")
-        self._extent = measure(path)
-        probe = head(path, self._extent.encoding, _PROBE_LINES, _PROBE)
+        self._extent = measure(self._text)
+        probe = head(self._text, self._extent.encoding, _PROBE_LINES, _PROBE)
         self._separator = separator or _find_separator(probe, decimal)
         self._marks = Marks(decimal or _find_decimal(probe, self._separator), thousands or "")
         rows = [self._split(line) for line in probe]
-        self._header_lines = self._find_data(probe, rows)
-        first = rows[self._header_lines]
+        self.header_lines = self._find_data(probe, rows)
+        first = rows[self.header_lines]
         self._width = len(first)
         self._constants: dict[str, float] = {}
-        if beside_readings(rows[: self._header_lines], first):
-            self._constants = settings_beside(rows[: self._header_lines])
-            self._header_lines = 0
+        if beside_readings(rows[: self.header_lines], first):
+            self._constants = settings_beside(rows[: self.header_lines])
+            self.header_lines = 0
         self._refuse_size()
         header = [
             without_mark(row, self._width)
-            for row in rows[: self._header_lines]
+            for row in rows[: self.header_lines]
             if len(row) >= min(2, self._width) and len(row) <= self._width + 1
         ]
         self._moments = {column for column, cell in enumerate(first) if moment(cell)}
         self._index: dict[str, int] = {}
         self.header_units: Mapping[str, str] = self._read_header(header)
-        self._constants |= settings(rows[: self._header_lines], first)
+        self._constants |= settings(rows[: self.header_lines], first)
         for name in self._constants:
             self._index.pop(name, None)  # it names a number, and no column
         self.names: Sequence[str] = [*self._index, *self._constants]
         self.constants: Mapping[str, float] = self._constants
-        self.rows = max(0, self._extent.lines - self._header_lines)
+        self.rows = max(0, self._extent.lines - self.header_lines)
         self.described: Sequence[Described] = self._describe(header)
-        plural = "" if self._header_lines == 1 else "s"
+        plural = "" if self.header_lines == 1 else "s"
         self.layout = (
             f"{self._separator!r}-separated, decimal {self._marks.decimal!r}, "
-            f"{self._header_lines} header line{plural}"
+            f"{self.header_lines} header line{plural}"
         )
 
     def _refuse_size(self) -> None:
-        lines = self._extent.lines - self._header_lines
+        lines = self._extent.lines - self.header_lines
         for count, most, what in ((self._width, CSV.columns, "columns"), (lines, CSV.rows, "rows")):
             if most is not None and count > most:
                 raise DataError(
@@ -92,7 +96,7 @@ class CsvSource:
                 )
 
     def place(self, row: int) -> str:
-        return f"line {self._header_lines + row + 1}"
+        return f"line {self.header_lines + row + 1}"
 
     def _split(self, line: str) -> list[str]:
         return _cells(line, self._separator)
@@ -196,8 +200,8 @@ class CsvSource:
 
     @contextlib.contextmanager
     def _body(self) -> Iterator[Body]:
-        with opened(self._path, self._extent.encoding) as text:
-            yield Body(text, self._header_lines, self._extent.characters)
+        with opened(self._text, self._extent.encoding) as text:
+            yield Body(text, self.header_lines, self._extent.characters)
 
     def _column(self, name: str) -> int:
         if name not in self._index:
@@ -208,7 +212,7 @@ class CsvSource:
         found = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", error)
         if not found:
             return DataError(f"{self._path} is not a table: {error.strip().splitlines()[0]}")
-        line = int(found[2]) + self._header_lines
+        line = int(found[2]) + self.header_lines
         return DataError(
             f"{self._path}: line {line} has {found[3]} cells where the first data line has "
             f"{self._width}: repair that line, or give --separator"

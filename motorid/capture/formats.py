@@ -57,6 +57,18 @@ def _records(kind: str) -> Callable[[Path, TableOptions], Source]:
     return read
 
 
+def _sheet(path: Path, chosen: TableOptions) -> Source:
+    from motorid.capture.sheet_reader import SheetSource
+
+    return SheetSource(path, chosen.decimal, chosen.thousands)
+
+
+def _is_sheet(suffix: str, head: bytes) -> bool:
+    from motorid.capture.sheet_reader import HEADS, SUFFIXES
+
+    return suffix in SUFFIXES and head.startswith(HEADS)
+
+
 def _are_records(kind: str) -> Callable[[str, bytes], bool]:
     def takes(suffix: str, head: bytes) -> bool:
         from motorid.capture.record_lines import kind_of
@@ -88,6 +100,7 @@ TABLE = (
         lambda suffix, head: suffix == ".npz" and head.startswith(b"PK"),
         _columnar("NPZ"),
     ),
+    Format("spreadsheet", _is_sheet, _sheet),
     Format("JSON lines", _are_records("JSON lines"), _records("JSON lines")),
     Format("labelled lines", _are_records("labelled lines"), _records("labelled lines")),
     Format("text table", lambda *_: True, _csv),

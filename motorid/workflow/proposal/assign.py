@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.capture import quadrature
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, TORQUE, VOLTAGE
 from motorid.capture.units import AMBIENT, COMMAND, SET_POSITION, SET_SPEED, TIME
-from motorid.workflow.proposal.naming import BY_UNIT, Meaning
+from motorid.workflow.proposal.naming import BY_UNIT, EXACT, Meaning
 from motorid.workflow.proposal.question import Answer, Known, Question
 from motorid.workflow.proposal.seen import Seen, Table
 from motorid.workflow.proposal.time_base import evaluated, formula_of
@@ -29,6 +30,7 @@ ORDER = (
     SET_POSITION,
     AMBIENT,
 )
+EDGES = 20  # that two lines show at least, to be an encoder's
 SHOWN = {VOLTAGE: "voltage"}
 NEEDED = (VOLTAGE, CURRENT, SPEED, POSITION, TORQUE)  # equals are asked about; others are left out
 
@@ -69,13 +71,22 @@ def assign(table: Table, known: Known, time: str) -> Assigned:
             asked = (table.named(name) for name in formula_of(table, expression).columns)
             taken |= {column.name for column in asked if column is not None}
     free = [c for c in table.columns if c.name not in taken]
+    elsewhere = _own_stamps(table, time)
     for one in free:
-        why = _useless(one)
+        why = elsewhere.get(one.name) or _useless(one)
         if why:
             left[one.name] = why
     free = [c for c in free if c.name not in left]
     questions = []
-    candidates = {q: _of(q, free) for q in ORDER if q not in known.columns}
+    lines = _encoder(free) if not {POSITION, SPEED} & known.columns.keys() else None
+    if lines is not None:
+        a, b = lines
+        expression = f"{quadrature.NAME}({a.name},{b.name})"
+        said = Meaning(POSITION, EXACT, "counts")
+        picks[POSITION] = Pick(expression, quadrature.counts(a.values, b.values), said)
+        free = [c for c in free if c is not a and c is not b]
+        taken |= {a.name, b.name}
+    candidates = {q: _of(q, free) for q in ORDER if q not in known.columns and q not in picks}
     motors = _motors(candidates)
     if motors is not None:
         return Assigned(picks, left, (motors,))
@@ -114,6 +125,8 @@ def _useless(column: Seen) -> str:
     said = column.meaning
     if said.quantity == OTHER:
         return "no quantity of a fit"
+    if said.quantity == TIME:
+        return "another time"
     if said.quantity == INDEX:
         return "numbers the rows"
     if said.other_unit:
@@ -129,6 +142,31 @@ def _unknown(column: Seen, picks: Mapping[str, Pick]) -> str:
     if quantity in picks:
         return f"{picks[quantity].expression} is the {shown(quantity)}"
     return f"perhaps {shown(quantity)}" if quantity else "its name says nothing"
+
+
+def _encoder(columns: Sequence[Seen]) -> tuple[Seen, Seen] | None:
+    """The two lines of an encoder; None: there are not just two such columns."""
+    lines = [c for c in columns if c.levels == 2 and c.whole]
+    if len(lines) != 2 or not quadrature.is_pair(lines[0].values, lines[1].values, EDGES):
+        return None
+    return lines[0], lines[1]
+
+
+def _own_stamps(table: Table, time: str) -> dict[str, str]:
+    """Columns beside a time of their own that differs: ``i.Data`` beside ``i.Time``."""
+    chosen = table.named(time)
+    found: dict[str, str] = {}
+    for other in table.columns if chosen is not None else ():
+        before, dot, _ = other.name.rpartition(".")
+        if other is chosen or not dot or other.meaning.quantity != TIME or other.unread:
+            continue
+        if chosen is not None and not np.array_equal(other.values, chosen.values):
+            found |= {
+                c.name: f"{other.name} is its time, and differs from {time}"
+                for c in table.columns
+                if c.name.startswith(f"{before}.") and c is not other
+            }
+    return found
 
 
 def _of(quantity: str, columns: Iterable[Seen]) -> list[Seen]:

@@ -122,6 +122,8 @@ def allowed(quantity: str) -> set[str]:
 def _quantity(parts: list[str]) -> tuple[str, float, str]:
     """Which quantity words speak of, how clearly, and by which word."""
     heard = [part for part in parts if part not in OF_MOTOR] or parts
+    if parts and len(parts[-1]) >= LONG and QUANTITY_OF.get(parts[-1]) == TIME:
+        return TIME, EXACT, parts[-1]  # current.Time
     found = [
         one
         for place, part in enumerate(heard)

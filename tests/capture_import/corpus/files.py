@@ -37,6 +37,12 @@ FILES = (
     File("saleae.csv", instruments.saleae),
     File("hantek.csv", instruments.hantek, asks=True),
     File("labview.lvm", instruments.labview),
+    File(
+        "logic.csv",
+        instruments.logic_analyser,
+        quantities=frozenset({"position"}),
+        known=Known(counts_per_turn=instruments.COUNTS),
+    ),
     File("counter.csv", instruments.excel_rounded_stamps),
     File("german.csv", people.german),
     File("french.csv", people.french),
@@ -60,7 +66,10 @@ FILES = (
     File("pandas.jsonl", libraries.pandas_json),
     File("frame.parquet", libraries.parquet),
     File("moments.parquet", libraries.parquet_moments),
+    File("sheet.xlsx", libraries.spreadsheet),
+    File("moments.xlsx", libraries.spreadsheet_moments),
     File("arrays.npz", libraries.npz),
     File("struct.mat", libraries.mat_5),
+    File("timeseries.mat", libraries.mat_timeseries),
     File("v73.mat", libraries.mat_73),
 )

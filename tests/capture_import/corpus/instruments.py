@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.capture_import.corpus.bench_log import PERIOD_S, columns, lines, log, text
+import numpy as np
+
+from tests.capture_import.corpus.bench_log import LENGTH_S, PERIOD_S, columns, lines, log, text
 
 ROWS = len(log()["time"])
+COUNTS = 100.0  # a turn
 VA = {"voltage": 1.0, "current": 1.0}
 TVA = {"time": 1.0, **VA}
 
@@ -91,3 +94,14 @@ def excel_rounded_stamps(path: Path) -> None:
         for k, (t, u, i) in enumerate(columns(**TVA))
     ]
     path.write_text(head + lines(rows), encoding="latin-1")
+
+
+def logic_analyser(path: Path) -> None:
+    """Saleae's digital export: a row for each change of one line; 100 counts a turn."""
+    turns = log()["position"] / (2.0 * np.pi)
+    time = np.linspace(0.0, LENGTH_S, 60_001)
+    count = np.floor(np.interp(time, log()["time"], turns) * COUNTS).astype(int)
+    a, b = (count % 4 // 2 + count % 2) % 2, count % 4 // 2
+    rows = np.flatnonzero(np.r_[True, np.diff(count) != 0])
+    cells = (f"{time[row]:.9f},{a[row]},{b[row]}" for row in rows)
+    path.write_text(lines(["Time [s],Encoder A,Encoder B", *cells]), encoding="ascii")
