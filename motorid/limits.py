@@ -75,6 +75,15 @@ TABLE = {
         cpu_s=20,
         memory=2 * GB,
     ),
+    "recording": Limits(
+        "WPILib, MCAP, MDF or TDMS log",
+        512 * MB,
+        rows=10_000_000,
+        columns=4096,
+        numbers=50_000_000,
+        cpu_s=20,
+        memory=2 * GB,
+    ),
     "look": Limits(
         "look at a table before its import", GB, columns=64, numbers=50_000_000, passes=4
     ),
@@ -97,7 +106,7 @@ TABLE = {
 }
 CSV, MAT, CAPTURE = TABLE["csv"], TABLE["mat"], TABLE["capture"]
 COLUMNAR, RECORDS, LOOK = TABLE["columnar"], TABLE["records"], TABLE["look"]
-SHEET = TABLE["sheet"]
+SHEET, RECORDING = TABLE["sheet"], TABLE["recording"]
 JOURNAL, TOML, JSON, HISTORY = TABLE["journal"], TABLE["toml"], TABLE["json"], TABLE["history"]
 STUDY, FIRMWARE = TABLE["study"], TABLE["firmware"]
 HEADINGS = (

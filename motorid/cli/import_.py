@@ -177,8 +177,8 @@ def command(
     Without --map it looks at the file first: it shows each column, proposes quantities and units,
     and asks. A unit that names, headers and readings leave open is asked about, never guessed.
 
-    Reads CSV, MAT, Parquet, NPZ and XLSX files, JSON lines, and the labelled lines of a serial
-    plotter.
+    Reads CSV, MAT, Parquet, NPZ, XLSX, TDMS, MDF, MCAP and WPILib files, JSON lines, and the
+    labelled lines of a serial plotter.
 
     Separators, header rows and decimal marks are found; units are converted to SI.
     """

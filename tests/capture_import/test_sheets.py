@@ -65,10 +65,10 @@ def test_a_sheet_beyond_the_limits_is_refused(rows: int, columns: int) -> None:
         sheet_child.refuse_shape("Log", rows, columns)
 
 
-def damaged(path: Path, read: Callable[[Path], object]) -> None:
+def damaged(path: Path, read: Callable[[Path], object], files: int = 25) -> None:
     """Changed bytes give a table, or one sentence."""
     whole, rng = path.read_bytes(), random.Random(1)
-    for _ in range(25):
+    for _ in range(files):
         data = changed(whole, rng)
         path.write_bytes(data)
         try:

@@ -25,6 +25,7 @@ from motorid.workflow.proposal.vocabulary import (
 )
 
 _BRACKETS = re.compile(r"[(\[]([^()\[\]]*)[)\]]\s*$")
+_OF_VALUES = re.compile(r"\.(?:values?|data)$", re.IGNORECASE)  # beside .time, of one signal
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[^\W\d_A-Za-z]+|\d+")
 _PLAIN = str.maketrans({"ł": "l", "Ł": "L", "ß": "ss", "ø": "o", "æ": "ae", "µ": "μ"})
 EXACT, PART, BY_UNIT = 3.0, 2.0, 1.0  # how well a name says what its column is
@@ -77,6 +78,7 @@ def _cut(word: str) -> list[str]:
 
 
 def _meaning(text: str, unit: str) -> Meaning:
+    text = _OF_VALUES.sub("", text)
     bracket = _BRACKETS.search(text)
     bare = text[: bracket.start()] if bracket else text
     unit = unit or (spelled(bracket[1]) if bracket else None) or ""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from motorid.workflow.proposal.question import NOTHING, Known
-from tests.capture_import.corpus import instruments, libraries, people
+from tests.capture_import.corpus import instruments, libraries, people, recordings
 
 Maker = Callable[[Path], None]
 
@@ -68,6 +68,11 @@ FILES = (
     File("moments.parquet", libraries.parquet_moments),
     File("sheet.xlsx", libraries.spreadsheet),
     File("moments.xlsx", libraries.spreadsheet_moments),
+    File("bench.tdms", recordings.tdms),
+    File("bench.mf4", recordings.mdf, quantities=FULL),
+    File("json.mcap", recordings.mcap_json, quantities=FULL),
+    File("ros2.mcap", recordings.ros_2, quantities=FULL | {"position"}),
+    File("robot.wpilog", recordings.wpilog, quantities=FULL),
     File("arrays.npz", libraries.npz),
     File("struct.mat", libraries.mat_5),
     File("timeseries.mat", libraries.mat_timeseries),
