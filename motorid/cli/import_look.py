@@ -47,7 +47,10 @@ def settle(
     from motorid.workflow.proposal import proposal as proposals
     from motorid.workflow.proposal.question import Known, of_maps
 
-    said = of_maps(maps).and_(Known(counts_per_turn=chosen.counts_per_turn, sense=sense or ""))
+    stated = Known(
+        counts_per_turn=chosen.counts_per_turn, sense=sense or "", geared=chosen.gear_ratio != 1.0
+    )
+    said = of_maps(maps).and_(stated)
     table = proposals.look(file, chosen)
     asks = sys.stdin.isatty() and sys.stdout.isatty() and not yes
     found = _answered(table, said) if asks else proposals.propose(table, said)

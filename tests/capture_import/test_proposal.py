@@ -230,3 +230,69 @@ def test_a_plot_shows_a_step() -> None:
 def test_a_question_shows_its_answers() -> None:
     text = asked(Question("Which?", number="seconds", quantity="time", formula="row*{}", unit="s"))
     assert "a number: seconds" in text
+
+
+def test_columns_under_each_others_names_can_be_exchanged(tmp_path: Path) -> None:
+    head = "time_s,voltage_V,current_A,speed_rpm"
+    table = columns(time=1.0, current=1.0, voltage=1.0, speed=RPM)
+    (question,) = of(tmp_path, head, table).questions
+    _, exchanged = question.answers
+    found = of(tmp_path, head, table, exchanged.known)
+    assert not found.questions
+    assert {"voltage=current_A:V", "current=voltage_V:A"} < set(found.maps)
+
+
+def test_a_gear_and_another_unit_look_alike_and_are_asked_about(tmp_path: Path) -> None:
+    head, table = "time_s,voltage_V,current_A,rpm", columns(**TUV, speed=1.0)  # rad/s
+    (question,) = of(tmp_path, head, table).questions
+    assert "gear" in question.text
+    assert [a.known.units["speed"] for a in question.answers][:2] == ["rpm", "rad/s"]
+    assert not of(tmp_path, head, table, Known(geared=True)).questions
+
+
+def test_a_voltage_that_is_not_the_motors_is_asked_about(tmp_path: Path) -> None:
+    table = columns(**TUV, speed=RPM)
+    table[:, 1] = 12.0 + 0.02 * np.random.default_rng(1).standard_normal(len(table))
+    (question,) = of(tmp_path, "time_s,voltage_V,current_A,rpm", table).questions
+    assert "does not follow" in question.text
+    assert [a.option for a in question.answers][1] == "--sense supply"
+    settled = of(tmp_path, "time_s,voltage_V,current_A,rpm", table, question.answers[1].known)
+    assert settled.sense == "supply"
+    assert not settled.questions
+
+
+def test_a_converters_counts_are_taken_for_no_unit(tmp_path: Path) -> None:
+    table = columns(time=1e3, voltage=1023 / 30, current=1023 / 20, speed=RPM).round()
+    table[:, 2] += 512
+    named = of(tmp_path, "t_ms,adc_voltage,adc_current,rpm", table)
+    assert {m.partition("=")[0] for m in named.maps} == {"time", "speed"}
+    assert "raw counts" in named.readings["adc_current"]
+    found = of(tmp_path, "t_ms,voltage,current,rpm", table)
+    assert any("current" in q.text for q in found.questions)
+    assert any("voltage" in q.text for q in found.questions)
+
+
+def test_rows_without_a_number_are_said_before_the_import(tmp_path: Path) -> None:
+    path = write(tmp_path, "time_s,voltage_V,current_A,rpm", columns(**TUV, speed=RPM))
+    lines = path.read_text(encoding="utf-8").splitlines()
+    lines[50] = lines[50].rpartition(",")[0] + ",n/a"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    found = propose(look(path, TableOptions()), NOTHING)
+    assert any("rpm holds no number in 1 rows" in remark for remark in found.remarks)
+
+
+def test_real_logs_are_proposed_right_or_asked_about(shared_data: Path) -> None:
+    def at(name: str) -> Proposal:
+        return propose(look(shared_data / name, TableOptions()), NOTHING)
+
+    held = at("pwm-rpm/log_20260601161526.csv")
+    assert not held.questions
+    assert units(held) == {"time": "ms", "speed": "rpm", "command": "1"}
+    three = at("robotino/data_for_identification_with_integral.csv")
+    assert "3 motors" in three.questions[0].text
+    points = at("frc-curves/cim.csv")
+    assert "no column is a time" in points.questions[0].text  # Speed rises evenly, and is none
+    bench = at("speed-bench/Jan-27-2022--15-53-18.csv")
+    (current, speed) = bench.questions
+    assert "mA" in {a.known.units["current"] for a in current.answers}
+    assert "rad/s" in {a.known.units["speed"] for a in speed.answers}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from motorid.capture import quadrature
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, TORQUE, VOLTAGE
 from motorid.capture.units import AMBIENT, COMMAND, SET_POSITION, SET_SPEED, TIME
-from motorid.workflow.proposal.naming import BY_UNIT, EXACT, Meaning
+from motorid.workflow.proposal.naming import BY_UNIT, EXACT, Meaning, allowed
 from motorid.workflow.proposal.question import Answer, Known, Question
 from motorid.workflow.proposal.seen import Seen, Table
 from motorid.workflow.proposal.time_base import evaluated, formula_of
@@ -67,7 +67,8 @@ def assign(table: Table, known: Known, time: str) -> Assigned:
     taken = {time}
     for quantity, expression in known.columns.items():
         if quantity != TIME and expression:
-            picks[quantity] = _stated(table, expression, known.units.get(quantity, ""))
+            unit = known.units.get(quantity, "")
+            picks[quantity] = _stated(table, quantity, expression, unit)
             asked = (table.named(name) for name in formula_of(table, expression).columns)
             taken |= {column.name for column in asked if column is not None}
     free = [c for c in table.columns if c.name not in taken]
@@ -111,11 +112,14 @@ def assign(table: Table, known: Known, time: str) -> Assigned:
     return Assigned(picks, left, tuple(questions), sense)
 
 
-def _stated(table: Table, expression: str, unit: str) -> Pick:
+def _stated(table: Table, quantity: str, expression: str, unit: str) -> Pick:
     column = table.named(expression)
     values = column.values if column is not None else evaluated(table, expression)
     if column is not None and not unit:
-        return Pick(expression, values, column.meaning, column)
+        said = column.meaning
+        told = said.unit if said.unit in allowed(quantity) else ""  # its name is of another
+        usual = said.usual if said.usual in allowed(quantity) else ""
+        return Pick(expression, values, replace(said, unit=told, usual=usual), column)
     return Pick(expression, values, Meaning("", 9.0, unit), column)
 
 

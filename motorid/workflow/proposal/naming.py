@@ -19,6 +19,7 @@ from motorid.workflow.proposal.vocabulary import (
     OTHER,
     OTHERS,
     QUANTITY_OF,
+    RAW,
     SET_POINT,
     UNIT_OF,
     USUAL_UNIT,
@@ -105,6 +106,8 @@ def _meaning(text: str, unit: str) -> Meaning:
     other = ""
     if stated and stated not in allowed(quantity):
         stated, other = "", stated
+    if not stated and not other and any(part in RAW for part in parts):
+        other = "raw counts"
     wanted = any(part in SET_POINT for part in parts) and quantity != TIME
     strength += (AS_MEASURED if any(part in MEASURED for part in parts) else 0.0) + (
         AS_FILTERED if any(part in FILTERED for part in parts) else 0.0

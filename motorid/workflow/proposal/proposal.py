@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +15,27 @@ from motorid.errors import DataError
 from motorid.workflow.proposal import laws
 from motorid.workflow.proposal.assign import NEEDED, Assigned, Pick, assign, shown
 from motorid.workflow.proposal.by_laws import LAWS, ask, nameless, order
-from motorid.workflow.proposal.question import Answer, Known, Question
+from motorid.workflow.proposal.open_questions import (
+    counts_open,
+    elsewhere,
+    figures_of,
+    gear_or_unit,
+    no_motor,
+    swapped,
+    units_open,
+)
+from motorid.workflow.proposal.question import Known, Question
 from motorid.workflow.proposal.seen import Table
 from motorid.workflow.proposal.seen import look as look
 from motorid.workflow.proposal.time_base import TimeBase, of_table
-from motorid.workflow.proposal.unit_choice import NO_MOTOR, USUAL_MOTOR, Choice, Evidence, choose
+from motorid.workflow.proposal.unit_choice import (
+    USUAL_MOTOR,
+    Choice,
+    Evidence,
+    choose,
+)
 
 Floats = NDArray[np.float64]
-BETTER = 5.0  # times less that another arrangement of columns leaves
 SENSES = {"command": "as it was commanded"}
 
 
@@ -67,10 +79,11 @@ def propose(table: Table, known: Known) -> Proposal:
     questions = [one for one in (time.question,) if one is not None]
     questions += [*assigned.questions, *asked]
     if not questions:
-        questions += _swapped(time, assigned, known)
-        questions += _units_open(time, picks, choice)
-        questions += _counts_open(picks, choice, known)
-        questions += _no_motor(choice, known)
+        questions += swapped(time, assigned, known) or elsewhere(evidence, assigned)
+        questions += units_open(time, picks, choice)
+        questions += counts_open(picks, choice, known)
+        questions += no_motor(choice, known)
+        questions += gear_or_unit(picks, choice, evidence, known)
     maps = _maps(time, picks, choice, evidence)
     return Proposal(
         table,
@@ -128,88 +141,6 @@ def _without_counts(
     return picks, left
 
 
-def _swapped(time: TimeBase, assigned: Assigned, known: Known) -> list[Question]:
-    """Columns that follow a motor's laws under other names only."""
-    picks = assigned.picks
-    if not len(time.values) or any(q not in picks or q in known.columns for q in LAWS):
-        return []
-    tried = {}
-    for arranged in permutations(LAWS):
-        found = laws.found(time.values, *(picks[quantity].values for quantity in arranged))
-        if found is None:
-            return []
-        tried[arranged] = sum(found.left)
-    best = min(tried, key=lambda arranged: tried[arranged])
-    if tried[best] > min(laws.HOLDS, tried[LAWS] / BETTER):
-        return []
-    truly = {q: picks[of].expression for q, of in zip(LAWS, best, strict=True)}
-    named = {q: picks[q].expression for q in LAWS}
-
-    def answer(text: str, columns: Mapping[str, str]) -> Answer:
-        option = " ".join(f"--map {shown(q)}={name}:UNIT" for q, name in columns.items())
-        said = ", ".join(f"{name} is the {shown(q)}" for q, name in columns.items())
-        return Answer(f"{text}: {said}", Known(columns), option)
-
-    return [
-        Question(
-            "As named, the columns do not follow a motor's laws; in another order they do. Which "
-            "order is right?",
-            (answer("as named", named), answer("exchanged", truly)),
-        )
-    ]
-
-
-def _units_open(time: TimeBase, picks: Mapping[str, Pick], choice: Choice) -> list[Question]:
-    questions = []
-    for quantity, units in choice.open.items():
-        name = time.expression if quantity == TIME else picks[quantity].expression
-        answers = tuple(
-            Answer(
-                f"{unit}",
-                Known({quantity: name}, {quantity: unit}),
-                f"--map {shown(quantity)}={name}:{unit}",
-            )
-            for unit in units
-        )
-        questions.append(
-            Question(f"Unit of {name}, read as the {shown(quantity)}: which?", answers)
-        )
-    return questions
-
-
-def _counts_open(picks: Mapping[str, Pick], choice: Choice, known: Known) -> list[Question]:
-    counted = [q for q, unit in choice.units.items() if unit.startswith("count") and q in picks]
-    if not counted or known.counts_per_turn:
-        return []
-    name = picks[counted[0]].expression
-    return [
-        Question(
-            f"{name} holds counts: how many make a turn of the shaft?",
-            (Answer(f"leave {name} out", Known({counted[0]: ""}), ""),),
-            "counts a turn: four times an encoder's lines",
-            "counts",
-        )
-    ]
-
-
-def _no_motor(choice: Choice, known: Known) -> list[Question]:
-    if known.as_it_stands or choice.distance is None or choice.distance <= NO_MOTOR:
-        return []
-    return [
-        Question(
-            f"{_figures(choice)} go together in no motor of the catalogues: a unit or a column "
-            "is wrong.",
-            (Answer("import it as it stands", Known(as_it_stands=True), ""),),
-        )
-    ]
-
-
-def _figures(choice: Choice) -> str:
-    units = {"R": "ohm", "K": "N·m/A", "J": "kg·m²"}
-    known = [f"{n} about {choice.figures[n]:.2g} {units[n]}" for n in units if n in choice.figures]
-    return ", ".join([*known, f"at up to {choice.figures['V']:.3g} V"])
-
-
 def _maps(
     time: TimeBase, picks: Mapping[str, Pick], choice: Choice, evidence: Evidence
 ) -> tuple[str, ...]:
@@ -253,8 +184,16 @@ def _remarks(
     table: Table, time: TimeBase, choice: Choice, evidence: Evidence, assigned: Assigned
 ) -> list[str]:
     found = []
+    used = {time.column} | {pick.column.name for pick in assigned.picks.values() if pick.column}
     if time.expression and time.expression != time.column:
         found.append(f"time is {time.expression}: {time.why}")
+    for column in table.columns:
+        gaps = table.rows - len(column.finite)
+        if gaps and column.name in used:
+            found.append(
+                f"{column.name} holds no number in {gaps} rows: the import stops at the first, or "
+                "leaves them out with --drop-bad"
+            )
     if table.more:
         found.append(f"{table.more} more columns were not looked at")
     if assigned.sense:
@@ -268,11 +207,9 @@ def _remarks(
         ]
         found += [f"the {name} runs against the voltage: it is taken with the other sign"
                   for name in turned]  # fmt: skip
-    elif law is not None:
-        found.append(
-            "the voltage does not follow R i + K w: is it the motor's own, and not the supply's?"
-        )
     if choice.distance is not None and law is not None and law.holds:
         how = "as motors have them" if choice.distance <= USUAL_MOTOR else "unusual for a motor"
-        found.append(f"{_figures(choice)}: {how}")
+        if choice.gear > 1.0 and choice.distance <= USUAL_MOTOR:
+            how = f"as motors behind a gear of about {choice.gear:g} have them; is there one?"
+        found.append(f"{figures_of(choice)}: {how}")
     return found

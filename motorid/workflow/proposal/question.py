@@ -15,7 +15,7 @@ class Known:
 
     ``columns``: quantity -> column or arithmetic, "" to leave the quantity out. ``units``: quantity
     -> unit. ``counts_per_turn`` 0: not stated. ``sense`` of the voltage, "": not stated.
-    ``as_it_stands``: what no motor has was confirmed.
+    ``as_it_stands``: what no motor has was confirmed. ``geared``: a gear was stated.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -23,6 +23,7 @@ class Known:
     counts_per_turn: float = 0.0
     sense: str = ""
     as_it_stands: bool = False
+    geared: bool = False
 
     def and_(self, more: Known) -> Known:
         """With what else was said."""
@@ -33,6 +34,7 @@ class Known:
             counts_per_turn=more.counts_per_turn or self.counts_per_turn,
             sense=more.sense or self.sense,
             as_it_stands=more.as_it_stands or self.as_it_stands,
+            geared=more.geared or self.geared,
         )
 
 

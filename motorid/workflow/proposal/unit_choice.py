@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
+from typing import Literal
 
 import numpy as np
 
@@ -28,6 +29,9 @@ GEAR_SPREAD = 1.5  # standard deviation of a gear's logarithm
 USUAL_MOTOR, NO_MOTOR = 9.0, 45.0  # distances from the catalogue, as facts.unit_mistakes has them
 BEYOND = 8.0  # cost of a largest reading that no usual motor has, SI
 LARGEST = {CURRENT: (5e-3, 300.0), VOLTAGE: (0.5, 500.0), SUPPLY: (0.5, 500.0), SPEED: (0.3, 5e3)}
+PREFIXES = ("mV", "mA")
+LEVELS = 8  # different whole numbers, from which on they may be counts
+Doubt = Literal["", "unproved", "counts"]
 TRIED = {
     CURRENT: {"A": 0.0, "mA": PREFIXED},
     VOLTAGE: {"V": 0.0, "mV": PREFIXED},
@@ -49,6 +53,7 @@ class Choice:
     open: Mapping[str, tuple[str, ...]]
     distance: float | None
     figures: Mapping[str, float]
+    gear: float = 1.0  # about which it takes to be usual
 
 
 @dataclass(frozen=True)
@@ -83,9 +88,14 @@ def choose(
     _, best = scored[0] if scored else (0.0, {})
     return Choice(
         best,
-        {q: others for q in names if (others := _others(q, costs[q], best, scored))},
+        {
+            q: others
+            for q in names
+            if (others := _others(q, costs[q], best, scored, _doubt(picks.get(q), evidence)))
+        },
         _distance(best, evidence),
         figures(best, evidence),
+        _gear(best, evidence),
     )
 
 
@@ -94,17 +104,53 @@ def _others(
     costs: Mapping[str, float],
     best: Mapping[str, str],
     scored: list[tuple[float, dict[str, str]]],
+    doubt: Doubt,
 ) -> tuple[str, ...]:
     """Units of that quantity that are within SURE of the best, the best first; none: it is sure.
 
-    A stated unit is never replaced unasked.
+    A stated unit is never replaced unasked, and a prefix is never taken for its size alone.
     """
     near = [units[quantity] for total, units in scored if total - scored[0][0] < SURE]
+    prefixed = best[quantity] in PREFIXES or len(set(near)) > 1
+    if doubt == "counts" or (doubt == "unproved" and prefixed):
+        near += list(costs)
     stated = min(costs, key=lambda unit: costs[unit])
     if len(costs) > 1 and min(c for u, c in costs.items() if u != stated) >= STATED:
         near += [stated]
     found = tuple(dict.fromkeys(near))
     return found if len(found) > 1 or found[0] != best[quantity] else ()
+
+
+def _doubt(pick: Pick | None, evidence: Evidence) -> Doubt:
+    """Whether nobody states a unit, and no motor's laws hold that would show one.
+
+    Many whole numbers that contradict the laws may be a converter's counts.
+    """
+    law = evidence.laws
+    if pick is None or pick.meaning.unit or (law is not None and law.holds):
+        return ""
+    column = pick.column
+    if law is not None and column is not None and column.whole and column.levels > LEVELS:
+        return "counts"
+    return "unproved" if law is not None or evidence.resistance is None else ""
+
+
+def ungeared(choice: Choice, evidence: Evidence) -> list[str]:
+    """Units of the speed that make a usual motor of the readings without any gear."""
+    found = []
+    for unit in TRIED[SPEED]:
+        motor = figures({**choice.units, SPEED: unit}, evidence)
+        if "K" in motor and distance_of(motor) <= USUAL_MOTOR:
+            found.append(unit)
+    return found
+
+
+def _gear(units: Mapping[str, str], evidence: Evidence) -> float:
+    """Motor turns for one that was measured, roughly, that make a usual motor; 1: none needed."""
+    found = figures(units, evidence)
+    if "K" not in found or distance_of(found) <= USUAL_MOTOR:
+        return 1.0
+    return min(GEARS, key=lambda gear: _geared(found, gear))
 
 
 def _costs(quantity: str, pick: Pick) -> dict[str, float]:
@@ -176,10 +222,12 @@ def _of_figures(known: tuple[tuple[str, float], ...]) -> float:
     found = dict(known)
     if "K" not in found:
         return distance_of(found)
-    tried = []
-    for gear in GEARS:
-        motor = {**found, "K": found["K"] / gear}
-        if "J" in found:
-            motor["J"] = found["J"] / gear**2
-        tried.append(distance_of(motor) + (math.log(gear) / GEAR_SPREAD) ** 2)
-    return min(tried)
+    return min(_geared(found, gear) for gear in GEARS)
+
+
+def _geared(found: Mapping[str, float], gear: float) -> float:
+    """Distance of the motor behind a gear, and what that gear itself costs."""
+    motor = {**found, "K": found["K"] / gear}
+    if "J" in found:
+        motor["J"] = found["J"] / gear**2
+    return distance_of(motor) + (math.log(gear) / GEAR_SPREAD) ** 2

@@ -26,4 +26,4 @@ LONG = 4  # letters of a word that may be part of a longer one
 QUANTITY_OF = _by_word("quantity")  # of units.QUANTITIES, or INDEX
 UNIT_OF, USUAL_UNIT = _by_word("unit"), _by_word("usual")
 SET_POINT, OTHERS, OF_MOTOR = _set("set_point"), _set("others"), _set("of_motor")
-MEASURED, FILTERED = _set("measured"), _set("filtered")
+MEASURED, FILTERED, RAW = _set("measured"), _set("filtered"), _set("raw")
