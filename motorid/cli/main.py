@@ -41,8 +41,10 @@ COMMANDS = {
     "history": ("history", "The database of results: trace, judge again, export."),
     "verify": ("verify", "Say of each file whether it is still what was written."),
     "compare": ("compare", "Many methods on the same captures; the review's tables, rebuilt."),
+    "motors": ("motors", "Several motors on one page: what differs, and all curves."),
     "ports": ("ports", "List the serial ports, without opening them."),
     "rigs": ("rigs", "List the rigs that come with motorid."),
+    "board": ("board", "Show and store what a board knows of its sensors and dividers."),
     "flash": ("flash", "Put the firmware on an Arduino Uno or Mega, by avrdude."),
     "sim": ("sim", "Offer the simulated board to another program."),
     "config": ("config", "Show and set the defaults of options, in one file."),
@@ -50,9 +52,9 @@ COMMANDS = {
 }
 TASKS = {
     "Measure": ("run", "plan", "capture", "recover", "calibrate"),
-    "Look and fit": ("import", "segment", "fit", "compare", "export", "verify"),
+    "Look and fit": ("import", "segment", "fit", "motors", "compare", "export", "verify"),
     "Inspect motors": ("check", "station", "gauge", "trend", "risk", "history"),
-    "Set up": ("ports", "rigs", "flash", "sim", "config", "completion"),
+    "Set up": ("ports", "rigs", "board", "flash", "sim", "config", "completion"),
 }
 
 
@@ -67,7 +69,7 @@ TASKS = {
 def cli() -> None:
     """Identify a brushed DC motor on a bench, with honest uncertainty.
 
-    Exit: 0 done, 1 FAIL, 2 usage, 3 rig or link, 4 data, 70 internal, 130 interrupted.
+    Exit: 0 done, 1 FAIL, 2 usage, 3 rig or link, 4 data, 70 bug, 130 stopped.
     """
 
 

@@ -1,9 +1,10 @@
 """What repeats with the rotor's angle: commutation ripple, segments, friction over a turn.
 
-Everything is found in the residuals of a fit: what the smooth model leaves of current and position
-while the motor runs steadily. Angles count from where the run began. Ripple is given as the
-relative ripple of the voltage that would cause it, amplitude x R / V. Torque over a turn follows
-from current and motion together: T_k = K I_k + J (k w)² Θ_k for order k of a turn.
+Everything is found in what the smooth model leaves of current and position while the motor runs
+steadily: a fit's residuals, and what the fit itself gives to the rotor's angle. Angles count from
+where the run began. Ripple is given as the relative ripple of the voltage that would cause it,
+amplitude x R / V. Torque over a turn follows from current and motion together:
+T_k = K I_k + J (k w)² Θ_k for order k of a turn.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ BUSY = 0.2  # of the largest current: where a brush has current to interrupt
 
 @dataclass(frozen=True)
 class Window:
-    """A stretch of steady running. ``current`` and ``position`` are residuals, shapes (n,)."""
+    """A stretch of steady running. ``current`` and ``position``: less the smooth model's, (n,)."""
 
     angle: Floats  # rad
     current: Floats  # A
@@ -72,9 +73,9 @@ def windows(estimate: Estimate) -> tuple[Window, ...]:
 def _of_run(current: Curve, position: Curve, R: float, K: float) -> list[Window]:
     time = current.time_s
     angle = np.interp(time, position.time_s, position.measured)
-    left = np.interp(time, position.time_s, position.measured - position.fitted)
-    speed = np.gradient(np.interp(time, position.time_s, position.fitted), time)
-    amps = current.fitted - _open_current(current)
+    left = np.interp(time, position.time_s, position.measured - position.smooth)
+    speed = np.gradient(np.interp(time, position.time_s, position.smooth), time)
+    amps = current.smooth - _open_current(current)
     volts = R * amps + K * speed
     largest = float(np.abs(volts).max())
     driven = np.abs(amps) > OPEN_SHARE * float(np.abs(amps).max())
@@ -94,7 +95,7 @@ def _of_run(current: Curve, position: Curve, R: float, K: float) -> list[Window]
             continue
         found.append(
             Window(
-                angle[part], (current.measured - current.fitted)[part], left[part],
+                angle[part], (current.measured - current.smooth)[part], left[part],
                 float(np.median(volts[part])), float(amps[part].mean()),
                 float(speed[part].mean()),
             )
@@ -104,7 +105,7 @@ def _of_run(current: Curve, position: Curve, R: float, K: float) -> list[Window]
 
 def _open_current(current: Curve) -> float:
     """What the fit reads with the bridge open: the offset, the value it takes most often."""
-    values, counts = np.unique(np.round(current.fitted, 9), return_counts=True)
+    values, counts = np.unique(np.round(current.smooth, 9), return_counts=True)
     often = int(np.argmax(counts))
     return float(values[often]) if counts[often] >= STEP_REACH else 0.0
 

@@ -129,7 +129,7 @@ def judged(
     found = reach.sized(found, records, solution, estimate.parameters)
     findings = estimate.diagnostics
     if refusable or worst is not None:
-        findings = reach.of_lack(findings, found, records, solution)
+        findings = reach.of_lack(findings, found, records, solution, estimate.parameters)
     estimate = replace(
         estimate,
         suspects=tuple(_renamed(one, names) for one in found),

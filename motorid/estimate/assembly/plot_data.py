@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture
 from motorid.estimate.diagnosis.facts.steady_levels import Level, Reached
 from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.repeating_response import is_of_motor
 from motorid.estimate.results.estimate import Curve, SegmentRow, SteadyRow
 from motorid.estimate.signals.measurements import EMF
 from motorid.estimate.solver.dense_products import square
@@ -28,14 +29,25 @@ def curves(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Curve, .
     for k, (record, own) in enumerate(zip(records, solution.own, strict=True)):
         fitted = record.fitted(solution.values, own)
         left = record.weighed(record.departures(solution.values, own), filtered=False)
+        ripple = _ripple(record, own)
         for m, model, r in zip(record.measured, fitted, left, strict=True):
             place = m.keep if m.past is None else m.keep + m.past
             time = np.asarray(place * record.timeline.period_s, dtype=np.float64)
             name, sigma = m.block.name, float(np.sqrt(square(r) / m.block.count))
-            out.append(
-                Curve(k, name, UNITS[name], time, m.values, model, max(sigma, m.block.floor))
-            )
+            sigma = max(sigma, m.block.floor)
+            out.append(Curve(k, name, UNITS[name], time, m.values, model, sigma, ripple.get(name)))
     return tuple(out)
+
+
+def _ripple(record: MotorRecord, own: Floats) -> dict[str, Floats]:
+    """What the blocks show of the motor's ripple and cogging; an encoder's error is no motor's."""
+    known = record.repeating
+    out = dict(known.bend)
+    for one, size in zip(record.instances, own.tolist(), strict=True):
+        if one in known.slopes and is_of_motor(one):
+            for block, course in known.slopes[one].items():
+                out[block] = out.get(block, 0.0) + size * course
+    return out
 
 
 def segments(named: Sequence[tuple[Capture, Sequence[Segment]]]) -> tuple[SegmentRow, ...]:

@@ -36,6 +36,7 @@ Moves = Mapping[str, float]
 BY_NOISE = 2.0  # times the variance by white noise, which the pulls of a few parts may show
 TWICE = 2.0  # standard deviations of the parts' pulls
 FEWEST, PIECES = 3, 8  # parts that show a disagreement, and into how many a log is cut
+HALF = 0.5  # of an interval's half-width, that a misfit must be able to move to be named with it
 HIDDEN = 1.0 / 3.0  # of a misfit's norm, that may be in the parameters
 MATTERS = 0.03  # share of a channel's mean square, from which a misfit without a name counts
 SIZED_BY_TRAVEL = {"K": 1.0, "B": 2.0, "J": 2.0, "T0": 1.0}  # powers of a wrong speed
@@ -153,8 +154,10 @@ def of_lack(
     found: Sequence[Suspect],
     records: Sequence[MotorRecord],
     solution: Solution,
+    parameters: Mapping[str, Parameter],
 ) -> tuple[Diagnostic, ...]:
-    """A lack of fit that no named fault explains moves the parameters, where it is large.
+    """A lack of fit says which parameters it can move, by the parts' disagreement. One that no
+    named fault explains, and that is large, moves them.
 
     Where a named fault states its moves, they stand for what the same misfit does elsewhere.
     """
@@ -162,11 +165,28 @@ def of_lack(
         return tuple(replace(d, moves={}) if d.code.startswith(STEADY) else d for d in said)
     if not any(d.code == LACK for d in said):
         return tuple(said)
+    words = _movable(disagreement(records, solution), parameters)
+    said = [replace(d, message=f"{d.message}; {words}") if d.code == LACK else d for d in said]
     if max((one.beyond for one in unexplained(records, solution)), default=0.0) < MATTERS:
         return tuple(said)
     parts, norm = disagreement(records, solution), hidden(records, solution)
     moves = {name: max(parts[name], norm[name]) for name in norm}
     return tuple(_first(said, moves))
+
+
+def _movable(moves: Moves, parameters: Mapping[str, Parameter]) -> str:
+    """Which of them are moved by more than half the half-width of their intervals."""
+    out = []
+    for name, move in moves.items():
+        p = parameters.get(name)
+        if p is None or not p.value or p.interval_95 is None:
+            continue
+        half = (p.interval_95[1] - p.interval_95[0]) / 2.0
+        if move > HALF * half:
+            out.append(f"{name} by {100.0 * move / abs(p.value):.2g} %")
+    if not out:
+        return "the parts of the program agree on every parameter"
+    return f"it can move {', '.join(out)}"
 
 
 def _first(said: Sequence[Diagnostic], moves: Moves) -> Iterator[Diagnostic]:

@@ -8,7 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import Capture
-from motorid.estimate.diagnosis import data_remarks, residual_remarks, sampling_remarks
+from motorid.estimate.diagnosis import (
+    data_remarks,
+    repeating_remarks,
+    residual_remarks,
+    sampling_remarks,
+)
 from motorid.estimate.diagnosis.identifiability import run_to_add
 from motorid.estimate.effects.brush_and_heating import BENT, DROP
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
@@ -68,6 +73,7 @@ def diagnostics(
     out += lagging_start.remarks([record.capture for record in records])
     out += sampling_remarks.of_logs(found, records)
     out += [residual_remarks.coloured(name, rhos) for name, rhos in coloured.items() if rhos]
+    out += repeating_remarks.allowed_for(records, found.solution)
     out += data_remarks.stopping(records)
     out += data_remarks.standing(records)
     out += _statistics(found)

@@ -16,7 +16,7 @@ from motorid.estimate.diagnosis import misfit, rank
 from motorid.estimate.diagnosis.faults import current_zero, lost_samples, missing_samples
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
-from motorid.estimate.fit.multistart import settled, whitened
+from motorid.estimate.fit.multistart import settled, whitened, with_repeated
 from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Suspect
@@ -194,6 +194,8 @@ def _fitted(
 ) -> Fit:
     free = searched(held)
     found = settled(records, free, start)
+    if not any(record.repeating.slopes for record in records):  # of new captures
+        found = with_repeated(records, free, start, found)
     return records, whitened(records, free, merged(start, found), found)
 
 

@@ -21,8 +21,8 @@ class Setup:
     """One run; actions change it. Every number of it is beside what is declared and judged.
 
     ``volts`` (count,) V are added to the source. ``kicks`` (rad/s) by part, ``late_s`` and
-    ``filter_s`` by block, ``motor`` by parameter. ``log_jumps`` by jump, in shares of what hides
-    them.
+    ``filter_s`` by block, ``motor`` by parameter. ``second_s`` by block: the root of what s² has in
+    its low-pass. ``log_jumps`` by jump, in shares of what hides them.
     """
 
     count: int
@@ -31,9 +31,11 @@ class Setup:
     kicks: dict[int, float] = field(default_factory=dict)
     late_s: dict[str, float] = field(default_factory=dict)
     filter_s: dict[str, float] = field(default_factory=dict)
+    second_s: dict[str, float] = field(default_factory=dict)
     motor: dict[str, float] = field(default_factory=dict)
     log_late_s: float = 0.0
     log_filter_s: float = 0.0
+    log_second_s: float = 0.0
     log_jumps: dict[int, float] = field(default_factory=dict)
     source_gain: float = 1.0
     clock: float = 1.0
@@ -79,6 +81,9 @@ class Action(Protocol):
 
     def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None: ...
 
+    def show(self, shown: dict[str, Floats], subject: Any, one: object, size: float) -> None:
+        """Changes what the channels show of the run, (n,) by block."""
+
 
 @dataclass(frozen=True)
 class Simulated:
@@ -88,6 +93,9 @@ class Simulated:
     def simulated(self) -> bool:
         """It is."""
         return True
+
+    def show(self, shown: dict[str, Floats], subject: Any, one: object, size: float) -> None:
+        """Every channel shows the run as it is."""
 
 
 @dataclass(frozen=True)
@@ -147,6 +155,17 @@ class LowPass(Simulated):
 
 
 @dataclass(frozen=True)
+class SecondOrderLowPass(Simulated):
+    """The filter before a log's converter is 1/(1 + a s + b² s²); the size is b (s)."""
+
+    block: str
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        if size:
+            setup.second_s[self.block] = setup.second_s.get(self.block, 0.0) + size
+
+
+@dataclass(frozen=True)
 class InitialState(Simulated):
     """Index of the state in which the run begins: current (A), speed (rad/s), angle, then those of
     ``motorid.motor.wide.START``.
@@ -190,6 +209,13 @@ class LogFilter(Simulated):
         setup.log_filter_s += size
 
 
+class LogSecondOrder(Simulated):
+    """A log's voltage passed 1/(1 + a s + b² s²), with a larger b (s)."""
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        setup.log_second_s += size
+
+
 class LogJump(Simulated):
     """How early a jump of a log's voltage came, as a share of the time that hides it."""
 
@@ -212,8 +238,20 @@ def everywhere(_: Any) -> float:
     return 1.0
 
 
+class Unsimulated:
+    """An action on what channels show of a run."""
+
+    @property
+    def simulated(self) -> bool:
+        """It leaves the run as it is."""
+        return False
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        """Nothing of the run changes."""
+
+
 @dataclass(frozen=True)
-class Reading:
+class Reading(Unsimulated):
     """What the channel of a block shows of a series (n,): ``shown`` of it and of the size.
 
     ``share`` of subject: by how much of it each reading is moved, (n,) or one figure.
@@ -223,13 +261,22 @@ class Reading:
     shown: Callable[[Floats, Floats | float], Floats]
     share: Callable[[Any], Floats | float] = everywhere
 
-    @property
-    def simulated(self) -> bool:
-        """It leaves the run as it is."""
-        return False
+    def show(self, shown: dict[str, Floats], subject: Any, one: object, size: float) -> None:
+        """The block shows another series."""
+        if self.block in shown:
+            shown[self.block] = self.shown(shown[self.block], size * self.share(subject))
 
-    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
-        """Nothing of the run changes."""
+
+class AlongAngle(Unsimulated):
+    """What every channel shows of what repeats with the rotor, in proportion to its size.
+
+    Its course stands in ``subject.repeating``: it was computed once, along the fitted motion.
+    """
+
+    def show(self, shown: dict[str, Floats], subject: Any, one: object, size: float) -> None:
+        """The blocks that it moves show more."""
+        for block, course in subject.repeating.slopes.get(one, {}).items():
+            shown[block] = shown[block] + size * course
 
 
 def plus(series: Floats, size: Floats | float) -> Floats:

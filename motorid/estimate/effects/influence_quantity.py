@@ -45,6 +45,13 @@ class Use(Enum):
     TESTED = auto()  # nothing, unless the residuals show it: a fault, or what the model lacks
 
 
+class Repeats(Protocol):
+    """What repeats with the rotor's angle: what each block (n,) shows of a unit of each."""
+
+    @property
+    def slopes(self) -> Mapping[Instance, Mapping[str, Floats]]: ...
+
+
 class Subject(Protocol):
     """The capture that a quantity acts on, as far as declarations read it."""
 
@@ -57,6 +64,8 @@ class Subject(Protocol):
     judged_at: Floats | None  # the motor by which its source was judged; None: not yet
     losing: Mapping[str, float]  # what it lost then, by unknown
 
+    @property
+    def repeating(self) -> Repeats: ...
     @property
     def timeline(self) -> Timeline: ...
     @property

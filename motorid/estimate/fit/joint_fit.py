@@ -19,7 +19,7 @@ from motorid.estimate.fit import (
 )
 from motorid.estimate.fit.alternating_fit import again
 from motorid.estimate.fit.lagging_start import Doubt, taken_earlier
-from motorid.estimate.fit.multistart import leaves_misfit, settled, whitened
+from motorid.estimate.fit.multistart import leaves_misfit, settled, whitened, with_repeated
 from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.unexplained import unsupported
@@ -51,6 +51,7 @@ def solved(
         return records, solution  # no colour of the noise explains so much
     if logged:
         solution = _with_other_friction(records, solution, free, start)
+    solution = with_repeated(records, free, start, solution)
     solution = whitened(records, free, merged(start, solution), solution)
     known = merged(start, solution)
     return subsample_inductance.told(records, free, fixed, known, solution) or (records, solution)

@@ -21,6 +21,7 @@ from motorid.estimate.fit.alternating_fit import (
 )
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.fit.promotion import contradicted, promoted
+from motorid.estimate.fit.repeating import taken_again, with_repeating
 from motorid.estimate.model import prewhitening
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.unexplained import unsupported
@@ -31,6 +32,7 @@ from motorid.estimate.solver.problem import Derivatives, Solution
 
 COLOUR_PASSES = 2  # of noise model and fit in turn
 RISES = (0.3, 0.1)  # L/R in sample periods to begin with instead
+RETAKEN = 3  # times at most that what repeats with the rotor is taken anew along the motion
 GROSS = 0.02  # residuals in units of a channel's range: worth another start
 MOST_TRIED = 2000  # responses of a capture, after which no other start is tried
 OTHER_STARTS: tuple[dict[str, float], ...] = (
@@ -112,6 +114,25 @@ def with_promoted(
                 record.propagate(*found)
             return before
         before = in_turn(records, free, start, after)
+
+
+def with_repeated(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    before: Solution,
+) -> Solution:
+    """With what repeats with the rotor's angle among the unknowns, where the readings show it."""
+    widened = with_repeating(records, before)
+    if widened is None:
+        return before
+    found = in_turn(records, free, start, again(records, free, start, widened, ROUGH))
+    for _ in range(RETAKEN):
+        moved = taken_again(records, found)
+        if moved is None:
+            break
+        found = in_turn(records, free, start, again(records, free, start, moved, ROUGH))
+    return found
 
 
 def whitened(

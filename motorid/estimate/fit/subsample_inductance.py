@@ -20,7 +20,7 @@ from motorid.capture.model import CURRENT, SUPPLY, Capture
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.fit import discontinuous_current_inductance
 from motorid.estimate.fit.alternating_fit import vanished, with_inductance, with_sources
-from motorid.estimate.fit.multistart import whitened, with_promoted
+from motorid.estimate.fit.multistart import whitened, with_promoted, with_repeated
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.program_parts import by_part
@@ -166,6 +166,7 @@ class _Search:
             record.rivals = before.rivals
         solution = with_sources(records, self.free, start)
         solution = with_promoted(records, self.free, start, solution)
+        solution = with_repeated(records, self.free, start, solution)
         return whitened(records, self.free, merged(start, solution), solution)
 
 

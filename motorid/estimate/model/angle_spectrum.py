@@ -34,24 +34,24 @@ class Turned:
     step: Floats
 
 
-def periods_a_turn(records: Sequence[Sequence[Turned]]) -> list[int]:
+def periods_a_turn(records: Sequence[Sequence[Turned]], peak: float = PEAK) -> list[int]:
     """The counts that stand out of some kind of residual's power by angle, the strongest first.
 
-    ``records``: the channels of each capture, in one order.
+    ``records``: the channels of each capture, in one order. ``peak``: over its neighbours.
     """
     strength = np.zeros(MOST + 1)
     for kind in zip_longest(*records):  # what one channel fits badly must not hide another's peak
         power = np.sum([_power(channel) for channel in kind if channel is not None], axis=0)
-        strength = np.maximum(strength, np.where(_stands(power), power, 0.0))
+        strength = np.maximum(strength, np.where(_stands(power, peak), power, 0.0))
     found = np.flatnonzero(strength)
     return [int(n) for n in found[np.argsort(-strength[found])][:BEST]]
 
 
-def _stands(power: Floats) -> NDArray[np.bool_]:
+def _stands(power: Floats, peak: float) -> NDArray[np.bool_]:
     """Which counts' powers (MOST + 1,) stand out of their neighbours'."""
     counts = range(1, MOST + 1)
     middle = np.array([np.inf, *(np.median(power[max(n - 8, 1) : n + 9]) for n in counts)])
-    return np.asarray((power > STANDS_OUT) & (power > PEAK * middle))
+    return np.asarray((power > STANDS_OUT) & (power > peak * middle))
 
 
 def turned(record: MotorRecord, departures: Sequence[Floats], angle: Floats) -> list[Turned]:
@@ -66,15 +66,40 @@ def turned(record: MotorRecord, departures: Sequence[Floats], angle: Floats) -> 
     return out
 
 
+def recurring(residual: Floats, angle: Floats, period: float) -> Floats:
+    """What of a channel's residuals (n,) may repeat with every ``period`` (rad) of the angle (n,).
+
+    Each is taken less the mean over the period about it, where the rotor is within a motion by a
+    period at both ends of it: about a rest, what repeats can't be told from friction that varies.
+    """
+    speed = np.abs(np.gradient(angle))
+    path = _path(angle)
+    rests = speed <= TURNING * speed.max()
+    rests[[0, -1]] = True
+    since = path - np.maximum.accumulate(np.where(rests, path, 0.0))
+    until = np.minimum.accumulate(np.where(rests, path, path[-1])[::-1])[::-1] - path
+    within = (since >= period) & (until >= period)
+    return np.asarray((residual - _mean(residual, path, period))[within])
+
+
+def _path(angle: Floats) -> Floats:
+    """The way that the rotor has come (n,), rad, never at a stand."""
+    return np.concatenate([[0.0], np.cumsum(np.maximum(np.abs(np.diff(angle)), LEAST_STEP))])
+
+
+def _mean(r: Floats, path: Floats, period: float) -> Floats:
+    """Of values (n,) over a period about each, along the path (n,)."""
+    total = np.concatenate([[0.0], np.cumsum(0.5 * (r[1:] + r[:-1]) * np.diff(path))])
+    ends = np.interp(path + period / 2, path, total), np.interp(path - period / 2, path, total)
+    return np.asarray((ends[0] - ends[1]) / period)
+
+
 def _less_its_turn(channel: Turned) -> Turned:
     """The residual less its mean over the turn about each reading: what does not repeat goes."""
-    r, angle = channel.residual, channel.angle
-    path = np.concatenate([[0.0], np.cumsum(np.maximum(np.abs(np.diff(angle)), LEAST_STEP))])
-    total = np.concatenate([[0.0], np.cumsum(0.5 * (r[1:] + r[:-1]) * np.diff(path))])
-    ends = np.interp(path + TURN / 2, path, total), np.interp(path - TURN / 2, path, total)
+    path = _path(channel.angle)
     whole = (path > TURN / 2) & (path < path[-1] - TURN / 2)
-    left = r - (ends[0] - ends[1]) / TURN
-    return Turned(left[whole], angle[whole], channel.step[whole])
+    left = channel.residual - _mean(channel.residual, path, TURN)
+    return Turned(left[whole], channel.angle[whole], channel.step[whole])
 
 
 def _power(channel: Turned) -> Floats:

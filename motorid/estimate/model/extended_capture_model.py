@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import POSITION
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.state.initial_warmth import INITIAL_WARMTH
 from motorid.estimate.effects.state.ripple_phase import RIPPLE_PHASE
-from motorid.estimate.model.angle_spectrum import MOST
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import ADDED, COPPER_PER_K, NAMES, Scales, Term, unknown
+from motorid.estimate.model.rotor_angle import measured_angle, rippled
 from motorid.estimate.model.source_mixing import Mixer
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.intersample_voltage import JOINED
 from motorid.estimate.signals.measurements import EMF, Measured
-from motorid.estimate.signals.smoothing import smoothed
 from motorid.estimate.solver.problem import Unknown
 from motorid.motor.reading import Output, Quantity, Stretch
 from motorid.motor.response import Response
@@ -30,8 +27,6 @@ Floats = NDArray[np.float64]
 Priors = Mapping[str, tuple[float, float]]
 
 PLACE = {name: k for k, name in enumerate(NAMES)}
-FINE = 0.02  # rad of an encoder's step that shows what repeats 60 times a turn
-EXACT = 0.05  # rad of the shortest period that is looked for: what its rounding may err by
 
 
 class WideRecord(MotorRecord):
@@ -58,6 +53,7 @@ class WideRecord(MotorRecord):
         super().__init__(six.capture, free, {**absent, **fixed}, shape)
         self.scales, self.priors = scales, priors
         self._repeats = any(term.per_turn for term in terms)
+        self.repeating = six.repeating
         begins = [
             Instance(term.phase)
             for term in terms
@@ -124,30 +120,16 @@ class WideRecord(MotorRecord):
         assert isinstance(self.response, WideResponse)
         if self._repeats:
             self.locate(shared, own)
-        self.response.plan(self.motor(shared), self._setup(own).initial)
+        self.response.plan(self.motor(shared), self.setup(own).initial)
         self._steps = self.response.levels
         self._memory.clear()
 
     def locate(self, shared: Floats, own: Floats) -> None:
-        """Let what repeats with the rotor follow its measured angle, where an encoder shows it.
-
-        The model's angle adds up what is wrong of a speed, many turns of it.
-        """
-        fine = [
-            k
-            for k, m in enumerate(self.measured)
-            if m.block.name == POSITION and 0.0 < m.channel.resolution * self.gear < FINE
-        ]
-        if not fine:
+        """Let what repeats with the rotor follow its measured angle, where an encoder shows it."""
+        angle = measured_angle(self, self.fitted(shared, own))
+        if angle is None:
             return
-        m, model = self.measured[fine[0]], self.fitted(shared, own)[fine[0]]
-        rounded = m.channel.resolution * self.gear / math.sqrt(12.0) * MOST / EXACT
-        about = int(rounded**2 / 2.0)  # readings on either side that its rounding is smoothed over
-        left = m.values - model
-        shown = model + (smoothed(left, about) if about else left)
-        shown -= m.values[0]  # a fitted origin would turn every phase as it moves
-        late = m.channel.delay_s / self.timeline.period_s
-        self._rotor = np.interp(np.arange(self.timeline.count), m.keep - late, shown)
+        self._rotor = angle
         self._prepare(self.response)
         self._memory.clear()
 
@@ -179,17 +161,9 @@ class WideRecord(MotorRecord):
     def _rippled(self, m: Measured, volts: Floats, shared: Floats, own: Floats) -> Floats:
         """What a ripple of 1 adds to readings (n,) of a back-EMF."""
         assert self._rotor is not None
-        periods = self.motor(shared)[PLACE["N_r"]]
-        phase, output = self.sizes(own)[RIPPLE_PHASE.name], self.outputs[m.row]
-        ticks = np.arange(self.timeline.count)
-        past = m.keep if m.past is None else m.keep + m.past
-        at = past - output.delay_s / self.timeline.period_s
-        angle = periods * np.interp(at, ticks, self._rotor) + phase
-        if output.aperture_s == 0.0:
-            return np.asarray(volts * np.cos(angle))
-        before = at - output.aperture_s / self.timeline.period_s
-        turned = np.sin(angle) - np.sin(periods * np.interp(before, ticks, self._rotor) + phase)
-        return np.asarray(self.emf_constant(shared) * turned / (periods * output.aperture_s))
+        wave = float(self.motor(shared)[PLACE["N_r"]]), self.sizes(own)[RIPPLE_PHASE.name]
+        K, output = self.emf_constant(shared), self.outputs[m.row]
+        return rippled(m, output, volts, K, wave, self._rotor, self.timeline.period_s)
 
     def emf_constant(self, shared: Floats) -> float:
         """V·s/rad that an open bridge shows."""
@@ -203,7 +177,7 @@ class WideRecord(MotorRecord):
         over = self.respond(
             self.timeline.period_s, self.volts, [Output(Quantity.POSITION)], self.stretches
         )
-        return np.asarray(over(self.motor(shared), self._setup(own).initial)[0])
+        return np.asarray(over(self.motor(shared), self.setup(own).initial)[0])
 
 
 assert NAMES[: len(PARAMETERS)] == PARAMETERS

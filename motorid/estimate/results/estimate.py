@@ -96,6 +96,12 @@ class Curve:
     measured: Floats
     fitted: Floats
     sigma: float  # standard deviation of the residual that the fit settled on
+    ripple: Floats | None = None  # of ``fitted``: what the motor repeats with its rotor's angle
+
+    @property
+    def smooth(self) -> Floats:
+        """What the fit shows of a motor without ripple and cogging."""
+        return self.fitted if self.ripple is None else self.fitted - self.ripple
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit import alternating_fit, joint_fit, multistart, sign_check
 from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
+from motorid.estimate.fit.repeating import is_heavy, repeat_as
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS, Term, parse
 from motorid.estimate.results.estimate import (
@@ -29,13 +30,14 @@ from motorid.estimate.results.estimate import (
 )
 from motorid.estimate.results.status import Status
 from motorid.estimate.selection.extended_fit import Fitted, begin, finished
-from motorid.estimate.selection.extended_results import alternative, findings
+from motorid.estimate.selection.extended_results import alternative, findings, stands_out
 from motorid.estimate.selection.forward_selection import Trial, asks, select
 from motorid.estimate.selection.joint_start import starts
 from motorid.estimate.selection.shaft_resonance import springs
 from motorid.estimate.selection.trigger import ALLOWED, carry_loss, loss_stands_out
 from motorid.estimate.signals.log_sections import pieces, unbroken
 from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.intervals import Findings
 
 COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
 COARSE = 100.0  # change of F that is near enough before what repeats with the rotor is in
@@ -75,18 +77,21 @@ def _of(
     values, matters = merged(held, solution), reach(estimate.parameters)
     if not (terms or _is_needed(records, solution, values, matters)):
         return estimate
-    bare, solution = _without_loss(records, solution, values, held)
+    bare, solution = _without_loss(records, values, held, terms, solution)
     values = merged(held, solution)
     if terms:
         fitted = asked_for(bare, solution, values, terms)
+        found = findings(fitted, fix, without)
         trials: tuple[TermTrial, ...] = ()
     else:
         chosen = select(bare, solution, values, matters)
         trials = tuple(_stated(trial) for trial in chosen.trials)
-        if chosen.fitted is None:
+        best = _known(chosen.stages, fix, without)
+        if best is None:
             return _with_trials(estimate, trials)
-        fitted = chosen.fitted
-    found = findings(fitted, fix, without)
+        fitted, found = best
+        offered = {term.name for term in fitted.terms}
+        trials = tuple(replace(t, taken=t.taken and t.term in offered) for t in trials)
     better = alternative(fitted, found, bare, solution, trials, asked=bool(terms))
     return _said(replace(estimate, alternative=better), fitted)
 
@@ -125,17 +130,24 @@ def _is_needed(
 
 def _without_loss(
     records: Sequence[MotorRecord],
-    solution: Solution,
     values: Mapping[str, float],
     held: Mapping[str, float],
+    asked: Sequence[Term],
+    six: Solution,
 ) -> tuple[Sequence[MotorRecord], Solution]:
-    """The fit that terms begin from: they explain brushes and heat by themselves."""
-    if not carry_loss(records):
-        return records, solution
+    """The fit that terms begin from: they explain brushes and heat by themselves, and those that
+    repeat with the rotor, ``asked`` for or heavy, explain that. ``six``: the records' solution.
+    """
+    repeats = any(record.repeating.slopes for record in records)
+    anew = repeats and (any(term.per_turn for term in asked) or is_heavy(records, six))
+    if not (anew or carry_loss(records)):
+        return records, six
     free = searched(held)
     bare = [MotorRecord(lossless(record.capture), free, held) for record in records]
-    for record, six in zip(bare, records, strict=True):
-        record.foretold = six.foretold
+    for record, like in zip(bare, records, strict=True):
+        record.foretold = like.foretold
+    if not anew:
+        repeat_as(bare, records)
     return bare, multistart.solve(bare, free, values)
 
 
@@ -147,6 +159,20 @@ def reach(parameters: Mapping[str, Parameter]) -> dict[str, float]:
             half = (p.interval_95[1] - p.interval_95[0]) / 2
             out[name] = HALF * min(half, COUNTS * abs(p.value)) if half else float("inf")
     return out
+
+
+def _known(
+    stages: Sequence[Fitted], fix: Mapping[str, float], without: Sequence[str]
+) -> tuple[Fitted, Findings] | None:
+    """The widest of these fits in which the size of its last term stands out of all that is
+    uncertain of it: instruments and what the voltage hides, too.
+    """
+    for stage in reversed(stages):
+        fitted = finished(stage)
+        found = findings(fitted, fix, without)
+        if stands_out(found, fitted.terms[-1].size):
+            return fitted, found
+    return None
 
 
 def asked_for(
@@ -252,8 +278,9 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
     if better.asked:
         said = Diagnostic("model_asked", "info", f"beside it, as asked: a model with {what}")
     else:
+        harmless = {term.name for term in fitted.terms} <= set(ALLOWED)
         said = Diagnostic(
-            "better_model", "warning",
+            "better_model", "info" if harmless else "warning",
             f"the residuals ask for {what}: {_said_of(fitted.terms)}; see the better model",
             _moved(estimate, fitted.terms),
         )  # fmt: skip

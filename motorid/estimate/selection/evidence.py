@@ -17,7 +17,7 @@ from motorid.estimate.fit.parameter_bounds import merged, unknowns_of
 from motorid.estimate.model.extended_capture_model import WideRecord
 from motorid.estimate.model.extended_terms import ADDED, Term
 from motorid.estimate.selection.extended_fit import Fitted
-from motorid.estimate.solver.autoregression import autoregression, power
+from motorid.estimate.solver.autoregression import prominence
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import covariance_of, statistical
@@ -27,7 +27,6 @@ Floats = NDArray[np.float64]
 MARGIN = 10.0  # beyond Schwarz's penalty: odds of exp(-5)
 SURE = 4.0  # of a size, in standard deviations
 PINNED = 1e-9  # relative freedom of a parameter that is held
-FREQUENCIES = 512
 COARSE = 100.0  # change of F that is near enough for a narrower fit which is out of the question
 SETTLED = 20.0  # of that, from which it is
 FOLDS = 8  # captures left out in turn, at most
@@ -112,15 +111,11 @@ def size_of(solution: Solution, k: int) -> float:
 
 
 def _inflation(solution: Solution) -> float:
-    """Top of the residuals' spectrum over its mean, at least 1: readings that count as one."""
-    worst = 1.0
-    for line in solution.records:
-        for part in line.slices:
-            coefficients, innovation = autoregression(line.residual[part])
-            if len(coefficients):
-                spectrum = power(coefficients, innovation, FREQUENCIES)
-                worst = max(worst, float(spectrum.max() / spectrum.mean()))
-    return worst
+    """The most prominent frequency of what is left of any block: readings that count as one."""
+    return max(
+        (prominence(line.residual[part]) for line in solution.records for part in line.slices),
+        default=1.0,
+    )
 
 
 def _left_out(fitted: Fitted) -> float:

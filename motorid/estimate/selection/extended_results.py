@@ -15,6 +15,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import ADDED
 from motorid.estimate.results.estimate import Alternative, ChannelFit, Parameter, TermTrial
 from motorid.estimate.results.status import Status
+from motorid.estimate.selection.evidence import SURE
 from motorid.estimate.selection.extended_fit import Fitted
 from motorid.estimate.solver.dense_products import square
 from motorid.estimate.solver.problem import Solution
@@ -40,6 +41,14 @@ def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -
         without,
         hidden=unseen,
     )
+
+
+def stands_out(found: Findings, name: str) -> bool:
+    """A size is several of its standard uncertainties, by its distance from 0 or as a factor."""
+    k = found.names.index(name)
+    deviation, known, _ = found.propagate(np.eye(len(found.names))[k])
+    size = 1.0 if found.solution.unknowns[k].log else abs(float(found.solution.values[k]))
+    return size > SURE * float(np.hypot(deviation, known))
 
 
 def parameters(found: Findings, fitted: Fitted) -> dict[str, Parameter]:

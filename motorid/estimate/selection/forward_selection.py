@@ -9,7 +9,7 @@ from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import Term
 from motorid.estimate.selection.evidence import Evidence, weigh
-from motorid.estimate.selection.extended_fit import Begun, Fitted, begin, finished
+from motorid.estimate.selection.extended_fit import Begun, Fitted, begin
 from motorid.estimate.selection.predicted_gain import foresee
 from motorid.estimate.selection.score_test import Candidate, screen
 from motorid.estimate.selection.shaft_resonance import springs
@@ -45,9 +45,9 @@ class Trial:
 
 @dataclass(frozen=True)
 class Selection:
-    """The best supported fit, None where it is the six parameters', and what was tried."""
+    """Supported fits, each with a term more than the one before, and what was tried."""
 
-    fitted: Fitted | None
+    stages: tuple[Fitted, ...]
     trials: tuple[Trial, ...]
 
 
@@ -61,7 +61,7 @@ def select(
 
     ``reach``: by how much a parameter may move (SI) before it matters.
     """
-    best: Fitted | None = None
+    stages: list[Fitted] = []
     trials: list[Trial] = []
     now = _Model(records, solution, values)
     for _ in range(ROUNDS):
@@ -69,9 +69,9 @@ def select(
         trials += [replace(t, taken=t.earns) for _, t in found]
         if not (found and found[-1][1].earns):
             break
-        best = found[-1][0]
+        stages.append(best := found[-1][0])
         now = _Model(best.records, best.solution, best.values, best.terms)
-    return Selection(finished(best) if best else None, tuple(trials))
+    return Selection(tuple(stages), tuple(trials))
 
 
 def asks(

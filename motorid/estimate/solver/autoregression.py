@@ -9,6 +9,7 @@ from motorid.estimate.solver.dense_products import dot, square
 
 Floats = NDArray[np.float64]
 
+FREQUENCIES = 512
 LARGEST_ORDER = 12  # of the autoregressive spectrum
 COLOURED = 2.0  # top of a spectrum over its mean that is worth whitening
 
@@ -18,10 +19,19 @@ def whitener(*residuals: Floats) -> Floats | None:
     coefficients, innovation = autoregression(*residuals)
     if not len(coefficients):
         return None
-    spectrum = power(coefficients, innovation, 512)
+    spectrum = power(coefficients, innovation, FREQUENCIES)
     if float(spectrum.max()) < COLOURED * float(spectrum.mean()):
         return None
     return np.concatenate([[1.0], -coefficients])
+
+
+def prominence(residual: Floats) -> float:
+    """Top of a residual's spectrum over its mean, at least 1: readings that count as one."""
+    coefficients, innovation = autoregression(residual)
+    if not len(coefficients):
+        return 1.0
+    spectrum = power(coefficients, innovation, FREQUENCIES)
+    return max(1.0, float(spectrum.max() / spectrum.mean()))
 
 
 def fast_length(least: int) -> int:

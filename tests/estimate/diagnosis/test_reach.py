@@ -86,9 +86,27 @@ def test_parts_of_a_good_run_agree_and_nothing_is_hidden(runs: Runs, good: Estim
     assert not [s for s in suspects(records, solution, good.parameters)[0] if s.strength == "named"]
 
 
-def test_a_lack_that_a_named_fault_explains_moves_nothing_itself(runs: Runs) -> None:
+def test_a_lack_that_a_named_fault_explains_moves_nothing_itself(
+    runs: Runs, good: Estimate
+) -> None:
     records, solution = solved([runs.good], {}, ())
     lack = Diagnostic("lack_of_fit", "warning", "it lacks something")
     lag = Suspect("current_lag", "current", "it is late", "declare it", "named", {"R": 0.1})
-    assert reach.of_lack([lack], [lag], records, solution) == (lack,)
-    assert reach.of_lack([lack], [], records, solution) == (lack,)  # too small to matter
+    six = good.parameters
+    assert reach.of_lack([lack], [lag], records, solution, six) == (lack,)
+    (alone,) = reach.of_lack([lack], [], records, solution, six)
+    assert not alone.moves  # too small to matter
+    assert alone.message == f"{lack.message}; the parts of the program agree on every parameter"
+
+
+def test_a_lack_names_what_it_can_move(runs: Runs) -> None:
+    capture = inject.clip(runs.good, 0.7 * runs.peak_a)
+    records, solution = solved([capture], {}, ())
+    moves = reach.disagreement(records, solution)
+    assert any(moves.values())
+    parameters = fit([capture], model="six").parameters
+    lack = Diagnostic("lack_of_fit", "warning", "it lacks something")
+    (said,) = reach.of_lack([lack], [], records, solution, parameters)
+    for name, move in moves.items():
+        low, high = parameters[name].interval_95 or (0.0, 0.0)
+        assert (f"{name} by" in said.message) == (move > 0.25 * (high - low))

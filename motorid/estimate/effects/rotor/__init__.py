@@ -1,0 +1,1 @@
+"""What repeats with the rotor's angle, in the motor and in its encoder."""
