@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from motorid.estimate.solver.dense_products import (
+    MISFIT,
     SMALL_PRODUCT,
     dot,
     gram,
@@ -38,3 +39,10 @@ def test_noise_is_no_misfit_and_a_bow_is() -> None:
     assert not misfits(noise, 0.0)
     assert misfits(noise + bow, 0.0)
     assert not misfits(noise + bow, 20.0)  # less than what counts at all
+
+
+@pytest.mark.parametrize(("times", "said"), [(0.9, False), (1.1, True)])
+def test_a_misfit_begins_at_its_multiple_of_the_scatter(times: float, said: bool) -> None:
+    """An offset adds nothing between neighbours: with it the rms is that multiple."""
+    noise = np.tile([1.0, -1.0], 1000) / np.sqrt(2.0)  # sqrt(half the mean square step) is 1
+    assert misfits(noise + np.sqrt((times * MISFIT) ** 2 - 0.5), 0.0) == said

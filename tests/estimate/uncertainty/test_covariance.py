@@ -74,6 +74,16 @@ def test_autoregression_finds_order_and_spectrum() -> None:
     assert power(coefficients, innovation, 4096).mean() == pytest.approx(noise.var(), rel=0.1)
 
 
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_the_unit_of_a_reading_changes_no_correlation(unit: float) -> None:
+    noise = lfilter([1.0], [1.0, -0.8], np.random.default_rng(4).standard_normal(2000))
+    coefficients, innovation = autoregression(noise)
+    scaled, largest = autoregression(unit * noise)
+    assert len(coefficients) > 0
+    np.testing.assert_allclose(scaled, coefficients, rtol=1e-6)
+    assert largest == pytest.approx(unit**2 * innovation, rel=1e-6)
+
+
 def test_a_whitener_leaves_white_noise() -> None:
     noise = np.cumsum(np.random.default_rng(5).standard_normal(N))
     taps = whitener(noise)

@@ -154,12 +154,17 @@ def test_units_of_a_family_are_offered() -> None:
     assert alike("current", "V") == {}
 
 
-def test_counts_per_turn_of_lines_are_named_without_a_nameplate() -> None:
+@pytest.mark.parametrize(
+    ("factor", "counts"), [(4.0, "2048"), (10.0, "5120"), (100.0, "51200"), (0.01, "5.12")]
+)
+def test_counts_per_turn_of_lines_or_past_a_gear_are_named_without_a_nameplate(
+    factor: float, counts: str
+) -> None:
     capture = log()
     known = replace(capture.wiring, counts_per_turn=512.0)
     run = replace(capture, wiring=known, provenance={"identity": {}})
-    (said,) = findings([run], read_wrong(MOTION, 4.0))
-    assert "wiring.counts_per_turn were about 2048, not 512" in said.message
+    (said,) = findings([run], read_wrong(MOTION, factor))
+    assert f"wiring.counts_per_turn were about {counts}, not 512" in said.message
     assert list(findings([run], parameters(FAULHABER))) == []
 
 

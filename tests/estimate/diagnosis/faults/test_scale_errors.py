@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -42,6 +43,39 @@ def test_the_powers_are_those_of_the_fit(channel: str, cause: scale_errors.Cause
         assert a is not None
         assert b is not None
         assert b / a == pytest.approx(FACTOR ** cause.powers.get(name, 0), rel=5e-3), name
+
+
+@pytest.mark.parametrize(
+    ("cause", "current", "speed", "voltage"),
+    [
+        (scale_errors.AMPERES, 1, 0, 0),
+        (scale_errors.SPEED, 0, 1, 0),
+        (scale_errors.VOLTS, 0, 0, 1),
+    ],
+)
+def test_scaled_readings_obey_both_laws_of_the_motor(
+    cause: scale_errors.Cause, current: int, speed: int, voltage: int
+) -> None:
+    """V = R i + L di/dt + K ω and K i = J dω/dt + B ω + T0, each term by the same power."""
+    of = {name: cause.powers.get(name, 0) for name in ("R", "L", "K", "B", "J", "T0")}
+    assert {of["R"] + current, of["L"] + current, of["K"] + speed} == {voltage}
+    assert {of["J"] + speed, of["B"] + speed, of["T0"]} == {of["K"] + current}
+
+
+def test_leads_add_resistance_and_never_take_any_away() -> None:
+    plate = {"R": 2.6, "L": 180e-6, "K": 7.68e-3, "J": 3.9e-7}
+    fitted = {
+        name: Parameter(name, "", value, 0.0, 0.0, 0.01 * value, None, Status.ESTIMATED)
+        for name, value in plate.items()
+    }
+
+    def said(ohms: float) -> dict[str, str]:
+        R = replace(fitted["R"], value=ohms, total=0.01 * ohms)
+        return {s.code: s.evidence for s in scale_errors.suspects({**fitted, "R": R}, plate)
+                if s.strength == "named"}  # fmt: skip
+
+    assert "about 5.2 ohm are in series" in said(7.8)["series_resistance"]
+    assert "series_resistance" not in said(0.8)
 
 
 @pytest.mark.parametrize(
