@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from motorid.acquire.plan import sample_period
 from motorid.acquire.record import capture
 from motorid.capture.model import CURRENT
 from motorid.capture.store import load
@@ -55,6 +57,38 @@ def test_a_rate_above_a_stream_s_means_the_fast_burst(tmp_path: Path) -> None:
     beyond = replace(rig, sampling=replace(rig.sampling, mode="burst", rate_hz=2 * RATE_HZ))
     with pytest.raises(RigError, match="samples at 80000 Hz at most"):
         capture(beyond, START, tmp_path / "beyond.h5")
+
+
+BOARD = {
+    "board": "b", "clock_hz": 8_000_000, "sample_period_step_ticks": 1,
+    "min_sample_period_ticks": 400, "burst_sample_period_ticks": 96,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "ticks"),
+    [
+        (20_000.0, 400),
+        (20_010.0, 400),  # of a stream that a person rounds up
+        (20_100.0, 96),
+        (83_333.0, 96),
+        (83_400.0, 96),  # 8 MHz over 96, rounded up
+        (math.inf, 96),
+    ],
+)
+def test_a_burst_is_the_fast_one_only_where_a_stream_is_too_slow(
+    rate_hz: float, ticks: int
+) -> None:
+    rig = sim_rig()
+    rig = replace(rig, sampling=replace(rig.sampling, mode="burst", rate_hz=rate_hz))
+    assert sample_period(rig, BOARD) == ticks
+
+
+def test_a_burst_faster_than_a_rounded_rate_is_refused() -> None:
+    rig = sim_rig()
+    rig = replace(rig, sampling=replace(rig.sampling, mode="burst", rate_hz=83_500.0))
+    with pytest.raises(RigError, match="samples at 83333"):
+        sample_period(rig, BOARD)
 
 
 def test_a_program_that_the_memory_does_not_hold_is_refused(tmp_path: Path) -> None:
