@@ -37,6 +37,15 @@ def test_a_capture_is_whole_and_says_what_it_is(tmp_path: Path) -> None:
     assert current.aperture_s == pytest.approx(50e-6)
 
 
+@pytest.mark.parametrize(("stated", "kept"), [("", "sim-7"), ("B9", "B9")])
+def test_the_board_has_the_serial_that_the_rig_states_or_else_its_port_s(
+    stated: str, kept: str, tmp_path: Path
+) -> None:
+    rig = replace(sim_rig("board=7"), board_serial=stated)
+    path = record.capture(rig, rig.program, tmp_path / "run.h5")
+    assert store.load(path).provenance["board_serial"] == kept
+
+
 def test_the_readings_are_the_motor_s(tmp_path: Path) -> None:
     """Ohm and Kirchhoff on the raw means: V - R i is the back-EMF K w at the top level."""
     capture = store.load(run("seed=3", tmp_path / "run.h5"))

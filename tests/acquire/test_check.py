@@ -9,7 +9,7 @@ import pytest
 
 from motorid.acquire import board
 from motorid.acquire.check import DUTIES, weak_duties
-from motorid.errors import DataError, LinkError
+from motorid.errors import DataError, LinkError, RigError
 from tests.acquire.rigs import run, sim_rig
 
 
@@ -44,3 +44,18 @@ def test_a_serial_that_no_journal_could_hold_stops_the_run_before_it_begins(
         run("", tmp_path / "run.h5", serial=5)
     assert started == []
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ("fault=stall", r"the open terminals show no voltage of a turning motor: free the shaft"),
+        ("fault=encoder_dead", r"show [\d.]+ V of a turning motor: check the encoder's wires"),
+    ],
+)
+def test_the_open_terminals_tell_a_seized_motor_from_a_dead_encoder(
+    options: str, says: str, tmp_path: Path
+) -> None:
+    with pytest.raises(RigError, match=says):
+        run(options, tmp_path / "run.h5")
+    assert not (tmp_path / "run.h5").exists()

@@ -64,6 +64,12 @@ def test_without_faults_bytes_pass_unchanged_and_waits_end() -> None:
     assert port.now() == pytest.approx(0.25)
 
 
+def test_what_is_written_goes_out_at_once_though_nobody_reads() -> None:
+    port, echo = relay("")
+    port.write(b"stop")
+    assert echo.waiting == b"stop"
+
+
 @pytest.mark.parametrize("fault", ["flip:0.05", "drop:0.05", "insert:0.05", "double:0.05"])
 def test_damage_is_the_seed_s(fault: str) -> None:
     said = bytes(range(256)) * 8

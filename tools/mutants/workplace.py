@@ -19,6 +19,7 @@ KINDS = (".so", ".pyd")  # of the compiled parts, which no commit holds
 TIMED_OUT = -1000  # in place of an exit code
 LOOK = 2.0  # seconds between two looks at what runs
 IDLE = 30  # looks without work: no test waits so long
+POLLING = 3  # ticks of work between two looks, of what but asks whether it has waited enough
 
 
 def git(*words: str) -> str:
@@ -84,7 +85,7 @@ def _ended(process: subprocess.Popen[bytes]) -> int:
             return TIMED_OUT if code == -signal.SIGXCPU else code
         except subprocess.TimeoutExpired:
             ready, spent = _work(process.pid)
-            idle = 0 if ready or spent != before else idle + 1
+            idle = 0 if ready or abs(spent - before) > POLLING else idle + 1
             before = spent
     return TIMED_OUT
 
