@@ -29,6 +29,7 @@ def test_a_capture_is_whole_and_says_what_it_is(tmp_path: Path) -> None:
     np.testing.assert_allclose(steps, [s.duration_s for s in SHORT.steps[:-1]])
     assert capture.program == rig.program
     assert capture.wiring.pwm_hz == 20_000
+    assert capture.wiring.dead_time_s == pytest.approx(200e-9)
     assert capture.provenance["serial"] == "M17"
     assert capture.provenance["rig"] == rig.text
     assert capture.provenance["identity"]["board"] == "motorid-sim"
