@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from motorid.acquire import board
+from motorid.acquire import board, check
 from motorid.acquire.check import DUTIES, weak_duties
+from motorid.acquire.pulse import Pulse
 from motorid.errors import DataError, LinkError, RigError
 from tests.acquire.rigs import run, sim_rig
 
@@ -59,3 +60,11 @@ def test_the_open_terminals_tell_a_seized_motor_from_a_dead_encoder(
     with pytest.raises(RigError, match=says):
         run(options, tmp_path / "run.h5")
     assert not (tmp_path / "run.h5").exists()
+
+
+@pytest.mark.parametrize(("current_a", "known"), [(0.2, True), (-0.2, False), (1e-4, False)])
+def test_only_a_clear_current_of_the_drive_bounds_the_resistance(
+    current_a: float, known: bool
+) -> None:
+    shown = Pulse(0.1, 0.7, 100, current_a, 1e-3, abs(current_a) + 0.05, False, None)
+    assert (check._bound(shown) is not None) == known

@@ -77,6 +77,36 @@ def test_a_socket_carries_bytes_and_says_when_it_closes() -> None:
             thread.join()
 
 
+def test_a_long_write_waits_for_a_slow_reader_though_a_short_read_came_before(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("motorid.acquire.port.WRITE_S", 60.0)  # a busy computer changes nothing
+    many, asked = 8_000_000, threading.Event()
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        got: list[int] = []
+
+        def late() -> None:
+            link, _ = server.accept()
+            with link:
+                asked.wait(60.0)
+                while sum(got) < many and (data := link.recv(1 << 20)):
+                    got.append(len(data))
+
+        thread = threading.Thread(target=late)
+        thread.start()
+        port = open_port(f"socket://127.0.0.1:{server.getsockname()[1]}")
+        timer = threading.Timer(0.1, asked.set)
+        try:
+            assert port.read(1, 1e-4) == b""
+            timer.start()
+            port.write(bytes(many))
+        finally:
+            asked.set()
+            port.close()
+            thread.join()
+    assert sum(got) == many
+
+
 @posix
 def test_a_terminal_carries_bytes_and_is_held_alone() -> None:
     host, device = os.openpty()

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 import pytest
 
 from motorid.acquire import session as session_module
+from motorid.acquire.interrupt import interruptible
+from motorid.acquire.pulse import weak_pulse
 from motorid.acquire.session import Session
 from motorid.errors import RigError
 from motorid.sim.port import open_sim
@@ -49,3 +51,20 @@ def test_a_level_of_which_no_sample_came_is_no_level(monkeypatch: pytest.MonkeyP
         monkeypatch.setattr(session_module, "drive", lambda *what: "completed")
         with pytest.raises(RigError, match="at 2 V not one sample arrived: check the link"):
             session.hold(2.0, 0.2, pulse)
+
+
+def test_a_pulse_that_ends_with_a_brake_shows_the_current_that_flows_back() -> None:
+    """A turning motor drives it through its winding, against the one that turned it."""
+    with opened("heating=0") as session, interruptible() as stop:
+        zero, _ = session.zero()
+        told = (session.board, session.rig, session.config, zero, stop, 0.3, 7.0)
+        driven = weak_pulse(*told)
+        session.board.wait_for_rest()
+        braked = weak_pulse(*told, braking=True)
+    assert driven is not None
+    assert braked is not None
+    assert driven.draws
+    assert braked.draws
+    assert driven.current_a is not None
+    assert braked.current_a is not None
+    assert driven.current_a > 0.0 > braked.current_a
