@@ -26,6 +26,7 @@ from motorid.acquire.journal import (
     parse_journal,
     read_journal,
 )
+from motorid.acquire.journal_check import JournalState, Wholeness, state_of
 from motorid.acquire.journal_writer import JournalWriter
 from motorid.errors import DataError, UsageError
 
@@ -62,6 +63,12 @@ def test_a_torn_tail_costs_only_the_last_record() -> None:
         kept = max(n for n in range(6) if ends[n] <= cut)
         assert len(found.records) == kept
         assert found.torn == cut - ends[kept]
+
+
+def test_an_empty_record_at_the_end_is_whole() -> None:
+    data = MAGIC + encode_record(Kind.HEADER, 0.0, b"{}") + encode_record(Kind.SENT, 1.0, b"")
+    assert state_of(data) == JournalState(Wholeness.OPEN, len(data))
+    assert state_of(data[:-1]).whole is Wholeness.CUT
 
 
 def test_a_damaged_record_ends_the_journal() -> None:

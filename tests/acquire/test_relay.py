@@ -122,6 +122,12 @@ def test_a_pulled_cable_is_a_link_error_from_both_sides() -> None:
     assert echo.closed == 1
 
 
+def test_a_relay_that_has_nothing_to_plug_in_says_so() -> None:
+    port = RelayPort(Echo(), parse_faults("reset@0.1", RELAY_KINDS))
+    with pytest.raises(LinkError, match="echo: the relay has nothing to plug in"):
+        all_of(port, 1.0)
+
+
 def test_a_swap_puts_another_port_in_place_and_time_goes_on() -> None:
     port, echo = relay("swap:0.2@0.5")
     all_of(port, 0.6)
