@@ -122,6 +122,13 @@ def test_a_pulled_cable_is_a_link_error_from_both_sides() -> None:
     assert echo.closed == 1
 
 
+def test_a_fault_that_is_due_strikes_before_what_is_written_then() -> None:
+    port, echo = relay("deaf@0.1")
+    echo.time = 0.2  # nobody read or wrote meanwhile
+    port.write(b"stop")
+    assert echo.waiting == b""
+
+
 def test_a_relay_that_has_nothing_to_plug_in_says_so() -> None:
     port = RelayPort(Echo(), parse_faults("reset@0.1", RELAY_KINDS))
     with pytest.raises(LinkError, match="echo: the relay has nothing to plug in"):
