@@ -19,6 +19,7 @@ from motorid.estimate.solver.problem import Solution
 
 KNEE_SD = 1.0  # of ln i_b about a twentieth of the stall current
 SLOW_SD = 1.0  # of ln w_s about a twentieth of the highest speed
+ROUGH_STEPS = 8  # of a rough fit: one that needs more is not the best of its rivals
 COOLS_1_S = 0.5  # standard deviation of a winding's rate of cooling
 
 
@@ -36,6 +37,11 @@ class Fitted:
     def values(self) -> dict[str, float]:
         """Every parameter, searched or not."""
         return merged(self.start, self.solution)
+
+    @property
+    def model(self) -> tuple[Sequence[MotorRecord], Solution, Mapping[str, float]]:
+        """What another term is added to."""
+        return self.records, self.solution, self.values
 
     def deviation(self, name: str) -> float:
         """Standard deviation of a parameter for white residuals, in its unit; inf at a bound."""
@@ -65,7 +71,7 @@ class Begun:
     def roughly(self, enough: float = alternating_fit.ROUGH) -> Fitted:
         """The best in white noise, with the voltage sources as they are, to a change of F."""
         unknowns = unknowns_of(self.records, self.free, self.start)
-        solution = maximise(unknowns, self.records, enough=enough)
+        solution = maximise(unknowns, self.records, max_iterations=ROUGH_STEPS, enough=enough)
         return Fitted(self.terms, self.records, solution, self.free, self.start)
 
     def nearly(self, rough: Fitted) -> Fitted:
