@@ -38,6 +38,13 @@ MEANING = {
     "J2": "inertia behind the shaft",
     "Ks": "stiffness of the shaft",
     "b": "damping of the shaft",
+    "c_load": "friction over torque",
+    "a_K": "fall of K with current",
+    "i_K": "current where K begins to fall",
+    "d_L": "share of L that current takes",
+    "i_L": "current that takes half of it",
+    "L2_share": "share of L beside eddies",
+    "t_e": "time constant of the eddies",
 }
 
 
