@@ -23,7 +23,7 @@ static double margin(const wide_run *r, const wide_state *x, event e)
     if (m->still) return 1.0;
     if (m->s) return m->s * x->x[WW];
     const double torque = wide_push(r, x);
-    return wide_breakaway(r->motor, x->x[WI], torque) - fabs(torque);
+    return wide_breakaway(r, x->x[WI], torque) - fabs(torque);
 }
 
 typedef struct {
@@ -57,7 +57,7 @@ static void change_mode(wide_run *r, int n, event e)
     x[WW] = 0.0;
     m->s = 0;
     double torque = wide_push(r, &r->now.x);
-    if (was && fabs(torque) <= wide_breakaway(r->motor, x[WI], torque)) return;
+    if (was && fabs(torque) <= wide_breakaway(r, x[WI], torque)) return;
     /* without friction the release comes before the current does: the voltage tells the way */
     if (torque == 0.0) torque = wide_source(r, n);
     m->s = (torque > 0.0) - (torque < 0.0);
@@ -134,7 +134,7 @@ static int idle(const wide_run *r)
 {
     if (r->now.mode.circuit != OPEN || r->now.mode.s || r->rows == WROWS) return 0;
     const double torque = wide_push(r, &r->now.x);
-    return fabs(torque) <= wide_breakaway(r->motor, 0.0, torque);
+    return fabs(torque) <= wide_breakaway(r, 0.0, torque);
 }
 
 /* A filter's y while nothing changes. */

@@ -52,8 +52,8 @@ static void saturate(const wide_run *r, const wide_state *x, double v, double f[
     const double emf = r->now.mode.s ? p->K * (1.0 + p->emf) * x->x[WW] : 0.0;
     if (r->now.mode.discontinuous) return; /* its mean follows the voltage, whatever L is */
     f[VOLTS] += (v - r->now.mode.Rt * i - emf - shielded + f[VOLTS]) *
-                (1.0 / iron_inductance(p, i) - 1.0);
-    f[SHIELDED] = shielded * (1.0 / iron_inductance(p, eddy) - 1.0);
+                (1.0 / iron_inductance(p, i, r->swing) - 1.0);
+    f[SHIELDED] = shielded * (1.0 / iron_inductance(p, eddy, 0.0) - 1.0);
 }
 
 /* What the linear part lacks: volts against the current under v, torque upon the rotor, volts of the
@@ -72,8 +72,8 @@ static inline void forces(const wide_run *r, const wide_state *x, repeated t, do
         const double ratio = w / p->stribeck;
         torque -= s * p->stiction * exp(-ratio * ratio);
     }
-    torque -= s * load_friction(p, i) + p->cogging * t.cogging;
-    const double constant = (1.0 + t.ripple * p->k_ripple) * iron_constant(p, i) - 1.0;
+    torque -= s * load_friction(p, i, r->swing) + p->cogging * t.cogging;
+    const double constant = (1.0 + t.ripple * p->k_ripple) * iron_constant(p, i, r->swing) - 1.0;
     volts -= t.ripple * p->r_ripple * p->R * i + constant * p->K * (1.0 + p->emf) * w;
     torque += constant * p->K * i;
     f[VOLTS] = volts, f[TORQUE] = torque, f[SHIELDED] = 0.0;
@@ -93,10 +93,11 @@ double wide_push(const wide_run *r, const wide_state *x)
     return p->K * x->x[WI] + f[TORQUE] - coupling;
 }
 
-double wide_breakaway(const mw_motor *p, double current, double torque)
+double wide_breakaway(const wide_run *r, double current, double torque)
 {
+    const mw_motor *p = r->motor;
     const double coulomb = p->T0 * (1.0 + (torque > 0.0 ? p->asymmetry : -p->asymmetry));
-    return coulomb + p->stiction + load_friction(p, current);
+    return coulomb + p->stiction + load_friction(p, current, r->swing);
 }
 
 /* The voltage of interval n. */

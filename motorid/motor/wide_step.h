@@ -55,7 +55,7 @@ typedef struct {
 
 /* Torque that friction must hold at standstill, and the most that it can against such a torque. */
 double wide_push(const wide_run *r, const wide_state *x);
-double wide_breakaway(const mw_motor *p, double current, double torque);
+double wide_breakaway(const wide_run *r, double current, double torque);
 
 /* Coulomb torque while moving in direction s, N m. */
 double wide_coulomb(const mw_motor *p, int s);

@@ -45,6 +45,10 @@ MEANING = {
     "i_L": "current that takes half of it",
     "L2_share": "share of L beside eddies",
     "t_e": "time constant of the eddies",
+    "K_rated": "K at the rated current",
+    "L_rated": "L at the rated current",
+    "L_1kHz": "L of a meter at 1 kHz",
+    "L_pwm": "L at the PWM frequency",
 }
 
 
@@ -118,6 +122,8 @@ def _sizes(fit: ChannelFit) -> tuple[str, str]:
 def sentences(better: Alternative) -> list[str]:
     """The equations that are added, and what was tried."""
     out = [sentence(f"{t}: {e}") for t, e in zip(better.titles, better.equations, strict=True)]
+    if "L_rated" in better.parameters:
+        out.append("K and L of this model are those at no current and low frequency.")
     return out + [_tried(trial) for trial in better.trials]
 
 

@@ -14,6 +14,7 @@ HIDDEN = (
     "These data cannot reveal a wrong scale of {what}: it leaves no residual. A nameplate in the "
     "rig, or a run with a disc of known inertia, would reveal it."
 )
+USUAL = "These data cannot reveal {what}: the budget has what is usual. To reveal it, {action}."
 BOUNDED = "These data cannot reveal a wrong scale of {what}: it leaves no residual."
 
 
@@ -32,13 +33,23 @@ def _whole(s: Suspect) -> str:
 
 
 def hidden(estimate: Estimate) -> str:
-    """The scales that nothing in these data can check, in one sentence; "" where none is listed."""
+    """What nothing in these data can check, in a sentence each: scales, and effects that the budget
+    has by what is usual; "" where none is listed.
+    """
     found = _of(estimate, "not excluded")
-    if not found:
-        return ""
-    plated = any("nameplate" in s.evidence for s in found)
+    scales, effects = ([s for s in found if s.allowed is allowed] for allowed in (False, True))
+    said = []
+    if scales:
+        plated = any("nameplate" in s.evidence for s in scales)
+        said.append((BOUNDED if plated else HIDDEN).format(what=_listed(scales)))
+    if effects:
+        said.append(USUAL.format(what=_listed(effects), action=effects[0].action))
+    return " ".join(said)
+
+
+def _listed(found: list[Suspect]) -> str:
     what = ", ".join(s.where for s in found[:-1]) + (" or " if len(found) > 1 else "")
-    return (BOUNDED if plated else HIDDEN).format(what=what + found[-1].where)
+    return what + found[-1].where
 
 
 def as_html(estimate: Estimate) -> str:

@@ -42,6 +42,7 @@ class Use(Enum):
 
     ESTIMATED = auto()  # an unknown, with its prior
     PROPAGATED = auto()  # a line of the budget: its uncertainty times its tangent
+    UNDETECTED = auto()  # a line of the budget: what its prior and the readings leave open of it
     TESTED = auto()  # nothing, unless the residuals show it: a fault, or what the model lacks
 
 
@@ -87,6 +88,11 @@ def once(_: Subject) -> Sequence[int]:
 def unbounded(_: Subject) -> tuple[float, float]:
     """Of a quantity of any size."""
     return -np.inf, np.inf
+
+
+def positive(_: Subject) -> tuple[float, float]:
+    """Of a quantity that is nothing or more."""
+    return 0.0, np.inf
 
 
 def undeclared(_: Subject, __: int) -> Prior | None:

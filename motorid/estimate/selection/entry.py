@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from motorid.capture.model import Capture
 from motorid.errors import DataError
-from motorid.estimate.assembly.assemble import report
+from motorid.estimate.assembly.assemble import answered
 from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.diagnosis import misfit, rank
 from motorid.estimate.diagnosis.refit import plain
@@ -44,6 +44,7 @@ Narrow = tuple[Sequence[MotorRecord], Solution, Mapping[str, float]]
 
 COARSE = 100.0  # change of F that is near enough before what repeats with the rotor is in
 HALF = 0.5  # of that, from which a term is worth offering
+COUNTED = 1.001  # of half an interval: it makes a value doubtful
 
 
 def fit(
@@ -69,7 +70,7 @@ def _of(
 ) -> Estimate:
     terms = () if model in (AUTO, SIX) else parse(model)
     captures, records, solution = _closed(captures, fix, without)
-    estimate = report(captures, records, solution, fix, without)
+    estimate, records, solution = answered(captures, records, solution, fix, without)
     K = estimate.parameters["K"].status
     if K is Status.NOT_SUPPORTED:  # no model of a motor explains these captures
         return estimate
@@ -310,8 +311,11 @@ def _moved(estimate: Estimate, terms: Sequence[Term]) -> dict[str, float]:
         if p.value is None or p.interval_95 is None or other.value is None:
             continue
         low, high = p.interval_95
-        if abs(other.value - p.value) <= HALF * (high - low) / 2.0:
+        counts = HALF * (high - low) / 2.0
+        if abs(other.value - p.value) <= counts:
             continue
         least, most = other.interval_95 or (other.value, other.value)
-        out[name] = max(low - least, most - high, 0.0)
+        lacking = max(low - least, most - high)
+        if lacking > 0.0:
+            out[name] = max(lacking, COUNTED * counts)
     return out

@@ -19,7 +19,7 @@ from motorid.estimate.solver.problem import Solution
 
 KNEE_SD = 1.0  # of ln i_b about a twentieth of the stall current
 SLOW_SD = 1.0  # of ln w_s about a twentieth of the highest speed
-ROUGH_STEPS = 8  # of a rough fit: one that needs more is not the best of its rivals
+ROUGH_STEPS = 12  # of a rough fit: one that needs more is not the best of its rivals
 IRON_SD = 1.5  # of the logarithm of where K or L falls, and of an eddy time
 FARTHEST = 0.8  # of the most that an added parameter may be, where a search begins
 COOLS_1_S = 0.5  # standard deviation of a winding's rate of cooling
@@ -58,7 +58,9 @@ def scales_of(records: Sequence[MotorRecord], values: Mapping[str, float]) -> Sc
     torque, speed = typical(records, values)
     volts = max(float(np.abs(record.volts).max()) for record in records) or 1.0
     duration = max(r.timeline.count * r.timeline.period_s for r in records)
-    return Scales(volts, volts / values["R"], speed, torque, values["R"], values["J"], values["L"], duration)
+    return Scales(
+        volts, volts / values["R"], speed, torque, values["R"], values["J"], values["L"], duration
+    )
 
 
 @dataclass(frozen=True)
@@ -147,7 +149,9 @@ def _known(scales: Scales) -> Priors:
         "w_s": (float(np.log(slow)), SLOW_SD),
         "per_C_w": (0.0, STALL_K_S / 2 / (scales.volts * scales.current)),
         "k_w": (0.0, COOLS_1_S),
-        **{n: (float(np.log(ADDED[n].part * scales.of(n))), IRON_SD) for n in ("i_K", "i_L", "t_e")},
+        **{
+            n: (float(np.log(ADDED[n].part * scales.of(n))), IRON_SD) for n in ("i_K", "i_L", "t_e")
+        },
     }
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS, Term
@@ -45,8 +47,8 @@ class Trial:
 
     @property
     def goes_on(self) -> bool:
-        """Others are tried beside it: it earns its place, or explains what hides them."""
-        return self.earns or (self.evidence.supports and self.evidence.gain > GROSS)
+        """Others are tried beside it: it may hide them, even if it moves nothing."""
+        return self.evidence.supports
 
 
 @dataclass(frozen=True)
@@ -169,9 +171,15 @@ def _asked(now: _Model, reach: Mapping[str, float], but: Sequence[Term]) -> list
     names = [name for name in SCREENED if TERMS[name] not in but]
     tried = screen(*bare, now.taken, names)
     tried += [] if TERMS["two-masses"] in but else springs(*bare, now.taken)
-    worth = [c for c in tried if _is_worth(c, reach)]
-    asked = [c for c in worth if not c.changes or foresee(now.records, white, c).supports]
+    likely = [c for c in tried if c.gain > WORTH and _is_foreseen(now, white, c)]
+    hidden = any(_matters(c, reach) and c.gain > WORTH and c not in likely for c in tried)
+    asked = [c for c in likely if hidden or c.gain > GROSS or _matters(c, reach)]
     return sorted(asked, key=lambda c: -_moves(c, reach)), white.objective
+
+
+def _is_foreseen(now: _Model, white: Solution, candidate: Candidate) -> bool:
+    """A fit is foreseen to support it, as far as straight lines show that."""
+    return not candidate.changes or foresee(now.records, white, candidate).supports
 
 
 def _rivals(
@@ -193,9 +201,21 @@ def _moves(candidate: Candidate, reach: Mapping[str, float]) -> float:
     return max((abs(shift.get(n, 0.0)) / limit for n, limit in reach.items()), default=0.0)
 
 
-def _is_worth(candidate: Candidate, reach: Mapping[str, float]) -> bool:
-    """It promises much, and to move what matters."""
-    return candidate.gain > GROSS or (candidate.gain > WORTH and _moves(candidate, reach) > HINT)
+def _matters(candidate: Candidate, reach: Mapping[str, float]) -> bool:
+    """It promises to move what matters."""
+    return _moves(candidate, reach) > HINT
+
+
+def _shifted(now: _Model, candidate: Candidate) -> dict[str, float]:
+    """The parameters where straight lines see them beside the term; those that are positive by a
+    factor of e at most.
+    """
+    out = dict(now.values)
+    for name, shift in candidate.shift.items():
+        value = out[name]
+        if value > 0.0 and candidate.changes:
+            out[name] = value * float(np.exp(np.clip(shift / value, -1.0, 1.0)))
+    return out
 
 
 def _begun(now: _Model, candidate: Candidate) -> Begun:
@@ -210,5 +230,5 @@ def _begun(now: _Model, candidate: Candidate) -> Begun:
     return begin(
         now.records, now.solution, (*now.taken, candidate.term),
         fixed={n: v for n, v in fixed.items() if n not in candidate.term.free},
-        start={**now.values, **candidate.start}, own=own,
+        start={**_shifted(now, candidate), **candidate.start}, own=own,
     )  # fmt: skip
