@@ -12,19 +12,21 @@ from typing import Any
 
 from motorid.errors import MotoridError, UsageError, nearest
 from motorid.estimate.effects.winding_temperature import Coefficients
-from motorid.estimate.results.estimate import Rise
+from motorid.estimate.results.estimate import SIX, Rise
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.quality.guard_band import RULES, Rule
 from motorid.quality.limits import Limit
 from motorid.quality.quantities import QUANTITIES
 from motorid.toml_file import read_text, tables_of, unknown
 
+BETTER = "better"  # the model that the data support, where it is another than the six parameters
 LONGEST_SERIAL = 64
 ATOM = r"(?:\[[A-Za-z0-9 _./:#-]+\]|\\d|\\\.|[A-Za-z0-9 _/:#-])"
 COUNT = r"(?:\{\d{1,2}(?:,\d{1,2})?\}|\?)"
 SAFE_PATTERN = re.compile(rf"(?:{ATOM}{COUNT}?)+")
 VARIABLE = re.compile(r"\{\d+,\d+\}|\?")
 MOST_VARIABLE = 3
+MODELS = (SIX, BETTER)
 DRIVES = (StepKind.DRIVE_DUTY, StepKind.DRIVE_VOLTS)
 
 
@@ -78,6 +80,7 @@ class Product:
     ambient: Limit | None = None
     temperature: Temperature = Temperature()
     lost_samples: int = 0
+    model: str = SIX  # whose parameters are judged: SIX, or the better model's where there is one
     text: str = field(default="", repr=False)
 
     @property
@@ -144,7 +147,11 @@ def _product(document: dict[str, Any], text: str, stem: str) -> Product:
     _known(section["capture"], ("lost_samples",), "capture")
     segments = int(_number(motor, "segments", "motor", 0, 0, 1000))
     decision = section["decision"]
-    _known(decision, RULE_KEYS[:4], "decision")
+    _known(decision, (*RULE_KEYS[:4], "model"), "decision")
+    model = _text(decision, "model", "decision", SIX)
+    if model not in MODELS:
+        raise UsageError(f"decision.model must be one of {', '.join(MODELS)}, not {model!r}")
+    decision = {key: value for key, value in decision.items() if key != "model"}
     limits = {name: _limit(name, table, decision) for name, table in section["limits"].items()}
     if not limits:
         raise UsageError("[limits] is empty: a product without limits passes everything")
@@ -167,6 +174,7 @@ def _product(document: dict[str, Any], text: str, stem: str) -> Product:
         ambient=_ambient(section["ambient"]) if section["ambient"] else None,
         temperature=_temperature(section["temperature"]),
         lost_samples=int(_number(section["capture"], "lost_samples", "capture", 0, 0, 1e9)),
+        model=model,
         text=text,
     )
 
