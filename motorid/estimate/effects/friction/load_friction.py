@@ -36,5 +36,5 @@ LOAD_FRICTION = InfluenceQuantity(
     scale=scales.one,
     remedy="record a run that brakes, or reverses against the motion",
     bounds=positive,
-    step=0.01,
+    step=1e-3,
 )

@@ -40,5 +40,5 @@ ARMATURE_REACTION = InfluenceQuantity(
     scale=_scale,
     remedy="record a run that reverses, or brakes, at speed",
     bounds=positive,
-    step=0.01,
+    step=1e-3,
 )

@@ -48,5 +48,5 @@ SATURATION = InfluenceQuantity(
     scale=scales.one,
     remedy="sample the current faster, in steps to several levels",
     bounds=positive,
-    step=0.02,
+    step=1e-3,
 )
