@@ -90,11 +90,6 @@ def unbounded(_: Subject) -> tuple[float, float]:
     return -np.inf, np.inf
 
 
-def positive(_: Subject) -> tuple[float, float]:
-    """Of a quantity that is nothing or more."""
-    return 0.0, np.inf
-
-
 def undeclared(_: Subject, __: int) -> Prior | None:
     """Of a quantity of which no capture says anything: another room knows its size, or a test."""
     return None

@@ -16,7 +16,6 @@ from motorid.estimate.effects.influence_quantity import (
     Scope,
     Subject,
     Use,
-    positive,
 )
 
 USUAL = 0.025  # of the torque: standard, stated by nobody
@@ -35,6 +34,5 @@ LOAD_FRICTION = InfluenceQuantity(
     prior=_prior,
     scale=scales.one,
     remedy="record a run that brakes, or reverses against the motion",
-    bounds=positive,
-    step=1e-3,
+    step=1e-4,
 )

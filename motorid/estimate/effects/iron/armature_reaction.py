@@ -16,7 +16,6 @@ from motorid.estimate.effects.influence_quantity import (
     Scope,
     Subject,
     Use,
-    positive,
 )
 
 USUAL = 0.02  # of K at the stall current of the highest voltage: standard, stated by nobody
@@ -39,6 +38,5 @@ ARMATURE_REACTION = InfluenceQuantity(
     prior=_prior,
     scale=_scale,
     remedy="record a run that reverses, or brakes, at speed",
-    bounds=positive,
-    step=1e-3,
+    step=1e-4,
 )

@@ -17,7 +17,6 @@ from motorid.estimate.effects.influence_quantity import (
     Scope,
     Subject,
     Use,
-    positive,
 )
 
 USUAL = 0.2  # of L at a very large current: standard, stated by nobody
@@ -47,6 +46,5 @@ SATURATION = InfluenceQuantity(
     prior=_prior,
     scale=scales.one,
     remedy="sample the current faster, in steps to several levels",
-    bounds=positive,
-    step=1e-3,
+    step=1e-4,
 )
