@@ -127,3 +127,6 @@ _.markdown
 
 # motorid/search/review/ideal.py: what the review's weights waste; a bench and a test ask
 _.searches
+
+# motorid/rig_model.py: written into each capture by its key, where the fit reads it
+_.rated_current_a

@@ -95,7 +95,7 @@ def _of(
 
 def _closed(
     captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]
-) -> tuple[list[Capture], list[MotorRecord], Solution]:
+) -> tuple[Sequence[Capture], Sequence[MotorRecord], Solution]:
     """Captures and their fit: logs as they are, or without the stretches in which their bridge was
     open, where a motor that was connected throughout does not fit.
 
@@ -124,7 +124,7 @@ def searched(
     Every capture has unknowns of brushes and winding: other terms are looked for beside those. If
     none is found and they take what stands out, the terms that describe them are looked for.
     """
-    narrow = records, solution, merged(held, solution)
+    narrow: Narrow = (records, solution, merged(held, solution))
     loss = carry_loss(records)
     found = select(*narrow, matters, ALLOWED if loss else ())
     if found.fitted is None and loss and loss_stands_out(records, solution, matters):

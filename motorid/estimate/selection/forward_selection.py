@@ -164,7 +164,9 @@ class _Search:
             yield fitted, Trial(candidate.term, now.taken, evidence, max(moves, default=0.0))
 
 
-def _asked(now: _Model, reach: Mapping[str, float], but: Sequence[Term]) -> list[Candidate]:
+def _asked(
+    now: _Model, reach: Mapping[str, float], but: Sequence[Term]
+) -> tuple[list[Candidate], float]:
     """What the residuals ask for and a fit is foreseen to support, first what moves most."""
     white = plain(now.records, now.solution)
     bare = (now.records, white, now.values)

@@ -57,7 +57,8 @@ class _Sums:
 
 def undetected(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Undetected, ...]:
     """What every effect leaves open that these records could have and do not model."""
-    inverse, found = covariance_of(solution.information), {}
+    inverse = covariance_of(solution.information)
+    found: dict[InfluenceQuantity, _Sums] = {}
     slope = np.sum([project(line.orthogonal.T, line.residual) for line in solution.records], axis=0)
     for record, line, own in zip(records, solution.records, solution.own, strict=True):
         for one, unknown in _possible(record):
