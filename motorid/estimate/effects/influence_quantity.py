@@ -42,6 +42,7 @@ class Use(Enum):
 
     ESTIMATED = auto()  # an unknown, with its prior
     PROPAGATED = auto()  # a line of the budget: its uncertainty times its tangent
+    UNDETECTED = auto()  # a line of the budget: what its prior and the readings leave open of it
     TESTED = auto()  # nothing, unless the residuals show it: a fault, or what the model lacks
 
 
