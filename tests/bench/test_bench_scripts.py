@@ -187,7 +187,8 @@ def test_mistakes_are_named_in_a_log_and_at_a_rig(tmp_path: Path) -> None:
     assert "mistakes 2, named 2" in text
     kept = json.loads(out.read_text(encoding="utf-8"))["mistakes"]
     assert [(one["where"], len(one["motors"])) for one in kept] == [("rig", 2), ("log", 3)]
-    assert {m["exit_code"] for one in kept for m in one["motors"].values()} == {3, 4}
+    codes = {one["where"]: {m["exit_code"] for m in one["motors"].values()} for one in kept}
+    assert codes == {"rig": {3}, "log": {0}}  # the fit of a log turns it round
 
 
 def test_false_alarms_hold_the_truth_of_good_cases() -> None:

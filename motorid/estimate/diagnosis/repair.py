@@ -109,7 +109,12 @@ def _with_size(
     convicted: rank.Convicted,
     held: Mapping[str, float],
 ) -> Fit | None:
-    """With a fault that a fit convicted, by its quantity, or as a declared fact of the captures."""
+    """With a fault that a fit convicted, by its quantity, or as a declared fact of the captures.
+
+    None of a log: its fit has looked for what nobody stated of its channels, in more ways.
+    """
+    if any(record.sensed.waveform is not None for record in records):
+        return None
     names = [unknown.name for unknown in solution.unknowns]
     ended = dict(zip(names, map(float, convicted.trial.found.values), strict=True))
     start = {**merged(held, solution), **ended}
