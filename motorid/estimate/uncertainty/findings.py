@@ -38,10 +38,7 @@ def findings(
     return Findings(
         solution,
         scatter,
-        {
-            **budget.propagated(solution, records),
-            **{one.quantity.name: one.shift for one in lines if not one.untold},
-        },
+        budget.propagated(solution, records),
         fixed,
         without,
         profile_likelihood.intervals(solution, records, scatter) if leaning else {},

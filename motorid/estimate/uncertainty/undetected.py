@@ -2,10 +2,9 @@
 
 D is the change of the readings by one standard deviation of the effect's prior, cleared of what
 parameters and nuisances explain; r are the residuals. 1/(1 + D'D) of the prior's variance stays
-open, about a size of D'r/(1 + D'D). The parameters' shift by both together is the effect's line of
-the budget where the readings say more of the effect than its prior does. Driving and coasting
-alone hardly tell some effects. Of those the report says what their usual size would do: as of a
-gain that nobody stated, no interval holds it.
+open, about a size of D'r/(1 + D'D). The parameters' shift is by both together. Driving and
+coasting alone hardly tell some effects. Where the prior says more of one than the readings do, the
+report says what its usual size would do: as of a gain that nobody stated, no interval holds it.
 """
 
 from __future__ import annotations
