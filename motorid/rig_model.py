@@ -40,8 +40,8 @@ class Nameplate:
     torque_constant_nm_a: float | None = None
     inertia_kg_m2: float | None = None
     no_load_current_a: float | None = None
-    rated_current_a: float | None = None  # at which K and L of a wider model are stated
     voltage_v: float | None = None
+    rated_current_a: float | None = None  # at which K and L of a wider model are stated
 
 
 @dataclass(frozen=True)
