@@ -43,6 +43,7 @@ class Evidence:
     needed: float
     size: float = np.inf
     left_out: float | None = None
+    evaluations: int = 0  # responses of a capture that weighing it took
 
     @property
     def suffices(self) -> bool:
@@ -62,7 +63,9 @@ def weigh(wider: Fitted, narrower: Sequence[Term], before: Solution, added: Term
     own = sum(len(a) - len(b) for a, b in zip(wider.solution.own, null.solution.own, strict=True))
     more = len(wider.free) - len(null.free) + own
     found = evidence(wider.solution, null.solution, more)
-    found = replace(found, size=size_of(wider.solution, wider.free.index(added.size)))
+    size = size_of(wider.solution, wider.free.index(added.size))
+    cost = max(record.simulated for record in null.records)
+    found = replace(found, size=size, evaluations=cost)
     if len(wider.records) > 1 and found.suffices:
         return replace(found, left_out=_left_out(null) - _left_out(wider))
     return found

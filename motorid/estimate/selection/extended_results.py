@@ -15,6 +15,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import ADDED
 from motorid.estimate.results.estimate import Alternative, ChannelFit, Parameter, TermTrial
 from motorid.estimate.results.status import Status
+from motorid.estimate.selection import measurands
 from motorid.estimate.selection.evidence import SURE
 from motorid.estimate.selection.extended_fit import Fitted
 from motorid.estimate.solver.dense_products import square
@@ -22,6 +23,7 @@ from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import budget, errors_in_variables, intervals
 from motorid.estimate.uncertainty.findings import scattered
 from motorid.estimate.uncertainty.intervals import Findings
+from motorid.estimate.uncertainty.undetected import undetected
 
 Floats = NDArray[np.float64]
 
@@ -33,10 +35,11 @@ CAPACITY = "C_w"
 def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -> Findings:
     """Covariance and budget of a wider fit: what its input hides is in both, as for the six."""
     unseen = errors_in_variables.hidden(fitted.solution, fitted.records)
+    lines = {one.quantity.name: one.shift for one in undetected(fitted.solution, fitted.records)}
     return Findings(
         fitted.solution,
         scattered(fitted.solution, fitted.records, unseen),
-        budget.propagated(fitted.solution, fitted.records),
+        {**budget.propagated(fitted.solution, fitted.records), **lines},
         held_values(fix, without),
         without,
         hidden=unseen,
@@ -52,7 +55,8 @@ def stands_out(found: Findings, name: str) -> bool:
 
 
 def parameters(found: Findings, fitted: Fitted) -> dict[str, Parameter]:
-    """R, L, K, B, J, T0, then those of the terms; two masses as J1 and J2, heat as C_w."""
+    """R, L, K, B, J, T0, then those of the terms; two masses as J1 and J2, heat as C_w; K and L at
+    other currents and frequencies where iron makes them differ."""
     out = intervals.parameters(found)
     for term in fitted.terms:
         if term.per_turn:
@@ -69,7 +73,7 @@ def parameters(found: Findings, fitted: Fitted) -> dict[str, Parameter]:
             for name in set(term.free) - {term.size}:
                 note = f"it means nothing without {size}"
                 out[name] = intervals.unknown(name, ADDED[name].unit, note)
-    return out
+    return out | measurands.stated(found, fitted)
 
 
 def _counted(name: str, value: float) -> Parameter:

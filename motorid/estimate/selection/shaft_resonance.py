@@ -52,13 +52,14 @@ def springs(
     before = sum(square(line.residual) for line in solution.records)
     starts = _grid(records, solution, values)
     bare = _bare(records, solution, values)
-    tried = ((_left(bare, solution, start), start) for start in starts)
-    nothing: tuple[float, dict[str, float]] = (before, {})
-    found = min(tried, key=lambda one: one[0], default=nothing)
-    gain = before - found[0]
-    if gain < WORTH and not asked:
+    tried = ((*_left(bare, solution, start), start) for start in starts)
+    nothing: tuple[float, Floats, dict[str, float]] = (before, np.zeros(len(solution.values)), {})
+    left, step, start = min(tried, key=lambda one: one[0], default=nothing)
+    if before - left < WORTH and not asked:
         return []
-    return [Candidate(term, gain, {}, found[1], ())]
+    shift = step * solution.slopes
+    moves = {u.name: float(move) for u, move in zip(solution.unknowns, shift, strict=True)}
+    return [Candidate(term, before - left, moves, start, ())]
 
 
 def _is_coloured(solution: Solution) -> bool:
@@ -120,18 +121,23 @@ def _bare(
     return out
 
 
-def _left(records: Sequence[WideRecord], solution: Solution, start: Mapping[str, float]) -> float:
-    """Chi-square with such a shaft, once the shared parameters and nuisances have followed."""
+def _left(
+    records: Sequence[WideRecord], solution: Solution, start: Mapping[str, float]
+) -> tuple[float, Floats]:
+    """Chi-square with such a shaft, once the shared parameters and nuisances have followed, and
+    the parameters' step (p,) in search coordinates.
+    """
     total, pull = 0.0, np.zeros(len(solution.values))
     shared = np.array([*solution.values, *(start[n] for n in TERMS["two-masses"].free)])
     for record, own, line in zip(records, solution.own, solution.records, strict=True):
         parts = record.residuals(shared, own)
         r = np.concatenate([p / s for p, s in zip(parts, line.sigmas, strict=True)])
         if not np.isfinite(r).all():
-            return float("inf")  # a spring too stiff to be followed
+            return float("inf"), pull  # a spring too stiff to be followed
         total += square(r) - _explained(line, r)
         pull += project(line.orthogonal.T, r)
-    return total - float(pull @ covariance_of(solution.information) @ pull)
+    step = covariance_of(solution.information) @ pull
+    return total - float(pull @ step), step
 
 
 def _has(record: MotorRecord, nuisance: str) -> bool:

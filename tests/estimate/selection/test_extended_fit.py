@@ -186,6 +186,24 @@ def test_cogging_above_the_friction_is_counted_and_sized(folder: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_ripple_that_moves_nothing_hides_no_windage(folder: Path) -> None:
+    """The ripple explains ten times as much, and moves no parameter: B is what counts."""
+    options = "stiction=1&ripple=0.01&quadratic=9e-11"  # 29 % of the viscous torque at no load
+    estimate = fit([measured(folder, options)], model="auto")
+    assert estimate.alternative is not None
+    assert "quadratic-load" in estimate.alternative.terms
+    assert within(estimate, options) == []
+    assert estimate.alternative.parameters["T_lc"].value == pytest.approx(9e-11, rel=0.02)
+    true = truth(url(options))
+    for name in ("B", "T0"):  # the headline says that it may be wrong, and by how much
+        six, better = estimate.parameters[name], estimate.alternative.parameters[name]
+        assert six.status == "doubtful"
+        assert six.interval_95[0] <= true[name] <= six.interval_95[1]
+        assert six.interval_95[0] <= better.interval_95[0]
+        assert six.interval_95[1] >= better.interval_95[1]
+
+
+@pytest.mark.slow
 def test_six_is_six_whatever_the_residuals_say(folder: Path) -> None:
     estimate = brushes(folder, "six")
     assert estimate.alternative is None
