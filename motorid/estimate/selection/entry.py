@@ -17,6 +17,7 @@ from motorid.estimate.diagnosis import misfit, rank
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit import alternating_fit, joint_fit, multistart, sign_check
+from motorid.estimate.fit.alternating_fit import vanished, with_inductance
 from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.fit.repeating import is_heavy, repeat_as
 from motorid.estimate.model.capture_model import MotorRecord
@@ -178,7 +179,10 @@ def _bare(
         record.foretold = six.foretold
     if not anew:
         repeat_as(bare, records)
-    solution = multistart.solve(bare, free, {name: values[name] for name in PARAMETERS})
+    known = {name: values[name] for name in PARAMETERS}
+    solution = multistart.solve(bare, free, known)
+    if "L" in free and vanished(solution, bare):  # what it lacks took the place of L: terms need one
+        solution = with_inductance(bare, free, known, solution, known["L"])
     return bare, solution, merged(held, solution)
 
 

@@ -23,7 +23,6 @@ from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import budget, errors_in_variables, intervals
 from motorid.estimate.uncertainty.findings import scattered
 from motorid.estimate.uncertainty.intervals import Findings
-from motorid.estimate.uncertainty.undetected import undetected
 
 Floats = NDArray[np.float64]
 
@@ -35,11 +34,10 @@ CAPACITY = "C_w"
 def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -> Findings:
     """Covariance and budget of a wider fit: what its input hides is in both, as for the six."""
     unseen = errors_in_variables.hidden(fitted.solution, fitted.records)
-    lines = {one.quantity.name: one.shift for one in undetected(fitted.solution, fitted.records)}
     return Findings(
         fitted.solution,
         scattered(fitted.solution, fitted.records, unseen),
-        {**budget.propagated(fitted.solution, fitted.records), **lines},
+        budget.propagated(fitted.solution, fitted.records),
         held_values(fix, without),
         without,
         hidden=unseen,
