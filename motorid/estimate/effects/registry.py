@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from motorid.estimate.effects.friction.load_friction import LOAD_FRICTION
 from motorid.estimate.effects.friction.quadratic_friction import QUADRATIC_FRICTION
+from motorid.estimate.effects.friction.windage import WINDAGE
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Use
 from motorid.estimate.effects.iron.armature_reaction import ARMATURE_REACTION
 from motorid.estimate.effects.iron.saturation import SATURATION
@@ -91,6 +92,7 @@ CAPTURED = (
     WIRING_RESISTANCE,
     # lines of the budget by what is usual, as far as the readings leave them open
     LOAD_FRICTION,
+    WINDAGE,
     ARMATURE_REACTION,
     SATURATION,
 )

@@ -187,12 +187,13 @@ def _bare(
 
 
 def reach(parameters: Mapping[str, Parameter]) -> dict[str, float]:
-    """By how much a parameter may move before it matters: its interval, or 2 % if that is less."""
+    """By how much a parameter may move before it matters: half its interval, or 1 % if less."""
     out = {}
     for name, p in parameters.items():
-        if p.value and p.interval_95:
+        if p.value is not None and p.interval_95:
             half = (p.interval_95[1] - p.interval_95[0]) / 2
-            out[name] = HALF * min(half, COUNTS * abs(p.value)) if half else float("inf")
+            most = min(half, COUNTS * abs(p.value)) if p.value else half  # friction may be at 0
+            out[name] = HALF * most if half else float("inf")
     return out
 
 

@@ -119,7 +119,8 @@ def begin(
     fixed = {**(fixed or {}), **_counted(terms, start or {})}
     names = [name for term in terms for name in term.free]
     free = [n for n in (*PARAMETERS, *names) if n not in fixed]
-    values = {**dict.fromkeys(PARAMETERS, 0.0), **fixed, **merged({}, before)}
+    known_of = {n: v for n, v in merged({}, before).items() if n in (*PARAMETERS, *names)}
+    values = {**dict.fromkeys(PARAMETERS, 0.0), **fixed, **known_of}  # of terms that go, nothing
     scales = scales_of(records, values)
     first = {name: ADDED[name].part * scales.of(name) for name in names}
     first = {**first, **values, **(start or {}), **fixed}

@@ -16,28 +16,30 @@ from motorid.estimate.model.extended_terms import ADDED
 from motorid.estimate.results.estimate import Alternative, ChannelFit, Parameter, TermTrial
 from motorid.estimate.results.status import Status
 from motorid.estimate.selection import measurands
-from motorid.estimate.selection.evidence import SURE
 from motorid.estimate.selection.extended_fit import Fitted
 from motorid.estimate.solver.dense_products import square
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import budget, errors_in_variables, intervals
 from motorid.estimate.uncertainty.findings import scattered
 from motorid.estimate.uncertainty.intervals import Findings
+from motorid.estimate.uncertainty.undetected import told, undetected
 
 Floats = NDArray[np.float64]
 
 UNTOLD = "these data do not determine it"
 SHARE, HEATED = "J2_share", "per_C_w"  # searched, and shown as what is known by other names
 CAPACITY = "C_w"
+KNOWN = 3.0  # total uncertainties, of a size that the likelihood supports already
 
 
 def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -> Findings:
     """Covariance and budget of a wider fit: what its input hides is in both, as for the six."""
     unseen = errors_in_variables.hidden(fitted.solution, fitted.records)
+    lines = told(undetected(fitted.solution, fitted.records))
     return Findings(
         fitted.solution,
         scattered(fitted.solution, fitted.records, unseen),
-        budget.propagated(fitted.solution, fitted.records),
+        {**budget.propagated(fitted.solution, fitted.records), **lines},
         held_values(fix, without),
         without,
         hidden=unseen,
@@ -45,11 +47,11 @@ def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -
 
 
 def stands_out(found: Findings, name: str) -> bool:
-    """A size is several of its standard uncertainties, by its distance from 0 or as a factor."""
+    """A size is several of its total uncertainties, by its distance from 0 or as a factor."""
     k = found.names.index(name)
     deviation, known, _ = found.propagate(np.eye(len(found.names))[k])
     size = 1.0 if found.solution.unknowns[k].log else abs(float(found.solution.values[k]))
-    return size > SURE * float(np.hypot(deviation, known))
+    return size > KNOWN * float(np.hypot(deviation, known))
 
 
 def parameters(found: Findings, fitted: Fitted) -> dict[str, Parameter]:

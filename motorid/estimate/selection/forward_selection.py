@@ -13,6 +13,7 @@ from motorid.estimate.model.extended_terms import TERMS, Term
 from motorid.estimate.selection.evidence import Evidence, weigh
 from motorid.estimate.selection.extended_fit import Begun, Fitted, begin
 from motorid.estimate.selection.predicted_gain import foresee
+from motorid.estimate.selection.revision import Revision
 from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
 from motorid.estimate.selection.shaft_resonance import springs
 from motorid.estimate.selection.trigger import HINT
@@ -79,6 +80,7 @@ def select(
     trials: list[Trial] = []
     most = MOST * evaluations(records)
     now, search = _Model(records, solution, values, tuple(taken)), _Search(reach, but, most)
+    revision = Revision((*but, *taken), most)
     for _ in range(ROUNDS):
         found = search.round(now)
         trials += [trial for _, trial in found]
@@ -86,6 +88,8 @@ def select(
         if after is None:
             break
         fitted, earns = after
+        if len(fitted.terms) > 1:
+            fitted = revision.of(fitted)
         if earns:
             stages.append(fitted)
         now = _Model(fitted.records, fitted.solution, fitted.values, fitted.terms)
@@ -188,12 +192,18 @@ def _is_foreseen(now: _Model, white: Solution, candidate: Candidate) -> bool:
 def _rivals(
     waiting: Sequence[Candidate], reach: Mapping[str, float]
 ) -> tuple[list[Candidate], list[Candidate]]:
-    """Those that explain much the same as the first and move as much: the likelihood compares
-    them. And the rest, which wait until none of these earns its place.
+    """Those that explain much the same as the first and move as much, or that explain more and
+    matter: the likelihood compares them. And the rest, which wait until none of these earns its
+    place.
     """
     first = waiting[0]
     gain, moves = RIVAL * first.gain, ALIKE * _moves(first, reach)
-    near = [c for c in waiting if c.gain >= gain and _moves(c, reach) >= moves]
+    near = [
+        c
+        for c in waiting
+        if (c.gain >= gain and _moves(c, reach) >= moves)
+        or (c.gain >= first.gain and _matters(c, reach))
+    ]
     near = sorted(near, key=lambda c: -c.gain)[:REFITTED]
     return near, [c for c in waiting if c not in near]
 

@@ -17,7 +17,7 @@ from motorid.estimate.uncertainty import (
 from motorid.estimate.uncertainty.covariance import SCATTER, Statistical, statistical
 from motorid.estimate.uncertainty.errors_in_variables import Hidden
 from motorid.estimate.uncertainty.intervals import Findings
-from motorid.estimate.uncertainty.undetected import undetected
+from motorid.estimate.uncertainty.undetected import told, undetected
 
 
 def findings(
@@ -38,7 +38,7 @@ def findings(
     return Findings(
         solution,
         scatter,
-        budget.propagated(solution, records),
+        {**budget.propagated(solution, records), **told(lines)},
         fixed,
         without,
         profile_likelihood.intervals(solution, records, scatter) if leaning else {},

@@ -86,6 +86,13 @@ def undetected(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Unde
     return tuple(_left(quantity, sums, inverse, slope) for quantity, sums in found.items())
 
 
+def told(found: Sequence[Undetected]) -> dict[str, Floats]:
+    """Lines of a budget: shifts (p,) in search coordinates by what is open of those that these data
+    tell.
+    """
+    return {one.quantity.name: one.shift for one in found if not one.untold}
+
+
 def _possible(record: MotorRecord) -> Iterator[tuple[Instance, Unknown]]:
     for quantity in used(Use.UNDETECTED):
         for one in instances(quantity, record):
