@@ -2,8 +2,9 @@
 
 Every brushed motor has commutation ripple, and many an encoder an error of its own turn. Residuals
 that repeat with the angle are counted by their spectrum over it. An order is taken where straight
-lines along the fitted motion show that the likelihood rises by more than its unknowns cost. Where
-nothing stands out, nothing is simulated.
+lines along the fitted motion show that the likelihood of what repeats rises by more than its
+unknowns cost. It is a ripple or cogging, not both: cogging explains much of a start or a reversal,
+which does not repeat. Where nothing stands out, nothing is simulated.
 """
 
 from __future__ import annotations
@@ -11,16 +12,25 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance
+from motorid.estimate.effects.rotor.cogging import COGGING
 from motorid.estimate.effects.rotor.k_ripple import K_RIPPLE
 from motorid.estimate.effects.rotor.r_ripple import R_RIPPLE
 from motorid.estimate.effects.rotor.repeating import Courses, Repeating, order
-from motorid.estimate.fit.straight_lines import StraightLines, fall
-from motorid.estimate.model.angle_spectrum import PEAK, TURN, Turned, periods_a_turn, turned
+from motorid.estimate.fit.straight_lines import Sight, StraightLines, fall
+from motorid.estimate.model.angle_spectrum import (
+    PEAK,
+    TURN,
+    Turned,
+    periods_a_turn,
+    recurring,
+    turned,
+)
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.repeating_response import RepeatingResponse, is_of_motor
 from motorid.estimate.solver.problem import Derivatives, Linearised, Solution
@@ -98,7 +108,7 @@ def _anew(
     """The same quantities along the motion of a response."""
     slopes = dict(record.repeating.slopes)
     for periods in {order(one) for one in slopes if is_of_motor(one)}:
-        slopes |= response.slopes(periods)
+        slopes |= {one: c for one, c in response.slopes(periods).items() if one in slopes}
     return Repeating(slopes, response.bends(slopes, sizes))
 
 
@@ -150,6 +160,11 @@ class _Turning:
         """Of its rotor, from one end of its motion to the other."""
         return float(np.ptp(self.response.angle)) / TURN
 
+    def sights(self, period: float) -> list[Sight]:
+        """What to look at of each block's residuals to see whether something repeats so (rad)."""
+        angles = (self.response.angle[m.keep] for m in self.record.measured)
+        return [partial(recurring, angle=angle, period=period) for angle in angles]
+
     def counted(self) -> list[Turned]:
         """What is left of its readings over the rotor's angle."""
         shown = self._shown(self.slopes)
@@ -199,16 +214,29 @@ def _take(found: Sequence[_Turning]) -> None:
     for _ in range(ORDERS):
         counts = periods_a_turn([one.counted() for one in found], peak)
         new = [n for n in counts if n not in tried][:TRIED]
-        trials = [_trial(found, [one.response.slopes(n) for one in found]) for n in new]
+        trials = [_either(found, n) for n in new]
         best = max(trials, key=lambda trial: trial.gain, default=None)
         if best is None or not best.gain > 0.0:
             break
         tried |= {order(one) for one in best.slopes[0]}
         _taken(found, best)
     for n in OF_ENCODER:
-        trial = _trial(found, [one.response.encoder_error(n) for one in found])
+        turn = TURN * max(one.record.gear for one in found)
+        trial = _trial(found, [one.response.encoder_error(n) for one in found], turn / n)
         if trial.gain > 0.0:
             _taken(found, trial)
+
+
+def _either(found: Sequence[_Turning], periods: int) -> _Trial:
+    """A ripple of so many periods a turn, or cogging: what explains more."""
+    slopes = [one.response.slopes(periods) for one in found]
+    each = ((K_RIPPLE, R_RIPPLE), (COGGING,))
+    trials = [_trial(found, [_of(x, kind) for x in slopes], TURN / periods) for kind in each]
+    return max(trials, key=lambda trial: trial.gain)
+
+
+def _of(slopes: Slopes, kind: Sequence[InfluenceQuantity]) -> Slopes:
+    return {one: courses for one, courses in slopes.items() if one.quantity in kind}
 
 
 def _taken(found: Sequence[_Turning], trial: _Trial) -> None:
@@ -216,12 +244,14 @@ def _taken(found: Sequence[_Turning], trial: _Trial) -> None:
         one.take(slopes)
 
 
-def _trial(found: Sequence[_Turning], slopes: Sequence[Slopes]) -> _Trial:
-    """Beside what was taken. Readings of a block count by the colour of what is left of it."""
+def _trial(found: Sequence[_Turning], slopes: Sequence[Slopes], period: float) -> _Trial:
+    """Beside what was taken. ``period``: of the rotor's angle, rad. Only what repeats with it
+    counts, each block by the colour of what is left of it.
+    """
     gain, readings = -MARGIN, 0.0
     for one, more in zip(found, slopes, strict=True):
         _, left = one.lines.fitted({**one.slopes, **more})
-        fallen, worth = fall(one.lines.line, one.left, left)
+        fallen, worth = fall(one.lines.line, one.left, left, one.sights(period))
         gain, readings = gain + fallen, readings + worth
     return _Trial(slopes, gain - sum(map(len, slopes)) * float(np.log(max(readings, 2.0))))
 

@@ -5,7 +5,7 @@ No response is computed: the solution has the derivatives of all that is unknown
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from motorid.estimate.uncertainty.covariance import covariance_of
 
 Floats = NDArray[np.float64]
 Courses = Mapping[str, Floats]
+Sight = Callable[[Floats], Floats]
 
 LEAST = 1e-300
 
@@ -76,14 +77,19 @@ class StraightLines:
         return np.array([0.0 if u is None else u.prior_sd**-2.0 for u in unknowns])
 
 
-def fall(line: Linearised, before: Floats, after: Floats) -> tuple[float, float]:
+def fall(
+    line: Linearised, before: Floats, after: Floats, shows: Sequence[Sight]
+) -> tuple[float, float]:
     """By how much F falls from one residual (n,) of a record to another, and what its readings are
     worth: both by the colour of what is left of each block.
+
+    ``shows``: what to look at of each block's residuals.
     """
     fallen = readings = 0.0
-    for block, rows in zip(line.blocks, line.slices, strict=True):
-        colour = prominence(after[rows])
-        ratio = max(square(before[rows]), LEAST) / max(square(after[rows]), LEAST)
-        fallen += block.count / colour * float(np.log(ratio))
-        readings += block.count / colour
+    for block, rows, shown in zip(line.blocks, line.slices, shows, strict=True):
+        was, left = shown(before[rows]), shown(after[rows])
+        share = len(left) / (rows.stop - rows.start)
+        count = block.count * share / prominence(left) if len(left) else 0.0
+        fallen += count * float(np.log(max(square(was), LEAST) / max(square(left), LEAST)))
+        readings += count
     return fallen, readings

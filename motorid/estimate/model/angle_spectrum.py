@@ -66,15 +66,39 @@ def turned(record: MotorRecord, departures: Sequence[Floats], angle: Floats) -> 
     return out
 
 
+def recurring(residual: Floats, angle: Floats, period: float) -> Floats:
+    """What of a channel's residuals (n,) may repeat with every ``period`` (rad) of the angle (n,).
+
+    Each is taken less the mean over the period about it, where the rotor is within a motion by a
+    period at both ends: about a rest, what repeats can't be told from friction that varies.
+    """
+    speed = np.abs(np.gradient(angle))
+    path = _path(angle)
+    rests = speed <= TURNING * speed.max()
+    since = path - np.maximum.accumulate(np.where(rests, path, -np.inf))
+    until = np.minimum.accumulate(np.where(rests, path, np.inf)[::-1])[::-1] - path
+    within = (since >= period) & (until >= period)
+    return np.asarray((residual - _mean(residual, path, period))[within])
+
+
+def _path(angle: Floats) -> Floats:
+    """The way that the rotor has come (n,), rad, never at a stand."""
+    return np.concatenate([[0.0], np.cumsum(np.maximum(np.abs(np.diff(angle)), LEAST_STEP))])
+
+
+def _mean(r: Floats, path: Floats, period: float) -> Floats:
+    """Of values (n,) over a period about each, along the path (n,)."""
+    total = np.concatenate([[0.0], np.cumsum(0.5 * (r[1:] + r[:-1]) * np.diff(path))])
+    ends = np.interp(path + period / 2, path, total), np.interp(path - period / 2, path, total)
+    return np.asarray((ends[0] - ends[1]) / period)
+
+
 def _less_its_turn(channel: Turned) -> Turned:
     """The residual less its mean over the turn about each reading: what does not repeat goes."""
-    r, angle = channel.residual, channel.angle
-    path = np.concatenate([[0.0], np.cumsum(np.maximum(np.abs(np.diff(angle)), LEAST_STEP))])
-    total = np.concatenate([[0.0], np.cumsum(0.5 * (r[1:] + r[:-1]) * np.diff(path))])
-    ends = np.interp(path + TURN / 2, path, total), np.interp(path - TURN / 2, path, total)
+    path = _path(channel.angle)
     whole = (path > TURN / 2) & (path < path[-1] - TURN / 2)
-    left = r - (ends[0] - ends[1]) / TURN
-    return Turned(left[whole], angle[whole], channel.step[whole])
+    left = channel.residual - _mean(channel.residual, path, TURN)
+    return Turned(left[whole], channel.angle[whole], channel.step[whole])
 
 
 def _power(channel: Turned) -> Floats:

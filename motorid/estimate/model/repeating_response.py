@@ -99,9 +99,11 @@ class RepeatingResponse:
         waves = {}
         for quantity in self._scales:
             cosine, sine = of_order(quantity, periods)
-            waves[quantity] = complex(sizes[cosine], sizes[sine])
-        along = cmath.rect(1.0, cmath.phase(waves[K_RIPPLE]))
-        waves[R_RIPPLE] = (waves[R_RIPPLE] / along).real * along
+            if cosine in slopes:
+                waves[quantity] = complex(sizes[cosine], sizes[sine])
+        if K_RIPPLE in waves and R_RIPPLE in waves:
+            along = cmath.rect(1.0, cmath.phase(waves[K_RIPPLE]))
+            waves[R_RIPPLE] = (waves[R_RIPPLE] / along).real * along
         self._plan(periods, waves)
         usual, shown = self._shown(periods, NOTHING), self._shown(periods, waves)
         out = {block: shown[block] - usual[block] for block in shown}
