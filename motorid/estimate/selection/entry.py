@@ -206,7 +206,7 @@ def _known(
     for stage in reversed(stages):
         fitted = finished(stage)
         found = findings(fitted, fix, without)
-        if stands_out(found, fitted.terms[-1].size):
+        if stands_out(found, fitted.terms[-1]):
             return fitted, found
     return None
 
@@ -339,7 +339,7 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
 
 def _moved(estimate: Estimate, terms: Sequence[Term]) -> dict[str, float]:
     """By how much an interval must grow to cover the better model's, where that moves the value by
-    half of it or more.
+    half of it or more, or leaves it twice as open.
 
     Nothing where the six parameters allow for what it has.
     """
@@ -353,10 +353,8 @@ def _moved(estimate: Estimate, terms: Sequence[Term]) -> dict[str, float]:
             continue
         low, high = p.interval_95
         counts = HALF * (high - low) / 2.0
-        if abs(other.value - p.value) <= counts:
-            continue
         least, most = other.interval_95 or (other.value, other.value)
         lacking = max(low - least, most - high)
-        if lacking > 0.0:
+        if lacking > 0.0 and max(abs(other.value - p.value), HALF * lacking) > counts:
             out[name] = max(lacking, COUNTED * counts)
     return out

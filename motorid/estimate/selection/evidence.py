@@ -29,6 +29,7 @@ SURE = 4.0  # of a size, in standard deviations
 PINNED = 1e-9  # relative freedom of a parameter that is held
 COARSE = 100.0  # change of F that is near enough for a narrower fit which is out of the question
 SETTLED = 20.0  # of that, from which it is
+LEAST = 1e-8  # of a variance, that rounding leaves
 FOLDS = 8  # captures left out in turn, at most
 
 
@@ -63,7 +64,7 @@ def weigh(wider: Fitted, narrower: Sequence[Term], before: Solution, added: Term
     own = sum(len(a) - len(b) for a, b in zip(wider.solution.own, null.solution.own, strict=True))
     more = len(wider.free) - len(null.free) + own
     found = evidence(wider.solution, null.solution, more)
-    size = size_of(wider.solution, wider.free.index(added.size))
+    size = size_of(wider.solution, wider.free.index(added.size), shapes_of(wider.free, added))
     cost = max(record.simulated for record in null.records)
     found = replace(found, size=size, evaluations=cost)
     if len(wider.records) > 1 and found.suffices:
@@ -104,13 +105,34 @@ def _nested(wider: Fitted, terms: Sequence[Term], before: Solution) -> Fitted:
     return Fitted(tuple(terms), tuple(records), solution, free, start)
 
 
-def size_of(solution: Solution, k: int) -> float:
-    """The k-th unknown in standard deviations, by its distance from 0 or as a factor."""
+def shapes_of(free: Sequence[str], term: Term) -> list[int]:
+    """Places of a term's parameters that mean nothing without its size."""
+    return [free.index(name) for name in term.free if name in term.shapes]
+
+
+def size_of(solution: Solution, k: int, shapes: Sequence[int] = ()) -> float:
+    """The k-th unknown in standard deviations, by its distance from 0 or as a factor.
+
+    At the ``shapes`` that were found: where one is open, the size is open with it, but not nothing.
+    """
     if solution.at_bound[k]:
         return 0.0
-    deviation = float(statistical(solution).deviations[k])
+    deviation = deviation_at(statistical(solution).covariance, k, shapes)
     size = 1.0 if solution.unknowns[k].log else abs(float(solution.values[k]))
     return size / max(deviation, 1e-300)
+
+
+def deviation_at(covariance: Floats, k: int, held: Sequence[int]) -> float:
+    """Standard deviation of the k-th of some uncertain numbers if others were known."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    table = covariance / np.outer(scale, scale)
+    if len(held):
+        across = table[k, held]
+        own = np.linalg.pinv(table[np.ix_(held, held)])
+        left = 1.0 - float(across @ own @ across)
+    else:
+        left = 1.0
+    return float(scale[k] * np.sqrt(max(left, LEAST)))
 
 
 def _inflation(solution: Solution) -> float:

@@ -12,10 +12,11 @@ from motorid.estimate.assembly.plot_data import UNITS as CHANNEL_UNITS
 from motorid.estimate.diagnosis import residual_remarks
 from motorid.estimate.fit.parameter_bounds import held_values
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.model.extended_terms import ADDED
+from motorid.estimate.model.extended_terms import ADDED, Term
 from motorid.estimate.results.estimate import Alternative, ChannelFit, Parameter, TermTrial
 from motorid.estimate.results.status import Status
 from motorid.estimate.selection import measurands
+from motorid.estimate.selection.evidence import deviation_at, shapes_of
 from motorid.estimate.selection.extended_fit import Fitted
 from motorid.estimate.solver.dense_products import square
 from motorid.estimate.solver.problem import Solution
@@ -46,12 +47,14 @@ def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -
     )
 
 
-def stands_out(found: Findings, name: str) -> bool:
-    """A size is several of its total uncertainties, by its distance from 0 or as a factor."""
-    k = found.names.index(name)
-    deviation, known, _ = found.propagate(np.eye(len(found.names))[k])
+def stands_out(found: Findings, term: Term) -> bool:
+    """A term's size is several of its total uncertainties, by its distance from 0 or as a factor,
+    at the shape that was found."""
+    k = found.names.index(term.size)
+    known = sum(np.outer(d, d) for d in found.causes.values())
+    total = found.statistical.covariance + known
     size = 1.0 if found.solution.unknowns[k].log else abs(float(found.solution.values[k]))
-    return size > KNOWN * float(np.hypot(deviation, known))
+    return size > KNOWN * deviation_at(total, k, shapes_of(found.names, term))
 
 
 def parameters(found: Findings, fitted: Fitted) -> dict[str, Parameter]:

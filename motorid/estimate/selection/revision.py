@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.extended_terms import TERMS, Term
-from motorid.estimate.selection.evidence import MARGIN, SURE, size_of, weigh
+from motorid.estimate.selection.evidence import MARGIN, SURE, shapes_of, size_of, weigh
 from motorid.estimate.selection.extended_fit import Begun, Fitted, begin
 from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
 
@@ -46,7 +46,7 @@ class Revision:
         """Without those that the data do not support beside the others."""
         for term in fitted.terms[:-1]:
             k = fitted.free.index(term.size)
-            if size_of(fitted.solution, k) > CLEAR * SURE:
+            if size_of(fitted.solution, k, shapes_of(fitted.free, term)) > CLEAR * SURE:
                 continue
             rest = _but(fitted.terms, term)
             found = weigh(fitted, rest, fitted.solution, term)
