@@ -27,7 +27,8 @@ VAGUE = 0.02  # of the steepest slope: a standard error above this says too litt
 ALIKE = 6  # times as long as a piece: longer neighbours say nothing of its slope
 LARGE_CHANGE = 0.3  # of the largest speed: a transient however gentle
 SETTLED = 0.01  # of the change of a transient: what may remain when steady state begins
-TAIL = 0.25  # of a brake's change or length: less after it is its tail
+TAIL = 0.25  # of a brake's change: less speed lost without current after it is its tail
+PAUSE = 0.1  # of a brake's length: a shorter steady creep before a coast belongs to it
 GENTLE = 0.05  # of a transient's steepest slope: gentler for LINGER time constants is steady
 LINGER = 2.0  # time constants, each the change of the transient over its steepest slope
 DRIVE_SETTLED = 0.05  # of the final drive: what more or less of it may remain in steady state
@@ -259,7 +260,7 @@ def _released_without_pause(names: Ints, joined: NDArray[np.bool_]) -> Ints:
     edge = np.concatenate(([0], np.flatnonzero((names[1:] != names[:-1]) | ~joined) + 1))
     for before, a, b in zip(edge[:-2], edge[1:-1], edge[2:], strict=True):
         slowing = names[a - 1] == BRAKE and names[b] == COAST and joined[a - 1] and joined[b - 1]
-        if slowing and names[a] == STEADY and b - a < TAIL * (a - before):
+        if slowing and names[a] == STEADY and b - a < PAUSE * (a - before):
             names[a:b] = BRAKE
     return names
 

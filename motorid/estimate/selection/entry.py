@@ -181,7 +181,9 @@ def _bare(
         repeat_as(bare, records)
     known = {name: values[name] for name in PARAMETERS}
     solution = multistart.solve(bare, free, known)
-    if "L" in free and vanished(solution, bare):  # what it lacks took the place of L: terms need one
+    if "L" in free and vanished(
+        solution, bare
+    ):  # what it lacks took the place of L: terms need one
         solution = with_inductance(bare, free, known, solution, known["L"])
     return bare, solution, merged(held, solution)
 
@@ -339,7 +341,7 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
 
 def _moved(estimate: Estimate, terms: Sequence[Term]) -> dict[str, float]:
     """By how much an interval must grow to cover the better model's, where that moves the value by
-    half of it or more, or leaves it twice as open.
+    half of it or more.
 
     Nothing where the six parameters allow for what it has.
     """
@@ -355,6 +357,6 @@ def _moved(estimate: Estimate, terms: Sequence[Term]) -> dict[str, float]:
         counts = HALF * (high - low) / 2.0
         least, most = other.interval_95 or (other.value, other.value)
         lacking = max(low - least, most - high)
-        if lacking > 0.0 and max(abs(other.value - p.value), HALF * lacking) > counts:
+        if lacking > 0.0 and abs(other.value - p.value) > counts:
             out[name] = max(lacking, COUNTED * counts)
     return out

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motorid.errors import DataError
 from motorid.estimate.effects.winding_temperature import STALL_K_S
 from motorid.estimate.fit import alternating_fit, multistart
 from motorid.estimate.fit.parameter_bounds import merged, typical, unknowns_of
@@ -77,6 +78,13 @@ class Begun:
         unknowns = unknowns_of(self.records, self.free, self.start)
         solution = maximise(unknowns, self.records, max_iterations=ROUGH_STEPS, enough=enough)
         return Fitted(self.terms, self.records, solution, self.free, self.start)
+
+    def followed(self) -> Fitted | None:
+        """``roughly``; None where no motor with finite readings follows from the start."""
+        try:
+            return self.roughly()
+        except DataError:
+            return None
 
     def nearly(self, rough: Fitted) -> Fitted:
         """Sources, noise and all, near enough to be judged; ``rough``: what ``roughly`` gave."""

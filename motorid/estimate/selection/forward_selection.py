@@ -155,8 +155,9 @@ class _Search:
         Those that leave more than ``most`` of F keep none of their promise.
         """
         begun = [(c, _begun(now, c)) for c in rivals]
-        tried = [(c, b, b.roughly()) for c, b in begun]
-        self.spent += sum(evaluations(b.records) for _, b, _ in tried)
+        found = [(c, b, b.followed()) for c, b in begun]
+        self.spent += sum(evaluations(b.records) for _, b in begun)
+        tried = [(c, b, rough) for c, b, rough in found if rough is not None]
         for candidate, start, rough in sorted(tried, key=lambda one: one[2].solution.objective):
             if rough.solution.objective > most:
                 break

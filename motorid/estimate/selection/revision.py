@@ -61,8 +61,10 @@ class Revision:
         """Another term in the place of ``term``, if it leaves clearly less in white noise."""
         rest = _but(fitted.terms, term)
         begun = _begun(fitted, rest)
-        null = begun.roughly()
+        null = begun.followed()
         self.spent += _evaluations(begun)
+        if null is None:
+            return None
         names = [n for n in SCREENED if TERMS[n] not in (*self.but, *_but(fitted.terms, term))]
         tried = screen(null.records, plain(null.records, null.solution), null.values, rest, names)
         promised = next((c.gain for c in tried if c.term is term), 0.0)
@@ -71,9 +73,9 @@ class Revision:
         best: tuple[Begun, Fitted] | None = None
         for candidate in rivals[:TRIED]:
             other = _begun(null, (*rest, candidate.term), candidate)
-            rough = other.roughly()
+            rough = other.followed()
             self.spent += _evaluations(other)
-            if rough.solution.objective < least:
+            if rough is not None and rough.solution.objective < least:
                 best, least = (other, rough), rough.solution.objective
         return best[0].nearly(best[1]) if best else None
 
