@@ -72,15 +72,51 @@ def weigh(wider: Fitted, narrower: Sequence[Term], before: Solution, added: Term
     return found
 
 
+@dataclass(frozen=True)
+class Price:
+    """F of a rough fit with what the unknowns of its last term cost in the colour that is left.
+
+    ``open``: by how much less another price must be to be a better one.
+    """
+
+    paid: float
+    unknowns: int
+    open: float
+
+
+def priced(rough: Fitted, added: Term) -> Price:
+    """Of a fit to which ``added`` was the last to come."""
+    colour = inflation(rough.solution)
+    unknowns = len(added.free) + (len(rough.records) if added.phase else 0)
+    paid = rough.solution.objective + colour * unknowns * _each(rough.solution)
+    return Price(paid, unknowns, colour * MARGIN)
+
+
+def in_order(prices: Sequence[Price]) -> list[int]:
+    """Places, the best first; of those that differ by too little the one with fewest unknowns."""
+    best = min(prices, key=lambda price: price.paid, default=None)
+    if best is None:
+        return []
+    alike = [price.paid < best.paid + best.open for price in prices]
+    return sorted(
+        range(len(prices)),
+        key=lambda k: (not alike[k], prices[k].unknowns if alike[k] else 0, prices[k].paid),
+    )
+
+
+def _each(solution: Solution) -> float:
+    """What an unknown costs, by Schwarz: the logarithm of how many readings count."""
+    count = sum(b.count for line in solution.records for b in line.blocks)
+    return float(np.log(count / inflation(solution)))
+
+
 def evidence(wider: Solution, narrower: Solution, more: int) -> Evidence:
     """What speaks for ``more`` unknowns, the noise of both solutions being the wider one's.
 
     Without a size of its own, or captures left out.
     """
-    inflation = _inflation(wider)
-    readings = sum(b.count for line in wider.records for b in line.blocks) / inflation
-    needed = more * float(np.log(readings)) + MARGIN
-    return Evidence(narrower.objective - wider.objective, inflation, needed)
+    needed = more * _each(wider) + MARGIN
+    return Evidence(narrower.objective - wider.objective, inflation(wider), needed)
 
 
 def _nested(wider: Fitted, terms: Sequence[Term], before: Solution) -> Fitted:
@@ -135,7 +171,7 @@ def deviation_at(covariance: Floats, k: int, held: Sequence[int]) -> float:
     return float(scale[k] * np.sqrt(max(left, LEAST)))
 
 
-def _inflation(solution: Solution) -> float:
+def inflation(solution: Solution) -> float:
     """The most prominent frequency of what is left of any block: readings that count as one."""
     return max(
         (prominence(line.residual[part]) for line in solution.records for part in line.slices),

@@ -10,7 +10,7 @@ import numpy as np
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS, Term
-from motorid.estimate.selection.evidence import Evidence, weigh
+from motorid.estimate.selection.evidence import Evidence, in_order, priced, weigh
 from motorid.estimate.selection.extended_fit import Begun, Fitted, begin
 from motorid.estimate.selection.predicted_gain import foresee
 from motorid.estimate.selection.revision import Revision
@@ -158,7 +158,8 @@ class _Search:
         found = [(c, b, b.followed()) for c, b in begun]
         self.spent += sum(evaluations(b.records) for _, b in begun)
         tried = [(c, b, rough) for c, b, rough in found if rough is not None]
-        for candidate, start, rough in sorted(tried, key=lambda one: one[2].solution.objective):
+        for k in in_order([priced(rough, candidate.term) for candidate, _, rough in tried]):
+            candidate, start, rough = tried[k]
             if rough.solution.objective > most:
                 break
             before = evaluations(start.records)

@@ -8,10 +8,11 @@ out in turn, and the terms that were not taken are tried in its place.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.extended_terms import TERMS, Term
-from motorid.estimate.selection.evidence import MARGIN, SURE, shapes_of, size_of, weigh
+from motorid.estimate.selection.evidence import SURE, priced, shapes_of, size_of, weigh
 from motorid.estimate.selection.extended_fit import Begun, Fitted, begin
 from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
 
@@ -69,14 +70,15 @@ class Revision:
         tried = screen(null.records, plain(null.records, null.solution), null.values, rest, names)
         promised = next((c.gain for c in tried if c.term is term), 0.0)
         rivals = [c for c in tried if c.term not in fitted.terms and c.gain > RIVAL * promised]
-        least = plain(fitted.records, fitted.solution).objective - MARGIN
-        best: tuple[Begun, Fitted] | None = None
+        white = replace(fitted, solution=plain(fitted.records, fitted.solution))
+        now = priced(white, term)
+        least, best = now.paid - now.open, None
         for candidate in rivals[:TRIED]:
             other = _begun(null, (*rest, candidate.term), candidate)
             rough = other.followed()
             self.spent += _evaluations(other)
-            if rough is not None and rough.solution.objective < least:
-                best, least = (other, rough), rough.solution.objective
+            if rough is not None and priced(rough, candidate.term).paid < least:
+                best, least = (other, rough), priced(rough, candidate.term).paid
         return best[0].nearly(best[1]) if best else None
 
 
