@@ -26,6 +26,7 @@ Floats = NDArray[np.float64]
 
 MARGIN = 10.0  # beyond Schwarz's penalty: odds of exp(-5)
 SURE = 4.0  # of a size, in standard deviations
+BEYOND = 5.0  # times the gain that is needed, from which a shape may be open
 PINNED = 1e-9  # relative freedom of a parameter that is held
 COARSE = 100.0  # change of F that is near enough for a narrower fit which is out of the question
 SETTLED = 20.0  # of that, from which it is
@@ -64,7 +65,10 @@ def weigh(wider: Fitted, narrower: Sequence[Term], before: Solution, added: Term
     own = sum(len(a) - len(b) for a, b in zip(wider.solution.own, null.solution.own, strict=True))
     more = len(wider.free) - len(null.free) + own
     found = evidence(wider.solution, null.solution, more)
-    size = size_of(wider.solution, wider.free.index(added.size), shapes_of(wider.free, added))
+    k = wider.free.index(added.size)
+    size = size_of(wider.solution, k)
+    if size <= SURE and found.gain / found.inflation > BEYOND * found.needed:
+        size = size_of(wider.solution, k, shapes_of(wider.free, added))  # its shape alone is open
     cost = max(record.simulated for record in null.records)
     found = replace(found, size=size, evaluations=cost)
     if len(wider.records) > 1 and found.suffices:

@@ -6,7 +6,8 @@ parameters follow linearly.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -35,6 +36,18 @@ DAMPED = 0.02  # of critical
 WORTH = 30.0  # of chi-square, that it must promise
 
 
+Place = tuple[float, float]  # share of the inertia, resonance in rad/s
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """A shaft: chi-square that it leaves, the parameters' step (p,); no place: a stiff one."""
+
+    left: float
+    step: Floats
+    place: Place | None
+
+
 def springs(
     records: Sequence[MotorRecord],
     solution: Solution,
@@ -50,11 +63,22 @@ def springs(
     if term in taken or not (asked or _is_coloured(solution)):
         return []
     before = sum(square(line.residual) for line in solution.records)
-    starts = _grid(records, solution, values)
     bare = _bare(records, solution, values)
-    tried = ((*_left(bare, solution, start), start) for start in starts)
-    nothing: tuple[float, Floats, dict[str, float]] = (before, np.zeros(len(solution.values)), {})
-    left, step, start = min(tried, key=lambda one: one[0], default=nothing)
+
+    def best(places: Iterable[Place]) -> _Tried | None:
+        tried = [_Tried(*_left(bare, solution, _shaft(values, *p)), p) for p in places]
+        return min(tried, key=lambda one: one.left, default=None)
+
+    found = best(product(SHARES, _resonances(records, solution)))
+    if found is None:
+        if not asked:
+            return []
+        found = _Tried(before, np.zeros(len(solution.values)), None)
+    else:  # the other frequencies about a peak are tried for the best share alone
+        share, peak = found.place or (0.0, 0.0)
+        found = best((share, peak * about) for about in ABOUT) or found
+    left, step = found.left, found.step
+    start = _shaft(values, *found.place) if found.place else {}
     if before - left < WORTH and not asked:
         return []
     shift = step * solution.slopes
@@ -71,10 +95,8 @@ def _is_coloured(solution: Solution) -> bool:
     )
 
 
-def _grid(
-    records: Sequence[MotorRecord], solution: Solution, values: Mapping[str, float]
-) -> Iterator[dict[str, float]]:
-    """Resonances where the residuals' spectrum has its peaks."""
+def _resonances(records: Sequence[MotorRecord], solution: Solution) -> list[float]:
+    """Where the residuals' spectra have their peaks, rad/s."""
     peaks = {
         float(peak)
         for k, record in enumerate(records)
@@ -83,10 +105,13 @@ def _grid(
         )
         for peak in _peaks(left, (m.keep[-1] - m.keep[0]) * record.timeline.period_s)
     }
-    for share, peak, about in product(SHARES, sorted(peaks), ABOUT):
-        resonance = peak * about
-        stiffness = values["J"] * share * (1 - share) * resonance**2
-        yield {"J2_share": share, "Ks": stiffness, "b": 2 * DAMPED * stiffness / resonance}
+    return sorted(peaks)
+
+
+def _shaft(values: Mapping[str, float], share: float, resonance: float) -> dict[str, float]:
+    """A lightly damped shaft before that share of the inertia, with that resonance (rad/s)."""
+    stiffness = values["J"] * share * (1 - share) * resonance**2
+    return {"J2_share": share, "Ks": stiffness, "b": 2 * DAMPED * stiffness / resonance}
 
 
 def _peaks(residual: Floats, duration_s: float) -> Floats:
