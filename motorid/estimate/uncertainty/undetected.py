@@ -27,7 +27,7 @@ Floats = NDArray[np.float64]
 
 UNTOLD = 0.1  # of a prior: where more of it stays open, these data do not tell the effect
 FARTHEST = 1.0  # of it: a larger size is for other causes to explain
-FOUND = 30.0  # of chi-square: what a size explains that the search for a better model looks at
+FOUND = 4.0  # standard deviations of a size that is seen
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def _left(quantity: InfluenceQuantity, sums: _Sums, inverse: Floats, slope: Floa
     share = 1.0 / (1.0 + information)
     size = share * (sums.pull - float(sums.shared @ inverse @ slope))
     size = min(max(size, 0.0), FARTHEST)
-    if size**2 > FOUND * share:
+    if size > FOUND * share**0.5:
         size = 0.0  # it is seen: whether it is there, and what it moves, the search says
     # readings that are larger by what the model lacks pull the other way
     whole = -inverse @ sums.shared
