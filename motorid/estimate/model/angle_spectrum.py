@@ -70,13 +70,14 @@ def recurring(residual: Floats, angle: Floats, period: float) -> Floats:
     """What of a channel's residuals (n,) may repeat with every ``period`` (rad) of the angle (n,).
 
     Each is taken less the mean over the period about it, where the rotor is within a motion by a
-    period at both ends: about a rest, what repeats can't be told from friction that varies.
+    period at both ends of it: about a rest, what repeats can't be told from friction that varies.
     """
     speed = np.abs(np.gradient(angle))
     path = _path(angle)
     rests = speed <= TURNING * speed.max()
-    since = path - np.maximum.accumulate(np.where(rests, path, -np.inf))
-    until = np.minimum.accumulate(np.where(rests, path, np.inf)[::-1])[::-1] - path
+    rests[[0, -1]] = True
+    since = path - np.maximum.accumulate(np.where(rests, path, 0.0))
+    until = np.minimum.accumulate(np.where(rests, path, path[-1])[::-1])[::-1] - path
     within = (since >= period) & (until >= period)
     return np.asarray((residual - _mean(residual, path, period))[within])
 

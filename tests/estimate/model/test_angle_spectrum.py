@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motorid.estimate.model.angle_spectrum import Turned, periods_a_turn
+from motorid.estimate.model.angle_spectrum import Turned, periods_a_turn, recurring
 
 N = 6000
 
@@ -36,3 +36,20 @@ def test_what_a_sample_steps_over_is_not_told() -> None:
     """A period that passes within a sample or two may be any other."""
     fast = channel(30)
     assert periods_a_turn([[Turned(fast.residual, fast.angle, np.full(N, 2.5 / 30))]]) == []
+
+
+def test_of_a_residual_only_what_repeats_is_left() -> None:
+    angle = np.linspace(0.0, 60.0, 6000)
+    period = 2 * np.pi / 7
+    wave = np.cos(7 * angle)
+    left = recurring(wave + 3.0 + 0.2 * angle, angle, period)
+    inside = (angle >= period) & (angle <= angle[-1] - period)
+    assert left == pytest.approx(wave[inside], abs=1e-3)
+
+
+def test_about_a_rest_nothing_repeats() -> None:
+    """A rotor that turns, rests and turns back: a period at every end of a motion is left out."""
+    path = np.linspace(0.0, 10.0, 1000)
+    angle = np.concatenate([path, np.full(300, 10.0), path[::-1]])
+    left = recurring(np.cos(angle), angle, period=2.0)
+    assert len(left) == pytest.approx(2 * 600, abs=8)
