@@ -73,6 +73,17 @@ def test_a_step_down_tells_load_friction(tmp_path: Path) -> None:
         assert covers(estimate.parameters[name], true[name])
 
 
+@pytest.mark.slow
+def test_a_reversal_shows_load_friction_and_nothing_in_its_place(tmp_path: Path) -> None:
+    """Friction by direction explains part of it until load friction is in."""
+    run = program(3.0, 6.0, -1.5)
+    capture, true = measured(tmp_path, "load_friction=0.03&quadratic=9e-11", run)
+    estimate = fit([capture], model="auto")
+    assert set(named(estimate)) == {"load-friction", "quadratic-load"}
+    for name in ("B", "J", "T0"):
+        assert covers(estimate.parameters[name], true[name])
+
+
 def test_measurands_of_iron_have_their_limits() -> None:
     values = {"K": 2.0, "L": 1.0, "a_K": 0.1, "i_K": 0.0, "d_L": 0.5, "i_L": 2.0, "L2_share": 0.4}
     values["t_e"] = 1e-3
