@@ -1,27 +1,118 @@
-"""Rivals by their price, and a size at the shape that was found."""
+"""What speaks for a better model, on solutions of which all is known."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from motorid.estimate.selection.evidence import Price, deviation_at, in_order
+from motorid.estimate.fit.parameter_bounds import unknowns_of
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.extended_terms import TERMS
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.selection import score_test, shaft_resonance, trigger
+from motorid.estimate.selection.evidence import MARGIN, Evidence, evidence, size_of
+from motorid.estimate.selection.score_derivatives import Probe
+from motorid.estimate.solver.levenberg_marquardt import maximise
+from motorid.estimate.uncertainty import log_scatter
+from motorid.estimate.uncertainty.covariance import statistical
+from tests.estimate.effects.benches import FAULHABER, POINT, measured, start
+from tests.estimate.uncertainty.test_budget import fitted
+from tests.exact_capture import noisy
 
 
-def test_the_best_price_comes_first() -> None:
-    prices = [Price(-90.0, 1, 10.0), Price(-140.0, 2, 10.0), Price(-110.0, 1, 10.0)]
-    assert in_order(prices) == [1, 2, 0]
-    assert in_order([]) == []
+@pytest.mark.parametrize("more", [1, 2])
+def test_schwarzs_penalty_and_a_margin(more: int) -> None:
+    """k ln n; n by the readings that are worth one each."""
+    _, solution = fitted("measured")
+    found = evidence(solution, replace(solution, objective=solution.objective + 50.0), more)
+    count = sum(b.count for line in solution.records for b in line.blocks)
+    assert found.gain == pytest.approx(50.0)
+    assert found.inflation >= 1.0
+    assert found.needed == pytest.approx(more * np.log(count / found.inflation) + MARGIN)
 
 
-def test_of_prices_that_differ_by_too_little_the_simpler_comes_first() -> None:
-    prices = [Price(-140.0, 2, 20.0), Price(-125.0, 1, 20.0), Price(-100.0, 1, 20.0)]
-    assert in_order(prices) == [1, 0, 2]
+@pytest.mark.parametrize(
+    ("gain", "size", "left_out", "supported"),
+    [
+        (30.0, 9.0, None, True), (30.0, 9.0, 1.0, True), (30.0, 9.0, -1.0, False),
+        (30.0, 3.9, None, False), (19.0, 9.0, None, False),
+    ],
+)  # fmt: skip
+def test_all_must_speak_for_a_term(
+    gain: float, size: float, left_out: float | None, supported: bool
+) -> None:
+    assert Evidence(gain, 1.0, 20.0, size, left_out).supports is supported
 
 
-def test_a_size_is_sharper_where_its_shape_is_known() -> None:
-    """Of two with correlation r, the one has sqrt(1 - r²) of its deviation at the other."""
-    table = np.array([[4e-12, 1.8e-6, 0.0], [1.8e-6, 1.0, 0.0], [0.0, 0.0, 9.0]])
-    assert deviation_at(table, 0, []) == pytest.approx(2e-6)
-    assert deviation_at(table, 0, [2]) == pytest.approx(2e-6)
-    assert deviation_at(table, 0, [1, 2]) == pytest.approx(2e-6 * np.sqrt(1 - 0.9**2))
+def test_a_size_in_its_own_deviations() -> None:
+    _, solution = fitted("measured")
+    deviation = float(statistical(solution).deviations[0])  # of ln R
+    assert size_of(solution, 0) == pytest.approx(1.0 / deviation)
+    bounded = replace(solution, at_bound=np.array([True, *[False] * 5]))
+    assert size_of(bounded, 0) == 0.0
+
+
+@pytest.mark.parametrize("hz", [40.0, 333.0, 1500.0])
+def test_a_resonance_is_a_peak_that_stands_out(hz: float) -> None:
+    time = np.arange(4000) * 1e-4
+    noise = np.random.default_rng(4).normal(0.0, 0.3, 4000)
+    peaks = shaft_resonance._peaks(np.sin(2 * np.pi * hz * time) + noise, 0.4)
+    assert peaks[0] == pytest.approx(2 * np.pi * hz, rel=0.01)
+    assert len(shaft_resonance._peaks(noise, 0.4)) == 0
+
+
+def test_a_stiff_shaft_is_not_looked_for_in_noise() -> None:
+    records, solution = fitted("measured")
+    assert shaft_resonance.springs(records, solution, FAULHABER, [TERMS["two-masses"]]) == []
+
+
+def test_a_loss_that_is_noise_asks_for_nothing() -> None:
+    records = [MotorRecord(noisy(measured(), 7, 2e-3, 2e-4), PARAMETERS, {})]
+    records[0].retake_sources(POINT, start(records[0]))  # now what it loses has a course
+    solution = maximise(unknowns_of(records, PARAMETERS, FAULHABER), records)
+    assert trigger.carry_loss(records)
+    reach = {name: 0.05 * value for name, value in FAULHABER.items()}
+    assert not trigger.loss_stands_out(records, solution, reach)
+    # one that is a hundred deviations does, wherever it moves a parameter
+    own = solution.own[0].copy()
+    k = [u.name for u in records[0].unknowns].index("brush drop")
+    own[k] = 100.0 * float(np.sqrt(solution.own_covariance[0][k, k]))
+    large = replace(solution, own=(own,))
+    assert trigger.loss_stands_out(records, large, dict.fromkeys(FAULHABER, 0.0))
+
+
+def test_a_program_shows_no_scatter_of_a_log() -> None:
+    records, solution = fitted("measured")
+    assert log_scatter.shifts(solution, records) == []
+
+
+def test_a_log_scatters_as_its_stretches_do() -> None:
+    """In orthogonal directions; scores of all stretches add up to those of the whole."""
+    records, solution = fitted("log")
+    line = solution.records[0]
+    pulls = log_scatter._pulls(records[0], line)
+    assert pulls.sum(axis=0) == pytest.approx(line.orthogonal.T @ line.residual)
+    found = np.array(log_scatter.shifts(solution, records))
+    products = found @ found.T
+    assert products - np.diag(np.diag(products)) == pytest.approx(
+        0.0, abs=1e-6 * np.abs(products).max()
+    )
+
+
+def test_a_terms_changes_are_of_its_own_readings() -> None:
+    """Friction that grows with the square of the speed, by the wide model's own difference."""
+    records, solution = fitted("measured")
+    probe = Probe(records, solution, dict(zip(FAULHABER, solution.values, strict=True)))
+    term = TERMS["quadratic-load"]
+    (change,) = probe.changes(0, term, {})
+    assert change.shape == (len(solution.records[0].residual),)
+    angle = change[solution.records[0].slices[1]]
+    assert angle[-1] < 0.0  # it brakes
+    tried = score_test.everything(probe, [term])
+    assert [one.term.name for one in tried] == ["quadratic-load"]
+    line = solution.records[0]
+    sums = score_test.sums_of(np.atleast_2d(change), line)
+    assert sums.squares.shape == (1, 1)
+    assert sums.squares[0, 0] > 0.0
