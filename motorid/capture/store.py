@@ -93,6 +93,8 @@ def _instruments(known: Mapping[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     if isinstance(known.get("created"), str):
         found["created"] = known["created"]
+    if isinstance(known.get("rig_name"), str):
+        found["rig_name"] = known["rig_name"]
     if known.get("rig"):
         found["rig_sha256"] = hashlib.sha256(str(known["rig"]).encode()).hexdigest()
     if _cites(known.get("calibration_file")):

@@ -41,6 +41,7 @@ COMMANDS = {
     "history": ("history", "The database of results: trace, judge again, export."),
     "verify": ("verify", "Say of each file whether it is still what was written."),
     "compare": ("compare", "Many methods on the same captures; the review's tables, rebuilt."),
+    "motors": ("motors", "Several motors on one page: what differs, and all curves."),
     "ports": ("ports", "List the serial ports, without opening them."),
     "rigs": ("rigs", "List the rigs that come with motorid."),
     "flash": ("flash", "Put the firmware on an Arduino Uno or Mega, by avrdude."),
@@ -50,7 +51,7 @@ COMMANDS = {
 }
 TASKS = {
     "Measure": ("run", "plan", "capture", "recover", "calibrate"),
-    "Look and fit": ("import", "segment", "fit", "compare", "export", "verify"),
+    "Look and fit": ("import", "segment", "fit", "motors", "compare", "export", "verify"),
     "Inspect motors": ("check", "station", "gauge", "trend", "risk", "history"),
     "Set up": ("ports", "rigs", "flash", "sim", "config", "completion"),
 }
@@ -67,7 +68,7 @@ TASKS = {
 def cli() -> None:
     """Identify a brushed DC motor on a bench, with honest uncertainty.
 
-    Exit: 0 done, 1 FAIL, 2 usage, 3 rig or link, 4 data, 70 internal, 130 interrupted.
+    Exit: 0 done, 1 FAIL, 2 usage, 3 rig or link, 4 data, 70 bug, 130 stopped.
     """
 
 

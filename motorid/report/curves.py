@@ -23,6 +23,10 @@ DETAIL_SAMPLES = 48
 LAGS = 60
 LIFTED = 8.0  # usual steps of time without a reading: no line is drawn over that
 WEAK = 0.1  # correlation: the plot shows at least this much either way
+HINT = (
+    "Point at a plot to read both curves; drag to zoom, double-click for the whole. By keyboard: "
+    "arrows, + and Esc."
+)
 KINDS = ("rest", "acceleration", "steady", "coast", "brake", "rejected")
 
 
@@ -38,13 +42,10 @@ def captures(estimate: Estimate) -> list[str]:
         title = _title(estimate, index)
         body = _legend(segments) + "".join(_response(c, segments, columns) for c in curves)
         body += _details(curves)
-        folded = place >= OPEN_CAPTURES
-        out.append(
-            f"<details><summary>{title}</summary>{body}</details>"
-            if folded
-            else f"<h3>{title}</h3>{body}"
-        )
-    return out
+        state = " open" if place < OPEN_CAPTURES else ""
+        out.append(f'<details class="run"{state}><summary>{title}</summary>{body}</details>')
+    hint = paragraph(HINT, "soft hint") if out else ""
+    return [hint, *out]
 
 
 def _legend(segments: Sequence[SegmentRow]) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from datetime import datetime
 from html import escape
 from typing import Any
 
@@ -42,6 +43,7 @@ from motorid.report.words import (
 FIGURE_SPACE, DOT_SPACE = "\N{FIGURE SPACE}", "\N{PUNCTUATION SPACE}"
 SEVERITY = {"error": "Error", "warning": "Warning", "info": ""}
 LEAST_BAR, BAR = 1.0, 100.0
+MOST_NAMED = 4  # files, dates or serials at the top
 
 
 def render(estimate: Estimate) -> str:
@@ -51,25 +53,28 @@ def render(estimate: Estimate) -> str:
         _head(estimate, title),
         section("Parameters", _first(estimate), _parameters(estimate), _notes(estimate)),
         alternative.as_html(estimate),
-        section("Combinations", _figures(estimate.combinations.values()), _together(estimate)),
         section("Findings", _findings(estimate)),
-        section("Suspects", suspects.as_html(estimate)),
         section("Derived figures", _figures(estimate.derived.values())),
-        section("Measured against fitted", *curves.captures(estimate)),
-        section(
-            "Residuals",
-            paragraph(fit_quality(estimate)),
-            curves.by_segment(estimate),
-            curves.spread(estimate),
-        ),
-        section("Steady state", steady_state(estimate)),
-        section("Found on the way", _figures(estimate.nuisance.values())),
-        section("Budget", budget.as_html(estimate)),
-        section("Correlation", _correlation(estimate)),
-        section("Where it comes from", _inputs(estimate), _record(estimate)),
+        *(section(name, *parts, more=True) for name, parts in _details(estimate)),
+        section("Where it comes from", _inputs(estimate), _record(estimate), more=True),
         "<footer>Made by motorid. Nothing on this page is loaded from elsewhere.</footer>",
     ]
     return page(title, body)
+
+
+def _details(estimate: Estimate) -> list[tuple[str, Sequence[str]]]:
+    """Sections after the summary, each with its parts."""
+    residuals = (curves.by_segment(estimate), curves.spread(estimate))
+    return [
+        ("Combinations", [_figures(estimate.combinations.values()), _together(estimate)]),
+        ("Suspects", [suspects.as_html(estimate)]),
+        ("Measured against fitted", curves.captures(estimate)),
+        ("Residuals", [paragraph(fit_quality(estimate)), *residuals]),
+        ("Steady state", [steady_state(estimate)]),
+        ("Found on the way", [_figures(estimate.nuisance.values())]),
+        ("Budget", [budget.as_html(estimate)]),
+        ("Correlation", [_correlation(estimate)]),
+    ]
 
 
 def _title(estimate: Estimate) -> str:
@@ -84,8 +89,34 @@ def _head(estimate: Estimate, title: str) -> str:
     kicker = f"Identification report · {runs} · {total:,} samples".replace(",", "\u202f")
     return (
         f'<header><p class="kicker">{escape(kicker)}</p><h1>{escape(title)}</h1>'
-        f"{paragraph(summary(estimate), 'summary')}</header>"
+        f"{paragraph(summary(estimate), 'summary')}{_facts(estimate)}</header>"
     )
+
+
+def _facts(estimate: Estimate) -> str:
+    """When, by which rig and of which file each came; together where they share it."""
+    names = {"captured": "created", "serial": "serial", "rig": "rig_name", "file": "path"}
+    rows = []
+    for name, key in names.items():
+        known = dict.fromkeys(str(i.get(key) or "") for i in estimate.inputs)
+        said = [_moment(one) if key == "created" else _file(one) for one in known if one]
+        if said:
+            more = f" and {len(said) - MOST_NAMED} more" if len(said) > MOST_NAMED else ""
+            words = ", ".join(said[:MOST_NAMED]) + more
+            rows.append(f"<dt>{name}</dt><dd>{escape(words)}</dd>")
+    return f'<dl class="facts">{"".join(rows)}</dl>' if rows else ""
+
+
+def _moment(text: str) -> str:
+    """2026-11-23T10:02:11+00:00 as a person reads it; any other text as it is."""
+    try:
+        return f"{datetime.fromisoformat(text):%Y-%m-%d %H:%M %Z}".strip()
+    except ValueError:
+        return text
+
+
+def _file(path: str) -> str:
+    return path.replace("\\", "/").rpartition("/")[2]
 
 
 def _parameters(estimate: Estimate) -> str:

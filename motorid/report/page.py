@@ -1,7 +1,12 @@
-"""The page that holds a report: one file, nothing loaded from elsewhere, no script."""
+"""The page that holds a report: one file, nothing loaded from elsewhere, whole without its script.
+
+The script is the only one that the page's own rule lets a browser run: the rule names its digest.
+"""
 
 from __future__ import annotations
 
+import base64
+import hashlib
 from collections.abc import Iterable, Sequence
 from html import escape
 from importlib import resources
@@ -15,14 +20,30 @@ def page(title: str, body: Iterable[str]) -> str:
     here = resources.files("motorid.report")
     template = Template(here.joinpath("page.html").read_text("utf-8"))
     style = here.joinpath("report.css").read_text("utf-8")
-    whole = template.substitute(title=escape(title), style=style, body="\n".join(body))
+    script = here.joinpath("report.js").read_text("utf-8")
+    whole = template.substitute(
+        title=escape(title),
+        style=style,
+        body="\n".join(body),
+        script=script,
+        digest=_digest(script),
+    )
     return visible(whole)
 
 
-def section(title: str, *parts: str) -> str:
-    """A heading and what belongs to it; nothing where there is nothing."""
+def _digest(script: str) -> str:
+    """As a content security policy names it."""
+    return f"sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}"
+
+
+def section(title: str, *parts: str, more: bool = False) -> str:
+    """A heading and what belongs to it; nothing where there is nothing.
+
+    ``more``: it is left out on paper, where the page is a summary.
+    """
     inside = "\n".join(p for p in parts if p)
-    return f"<section>\n<h2>{escape(title)}</h2>\n{inside}\n</section>" if inside else ""
+    kind = ' class="more"' if more else ""
+    return f"<section{kind}>\n<h2>{escape(title)}</h2>\n{inside}\n</section>" if inside else ""
 
 
 def figure(caption: str, *parts: str, aside: str = "") -> str:

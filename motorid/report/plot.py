@@ -2,7 +2,8 @@
 
 The curves live in a 1000 × 1000 box that is stretched to the page; lines keep their width by
 ``vector-effect``. Ticks and titles are HTML placed by percentages, so they stay readable on a
-phone and on a wall. No script; colours come from the page's style sheet by class.
+phone and on a wall. Colours come from the page's style sheet by class; the page's script reads
+values off the paths.
 """
 
 from __future__ import annotations
@@ -97,10 +98,13 @@ class Plot:
     shapes: list[str] = field(default_factory=list)
     texts: list[str] = field(default_factory=list)
 
-    def line(self, x: Floats, y: Floats, kind: str) -> None:
-        """A line through the points; a missing point breaks it."""
+    def line(self, x: Floats, y: Floats, kind: str, name: str = "") -> None:
+        """A line through the points; a missing point breaks it. ``name``: for a reader, if not
+        ``kind``.
+        """
         path = _path(self.x.share(x) * BOX, BOX - self.y.share(y) * BOX)
-        self.shapes.append(f'<path class="{kind}" d="{path}"/>')
+        named = f' data-line="{escape(name)}"' if name else ""
+        self.shapes.append(f'<path class="{kind}"{named} d="{path}"/>')
 
     def dots(self, x: Floats, y: Floats, kind: str) -> None:
         """A round dot at each point (a line of no length with round ends)."""
@@ -153,12 +157,18 @@ class Plot:
             f'<div class="{kind}" role="img" aria-label="{escape(self.label)}">'
             f'<div class="yt">{escape(self.y.title)}</div>'
             f'<div class="ys" aria-hidden="true">{y_labels}</div>'
-            f'<div class="frame" style="height:{self.height}rem">'
+            f'<div class="frame" data-range="{self._range}" style="height:{self.height}rem">'
             f'<svg viewBox="0 0 1000 1000" preserveAspectRatio="none" aria-hidden="true">'
             f'<path class="grid" d="{grid}"/>{"".join(self.shapes)}</svg>'
             f"{''.join(self.texts)}</div>"
             f"{foot if x_ticks else ''}</div>"
         )
+
+    @property
+    def _range(self) -> str:
+        """What the box shows, as its titles have it: left, right, bottom, top."""
+        ends = (self.x.low, self.x.high, self.y.low, self.y.high)
+        return " ".join(f"{end:.9g}" for end in ends)
 
 
 def legend(entries: Sequence[tuple[str, str]]) -> str:

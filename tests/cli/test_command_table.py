@@ -41,7 +41,8 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def here(capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with the files that the lines name."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "run.h5").write_bytes(capture.read_bytes())
+    for name in ("run.h5", "other.h5"):
+        (tmp_path / name).write_bytes(capture.read_bytes())
     (tmp_path / "cut.h5.journal").write_bytes(journal_path(capture).read_bytes())
     (tmp_path / "uno.hex").write_text(hex_of(b"motorid-uno"), encoding="ascii")
     (tmp_path / "bench.toml").write_text(
