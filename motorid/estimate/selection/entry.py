@@ -329,7 +329,7 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
     if better.asked:
         said = Diagnostic("model_asked", "info", f"beside it, as asked: a model with {what}")
     else:
-        harmless = {term.name for term in fitted.terms} <= set(ALLOWED)
+        harmless = set(fitted.terms) <= set(ALLOWED)
         said = Diagnostic(
             "better_model", "info" if harmless else "warning",
             f"the residuals ask for {what}: {_said_of(fitted.terms)}; see the better model",
