@@ -56,7 +56,7 @@ mutants: $(READY_TO_TEST)
 	    $(if $(TESTS),--tests $(TESTS))
 
 fuzz: $(READY_TO_TEST)
-	@set -e; for target in wire rig csv journal board fit hdf5 mat; do echo "== $$target"; \
+	@set -e; for target in wire rig csv look journal board fit hdf5 mat; do echo "== $$target"; \
 	    $(PY) -m tests.fuzz.run $$target --seconds $(SECONDS); done
 	$(PY) -m tests.fuzz.bit_flips --flips 10000
 	$(MAKE) -C firmware fuzz PYTHON=$(abspath $(PY)) FUZZ_SECONDS=$(SECONDS)

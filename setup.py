@@ -34,6 +34,7 @@ class BuildWithRigs(build_py):
             return  # a working copy reads them where they are
         for folder in ("rigs", "products"):
             self.put_inside(folder, Path(folder).glob("*.toml"))
+        self.put_inside("rigs/frontends", Path("rigs/frontends").glob("*.toml"))
         if os.environ.get("MOTORID_RELEASE"):
             self.put_inside("firmware", Path("firmware/build/release").glob("*"))
 

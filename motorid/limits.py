@@ -67,6 +67,26 @@ TABLE = {
         line=256 * KB,
         passes=2,
     ),
+    "sheet": Limits(
+        "spreadsheet",
+        64 * MB,
+        columns=256,
+        numbers=5_000_000,
+        cpu_s=20,
+        memory=2 * GB,
+    ),
+    "recording": Limits(
+        "WPILib, MCAP, MDF or TDMS log",
+        512 * MB,
+        rows=10_000_000,
+        columns=4096,
+        numbers=50_000_000,
+        cpu_s=20,
+        memory=2 * GB,
+    ),
+    "look": Limits(
+        "look at a table before its import", GB, columns=64, numbers=50_000_000, passes=4
+    ),
     "capture": Limits(
         "capture",
         GB,
@@ -85,7 +105,8 @@ TABLE = {
     "history": Limits("history in a file", 64 * GB),
 }
 CSV, MAT, CAPTURE = TABLE["csv"], TABLE["mat"], TABLE["capture"]
-COLUMNAR, RECORDS = TABLE["columnar"], TABLE["records"]
+COLUMNAR, RECORDS, LOOK = TABLE["columnar"], TABLE["records"], TABLE["look"]
+SHEET, RECORDING = TABLE["sheet"], TABLE["recording"]
 JOURNAL, TOML, JSON, HISTORY = TABLE["journal"], TABLE["toml"], TABLE["json"], TABLE["history"]
 STUDY, FIRMWARE = TABLE["study"], TABLE["firmware"]
 HEADINGS = (

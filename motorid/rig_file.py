@@ -26,7 +26,7 @@ from motorid.rig_model import Calibration, Limits, Nameplate, Rig, Sampling
 from motorid.rig_program import coasting_s, default_program, settling_s
 from motorid.toml_file import dotted, read_text, tables_of, unknown
 
-TOP = ("name", "port", "board_serial")
+TOP = ("name", "port", "board_serial", "front_end")
 
 
 def load(name_or_path: str) -> Rig:
@@ -103,6 +103,8 @@ class _Reader:
             name=top.get("name", Path(self.where).stem),
             port=top.get("port", ""),
             board_serial=top.get("board_serial", ""),
+            front_end=top.get("front_end", ""),
+            folder=str(Path(self.where).parent),
             wiring=Wiring(**{f.name: wiring[f.name] for f in fields(Wiring) if f.name in wiring}),
             limits=Limits(**sections["limits"]),
             nameplate=nameplate,

@@ -134,6 +134,8 @@ class Rig:
     clock_rate: float = 1.0  # true ticks a second over the nominal ones
     clock_uncertainty: float | None = None  # standard, relative; None: believe the board
     board_serial: str = ""  # where the port does not tell it
+    front_end: str = ""  # what the board must hold: a name, or a path from the rig file
+    folder: str = field(default="", compare=False)  # of the rig file
     calibration_file: str = ""  # named in the rig file, in place of the one beside it
     calibration_max_age_days: float = 365.0
     calibrated: CalibrationFile | None = None  # the file that is applied in the above

@@ -18,7 +18,14 @@ KEYS: Mapping[str, Number] = {
     for name, key in SECTIONS[section].items()
     if isinstance(key, Number)
 }
-ELSEWHERE = ("name", "port", "board_serial", "calibration", *SECTIONS)  # of a whole rig file
+ELSEWHERE = (
+    "name",
+    "port",
+    "board_serial",
+    "front_end",
+    "calibration",
+    *SECTIONS,
+)  # of a whole rig file
 SUCH_AS = "--nameplate torque_constant_nm_a=0.0514"
 
 

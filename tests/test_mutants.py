@@ -155,6 +155,36 @@ def test_an_answer_is_made_once(tmp_path: Path) -> None:
     assert Kept(tmp_path / "kept").get("other", lambda: Answer("killed")) == Answer("killed")
 
 
+def test_a_killed_mutant_is_tried_again_only_where_its_test_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "test_a.py").write_text("")
+    monkeypatch.setattr(trial, "TREE", tmp_path)
+    monkeypatch.setattr(trial, "test_digest", lambda path: f"first {path}")
+    killed = Answer("killed", "test_a.py::one", 3, 4, "first test_a.py")
+    kept = Kept(tmp_path / "kept")
+    assert kept.killed("fault", lambda: killed) == killed
+    again = Kept(tmp_path / "kept")
+    assert again.killed("fault", lambda: Answer("survived")) == killed
+    monkeypatch.setattr(trial, "test_digest", lambda path: f"second {path}")
+    assert again.killed("fault", lambda: Answer("survived")) == Answer("survived")
+
+
+def test_a_survivor_is_not_kept_for_other_tests(tmp_path: Path) -> None:
+    kept = Kept(tmp_path / "kept")
+    assert kept.killed("fault", lambda: Answer("survived")) == Answer("survived")
+    assert kept.killed("fault", lambda: Answer("killed", "exit code 1")).outcome == "killed"
+
+
+def test_survivors_that_some_of_their_tests_never_met_are_counted() -> None:
+    made = [
+        (at(1), Answer("survived", "", 3, 9)),
+        (at(2), Answer("survived", "", 9, 9)),
+        (at(3), Answer("killed", "x", 3, 9)),
+    ]
+    assert score.Score("wire", 100, made).half_tried == 1
+
+
 def test_the_score_counts_what_no_test_covers_as_survived(monkeypatch: pytest.MonkeyPatch) -> None:
     outcomes = [*["killed"] * 17, "survived", "uncovered", "survived"]
     made = [(at(line), Answer(outcome)) for line, outcome in enumerate(outcomes)]
@@ -213,8 +243,9 @@ def test_a_mutant_is_tried_by_its_tests_and_the_file_comes_back(tree: Path) -> N
         for one in python_faults.mutants("toy/x.py", source)
         if one.operator in ("arithmetic", "comparison") and "<=" not in one.after
     }
+    seen_in = coverage_map.test_digest("tests/test_toy_mutants.py")
     assert found == {
-        "return (x * 2) if x > 1 else x": Answer("killed", tests[0], 2, 2),
+        "return (x * 2) if x > 1 else x": Answer("killed", tests[0], 2, 2, seen_in),
         "return x / 2 if (x >= 1) else x": Answer("survived", "", 2, 2),
     }
     assert (tree / "toy" / "x.py").read_bytes() == source
@@ -224,6 +255,19 @@ def test_a_mutant_is_tried_by_its_tests_and_the_file_comes_back(tree: Path) -> N
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's work")
 def test_what_turns_in_circles_ends_by_its_own_work(tree: Path) -> None:
     endless = [sys.executable, "-c", "while True: pass"]
-    code, _ = workplace.run(endless, {}, 600.0, of_processor=1.0)
+    code, _ = workplace.run(endless, {}, 1.0)
     assert code == workplace.TIMED_OUT
-    assert workplace.run([sys.executable, "-c", "print(2)"], {}, 600.0, 60.0) == (0, "2\n")
+    assert workplace.run([sys.executable, "-c", "print(2)"], {}, 60.0) == (0, "2\n")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux shows what a session's work is")
+def test_what_waits_for_nothing_ends_and_what_works_does_not(
+    tree: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(workplace, "LOOK", 0.05)
+    monkeypatch.setattr(workplace, "IDLE", 4)
+    asleep = [sys.executable, "-c", "import signal; signal.pause()"]
+    assert workplace.run(asleep, {}, 60.0) == (workplace.TIMED_OUT, "")
+    monkeypatch.setattr(workplace, "_work", lambda session: (True, 0))  # ready, and never served
+    assert workplace.run([sys.executable, "-c", "sum(range(10**7))"], {}, 60.0) == (0, "")

@@ -98,7 +98,8 @@ static uint8_t check_features(const wire_configure_t *c) {
         && (c->sign_check_ma == 0 || c->sign_check_mv == 0 || c->sign_check_counts == 0)) {
         return WIRE_STATUS_BAD_VALUE;
     }
-    return c->front_end_hash != 0 ? WIRE_STATUS_HASH_MISMATCH : WIRE_STATUS_OK;
+    const bool others = c->front_end_hash != 0 && c->front_end_hash != front_end_hash();
+    return others ? WIRE_STATUS_HASH_MISMATCH : WIRE_STATUS_OK;
 }
 
 static uint8_t check_config(const wire_configure_t *c) {
@@ -113,7 +114,7 @@ static uint8_t check_config(const wire_configure_t *c) {
     if (c->speed_limit_counts_s > port.encoder_edge_ceiling_hz) {
         return WIRE_STATUS_EDGE_CEILING;
     }
-    const bool limits_hold = c->current_limit_ma > 0 && c->current_limit_ma <= port.max_current_ma
+    const bool limits_hold = c->current_limit_ma > 0 && c->current_limit_ma <= core.most_ma
                              && c->speed_limit_counts_s > 0 && c->supply_min_mv < c->supply_max_mv
                              && c->run_time_limit_ms > 0 && c->host_silence_ms > 0
                              && c->host_silence_ms <= port.max_host_silence_ms;
@@ -212,6 +213,9 @@ static APART struct answer do_start(const uint8_t *fields, uint8_t *out) {
     if (inputs_open() != 0) {
         return NO_FIELDS(WIRE_STATUS_INPUT_OPEN);
     }
+    if (front_end_is_kept() && core.front_end.source == WIRE_FRONT_END_SOURCE_NONE) {
+        return NO_FIELDS(WIRE_STATUS_NO_FRONT_END);
+    }
     run_begin();
     core.told = (struct told){.phase_tick = core.run.start_tick};
     wire_put_u32(out, core.run.start_tick);
@@ -238,6 +242,29 @@ static struct answer do_clear_fault(uint8_t *out) {
     program_clear(&core.program);
     core.state = core.configured ? WIRE_STATE_CONFIGURED : WIRE_STATE_IDLE;
     return state_after(out);
+}
+
+/* ------------------------------------------------------------------ front end */
+
+/* Comes again until all is in memory, a byte at a time. */
+static APART struct answer do_write_front_end(const uint8_t *fields, uint8_t *out) {
+    struct front_end *const f = &core.front_end;
+    if (!front_end_is_kept()) {
+        return NO_FIELDS(WIRE_STATUS_NOT_SUPPORTED);
+    }
+    if (f->stored == 0 && !front_end_is_sound(fields)) {
+        return NO_FIELDS(WIRE_STATUS_BAD_VALUE);
+    }
+    if (!front_end_store(f, fields)) {
+        return NO_FIELDS(ANSWER_LATER);
+    }
+    core.most_ma = guard_most_ma();
+    const uint32_t hash = front_end_hash();
+    if (hash != crc32(0, fields, WIRE_WRITE_FRONT_END_SIZE)) { /* a memory that is worn */
+        return NO_FIELDS(WIRE_STATUS_NO_FRONT_END);
+    }
+    wire_put_u32(out, hash);
+    return (struct answer){WIRE_STATUS_OK, WIRE_WRITE_FRONT_END_REPLY_SIZE};
 }
 
 /* ------------------------------------------------------------------ readings */
@@ -315,8 +342,9 @@ struct answer execute(uint8_t code, uint16_t request, const uint8_t *fields, uin
     case WIRE_DESCRIBE_INPUT_CODE:
         return describe_input(fields, out);
     case WIRE_READ_FRONT_END_CODE:
+        return read_front_end(out);
     case WIRE_WRITE_FRONT_END_CODE:
-        return NO_FIELDS(WIRE_STATUS_NOT_SUPPORTED);
+        return do_write_front_end(fields, out);
     default: /* refusal() lets nothing else through */
         return do_clear_fault(out);
     }

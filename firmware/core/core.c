@@ -10,6 +10,8 @@ void core_init(void) {
     memset(&core, 0, sizeof core);
     port.bridge_open();
     core.host_major = WIRE_MAJOR;
+    front_end_find(&core.front_end);
+    core.most_ma = guard_most_ma();
     core.reset_cause = port.reset_cause();
     core.boot_id = port.boot_id();
     core.period = port.idle_sample_period_ticks;

@@ -43,6 +43,13 @@ void core_trip(uint8_t fault, int32_t value);
  * there was nothing to do: the port may sleep until the next interrupt. */
 bool core_poll(void);
 
+/* Facts of the front end in force, by where they stand in write_front_end (WIRE_WRITE_FRONT_END_AT_...); or
+ * the firmware's own, where none are. For a port's `describe`. From the main loop. */
+uint8_t front_end_u8(uint8_t at);
+uint16_t front_end_u16(uint8_t at);
+uint32_t front_end_u32(uint8_t at);
+float front_end_f32(uint8_t at);
+
 /* WIRE_STATE_ now. */
 uint8_t core_state(void);
 

@@ -12,7 +12,8 @@ uint8_t features(void) {
     const bool sees_voltage = (port.channels & (1u << WIRE_CHANNEL_TERMINAL_VOLTAGE)) != 0;
     return (uint8_t)(1u << WIRE_FEATURE_SIGN_CHECK
                      | (sees_voltage ? 1u << WIRE_FEATURE_VOLTAGE_LIMIT : 0u)
-                     | (port.inputs != 0 ? 1u << WIRE_FEATURE_INPUTS : 0u));
+                     | (port.inputs != 0 ? 1u << WIRE_FEATURE_INPUTS : 0u)
+                     | (front_end_is_kept() ? 1u << WIRE_FEATURE_FRONT_END : 0u));
 }
 
 APART struct answer identify(const uint8_t *fields, uint8_t *out) {
@@ -38,7 +39,7 @@ APART struct answer identify(const uint8_t *fields, uint8_t *out) {
         .sample_period_step_ticks = port.sample_period_step_ticks,
         .encoder_edge_ceiling_hz = port.encoder_edge_ceiling_hz,
         .max_steps = CORE_MAX_STEPS,
-        .max_current_ma = port.max_current_ma,
+        .max_current_ma = core.most_ma,
         .max_host_silence_ms = port.max_host_silence_ms,
         .buffer_samples = BLOCKS_SAMPLES,
         .burst_sample_period_ticks = port.burst_sample_period_ticks,
@@ -47,6 +48,7 @@ APART struct answer identify(const uint8_t *fields, uint8_t *out) {
         .inputs = port.inputs,
         .brown_out_mv = port.brown_out_least_mv != 0 ? port.brown_out_mv() : 0,
         .brown_out_least_mv = port.brown_out_least_mv,
+        .front_end_hash = front_end_hash(),
     };
     memcpy(reply.board, port.board, sizeof reply.board);
     for (uint8_t mask = port.channels; mask != 0; mask >>= 1) {
@@ -109,4 +111,12 @@ struct answer describe_input(const uint8_t *fields, uint8_t *out) {
     wire_describe_input_reply_t reply = {.closed = (uint8_t)((unsigned)port.inputs_closed() >> input & 1u)};
     port.input_pin(input, reply.pin);
     return (struct answer){WIRE_STATUS_OK, (uint8_t)wire_put_describe_input_reply(out, &reply)};
+}
+
+struct answer read_front_end(uint8_t *out) {
+    if (!front_end_is_kept()) {
+        return NO_FIELDS(WIRE_STATUS_NOT_SUPPORTED);
+    }
+    front_end_tell(&core.front_end, out);
+    return (struct answer){WIRE_STATUS_OK, WIRE_READ_FRONT_END_REPLY_SIZE};
 }

@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#include "port.h"
+#include "front_end.h"
 
 #define MILLI 1e-3f
 
@@ -40,6 +40,29 @@ static APART void set_current(struct guard *g, uint32_t limit_ma) {
     }
 }
 
+static bool shows_no_sign(void) {
+    return front_end_is_kept() && front_end_u8(WIRE_WRITE_FRONT_END_AT_SENSOR) == WIRE_SENSOR_MAGNITUDE;
+}
+
+/* Current that the converter tells from a larger one, in the direction that it shows less of. */
+static float reach_of_current(void) {
+    const struct line d = line_of(WIRE_CHANNEL_CURRENT);
+    const float above = (float)d.raw_max - d.offset, below = d.offset - (float)d.raw_min;
+    const float counts = !shows_no_sign() ? fminf(above, below) : d.scale > 0.0f ? above : below;
+    return fmaxf(counts * fabsf(d.scale), 0.0f);
+}
+
+uint32_t guard_most_ma(void) {
+    uint32_t most = port.max_current_ma;
+    if (!front_end_is_kept()) {
+        return most;
+    }
+    const uint32_t allowed = front_end_u32(WIRE_WRITE_FRONT_END_AT_MAX_CURRENT_MA);
+    most = allowed < most ? allowed : most;
+    const float shown = reach_of_current() / MILLI;
+    return shown < (float)most ? (uint32_t)shown : most;
+}
+
 /* What a level in thousandths of the unit reads as, rounded towards zero's reading. */
 static int16_t raw_of(const struct line *d, float milli) {
     const float counts = d->offset + milli * MILLI / d->scale;
@@ -68,7 +91,10 @@ static void set_voltage(struct guard *g, uint32_t limit_mv) {
 
 static void set_signs(struct guard *g, const wire_configure_t *limits) {
     if (limits->sign_check_ms != 0) {
-        g->current_signs = signs_of(WIRE_CHANNEL_CURRENT, limits->sign_check_ma);
+        g->current_signs = (struct signs){INT16_MIN, INT16_MAX};
+        if (!shows_no_sign()) {
+            g->current_signs = signs_of(WIRE_CHANNEL_CURRENT, limits->sign_check_ma);
+        }
         g->voltage_signs = signs_of(WIRE_CHANNEL_TERMINAL_VOLTAGE, limits->sign_check_mv);
     }
 }

@@ -25,6 +25,9 @@ struct trip {
     int32_t value;
 };
 
+/* The largest limit of the current that board and front end allow, in mA. */
+uint32_t guard_most_ma(void);
+
 /* Take the limits of a configuration, while nothing runs; samples come every `period` ticks. */
 void guard_set(struct guard *g, const wire_configure_t *limits, uint32_t period);
 

@@ -9,6 +9,9 @@
 
 #include "core.h"
 
+/* Bytes of memory for facts of the front end. */
+#define FRONT_END_MEMORY (2 * (WIRE_WRITE_FRONT_END_SIZE + 6))
+
 /* The interrupt state that `lock` found, for `unlock`. */
 typedef uint8_t port_lock;
 
@@ -30,7 +33,8 @@ struct port {
     uint16_t burst_bytes;              /* that burst_keep() fills */
     uint32_t encoder_edge_ceiling_hz;
     uint32_t position_delay_ns;        /* from when the encoder is read to the sample's tick */
-    uint32_t max_current_ma;           /* below what saturates the converter */
+    uint32_t max_current_ma;           /* below what saturates the converter; no facts of the front end
+                                        * raise it */
     uint16_t max_host_silence_ms;
     uint16_t full_duty;                /* the bridge's levels reach from -full_duty to full_duty;
                                         * at most 32767 */
@@ -76,6 +80,14 @@ struct port {
     uint8_t inputs;                   /* bit n: WIRE_INPUT_ n has a pin; 0: none, the rest is unused */
     uint8_t (*inputs_closed)(void);   /* bit n: it is closed now; from both threads, quickly */
     void (*input_pin)(uint8_t input, char pin[16]); /* as printed on the board; comes zeroed */
+
+    /* ---- facts of the front end, of which `describe` makes descriptors (core.h has front_end_f32() and
+     * others). NULL: this board keeps none, and the rest is unused. FRONT_END_MEMORY bytes that outlast
+     * resets and losses of power; from the main loop. */
+    uint8_t (*memory_read)(uint8_t at);
+    bool (*memory_write)(uint8_t at, uint8_t byte); /* begins it; false: the last one is not over yet */
+    uint8_t (*front_end_byte)(uint8_t at); /* of facts that the firmware has, as write_front_end has them */
+    bool front_end_holds;                  /* where none are stored the board drives with those */
 
     /* ---- the processor's supply: least for its clock; 0: not known, and brown_out_mv unused */
     uint16_t brown_out_least_mv;

@@ -11,6 +11,7 @@
 #include "blocks.h"
 #include "burst.h"
 #include "frame.h"
+#include "front_end.h"
 #include "guard.h"
 #include "program.h"
 #include "zero.h"
@@ -63,6 +64,8 @@ struct core {
     uint32_t boot_id;
     uint8_t reset_cause;
     struct told told;
+    struct front_end front_end;
+    uint32_t most_ma; /* that board and front end allow as a limit of the current */
 };
 
 extern struct core core;
@@ -88,6 +91,9 @@ struct answer {
     uint8_t status;
     uint8_t length;
 };
+
+/* In place of a status: not over yet, to be asked again with the same command. */
+#define ANSWER_LATER 0xFFu
 
 #define NO_FIELDS(status) ((struct answer){(status), 0})
 
@@ -116,6 +122,7 @@ uint8_t features(void);
 struct answer identify(const uint8_t *fields, uint8_t *out);
 struct answer describe_channel(const uint8_t *fields, uint8_t length, uint8_t *out);
 struct answer describe_input(const uint8_t *fields, uint8_t *out);
+struct answer read_front_end(uint8_t *out);
 
 /* ---- talk.c */
 

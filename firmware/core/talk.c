@@ -72,6 +72,9 @@ static bool answer_first(uint8_t code, uint16_t request) {
             return false;
         }
         answer = execute(code, request, fields, length, reply_fields());
+        if (answer.status == ANSWER_LATER) {
+            return false;
+        }
     }
     if (!is_zeroing(request)) { /* zero is answered when it is measured */
         send_reply(code, request, answer);

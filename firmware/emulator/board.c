@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include <simavr/avr_eeprom.h>
 #include <simavr/avr_ioport.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_elf.h>
@@ -164,6 +165,11 @@ static void on_spmcsr(avr_irq_t *irq, uint32_t value, void *param) {
 }
 
 void board_set_fuse(struct board *b, int extended) { b->extended_fuse = extended; }
+
+void board_write_eeprom(struct board *b, int at, uint8_t byte) {
+    avr_eeprom_desc_t what = {&byte, (uint16_t)at, 1};
+    avr_ioctl(b->avr, AVR_IOCTL_EEPROM_SET, &what);
+}
 
 /* ------------------------------------------------------------------ life */
 

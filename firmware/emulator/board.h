@@ -62,6 +62,9 @@ void board_close_inputs(struct board *b, int closed);
 /* The extended fuse, of which the lowest three bits set the brown-out detector. */
 void board_set_fuse(struct board *b, int extended);
 
+/* A byte of the EEPROM, from now on. */
+void board_write_eeprom(struct board *b, int at, uint8_t byte);
+
 /* The bridge driver's fault output: 1 pulls its line low. */
 void board_complain(struct board *b, int complains);
 

@@ -183,7 +183,10 @@ def parameters(setting: Setting) -> dict[str, float]:
         "clock_hz": chain.clock_hz,
         "reference": REFERENCE_V,
         "shunt": setting.shunt_ohm * SHUNT_GAIN,
+        "zero": REFERENCE_V / 2,
+        "one_sided": 0,
         "divider": setting.divider,
+        "lift": REFERENCE_V / 16,
         "filter": FILTER_S,
         "current_filter": CURRENT_FILTER_S,
         "noise": options.noise,
@@ -249,7 +252,9 @@ class Emulator:
             raise LinkError("emu://: the emulator died")
 
     def set(self, name: str, value: float) -> None:
-        """Change the rig now: supply, locked, encoder, chatter, complain, inputs, efuse, gain[1] …
+        """Change the rig now: supply, locked, encoder, chatter, complain, inputs, gain[1] …
+
+        Or the chip: efuse, a byte of eeprom[64] …
 
         Or what goes wrong in the processor: reset (to what MCUSR says), power (a seed of what
         memory then holds), r2, hang and stall (with interrupts off and on), unstall, wander.

@@ -32,7 +32,7 @@ struct parameter {
 #define RIG(field) {#field, offsetof(struct rig_params, field)}
 static const struct parameter PARAMETERS[] = {
 #include "plant_fields.h" /* every number of plant_params: see the Makefile */
-    RIG(clock_hz), RIG(reference), RIG(shunt), RIG(divider), RIG(filter), RIG(current_filter), RIG(gain[0]), RIG(gain[1]),
+    RIG(clock_hz), RIG(reference), RIG(shunt), RIG(zero), RIG(one_sided), RIG(divider), RIG(lift), RIG(filter), RIG(current_filter), RIG(gain[0]), RIG(gain[1]),
     RIG(gain[2]), RIG(gain[3]), RIG(offset[0]), RIG(offset[1]), RIG(offset[2]), RIG(offset[3]),
     RIG(noise), RIG(counts_per_turn), RIG(encoder_angle), RIG(encoder_sign), RIG(extra_edges),
 };
@@ -98,6 +98,7 @@ static int run(struct board *b, FILE *out) {
 static int change(struct board *b, struct rig *rig, FILE *out) {
     char text[256];
     double value;
+    int place;
     uint32_t length;
     if (!take_bytes(&length, sizeof length) || length >= sizeof text || !take_bytes(text, length)) {
         return 0;
@@ -133,6 +134,8 @@ static int change(struct board *b, struct rig *rig, FILE *out) {
         board_close_inputs(b, (int)value);
     } else if (strcmp(text, "efuse") == 0) {
         board_set_fuse(b, (int)value);
+    } else if (sscanf(text, "eeprom[%d]", &place) == 1) {
+        board_write_eeprom(b, place, (uint8_t)value);
     } else if (strcmp(text, "chatter") == 0) {
         board_chatter(b, value);
     } else if (!set_parameter(&rig->par, text, value)) {

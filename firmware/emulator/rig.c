@@ -134,8 +134,8 @@ void rig_period(struct rig *r, uint64_t cycle, int high_a, int high_b) {
 static double input_volts(const struct rig *r, int input) {
     const struct rig_params *p = &r->par;
     const double seen = p->gain[input] * r->filtered[input];
-    return input == CURRENT ? p->reference / 2.0 + p->shunt * seen
-                            : p->reference / 16.0 + seen / p->divider;
+    const double amperes = p->one_sided != 0.0 ? fabs(seen) : seen;
+    return input == CURRENT ? p->zero + p->shunt * amperes : p->lift + seen / p->divider;
 }
 
 int rig_convert(struct rig *r, uint64_t cycle, int input) {

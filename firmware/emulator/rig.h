@@ -16,7 +16,10 @@ struct rig_params {
     double clock_hz;   /* true */
     double reference;  /* V, of the converter */
     double shunt;      /* V of the sensor's output to an ampere */
+    double zero;       /* V of that output without current */
+    double one_sided;  /* 1: it shows how much, and no sign */
     double divider;
+    double lift;       /* V at the dividers' outputs of a terminal or the supply at 0 V */
     double filter;         /* s, of the dividers */
     double current_filter; /* s, of the current sensor's output */
     double gain[RIG_INPUTS];   /* true over nominal */

@@ -95,6 +95,20 @@ static uint8_t inputs_closed(void) { return fake.closed; }
 static void input_pin(uint8_t input, char pin[16]) { pin[0] = (char)('A' + input); }
 static uint16_t brown_out_mv(void) { return fake.brown_out_mv; }
 
+static uint8_t memory_read(uint8_t at) { return fake.memory[at]; }
+
+static bool memory_write(uint8_t at, uint8_t byte) {
+    if (fake.refused++ < fake.busy || fake.writes_left == 0) {
+        return false;
+    }
+    fake.refused = 0;
+    fake.writes_left--;
+    fake.memory[at] = byte;
+    return true;
+}
+
+static uint8_t compiled_byte(uint8_t at) { return fake.compiled[at]; }
+
 static uint8_t reset_cause(void) { return fake.cause; }
 static uint32_t boot_id(void) { return ++fake.boots; }
 
@@ -129,6 +143,10 @@ static const struct port DEFAULT = {
     .inputs = 3,
     .inputs_closed = inputs_closed,
     .input_pin = input_pin,
+    .memory_read = memory_read,
+    .memory_write = memory_write,
+    .front_end_byte = compiled_byte,
+    .front_end_holds = true,
     .brown_out_least_mv = 3780,
     .brown_out_mv = brown_out_mv,
     .reset_cause = reset_cause,
@@ -137,10 +155,33 @@ static const struct port DEFAULT = {
 
 struct port port;
 
+/* As CHANNELS has them, of a reference of 4.096 V. */
+static const wire_write_front_end_t COMPILED = {
+    .name = "fake",
+    .reference_v = 4.096f,
+    .current_v_a = 0.5f,
+    .current_zero_v = 2.048f,
+    .voltage_divider = 10.0f,
+    .supply_divider = 5.0f,
+    .max_current_ma = 4000,
+};
+
 void fake_start(void) {
+    memset(&fake, 0, sizeof fake);
+    memset(fake.memory, 0xFF, sizeof fake.memory);
+    (void)wire_put_write_front_end(fake.compiled, &COMPILED);
+    fake.writes_left = UINT32_MAX;
+    fake_reset();
+}
+
+void fake_reset(void) {
+    const struct fake before = fake;
     port = DEFAULT;
     memcpy(fake_channels, CHANNELS, sizeof fake_channels);
     memset(&fake, 0, sizeof fake);
+    memcpy(fake.memory, before.memory, sizeof fake.memory);
+    memcpy(fake.compiled, before.compiled, sizeof fake.compiled);
+    fake.writes_left = UINT32_MAX;
     fake.bridge = DRIVE; /* core_init() has to open it */
     fake.appetite = UINT16_MAX;
     fake.closed = 3;

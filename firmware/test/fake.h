@@ -21,6 +21,11 @@ struct fake {
     bool locked;
     uint8_t closed;         /* contacts; the fake has inputs 0 and 1, and at first both are closed */
     uint16_t brown_out_mv;
+    uint8_t memory[FRONT_END_MEMORY]; /* outlasts fake_reset(); at first it is blank */
+    uint8_t compiled[WIRE_WRITE_FRONT_END_SIZE];
+    uint32_t writes_left;   /* that the memory takes before power goes */
+    uint32_t busy;          /* times that it refuses before each write */
+    uint32_t refused;
     uint16_t appetite;      /* bytes that the link takes at a time */
     /* May strike wherever it is not locked out: at every call into the port, and where a function
      * of the core begins or ends (the tests compile it with -finstrument-functions). */
@@ -38,6 +43,9 @@ extern wire_describe_channel_reply_t fake_channels[3];
 
 /* Power on: everything as it is by default, then core_init(). */
 void fake_start(void);
+
+/* Power goes and comes again: all that is left is the memory. */
+void fake_reset(void);
 
 /* One sample of fake.now. */
 void fake_sample(void);

@@ -15,6 +15,15 @@ static void must(bool condition) {
     }
 }
 
+/* Facts that hold can be true of some front end. */
+static void check_facts(void) {
+    uint8_t facts[WIRE_WRITE_FRONT_END_SIZE];
+    for (uint8_t n = 0; n < sizeof facts; n++) {
+        facts[n] = front_end_u8(n);
+    }
+    must(front_end_is_sound(facts));
+}
+
 static void check(void) {
     const uint8_t state = core_state();
     must(state >= WIRE_STATE_IDLE && state <= WIRE_STATE_FAULTED);
@@ -22,6 +31,9 @@ static void check(void) {
     must(core.program.count <= CORE_MAX_STEPS);
     must((state == WIRE_STATE_FAULTED) == (core.fault != WIRE_FAULT_NONE));
     must(state == WIRE_STATE_IDLE || state == WIRE_STATE_FAULTED || core.configured);
+    must(core.most_ma <= port.max_current_ma);
+    must(core.front_end.stored == 0 && core.front_end.source != WIRE_FRONT_END_SOURCE_NONE);
+    check_facts();
 }
 
 /* Everything that the board says is a frame. */

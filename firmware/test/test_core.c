@@ -25,6 +25,25 @@ static void a_watchdog_reset_is_latched(void) {
     CHECK(core_state() == WIRE_STATE_IDLE);
 }
 
+/* A port sleeps when core_poll() finds nothing; what came in or went out may not be all of it. */
+static void a_poll_says_whether_there_was_anything_to_do(void) {
+    const uint8_t identify[] = {WIRE_IDENTIFY_CODE, 1, 0};
+    uint8_t payload[WIRE_MAX_PAYLOAD];
+    fake_start();
+    fake_settle();
+    CHECK(!core_poll());
+    fake_send(identify, sizeof identify);
+    const size_t end = fake.in_end;
+    fake.in_end -= 2; /* a part of the command is all that came by now */
+    CHECK(core_poll() && !core_poll());
+    fake.in_end = end;
+    fake.appetite = 1; /* each poll sends a byte of the reply */
+    CHECK(core_poll() && core_poll());
+    fake_settle();
+    CHECK(!core_poll());
+    CHECK(fake_heard(payload) > 0);
+}
+
 /* From here on core_poll() is never called again: the main loop hangs. */
 static void a_hung_main_loop_does_not_keep_the_motor_running(void) {
     SURE(fake_begin(1000000));
@@ -303,6 +322,7 @@ const struct test core_tests[] = {
     TEST(a_fast_burst_is_kept_and_sent),
     TEST(power_on_opens_the_bridge_and_says_hello),
     TEST(a_watchdog_reset_is_latched),
+    TEST(a_poll_says_whether_there_was_anything_to_do),
     TEST(a_hung_main_loop_does_not_keep_the_motor_running),
     TEST(a_limit_of_time_is_rounded_up_to_whole_samples),
     TEST(a_hung_main_loop_does_not_keep_the_guard_from_tripping),

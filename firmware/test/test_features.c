@@ -103,13 +103,22 @@ static void a_board_without_inputs_or_a_known_supply_says_so(void) {
             port.brown_out_least_mv = 0;
             port.brown_out_mv = NULL;
             port.channels = 0x09;
+            port.memory_read = NULL;
+            port.memory_write = NULL;
+            port.front_end_byte = NULL;
+            core_init();
         }
         CHECK(fake_ask(WIRE_IDENTIFY_CODE, host, sizeof host, reply) == WIRE_STATUS_OK);
         CHECK(wire_get_identify_reply(reply, WIRE_IDENTIFY_REPLY_SIZE, &who));
         CHECK(who.inputs == (plain ? 0 : 3) && who.brown_out_mv == (plain ? 0 : 2700));
-        CHECK(who.features == (plain ? 1u << WIRE_FEATURE_SIGN_CHECK : 7u));
+        CHECK(who.features == (plain ? 1u << WIRE_FEATURE_SIGN_CHECK : 15u));
+        CHECK(who.max_current_ma == 4000);
         CHECK(fake_ask(WIRE_READ_STATUS_CODE, NULL, 0, reply) == WIRE_STATUS_OK);
         CHECK(fake_ask(WIRE_DESCRIBE_INPUT_CODE, host, 1, reply)
+              == (plain ? WIRE_STATUS_NOT_SUPPORTED : WIRE_STATUS_OK));
+        CHECK(fake_ask(WIRE_READ_FRONT_END_CODE, NULL, 0, reply)
+              == (plain ? WIRE_STATUS_NOT_SUPPORTED : WIRE_STATUS_OK));
+        CHECK(fake_ask(WIRE_WRITE_FRONT_END_CODE, fake.compiled, sizeof fake.compiled, reply)
               == (plain ? WIRE_STATUS_NOT_SUPPORTED : WIRE_STATUS_OK));
     }
     wire_configure_t config = fake_config();

@@ -45,7 +45,10 @@ KEPT = (  # of the header, in a capture's provenance
 
 
 UNUSABLE = (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, UsageError)
-CONTEXT = ("identify", "describe_channel", "configure", "read_config", "zero")
+CONTEXT = (
+    *("identify", "describe_channel", "configure", "read_config", "zero"),
+    "read_front_end",
+)
 AFTER_RESET = "samples after a reset of the board"
 UNREAD = "blocks that this version cannot read"
 DAMAGED = "damaged frames"
@@ -273,6 +276,11 @@ class Assembler:
         zero = self.replies.get("zero")
         return zero if zero and not wrong_zero(zero) else None
 
+    def _front_end(self) -> dict[str, Any]:
+        """The facts that the board had stored; none where its firmware's own held."""
+        facts = self.replies.get("read_front_end")
+        return {"front_end": facts} if facts and facts["front_end_hash"] else {}
+
     def _provenance(self) -> dict[str, Any]:
         timeline = self.timeline
         unplaced = {"unplaced_samples": found} if (found := self.unplaced()) else {}
@@ -280,6 +288,7 @@ class Assembler:
             "identity": self.replies["identify"],
             "configuration": self.replies["read_config"],
             "descriptors": self.descriptors,
+            **self._front_end(),
             "zero": self._zero() or {},
             "check": self.marks.get("check", {}),
             **{key: self.marks[key] for key in (SUPPLY_BEFORE,) if key in self.marks},

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from motorid.acquire.board import Board, Fields
+from motorid.acquire.front_end import bare
 from motorid.acquire.guards import brown_out, lacking
 from motorid.acquire.link_test import measure_link
 from motorid.acquire.port import open_port
@@ -116,11 +117,14 @@ def details(url: str) -> Iterator[str]:
         yield str(error)
         return
     try:
-        who = Board(port).identify()
+        board = Board(port)
+        who = board.identify()
         yield who_is(who)
         if missing := lacking(who):
             yield f"without {', '.join(missing)}"
         if said := brown_out(who):
+            yield said
+        if said := bare(board):
             yield said
         yield measure_link(port).sentence()
     except MotoridError as error:

@@ -18,6 +18,7 @@ from motorid.acquire.check import check_signs, check_supply, check_zero
 from motorid.acquire.contacts import check_inputs
 from motorid.acquire.drive import drive, load, tripped
 from motorid.acquire.encoder_scale import why_too_fast
+from motorid.acquire.front_end import check
 from motorid.acquire.guards import signs
 from motorid.acquire.header import check_kinds
 from motorid.acquire.interrupt import Stop, interruptible
@@ -324,7 +325,7 @@ def configure(board: Board, rig: Rig, **more: int) -> Fields:
 
     ``more``: further fields of the command.
     """
-    wanted = configuration(rig, board.identity, board.descriptors) | more
+    wanted = configuration(rig, board.identity, board.descriptors) | check(board, rig) | more
     board.ask("configure", **wanted)
     config = board.ask("read_config")
     if wrong := differing(wanted, config, board.identity["protocol_minor"]):

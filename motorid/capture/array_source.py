@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.columns import BadCell, Columns, unknown_column
+from motorid.capture.columns import BadCell, Columns, Described, unknown_column
+from motorid.capture.csv_header import unit_cell
 from motorid.errors import DataError
 
 Floats = NDArray[np.float64]
@@ -19,18 +20,39 @@ class ArraySource:
     """Arrays by their path in the file: ``qm``, ``X.Data``, ``Y[3].Data``.
 
     A leading part may be left out where what remains is unambiguous. An array of one number is a
-    constant. ``elsewhere``: what of the file is no such array, as a clause.
+    constant. ``elsewhere``: what of the file is no such array, as a clause. ``units``: what the
+    file says of an array's unit, by its path.
     """
 
-    header_units: Mapping[str, str] = {}
-
     def __init__(
-        self, path: Path, arrays: Mapping[str, Floats], layout: str, elsewhere: str = ""
+        self,
+        path: Path,
+        arrays: Mapping[str, Floats],
+        layout: str,
+        elsewhere: str = "",
+        units: Mapping[str, str] | None = None,
     ) -> None:
         self._path, self._arrays = path, arrays
         self._paths = _names(arrays)
         self.names: Sequence[str] = list(self._paths)
         self.layout, self.elsewhere = layout, elsewhere
+        short = {path: name for name, path in reversed(self._paths.items())}
+        told = {path: unit_cell(unit) for path, unit in (units or {}).items()}
+        spelled = {path: unit for path, unit in told.items() if unit}
+        self.header_units: Mapping[str, str] = {
+            name: spelled[path] for name, path in self._paths.items() if path in spelled
+        }
+        self.described: Sequence[Described] = [
+            Described(short[path], (path,), spelled.get(path, ""))
+            for path, array in arrays.items()
+            if len(array) > 1
+        ]
+        self.rows = max(map(len, arrays.values()), default=0)
+        self.constants: Mapping[str, float] = {
+            name: float(arrays[path][0])
+            for name, path in self._paths.items()
+            if len(arrays[path]) == 1 and np.isfinite(arrays[path][0])
+        }
 
     def place(self, row: int) -> str:
         return f"element {row + 1}"

@@ -33,10 +33,22 @@ class Columns:
     bad: tuple[BadCell, ...] = ()  # the first of each column that has any
 
 
+@dataclass(frozen=True)
+class Described:
+    """A column as its file presents it: a name that leads to it, and what its header says."""
+
+    name: str
+    said: tuple[str, ...] = ()  # every cell of its header, from the top; none where it has none
+    unit: str = ""  # of the header; "" where it says none
+
+
 class Source(Protocol):
     """A file with named columns."""
 
     names: Sequence[str]  # every name that a column goes by
+    described: Sequence[Described]  # each column of readings once, as the file orders them
+    constants: Mapping[str, float]  # numbers with names that stand beside the readings
+    rows: int  # at most
     header_units: Mapping[str, str]  # what the file itself says of a column's unit, by name
     elsewhere: str  # what it holds that no name leads to, as a clause; empty: nothing
     layout: str  # how the file was read, for the record: "';'-separated, 3 header lines"

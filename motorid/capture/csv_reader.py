@@ -11,19 +11,20 @@ from pathlib import Path
 
 import numpy as np
 
-from motorid.capture.columns import Columns, unknown_column
+from motorid.capture.columns import Columns, Described, unknown_column
+from motorid.capture.csv_header import are_units, only_unit, unit_cell, without_mark
 from motorid.capture.csv_marks import Marks, looks_marked, may_be_groups
 from motorid.capture.csv_numbers import MarkedError, NotPlainError, Parser
 from motorid.capture.csv_settings import beside_readings, settings, settings_beside
 from motorid.capture.csv_text import CSV_HEADER, Body, head, measure, opened
 from motorid.capture.record_lines import moment
-from motorid.capture.units import spelled
 from motorid.errors import DataError
 from motorid.limits import CSV
 
 _SEPARATORS = (";", "\t", ",", "|")
 _COMMENT = ("#", "%", "//")
 _PROBE_LINES = 400
+_NEAR = 3  # lines of the header that may speak of the columns
 _PROBE = 1 << 20  # characters of them
 _MAX_HEADER = CSV_HEADER
 _NUMBER = re.compile(r"\s*[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?\s*\Z")
@@ -33,11 +34,12 @@ _MISSING = re.compile(r"\s*(nan|inf|-inf|n/?a|null|none|-*)\s*\Z", re.IGNORECASE
 class CsvSource:
     """A text table. ``separator`` and ``decimal`` None: found from the text itself.
 
-    ``thousands``: the mark between groups of three digits; without it no cell may have any. Raises
+    ``thousands``: the mark between groups of three digits; without it no cell may have any.
+    ``text``: where the text is, if not at ``path``. ``header_lines`` stand above the rows. Raises
     DataError where there is no table: an empty file, a binary one, no line of numbers.
     """
 
-    elsewhere = ""
+    elsewhere: str = ""
 
     def __init__(
         self,
@@ -45,42 +47,48 @@ class CsvSource:
         separator: str | None = None,
         decimal: str | None = None,
         thousands: str | None = None,
+        *,
+        text: Path | None = None,
     ) -> None:
+        self._text = text or path
         self._path, self._told = path, decimal is not None or thousands is not None
         decimal = decimal or {".": ",", ",": "."}.get(thousands or "")
-        self._extent = measure(path)
-        probe = head(path, self._extent.encoding, _PROBE_LINES, _PROBE)
+        self._extent = measure(self._text)
+        probe = head(self._text, self._extent.encoding, _PROBE_LINES, _PROBE)
         self._separator = separator or _find_separator(probe, decimal)
         self._marks = Marks(decimal or _find_decimal(probe, self._separator), thousands or "")
         rows = [self._split(line) for line in probe]
-        self._header_lines = self._find_data(probe, rows)
-        first = rows[self._header_lines]
+        self.header_lines = self._find_data(probe, rows)
+        first = rows[self.header_lines]
         self._width = len(first)
         self._constants: dict[str, float] = {}
-        if beside_readings(rows[: self._header_lines], first):
-            self._constants = settings_beside(rows[: self._header_lines])
-            self._header_lines = 0
+        if beside_readings(rows[: self.header_lines], first):
+            self._constants = settings_beside(rows[: self.header_lines])
+            self.header_lines = 0
         self._refuse_size()
         header = [
-            row
-            for row in rows[: self._header_lines]
+            without_mark(row, self._width)
+            for row in rows[: self.header_lines]
             if len(row) >= min(2, self._width) and len(row) <= self._width + 1
         ]
         self._moments = {column for column, cell in enumerate(first) if moment(cell)}
         self._index: dict[str, int] = {}
         self.header_units: Mapping[str, str] = self._read_header(header)
-        self._constants |= settings(rows[: self._header_lines], first)
+        self._constants |= settings(rows[: self.header_lines], first)
         for name in self._constants:
             self._index.pop(name, None)  # it names a number, and no column
         self.names: Sequence[str] = [*self._index, *self._constants]
-        plural = "" if self._header_lines == 1 else "s"
+        self.constants: Mapping[str, float] = self._constants
+        self.rows = max(0, self._extent.lines - self.header_lines)
+        self.described: Sequence[Described] = self._describe(header)
+        plural = "" if self.header_lines == 1 else "s"
         self.layout = (
             f"{self._separator!r}-separated, decimal {self._marks.decimal!r}, "
-            f"{self._header_lines} header line{plural}"
+            f"{self.header_lines} header line{plural}"
         )
 
     def _refuse_size(self) -> None:
-        lines = self._extent.lines - self._header_lines
+        lines = self._extent.lines - self.header_lines
         for count, most, what in ((self._width, CSV.columns, "columns"), (lines, CSV.rows, "rows")):
             if most is not None and count > most:
                 raise DataError(
@@ -88,7 +96,7 @@ class CsvSource:
                 )
 
     def place(self, row: int) -> str:
-        return f"line {self._header_lines + row + 1}"
+        return f"line {self.header_lines + row + 1}"
 
     def _split(self, line: str) -> list[str]:
         return _cells(line, self._separator)
@@ -115,21 +123,36 @@ class CsvSource:
         """Names every column by each of its header cells; unit rows name the unit instead."""
         units: dict[int, str] = {}
         names: dict[str, list[int]] = {}
+        among_units: dict[str, list[int]] = {}  # cells of a row of units, where nothing else names
         for row in header:
             filled = [cell for cell in row if cell]
-            is_units = len(header) > 1 and filled and all(spelled(c) or c == "-" for c in filled)
+            is_units = len(header) > 1 and are_units(filled)
             for column, cell in enumerate(row[: self._width]):  # one more may end the line
                 cell = cell.lstrip("#%/ ") if not column else cell
-                unit = spelled(cell)
+                unit = unit_cell(cell)
                 if unit and (is_units or "(" in cell or "[" in cell):
                     units.setdefault(column, unit)
-                if cell and not is_units:
-                    names.setdefault(cell, []).append(column)
+                if cell:
+                    (among_units if is_units else names).setdefault(cell, []).append(column)
+        names = {**among_units, **names}
         self._index = {name: found[0] for name, found in names.items() if len(set(found)) == 1}
         for column in range(self._width):  # a file without a header still has columns
             self._index.setdefault(f"column{column + 1}", column)
         units |= dict.fromkeys(self._moments, "s")
         return {name: units[column] for name, column in self._index.items() if column in units}
+
+    def _describe(self, header: list[list[str]]) -> list[Described]:
+        """Each column by the last of its header's cells that names it alone and is no unit."""
+        found = []
+        for column in range(self._width):
+            near = header[-_NEAR:]  # above them stand an instrument's settings
+            said = tuple(row[column] for row in near if column < len(row) and row[column])
+            mine = [name for name, index in self._index.items() if index == column]
+            names = [cell for cell in said if cell in mine] or mine
+            words = [name for name in names if not only_unit(name)]
+            name = (words or names)[-1]
+            found.append(Described(name, said, self.header_units.get(name, "")))
+        return found
 
     def read(self, names: Sequence[str]) -> Columns:
         import pandas as pd
@@ -173,12 +196,12 @@ class CsvSource:
         self, parse: Callable[[Body, Mapping[str, int], int], Columns], wanted: Mapping[str, int]
     ) -> Columns:
         with self._body() as body:
-            return parse(body, wanted, max(0, self._extent.lines - self._header_lines))
+            return parse(body, wanted, self.rows)
 
     @contextlib.contextmanager
     def _body(self) -> Iterator[Body]:
-        with opened(self._path, self._extent.encoding) as text:
-            yield Body(text, self._header_lines, self._extent.characters)
+        with opened(self._text, self._extent.encoding) as text:
+            yield Body(text, self.header_lines, self._extent.characters)
 
     def _column(self, name: str) -> int:
         if name not in self._index:
@@ -189,7 +212,7 @@ class CsvSource:
         found = re.search(r"Expected (\d+) fields in line (\d+), saw (\d+)", error)
         if not found:
             return DataError(f"{self._path} is not a table: {error.strip().splitlines()[0]}")
-        line = int(found[2]) + self._header_lines
+        line = int(found[2]) + self.header_lines
         return DataError(
             f"{self._path}: line {line} has {found[3]} cells where the first data line has "
             f"{self._width}: repair that line, or give --separator"

@@ -30,7 +30,8 @@ def settings(header: Sequence[Row], first: Row) -> dict[str, float]:
             name = stated[1] or (over if _NAME.fullmatch(over) else "")
             if name:
                 found.setdefault(name, float(stated[2]))
-        if len(filled) == 2 and (stated := _STATED.fullmatch(filled[1])) and not stated[1]:
+        alike = len(filled) >= 2 and len(set(filled[1:])) == 1  # one for each column, too
+        if alike and (stated := _STATED.fullmatch(filled[1])) and not stated[1]:
             name = filled[0].rstrip(": ")
             again = sum(filled[0] in other for other in header) > 1  # then it names a column too
             if _NAME.fullmatch(name) and not again:

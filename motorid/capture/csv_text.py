@@ -59,7 +59,7 @@ def _measure(path: Path, encoding: str) -> Extent:
             if encoding != "utf-16" and "\0" in block:
                 raise DataError(
                     f"{path} is a binary file, not a text table: import reads CSV, MAT, Parquet, "
-                    "NPZ and JSON lines"
+                    "NPZ, XLSX and JSON lines"
                 )
             since = _longest(path, block, since)
             filled = len(block.rstrip())

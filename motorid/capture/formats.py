@@ -57,6 +57,27 @@ def _records(kind: str) -> Callable[[Path, TableOptions], Source]:
     return read
 
 
+def _sheet(path: Path, chosen: TableOptions) -> Source:
+    from motorid.capture.sheet_reader import SheetSource
+
+    return SheetSource(path, chosen.decimal, chosen.thousands)
+
+
+def _is_sheet(suffix: str, head: bytes) -> bool:
+    from motorid.capture.sheet_reader import HEADS, SUFFIXES
+
+    return suffix in SUFFIXES and head.startswith(HEADS)
+
+
+def _recording(kind: str) -> Callable[[Path, TableOptions], Source]:
+    def read(path: Path, chosen: TableOptions) -> Source:
+        from motorid.capture.recording_reader import RecordingSource
+
+        return RecordingSource(path, kind)
+
+    return read
+
+
 def _are_records(kind: str) -> Callable[[str, bytes], bool]:
     def takes(suffix: str, head: bytes) -> bool:
         from motorid.capture.record_lines import kind_of
@@ -88,6 +109,11 @@ TABLE = (
         lambda suffix, head: suffix == ".npz" and head.startswith(b"PK"),
         _columnar("NPZ"),
     ),
+    Format("spreadsheet", _is_sheet, _sheet),
+    Format("WPILib data log", lambda _, head: head.startswith(b"WPILOG"), _recording("WPILib log")),
+    Format("TDMS", lambda _, head: head.startswith(b"TDSm"), _recording("TDMS")),
+    Format("MDF", lambda _, head: head.startswith(b"MDF     "), _recording("MDF")),
+    Format("MCAP", lambda _, head: head.startswith(b"\x89MCAP0"), _recording("MCAP")),
     Format("JSON lines", _are_records("JSON lines"), _records("JSON lines")),
     Format("labelled lines", _are_records("labelled lines"), _records("labelled lines")),
     Format("text table", lambda *_: True, _csv),

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.capture import quadrature
 from motorid.capture.columns import unknown_column
 from motorid.capture.units import AMBIENT, QUANTITIES, TIME, Unit, unit_of
 from motorid.errors import UsageError, nearest
@@ -71,6 +72,7 @@ def _parse(text: str, counts_per_turn: float) -> ChannelMap:
 class Formula:
     """Arithmetic over columns and constants: ``vir*gtau``, ``Input Power/Current``, ``-i``.
 
+    ``quadrature(A,B)`` counts the edges of an encoder's two lines.
     A column's own name wins over arithmetic: in a file with a column ``a-b``, that is what ``a-b``
     means. Raises UsageError on what is neither.
     """
@@ -108,6 +110,11 @@ class Formula:
                 self._check(right)
             case ast.UnaryOp(op=op, operand=operand) if type(op) in _SIGNS:
                 self._check(operand)
+            case ast.Call(func=ast.Name(id=quadrature.NAME), args=[ast.Name(), ast.Name()]) if (
+                not node.keywords
+            ):
+                for line in node.args:
+                    self._check(line)
             case ast.Constant(value=int() | float() as number):
                 _refuse_endless(number)
             case ast.Name(id=name) if name in self._constants or name in self._codes():
@@ -156,6 +163,9 @@ def _value(node: ast.AST, values: Mapping[str, Any]) -> Any:
             return _BINARY[type(op)](_value(left, values), _value(right, values))
         case ast.UnaryOp(op=op, operand=operand):
             return _SIGNS[type(op)](_value(operand, values))
+        case ast.Call(args=[a, b]):
+            lines = np.broadcast_arrays(_value(a, values), _value(b, values))
+            return quadrature.counts(*(np.atleast_1d(line) for line in lines))
         case ast.Name(id=name):
             return np.asarray(values[name], dtype=np.float64)
         case ast.Constant(value=int() | float() as number):

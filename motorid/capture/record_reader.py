@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.columns import BadCell, Columns, unknown_column
+from motorid.capture.columns import BadCell, Columns, Described, unknown_column
 from motorid.capture.csv_text import measure, opened
 from motorid.capture.record_lines import KINDS, STAMP, Moment, NoRecordError, moment
 from motorid.errors import DataError
@@ -59,6 +59,11 @@ class RecordSource:
         units = {name: "s" for name, one in self._columns.items() if one.first is not None}
         self.header_units: Mapping[str, str] = units
         self.names: Sequence[str] = list(self._columns)
+        self.constants: Mapping[str, float] = {}
+        self.rows = len(self._lines)
+        self.described: Sequence[Described] = [
+            Described(name, (name,), units.get(name, "")) for name in self.names
+        ]
 
     def _read_all(self, encoding: str) -> None:
         read = KINDS[self.layout]

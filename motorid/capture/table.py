@@ -58,7 +58,7 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
     insist_options(chosen, mapped)
     source = source_of(path, chosen)
     formulas = _formulas(source, mapped, chosen.constants)
-    notes = checks.header_notes(mapped, formulas, source.header_units)
+    notes = [*chosen.notes, *checks.header_notes(mapped, formulas, source.header_units)]
     values = _read(path, source, formulas, chosen, notes)
     clock, values, static = _in_order(path, source, mapped, values, chosen, notes)
     checks.some_readings(path, values)

@@ -239,7 +239,7 @@ def capture_notes(capture: Capture, held: Mapping[str, int], static: bool) -> li
     if position is not None and speed is not None and not static:
         known = np.isfinite(position.values) & np.isfinite(speed.values)
         seen = capture.time_s[known], position.values[known], speed.values[known]
-        ratio = _speed_over_derivative(*seen) if known.sum() > 1 else None
+        ratio = speed_over_derivative(*seen) if known.sum() > 1 else None
         if ratio is not None and abs(ratio - 1) > 0.1:
             notes.append(
                 f"speed is {ratio:.3g} times the derivative of position: one of the two units, "
@@ -248,7 +248,7 @@ def capture_notes(capture: Capture, held: Mapping[str, int], static: bool) -> li
     return notes
 
 
-def _speed_over_derivative(time_s: Floats, position: Floats, speed: Floats) -> float | None:
+def speed_over_derivative(time_s: Floats, position: Floats, speed: Floats) -> float | None:
     """The factor between ∫speed dt and position, or None where either stands still."""
     travelled = np.r_[0.0, np.cumsum(np.diff(time_s) * (speed[1:] + speed[:-1]) / 2)]
     a, b = position - position.mean(), travelled - travelled.mean()

@@ -47,6 +47,7 @@ class TableOptions:
     stated: Stated = field(default_factory=Stated)  # of the motor
     serial: str = ""
     note: str = ""
+    notes: Sequence[str] = ()  # of how the options came about, kept with the import's own
 
 
 def insist_options(chosen: TableOptions, mapped: Mapping[str, ChannelMap]) -> None:

@@ -8,6 +8,7 @@ from math import pi
 from types import MappingProxyType
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, TORQUE, VOLTAGE
+from motorid.capture.unit_spellings import usual
 from motorid.errors import UsageError, nearest
 
 TIME = "time"
@@ -62,39 +63,6 @@ _FAMILIES = MappingProxyType(
 QUANTITIES = tuple(_FAMILIES)
 LINEAR = frozenset({"N", "m", "m/s"})  # SI units that only a linear axis has
 
-_ALIASES = MappingProxyType(
-    {
-        "µs": "us",
-        "μs": "us",
-        "sec": "s",
-        "seconds": "s",
-        "µA": "uA",
-        "RPM": "rpm",
-        "rev/min": "rpm",
-        "1/min": "rpm",
-        "rps": "turn/s",
-        "rev/s": "turn/s",
-        "°": "deg",
-        "°/s": "deg/s",
-        "rev": "turn",
-        "turns": "turn",
-        "ticks": "counts",
-        "count": "counts",
-        "Nm": "N·m",
-        "N*m": "N·m",
-        "N.m": "N·m",
-        "mNm": "mN·m",
-        "Ncm": "N·cm",
-        "ozin": "oz·in",
-        "lbin": "lb·in",
-        "percent": "%",
-        "degC": "°C",
-        "C": "°C",
-        "pwm": "1",
-        "": "1",
-    }
-)
-
 
 @dataclass(frozen=True)
 class Unit:
@@ -111,7 +79,7 @@ def unit_of(quantity: str, written: str, counts_per_turn: float = 0.0) -> Unit:
 
     Raises UsageError, naming the units that would do.
     """
-    spelling = _ALIASES.get(written, written)
+    spelling = usual(written)
     if spelling in ("counts", "counts/s"):
         return _counts(quantity, written, spelling, counts_per_turn)
     for si, family in _FAMILIES[quantity].items():
@@ -122,6 +90,12 @@ def unit_of(quantity: str, written: str, counts_per_turn: float = 0.0) -> Unit:
         f"{written!r} is not a unit of {quantity}{nearest(written, known)}; "
         f"known: {', '.join(known)}"
     )
+
+
+def units_of(quantity: str) -> Mapping[str, tuple[str, float]]:
+    """Every unit of ``quantity`` but counts: its SI unit, and how many of that make one."""
+    families = _FAMILIES[quantity].items()
+    return {name: (si, scale) for si, family in families for name, scale in family.items()}
 
 
 def alike(quantity: str, si: str) -> Mapping[str, float]:
@@ -141,6 +115,6 @@ def _counts(quantity: str, written: str, spelling: str, counts_per_turn: float) 
 def spelled(text: str) -> str | None:
     """The time, current or other unit that a header cell spells, alone or in brackets; or None."""
     inside = text.strip().rstrip(")]").replace("[", "(").rpartition("(")[2].strip()
-    spelling = _ALIASES.get(inside, inside) if inside else inside
+    spelling = usual(inside) if inside else inside
     every = {name for group in _FAMILIES.values() for family in group.values() for name in family}
     return spelling if spelling in (every | {"counts", "counts/s"}) - {"1"} else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -24,10 +25,11 @@ SaidT = tuple[tuple[str, str], ...]
     "import",
     cls=Paged,
     common=(
-        *("maps", "sense", "counts_per_turn", "start_s", "stop_s", "missing"),
+        *("maps", "look", "yes", "sense", "counts_per_turn", "start_s", "stop_s"),
         *("serial", "output", "force"),
     ),
     epilog=example(
+        "motorid import log.csv",
         "motorid import log.csv --map time=t:ms --map current=i:mA --map speed=n:rpm -o log.h5",
         "motorid import drive.mat --map time=t:s --map torque=vir*gtau:N --map position=qm:m "
         "-o drive.h5",
@@ -38,17 +40,17 @@ SaidT = tuple[tuple[str, str], ...]
     "--map",
     "maps",
     multiple=True,
-    required=True,
     metavar="QUANTITY=COLUMN:UNIT",
     help="Which column is time, current, voltage, speed, position, torque, ... A column may be "
     "arithmetic over columns. Without time, rows are steady points. Repeatable.",
 )
+@click.option("--look", is_flag=True, help="Propose what no --map says; without --map always so.")
+@click.option("--yes", is_flag=True, help="Take the proposal unasked, if it leaves nothing open.")
 @click.option(
     "-o",
     "--output",
-    required=True,
     type=Named(dir_okay=False, path_type=Path),
-    help="Capture file to write.",
+    help="Capture file to write.  [default: the name of FILE with .h5, in this folder]",
 )
 @click.option(
     "--aperture",
@@ -140,7 +142,9 @@ SaidT = tuple[tuple[str, str], ...]
 def command(
     file: Path,
     maps: tuple[str, ...],
-    output: Path,
+    look: bool,
+    yes: bool,
+    output: Path | None,
     aperture: SaidT,
     delay: SaidT,
     delay_uncertainty: SaidT,
@@ -170,44 +174,58 @@ def command(
 ) -> None:
     """Turn somebody else's table or log into a capture, by naming its columns.
 
-    Reads CSV, MAT, Parquet and NPZ files, JSON lines, and the labelled lines of a serial plotter.
+    Without --map it looks at the file first: it shows each column, proposes quantities and units,
+    and asks. A unit that names, headers and readings leave open is asked about, never guessed.
+
+    Reads CSV, MAT, Parquet, NPZ, XLSX, TDMS, MDF, MCAP and WPILib files, JSON lines, and the
+    labelled lines of a serial plotter.
 
     Separators, header rows and decimal marks are found; units are converted to SI.
     """
     from motorid.capture import store, table
+    from motorid.capture.table_options import TableOptions
     from motorid.capture.whole import refuse_existing
     from motorid.rig_nameplate import read_nameplate
 
+    output = output or Path(f"{file.stem}.h5")
     refuse_existing(output, force)
-    capture = table.read_table(
-        file,
-        maps,
-        aperture=dict(aperture),
-        delay=dict(delay),
-        delay_uncertainty=dict(delay_uncertainty),
-        filter=dict(low_pass),
-        gain_uncertainty=dict(gain_uncertainty),
-        offset_uncertainty=dict(offset_uncertainty),
-        constants=dict(constant),
-        unsigned=unsigned,
-        separator=separator,
-        decimal=decimal,
-        thousands=thousands,
-        drop_bad=drop_bad,
-        missing=missing,
-        counts_per_turn=counts_per_turn,
-        gear_ratio=gear_ratio,
-        sense=sense or "terminals",
-        bridge_resistance=bridge_resistance,
-        bridge_resistance_uncertainty=bridge_resistance_uncertainty,
-        start_s=start_s,
-        stop_s=stop_s,
-        ambient_c=ambient_c,
-        ambient_uncertainty_c=ambient_uncertainty_c,
-        stated=read_nameplate(nameplate),
-        serial=serial,
-        note=note,
-    )
+    given = {
+        "aperture": dict(aperture),
+        "delay": dict(delay),
+        "delay_uncertainty": dict(delay_uncertainty),
+        "filter": dict(low_pass),
+        "gain_uncertainty": dict(gain_uncertainty),
+        "offset_uncertainty": dict(offset_uncertainty),
+        "constants": dict(constant),
+        "unsigned": unsigned,
+        "separator": separator,
+        "decimal": decimal,
+        "thousands": thousands,
+        "drop_bad": drop_bad,
+        "missing": missing,
+        "counts_per_turn": counts_per_turn,
+        "gear_ratio": gear_ratio,
+        "sense": sense or "terminals",
+        "bridge_resistance": bridge_resistance,
+        "bridge_resistance_uncertainty": bridge_resistance_uncertainty,
+        "start_s": start_s,
+        "stop_s": stop_s,
+        "ambient_c": ambient_c,
+        "ambient_uncertainty_c": ambient_uncertainty_c,
+        "stated": read_nameplate(nameplate),
+        "serial": serial,
+        "note": note,
+    }
+    chosen: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    proposed: tuple[str, ...] = ()
+    if look or not maps:
+        from motorid.cli.import_look import settle
+
+        taken = settle(file, maps, TableOptions(**chosen), sense, output, yes)
+        maps, proposed = taken.maps, (f"columns and units were proposed, and {taken.how}",)
+        chosen["counts_per_turn"] = taken.counts_per_turn
+        chosen["sense"] = taken.sense or "terminals"
+    capture = table.read_table(file, maps, notes=proposed, **chosen)
     for remark in capture.provenance.get(table.NOTES, ()):
         click.echo(f"note: {remark}", err=True)
     click.echo(f"wrote {store.save(capture, output, force)}: {len(capture)} samples", err=True)

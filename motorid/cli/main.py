@@ -44,6 +44,7 @@ COMMANDS = {
     "motors": ("motors", "Several motors on one page: what differs, and all curves."),
     "ports": ("ports", "List the serial ports, without opening them."),
     "rigs": ("rigs", "List the rigs that come with motorid."),
+    "board": ("board", "Show and store what a board knows of its sensors and dividers."),
     "flash": ("flash", "Put the firmware on an Arduino Uno or Mega, by avrdude."),
     "sim": ("sim", "Offer the simulated board to another program."),
     "config": ("config", "Show and set the defaults of options, in one file."),
@@ -53,7 +54,7 @@ TASKS = {
     "Measure": ("run", "plan", "capture", "recover", "calibrate"),
     "Look and fit": ("import", "segment", "fit", "motors", "compare", "export", "verify"),
     "Inspect motors": ("check", "station", "gauge", "trend", "risk", "history"),
-    "Set up": ("ports", "rigs", "flash", "sim", "config", "completion"),
+    "Set up": ("ports", "rigs", "board", "flash", "sim", "config", "completion"),
 }
 
 

@@ -89,9 +89,21 @@ class Bench:
         self._c.channel[lib.BENCH_CURRENT].cubic = self.options.current_cubic
         self._c.reference.drift = self.options.reference_drift
         self._c.reference.tau = self.options.reference_time
+        self._set_zeroes()
+
+    def _set_zeroes(self) -> None:
         self._c.limits.current_zero = self.chain.current.offset
         self._c.limits.supply_zero = self.chain.supply.offset
         self._c.limits.voltage_zero = self.chain.voltage.offset
+
+    def redeclare(self, chain: Chain) -> None:
+        """Other facts declare the same converters: limits and held volts go by them from now on."""
+        self.chain = chain
+        for index, converter in enumerate(chain.converters):
+            adc = self._c.channel[index]
+            adc.gain *= converter.scale / adc.scale
+            adc.scale = converter.scale
+        self._set_zeroes()
 
     def set_period(self, ticks: int, fast: int = 0) -> None:
         """Sample every so many ticks from now on, with so many readings of a fast burst in each.

@@ -11,6 +11,7 @@ import numpy as np
 from motorid.sim import identity
 from motorid.sim.bench import Bench, Raw
 from motorid.sim.chain import draw_chain, idle_period
+from motorid.sim.front_end import FrontEnd
 from motorid.sim.options import CLOCK_HZ, Options
 from motorid.sim.run import Run
 from motorid.sim.stream import U32, Stream
@@ -22,7 +23,7 @@ from motorid.wire.codec import (
     encode_refusal,
     encode_reply,
 )
-from motorid.wire.enums import Fault, ResetCause, State, Status, StepKind
+from motorid.wire.enums import Fault, FrontEndSource, ResetCause, State, Status, StepKind
 from motorid.wire.hashes import program_hash
 from motorid.wire.spec import COMMAND_HEADER, REPLY_HEADER, Field, fields_size, load
 
@@ -52,6 +53,7 @@ class Board:
     ) -> None:
         self.options = options
         self.chain = draw_chain(options)
+        self.front_end = FrontEnd(self.chain, options.front_end == "compiled")
         self.bench = Bench(options, self.chain)
         self.major = load().major if major is None else major
         self._send, self._has_room = send, has_room
@@ -282,6 +284,10 @@ class Board:
             return Status.HASH_MISMATCH, {}
         if self._missing_inputs():
             return Status.INPUT_OPEN, {}
+        if self.front_end.source is FrontEndSource.NONE:
+            return Status.NO_FRONT_END, {}
+        if self.front_end.magnitude:  # whose sign is no drive's
+            config = config | {"sign_check_ma": U32}
         self.runs += 1
         self.bench.seed_run(self.runs)
         start = self.tick + self._period
@@ -324,10 +330,14 @@ class Board:
         return OK, {"pin": pin, "closed": closed}
 
     def _do_read_front_end(self, command: Command) -> Answer:
-        return Status.NOT_SUPPORTED, {}
+        return OK, self.front_end.reply()
 
     def _do_write_front_end(self, command: Command) -> Answer:
-        return Status.NOT_SUPPORTED, {}
+        if not self.front_end.store(command.fields):
+            return Status.BAD_VALUE, {}
+        self.chain = self.front_end.chain()
+        self.bench.redeclare(self.chain)
+        return OK, {"front_end_hash": self.front_end.hash}
 
     def _do_clear_fault(self, command: Command) -> Answer:
         self.fault = Fault.NONE

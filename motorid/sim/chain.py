@@ -29,13 +29,15 @@ class Converter:
     aperture_s: float  # by the board's clock; 0: an instant
     delay_s: float  # declared, without the filter's
     true_delay_s: float
-    filter_s: float  # declared time constant of the filter before it; 0: none
-    filter2_s: float  # of a second one behind it
     poles_s: tuple[float, float]  # true time constants; 0: none
     phase: float | None
     gain_uncertainty: float
     offset_uncertainty: float
     bits: int
+    slope_s: float = 0.0  # declared coefficient of s of the filter, and root of that of s²
+    root_s: float = 0.0
+    raw_min: int = 0  # readings at or below are declared saturated, and at or above
+    raw_end: int = 0
 
     @property
     def kind(self) -> ChannelKind:
@@ -109,13 +111,14 @@ def draw_chain(options: Options) -> Chain:
             aperture_s=aperture if is_current else options.voltage_aperture,
             delay_s=declared,
             true_delay_s=max(declared + float(late[index]), 0.0),
-            filter_s=filter_s,
-            filter2_s=second,
             poles_s=poles,
             phase=options.phase if is_current else None,
             gain_uncertainty=spread if given is None else abs(given),
             offset_uncertainty=options.offset_uncertainty,
             bits=options.bits,
+            slope_s=filter_s + second,
+            root_s=(filter_s * second) ** 0.5,
+            raw_end=int(codes) - 1,
         )
 
     return Chain(

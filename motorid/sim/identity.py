@@ -6,6 +6,7 @@ from typing import Any, Protocol
 
 from motorid.sim.bench import Bench
 from motorid.sim.chain import UNSYNCHRONISED, Chain, Converter, burst_samples, shortest_period
+from motorid.sim.front_end import FrontEnd
 from motorid.sim.options import CLOCK_HZ, Options, decay_mask
 from motorid.sim.run import Run
 from motorid.sim.stream import U32
@@ -28,7 +29,7 @@ from motorid.wire.hashes import layout_hash
 NAME = "motorid-sim"
 FIRMWARE = (1, 0, 0)
 CHANNELS = len(Channel)
-FEATURES = 1 << Feature.VOLTAGE_LIMIT | 1 << Feature.INPUTS | 1 << Feature.SIGN_CHECK
+FEATURES = sum(1 << feature for feature in Feature)  # all that there are
 PINS = {Input.PART_PRESENT: "X1", Input.GUARD_CLOSED: "X2"}
 INPUTS = sum(1 << one for one in PINS)
 MAX_HOST_SILENCE_MS = 5000
@@ -45,6 +46,7 @@ class Described(Protocol):
 
     options: Options
     chain: Chain
+    front_end: FrontEnd
     bench: Bench
     major: int
     boot_id: int
@@ -93,6 +95,7 @@ def identify(board: Described) -> Fields:
         "inputs": INPUTS,
         "brown_out_mv": options.brown_out,
         "brown_out_least_mv": options.brown_out_least,
+        "front_end_hash": board.front_end.hash,
     }
 
 
@@ -111,9 +114,8 @@ def pace(board: Described, config: Fields) -> tuple[int, int]:
 
 
 def max_current_ma(board: Described) -> int:
-    """The largest current the converter can still tell from a larger one."""
-    converter = board.chain.current
-    return int(converter.scale * (converter.raw_max - converter.offset) * 1000)
+    """The largest limit of the current that board and front end allow."""
+    return board.front_end.most_ma
 
 
 def has_mode(board: Described, mode: int) -> bool:
@@ -134,7 +136,6 @@ def describe(board: Described, index: int, mode: int = Mode.STREAM) -> Fields:
 
 
 def _describe_converter(converter: Converter) -> Fields:
-    slope_s = converter.filter_s + converter.filter2_s  # coefficient of s
     return {
         "channel": converter.channel,
         "unit": converter.unit,
@@ -143,15 +144,15 @@ def _describe_converter(converter: Converter) -> Fields:
         "scale": converter.scale,
         "offset": converter.offset,
         "aperture_ns": round(converter.aperture_s * 1e9),
-        "delay_ns": round((converter.delay_s + slope_s) * 1e9),
+        "delay_ns": round((converter.delay_s + converter.slope_s) * 1e9),
         "pwm_phase_permille": _permille(converter),
         "gain_uncertainty": converter.gain_uncertainty,
         "offset_uncertainty": converter.offset_uncertainty,
         "noise": converter.noise,
-        "raw_min": 0,
-        "raw_max": converter.raw_max,
-        "filter_ns": round(slope_s * 1e9),
-        "filter2_ns": round((converter.filter_s * converter.filter2_s) ** 0.5 * 1e9),
+        "raw_min": converter.raw_min,
+        "raw_max": converter.raw_end,
+        "filter_ns": round(converter.slope_s * 1e9),
+        "filter2_ns": round(converter.root_s * 1e9),
     }
 
 
@@ -221,16 +222,17 @@ def check_config(board: Described, config: Fields) -> Status:
         and config["run_time_limit_ms"] > 0
         and 0 < config["host_silence_ms"] <= MAX_HOST_SILENCE_MS
     )
-    return _check_features(config) if limits_hold else Status.BAD_VALUE
+    return _check_features(board, config) if limits_hold else Status.BAD_VALUE
 
 
-def _check_features(config: Fields) -> Status:
+def _check_features(board: Described, config: Fields) -> Status:
     if config["inputs_required"] & ~INPUTS:
         return Status.NOT_SUPPORTED
     least = min(config[f"sign_check_{name}"] for name in ("ma", "mv", "counts"))
     if config["sign_check_ms"] and not least:
         return Status.BAD_VALUE
-    return Status.HASH_MISMATCH if config["front_end_hash"] else Status.OK
+    foreign = config["front_end_hash"] not in (0, board.front_end.hash)
+    return Status.HASH_MISMATCH if foreign else Status.OK
 
 
 def check_step(board: Described, step: Fields) -> Status:

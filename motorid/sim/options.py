@@ -133,6 +133,9 @@ class Options:
     minor: int = _integer(MINOR, 0, MINOR, "protocol minor that the board speaks")
     brown_out: int = _integer(4300, 0, 65_535, "mV at which its detector resets it; 0: it is off")
     brown_out_least: int = _integer(3780, 0, 65_535, "mV that its clock needs; 0: it tells neither")
+    front_end: str = _choice(
+        "compiled", ("compiled", "none"), "what the board drives with while no facts are stored"
+    )
     max_steps: int = _integer(64, 1, 255, "steps a program may have")
     max_step: float = _number(0.0, 0, 1e-3, "s, longest integration step; 0: chosen")
 

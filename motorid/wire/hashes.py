@@ -27,6 +27,11 @@ def program_hash(steps: Iterable[Mapping[str, Any]]) -> int:
     return zlib.crc32(b"".join(_packed("add_step", step) for step in steps))
 
 
+def front_end_hash(facts: Mapping[str, Any]) -> int:
+    """Hash of facts of a front end: of the write_front_end fields as they stand on the wire."""
+    return zlib.crc32(_packed("write_front_end", facts))
+
+
 @lru_cache(maxsize=1)
 def layout_hash() -> int:
     """Hash of this package's layout text."""

@@ -181,9 +181,23 @@ def _command(spec: Spec, command: Message) -> str:
             f"#define {macro}_STATES 0x{mask:02X}u /* bit n: accepted in state n */",
             f"#define {macro}_ENDS(n) ({ends}) /* a field ends there, or later ones follow */",
             _group(command.name, command.fields),
+            *_places(command),
             _group(f"{command.name}_reply", command.reply),
         ]
     )
+
+
+STORED = ("write_front_end",)  # whose fields a board keeps as they stand on the wire
+
+
+def _places(command: Message) -> Iterator[str]:
+    """Where each field of a stored command stands, counted from the first."""
+    if command.name in STORED:
+        macro = f"WIRE_{command.name.upper()}_AT"
+        yield "".join(
+            f"#define {macro}_{field.name.upper()} {at}u\n"
+            for at, field in _offsets(command.fields)
+        )
 
 
 def _event(spec: Spec, event: Message) -> str:

@@ -24,6 +24,7 @@ from motorid.wire.enums import Fault, ResetCause
 ROOT = Path(__file__).resolve().parents[2]
 FIRMWARE = ROOT / "firmware"
 HOST_PORT = FIRMWARE / "ports" / "host"
+FACTS_AT, SLOT_BYTES = 64, 67  # in an AVR board's EEPROM: firmware/ports/avr/memory.c
 STRETCH = 16  # samples by which a lock-stepped board moves while nothing has arrived
 
 
@@ -32,7 +33,8 @@ class Board(Protocol):
 
     ``traits`` says what can be done to it: "fresh" (every test has its own, so that hello is
     seen), "exact" (time moves only in ``read``), "bridge" (``is_open`` knows), "reset", "driver"
-    (its driver's fault output), "inputs" (contacts) and "break" (any fault of its own).
+    (its driver's fault output), "inputs" (contacts), "memory" (it can be damaged) and "break" (any
+    fault of its own).
     """
 
     name: str
@@ -53,6 +55,9 @@ class Board(Protocol):
 
     def close_inputs(self, mask: int) -> None:
         """Bit n: the contact of input n is closed from now on."""
+
+    def spoil(self) -> None:
+        """Damage the memory that keeps the facts of its front end."""
 
     def close(self) -> None:
         """Done with it."""
@@ -93,6 +98,9 @@ class SimulatedBoard:
 
     def close_inputs(self, mask: int) -> None:
         self._board.set_inputs(mask)
+
+    def spoil(self) -> None:
+        raise NotImplementedError
 
     def close(self) -> None:
         self.port.close()
@@ -213,7 +221,7 @@ class HostBoard:
 
     name = "host"
     traits = frozenset(
-        {"fresh", "exact", "bridge", "reset", "driver", "inputs", "break", "options"}
+        {"fresh", "exact", "bridge", "reset", "driver", "inputs", "memory", "break", "options"}
     )
 
     def __init__(self, more: tuple[str, ...] = (), **options: Any) -> None:
@@ -242,6 +250,13 @@ class HostBoard:
 
     def close_inputs(self, mask: int) -> None:
         self.port.order(f"inputs {mask}")
+
+    def spoil(self) -> None:
+        self.port.order("spoil")
+
+    def sense(self, volts: float, reference: float) -> None:
+        """So many volts are at the input of the current's converter, whatever flows."""
+        self.port.order(f"sense {volts!r} {reference!r}")
 
     def close(self) -> None:
         self.port.close()
@@ -277,7 +292,7 @@ class EmulatedBoard:
     "uno-clang" is the Uno with the second compiler's firmware.
     """
 
-    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver", "inputs"})
+    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver", "inputs", "memory"})
 
     def __init__(self, name: str, **options: Any) -> None:
         self.name = name
@@ -301,6 +316,10 @@ class EmulatedBoard:
 
     def close_inputs(self, mask: int) -> None:
         self.port.board.set("inputs", float(mask))
+
+    def spoil(self) -> None:
+        for slot in range(2):
+            self.port.board.set(f"eeprom[{FACTS_AT + slot * SLOT_BYTES + 20}]", 0x31)
 
     def close(self) -> None:
         self.port.close()
@@ -328,6 +347,9 @@ class DeviceBoard:
         raise NotImplementedError
 
     def close_inputs(self, mask: int) -> None:
+        raise NotImplementedError
+
+    def spoil(self) -> None:
         raise NotImplementedError
 
     def close(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -24,6 +25,7 @@ DEADLINE_S = LIMITS.reply_deadline_ms * 1e-3
 BEAT_S = LIMITS.heartbeat_period_ms * 1e-3
 GENTLE = 0.4  # duty that a bench's motor bears from standstill
 ALL = 0b1111
+OUT_OF_STEP_S = 2.7e-3  # with a board's blocks, whose sealing makes it deaf to a long command
 
 
 @dataclass
@@ -141,6 +143,18 @@ class Client:
     def ask(self, name: str, request: int | None = None, /, **fields: Any) -> Reply:
         """Send and wait for the reply, which must come in time."""
         return self.await_reply(self.send(name, request, **fields))
+
+    def insist(self, name: str, timeout_s: float, /, **fields: Any) -> Reply:
+        """Send until a reply comes, as hosts do: a busy board may lose a long command."""
+        request = self.next_request()
+        for _ in range(LIMITS.attempts - 1):
+            self.send(name, request, **fields)
+            with contextlib.suppress(TimeoutError):
+                return self.await_reply(request, timeout_s)
+            self.port.write(DELIMITER)  # ends what is left of it
+            self.wait(OUT_OF_STEP_S)
+        self.send(name, request, **fields)
+        return self.await_reply(request, timeout_s)
 
     def get(self, name: str, /, **fields: Any) -> Fields:
         """The fields of a reply that must be ok."""

@@ -112,8 +112,8 @@ def test_a_state_accepts_what_the_table_says(client: Client, name: str, state: S
         pytest.skip("no device: only a reset brings a real board back to idle")
     hashes = reach(client, state)
     assert client.state is state
-    request = client.send(name, **fields_of(client, name, hashes, state))
-    reply = client.await_reply(request, 1.0)
+    fields = fields_of(client, name, hashes, state)
+    reply = client.insist(name, 1.0 if state in (State.IDLE, State.ZEROING) else 0.1, **fields)
     assert reply.status is expected(client, name, state)
     if reply.status is Status.OK and name != "zero":
         assert client.state is AFTER.get((name, state), state)

@@ -30,6 +30,9 @@ PARSERS = {
         2000,
     ),
     "csv": Parser("tests.fuzz.csv_checks", ("motorid.capture",), 1000),
+    "look": Parser(
+        "tests.fuzz.look_checks", ("motorid.capture", "motorid.workflow.proposal"), 1000
+    ),
     "journal": Parser("tests.fuzz.journal_checks", ("motorid.acquire", "motorid.wire"), 1000),
 }
 FILES = ("hdf5", "mat")

@@ -25,11 +25,12 @@ LEAST_RUNS = {
     "wire": 500,
     "rig": 300,
     "csv": 60,
+    "look": 30,
     "journal": 60,
     "hdf5": 5,
     "mat": 5,
 }  # on a busy computer
-SHORTER = ("journal", "hdf5", "mat")  # a third of the time is enough for these
+SHORTER = ("journal", "look", "hdf5", "mat")  # a third of the time is enough for these
 
 
 @pytest.mark.parametrize("target", PARSERS)

@@ -9,7 +9,15 @@ import pytest
 
 from motorid.errors import DataError, UsageError
 from motorid.quality.gauge import Study, analyse, anova_table
-from motorid.quality.ranges import a2, d2, d2_star, d3, range_limits
+from motorid.quality.ranges import (
+    a2,
+    d2,
+    d2_star,
+    d3,
+    degrees_of_freedom,
+    degrees_of_moving_ranges,
+    range_limits,
+)
 from motorid.quality.reference import golden, linearity, sigma_by_range
 from tests.gauge.published import (
     AIAG_GRR,
@@ -169,6 +177,20 @@ def test_cg_and_cgk_by_their_definition() -> None:
     uncertain = golden(values, 9.95, reference_uncertainty=0.05)
     assert golden(values, 9.95).biased
     assert not uncertain.biased
+
+
+def test_intervals_hold_the_figures_they_belong_to() -> None:
+    for name in ("EV", "GRR"):
+        found = analyse(study(AIAG_GRR)).components[name]
+        low, high = found.interval_95 or (math.nan, math.nan)
+        assert 0.4 * found.sigma < low < found.sigma < high
+
+
+def test_moving_ranges_that_share_readings_tell_less_than_separate_ones() -> None:
+    assert degrees_of_moving_ranges(2) == degrees_of_freedom(2, 1)  # one range shares nothing
+    for count in (3, 10, 100):
+        assert degrees_of_moving_ranges(count) < degrees_of_freedom(2, count - 1)
+    assert degrees_of_moving_ranges(100) == pytest.approx(0.6 * 99, rel=0.05)
 
 
 @pytest.mark.slow

@@ -64,6 +64,27 @@ def test_errors_say_where_and_what(old: str, new: str, says: str) -> None:
     assert says in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("key", "least", "most"),
+    [
+        ("r", 0, 10),
+        ("coverage_factor", 0.1, 10),
+        ("consumer_risk", 1e-9, 0.5),
+        ("process_mean", -1e12, 1e12),
+        ("process_sd", 1e-15, 1e12),
+    ],
+)
+def test_figures_of_a_rule_stay_within_reason(key: str, least: float, most: float) -> None:
+    def given_(value: float) -> object:
+        return parse(SMALL + f"{key} = {value!r}\n", "x.toml")
+
+    for value in (least, most):
+        assert given_(value)
+    for value in (least - max(abs(least), 1e-15), 1.2 * most):
+        with pytest.raises(UsageError, match=f"R_25.{key} must be a number from"):
+            given_(value)
+
+
 def test_a_limit_may_have_a_rule_of_its_own() -> None:
     text = SMALL.replace("low = 2.4", 'low = 2.4\nrule = "specific_risk"\nconsumer_risk = 0.01')
     rule = parse(text).limits["R_25"].rule

@@ -12,7 +12,7 @@ from motorid.estimate.model.unexplained import Unexplained
 from motorid.estimate.results.estimate import Alternative, Diagnostic, Estimate, Suspect
 from motorid.estimate.results.status import Status
 from motorid.quality.guard_band import Rule
-from motorid.quality.judge import judge, not_measured
+from motorid.quality.judge import judge, not_measured, not_running
 from motorid.quality.limits import Limit
 from motorid.quality.product import Product
 from motorid.quality.quantities import QUANTITIES, Context
@@ -181,6 +181,13 @@ def test_a_wider_guard_band_makes_the_same_motor_marginal(
 def test_not_measured_says_why(product: Product) -> None:
     verdict = not_measured(product, "D000001", "the cable is out")
     assert (verdict.outcome, verdict.reasons) == (Outcome.INVALID, ("the cable is out",))
+
+
+def test_a_motor_that_does_not_run_fails_and_is_no_marginal_one(product: Product) -> None:
+    dead = not_running(product, "D000001", "open winding", "no current at 6 V")
+    assert (dead.outcome, dead.marginal) == (Outcome.FAIL, False)
+    unsound = not_running(product, "D000001", "open winding", "no current at 6 V", "no self-test")
+    assert (unsound.outcome, unsound.marginal) == (Outcome.INVALID, False)
 
 
 @pytest.mark.parametrize(("name", "resting"), [("R", "ripple_segment"), ("K", "unbalance")])

@@ -33,6 +33,12 @@ class Score:
         return [m for m in self.of("survived", "uncovered") if (m.path, m.change) not in known]
 
     @property
+    def half_tried(self) -> int:
+        """Survivors that some covering tests never met: the budget was spent before."""
+        answers = dict(self.answers)
+        return sum(answers[m].tried < answers[m].covering for m in self.left)
+
+    @property
     def called_equivalent(self) -> int:
         """How many survivors change no behaviour, each with its reason."""
         return len(self.of("survived", "uncovered")) - len(self.left)
@@ -53,7 +59,8 @@ class Score:
         """A line of the table."""
         return (
             f"{self.room:10} {len(self.answers):6} {len(self.of('killed')):7} {len(self.left):9} "
-            f"{self.called_equivalent:11} {self.share:7.0%} {GOALS[self.room]:5.0%}"
+            f"{self.half_tried:10} {self.called_equivalent:11} {self.share:7.0%} "
+            f"{GOALS[self.room]:5.0%}"
         )
 
     def as_json(self) -> dict[str, Any]:
@@ -63,6 +70,8 @@ class Score:
             "population": self.population,
             "tried": len(self.answers),
             "killed": len(self.of("killed")),
+            "survived": len(self.left),
+            "survived_part_of_their_tests": self.half_tried,
             "equivalent": self.called_equivalent,
             "share_killed": round(self.share, 4),
             "goal": GOALS[self.room],
@@ -80,4 +89,4 @@ class Score:
         }
 
 
-HEAD = "room        tried  killed  survived  equivalent   share  goal"
+HEAD = "room        tried  killed  survived  half-tried  equivalent   share  goal"

@@ -12,10 +12,10 @@ from tools.mutants.coverage_map import Map, file_of, test_digest
 from tools.mutants.mutant import Mutant, digest
 from tools.mutants.workplace import HOME, TIMED_OUT, TREE, put, pytest, run
 
-SLOWER = 10.0  # a mutant that takes so many times as long is killed: it waits for nothing
-PATIENCE = 60.0  # seconds besides, for a start on a busy machine
 STARTING = 30.0  # of the processor, besides the tests' seconds, which coverage made longer
-COMPILING = 300.0  # seconds: no mutant makes a compiler slower
+COMPILING = 300.0  # of the processor: no mutant makes a compiler slower
+IN_C = 20.0  # of the processor: the core's tests take one
+AT_BOARD = 60.0  # of the processor, for the suite and for each board that it starts
 NO_TESTS, USAGE = 5, 4  # exit codes of pytest
 NO_CONFTEST = "ImportError while loading conftest"  # a mutant that cannot be imported
 TESTS_IN_C = ("check-small", "check-large")
@@ -29,6 +29,7 @@ class Answer:
     by: str = ""
     tried: int = 0  # tests
     covering: int = 0
+    seen_in: str = ""  # digest of the file of the test that killed it
 
 
 class Kept:
@@ -46,10 +47,30 @@ class Kept:
     def get(self, key: str, make: Callable[[], Answer]) -> Answer:
         """The answer; one that is new is written at once, so that a run can be stopped."""
         if key not in self.answers:
-            answer = self.answers[key] = make()
-            with self.path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps({"key": key, **asdict(answer)}) + "\n")
+            self._put(key, make())
         return self.answers[key]
+
+    def killed(self, key: str, make: Callable[[], Answer]) -> Answer:
+        """As ``get``; one that a test killed stays so while that test is as it was.
+
+        More tests, or more seconds for them, then try only what survived.
+        """
+        known = self.answers.get(key)
+        if known is None or not _stands(known):
+            known = make()
+            if known.seen_in and known != self.answers.get(key):
+                self._put(key, known)
+        return known
+
+    def _put(self, key: str, answer: Answer) -> None:
+        self.answers[key] = answer
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps({"key": key, **asdict(answer)}) + "\n")
+
+
+def _stands(answer: Answer) -> bool:
+    file = file_of(answer.by)
+    return (TREE / file).is_file() and test_digest(file) == answer.seen_in
 
 
 def try_python(mutant: Mutant, known: Map, kept: Kept, budget: float) -> Answer:
@@ -70,15 +91,16 @@ def try_python(mutant: Mutant, known: Map, kept: Kept, budget: float) -> Answer:
         put(mutant.path, mutant.applied(source))
         try:
             words = pytest("-x", "--tb=no", *tests)
-            patience = SLOWER * seconds + PATIENCE
             only_these = {"MUTANTS_ONLY": str(only)}
-            code, said = run(words, only_these, patience, of_processor=seconds + STARTING)
+            code, said = run(words, only_these, seconds + STARTING)
         finally:
             put(mutant.path, source)
         outcome, by = _judged(code, said)
-        return Answer(outcome, by, len(chosen), len(covering))
+        seen_in = test_digest(file_of(by)) if "::" in by else ""
+        return Answer(outcome, by, len(chosen), len(covering), seen_in)
 
-    return kept.get(key, made)
+    fault = digest("killed", mutant.path, mutant.applied(source))
+    return kept.killed(fault, lambda: kept.get(key, made))
 
 
 def within(tests: list[str], seconds: dict[str, float], budget: float) -> list[str]:
@@ -135,12 +157,12 @@ def _in_c() -> Answer:
         target = f"build/test/{name}"
         if run([*make, target], {}, COMPILING)[0]:
             return Answer("stillborn")
-        code, _ = run([f"firmware/{target}"], {}, PATIENCE)
+        code, _ = run([f"firmware/{target}"], {}, IN_C)
         if code:
             return Answer("killed", "no end" if code == TIMED_OUT else f"make check ({name})")
     if run([*make, "all"], {}, COMPILING)[0]:  # what the suite finds built, it takes
         return Answer("stillborn")
     only = ("-x", "--tb=no", "-m", "not long", "-k", "host", "tests/conformance")
-    code, said = run(pytest(*only), {}, COMPILING)
+    code, said = run(pytest(*only), {}, AT_BOARD)
     outcome, by = _judged(code, said)
     return Answer(outcome, by)

@@ -17,6 +17,8 @@ HOME = ROOT / "out" / "mutants"
 TREE = HOME / "tree"
 KINDS = (".so", ".pyd")  # of the compiled parts, which no commit holds
 TIMED_OUT = -1000  # in place of an exit code
+LOOK = 2.0  # seconds between two looks at what runs
+IDLE = 30  # looks without work: no test waits so long
 
 
 def git(*words: str) -> str:
@@ -49,14 +51,14 @@ def put(path: str, content: bytes) -> None:
         Path(cache_from_source(str(TREE / path))).unlink(missing_ok=True)
 
 
-def run(
-    command: Sequence[str], more: Mapping[str, str], seconds: float, of_processor: float = 0.0
-) -> tuple[int, str]:
+def run(command: Sequence[str], more: Mapping[str, str], of_processor: float) -> tuple[int, str]:
     """Runs a command in the copy, and ends all that it started: its exit code, its last words.
 
-    It may take so many ``seconds``, and so many ``of_processor`` unless that is 0.
+    Each of its processes may take so many seconds ``of_processor``. All of them may wait for
+    ``IDLE`` looks in a row. No clock on the wall ends it: a busy machine would change the answer.
     """
     environment = {**os.environ, "PYTHONPATH": str(TREE), **more}
+    environment["PYTHONDONTWRITEBYTECODE"] = ""  # else each mutant compiles all modules anew
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
         environment[name] = "1"
     with (HOME / "said.txt").open("w+", encoding="utf-8", errors="replace") as said:
@@ -64,17 +66,41 @@ def run(
             command, cwd=TREE, env=environment, stdin=subprocess.DEVNULL,
             stdout=said, stderr=subprocess.STDOUT, start_new_session=True,
         )  # fmt: skip
-        if of_processor:
-            _bound(process.pid, max(round(of_processor), 1))
+        _bound(process.pid, max(round(of_processor), 1))
         try:
-            code = process.wait(timeout=seconds)
-            code = TIMED_OUT if code == -signal.SIGXCPU else code
-        except subprocess.TimeoutExpired:
-            code = TIMED_OUT
+            code = _ended(process)
         finally:
             _end(process)
         said.seek(0)
         return code, said.read()[-3000:]
+
+
+def _ended(process: subprocess.Popen[bytes]) -> int:
+    """The exit code, or that the session waits for what never comes."""
+    before, idle = -1, 0
+    while idle < IDLE:
+        try:
+            code = process.wait(timeout=LOOK)
+            return TIMED_OUT if code == -signal.SIGXCPU else code
+        except subprocess.TimeoutExpired:
+            ready, spent = _work(process.pid)
+            idle = 0 if ready or spent != before else idle + 1
+            before = spent
+    return TIMED_OUT
+
+
+def _work(session: int) -> tuple[bool, int]:
+    """Of a session's processes: whether one could run now, and what they all have run, in ticks."""
+    ready, spent = False, 0
+    for entry in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = entry.read_text().rpartition(")")[2].split()
+        except OSError:  # ended since it was listed
+            continue
+        if int(fields[3]) == session:
+            ready = ready or fields[0] in "RD"
+            spent += int(fields[11]) + int(fields[12])
+    return ready, spent
 
 
 def _bound(pid: int, seconds: int) -> None:

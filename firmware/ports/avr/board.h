@@ -52,6 +52,11 @@ void inputs_pin(uint8_t input, char pin[16]);
 /* ---- fuse.c */
 uint16_t fuse_brown_out_mv(void);
 
+/* ---- memory.c; see port.h */
+uint8_t memory_read(uint8_t at);
+bool memory_write(uint8_t at, uint8_t byte);
+uint8_t memory_shield_byte(uint8_t at);
+
 /* ---- channels.c */
 void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out);
 void channels_describe_burst(uint8_t channel, wire_describe_channel_reply_t *out);

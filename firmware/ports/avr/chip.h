@@ -75,7 +75,7 @@
 
 #define WITHOUT_RESET 0x80 /* beside the bits of MCUSR: the program went astray, and began again */
 
-#define RING 64 /* bytes of the link, each way: a power of two; more than any command */
+#define RING 64 /* bytes of the link, each way: a power of two; more than any command of a run */
 
 #define ENCODER_INTERRUPTS ((1 << INT0) | (1 << INT1))
 

@@ -1,10 +1,20 @@
 /* shield.h: the analogue parts between the motor and the board, as docs/wiring.md draws them.
  *
- * Everything here may be overridden on the compiler's command line (make SHIELD="-D...").
- * All inputs are converted against an external reference on AREF.
+ * These hold while no others are stored (write_front_end). Everything here may be overridden on the
+ * compiler's command line (make SHIELD="-D..."). All inputs are converted against AREF.
  */
 #ifndef SHIELD_H
 #define SHIELD_H
+
+/* The most that any front end may allow: what the firmware's tests have covered. */
+#ifndef MAX_CURRENT_MA
+#define MAX_CURRENT_MA 50000u
+#endif
+
+/* false: without stored facts the board refuses to drive. */
+#ifndef SHIELD_HOLDS
+#define SHIELD_HOLDS true
+#endif
 
 #ifndef REFERENCE_V
 #define REFERENCE_V 4.096f /* LM4040-4.1, 0.1 % */

@@ -19,6 +19,7 @@ from motorid.sim._plant import ffi
 from motorid.sim.bench import plant_params
 from motorid.sim.board import Board
 from motorid.sim.chain import Chain, Converter
+from motorid.sim.front_end import REFERENCE_V
 from motorid.sim.identity import describe, identify
 from motorid.sim.options import CLOCK_HZ, Options, parse_url
 
@@ -60,6 +61,8 @@ def arguments(url: str) -> list[str]:
     identity = identify(board)
     values: dict[str, Any] = {name: identity[name] for name in FACTS}
     values |= {
+        "front_end_holds": options.front_end == "compiled",
+        "reference_v": REFERENCE_V,
         "true_clock_hz": board.chain.clock_hz,
         "counts_per_turn": options.counts_per_turn,
         "encoder_angle": board.chain.encoder_angle,

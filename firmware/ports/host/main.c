@@ -8,6 +8,8 @@
  *                             sample periods pass
  *     reset CAUSE             restart the processor
  *     inputs MASK             contacts that are closed from now on
+ *     sense VOLTS REFERENCE   so much is at the input of the current's converter, of that reference
+ *     spoil                   the memory for facts of the front end is damaged
  *     break FAULT VALUE       the board notices a fault of its own (driver, encoder edges)
  */
 #define _POSIX_C_SOURCE 200809L
@@ -21,6 +23,7 @@
 
 #include "core.h"
 #include "link.h"
+#include "memory.h"
 #include "rig.h"
 
 enum { STRETCH = 64 /* samples between looks at the link at full speed */, LINE = 80 };
@@ -94,6 +97,7 @@ static bool obey(const char *text) {
     uint64_t samples, bytes;
     unsigned code;
     int value;
+    double volts, reference;
     if (sscanf(text, "advance %" SCNu64 " %" SCNu64, &samples, &bytes) == 2) {
         return advance(samples, bytes);
     }
@@ -103,6 +107,14 @@ static bool obey(const char *text) {
     }
     if (sscanf(text, "inputs %u", &code) == 1) {
         rig_inputs((uint8_t)code);
+        return true;
+    }
+    if (sscanf(text, "sense %lf %lf", &volts, &reference) == 2) {
+        rig_sense(volts, reference);
+        return true;
+    }
+    if (strncmp(text, "spoil", 5) == 0) {
+        memory_spoil();
         return true;
     }
     if (sscanf(text, "reset %u", &code) == 1) {

@@ -24,6 +24,7 @@ static const struct place BOARD[] = {
     IN(struct options, min_sample_period_ticks), IN(struct options, sample_period_step_ticks),
     IN(struct options, encoder_edge_ceiling_hz), IN(struct options, max_current_ma),
     IN(struct options, max_host_silence_ms), IN(struct options, burst_sample_period_ticks),
+    IN(struct options, front_end_holds), IN(struct options, reference_v),
     IN(struct options, brown_out_mv), IN(struct options, brown_out_least_mv),
     IN(struct options, true_clock_hz),
     IN(struct options, counts_per_turn), MAYBE(struct options, encoder_angle),

@@ -32,6 +32,8 @@ struct options {
     double clock_hz, clock_uncertainty_ppm, pwm_hz, dead_time_ns, decay_modes;
     double min_sample_period_ticks, sample_period_step_ticks, encoder_edge_ceiling_hz;
     double max_current_ma, max_host_silence_ms, burst_sample_period_ticks;
+    double front_end_holds; /* the board drives with the front end as it is declared */
+    double reference_v;     /* of the converters */
     double brown_out_mv, brown_out_least_mv;
     /* the rest */
     double true_clock_hz;   /* ticks in a true second */

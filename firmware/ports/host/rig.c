@@ -7,6 +7,7 @@
 
 #include "core.h"
 #include "link.h"
+#include "memory.h"
 #include "port.h"
 #include "sensors.h"
 #include "state.h"
@@ -60,6 +61,7 @@ static void describe(uint8_t channel, wire_describe_channel_reply_t *d) {
     d->noise = (float)c->noise;
     d->raw_min = (int16_t)c->raw_min;
     d->raw_max = (int16_t)c->raw_max;
+    memory_redeclare(channel, d);
 }
 
 /* Instants at their ticks. */
@@ -76,8 +78,16 @@ static double fast_noise[BENCH_FAST * BENCH_CHANNELS];
 static short fast_raw[BENCH_FAST][BENCH_CHANNELS];
 static long long fast_count[BENCH_FAST];
 
+static int sensed = -1; /* what the current's converter reads whatever flows; -1: what flows */
+
+void rig_sense(double volts, double reference) {
+    const double counts = exp2(options->converter[WIRE_CHANNEL_CURRENT].bits);
+    sensed = (int)fmin(fmax(floor(volts / reference * counts + 0.5), 0.0), counts - 1.0);
+}
+
 static struct reading reading_of(const short *raw, long long count) {
-    return (struct reading){{raw[0], raw[1], raw[2]}, (uint32_t)count};
+    const int16_t current = (int16_t)(sensed >= 0 ? sensed : raw[0]);
+    return (struct reading){{current, raw[1], raw[2]}, (uint32_t)count};
 }
 
 static void keep_burst(uint8_t *bytes) {
@@ -149,6 +159,9 @@ struct port port = {
     .inputs = INPUTS,
     .inputs_closed = inputs_closed,
     .input_pin = input_pin,
+    .memory_read = memory_read,
+    .memory_write = memory_write,
+    .front_end_byte = memory_compiled_byte,
     .brown_out_mv = brown_out_mv,
     .reset_cause = reset_cause,
     .boot_id = boot_id,
@@ -167,6 +180,8 @@ static void set_facts(const struct options *o) {
     port.max_current_ma = (uint32_t)o->max_current_ma;
     port.max_host_silence_ms = (uint16_t)o->max_host_silence_ms;
     port.brown_out_least_mv = (uint16_t)o->brown_out_least_mv;
+    port.front_end_holds = o->front_end_holds != 0.0;
+    memory_compile(o);
     port.burst_sample_period_ticks = (uint32_t)o->burst_sample_period_ticks;
     if (port.burst_sample_period_ticks != 0) {
         const uint32_t fast = port.min_sample_period_ticks / port.burst_sample_period_ticks;

@@ -16,11 +16,14 @@ double rig_sample(void);
 /* Restart the processor: bridge open, everything forgotten. `cause`: WIRE_RESET_CAUSE_ */
 void rig_reset(uint8_t cause);
 
-/* The board notices a fault of its own at the next sample. */
 /* Contacts that are closed from now on: bit n is WIRE_INPUT_ n. At first all are. */
 void rig_inputs(uint8_t closed);
 
+/* The board notices a fault of its own at the next sample. */
 void rig_break(uint8_t fault, int32_t value);
+
+/* So many volts are at the input of the current's converter from now on, whatever flows. */
+void rig_sense(double volts, double reference);
 
 /* True while the bridge is open. */
 bool rig_is_open(void);

@@ -43,6 +43,8 @@ def _late(found: Findings, records: Sequence[MotorRecord]) -> Iterator[Diagnosti
             off = float(size) - unknown.prior_mean
             if one.quantity.unit != "s" or abs(off) <= BEYOND * unknown.prior_sd:
                 continue
+            if one in record.found:
+                continue  # it is named, with its size
             period_s = record.capture.period_s
             yield Diagnostic(
                 "delay_beyond_prior", "warning",

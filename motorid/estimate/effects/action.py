@@ -21,8 +21,8 @@ class Setup:
     """One run; actions change it. Every number of it is beside what is declared and judged.
 
     ``volts`` (count,) V are added to the source. ``kicks`` (rad/s) by part, ``late_s`` and
-    ``filter_s`` by block, ``motor`` by parameter. ``log_jumps`` by jump, in shares of what hides
-    them.
+    ``filter_s`` by block, ``motor`` by parameter. ``second_s`` by block: the root of what s² has in
+    its low-pass. ``log_jumps`` by jump, in shares of what hides them.
     """
 
     count: int
@@ -31,9 +31,11 @@ class Setup:
     kicks: dict[int, float] = field(default_factory=dict)
     late_s: dict[str, float] = field(default_factory=dict)
     filter_s: dict[str, float] = field(default_factory=dict)
+    second_s: dict[str, float] = field(default_factory=dict)
     motor: dict[str, float] = field(default_factory=dict)
     log_late_s: float = 0.0
     log_filter_s: float = 0.0
+    log_second_s: float = 0.0
     log_jumps: dict[int, float] = field(default_factory=dict)
     source_gain: float = 1.0
     clock: float = 1.0
@@ -153,6 +155,17 @@ class LowPass(Simulated):
 
 
 @dataclass(frozen=True)
+class SecondOrderLowPass(Simulated):
+    """The filter before a log's converter is 1/(1 + a s + b² s²); the size is b (s)."""
+
+    block: str
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        if size:
+            setup.second_s[self.block] = setup.second_s.get(self.block, 0.0) + size
+
+
+@dataclass(frozen=True)
 class InitialState(Simulated):
     """Index of the state in which the run begins: current (A), speed (rad/s), angle, then those of
     ``motorid.motor.wide.START``.
@@ -194,6 +207,13 @@ class LogFilter(Simulated):
 
     def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
         setup.log_filter_s += size
+
+
+class LogSecondOrder(Simulated):
+    """A log's voltage passed 1/(1 + a s + b² s²), with a larger b (s)."""
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        setup.log_second_s += size
 
 
 class LogJump(Simulated):

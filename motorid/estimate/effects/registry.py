@@ -54,13 +54,22 @@ from motorid.estimate.effects.timing.voltage_delay import VOLTAGE_DELAY
 from motorid.estimate.effects.timing.voltage_jump import VOLTAGE_JUMP
 from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
 from motorid.estimate.effects.unstated.current_lag import CURRENT_LAG
+from motorid.estimate.effects.unstated.current_second_order import CURRENT_SECOND_ORDER
 from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
+from motorid.estimate.effects.unstated.speed_second_order import SPEED_SECOND_ORDER
 from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
+from motorid.estimate.effects.unstated.voltage_second_order import VOLTAGE_SECOND_ORDER
 from motorid.estimate.effects.unstated.voltage_smoothing import VOLTAGE_SMOOTHING
 
 UNSTATED = (CURRENT_LAG, CURRENT_SMOOTHING, SPEED_SMOOTHING, VOLTAGE_SMOOTHING)
 """Of a log's channels, where nobody says anything of them."""
-WITHOUT_WORD = (VOLTAGE_LATE, *UNSTATED)
+SECOND_ORDER = {
+    CURRENT_SMOOTHING: CURRENT_SECOND_ORDER,
+    SPEED_SMOOTHING: SPEED_SECOND_ORDER,
+    VOLTAGE_SMOOTHING: VOLTAGE_SECOND_ORDER,
+}
+"""Of a low-pass that was found, its second order."""
+WITHOUT_WORD = (VOLTAGE_LATE, *UNSTATED, *SECOND_ORDER.values())
 CAPTURED = (
     # unknowns of every fit, as far as they apply
     CURRENT_OFFSET,
@@ -100,6 +109,7 @@ CAPTURED = (
 ADDED = (
     # looked for where residuals ask for them
     *UNSTATED,
+    *SECOND_ORDER.values(),
     K_RIPPLE,
     R_RIPPLE,
     COGGING,

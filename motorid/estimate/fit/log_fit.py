@@ -10,28 +10,25 @@ again. A smoothed channel is much like an inductance: other inductances are trie
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.effects.influence_quantity import Instance
-from motorid.estimate.effects.registry import UNSTATED, WITHOUT_WORD
 from motorid.estimate.effects.unstated import default
+from motorid.estimate.fit import log_readings, log_second_order
 from motorid.estimate.fit.alternating_fit import vanished
+from motorid.estimate.fit.log_unknowns import like, moved, widened
 from motorid.estimate.fit.multistart import MOST_TRIED, settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.fit.unstated_channels import told
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.intersample_voltage import SHAPES, Rival, Shape
-from motorid.estimate.solver.problem import Solution, Unknown
+from motorid.estimate.signals.intersample_voltage import BROKEN, SHAPES, Rival, Shape
+from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import covariance_of
 
 Floats = NDArray[np.float64]
 Fit = tuple[list[MotorRecord], Solution]
 
-BEYOND = 2.0  # standard deviations of what is usual, that make a quantity found
-ROUNDS = 4  # in which more are found
 RISES = (0.4, 1.0, 4.0)  # L/R in samples of a log, to begin with as well
 BETTER = 1.0  # of chi-square, by which another start is worth taking
 
@@ -44,26 +41,34 @@ def best(
     fixed: Mapping[str, float],
 ) -> Fit:
     """The likeliest answer; ``first``: records of the smoothest shape, with their ``solution``."""
-    captures = [record.capture for record in first]
+    captures = [record.capture for record in first]  # as their readings turn out to be
 
     def fresh(shape: Shape) -> list[MotorRecord]:
         return [MotorRecord(capture, free, fixed, shape) for capture in captures]
 
     plain = _likeliest(_of_every_shape(first, solution, free, start, fresh))
+    plain = log_readings.taken(*plain, free, start, fixed)
+    captures = [record.capture for record in plain[0]]
     heard = told(*plain)
     for record, one in zip(plain[0], heard, strict=True):
         record.left_open = (*one.shifts, one.step)
     if not any(one.asked_for for one in heard) and not vanished(plain[1], plain[0]):
         return plain
     known = merged(start, plain[1])
-    records = _like(plain, fresh(plain[0][0].shape))
-    solution = _widened(records, free, known, settled(records, free, known))
+    records = like(plain, fresh(plain[0][0].shape))
+    solution = widened(records, free, known, settled(records, free, known))
     found = [(records, solution)]
     if any(record.found for record in records) or vanished(solution, records):
         found = _begun_elsewhere((records, solution), free, known, fresh)
     wider = _likeliest(found)
+    if not any(moved(record, own) for record, own in zip(wider[0], wider[1].own, strict=True)):
+        records = [MotorRecord(r.capture, free, fixed, r.shape) for r in plain[0]]
+        again = settled(records, free, merged(start, wider[1]))  # as likely without them
+        plain = _instead(plain, (records, again))
     gain = plain[1].objective - wider[1].objective
     if gain > sum(one.needed for one in heard):
+        wider = log_second_order.taken(wider, free, known, fixed)
+        wider = log_readings.reconsidered(wider, free, known, fixed)
         for record in wider[0]:
             record.as_stamped = known
         return wider
@@ -71,6 +76,17 @@ def best(
         record.left_open = ()
     plain[0][0].left_open = _less_known(plain[1], solution)  # larger steps are not worth it
     return plain
+
+
+def _instead(before: Fit, other: Fit) -> Fit:
+    """The likelier of two fits of the same readings; with the rivals of the first."""
+    gain = before[1].objective - other[1].objective
+    if gain <= 0.0:
+        return before
+    for record, last in zip(other[0], before[0], strict=True):
+        record.rivals = tuple(Rival(r.values, r.behind + gain) for r in last.rivals)
+        record.left_open = last.left_open
+    return other
 
 
 def _less_known(narrow: Solution, wide: Solution) -> tuple[Floats, ...]:
@@ -93,8 +109,15 @@ def _of_every_shape(
     found = [(first, solution)]
     for shape in SHAPES[1:]:
         records = fresh(shape)
+        if shape == BROKEN and not any(_wanders(record) for record in records):
+            continue  # it is joined, or held
         found.append((records, settled(records, free, near)))
     return found
+
+
+def _wanders(record: MotorRecord) -> bool:
+    waveform = record.sensed.waveform
+    return waveform is not None and waveform.wanders
 
 
 def _likeliest(found: Sequence[Fit]) -> Fit:
@@ -121,8 +144,8 @@ def _begun_elsewhere(
     """
 
     def began(near: Fit, shape: Shape, whole: bool, start: Mapping[str, float]) -> Fit:
-        records = _like(near, fresh(shape), whole)
-        return records, _widened(records, free, start, settled(records, free, start))
+        records = like(near, fresh(shape), whole)
+        return records, widened(records, free, start, settled(records, free, start))
 
     found, shape = [before], before[0][0].shape
     period_s = max(default.period_s(record) for record in before[0])
@@ -135,7 +158,7 @@ def _begun_elsewhere(
     best = min(found, key=lambda one: one[1].objective - (BETTER if one is before else 0.0))
     near, shape = merged(known, best[1]), best[0][0].shape
     ways = [(other, whole) for other in SHAPES for whole in (False, True)]
-    ways.remove((shape, False))
+    ways = [way for way in ways if way != (shape, False)]
     for k, (other, whole) in enumerate(ways):
         if _exhausted(found):
             for records, _ in found:
@@ -148,54 +171,3 @@ def _begun_elsewhere(
 def _exhausted(found: Sequence[Fit]) -> bool:
     """As many responses of a capture were computed as other starts are worth."""
     return sum(max(r.simulated for r in records) for records, _ in found) > MOST_TRIED
-
-
-def _like(before: Fit, records: list[MotorRecord], whole: bool = False) -> list[MotorRecord]:
-    """Records that begin with what others found; ``whole``: in whole samples."""
-    for record, other, own in zip(records, before[0], before[1].own, strict=True):
-        record.estimate(*(Instance(quantity) for quantity in UNSTATED))
-        record.find(_sizes_of(other, own, record, whole))
-    return records
-
-
-def _sizes_of(
-    other: MotorRecord, own: Floats, record: MotorRecord, whole: bool
-) -> dict[Instance, Unknown]:
-    """What another record of the same readings found, to begin a search with; none: nothing."""
-    if not other.found:
-        return {}
-    known = zip(other.instances, other.unknowns, own.tolist(), strict=True)
-    return {
-        one: replace(unknown, start=default.whole(record, size) if whole else size)
-        for one, unknown, size in known
-        if one.quantity in WITHOUT_WORD
-    }
-
-
-def _widened(
-    records: Sequence[MotorRecord],
-    free: Sequence[str],
-    start: Mapping[str, float],
-    solution: Solution,
-) -> Solution:
-    """With what was found given its size as its prior's deviation."""
-    for _ in range(ROUNDS):
-        if not _find(records, solution):
-            break
-        solution = settled(records, free, merged(start, solution))
-    return solution
-
-
-def _find(records: Sequence[MotorRecord], solution: Solution) -> bool:
-    """Whether some quantity is farther off than is usual."""
-    more = False
-    for record, own in zip(records, solution.own, strict=True):
-        known = zip(record.instances, record.unknowns, own.tolist(), strict=True)
-        found = {
-            one: replace(unknown, start=size, prior_sd=abs(size))
-            for one, unknown, size in known
-            if one.quantity in WITHOUT_WORD and abs(size) > BEYOND * unknown.prior_sd
-        }
-        record.find(found)
-        more = more or bool(found)
-    return more

@@ -19,6 +19,7 @@ from motorid.estimate.effects.rotor.repeating import STEADY
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.effects.source_noise import SourceNoise
 from motorid.estimate.effects.unstated import ahead
+from motorid.estimate.model.low_passes import declared, first_orders, low_passes
 from motorid.estimate.model.rebuilt_response import extended, rebuilt
 from motorid.estimate.model.reconstructed_voltage import Course, Driving
 from motorid.estimate.model.source_mixing import Mixer
@@ -26,9 +27,8 @@ from motorid.estimate.model.weighting import Weighed
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.discontinuous_current import divided
 from motorid.estimate.signals.intersample_voltage import JOINED, Rival, Shape
-from motorid.estimate.signals.measurements import EMF, Measured, read, second_order
+from motorid.estimate.signals.measurements import EMF, Measured, read
 from motorid.estimate.signals.pwm_bridge import ripple
-from motorid.estimate.signals.second_order_filter import SecondOrder
 from motorid.estimate.signals.standstill import with_standstill
 from motorid.estimate.signals.thevenin_source import Source
 from motorid.estimate.signals.time_grid import Timeline, lay
@@ -97,11 +97,7 @@ class MotorRecord(Weighed):
         self.response = self.respond(
             self.timeline.period_s, sensed.volts, self.outputs, pwm_period_s=self.pwm_period_s
         )
-        self._second_order = {
-            m.row: SecondOrder.of(m.channel, self.timeline.period_s)
-            for m in self.measured
-            if second_order(m.channel, m.block.name)
-        }
+        self._second_order = declared(self.measured, self.timeline.period_s)
         self._late_s: Mapping[str, float] = {}  # of the response as it stands
         self._filter_s: Mapping[str, float] = {}
         self._drive_by(self.driving)
@@ -318,18 +314,21 @@ class MotorRecord(Weighed):
         self.simulated += 1
         motor = self.motor(shared)
         if len(motor) == len(SIX) and not setup.motor.keys() <= set(SIX):
-            return self.smoothed(extended(self, motor, setup))
+            return self.smoothed(extended(self, motor, setup), setup)
         for name, more in setup.motor.items():
             motor[NAMES.index(name)] += more
         if setup.rebuilt:
-            return self.smoothed(rebuilt(self, setup, self.respond)(motor, setup.initial))
-        self._change(setup)
-        return self.smoothed(self.response(motor, setup.initial))
+            response = rebuilt(self, setup, self.respond)
+        else:
+            self._change(setup)
+            response = self.response
+        return self.smoothed(response(motor, setup.initial), setup)
 
-    def smoothed(self, readings: Floats) -> Floats:
-        """Behind the declared low-passes of second order."""
-        for row, smooth in self._second_order.items():
-            readings[row] = smooth(readings[row])
+    def smoothed(self, readings: Floats, setup: Setup) -> Floats:
+        """Behind the low-passes of second order, declared or found."""
+        found = low_passes(self.measured, self.outputs, setup, self.timeline.period_s)
+        for row, low_pass in {**self._second_order, **found}.items():
+            readings[row] = low_pass(readings[row])
         return readings
 
     def _change(self, setup: Setup) -> None:
@@ -337,24 +336,25 @@ class MotorRecord(Weighed):
         self.response.shift(setup.volts + self.stamped(setup))
         for part in self._kicked.keys() | setup.kicks.keys():
             self.response.kick(self.first[part], setup.kicks.get(part, 0.0))
+        filters = first_orders(self.measured, self.outputs, setup)
         for m in self.measured:
             late = setup.late_s.get(m.block.name, 0.0)
             if late != self._late_s.get(m.block.name, 0.0):
                 self.response.delay(m.row, late)
-            more = setup.filter_s.get(m.block.name, 0.0)
-            if more != self._filter_s.get(m.block.name, 0.0):
+            if (more := filters[m.block.name]) != self._filter_s.get(m.block.name, 0.0):
                 self.response.filter(m.row, self.outputs[m.row].filter_s + more)
-        self._kicked, self._late_s, self._filter_s = setup.kicks, setup.late_s, setup.filter_s
+        self._kicked, self._late_s, self._filter_s = setup.kicks, setup.late_s, filters
 
     def stamped(self, setup: Setup) -> Floats | float:
         """V (count,) by which a log's voltage changes where its stamps do."""
         waveform = self.sensed.waveform
-        moved = setup.log_late_s or setup.log_filter_s or any(setup.log_jumps.values())
+        late_s, filter_s, second_s = setup.log_late_s, setup.log_filter_s, setup.log_second_s
+        moved = late_s or filter_s or second_s or any(setup.log_jumps.values())
         if waveform is None or not moved:
             return 0.0
         early = setup.early(len(waveform.jumps))
-        late_s, filter_s = setup.log_late_s, setup.log_filter_s
-        return waveform.means(self.timeline, late_s, early, filter_s) - self.sensed.volts
+        means = waveform.means(self.timeline, late_s, early, filter_s, second_s**2)
+        return means - self.sensed.volts
 
     def fitted(self, shared: Floats, own: Floats, more: Sizes = NOTHING) -> list[Floats]:
         """The model of every block's readings, in its own unit (motor shaft).

@@ -53,6 +53,8 @@ def rebuilt(record: Driven, setup: Setup, respond: Callable[..., Response]) -> R
         late = setup.late_s.get(m.block.name, 0.0)
         as_read = outputs[m.row].delayed(late, record.pwm_period_s)
         filter_s = as_read.filter_s + setup.filter_s.get(m.block.name, 0.0)
+        if m.block.name in setup.second_s:
+            filter_s = 0.0  # it is part of the one of second order
         outputs[m.row] = replace(as_read, filter_s=filter_s)
     stretches = [
         replace(s, swing_v=gain * s.swing_v, clamp_v=gain * s.clamp_v)

@@ -52,7 +52,7 @@ class RepeatingResponse:
 
     def __init__(self, record: MotorRecord, shared: Floats, own: Floats) -> None:
         self.record, self._at = record, (shared, own)
-        setup = record.setup(own)
+        self._setup = setup = record.setup(own)
         self._motor = np.zeros(len(NAMES))
         self._motor[: len(SIX)] = record.motor(shared)
         self._initial = [*setup.initial, *AT_REST[record.states :]]
@@ -151,7 +151,9 @@ class RepeatingResponse:
     def _shown(self, periods: int, waves: Waves) -> dict[str, Floats]:
         """What ideal channels show of a run, (n,) by block."""
         record, (motor, initial) = self.record, self._run(periods, waves)
-        shown = record.shown(record.smoothed(self._response(motor, initial)), *self._at)
+        shown = record.shown(
+            record.smoothed(self._response(motor, initial), self._setup), *self._at
+        )
         record.simulated += 1
         m, K = record.block(EMF), complex(waves.get(K_RIPPLE, 0.0))
         if m is not None and K:

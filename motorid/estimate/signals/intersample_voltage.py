@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,11 @@ from motorid.estimate.signals import jumps_in_means
 from motorid.estimate.signals.time_grid import IRREGULAR, Timeline
 
 Floats = NDArray[np.float64]
-Shape = Literal["joined", "curved", "held"]
+Shape = Literal["joined", "curved", "held", "broken", "loose"]
 
 JOINED: Shape = "joined"
+BROKEN: Shape = "broken"  # joined, but for jumps, before which a reading is held
+LOOSE: Shape = "loose"  # the same, and no stamp says when in its sample the voltage jumped
 HALF_WINDOWS = (4, 8, 16, 32)  # samples
 SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
 CALM = 16  # stretches of a log, of which the calmer ones tell its noise
@@ -30,14 +32,15 @@ CLEAR, SHARE = 8.0, 0.05  # a jump in standard deviations of a reading, and of t
 SHORTEST = 0.1  # usual periods: two readings that lie closer tell no slope
 MISSING = 1.5  # usual periods between two readings, of which none is missing
 OFTEN, MOST_JUMPS = 0.5, 40  # share of stamps that makes a log irregular; unknowns for its jumps
-SHAPES: tuple[Shape, ...] = get_args(Shape)
+SHAPES: tuple[Shape, ...] = ("joined", "curved", "held", BROKEN)  # that are tried of every log
 
 
 @dataclass(frozen=True)
 class Waveform:
     """Readings (n,) in V at ``time_s`` (n,) from the first tick; ``period_s`` is the usual one.
 
-    ``shape``: they are joined by straight lines, or by a spline; or each is held until the next.
+    ``shape``: they are joined by straight lines, or by a spline; or each is held until the next; or
+    (broken) they are joined but where the voltage jumps, at its stamp or (loose) before it.
     ``filter_s``: first, and ``filter_s2`` second time constant of the declared low-pass that they
     passed, 1/(1 + filter_s s + filter_s2 s²); s and s².
     """
@@ -55,27 +58,28 @@ class Waveform:
         late_s: float = 0.0,
         early: Sequence[float] = (),
         filter_s: float = 0.0,
+        second_s2: float = 0.0,
     ) -> Floats:
         """Means (count,) over the grid's intervals, if what was logged came ``late_s`` later, and
-        was what it is before a low-pass of the first order, ``filter_s`` longer than declared (0 or
-        more).
+        was what it is before a low-pass whose coefficients are ``filter_s`` (0 or more) and
+        ``second_s2`` above the declared ones.
 
         ``early``: of every jump, the share of the time since the reading before that it came before
         its own.
         """
         edges = np.arange(-1.0, timeline.count) * timeline.period_s - late_s
-        filter_s += self.filter_s
+        filter_s, second_s2 = filter_s + self.filter_s, second_s2 + self.filter_s2
         moved = self._with_jumps(early) if any(early) else self
-        straight = self.shape != "held" or self.filter_s2
+        straight = self.shape != "held" or second_s2
         if filter_s and not straight:
             moved = replace(moved, volts=self._before_filter(filter_s))
         flux = moved._flux(edges)
         if filter_s and straight:  # v + filter_s dv/dt + filter_s2 d²v/dt²
             inside = np.clip(edges, self.time_s[0], self.time_s[-1])
             flux = flux + filter_s * moved._value(inside)
-            if self.filter_s2:
+            if second_s2:
                 slope = np.gradient(moved._value(inside), timeline.period_s)
-                flux = flux + self.filter_s2 * slope
+                flux = flux + second_s2 * slope
         return np.asarray(np.diff(flux) / timeline.period_s)
 
     def _before_filter(self, filter_s: float) -> Floats:
@@ -87,15 +91,33 @@ class Waveform:
         return before
 
     @cached_property
+    def steps_off(self) -> NDArray[np.intp]:
+        """Readings before which the voltage jumped, whichever shape it has."""
+        rises = np.abs(np.diff(self.volts))
+        least = max(CLEAR * scatter(self.volts), SHARE * float(np.ptp(self.volts)))
+        return np.asarray(np.flatnonzero(rises > least) + 1, dtype=np.intp)
+
+    @cached_property
+    def wanders(self) -> bool:
+        """Between its jumps the voltage moves as well, as behind a resistance or of an open motor.
+
+        Where it does not, readings that are joined only mean their noise, which looks likelier.
+        """
+        if not len(self.steps_off):
+            return False
+        least = max(CLEAR * scatter(self.volts), SHARE * float(np.ptp(self.volts)))
+        return any(np.ptp(piece) > least for piece in np.split(self.volts, self.steps_off))
+
+    @cached_property
     def jumps(self) -> NDArray[np.intp]:
-        """Readings before which a held voltage jumped at a moment that no stamp tells."""
-        none = np.zeros(0, dtype=np.intp)
-        steps, rises = np.diff(self.time_s), np.abs(np.diff(self.volts))
-        if self.shape != "held" or not len(steps):
-            return none
-        far = rises > max(CLEAR * scatter(self.volts), SHARE * float(np.ptp(self.volts)))
-        loose = np.abs(steps / self.period_s - 1.0) > IRREGULAR
-        found = np.flatnonzero(far & (loose | (np.mean(loose) > OFTEN)))
+        """Readings before which the voltage jumped at a moment that no stamp tells."""
+        if self.shape in (JOINED, "curved"):
+            return np.zeros(0, dtype=np.intp)
+        found, steps = self.steps_off - 1, np.diff(self.time_s)
+        rises = np.abs(np.diff(self.volts))
+        if self.shape != LOOSE:
+            loose = np.abs(steps / self.period_s - 1.0) > IRREGULAR
+            found = found[loose[found] | (np.mean(loose) > OFTEN)]
         largest = found[np.argsort(-(rises * steps)[found])[:MOST_JUMPS]]
         return np.asarray(np.sort(largest) + 1, dtype=np.intp)
 
@@ -119,7 +141,24 @@ class Waveform:
 
             curve = CubicSpline(self.time_s, self.volts)
             return lambda at_s: np.asarray(curve(at_s), dtype=np.float64)
-        return lambda at_s: np.asarray(np.interp(at_s, self.time_s, self.volts))
+        slopes = self._slopes
+
+        def value(at_s: Floats) -> Floats:
+            k = np.searchsorted(self.time_s, at_s, side="right") - 1
+            return np.asarray(self.volts[k] + slopes[k] * (at_s - self.time_s[k]))
+
+        return value
+
+    @cached_property
+    def _slopes(self) -> Floats:
+        """V/s (n,) after each reading, until the next; after the last the voltage stays."""
+        steps = np.maximum(np.diff(self.time_s), SHORTEST * self.period_s)
+        slopes = np.append(np.diff(self.volts) / steps, 0.0)
+        if self.shape == "held" or (self.shape == LOOSE and not self.wanders):
+            slopes[:] = 0.0
+        elif self.shape != JOINED:
+            slopes[self.steps_off - 1] = 0.0
+        return slopes
 
     @cached_property
     def _integral(self) -> Callable[[Floats], Floats]:
@@ -130,10 +169,9 @@ class Waveform:
 
             flux = CubicSpline(time, volts).antiderivative()
             return lambda at_s: np.asarray(flux(at_s), dtype=np.float64)
-        steps = np.diff(time)
-        slopes = np.zeros(len(steps)) if self.shape == "held" else np.diff(volts) / steps
-        total = np.concatenate([[0.0], np.cumsum(steps * (volts[:-1] + slopes * steps / 2))])
-        slopes = np.append(slopes, 0.0)
+        steps, slopes = np.diff(time), self._slopes
+        rises = steps * (volts[:-1] + slopes[:-1] * steps / 2)
+        total = np.concatenate([[0.0], np.cumsum(rises)])
 
         def so_far(at_s: Floats) -> Floats:
             k = np.searchsorted(time, at_s, side="right") - 1

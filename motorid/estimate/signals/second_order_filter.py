@@ -1,4 +1,4 @@
-"""A declared low-pass of second order, as it acts on a series that goes straight between ticks."""
+"""A low-pass of second order, as it acts on a series that goes straight between ticks."""
 
 from __future__ import annotations
 
@@ -22,10 +22,15 @@ class SecondOrder:
     @classmethod
     def of(cls, channel: Channel, period_s: float) -> SecondOrder:
         """Of a channel; exact for what goes straight from tick to tick."""
+        t = channel.filter_s
+        return cls.by_coefficients(2.0 * channel.filter_damping * t, t * t, period_s)
+
+    @classmethod
+    def by_coefficients(cls, first_s: float, second_s2: float, period_s: float) -> SecondOrder:
+        """1/(1 + ``first_s`` s + ``second_s2`` s²)."""
         from scipy.signal import cont2discrete
 
-        t, d = channel.filter_s, channel.filter_damping
-        whole = (np.array([1.0]), np.array([t * t, 2.0 * d * t, 1.0]))
+        whole = (np.array([1.0]), np.array([second_s2, first_s, 1.0]))
         above, below = cont2discrete(whole, period_s, method="foh")[:2]
         return cls(np.ravel(above), np.ravel(below))
 

@@ -9,7 +9,7 @@ import pytest
 
 from motorid.estimate.effects.action import Reading
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance, instances
-from motorid.estimate.effects.registry import BY_NAME, CAPTURED, REGISTRY
+from motorid.estimate.effects.registry import BY_NAME, CAPTURED, REGISTRY, SECOND_ORDER
 from motorid.estimate.model.capture_model import Floats, MotorRecord
 from motorid.estimate.model.tangent import tangent
 from tests.estimate.effects.benches import BENCHES, POINT, record, start
@@ -17,6 +17,7 @@ from tests.estimate.effects.benches import BENCHES, POINT, record, start
 OTHER_STEP = 3.0  # times the step by which the tangent was taken
 NEAR = 1e-3  # of the largest change of a reading
 UNSEEN = {"initial warmth", "cogging phase", "ripple phase"}  # by the six-parameter model
+BY_SQUARE = {q.name for q in SECOND_ORDER.values()}  # no slope where they are none
 BY_OTHERS = {
     "ripple of K", "ripple of R", "cogging torque", "encoder error", "current offset while driven",
     "speed filter", "quadratic friction", "voltage noise", "PWM ripple", "ambient temperature",
@@ -81,7 +82,9 @@ def test_priors_and_bounds_are_numbers(quantity: InfluenceQuantity) -> None:
 
 
 @pytest.mark.parametrize(
-    "quantity", [q for q in REGISTRY if q.name not in UNSEEN | BY_OTHERS], ids=lambda q: q.name
+    "quantity",
+    [q for q in REGISTRY if q.name not in UNSEEN | BY_SQUARE | BY_OTHERS],
+    ids=lambda q: q.name,
 )
 def test_the_tangent_is_the_slope_of_the_readings(quantity: InfluenceQuantity) -> None:
     """At another step than its own, and it is not nothing in every capture."""

@@ -7,6 +7,7 @@ chi-square.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -103,12 +104,18 @@ def distance(motor: Figures) -> float:
     The rotor may carry a load, and the motor may be driven below its nominal voltage, or a little
     above: both are chosen in its favour.
     """
+    known = {"V": motor.top_v, "R": motor.R, "K": motor.K, "J": motor.J}
+    return distance_of(known if motor.L is None else {**known, "L": motor.L})
+
+
+def distance_of(figures: Mapping[str, float]) -> float:
+    """The same of whichever of ``NAMES`` are known (SI, above zero)."""
     mean, covariance = _usual()
-    known = [0, 1, 3, 4] if motor.L is None else [0, 1, 2, 3, 4]
-    figures = np.log([motor.top_v, motor.R, motor.L or 1.0, motor.K, motor.J])
+    known = [k for k, name in enumerate(NAMES) if name in figures]
+    logarithms = np.log([figures.get(name, 1.0) for name in NAMES])
     shares = np.linspace(0.0, MOST, STEPS)
     volts, loads = np.meshgrid(np.concatenate([-shares[:0:-1], shares]), shares, indexing="ij")
-    off = np.tile(figures - mean, (volts.size, 1))
+    off = np.tile(logarithms - mean, (volts.size, 1))
     off[:, 0] += (np.where(volts > 0, DRIVEN_BELOW, DRIVEN_ABOVE) * volts).ravel()
     off[:, 4] -= LOADED * loads.ravel()
     inverse = np.linalg.inv(covariance[np.ix_(known, known)])

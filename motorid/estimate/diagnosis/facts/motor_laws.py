@@ -14,13 +14,14 @@ from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+Columns = tuple[Floats, Floats, Floats]  # voltage, current and speed, (n,) each
 
 BLOCKS, SHORTEST, FEWEST = 400, 3, 40  # of a log; rows of a block; blocks
 SLOW = 0.02  # of the highest speed, below which friction has no sign
 QUANTITIES = (VOLTAGE, CURRENT, SPEED)
 
 
-def columns(capture: Capture) -> tuple[Floats, Floats, Floats] | None:
+def columns(capture: Capture) -> Columns | None:
     """Voltage, current and speed of a log, (n,) each, in shares of their largest; None: none."""
     channels = [capture.get(name) for name in QUANTITIES]
     if capture.program is not None or any(c is None or c.unsigned for c in channels):
@@ -34,13 +35,17 @@ def columns(capture: Capture) -> tuple[Floats, Floats, Floats] | None:
 
 
 def left(
-    volts: Floats, current: Floats, speed: Floats, rows: Bools | None = None
+    volts: Floats,
+    current: Floats,
+    speed: Floats,
+    rows: Bools | None = None,
+    blocks: int = BLOCKS,
 ) -> tuple[float, float]:
     """Share of the squares that each law leaves of columns (n,), in blocks that are all ``rows``.
 
-    1 where fewer than FEWEST blocks remain.
+    Of at most so many ``blocks``. 1 where fewer than FEWEST blocks remain.
     """
-    width = max(len(volts) // BLOCKS, SHORTEST)
+    width = max(len(volts) // blocks, SHORTEST)
     used = np.ones(len(volts)) if rows is None else rows.astype(np.float64)
     whole = _means(used, width) == 1.0
     if whole.sum() < FEWEST:

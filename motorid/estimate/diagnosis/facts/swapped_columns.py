@@ -11,10 +11,17 @@ from collections.abc import Iterator
 from itertools import permutations, product
 
 from motorid.capture.model import Capture
-from motorid.estimate.diagnosis.facts.motor_laws import QUANTITIES, columns, left
+from motorid.estimate.diagnosis.facts.motor_laws import (
+    BLOCKS,
+    QUANTITIES,
+    Columns,
+    columns,
+    left,
+)
 from motorid.estimate.results.estimate import PARAMETERS, Diagnostic
 
 GOOD = 0.1  # share that both laws together leave of the squares: a motor's columns
+COARSE = BLOCKS // 4  # in which a speed of few bits shows how it changes as well
 BETTER = 5.0  # times less than as stated
 
 
@@ -41,15 +48,25 @@ def find(capture: Capture) -> tuple[str, ...] | None:
     found = columns(capture)
     if found is None:
         return None
-    signs = product((1.0, -1.0), repeat=2)  # a reversed column is another mistake
-    volts, current, speed = found
-    stated = min(sum(left(volts, a * current, b * speed)) for a, b in signs)
+    stated, tried = _shares(found, BLOCKS)
     if stated < GOOD:
         return None
-    tried = {
-        (a, b, c): sum(left(found[a], found[b], found[c])) for a, b, c in permutations(range(3))
-    }
     best = min(tried, key=lambda order: tried[order])
     if tried[best] > min(GOOD, stated / BETTER):
         return None
+    stated, tried = _shares(found, COARSE)
+    if tried[best] > stated / BETTER:
+        return None  # only noise from row to row said so
     return tuple(QUANTITIES[k] for k in best)
+
+
+def _shares(found: Columns, blocks: int) -> tuple[float, dict[tuple[int, int, int], float]]:
+    """What both laws leave of the columns as stated, whichever is reversed, and in every order."""
+    volts, current, speed = found
+    signs = product((1.0, -1.0), repeat=2)  # a reversed column is another mistake
+    stated = min(sum(left(volts, a * current, b * speed, blocks=blocks)) for a, b in signs)
+    tried = {
+        (a, b, c): sum(left(found[a], found[b], found[c], blocks=blocks))
+        for a, b, c in permutations(range(3))
+    }
+    return stated, tried

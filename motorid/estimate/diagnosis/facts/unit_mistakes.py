@@ -21,6 +21,9 @@ from motorid.estimate.results.estimate import Diagnostic, Parameter
 from motorid.program import StepKind
 
 UNUSUAL = 9.0  # distance from the catalogue, above which an explanation is looked for
+# and above which it is more than a remark: small motors of few volts and many amperes, which no
+# catalogue of precision motors has, lie at up to 15
+FOREIGN = 15.0
 EXPLAINS = 6.0  # by which it must bring the motor nearer
 USUAL = 8.0  # and how near at least
 AS_WELL = 2.0  # another explanation, within so much of the best, is said too
@@ -71,11 +74,12 @@ def findings(
         instead = " or ".join(one.instead for one in mistakes)
         mends = " or ".join(dict.fromkeys(one.mend for one in mistakes))
         gear = " or if a gear is not stated," if _slower(mistakes[0]) else ""
+        foreign = found > FOREIGN
         yield Diagnostic(
-            "unit_mistake", "warning",
+            "unit_mistake", "warning" if foreign else "info",
             f"{where} of the catalogues; they would if {instead},{gear} so compare a reading with "
             f"an instrument, and {mends}",
-            _moves(captures[0], parameters, mistakes[0]),
+            _moves(captures[0], parameters, mistakes[0]) if foreign else {},
         )  # fmt: skip
     elif found > NO_MOTOR:
         yield Diagnostic(

@@ -54,3 +54,8 @@ def either_way(subject: Subject) -> tuple[float, float]:
 def smoothing(subject: Subject) -> tuple[float, float]:
     """Bounds of a time constant, s; a little below none: the other channels are smoother."""
     return either_way(subject)
+
+
+def none_or_more(subject: Subject) -> tuple[float, float]:
+    """Bounds of a size that has no sign, s."""
+    return 0.0, FARTHEST * period_s(subject)

@@ -7,7 +7,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from motorid.capture.model import CURRENT, SPEED, VOLTAGE
+from motorid.capture.model import CURRENT, QUANTITIES, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.diagnosis.facts.swapped_columns import find, findings
 from tests.estimate.diagnosis.facts.made_log import log, rounded, truth
 
@@ -49,3 +49,18 @@ def test_a_late_column_is_no_swap(name: str) -> None:
 
 def test_a_supplys_voltage_is_no_swap() -> None:
     assert find(log(**{VOLTAGE: np.full(len(truth()[VOLTAGE]), 24.0)})) is None
+
+
+def test_a_step_of_few_bits_is_not_swapped() -> None:
+    """The second law of a speed of 8 bits fails by the noise of its changes, row by row."""
+    rng = np.random.default_rng(3)
+    t = np.arange(1600) / 200.0  # mechanical time constants
+    rises = np.where(t > 0.5, 1.0 - np.exp(-np.maximum(t - 0.5, 0.0)), 0.0)
+    shown = {VOLTAGE: 6.0 * (t > 0.5), CURRENT: np.where(t > 0.5, 1.05 - rises, 0.0), SPEED: rises}
+    channels = {}
+    for name, values in shown.items():
+        step = 2.6 * float(np.abs(values).max()) / 256.0
+        rounded = np.round(values / step + 0.5 * rng.standard_normal(len(t))) * step
+        channels[name] = Channel(name, QUANTITIES[name], rounded)
+    ticks = np.arange(len(t), dtype=np.int64)
+    assert find(Capture(ticks, 1000.0, channels)) is None

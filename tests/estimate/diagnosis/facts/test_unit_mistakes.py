@@ -13,7 +13,12 @@ from bench.coverage.motors import draw_motor
 from motorid.capture.model import Capture
 from motorid.capture.units import alike
 from motorid.estimate.diagnosis.facts.catalogue import MOTORS, Figures, distance, ranges
-from motorid.estimate.diagnosis.facts.unit_mistakes import UNUSUAL, explanations, findings
+from motorid.estimate.diagnosis.facts.unit_mistakes import (
+    FOREIGN,
+    UNUSUAL,
+    explanations,
+    findings,
+)
 from motorid.estimate.results.estimate import Parameter
 from motorid.estimate.results.status import Status
 from motorid.sim.motor import find_motor
@@ -114,6 +119,21 @@ def test_drawn_motors_of_all_sizes_are_not_accused() -> None:
         if found > UNUSUAL and explanations(capture, motor, found):
             accused.append(m.title)
     assert accused == []
+
+
+@pytest.mark.parametrize(
+    "motor",
+    [
+        Figures(6.0, 0.162, 4.94e-3, 5.87e-6, 25e-6),
+        Figures(3.0, 0.222, 2.27e-3, 2.06e-7, 48e-6),
+        Figures(6.0, 0.097, 6.35e-3, 3.71e-6, 109e-6),
+    ],
+)
+def test_small_motors_of_many_amperes_are_not_accused(motor: Figures) -> None:
+    """As toys and models have them: no catalogue of precision motors does."""
+    found = distance(motor)
+    assert found < FOREIGN  # at most a remark
+    assert found > UNUSUAL
 
 
 @pytest.mark.parametrize("name", ["faulhaber-2338s006s", "maxon-re35", "pittman-14204s004"])

@@ -1,0 +1,1 @@
+"""A second bench of logs, which shares nothing with the others: drives, converters, clocks."""

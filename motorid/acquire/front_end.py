@@ -1,0 +1,153 @@
+"""Facts of a board's front end: shown, stored, and held against what a rig says of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from motorid.acquire.board import Board, Fields
+from motorid.acquire.guards import has
+from motorid.acquire.port import open_port
+from motorid.capture.model import CURRENT
+from motorid.errors import LinkError, RigError, UsageError
+from motorid.rig import Rig
+from motorid.rig_front_end import FrontEnd, load_front_end
+from motorid.wire.enums import Bridge, Feature, FrontEndSource, Sensor, State
+
+STORES_S = 1.5  # EEPROM takes 3.4 ms a byte
+SOURCES = {
+    FrontEndSource.NONE: "none that are valid: it refuses to drive",
+    FrontEndSource.COMPILED: "the firmware's own; nothing is stored",
+    FrontEndSource.STORED: "stored",
+}
+
+
+def check(board: Board, rig: Rig) -> Fields:
+    """Field of ``configure`` for the facts that the board holds; none where it stores none.
+
+    Raises RigError where it holds others than the rig names, or shows a current without a sign that
+    the rig wants to record.
+    """
+    told = int(board.identity.get("front_end_hash", 0))
+    if rig.front_end:
+        _compare(board, rig, told)
+    if not told:
+        return {}
+    facts = board.ask("read_front_end")
+    if facts["sensor"] == Sensor.MAGNITUDE and CURRENT in rig.sampling.channels:
+        raise RigError(
+            f"the board's front end ({facts['name']}) shows how much current flows and not its "
+            "sign: it guards, and no fit can use it; leave current out of sampling.channels, or "
+            "measure it in a motor lead"
+        )
+    return {"front_end_hash": told}
+
+
+def _compare(board: Board, rig: Rig, told: int) -> None:
+    _need(board)
+    wanted = load_front_end(rig.front_end, Path(rig.folder) if rig.folder else None)
+    if told != wanted.hash:
+        holds = board.ask("read_front_end")["name"] or "no valid facts"
+        raise RigError(
+            f"the rig names the front end {wanted.name}, and the board holds {holds}"
+            f"{' with other figures' if holds == wanted.name else ''}: `motorid board set "
+            f"{rig.front_end}` stores it, if that is what is wired"
+        )
+
+
+def _need(board: Board) -> None:
+    if not has(board.identity, Feature.FRONT_END):
+        raise RigError(
+            f"the board {board.identity['board']} keeps no facts of its front end: install newer "
+            "firmware, or build it with those of its shield (docs/wiring.md)"
+        )
+
+
+def bare(board: Board) -> str:
+    """A sentence where a board that should has no valid facts of its front end; else ""."""
+    if not has(board.identity, Feature.FRONT_END):
+        return ""
+    if board.ask("read_front_end")["source"] != FrontEndSource.NONE:
+        return ""
+    return "it has no valid facts of its front end and refuses to drive: `motorid board set NAME`"
+
+
+def show(url: str) -> Iterator[str]:
+    """What the board behind a port holds, a line each. Raises LinkError, RigError."""
+    return iter(_with(url, _told))
+
+
+def store(url: str, front_end: FrontEnd) -> list[str]:
+    """Stores facts in the board behind a port, and reads them back.
+
+    Raises RigError where it keeps none or refuses them, LinkError where the board is lost, or holds
+    others afterwards.
+    """
+
+    def put(board: Board) -> list[str]:
+        _ready(board)
+        board.ask("write_front_end", timeout_s=STORES_S, **front_end.facts)
+        held = board.ask("read_front_end")["front_end_hash"]
+        if held != front_end.hash:
+            raise LinkError(f"{url}: the board holds other facts than were sent: try again")
+        board.identify()  # its descriptors follow, and must be such as can be
+        return _told(board)
+
+    return _with(url, put)
+
+
+def _ready(board: Board) -> None:
+    """Idle and without a latched fault: facts are written in no other state."""
+    board.ask("stop")
+    if board.ask("read_status")["state"] == State.FAULTED:
+        board.ask("clear_fault")
+    if board.ask("read_status")["state"] != State.IDLE:
+        raise UsageError(
+            f"{board.port.name}: the board is configured for runs, and stores facts before that "
+            "alone: reset it (its button, or its plug) and try again"
+        )
+
+
+def _with(url: str, do: Callable[[Board], list[str]]) -> list[str]:
+    port = open_port(url)
+    try:
+        board = Board(port)
+        board.identify()
+        _need(board)
+        return do(board)
+    finally:
+        port.close()
+
+
+def _told(board: Board) -> list[str]:
+    facts, who = board.ask("read_front_end"), board.identity
+    source = FrontEndSource(facts["source"])
+    head = [f"{who['board']}: facts of the front end are {SOURCES[source]}"]
+    if source is FrontEndSource.NONE:
+        return [*head, "`motorid board set NAME` stores them; `motorid board list` names some"]
+    kind = {Sensor.MAGNITUDE: "no sign"}.get(facts["sensor"], "signed")
+    follows = ", follows the reference" if facts["ratiometric"] else ""
+    shares = facts["current_gain_uncertainty"] * 1e-5, facts["voltage_gain_uncertainty"] * 1e-5
+    return [
+        *head,
+        f"name               {facts['name']}  (hash {facts['front_end_hash']:08x})",
+        f"reference          {facts['reference_v']:g} V",
+        f"current            {facts['current_v_a']:g} V/A, {facts['current_zero_v']:g} V at 0 A, "
+        f"{kind}{follows}",
+        f"   uncertainty     {shares[0]:.2%} of a reading, "
+        f"{facts['current_zero_uncertainty'] * 1e-4:g} V of the zero (standard)",
+        f"voltage            terminals 1/{facts['voltage_divider']:g}, supply "
+        f"1/{facts['supply_divider']:g}, lifted by {facts['lift_v']:g} V",
+        f"   uncertainty     {shares[1]:.2%} of a reading (standard)",
+        f"filters            current {_filter(facts, 'current')}, voltages "
+        f"{_filter(facts, 'voltage')}",
+        f"bridge             {Bridge(facts['bridge']).name.lower()}",
+        f"largest limit      {who['max_current_ma'] / 1e3:g} A",
+    ]
+
+
+def _filter(facts: Fields, name: str) -> str:
+    first, second = facts[f"{name}_filter"] / 10, facts[f"{name}_filter2"] / 10
+    if not first:
+        return "none"
+    return f"{first:g} us" + (f" (second order, {second:g} us)" if second else "")

@@ -1,0 +1,85 @@
+"""Lags and low-passes of a log that nobody stated, as unknowns of one fit and of the next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.effects.influence_quantity import Instance
+from motorid.estimate.effects.registry import UNSTATED, WITHOUT_WORD
+from motorid.estimate.effects.unstated import default
+from motorid.estimate.fit.multistart import settled
+from motorid.estimate.fit.parameter_bounds import merged
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.solver.problem import Solution, Unknown
+
+Floats = NDArray[np.float64]
+Fit = tuple[list[MotorRecord], Solution]
+
+BEYOND = 2.0  # standard deviations of what is usual, that make a quantity found
+WORTH_IT = 0.5  # of them: less is a line of the budget
+ROUNDS = 4  # in which more are found
+
+
+def like(before: Fit, records: list[MotorRecord], whole: bool = False) -> list[MotorRecord]:
+    """Records that begin with what others found; ``whole``: in whole samples."""
+    for record, other, own in zip(records, before[0], before[1].own, strict=True):
+        record.estimate(*(Instance(quantity) for quantity in UNSTATED))
+        record.find(_sizes_of(other, own, record, whole))
+    return records
+
+
+def _sizes_of(
+    other: MotorRecord, own: Floats, record: MotorRecord, whole: bool
+) -> dict[Instance, Unknown]:
+    """What another record of the same readings found, to begin a search with; none: nothing."""
+    if not other.found:
+        return {}
+    known = zip(other.instances, other.unknowns, own.tolist(), strict=True)
+    return {
+        one: replace(unknown, start=default.whole(record, size) if whole else size)
+        for one, unknown, size in known
+        if one.quantity in WITHOUT_WORD
+    }
+
+
+def widened(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    solution: Solution,
+) -> Solution:
+    """With what was found given its size as its prior's deviation."""
+    for _ in range(ROUNDS):
+        if not _find(records, solution):
+            break
+        solution = settled(records, free, merged(start, solution))
+    return solution
+
+
+def _find(records: Sequence[MotorRecord], solution: Solution) -> bool:
+    """Whether some quantity is farther off than is usual."""
+    more = False
+    for record, own in zip(records, solution.own, strict=True):
+        known = zip(record.instances, record.unknowns, own.tolist(), strict=True)
+        found = {
+            one: replace(unknown, start=size, prior_sd=abs(size))
+            for one, unknown, size in known
+            if one.quantity in WITHOUT_WORD and abs(size) > BEYOND * unknown.prior_sd
+        }
+        record.find(found)
+        more = more or bool(found)
+    return more
+
+
+def moved(record: MotorRecord, own: Floats) -> bool:
+    """Some of them is of a size that is worth an unknown."""
+    known = zip(record.instances, record.unknowns, own.tolist(), strict=True)
+    return any(
+        one in record.found or abs(size) > WORTH_IT * unknown.prior_sd
+        for one, unknown, size in known
+        if one.quantity in UNSTATED
+    )

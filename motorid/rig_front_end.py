@@ -1,0 +1,196 @@
+"""A front-end file: what measures current and voltages before a board's converter, as facts.
+
+``rigs/frontends/`` has one for each part that is common; ``motorid board set`` stores one.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from motorid.errors import RigError
+from motorid.rig_keys import Flag, Key, List, Number, Text, show
+from motorid.toml_file import dotted, read_text, tables_of, unknown
+from motorid.wire.enums import Bridge, Sensor
+from motorid.wire.hashes import front_end_hash
+
+GAIN_UNIT, ZERO_UNIT_V, FILTER_UNIT_S = 1e-5, 1e-4, 1e-7  # of the wire
+U16 = (1 << 16) - 1
+NAME_LETTERS = 16
+MOST_LIFT = 0.75  # of the reference
+_SHARE = Number(0, 0.6)  # what the wire holds: 65535 of 1e-5
+_FILTER = List(Number(1e-7, 6e-3), 2)  # time constants, one behind the other
+_TOP: Mapping[str, Key] = {
+    "name": Text(),
+    "sensor": Text(tuple(one.name.lower() for one in Sensor)),
+    "ratiometric": Flag(),
+    "bridge": Text(tuple(one.name.lower() for one in Bridge)),
+    "sources": List(Text()),
+}
+_SECTIONS: Mapping[str, Mapping[str, Key]] = {
+    "converter": {"reference_v": Number(0.5, 10), "reference_uncertainty": _SHARE},
+    "current": {
+        "volts_per_ampere": Number(-1e3, 1e3),
+        "zero_v": Number(0, 10),
+        "zero_uncertainty_v": Number(0, 5),
+        "gain_uncertainty": _SHARE,
+        "most_a": Number(1e-3, 4e6),
+        "filter_s": _FILTER,
+    },
+    "voltage": {
+        "divider": Number(0.1, 1e3),
+        "supply_divider": Number(0.1, 1e3),
+        "lift_v": Number(0, 7.5),
+        "gain_uncertainty": _SHARE,
+        "filter_s": _FILTER,
+    },
+}
+_OPTIONAL = ("sources", "supply_divider", "filter_s", "bridge", "ratiometric")
+
+
+@dataclass(frozen=True)
+class FrontEnd:
+    """One front end. ``facts``: the fields of write_front_end; ``text``: the file."""
+
+    facts: Mapping[str, Any]
+    text: str
+
+    @property
+    def name(self) -> str:
+        """Its name, as the board tells it."""
+        return str(self.facts["name"])
+
+    @property
+    def hash(self) -> int:
+        """The hash that a board tells which holds these facts."""
+        return front_end_hash(self.facts)
+
+
+def presets() -> tuple[str, ...]:
+    """Names of the front ends that come with motorid."""
+    return tuple(sorted(path.stem for path in _folder().glob("*.toml")))
+
+
+def load_front_end(name_or_path: str, beside: Path | None = None) -> FrontEnd:
+    """The front end of a preset's name or of a file; a path may count from ``beside``.
+
+    Raises RigError, naming file and key, where it is absent, unreadable or absurd.
+    """
+    path = _find(name_or_path, beside)
+    return parse(read_text(path, "a front-end file", RigError), str(path))
+
+
+def parse(text: str, where: str = "front end") -> FrontEnd:
+    """The front end that ``text`` (TOML) describes; ``where`` names it. Raises RigError."""
+    document = tables_of(text, where, RigError)
+    if problem := unknown(document, (*_TOP, *_SECTIONS)):
+        raise RigError(f"{where}: {problem}")
+    plain = {key: document[key] for key in _TOP if key in document}
+    top = _read(plain, _TOP, "", where)
+    parts = {
+        name: _read(document.get(name, {}), _SECTIONS[name], name, where) for name in _SECTIONS
+    }
+    _consistent(top, parts, where)
+    return FrontEnd(_facts(top, parts, where), text)
+
+
+def _read(table: Any, keys: Mapping[str, Key], section: str, where: str) -> dict[str, Any]:
+    if not isinstance(table, dict):
+        raise RigError(f"{where}: [{section}] must be a table, not {show(table)}")
+    if problem := unknown(table, keys, section):
+        raise RigError(f"{where}: {problem}")
+    found = {}
+    for key, rule in keys.items():
+        if key not in table:
+            if key in _OPTIONAL:
+                continue
+            raise RigError(f"{where}: {dotted(section, key)} is missing: it has no safe default")
+        try:
+            found[key] = rule.read(table[key])
+        except ValueError as error:
+            raise RigError(f"{where}: {dotted(section, key)} {error}") from None
+    return found
+
+
+def _consistent(top: dict[str, Any], parts: dict[str, dict[str, Any]], where: str) -> None:
+    name, current, volts = top["name"], parts["current"], parts["voltage"]
+    reference = parts["converter"]["reference_v"]
+    if not 0 < len(name) <= NAME_LETTERS or not (name.isascii() and name.isprintable()):
+        raise RigError(f"{where}: name must be 1 to {NAME_LETTERS} plain letters, not {show(name)}")
+    if abs(current["volts_per_ampere"]) < 1e-5:
+        raise RigError(f"{where}: current.volts_per_ampere is too near to 0 to measure anything")
+    if current["zero_v"] > reference:
+        raise RigError(f"{where}: current.zero_v lies above converter.reference_v")
+    if top["sensor"] != "magnitude" and not 0.02 < current["zero_v"] / reference < 0.98:
+        raise RigError(
+            f"{where}: current.zero_v lies at an end of the range, where a {top['sensor']} shows "
+            'one sign alone: set sensor = "magnitude", or correct the zero'
+        )
+    if volts["lift_v"] > MOST_LIFT * reference:
+        raise RigError(f"{where}: voltage.lift_v leaves no range below converter.reference_v")
+
+
+def _facts(top: dict[str, Any], parts: dict[str, dict[str, Any]], where: str) -> dict[str, Any]:
+    """The wire's fields. A sensor that follows the reference has not the reference's error."""
+    converter, current, volts = parts["converter"], parts["current"], parts["voltage"]
+    ratiometric = top.get("ratiometric", False)
+    doubt = 0.0 if ratiometric else converter["reference_uncertainty"]
+    zero = math.hypot(current["zero_uncertainty_v"], doubt * current["zero_v"])
+    gain = math.hypot(current["gain_uncertainty"], doubt)
+    both = math.hypot(volts["gain_uncertainty"], converter["reference_uncertainty"])
+    counted = {
+        "max_current_ma": current["most_a"] * 1e3,
+        **_filter("current", current.get("filter_s", ())),
+        **_filter("voltage", volts.get("filter_s", ())),
+        "current_gain_uncertainty": gain / GAIN_UNIT,
+        "voltage_gain_uncertainty": both / GAIN_UNIT,
+        "current_zero_uncertainty": zero / ZERO_UNIT_V,
+    }
+    for name, value in counted.items():
+        if name != "max_current_ma" and value > U16:
+            raise RigError(f"{where}: {name.replace('_', ' ')} is larger than a board can hold")
+    return {
+        "name": top["name"],
+        "sensor": int(Sensor[top["sensor"].upper()]),
+        "ratiometric": int(ratiometric),
+        "bridge": int(Bridge[top.get("bridge", "mosfet").upper()]),
+        "reference_v": converter["reference_v"],
+        "current_v_a": current["volts_per_ampere"],
+        "current_zero_v": current["zero_v"],
+        "voltage_divider": volts["divider"],
+        "supply_divider": volts.get("supply_divider", volts["divider"]),
+        "lift_v": volts["lift_v"],
+        **{name: round(value) for name, value in counted.items()},
+    }
+
+
+def _filter(name: str, seconds: tuple[float, ...]) -> dict[str, float]:
+    """Coefficients of s and the root of that of s², of filters one behind the other."""
+    root = math.sqrt(math.prod(seconds)) if len(seconds) > 1 else 0.0
+    return {
+        f"{name}_filter": sum(seconds) / FILTER_UNIT_S,
+        f"{name}_filter2": root / FILTER_UNIT_S,
+    }
+
+
+def _find(name_or_path: str, beside: Path | None) -> Path:
+    bare = Path(name_or_path).name == name_or_path and not Path(name_or_path).suffix
+    preset = _folder() / f"{name_or_path}.toml"
+    if bare and preset.is_file():
+        return preset
+    path = (beside or Path()) / name_or_path
+    if "\0" not in name_or_path and path.is_file():
+        return path
+    near = difflib.get_close_matches(Path(name_or_path).stem, presets(), n=1)
+    hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(presets())}"
+    raise RigError(f"no front-end file {show(name_or_path)}; {hint}")
+
+
+def _folder() -> Path:
+    """rigs/frontends/ inside an installed package, else beside the package in a working copy."""
+    inside = Path(__file__).parent / "rigs" / "frontends"
+    return inside if inside.is_dir() else Path(__file__).parent.parent / "rigs" / "frontends"

@@ -1,0 +1,1 @@
+"""Files as students, instruments and other libraries write them, each a log of one known motor."""
