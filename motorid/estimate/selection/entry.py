@@ -36,6 +36,7 @@ from motorid.estimate.selection.extended_fit import Fitted, begin, finished
 from motorid.estimate.selection.extended_results import alternative, findings, stands_out
 from motorid.estimate.selection.forward_selection import Selection, Trial, select
 from motorid.estimate.selection.joint_start import starts
+from motorid.estimate.selection.seen_effects import with_seen
 from motorid.estimate.selection.shaft_resonance import springs
 from motorid.estimate.selection.trigger import ALLOWED, carry_loss, loss_stands_out
 from motorid.estimate.signals.log_sections import pieces, unbroken
@@ -91,12 +92,13 @@ def _of(
         estimate = _with_left_out(estimate, chosen.left_out)
         best = _known(chosen.stages, fix, without)
         if best is None:
-            return _with_trials(estimate, trials)
+            return with_seen(_with_trials(estimate, trials), solution, records)
         fitted, found = best
         offered = {term.name for term in fitted.terms}
         trials = tuple(replace(t, taken=t.taken and t.term in offered) for t in trials)
     better = alternative(fitted, found, *narrow[:2], trials, asked=bool(terms))
-    return _said(replace(estimate, alternative=better), fitted)
+    estimate = _said(replace(estimate, alternative=better), fitted)
+    return with_seen(estimate, fitted.solution, fitted.records)
 
 
 def _closed(

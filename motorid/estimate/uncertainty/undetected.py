@@ -34,12 +34,14 @@ FOUND = 4.0  # standard deviations of a size that is seen
 class Undetected:
     """``shift`` (p,) of the parameters in search coordinates by what is open of an effect.
 
-    ``open``: the part of the prior's standard deviation that the readings leave.
+    ``open``: the part of the prior's standard deviation that the readings leave. ``seen``: how many
+    standard deviations its size is from nothing, where that is too many for chance; else 0.
     """
 
     quantity: InfluenceQuantity
     shift: Floats
     open: float
+    seen: float = 0.0
 
     def moves(self, solution: Solution) -> dict[str, float]:
         """Relative changes of the parameters by its usual size, the largest first."""
@@ -89,9 +91,9 @@ def undetected(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Unde
 
 def told(found: Sequence[Undetected]) -> dict[str, Floats]:
     """Lines of a budget: shifts (p,) in search coordinates by what is open of those that these data
-    tell.
+    tell. One that is seen has none: whether it is there, and what it moves, the search says.
     """
-    return {one.quantity.name: one.shift for one in found if not one.untold}
+    return {one.quantity.name: one.shift for one in found if not (one.untold or one.seen)}
 
 
 def _possible(record: MotorRecord) -> Iterator[tuple[Instance, Unknown]]:
@@ -118,8 +120,9 @@ def _left(quantity: InfluenceQuantity, sums: _Sums, inverse: Floats, slope: Floa
     share = 1.0 / (1.0 + information)
     size = share * (sums.pull - float(sums.shared @ inverse @ slope))
     size = min(max(size, 0.0), FARTHEST)
-    if size > FOUND * share**0.5:
-        size = 0.0  # it is seen: whether it is there, and what it moves, the search says
+    seen = size / share**0.5 if size > FOUND * share**0.5 else 0.0
+    if seen:
+        return Undetected(quantity, -inverse @ sums.shared * size, float(share**0.5), seen)
     # readings that are larger by what the model lacks pull the other way
     whole = -inverse @ sums.shared
     return Undetected(quantity, whole * float(np.hypot(np.sqrt(share), size)), float(share**0.5))
