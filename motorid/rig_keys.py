@@ -105,6 +105,7 @@ SECTIONS: Mapping[str, Mapping[str, Key]] = {
         "torque_constant_nm_a": Number(1e-6, 1e4),
         "inertia_kg_m2": Number(1e-12, 1e6),
         "no_load_current_a": Number(1e-6, 1e4),
+        "rated_current_a": Number(1e-6, 1e4),
         "voltage_v": Number(0.1, 1e3),
     },
     "thermal": {

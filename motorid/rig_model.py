@@ -41,6 +41,7 @@ class Nameplate:
     inertia_kg_m2: float | None = None
     no_load_current_a: float | None = None
     voltage_v: float | None = None
+    rated_current_a: float | None = None  # at which K and L of a wider model are stated
 
 
 @dataclass(frozen=True)

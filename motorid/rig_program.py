@@ -3,26 +3,34 @@
 from __future__ import annotations
 
 from motorid.errors import RigError
-from motorid.program import Program, StepKind, climbs
+from motorid.program import Program, Step, StepKind, climbs
 from motorid.rig_model import Nameplate
 
 DEFAULT_CLIMBS = ((0.3, 0.5, 0.75), (1.0,))  # fractions of the nameplate's voltage
+SETTLING = 8  # mechanical time constants of a level
 
 
 def default_program(nameplate: Nameplate) -> Program:
     """Levels up to the nameplate's voltage, each long enough to settle; climbs that coast to rest.
 
+    The first climb brakes for a time constant before it coasts: driving and coasting alone cannot
+    tell friction that follows the current from a larger inertia and friction. A brake gives its
+    energy to the winding; a step down would give it to the supply.
+
     Raises RigError when the nameplate names no voltage.
     """
     if nameplate.voltage_v is None:
         raise RigError("a rig without [program] needs nameplate.voltage_v to derive one from")
-    coast_s = coasting_s(nameplate)
-    return climbs(
+    coast_s, drive_s = coasting_s(nameplate), settling_s(nameplate)
+    plain = climbs(
         [[share * nameplate.voltage_v for share in climb] for climb in DEFAULT_CLIMBS],
         kind=StepKind.DRIVE_VOLTS,
-        drive_s=settling_s(nameplate),
+        drive_s=drive_s,
         coast_s=[round(coast_s * climb[-1], 4) for climb in DEFAULT_CLIMBS],
     )
+    first = 1 + len(DEFAULT_CLIMBS[0])
+    brake = Step(StepKind.BRAKE, round(drive_s / SETTLING, 4))
+    return Program((*plain.steps[:first], brake, *plain.steps[first:]))
 
 
 def settling_s(plate: Nameplate) -> float:
@@ -30,7 +38,7 @@ def settling_s(plate: Nameplate) -> float:
     R, J, K = plate.resistance_ohm, plate.inertia_kg_m2, plate.torque_constant_nm_a
     if R is None or J is None or K is None:
         return 0.5
-    return round(min(max(8 * R * J / K**2, 0.06), 2.0), 4)
+    return round(min(max(SETTLING * R * J / K**2, 0.06), 2.0), 4)
 
 
 def coasting_s(plate: Nameplate) -> float:

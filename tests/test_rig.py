@@ -126,6 +126,16 @@ def test_compact_programs_climb_and_coast() -> None:
     assert steps[3].duration_s == 1
 
 
+def test_a_rig_without_a_program_brakes_once_and_stays_short() -> None:
+    """Driving and coasting alone leave load friction open; a brake gives no current to a supply."""
+    steps = load_rig("sim").program.steps
+    (brake,) = (k for k, step in enumerate(steps) if step.kind is StepKind.BRAKE)
+    assert steps[brake - 1].kind is StepKind.DRIVE_VOLTS
+    assert steps[brake + 1].kind is StepKind.COAST
+    total = sum(step.duration_s for step in steps)
+    assert 0.0 < steps[brake].duration_s < 0.2 * (total - steps[brake].duration_s)
+
+
 def test_absent_files_and_foreign_ones(tmp_path: Path) -> None:
     with pytest.raises(RigError, match="did you mean sim"):
         load_rig("simm")

@@ -29,4 +29,4 @@ def test_the_examples_are_a_rig(page: str) -> None:
     rig = parse(bench + steps)
     assert rig.name == "bench 3"
     assert len(rig.program.steps) == 2
-    assert len(parse(bench).program.steps) == 7  # the derived one
+    assert len(parse(bench).program.steps) == 8  # the derived one

@@ -136,3 +136,6 @@ _.searches
 _._repr_html_
 _.to_dataframe
 _.plot
+
+# motorid/rig_model.py: written into each capture by its key, where the fit reads it
+_.rated_current_a

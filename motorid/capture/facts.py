@@ -18,6 +18,7 @@ IMPORTED = "stated"  # provenance: nameplate and thermal figures that an import'
 SAID = "what the import stated of the motor"
 NAMEPLATE = (
     "resistance_ohm", "inductance_h", "torque_constant_nm_a", "inertia_kg_m2", "no_load_current_a",
+    "rated_current_a",
     "voltage_v",
 )  # fmt: skip
 THERMAL = (

@@ -78,6 +78,7 @@ void phi_functions(int n, int top, double z[N][N], double p[PHI_COUNT][N][N])
     case 2: of_order(2, top, z, p); break;
     case 3: of_order(3, top, z, p); break;
     case 4: of_order(4, top, z, p); break;
+    case 5: of_order(5, top, z, p); break;
     default: of_order(N, top, z, p); break;
     }
 }

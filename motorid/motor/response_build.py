@@ -24,6 +24,7 @@ HEADERS = (
     "wide.h",
     "wide_step.h",
     "wide_map.h",
+    "wide_iron.h",
     "phi.h",
     "taps.h",
     "affine.h",

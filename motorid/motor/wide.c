@@ -7,6 +7,8 @@
 #include "root.h"
 #include "wide_step.h"
 
+#define TURN 6.283185307179586
+#define CONTRACTS 0.5
 #define MAX_EVENTS 16 /* in one step; more is chatter of rounding */
 
 /* ---- events ------------------------------------------------------------------------------- */
@@ -21,7 +23,7 @@ static double margin(const wide_run *r, const wide_state *x, event e)
     if (m->still) return 1.0;
     if (m->s) return m->s * x->x[WW];
     const double torque = wide_push(r, x);
-    return wide_breakaway(r->motor, torque) - fabs(torque);
+    return wide_breakaway(r, x->x[WI], torque) - fabs(torque);
 }
 
 typedef struct {
@@ -55,7 +57,7 @@ static void change_mode(wide_run *r, int n, event e)
     x[WW] = 0.0;
     m->s = 0;
     double torque = wide_push(r, &r->now.x);
-    if (was && fabs(torque) <= wide_breakaway(r->motor, torque)) return;
+    if (was && fabs(torque) <= wide_breakaway(r, x[WI], torque)) return;
     /* without friction the release comes before the current does: the voltage tells the way */
     if (torque == 0.0) torque = wide_source(r, n);
     m->s = (torque > 0.0) - (torque < 0.0);
@@ -130,9 +132,9 @@ static const level_maps *maps_of(wide_run *r, int level)
 /* Nothing moves and no current flows: the interval changes nothing but the warmth. */
 static int idle(const wide_run *r)
 {
-    if (r->now.mode.circuit != OPEN || r->now.mode.s || r->two) return 0;
+    if (r->now.mode.circuit != OPEN || r->now.mode.s || r->rows == WROWS) return 0;
     const double torque = wide_push(r, &r->now.x);
-    return fabs(torque) <= wide_breakaway(r->motor, torque);
+    return fabs(torque) <= wide_breakaway(r, 0.0, torque);
 }
 
 /* A filter's y while nothing changes. */
@@ -157,6 +159,7 @@ static void idle_interval(wide_run *r, int n)
     for (int j = 0; j < r->taps.filters; j++)
         r->taps.filter[j].y = faded(r, &r->taps.filter[j], r->h);
     r->now.warmth *= exp(-r->motor->cooling * r->h);
+    if (r->rows > PLAIN) r->now.x.x[WEDDY] *= exp(-r->h / r->motor->eddy_time);
 }
 
 static void meet_pulses(wide_run *r)
@@ -210,14 +213,24 @@ static void begin_stretch(wide_run *r, const mr_stretch *s, int first)
     for (int l = 0; l <= FINEST + 1; l++) r->levels[l].made = 0;
 }
 
-static int begin(wide_run *r, const mw_motor *p, double period, int count, const double *v,
-                 const mw_start *start, const double *angle)
+static int iron_fits(const mw_motor *p)
+{
+    if (p->reaction != 0.0 && !(p->reaction_bend >= 0.0)) return 0;
+    if (p->saturation != 0.0 && !(p->saturation < 1.0 && p->saturation_current > 0.0)) return 0;
+    return p->eddy == 0.0 || (p->eddy > 0.0 && p->eddy < 1.0 && p->eddy_time > 0.0);
+}
+
+static int begin(wide_run *r, const mw_motor *p, double period, double pwm_period, int count,
+                 const double *v, const mw_start *start, const double *angle)
 {
     if (count < 1 || !(p->R > 0 && p->L >= 0 && p->J > 0 && period > 0)) return -1;
     if ((p->brush != 0.0 && !(p->brush_current > 0.0)) || (p->stiction != 0.0 && !(p->stribeck > 0.0)))
         return -1;
+    if (!iron_fits(p)) return -1;
     r->motor = p, r->six = (mr_motor){p->R, p->L, p->K, p->B, p->J, p->T0};
-    r->two = p->load_inertia > 0.0, r->h = period, r->count = count, r->v = v;
+    if (pwm_period > 0.0) r->six.L = inductance_at(p, TURN / pwm_period); /* of the PWM ripple */
+    r->rows = p->load_inertia > 0.0 ? WROWS : p->eddy != 0.0 ? EDDIES : PLAIN;
+    r->h = period, r->count = count, r->v = v;
     r->angle = angle, r->n = 1;
     r->cogging_phase = start->cogging_phase, r->ripple_phase = start->ripple_phase;
     r->now = (moment){.warmth = start->warmth};
@@ -242,7 +255,7 @@ int mw_response(const mw_motor *motor, double period, double pwm_period, int cou
     const state x0 = {start->current, start->speed, 0.0, start->position};
     if (!stretches_fit(count, stretches, n_stretches) || !outputs_fit(period, outputs, n_outputs))
         return -1;
-    if (begin(&r, motor, period, count, v, start, angle)) return -1;
+    if (begin(&r, motor, period, pwm_period, count, v, start, angle)) return -1;
     if (place_taps(&r.taps, period, pwm_period, count, &x0, outputs, n_outputs, work)) return -1;
     for (int k = 0; k < n_stretches; k++) {
         const int first = stretches[k].start > 1 ? stretches[k].start : 1;
@@ -260,9 +273,9 @@ int mw_response(const mw_motor *motor, double period, double pwm_period, int cou
 
 static double apart(const wide_run *r, const moment *a, const moment *b, double amperes, double speed)
 {
-    const double unit[WROWS] = {amperes, speed, amperes * r->h, speed * r->h, speed};
+    const double unit[WROWS] = {amperes, speed, amperes * r->h, speed * r->h, amperes, speed};
     double most = 0.0;
-    for (int row = 0; row <= (r->two ? WLOAD : WTH); row++)
+    for (int row = 0; row <= (r->rows == WROWS ? WLOAD : r->rows - 1); row++)
         most = fmax(most, fabs(a->x.x[row] - b->x.x[row]) / unit[row]);
     return most;
 }
@@ -289,6 +302,17 @@ static int plan_interval(wide_run *r, int n, int level, double amperes, double s
     }
 }
 
+/* What saturation adds to the rate of the current, in a step: more is no contraction. */
+static int least_level(const wide_run *r, double resistance)
+{
+    const mw_motor *p = r->motor;
+    const double left = 1.0 - p->saturation, L = (1.0 - p->eddy) * p->L;
+    double turn = p->saturation / left * resistance * r->h / fmax(L, 1e-3 * resistance * r->h);
+    int level = 0;
+    for (; turn > CONTRACTS && level < FINEST; level++) turn *= 0.5;
+    return level;
+}
+
 int mw_plan(const mw_motor *motor, double period, double pwm_period, int count, const double *v,
             const mr_stretch *stretches, int n_stretches, const mw_start *start,
             const double *angle, double tolerance, unsigned char *levels)
@@ -297,7 +321,7 @@ int mw_plan(const mw_motor *motor, double period, double pwm_period, int count, 
     double top = 0.0;
     int level = 0;
     if (!stretches_fit(count, stretches, n_stretches)) return -1;
-    if (begin(&r, motor, period, count, v, start, angle)) return -1;
+    if (begin(&r, motor, period, pwm_period, count, v, start, angle)) return -1;
     r.taps = (taps){.h = period, .pwm_period = pwm_period};
     for (int n = 1; n < count; n++) top = fmax(top, fabs(v[n]));
     if (top == 0.0) top = 1.0;
@@ -307,8 +331,9 @@ int mw_plan(const mw_motor *motor, double period, double pwm_period, int count, 
         const int end = k + 1 < n_stretches ? stretches[k + 1].start : count;
         if (first >= count) break;
         begin_stretch(&r, &stretches[k], first);
+        const int least = least_level(&r, r.now.mode.Rt);
         for (int n = first; n < end; n++) {
-            level = plan_interval(&r, n, level > 0 ? level - 1 : 0, top / motor->R,
+            level = plan_interval(&r, n, level > least ? level - 1 : least, top / motor->R,
                                   top / motor->K, tolerance);
             levels[n] = (unsigned char)level;
         }

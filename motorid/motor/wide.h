@@ -1,16 +1,20 @@
 /* Response of a motor with more than six parameters, at readings as response.h's.
  *
- *   L di/dt = v - (R (1 + warmth) + series) i - Ke w - drop(i),        Ke = K (1 + emf)
+ *   l1 L di/dt = v - (R (1 + warmth) + series) i - Ke w - drop(i) - u,     Ke = K (1 + emf)
  *   J dw/dt = K i - B w - T0 (1 + asymmetry s) s - stiction s exp(-(w / stribeck)^2)
- *             - quadratic w |w| - cogging sin(cogging_per_turn th + phase) - coupling
+ *             - quadratic w |w| - load_friction |K i| s
+ *             - cogging sin(cogging_per_turn th + phase) - coupling
  *   drop(i)  = brush i / sqrt(i^2 + brush_current^2), its mean over the PWM ripple
  *   d warmth/dt = warming (1 + warmth) i^2 - cooling warmth, i^2 with the ripple's
  *   K and Ke times 1 + k_ripple c, R times 1 + r_ripple c,  c = cos(ripple_per_turn th + phase)
+ *   K and Ke times 1 - reaction (sqrt(i^2 + reaction_bend^2) - reaction_bend)
+ *   u = eddy L / eddy_time (i - ie), l2 L die/dt = u: of L, the share eddy lies beside a resistance
+ *   l1 = (1 - eddy) f(i), l2 = eddy f(ie),  f(i) = 1 - saturation i^2 / (i^2 + saturation_current^2)
  *   load_inertia > 0: coupling = stiffness (th - th2) + damping (w - w2) = load_inertia dw2/dt,
  *                     and J is the motor's own
  *
  * with s the direction of motion; at standstill it holds while the torque stays within
- * T0 (1 + asymmetry s) + stiction. An interval is 2^level equal steps. In a step the linear part is
+ * T0 (1 + asymmetry s) + stiction + load_friction |K i|. An interval is 2^level equal steps. In a step the linear part is
  * exact; what is not linear is a parabola in time through its values at start, middle and end,
  * which successive approximation finds. Events are located as in response.c.
  * The caller owns every buffer. Reentrant.
@@ -31,6 +35,10 @@ typedef struct {
     double k_ripple, r_ripple, ripple_per_turn;
     double warming, cooling;     /* 1/(A^2 s), 1/s */
     double load_inertia, stiffness, damping; /* kg m^2, N m/rad, N m s/rad */
+    double load_friction;
+    double reaction, reaction_bend; /* 1/A, A */
+    double saturation, saturation_current; /* 1, A */
+    double eddy, eddy_time; /* 1, s */
 } mw_motor;
 
 /* Of the first tick: A, rad/s, rad; warmth (1); phases (rad) of cogging and ripple at th = 0 */

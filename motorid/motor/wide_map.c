@@ -4,10 +4,11 @@
 #include <string.h>
 
 #include "filter.h"
+#include "wide_iron.h"
 
 #define LEAST_INDUCTANCE 1e-3 /* of R times the sample period */
 
-static const int row_of[DYNAMIC] = {WI, WW, WLOAD, WTWIST};
+static const int row_of[DYNAMIC] = {WI, WW, WEDDY, WLOAD, WTWIST};
 
 /* A parabola through the nodes of a step: its slope and curvature at the start, times the step and
  * its square. */
@@ -18,11 +19,14 @@ static void equations(const mw_motor *p, const mode *md, double A[PHI_STATES][PH
 {
     int current = md->circuit != OPEN, moves = md->s != 0;
     double least = LEAST_INDUCTANCE * md->Rt * md->period;
-    double L = p->L > least && !md->discontinuous ? p->L : least;
+    const double L1 = (1.0 - p->eddy) * p->L;
+    const int follows = md->discontinuous || !(L1 > least); /* the current, without delay */
+    const double L = follows ? least : L1, shield = follows ? 0.0 : eddy_resistance(p);
     memset(A, 0, sizeof(double) * PHI_STATES * PHI_STATES);
     memset(input, 0, sizeof(double) * FORCES * PHI_STATES);
     if (current) {
-        A[CURRENT][CURRENT] = -md->Rt / L;
+        A[CURRENT][CURRENT] = -(md->Rt + shield) / L;
+        A[CURRENT][EDDY] = shield / L;
         if (moves) A[CURRENT][SPEED] = -p->K * (1.0 + p->emf) / L;
         input[VOLTS][CURRENT] = 1.0 / L;
     }
@@ -30,6 +34,11 @@ static void equations(const mw_motor *p, const mode *md, double A[PHI_STATES][PH
         if (current) A[SPEED][CURRENT] = p->K / p->J;
         A[SPEED][SPEED] = -p->B / p->J;
         input[TORQUE][SPEED] = 1.0 / p->J;
+    }
+    if (p->eddy != 0.0) {
+        A[EDDY][CURRENT] = 1.0 / p->eddy_time;
+        A[EDDY][EDDY] = -1.0 / p->eddy_time;
+        input[SHIELDED][EDDY] = 1.0 / (p->eddy * p->L);
     }
     if (p->load_inertia <= 0.0) return;
     if (moves) {
@@ -42,6 +51,12 @@ static void equations(const mw_motor *p, const mode *md, double A[PHI_STATES][PH
     A[LOAD][LOAD] = -p->damping / p->load_inertia;
     A[LOAD][TWIST] = p->stiffness / p->load_inertia;
     A[TWIST][LOAD] = -1.0;
+}
+
+/* Of the states that the motor has. */
+static int order(const mw_motor *p)
+{
+    return p->load_inertia > 0.0 ? DYNAMIC : p->eddy != 0.0 ? LOAD : EDDY;
 }
 
 /* The response, after t, to an input that is t^k / k! from the start of the step. */
@@ -64,7 +79,7 @@ void make_wide_map(const mw_motor *motor, const mode *md, double coulomb, double
 {
     double A[PHI_STATES][PHI_STATES], input[FORCES][PHI_STATES];
     double p[PHI_COUNT][PHI_STATES][PHI_STATES];
-    const int n = motor->load_inertia > 0.0 ? 4 : 2;
+    const int n = order(motor);
     equations(motor, md, A, input);
     for (int r = 0; r < n; r++)
         for (int c = 0; c < n; c++) A[r][c] *= t;
@@ -92,7 +107,7 @@ wide_row wide_filter_later(const mw_motor *motor, const mode *md, double coulomb
                            double step, const filter *f)
 {
     double A[PHI_STATES][PHI_STATES], input[FORCES][PHI_STATES], rows[PHI_COUNT][PHI_STATES];
-    const int n = motor->load_inertia > 0.0 ? 4 : 2, first = f->position;
+    const int n = order(motor), first = f->position;
     wide_row y = {.base = first ? -expm1(-t / f->tau) : 0.0};
     equations(motor, md, A, input);
     y.keep = filter_rows(n, A, f->row ? SPEED : CURRENT, t, f->tau, first + 3, rows);

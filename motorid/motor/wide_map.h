@@ -7,11 +7,12 @@
 #include "taps.h"
 #include "wide.h"
 
-/* Rows: current, speed, charge, position; the load's speed and twist of the shaft where there are
- * two masses. */
-enum { WI, WW, WQ, WTH, WLOAD, WTWIST, WROWS, ONE_MASS = WLOAD };
-enum { CURRENT, SPEED, LOAD, TWIST, DYNAMIC }; /* the states that act on others */
-enum { VOLTS, TORQUE, FORCES };       /* what drives a state from outside the linear part */
+/* Rows: current, speed, charge, position; the current of the inductance that eddy currents shield;
+ * the load's speed and twist of the shaft where there are two masses. */
+enum { WI, WW, WQ, WTH, WEDDY, WLOAD, WTWIST, WROWS, PLAIN = WEDDY, EDDIES = WLOAD };
+enum { CURRENT, SPEED, EDDY, LOAD, TWIST, DYNAMIC }; /* the states that act on others */
+/* what drives a state from outside the linear part; the last where there are eddy currents */
+enum { VOLTS, TORQUE, SHIELDED, FORCES };
 enum { BEGIN, MIDDLE, END, NODES };   /* of a step: where the forces are known */
 
 typedef struct {
@@ -39,15 +40,17 @@ void make_wide_map(const mw_motor *motor, const mode *md, double coulomb, double
 wide_row wide_filter_later(const mw_motor *motor, const mode *md, double coulomb, double t,
                            double step, const filter *f);
 
-/* Without the forces. `rows`: ONE_MASS or WROWS, known to the compiler. */
+/* Without the forces. `rows`: PLAIN, EDDIES or WROWS, known to the compiler. */
 static inline wide_state wide_linear(const wide_map *m, const int rows, const wide_state *x, double v)
 {
     wide_state y;
     for (int r = 0; r < rows; r++)
         y.x[r] = m->g[r] * v + m->c[r] + m->P[0][r] * x->x[WI] + m->P[1][r] * x->x[WW];
-    if (rows > ONE_MASS)
+    if (rows > PLAIN)
+        for (int r = 0; r < rows; r++) y.x[r] += m->P[EDDY][r] * x->x[WEDDY];
+    if (rows > EDDIES)
         for (int r = 0; r < rows; r++)
-            y.x[r] += m->P[2][r] * x->x[WLOAD] + m->P[3][r] * x->x[WTWIST];
+            y.x[r] += m->P[LOAD][r] * x->x[WLOAD] + m->P[TWIST][r] * x->x[WTWIST];
     y.x[WQ] += x->x[WQ];
     y.x[WTH] += x->x[WTH];
     return y;
@@ -59,7 +62,7 @@ static inline wide_state wide_forced(const wide_map *m, const int rows, const wi
     wide_state y;
     for (int r = 0; r < rows; r++) {
         double sum = linear->x[r];
-        for (int k = 0; k < FORCES; k++)
+        for (int k = 0; k < (rows > PLAIN ? FORCES : SHIELDED); k++)
             sum += m->F[k][BEGIN][r] * f[BEGIN][k] + m->F[k][MIDDLE][r] * f[MIDDLE][k] +
                    m->F[k][END][r] * f[END][k];
         y.x[r] = sum;

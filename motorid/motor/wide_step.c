@@ -3,6 +3,7 @@
 #include <math.h>
 
 #define SWEEPS 2           /* of successive approximation in a step */
+#define SATURATED_SWEEPS 4 /* the same where the current's own rate is approximated */
 #define STRIBECK_REACH 6.0 /* exp(-36): nothing left */
 
 /* ---- equations ---------------------------------------------------------------------------- */
@@ -42,9 +43,23 @@ static double known_angle(const wide_run *r, double at)
     return before + (r->angle[r->n] - before) * at / r->h;
 }
 
-/* What the linear part lacks: volts against the current, torque upon the rotor. */
+/* What drives a current through less than L: its volts times what is lacking of the inductance. */
+static void saturate(const wide_run *r, const wide_state *x, double v, double f[FORCES])
+{
+    const mw_motor *p = r->motor;
+    const double i = x->x[WI], eddy = x->x[WEDDY];
+    const double shielded = eddy_resistance(p) * (i - eddy);
+    const double emf = r->now.mode.s ? p->K * (1.0 + p->emf) * x->x[WW] : 0.0;
+    if (r->now.mode.discontinuous) return; /* its mean follows the voltage, whatever L is */
+    f[VOLTS] += (v - r->now.mode.Rt * i - emf - shielded + f[VOLTS]) *
+                (1.0 / iron_inductance(p, i, r->swing) - 1.0);
+    f[SHIELDED] = shielded * (1.0 / iron_inductance(p, eddy, 0.0) - 1.0);
+}
+
+/* What the linear part lacks: volts against the current under v, torque upon the rotor, volts of the
+ * shielded inductance. */
 static inline void forces(const wide_run *r, const wide_state *x, repeated t, double warmth,
-                          double f[FORCES])
+                          double v, double f[FORCES])
 {
     const mw_motor *p = r->motor;
     const double i = x->x[WI], w = x->x[WW];
@@ -57,10 +72,12 @@ static inline void forces(const wide_run *r, const wide_state *x, repeated t, do
         const double ratio = w / p->stribeck;
         torque -= s * p->stiction * exp(-ratio * ratio);
     }
-    torque -= p->cogging * t.cogging;
-    volts -= t.ripple * (p->r_ripple * p->R * i + p->k_ripple * p->K * (1.0 + p->emf) * w);
-    torque += t.ripple * p->k_ripple * p->K * i;
-    f[VOLTS] = volts, f[TORQUE] = torque;
+    torque -= s * load_friction(p, i, r->swing) + p->cogging * t.cogging;
+    const double constant = (1.0 + t.ripple * p->k_ripple) * iron_constant(p, i, r->swing) - 1.0;
+    volts -= t.ripple * p->r_ripple * p->R * i + constant * p->K * (1.0 + p->emf) * w;
+    torque += constant * p->K * i;
+    f[VOLTS] = volts, f[TORQUE] = torque, f[SHIELDED] = 0.0;
+    if (p->saturation != 0.0) saturate(r, x, v, f);
 }
 
 /* Torque that friction must hold at standstill. */
@@ -69,16 +86,18 @@ double wide_push(const wide_run *r, const wide_state *x)
     const mw_motor *p = r->motor;
     double f[FORCES];
     const double angle = r->angle ? known_angle(r, r->now.at) : x->x[WTH];
-    forces(r, x, repeats(r, angle), r->now.warmth, f);
+    forces(r, x, repeats(r, angle), r->now.warmth, 0.0, f);
     double coupling = p->load_inertia > 0.0
                           ? p->stiffness * x->x[WTWIST] - p->damping * x->x[WLOAD]
                           : 0.0;
     return p->K * x->x[WI] + f[TORQUE] - coupling;
 }
 
-double wide_breakaway(const mw_motor *p, double torque)
+double wide_breakaway(const wide_run *r, double current, double torque)
 {
-    return p->T0 * (1.0 + (torque > 0.0 ? p->asymmetry : -p->asymmetry)) + p->stiction;
+    const mw_motor *p = r->motor;
+    const double coulomb = p->T0 * (1.0 + (torque > 0.0 ? p->asymmetry : -p->asymmetry));
+    return coulomb + p->stiction + load_friction(p, current, r->swing);
 }
 
 /* The voltage of interval n. */
@@ -116,17 +135,18 @@ static inline wide_state step_of(const wide_run *r, const int rows, const wide_m
     repeated turn[NODES];
     for (int n = 0; n < (r->angle ? NODES : 1); n++)
         turn[n] = repeats(r, r->angle ? known_angle(r, r->now.at + 0.5 * n * length) : x->x[WTH]);
-    forces(r, x, turn[BEGIN], warmth[BEGIN], d->f[BEGIN]);
+    forces(r, x, turn[BEGIN], warmth[BEGIN], v, d->f[BEGIN]);
     for (int k = 0; k < FORCES; k++) d->f[MIDDLE][k] = d->f[END][k] = d->f[BEGIN][k];
-    for (int sweep = 0; sweep < SWEEPS; sweep++) {
+    const int sweeps = r->motor->saturation != 0.0 ? SATURATED_SWEEPS : SWEEPS;
+    for (int sweep = 0; sweep < sweeps; sweep++) {
         const wide_state middle = wide_forced(half, rows, &to_middle, d->f);
         const wide_state end = wide_forced(full, rows, &to_end, d->f);
         const double current[NODES] = {x->x[WI], middle.x[WI], end.x[WI]};
         if (r->motor->warming != 0.0 || warmth[BEGIN] != 0.0)
             warm(r, current, length, warmth);
         if (!r->angle) turn[MIDDLE] = repeats(r, middle.x[WTH]), turn[END] = repeats(r, end.x[WTH]);
-        forces(r, &middle, turn[MIDDLE], warmth[MIDDLE], d->f[MIDDLE]);
-        forces(r, &end, turn[END], warmth[END], d->f[END]);
+        forces(r, &middle, turn[MIDDLE], warmth[MIDDLE], v, d->f[MIDDLE]);
+        forces(r, &end, turn[END], warmth[END], v, d->f[END]);
     }
     d->warmth = warmth[END];
     return wide_forced(full, rows, &to_end, d->f);
@@ -135,8 +155,9 @@ static inline wide_state step_of(const wide_run *r, const int rows, const wide_m
 wide_state wide_step(const wide_run *r, const wide_map *half, const wide_map *full, double length,
                        double v, drive *d)
 {
-    if (r->two) return step_of(r, WROWS, half, full, length, v, d);
-    return step_of(r, ONE_MASS, half, full, length, v, d);
+    if (r->rows == WROWS) return step_of(r, WROWS, half, full, length, v, d);
+    if (r->rows == EDDIES) return step_of(r, EDDIES, half, full, length, v, d);
+    return step_of(r, PLAIN, half, full, length, v, d);
 }
 
 /* The same for any length, without prepared maps. */
@@ -190,7 +211,8 @@ static double shown(const wide_run *r, double y, const wide_row *m, const drive 
 {
     const wide_state *x = &r->now.x;
     y += m->P[0] * x->x[WI] + m->P[1] * x->x[WW];
-    if (r->two) y += m->P[2] * x->x[WLOAD] + m->P[3] * x->x[WTWIST];
+    if (r->rows > PLAIN) y += m->P[EDDY] * x->x[WEDDY];
+    if (r->rows > EDDIES) y += m->P[LOAD] * x->x[WLOAD] + m->P[TWIST] * x->x[WTWIST];
     for (int f = 0; f < FORCES; f++)
         for (int node = 0; node < NODES; node++) y += m->F[f][node] * d->f[node][f];
     return y;

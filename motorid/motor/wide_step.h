@@ -4,6 +4,7 @@
 
 #include "taps.h"
 #include "wide.h"
+#include "wide_iron.h"
 #include "wide_map.h"
 
 #define FINEST 8 /* levels of halving an interval */
@@ -34,7 +35,7 @@ typedef struct {
 typedef struct {
     const mw_motor *motor;
     mr_motor six;
-    int two; /* masses */
+    int rows; /* PLAIN, EDDIES or WROWS: of two masses */
     double h;
     int count;
     const double *v, *angle;
@@ -54,7 +55,7 @@ typedef struct {
 
 /* Torque that friction must hold at standstill, and the most that it can against such a torque. */
 double wide_push(const wide_run *r, const wide_state *x);
-double wide_breakaway(const mw_motor *p, double torque);
+double wide_breakaway(const wide_run *r, double current, double torque);
 
 /* Coulomb torque while moving in direction s, N m. */
 double wide_coulomb(const mw_motor *p, int s);

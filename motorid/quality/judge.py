@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from motorid.estimate.results.estimate import Estimate
+from dataclasses import replace
+
+from motorid.estimate.results.estimate import PARAMETERS, Estimate
 from motorid.estimate.results.status import Status
 from motorid.quality.levels import dead_sensor, disagreement
 from motorid.quality.limits import Limit
-from motorid.quality.product import Product
+from motorid.quality.product import BETTER, Product
 from motorid.quality.quantities import Context, quantity
 from motorid.quality.verdict import Measurement, Outcome, Reading, Verdict, decide
 from motorid.version import __version__
@@ -23,6 +25,8 @@ def judge(estimate: Estimate, limits: Product, *, serial: str = "") -> Verdict:
     """
     named = serial or next((str(i["serial"]) for i in estimate.inputs if i.get("serial")), "")
     conditions = [*_captures(estimate, limits), _serial(named, limits), *_ambient(estimate, limits)]
+    estimate, model = _of_model(estimate, limits)
+    conditions += model
     context = Context(estimate, limits)
     measured = [_measured(name, limit, context) for name, limit in limits.limits.items()]
     return Verdict(
@@ -32,6 +36,20 @@ def judge(estimate: Estimate, limits: Product, *, serial: str = "") -> Verdict:
         estimate.inputs,
         {**estimate.versions, "motorid": __version__, "product": limits.digest},
     )
+
+
+def _of_model(estimate: Estimate, limits: Product) -> tuple[Estimate, list[Measurement]]:
+    """The estimate with the parameters of the model that the product judges by, and which it is.
+
+    A model that a person asked for is none that the data support. Figures such as the no-load speed
+    are those of the six parameters: doubtful where these are.
+    """
+    better = estimate.alternative
+    if limits.model != BETTER or better is None or better.asked:
+        return estimate, []
+    said = _condition("model", f"R, L, K, B, J and T0 are those of {better.name}", "")
+    six = {name: better.parameters[name] for name in PARAMETERS}
+    return replace(estimate, parameters={**estimate.parameters, **six}), [said]
 
 
 def not_measured(product: Product, serial: str, reason: str) -> Verdict:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from motorid.errors import MotoridError, UsageError, nearest
+from motorid.estimate.results.estimate import SIX
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.quality.guard_band import RULES, Rule
 from motorid.quality.limits import Limit
@@ -18,6 +19,7 @@ from motorid.quality.quantities import QUANTITIES, quantity
 from motorid.quality.temperature import Temperature
 from motorid.toml_file import read_text, tables_of, unknown
 
+BETTER = "better"  # the model that the data support, where it is another than the six parameters
 LONGEST_SERIAL = 64
 REPEATS = ("count", "refuse")  # what becomes of a serial number that was judged before
 ATOM = r"(?:\[[A-Za-z0-9 _./:#-]+\]|\\d|\\\.|[A-Za-z0-9 _/:#-])"
@@ -25,6 +27,7 @@ COUNT = r"(?:\{\d{1,2}(?:,\d{1,2})?\}|\?)"
 SAFE_PATTERN = re.compile(rf"(?:{ATOM}{COUNT}?)+")
 VARIABLE = re.compile(r"\{\d+,\d+\}|\?")
 MOST_VARIABLE = 3
+MODELS = (SIX, BETTER)
 DRIVES = (StepKind.DRIVE_DUTY, StepKind.DRIVE_VOLTS)
 
 
@@ -78,6 +81,7 @@ class Product:
     temperature: Temperature = field(default_factory=Temperature)
     lost_samples: int = 0
     self_test: SelfTest = SelfTest()
+    model: str = SIX  # whose parameters are judged: SIX, or the better model's where there is one
     text: str = field(default="", repr=False)
 
     @property
@@ -145,7 +149,11 @@ def _product(document: dict[str, Any], text: str, stem: str) -> Product:
     _known(section["capture"], ("lost_samples",), "capture")
     segments = int(_number(motor, "segments", "motor", 0, 0, 1000))
     decision = section["decision"]
-    _known(decision, RULE_KEYS[:4], "decision")
+    _known(decision, (*RULE_KEYS[:4], "model"), "decision")
+    model = _text(decision, "model", "decision", SIX)
+    if model not in MODELS:
+        raise UsageError(f"decision.model must be one of {', '.join(MODELS)}, not {model!r}")
+    decision = {key: value for key, value in decision.items() if key != "model"}
     limits = {name: _limit(name, table, decision) for name, table in section["limits"].items()}
     if not limits:
         raise UsageError("[limits] is empty: a product without limits passes everything")
@@ -169,6 +177,7 @@ def _product(document: dict[str, Any], text: str, stem: str) -> Product:
         temperature=_temperature(section["temperature"]),
         lost_samples=int(_number(section["capture"], "lost_samples", "capture", 0, 0, 1e9)),
         self_test=_self_test(section["self_test"]),
+        model=model,
         text=text,
     )
 

@@ -38,6 +38,17 @@ MEANING = {
     "J2": "inertia behind the shaft",
     "Ks": "stiffness of the shaft",
     "b": "damping of the shaft",
+    "c_load": "friction over torque",
+    "a_K": "fall of K with current",
+    "i_K": "current where K begins to fall",
+    "d_L": "share of L that current takes",
+    "i_L": "current that takes half of it",
+    "L2_share": "share of L beside eddies",
+    "t_e": "time constant of the eddies",
+    "K_rated": "K at the rated current",
+    "L_rated": "L at the rated current",
+    "L_1kHz": "L of a meter at 1 kHz",
+    "L_pwm": "L at the PWM frequency",
 }
 
 
@@ -111,6 +122,8 @@ def _sizes(fit: ChannelFit) -> tuple[str, str]:
 def sentences(better: Alternative) -> list[str]:
     """The equations that are added, and what was tried."""
     out = [sentence(f"{t}: {e}") for t, e in zip(better.titles, better.equations, strict=True)]
+    if "L_rated" in better.parameters:
+        out.append("K and L of this model are those at no current and low frequency.")
     return out + [_tried(trial) for trial in better.trials]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from html import escape
 from typing import Any
 
+from motorid.estimate.diagnosis.faults import scale_errors
 from motorid.estimate.results.estimate import UNITS, Diagnostic, Estimate, Suspect
 from motorid.json_text import plain
 from motorid.report.numbers import quantity
@@ -14,6 +15,7 @@ HIDDEN = (
     "These data cannot reveal a wrong scale of {what}: it leaves no residual. A nameplate in the "
     "rig, or a run with a disc of known inertia, would reveal it."
 )
+SCALES = {cause.code for cause in scale_errors.CAUSES}
 BOUNDED = "These data cannot reveal a wrong scale of {what}: it leaves no residual."
 
 
@@ -32,13 +34,23 @@ def _whole(s: Suspect) -> str:
 
 
 def hidden(estimate: Estimate) -> str:
-    """The scales that nothing in these data can check, in one sentence; "" where none is listed."""
+    """What nothing in these data can check: scales in a sentence, effects in one each; "" where
+    none is listed.
+    """
     found = _of(estimate, "not excluded")
-    if not found:
-        return ""
-    plated = any("nameplate" in s.evidence for s in found)
+    scales = [s for s in found if s.code in SCALES]
+    effects = [s for s in found if s.code not in SCALES]
+    said = []
+    if scales:
+        plated = any("nameplate" in s.evidence for s in scales)
+        said.append((BOUNDED if plated else HIDDEN).format(what=_listed(scales)))
+    said += [f"{sentence(s.evidence)} To reveal it, {s.action}." for s in effects]
+    return " ".join(said)
+
+
+def _listed(found: list[Suspect]) -> str:
     what = ", ".join(s.where for s in found[:-1]) + (" or " if len(found) > 1 else "")
-    return (BOUNDED if plated else HIDDEN).format(what=what + found[-1].where)
+    return what + found[-1].where
 
 
 def as_html(estimate: Estimate) -> str:

@@ -28,6 +28,7 @@ ALIKE = 6  # times as long as a piece: longer neighbours say nothing of its slop
 LARGE_CHANGE = 0.3  # of the largest speed: a transient however gentle
 SETTLED = 0.01  # of the change of a transient: what may remain when steady state begins
 TAIL = 0.25  # of a brake's change: less speed lost without current after it is its tail
+PAUSE = 0.1  # of a brake's length: a shorter steady creep before a coast belongs to it
 GENTLE = 0.05  # of a transient's steepest slope: gentler for LINGER time constants is steady
 LINGER = 2.0  # time constants, each the change of the transient over its steepest slope
 DRIVE_SETTLED = 0.05  # of the final drive: what more or less of it may remain in steady state
@@ -99,6 +100,7 @@ def name_blocks(blocks: Blocks, pieces: Pieces) -> Ints:
     vague = going.error > VAGUE * np.max(np.abs(going.slope))
     names = _absorb_short(names, blocks.joined, jump, vague[piece])
     names = _stop_without_pause(names, blocks.joined)
+    names = _released_without_pause(names, blocks.joined)
     return _no_coast_after_brake(names, blocks.joined, speed)
 
 
@@ -250,6 +252,16 @@ def _stop_without_pause(names: Ints, joined: NDArray[np.bool_]) -> Ints:
         slowing = names[a - 1] in (BRAKE, COAST) and joined[a - 1]
         if slowing and names[a] == STEADY and names[b] == REST and joined[b - 1]:
             names[a:b] = names[a - 1]
+    return names
+
+
+def _released_without_pause(names: Ints, joined: NDArray[np.bool_]) -> Ints:
+    """A short steady creep between a brake and a coast is the end of the brake."""
+    edge = np.concatenate(([0], np.flatnonzero((names[1:] != names[:-1]) | ~joined) + 1))
+    for before, a, b in zip(edge[:-2], edge[1:-1], edge[2:], strict=True):
+        slowing = names[a - 1] == BRAKE and names[b] == COAST and joined[a - 1] and joined[b - 1]
+        if slowing and names[a] == STEADY and b - a < PAUSE * (a - before):
+            names[a:b] = BRAKE
     return names
 
 

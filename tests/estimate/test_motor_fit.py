@@ -190,8 +190,11 @@ def test_instrument_uncertainty_follows_the_declared_gains() -> None:
     # i too large by 1 %: R too small by 1 %; K, from volts and speed, hardly moves
     assert R.instrument / R.value == pytest.approx(gain, rel=0.15)
     assert K.instrument / K.value < 0.1 * gain
-    assert plain.parameters["R"].instrument == 0.0
-    assert estimate.budget["R"]["current gain"] == pytest.approx(R.instrument)
+    stated = plain.budget["R"].keys() & {"current gain", "voltage gain", "clock"}
+    assert not stated
+    assert estimate.budget["R"]["current gain"] == pytest.approx(
+        R.instrument, rel=1e-3
+    )  # and effects
     assert R.total == pytest.approx(np.hypot(R.statistical, R.instrument))
 
 
@@ -301,7 +304,8 @@ def test_the_report_says_which_cause_to_improve_first() -> None:
     assert "current gain for R (" in said
     assert "calibrate the current's gain" in said
     (said,) = (d.message for d in fit([run()]).diagnostics if d.code == "budget")
-    assert "noise for R (98 %), L (100 %)" in said  # the rest is what brushes may take
+    assert "noise for R (" in said
+    assert "quadratic load for B (" in said  # two levels tell little of windage
 
 
 def test_correlated_residuals_are_said_once_however_many_runs_show_them() -> None:

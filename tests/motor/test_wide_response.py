@@ -22,6 +22,11 @@ TERMS = {
     "heat": {"warming": 2.0, "cooling": 1.0},  # so fast that it shows in these few samples
     "two masses": {"J": 2e-7, "load_inertia": 2e-7, "stiffness": 0.02, "damping": 1e-6},
     "emf": {"emf": 0.05},
+    "load friction": {"load_friction": 0.05},
+    "reaction": {"reaction": 0.04, "reaction_bend": 0.2},
+    "saturation": {"saturation": 0.6, "saturation_current": 0.8},
+    "eddy": {"eddy": 0.5, "eddy_time": 2e-4},
+    "iron": {"saturation": 0.6, "saturation_current": 0.8, "eddy": 0.5, "eddy_time": 1e-4},
 }
 TERMS["all"] = {name: value for term in TERMS.values() for name, value in term.items()}
 READINGS = [

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from tests.motor_reference import Solved
 
-STATES = ("i", "w", "charge", "angle", "warmth", "load_speed", "twist")
+STATES = ("i", "w", "charge", "angle", "warmth", "load_speed", "twist", "eddy")
 
 
 @dataclass
@@ -46,20 +46,33 @@ class WideReference(Solved):
                         t, stop, x, s, float(v[n]), stretch, freewheels, sign
                     )
 
+    def constant(self, i: float) -> float:
+        """K at a current."""
+        bend = self["reaction_bend"]
+        return self["K"] * (1 - self["reaction"] * (math.hypot(i, bend) - bend))
+
+    def inductance(self, i: float) -> float:
+        """Incremental, H."""
+        if not self["saturation"]:
+            return self["L"]
+        lost = i * i / (i * i + self["saturation_current"] ** 2)
+        return self["L"] * (1 - self["saturation"] * lost)
+
     def torque(self, y: np.ndarray) -> float:
         """N·m upon the rotor without the friction that has a direction."""
         i, w = y[0], y[1]
         wave = math.cos(self["ripple_per_turn"] * y[3] + self.phases[1])
-        total = self["K"] * (1 + self["k_ripple"] * wave) * i - self["B"] * w
+        total = self.constant(i) * (1 + self["k_ripple"] * wave) * i - self["B"] * w
         total -= self["quadratic"] * w * abs(w)
         total -= self["cogging"] * math.sin(self["cogging_per_turn"] * y[3] + self.phases[0])
         if self["load_inertia"]:
             total -= self["stiffness"] * y[6] + self["damping"] * (w - y[5])
         return total
 
-    def sliding(self, s: int, w: float) -> float:
-        """N·m of Coulomb friction and Stribeck's excess, in the direction of motion."""
+    def sliding(self, s: int, w: float, i: float) -> float:
+        """N·m of Coulomb friction, the load's and Stribeck's excess, in the direction of motion."""
         friction = self["T0"] * (1 + self["asymmetry"] * s)
+        friction += self["load_friction"] * abs(self.constant(i) * i)
         if self["stiction"]:
             friction += self["stiction"] * math.exp(-((w / self["stribeck"]) ** 2))
         return friction
@@ -68,32 +81,37 @@ class WideReference(Solved):
         """Time derivative of ``STATES``."""
         i, w = y[0], y[1]
         wave = math.cos(self["ripple_per_turn"] * y[3] + self.phases[1])
-        di = 0.0
+        di = de = shielded = 0.0
+        share = self["eddy"]
+        if share:
+            shielded = share * self["L"] / self["eddy_time"] * (i - y[7])
+            de = shielded / (share * self.inductance(y[7]))
         if electrical:
             drop = self["brush"] * i / math.hypot(i, self["brush_current"]) if self["brush"] else 0
             resistance = self["R"] * (1 + y[4] + self["r_ripple"] * wave) + ohms
-            emf = self["K"] * (1 + self["emf"]) * (1 + self["k_ripple"] * wave) * w
-            di = (drive - resistance * i - emf - drop) / self["L"]
-        dw = (self.torque(y) - s * self.sliding(s, w)) / self["J"] if s else 0.0
+            emf = self.constant(i) * (1 + self["emf"]) * (1 + self["k_ripple"] * wave) * w
+            left = drive - resistance * i - emf - drop - shielded
+            di = left / ((1 - share) * self.inductance(i))
+        dw = (self.torque(y) - s * self.sliding(s, w, i)) / self["J"] if s else 0.0
         warming = self["warming"] * (1 + y[4]) * i * i - self["cooling"] * y[4]
         load = twist = 0.0
         if self["load_inertia"]:
             torque = self["stiffness"] * y[6] + self["damping"] * (w - y[5])
             load, twist = torque / self["load_inertia"], w - y[5]
-        return [di, dw, i, w, warming, load, twist]
+        return [di, dw, i, w, warming, load, twist, de]
 
     def _piece(self, t, stop, x, s, v, stretch, freewheels, sign):
         electrical = not stretch.open or freewheels
         drive = -sign * stretch.clamp_v if freewheels else v
         direction = int(math.copysign(1, self.torque(x)))
-        if s == 0 and abs(self.torque(x)) > self.sliding(direction, 0.0):
+        if s == 0 and abs(self.torque(x)) > self.sliding(direction, 0.0, x[0]):
             s = direction
 
         def friction(_, y):
             if s:
                 return s * y[1]
             torque = self.torque(y)
-            return self.sliding(int(math.copysign(1, torque)), 0.0) - abs(torque)
+            return self.sliding(int(math.copysign(1, torque)), 0.0, y[0]) - abs(torque)
 
         def current(_, y):
             return sign * y[0] if freewheels else 1.0

@@ -38,6 +38,11 @@ def test_the_packaged_products_are_products() -> None:
     [
         ("[limits.R_25]", "[limits.R25]", "no such quantity, did you mean 'R_25'"),
         ("low = 2.4", "lwo = 2.4", "unknown key limits.R_25.lwo; the nearest is limits.R_25.low"),
+        (
+            "[limits",
+            '[decision]\nmodel = "wide"\n[limits',
+            "decision.model must be one of six, better",
+        ),
         ("low = 2.4", "low = 3.4", "needs a low below its high"),
         ("low = 2.4", 'unit = "mohm"', "must be ohm"),
         ("low = 2.4", 'rule = "global_risk"', "process_mean and process_sd"),

@@ -9,7 +9,7 @@ import pytest
 from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.assembly.refusal import refused
 from motorid.estimate.model.unexplained import Unexplained
-from motorid.estimate.results.estimate import Diagnostic, Estimate, Suspect
+from motorid.estimate.results.estimate import Alternative, Diagnostic, Estimate, Suspect
 from motorid.estimate.results.status import Status
 from motorid.quality.guard_band import Rule
 from motorid.quality.judge import judge, not_measured, not_running
@@ -80,6 +80,25 @@ def test_a_good_motor_passes(estimate: Estimate, product: Product) -> None:
         assert reading.value is not None
         assert reading.uncertainty is not None
         assert abs(reading.value - true) < 3 * reading.uncertainty
+
+
+def test_the_product_chooses_the_model_and_the_verdict_says_which(
+    estimate: Estimate, product: Product
+) -> None:
+    R = estimate.parameters["R"]
+    assert R.value is not None
+    other = {**estimate.parameters, "R": replace(R, value=1.5 * R.value)}
+    words = (("eddy",), ("eddy currents",), ("as it may be",))
+    better = Alternative("six+eddy", *words, False, other, {}, 1.0, 1, 1, ())
+    both, usual = replace(estimate, alternative=better), judge(estimate, product)
+    chosen = judge(both, replace(product, model="better"))
+    expected = 1.5 * (usual["R_25"].reading.value or 0.0)
+    assert chosen["R_25"].reading.value == pytest.approx(expected)
+    assert "six+eddy" in chosen["model"].meaning
+    asked = replace(both, alternative=replace(better, asked=True))
+    for verdict in (judge(both, product), judge(asked, replace(product, model="better"))):
+        assert verdict["R_25"].reading == usual["R_25"].reading
+        assert "model" not in {m.quantity for m in verdict.measurements}
 
 
 def test_uncertainty_of_the_temperature_is_in_r_25(estimate: Estimate, product: Product) -> None:

@@ -16,7 +16,8 @@ from motorid.rig import load_rig
 from motorid.segment import SegmentKind, segment
 
 LEVEL = ["acceleration", "steady"]
-EXPECTED = ["rest", *LEVEL * 3, "coast", "rest", *LEVEL, "coast", "rest"]
+EXPECTED = ["rest", *LEVEL * 3, "brake", "coast", "rest", *LEVEL, "coast", "rest"]
+WANTED = {StepKind.COAST: SegmentKind.COAST, StepKind.BRAKE: SegmentKind.BRAKE}
 
 
 def capture_of(rig_name: str, folder: Path, extra: str = "") -> Capture:
@@ -51,7 +52,7 @@ def test_the_default_program_is_read_back_from_the_signals(
     ticks = [p.tick for p in capture.phases]
     samples = np.searchsorted(capture.ticks, ticks)
     for kind, sample in zip(steps, samples, strict=True):
-        wanted = SegmentKind.COAST if kind is StepKind.COAST else SegmentKind.ACCELERATION
+        wanted = WANTED.get(kind, SegmentKind.ACCELERATION)
         if sample == 0:
             continue
         near = min(found, key=lambda s: abs(s.start - sample))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import Capture
 from motorid.capture.store import describe
 from motorid.errors import DataError
-from motorid.estimate.assembly import doubt, plot_data
+from motorid.estimate.assembly import doubt, plot_data, untold
 from motorid.estimate.assembly.measured_levels import brushes_of, measured_levels
 from motorid.estimate.assembly.refusal import refused
 from motorid.estimate.diagnosis import rank, reach, remarks, residual_remarks
@@ -70,6 +70,18 @@ def report(
 
     ``profiled``: it is the likelihood's own minimum, so that the profile may bound what leans.
     """
+    return answered(captures, records, solution, fix, without, profiled)[0]
+
+
+def answered(
+    captures: Sequence[Capture],
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    fix: Mapping[str, float],
+    without: Sequence[str],
+    profiled: bool = True,
+) -> tuple[Estimate, Sequence[MotorRecord], Solution]:
+    """``report``, with the records and the solution that it speaks of: faults may be repaired."""
     found = unjudged(captures, records, solution, fix, without, profiled)
     said = accused(found, records, solution)
     allowed: list[Suspect] = []
@@ -82,7 +94,7 @@ def report(
         found = unjudged(captures, records, solution, fix, without)
         allowed.append(mended.suspect)
         said = accused(found, records, solution).after(allowed)
-    return judged(found, records, solution, said, refusable=profiled)
+    return judged(found, records, solution, said, refusable=profiled), records, solution
 
 
 @dataclass(frozen=True)
@@ -132,7 +144,7 @@ def judged(
         findings = reach.of_lack(findings, found, records, solution, estimate.parameters)
     estimate = replace(
         estimate,
-        suspects=tuple(_renamed(one, names) for one in found),
+        suspects=(*(_renamed(one, names) for one in found), *estimate.suspects),
         diagnostics=tuple(_renamed(one, names) for one in findings),
     )
     return doubt.settled(estimate, (*estimate.suspects, *estimate.diagnostics))
@@ -189,6 +201,7 @@ def unjudged(
         nominal_v=voltage,
         brushes=brushes,
         levels=measured_levels(named, curves, found.motor(), brushes),
+        suspects=untold.suspects(found.untold, solution),
     )
 
 

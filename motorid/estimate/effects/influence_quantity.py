@@ -42,6 +42,7 @@ class Use(Enum):
 
     ESTIMATED = auto()  # an unknown, with its prior
     PROPAGATED = auto()  # a line of the budget: its uncertainty times its tangent
+    UNDETECTED = auto()  # said, where the readings tell less of it than a stated prior does
     TESTED = auto()  # nothing, unless the residuals show it: a fault, or what the model lacks
 
 

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from motorid.estimate.effects.friction.load_friction import LOAD_FRICTION
 from motorid.estimate.effects.friction.quadratic_friction import QUADRATIC_FRICTION
+from motorid.estimate.effects.friction.windage import WINDAGE
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Use
+from motorid.estimate.effects.iron.armature_reaction import ARMATURE_REACTION
+from motorid.estimate.effects.iron.saturation import SATURATION
 from motorid.estimate.effects.reading.current_filter import CURRENT_FILTER
 from motorid.estimate.effects.reading.current_gain import CURRENT_GAIN
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
@@ -95,6 +99,11 @@ CAPTURED = (
     DUTY_OF_VOLTS,
     DIODE_DROPS,
     WIRING_RESISTANCE,
+    # lines of the budget by what is usual, as far as the readings leave them open
+    LOAD_FRICTION,
+    WINDAGE,
+    ARMATURE_REACTION,
+    SATURATION,
 )
 """What a capture of a driven motor has by itself."""
 ADDED = (

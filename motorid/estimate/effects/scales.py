@@ -80,6 +80,12 @@ def least_delay_s(measured: Measured | None) -> float:
     return 0.0 if measured is None else -after_filter_s(measured.channel, measured.block.name)
 
 
+def stall(subject: Subject) -> float:
+    """A, at the highest voltage with the resistance that its source was judged by."""
+    assert subject.judged_at is not None
+    return (float(np.abs(subject.volts).max(initial=0.0)) or 1.0) / float(subject.judged_at[0])
+
+
 def top_volts(subject: Subject) -> float:
     """V, the highest that drove the motor."""
     return subject.loss.top_v if subject.loss is not None else volts(subject)

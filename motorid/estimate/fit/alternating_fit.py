@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from motorid.estimate.fit.parameter_bounds import merged, unknowns_of
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.source_mixing import Mixer
+from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.solver.levenberg_marquardt import ENOUGH, maximise
 from motorid.estimate.solver.problem import Solution, Unknown
 from motorid.estimate.uncertainty.covariance import covariance_of
@@ -93,7 +94,8 @@ def in_turn(
     change, left, calm = None, np.inf, 0
     bare = any(record.loss is None for record in records)
     most = max(record.simulated for record in records) + MOST_SIMULATED
-    for n in range(1, BARE_PASSES if bare else MOST_PASSES):
+    wide = any(len(record.names) > len(PARAMETERS) for record in records)
+    for n in range(1, BARE_PASSES if bare or wide else MOST_PASSES):  # to be judged, no more
         lost = vanished(solution, records)
         if (lost and n >= LOST_PASSES) or max(record.simulated for record in records) > most:
             break
@@ -102,7 +104,8 @@ def in_turn(
             record.retake_sources(solution.values, own, mixer if decided else None)
         if bare and all(map(_same, driven, records)):
             break
-        enough = ROUGH if bare or lost or (n <= ROUGH_PASSES and not decided) else CLOSE
+        unsettled_yet = n <= ROUGH_PASSES and not decided
+        enough = ROUGH if bare or wide or lost or unsettled_yet else CLOSE
         found = again(records, free, start, solution, enough, held_h)
         last, change = change, Change.of(solution, found)
         solution, left = found, change.left(last)

@@ -13,6 +13,7 @@ from motorid.estimate.effects.state.ripple_phase import RIPPLE_PHASE
 from motorid.estimate.results.estimate import AUTO, PARAMETERS, SIX
 from motorid.estimate.solver.problem import Unknown
 
+NO_RISE_S = 1e-3
 COPPER_PER_K = 0.00393  # at 20 to 25 °C (IEC 60228)
 
 
@@ -44,8 +45,14 @@ class Scales:
     torque: float
     resistance: float
     inertia: float
+    inductance: float
     duration: float  # s
     one: float = 1.0
+
+    @property
+    def rise(self) -> float:
+        """L/R in s, of a motor without L a thousandth of a second."""
+        return self.inductance / self.resistance or NO_RISE_S
 
     def of(self, name: str) -> float:
         """The size of an added parameter."""
@@ -53,6 +60,8 @@ class Scales:
             "1": self.one,
             "V": self.volts,
             "A": self.current,
+            "1/A": 1.0 / self.current,
+            "L/R": self.rise,
             "rad/s": self.speed,
             "N·m": self.torque,
             "N·m·s²/rad²": self.torque / self.speed**2,
@@ -82,6 +91,13 @@ ADDED = {
     "J2_share": Added("1", "share of J behind the flexible shaft", "1", 0.5, False, 0.01, 0.99),
     "Ks": Added("N·m/rad", "stiffness of the shaft", "N·m/rad", 1.0, log=True),
     "b": Added("N·m·s/rad", "damping of the shaft", "N·m·s/rad", 1.0),
+    "c_load": Added("1", "friction over the torque of the current", "1", 0.01, upper=0.9),
+    "a_K": Added("1/A", "fall of K with the current, over K", "1/A", 0.01),
+    "i_K": Added("A", "current over which that fall sets in", "A", 0.1, log=True),
+    "d_L": Added("1", "share of L that a very large current takes", "1", 0.1, upper=0.95),
+    "i_L": Added("A", "current that takes half of that share", "A", 0.4, log=True),
+    "L2_share": Added("1", "share of L beside the eddy resistance", "1", 0.1, upper=0.95),
+    "t_e": Added("s", "that part of L over the eddy resistance", "L/R", 1.0, log=True),
 }
 """In the order of ``motorid.motor.wide.NAMES`` after the six."""
 NAMES = (*PARAMETERS, *ADDED)
@@ -156,6 +172,24 @@ TERMS = {
         Term(
             "ke-kt", "a back-EMF constant apart from the torque constant",
             "the back-EMF is K (1 + d_Ke) w", ("d_Ke",), "d_Ke", {},
+        ),
+        Term(
+            "load-friction", "friction that grows with the torque of the current",
+            "friction has c_load |K i| sign w more", ("c_load",), "c_load", {},
+        ),
+        Term(
+            "armature-reaction", "a torque constant that falls with the current",
+            "K is K (1 − a_K (√(i² + i_K²) − i_K))", ("a_K", "i_K"), "a_K",
+            {"i_K": (0.02, 0.5)},
+        ),
+        Term(
+            "saturation", "an inductance that falls with the current",
+            "L is L (1 − d_L i²/(i² + i_L²))", ("d_L", "i_L"), "d_L", {"i_L": (0.2, 0.7)},
+        ),
+        Term(
+            "eddy", "eddy currents in the iron",
+            "L is L (1 − L2_share) in series with L L2_share beside R_c = L L2_share/t_e",
+            ("L2_share", "t_e"), "L2_share", {"t_e": (0.5, 2.0, 6.0)},
         ),
     )
 }  # fmt: skip

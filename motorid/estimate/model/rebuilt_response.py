@@ -16,6 +16,7 @@ from motorid.motor.reading import Output, Stretch
 from motorid.motor.response import Response
 from motorid.motor.wide import AT_REST, NAMES, WideResponse
 
+DIFFERENCE = 1e-9  # of the largest current and speed: a derivative is a difference of responses
 Floats = NDArray[np.float64]
 
 
@@ -78,5 +79,5 @@ def extended(record: Driven, motor: Floats, setup: Setup) -> Floats:
         wider[NAMES.index(name)] += more
     response = rebuilt(record, setup, WideResponse)
     assert isinstance(response, WideResponse)
-    response.plan(wider, initial)
+    response.plan(wider, initial, DIFFERENCE)
     return response(wider, initial)

@@ -1,6 +1,7 @@
 """The six-parameter answer with a better model beside it: where the data ask for one, or a person.
 
-The six-parameter answer itself is never changed.
+The six values stay. Where a model that the data support moves one of them, its interval covers that
+model's too, and it is doubtful.
 """
 
 from __future__ import annotations
@@ -10,18 +11,20 @@ from dataclasses import replace
 
 from motorid.capture.model import Capture
 from motorid.errors import DataError
-from motorid.estimate.assembly.assemble import report
+from motorid.estimate.assembly.assemble import answered
 from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.diagnosis import misfit, rank
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit import alternating_fit, joint_fit, multistart, sign_check
+from motorid.estimate.fit.alternating_fit import vanished, with_inductance
 from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.fit.repeating import is_heavy, repeat_as
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS, Term, parse
 from motorid.estimate.results.estimate import (
     AUTO,
+    PARAMETERS,
     SIX,
     Diagnostic,
     Estimate,
@@ -31,8 +34,9 @@ from motorid.estimate.results.estimate import (
 from motorid.estimate.results.status import Status
 from motorid.estimate.selection.extended_fit import Fitted, begin, finished
 from motorid.estimate.selection.extended_results import alternative, findings, stands_out
-from motorid.estimate.selection.forward_selection import Trial, asks, select
+from motorid.estimate.selection.forward_selection import Selection, Trial, select
 from motorid.estimate.selection.joint_start import starts
+from motorid.estimate.selection.seen_effects import with_seen
 from motorid.estimate.selection.shaft_resonance import springs
 from motorid.estimate.selection.trigger import ALLOWED, carry_loss, loss_stands_out
 from motorid.estimate.signals.log_sections import pieces, unbroken
@@ -40,8 +44,11 @@ from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.intervals import Findings
 
 COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
+Narrow = tuple[Sequence[MotorRecord], Solution, Mapping[str, float]]
+
 COARSE = 100.0  # change of F that is near enough before what repeats with the rotor is in
 HALF = 0.5  # of that, from which a term is worth offering
+COUNTED = 1.001  # of half an interval: it makes a value doubtful
 
 
 def fit(
@@ -67,38 +74,36 @@ def _of(
 ) -> Estimate:
     terms = () if model in (AUTO, SIX) else parse(model)
     captures, records, solution = _closed(captures, fix, without)
-    estimate = report(captures, records, solution, fix, without)
+    estimate, records, solution = answered(captures, records, solution, fix, without)
     K = estimate.parameters["K"].status
     if K is Status.NOT_SUPPORTED:  # no model of a motor explains these captures
         return estimate
     if model == SIX or (K.unknown and not terms):  # a wider model would know K even less
         return estimate
     held = held_values(fix, without)
-    values, matters = merged(held, solution), reach(estimate.parameters)
-    if not (terms or _is_needed(records, solution, values, matters)):
-        return estimate
-    bare, solution = _without_loss(records, values, held, terms, solution)
-    values = merged(held, solution)
     if terms:
-        fitted = asked_for(bare, solution, values, terms)
+        narrow = _narrow(records, solution, merged(held, solution), held, terms)
+        fitted = asked_for(*narrow, terms)
         found = findings(fitted, fix, without)
         trials: tuple[TermTrial, ...] = ()
     else:
-        chosen = select(bare, solution, values, matters)
+        chosen, narrow = looked_for(records, solution, held, reach(estimate.parameters))
         trials = tuple(_stated(trial) for trial in chosen.trials)
+        estimate = _with_left_out(estimate, chosen.left_out)
         best = _known(chosen.stages, fix, without)
         if best is None:
-            return _with_trials(estimate, trials)
+            return with_seen(_with_trials(estimate, trials), solution, records)
         fitted, found = best
         offered = {term.name for term in fitted.terms}
         trials = tuple(replace(t, taken=t.taken and t.term in offered) for t in trials)
-    better = alternative(fitted, found, bare, solution, trials, asked=bool(terms))
-    return _said(replace(estimate, alternative=better), fitted)
+    better = alternative(fitted, found, *narrow[:2], trials, asked=bool(terms))
+    estimate = _said(replace(estimate, alternative=better), fitted)
+    return with_seen(estimate, fitted.solution, fitted.records)
 
 
 def _closed(
     captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str]
-) -> tuple[list[Capture], list[MotorRecord], Solution]:
+) -> tuple[Sequence[Capture], Sequence[MotorRecord], Solution]:
     """Captures and their fit: logs as they are, or without the stretches in which their bridge was
     open, where a motor that was connected throughout does not fit.
 
@@ -116,48 +121,83 @@ def _closed(
     return cut, *joint_fit.solved(cut, fix, without)
 
 
-def _is_needed(
+def looked_for(
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    held: Mapping[str, float],
+    matters: Mapping[str, float],
+) -> tuple[Selection, Narrow]:
+    """The better model, if there is one, and the fit that it is held against.
+
+    Every capture has unknowns of brushes and winding: other terms are looked for beside those. If
+    none is found and they take what stands out, the terms that describe them are looked for.
+    """
+    narrow: Narrow = (records, solution, merged(held, solution))
+    loss, anew = carry_loss(records), is_heavy(records, solution)
+    if anew:
+        narrow = _bare(records, narrow[2], held, False, anew)
+    found = select(*narrow, matters, ALLOWED if loss else ())
+    if not found.stages and loss and loss_stands_out(records, solution, matters):
+        narrow = _bare(records, narrow[2], held, True, anew)
+        others = [term for term in TERMS.values() if term not in ALLOWED]
+        then = select(*narrow, matters, others)
+        trials, left_out = (*found.trials, *then.trials), (*found.left_out, *then.left_out)
+        found = Selection(then.stages, trials, left_out)
+    return found, narrow
+
+
+def _narrow(
     records: Sequence[MotorRecord],
     solution: Solution,
     values: Mapping[str, float],
-    matters: Mapping[str, float],
-) -> bool:
-    """Brushes and heat take what stands out, or the residuals ask for another term."""
-    if not carry_loss(records) or loss_stands_out(records, solution, matters):
-        return True
-    return asks(records, solution, values, matters, [TERMS[name] for name in ALLOWED])
+    held: Mapping[str, float],
+    terms: Sequence[Term],
+) -> Narrow:
+    """The fit that named terms begin from: they explain brushes, heat and what repeats with the
+    rotor by themselves.
+    """
+    lossy = carry_loss(records) and bool(set(terms) & set(ALLOWED))
+    repeats = any(record.repeating.slopes for record in records)
+    anew = repeats and (any(term.per_turn for term in terms) or is_heavy(records, solution))
+    if not (lossy or anew):
+        return records, solution, values
+    return _bare(records, values, held, lossy, anew)
 
 
-def _without_loss(
+def _bare(
     records: Sequence[MotorRecord],
     values: Mapping[str, float],
     held: Mapping[str, float],
-    asked: Sequence[Term],
-    six: Solution,
-) -> tuple[Sequence[MotorRecord], Solution]:
-    """The fit that terms begin from: they explain brushes and heat by themselves, and those that
-    repeat with the rotor, ``asked`` for or heavy, explain that. ``six``: the records' solution.
+    lossy: bool,
+    anew: bool,
+) -> Narrow:
+    """The fit without what brushes and winding take, where ``lossy``, and without what repeats with
+    the rotor, where ``anew``: terms explain it.
     """
-    repeats = any(record.repeating.slopes for record in records)
-    anew = repeats and (any(term.per_turn for term in asked) or is_heavy(records, six))
-    if not (anew or carry_loss(records)):
-        return records, six
     free = searched(held)
-    bare = [MotorRecord(lossless(record.capture), free, held) for record in records]
-    for record, like in zip(bare, records, strict=True):
-        record.foretold = like.foretold
+    captures = [lossless(r.capture) if lossy else r.capture for r in records]
+    bare = [MotorRecord(capture, free, held) for capture in captures]
+    for record, six in zip(bare, records, strict=True):
+        record.foretold = six.foretold
     if not anew:
         repeat_as(bare, records)
-    return bare, multistart.solve(bare, free, values)
+    known = {name: values[name] for name in PARAMETERS}
+    solution = multistart.solve(bare, free, known)
+    if "L" in free and vanished(
+        solution, bare
+    ):  # what it lacks took the place of L: terms need one
+        solution = with_inductance(bare, free, known, solution, known["L"])
+    return bare, solution, merged(held, solution)
 
 
 def reach(parameters: Mapping[str, Parameter]) -> dict[str, float]:
-    """By how much a parameter may move before it matters: its interval, or 2 % if that is less."""
+    """By how much a parameter may move before it matters: half its interval, or 1 % if less."""
     out = {}
     for name, p in parameters.items():
-        if p.value and p.interval_95:
+        if p.value is not None and p.interval_95:
             half = (p.interval_95[1] - p.interval_95[0]) / 2
-            out[name] = HALF * min(half, COUNTS * abs(p.value)) if half else float("inf")
+            most = min(half, COUNTS * abs(p.value)) if p.value else half  # friction may be at 0
+            out[name] = HALF * most if half else float("inf")
     return out
 
 
@@ -170,7 +210,7 @@ def _known(
     for stage in reversed(stages):
         fitted = finished(stage)
         found = findings(fitted, fix, without)
-        if stands_out(found, fitted.terms[-1].size):
+        if stands_out(found, fitted.terms[-1]):
             return fitted, found
     return None
 
@@ -251,6 +291,19 @@ def _stated(trial: Trial) -> TermTrial:
     )  # fmt: skip
 
 
+def _with_left_out(estimate: Estimate, terms: Sequence[Term]) -> Estimate:
+    """What the search had no room for, as a remark."""
+    if not terms:
+        return estimate
+    names = ", ".join(dict.fromkeys(term.name for term in terms))
+    said = Diagnostic(
+        "search_ended", "warning",
+        f"the search for a better model ended before it tried {names}: name one of them, as by "
+        f"--model {terms[0].name}",
+    )  # fmt: skip
+    return replace(estimate, diagnostics=(*estimate.diagnostics, said))
+
+
 def _with_trials(estimate: Estimate, trials: Sequence[TermTrial]) -> Estimate:
     """What was tried and not offered, as a remark."""
     if not trials:
@@ -266,7 +319,7 @@ def _with_trials(estimate: Estimate, trials: Sequence[TermTrial]) -> Estimate:
 
 def _said_of(terms: Sequence[Term]) -> str:
     """What lacking these means for the six parameters."""
-    if {term.name for term in terms} <= set(ALLOWED):
+    if set(terms) <= set(ALLOWED):
         return "the six parameters allow for it, and this model says how large it is"
     return "the six parameters are biased by what they lack"
 
@@ -278,7 +331,7 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
     if better.asked:
         said = Diagnostic("model_asked", "info", f"beside it, as asked: a model with {what}")
     else:
-        harmless = {term.name for term in fitted.terms} <= set(ALLOWED)
+        harmless = set(fitted.terms) <= set(ALLOWED)
         said = Diagnostic(
             "better_model", "info" if harmless else "warning",
             f"the residuals ask for {what}: {_said_of(fitted.terms)}; see the better model",
@@ -289,15 +342,23 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
 
 
 def _moved(estimate: Estimate, terms: Sequence[Term]) -> dict[str, float]:
-    """Where the better model's value lies outside the interval: by how much it is elsewhere."""
+    """By how much an interval must grow to cover the better model's, where that moves the value by
+    half of it or more.
+
+    Nothing where the six parameters allow for what it has.
+    """
     better = estimate.alternative
-    if better is None or {term.name for term in terms} <= set(ALLOWED):
+    if better is None or set(terms) <= set(ALLOWED):
         return {}
     out = {}
     for name, p in estimate.parameters.items():
-        other = better.parameters[name].value
-        if p.value is not None and p.interval_95 is not None and other is not None:
-            low, high = p.interval_95
-            if not low <= other <= high:
-                out[name] = abs(other - p.value)
+        other = better.parameters[name]
+        if p.value is None or p.interval_95 is None or other.value is None:
+            continue
+        low, high = p.interval_95
+        counts = HALF * (high - low) / 2.0
+        least, most = other.interval_95 or (other.value, other.value)
+        lacking = max(low - least, most - high)
+        if lacking > 0.0 and abs(other.value - p.value) > counts:
+            out[name] = max(lacking, COUNTED * counts)
     return out

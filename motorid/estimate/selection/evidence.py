@@ -26,9 +26,11 @@ Floats = NDArray[np.float64]
 
 MARGIN = 10.0  # beyond Schwarz's penalty: odds of exp(-5)
 SURE = 4.0  # of a size, in standard deviations
+BEYOND = 5.0  # times the gain that is needed, from which a shape may be open
 PINNED = 1e-9  # relative freedom of a parameter that is held
 COARSE = 100.0  # change of F that is near enough for a narrower fit which is out of the question
 SETTLED = 20.0  # of that, from which it is
+LEAST = 1e-8  # of a variance, that rounding leaves
 FOLDS = 8  # captures left out in turn, at most
 
 
@@ -43,6 +45,7 @@ class Evidence:
     needed: float
     size: float = np.inf
     left_out: float | None = None
+    evaluations: int = 0  # responses of a capture that weighing it took
 
     @property
     def suffices(self) -> bool:
@@ -62,10 +65,53 @@ def weigh(wider: Fitted, narrower: Sequence[Term], before: Solution, added: Term
     own = sum(len(a) - len(b) for a, b in zip(wider.solution.own, null.solution.own, strict=True))
     more = len(wider.free) - len(null.free) + own
     found = evidence(wider.solution, null.solution, more)
-    found = replace(found, size=size_of(wider.solution, wider.free.index(added.size)))
+    k = wider.free.index(added.size)
+    size = size_of(wider.solution, k)
+    if size <= SURE and found.gain / found.inflation > BEYOND * found.needed:
+        size = size_of(wider.solution, k, shapes_of(wider.free, added))  # its shape alone is open
+    cost = max(record.simulated for record in null.records)
+    found = replace(found, size=size, evaluations=cost)
     if len(wider.records) > 1 and found.suffices:
         return replace(found, left_out=_left_out(null) - _left_out(wider))
     return found
+
+
+@dataclass(frozen=True)
+class Price:
+    """F of a rough fit with what the unknowns of its last term cost in the colour that is left.
+
+    ``open``: by how much less another price must be to be a better one.
+    """
+
+    paid: float
+    unknowns: int
+    open: float
+
+
+def priced(rough: Fitted, added: Term) -> Price:
+    """Of a fit to which ``added`` was the last to come."""
+    colour = inflation(rough.solution)
+    unknowns = len(added.free) + (len(rough.records) if added.phase else 0)
+    paid = rough.solution.objective + colour * unknowns * _each(rough.solution)
+    return Price(paid, unknowns, colour * MARGIN)
+
+
+def in_order(prices: Sequence[Price]) -> list[int]:
+    """Places, the best first; of those that differ by too little the one with fewest unknowns."""
+    best = min(prices, key=lambda price: price.paid, default=None)
+    if best is None:
+        return []
+    alike = [price.paid < best.paid + best.open for price in prices]
+    return sorted(
+        range(len(prices)),
+        key=lambda k: (not alike[k], prices[k].unknowns if alike[k] else 0, prices[k].paid),
+    )
+
+
+def _each(solution: Solution) -> float:
+    """What an unknown costs, by Schwarz: the logarithm of how many readings count."""
+    count = sum(b.count for line in solution.records for b in line.blocks)
+    return float(np.log(count / inflation(solution)))
 
 
 def evidence(wider: Solution, narrower: Solution, more: int) -> Evidence:
@@ -73,10 +119,8 @@ def evidence(wider: Solution, narrower: Solution, more: int) -> Evidence:
 
     Without a size of its own, or captures left out.
     """
-    inflation = _inflation(wider)
-    readings = sum(b.count for line in wider.records for b in line.blocks) / inflation
-    needed = more * float(np.log(readings)) + MARGIN
-    return Evidence(narrower.objective - wider.objective, inflation, needed)
+    needed = more * _each(wider) + MARGIN
+    return Evidence(narrower.objective - wider.objective, inflation(wider), needed)
 
 
 def _nested(wider: Fitted, terms: Sequence[Term], before: Solution) -> Fitted:
@@ -101,16 +145,37 @@ def _nested(wider: Fitted, terms: Sequence[Term], before: Solution) -> Fitted:
     return Fitted(tuple(terms), tuple(records), solution, free, start)
 
 
-def size_of(solution: Solution, k: int) -> float:
-    """The k-th unknown in standard deviations, by its distance from 0 or as a factor."""
+def shapes_of(free: Sequence[str], term: Term) -> list[int]:
+    """Places of a term's parameters that mean nothing without its size."""
+    return [free.index(name) for name in term.free if name in term.shapes]
+
+
+def size_of(solution: Solution, k: int, shapes: Sequence[int] = ()) -> float:
+    """The k-th unknown in standard deviations, by its distance from 0 or as a factor.
+
+    At the ``shapes`` that were found: where one is open, the size is open with it, but not nothing.
+    """
     if solution.at_bound[k]:
         return 0.0
-    deviation = float(statistical(solution).deviations[k])
+    deviation = deviation_at(statistical(solution).covariance, k, shapes)
     size = 1.0 if solution.unknowns[k].log else abs(float(solution.values[k]))
     return size / max(deviation, 1e-300)
 
 
-def _inflation(solution: Solution) -> float:
+def deviation_at(covariance: Floats, k: int, held: Sequence[int]) -> float:
+    """Standard deviation of the k-th of some uncertain numbers if others were known."""
+    scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    table = covariance / np.outer(scale, scale)
+    if len(held):
+        across = table[k, held]
+        own = np.linalg.pinv(table[np.ix_(held, held)])
+        left = 1.0 - float(across @ own @ across)
+    else:
+        left = 1.0
+    return float(scale[k] * np.sqrt(max(left, LEAST)))
+
+
+def inflation(solution: Solution) -> float:
     """The most prominent frequency of what is left of any block: readings that count as one."""
     return max(
         (prominence(line.residual[part]) for line in solution.records for part in line.slices),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motorid.errors import DataError
 from motorid.estimate.effects.winding_temperature import STALL_K_S
 from motorid.estimate.fit import alternating_fit, multistart
 from motorid.estimate.fit.parameter_bounds import merged, typical, unknowns_of
@@ -19,6 +20,9 @@ from motorid.estimate.solver.problem import Solution
 
 KNEE_SD = 1.0  # of ln i_b about a twentieth of the stall current
 SLOW_SD = 1.0  # of ln w_s about a twentieth of the highest speed
+ROUGH_STEPS = 12  # of a rough fit: one that needs more is not the best of its rivals
+IRON_SD = 1.5  # of the logarithm of where K or L falls, and of an eddy time
+FARTHEST = 0.8  # of the most that an added parameter may be, where a search begins
 COOLS_1_S = 0.5  # standard deviation of a winding's rate of cooling
 
 
@@ -37,6 +41,11 @@ class Fitted:
         """Every parameter, searched or not."""
         return merged(self.start, self.solution)
 
+    @property
+    def model(self) -> tuple[Sequence[MotorRecord], Solution, Mapping[str, float]]:
+        """What another term is added to."""
+        return self.records, self.solution, self.values
+
     def deviation(self, name: str) -> float:
         """Standard deviation of a parameter for white residuals, in its unit; inf at a bound."""
         k = self.free.index(name)
@@ -50,7 +59,9 @@ def scales_of(records: Sequence[MotorRecord], values: Mapping[str, float]) -> Sc
     torque, speed = typical(records, values)
     volts = max(float(np.abs(record.volts).max()) for record in records) or 1.0
     duration = max(r.timeline.count * r.timeline.period_s for r in records)
-    return Scales(volts, volts / values["R"], speed, torque, values["R"], values["J"], duration)
+    return Scales(
+        volts, volts / values["R"], speed, torque, values["R"], values["J"], values["L"], duration
+    )
 
 
 @dataclass(frozen=True)
@@ -65,8 +76,15 @@ class Begun:
     def roughly(self, enough: float = alternating_fit.ROUGH) -> Fitted:
         """The best in white noise, with the voltage sources as they are, to a change of F."""
         unknowns = unknowns_of(self.records, self.free, self.start)
-        solution = maximise(unknowns, self.records, enough=enough)
+        solution = maximise(unknowns, self.records, max_iterations=ROUGH_STEPS, enough=enough)
         return Fitted(self.terms, self.records, solution, self.free, self.start)
+
+    def followed(self) -> Fitted | None:
+        """``roughly``; None where no motor with finite readings follows from the start."""
+        try:
+            return self.roughly()
+        except DataError:
+            return None
 
     def nearly(self, rough: Fitted) -> Fitted:
         """Sources, noise and all, near enough to be judged; ``rough``: what ``roughly`` gave."""
@@ -109,10 +127,12 @@ def begin(
     fixed = {**(fixed or {}), **_counted(terms, start or {})}
     names = [name for term in terms for name in term.free]
     free = [n for n in (*PARAMETERS, *names) if n not in fixed]
-    values = {**dict.fromkeys(PARAMETERS, 0.0), **fixed, **merged({}, before)}
+    known_of = {n: v for n, v in merged({}, before).items() if n in (*PARAMETERS, *names)}
+    values = {**dict.fromkeys(PARAMETERS, 0.0), **fixed, **known_of}  # of terms that go, nothing
     scales = scales_of(records, values)
     first = {name: ADDED[name].part * scales.of(name) for name in names}
     first = {**first, **values, **(start or {}), **fixed}
+    first |= {n: _within(n, first[n]) for n in names if n not in fixed}
     known = {**_known(scales), **(priors or {})}
     wide = []
     for k, record in enumerate(records):
@@ -124,6 +144,12 @@ def begin(
     return Begun(tuple(terms), tuple(wide), tuple(free), first)
 
 
+def _within(name: str, start: float) -> float:
+    """A start, by straight lines, that is no end of what an added parameter may be."""
+    added = ADDED[name]
+    return min(max(start, added.lower), FARTHEST * added.upper)
+
+
 def _known(scales: Scales) -> Priors:
     """What is known of a term's shape before any data: it keeps a search from where none is."""
     bend, slow = (ADDED[n].part * scales.of(n) for n in ("i_b", "w_s"))
@@ -132,6 +158,9 @@ def _known(scales: Scales) -> Priors:
         "w_s": (float(np.log(slow)), SLOW_SD),
         "per_C_w": (0.0, STALL_K_S / 2 / (scales.volts * scales.current)),
         "k_w": (0.0, COOLS_1_S),
+        **{
+            n: (float(np.log(ADDED[n].part * scales.of(n))), IRON_SD) for n in ("i_K", "i_L", "t_e")
+        },
     }
 
 

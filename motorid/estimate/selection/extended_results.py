@@ -12,47 +12,54 @@ from motorid.estimate.assembly.plot_data import UNITS as CHANNEL_UNITS
 from motorid.estimate.diagnosis import residual_remarks
 from motorid.estimate.fit.parameter_bounds import held_values
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.model.extended_terms import ADDED
+from motorid.estimate.model.extended_terms import ADDED, Term
 from motorid.estimate.results.estimate import Alternative, ChannelFit, Parameter, TermTrial
 from motorid.estimate.results.status import Status
-from motorid.estimate.selection.evidence import SURE
+from motorid.estimate.selection import measurands
+from motorid.estimate.selection.evidence import deviation_at, shapes_of
 from motorid.estimate.selection.extended_fit import Fitted
 from motorid.estimate.solver.dense_products import square
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import budget, errors_in_variables, intervals
 from motorid.estimate.uncertainty.findings import scattered
 from motorid.estimate.uncertainty.intervals import Findings
+from motorid.estimate.uncertainty.undetected import told, undetected
 
 Floats = NDArray[np.float64]
 
 UNTOLD = "these data do not determine it"
 SHARE, HEATED = "J2_share", "per_C_w"  # searched, and shown as what is known by other names
 CAPACITY = "C_w"
+KNOWN = 3.0  # total uncertainties, of a size that the likelihood supports already
 
 
 def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -> Findings:
     """Covariance and budget of a wider fit: what its input hides is in both, as for the six."""
     unseen = errors_in_variables.hidden(fitted.solution, fitted.records)
+    lines = told(undetected(fitted.solution, fitted.records))
     return Findings(
         fitted.solution,
         scattered(fitted.solution, fitted.records, unseen),
-        budget.propagated(fitted.solution, fitted.records),
+        {**budget.propagated(fitted.solution, fitted.records), **lines},
         held_values(fix, without),
         without,
         hidden=unseen,
     )
 
 
-def stands_out(found: Findings, name: str) -> bool:
-    """A size is several of its standard uncertainties, by its distance from 0 or as a factor."""
-    k = found.names.index(name)
-    deviation, known, _ = found.propagate(np.eye(len(found.names))[k])
+def stands_out(found: Findings, term: Term) -> bool:
+    """A term's size is several of its total uncertainties, by its distance from 0 or as a factor,
+    at the shape that was found."""
+    k = found.names.index(term.size)
+    known = sum(np.outer(d, d) for d in found.causes.values())
+    total = found.statistical.covariance + known
     size = 1.0 if found.solution.unknowns[k].log else abs(float(found.solution.values[k]))
-    return size > SURE * float(np.hypot(deviation, known))
+    return size > KNOWN * deviation_at(total, k, shapes_of(found.names, term))
 
 
 def parameters(found: Findings, fitted: Fitted) -> dict[str, Parameter]:
-    """R, L, K, B, J, T0, then those of the terms; two masses as J1 and J2, heat as C_w."""
+    """R, L, K, B, J, T0, then those of the terms; two masses as J1 and J2, heat as C_w; K and L at
+    other currents and frequencies where iron makes them differ."""
     out = intervals.parameters(found)
     for term in fitted.terms:
         if term.per_turn:
@@ -69,7 +76,7 @@ def parameters(found: Findings, fitted: Fitted) -> dict[str, Parameter]:
             for name in set(term.free) - {term.size}:
                 note = f"it means nothing without {size}"
                 out[name] = intervals.unknown(name, ADDED[name].unit, note)
-    return out
+    return out | measurands.stated(found, fitted)
 
 
 def _counted(name: str, value: float) -> Parameter:

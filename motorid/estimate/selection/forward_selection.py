@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.model.extended_terms import Term
-from motorid.estimate.selection.evidence import Evidence, weigh
+from motorid.estimate.model.extended_terms import TERMS, Term
+from motorid.estimate.selection.evidence import Evidence, in_order, priced, weigh
 from motorid.estimate.selection.extended_fit import Begun, Fitted, begin
 from motorid.estimate.selection.predicted_gain import foresee
-from motorid.estimate.selection.score_test import Candidate, screen
+from motorid.estimate.selection.revision import Revision
+from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
 from motorid.estimate.selection.shaft_resonance import springs
 from motorid.estimate.selection.trigger import HINT
 from motorid.estimate.solver.problem import Solution
 
 WORTH = 30.0  # of chi-square that a term must promise to be fitted
 GROSS = 1000.0  # of chi-square: fitted whatever it moves
-FORESEEN = 5  # candidates a round
 REFITTED = 3
 ROUNDS = 5
-RIVAL = 0.5  # of the best promise, from which another is tried beside it
+MOST = 3.0  # times the responses of the six-parameter fit, after which no other fit begins
+RIVAL = 0.5  # of a promise, from which another is tried beside it
+ALIKE = 0.2  # the same of what it moves
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,11 @@ class Trial:
         """The data support it, and it matters."""
         return self.evidence.supports and self.moves > 1.0
 
+    @property
+    def goes_on(self) -> bool:
+        """Others are tried beside it: it may hide them, even if it moves nothing."""
+        return self.evidence.supports
+
 
 @dataclass(frozen=True)
 class Selection:
@@ -49,6 +58,7 @@ class Selection:
 
     stages: tuple[Fitted, ...]
     trials: tuple[Trial, ...]
+    left_out: tuple[Term, ...] = ()  # which might matter, and which the search had no room for
 
 
 def select(
@@ -56,33 +66,41 @@ def select(
     solution: Solution,
     values: Mapping[str, float],
     reach: Mapping[str, float],
+    but: Sequence[Term] = (),
+    taken: Sequence[Term] = (),
 ) -> Selection:
     """Terms taken one by one, each the best of its round. ``values``: as ``screen``'s.
 
-    ``reach``: by how much a parameter may move (SI) before it matters.
+    ``reach``: by how much a parameter may move (SI) before it matters. ``but``: terms that are not
+    looked for; ``taken``: those that the solution has. A term that the data support
+    but that moves nothing does not end the search: the others are tried beside it, because what it
+    leaves in the residuals may hide them. It is part of the answer only if one of them is taken.
     """
     stages: list[Fitted] = []
     trials: list[Trial] = []
-    now = _Model(records, solution, values)
+    most = MOST * evaluations(records)
+    now, search = _Model(records, solution, values, tuple(taken)), _Search(reach, but, most)
+    revision = Revision((*but, *taken), most)
     for _ in range(ROUNDS):
-        found = _round(now, reach)
-        trials += [replace(t, taken=t.earns) for _, t in found]
-        if not (found and found[-1][1].earns):
+        found = search.round(now)
+        trials += [trial for _, trial in found]
+        after = _next(found)
+        if after is None:
             break
-        stages.append(best := found[-1][0])
-        now = _Model(best.records, best.solution, best.values, best.terms)
-    return Selection(tuple(stages), tuple(trials))
+        fitted, earns = after
+        if len(fitted.terms) > 1:
+            fitted = revision.of(fitted)
+        if earns:
+            stages.append(fitted)
+        now = _Model(fitted.records, fitted.solution, fitted.values, fitted.terms)
+    kept = stages[-1].terms if stages else ()
+    told = tuple(replace(t, taken=t.term in kept and t.goes_on) for t in trials)
+    return Selection(tuple(stages), told, tuple(search.left_out))
 
 
-def asks(
-    records: Sequence[MotorRecord],
-    solution: Solution,
-    values: Mapping[str, float],
-    reach: Mapping[str, float],
-    but: Sequence[Term],
-) -> bool:
-    """Whether the residuals ask for any term ``but`` these, as far as straight lines show it."""
-    return bool(_asked(_Model(records, solution, values, tuple(but)), reach))
+def evaluations(records: Sequence[MotorRecord]) -> int:
+    """Responses that were computed of a capture, at most."""
+    return max(record.simulated for record in records)
 
 
 @dataclass(frozen=True)
@@ -95,49 +113,124 @@ class _Model:
     taken: tuple[Term, ...] = ()
 
 
-def _round(now: _Model, reach: Mapping[str, float]) -> list[tuple[Fitted, Trial]]:
-    """The candidates that were fitted; the last earns its place, if one does."""
-    found: list[tuple[Fitted, Trial]] = []
-    for candidate, begun, rough in _rivals(now, _asked(now, reach)):
-        fitted = begun.nearly(rough)
-        evidence = weigh(fitted, now.taken, now.solution, candidate.term)
-        then = fitted.values
-        moves = max((abs(then[n] - now.values[n]) / r for n, r in reach.items()), default=0.0)
-        found.append((fitted, Trial(candidate.term, now.taken, evidence, moves)))
-        if found[-1][1].earns:
-            break
-    return found
+def _next(found: Sequence[tuple[Fitted, Trial]]) -> tuple[Fitted, bool] | None:
+    """The fit that the search goes on beside, and whether its term earns its place.
 
-
-def _asked(now: _Model, reach: Mapping[str, float]) -> list[Candidate]:
-    """What the residuals ask for and a fit is foreseen to support, the most promising first.
-
-    Those that promise far less than the best wait for another round.
+    It is the one that earns it; else one that the data support, and that hides others.
     """
+    for fitted, trial in found:
+        if trial.earns:
+            return fitted, True
+    harmless = [(fitted, trial) for fitted, trial in found if trial.goes_on]
+    return (max(harmless, key=lambda one: one[1].evidence.gain)[0], False) if harmless else None
+
+
+class _Search:
+    """The rounds of one search: what they cost together, and what that left no room for."""
+
+    def __init__(self, reach: Mapping[str, float], but: Sequence[Term], most: float) -> None:
+        self.reach, self.but, self.most, self.spent = reach, but, most, 0
+        self.left_out: list[Term] = []
+
+    def round(self, now: _Model) -> list[tuple[Fitted, Trial]]:
+        """The candidates that were fitted; the last earns its place, if one does."""
+        found: list[tuple[Fitted, Trial]] = []
+        waiting, white = _asked(now, self.reach, self.but)
+        while waiting:
+            if self.spent > self.most:
+                self.left_out += [c.term for c in waiting if _moves(c, self.reach) > HINT]
+                break
+            rivals, waiting = _rivals(waiting, self.reach)
+            for one in self._compared(now, rivals, white - WORTH):
+                found.append(one)
+                if one[1].earns:
+                    return found
+        return found
+
+    def _compared(
+        self, now: _Model, rivals: Sequence[Candidate], most: float
+    ) -> Iterator[tuple[Fitted, Trial]]:
+        """Each roughly fitted; then wholly fitted and judged, the best of them first.
+
+        Those that leave more than ``most`` of F keep none of their promise.
+        """
+        begun = [(c, _begun(now, c)) for c in rivals]
+        found = [(c, b, b.followed()) for c, b in begun]
+        self.spent += sum(evaluations(b.records) for _, b in begun)
+        tried = [(c, b, rough) for c, b, rough in found if rough is not None]
+        for k in in_order([priced(rough, candidate.term) for candidate, _, rough in tried]):
+            candidate, start, rough = tried[k]
+            if rough.solution.objective > most:
+                break
+            before = evaluations(start.records)
+            fitted = start.nearly(rough)
+            evidence = weigh(fitted, now.taken, now.solution, candidate.term)
+            self.spent += evaluations(fitted.records) - before + evidence.evaluations
+            then = fitted.values
+            moves = (abs(then[n] - now.values[n]) / r for n, r in self.reach.items())
+            yield fitted, Trial(candidate.term, now.taken, evidence, max(moves, default=0.0))
+
+
+def _asked(
+    now: _Model, reach: Mapping[str, float], but: Sequence[Term]
+) -> tuple[list[Candidate], float]:
+    """What the residuals ask for and a fit is foreseen to support, first what moves most."""
     white = plain(now.records, now.solution)
     bare = (now.records, white, now.values)
-    worth = [c for c in screen(*bare, now.taken) if _is_worth(c, reach)][:FORESEEN]
-    asked: list[Candidate] = []
-    for candidate in sorted([*worth, *springs(*bare, now.taken)], key=lambda c: -c.gain):
-        if asked and (len(asked) == REFITTED or candidate.gain < RIVAL * asked[0].gain):
-            break
-        if not candidate.changes or foresee(now.records, white, candidate).supports:
-            asked.append(candidate)
-    return asked
+    names = [name for name in SCREENED if TERMS[name] not in but]
+    tried = screen(*bare, now.taken, names)
+    tried += [] if TERMS["two-masses"] in but else springs(*bare, now.taken)
+    likely = [c for c in tried if c.gain > WORTH and _is_foreseen(now, white, c)]
+    hidden = any(_matters(c, reach) and c.gain > WORTH and c not in likely for c in tried)
+    asked = [c for c in likely if hidden or c.gain > GROSS or _matters(c, reach)]
+    return sorted(asked, key=lambda c: -_moves(c, reach)), white.objective
 
 
-def _rivals(now: _Model, asked: Sequence[Candidate]) -> list[tuple[Candidate, Begun, Fitted]]:
-    """Each roughly fitted, the best of them first."""
-    begun = [(c, _begun(now, c)) for c in asked]
-    tried = [(c, b, b.roughly()) for c, b in begun]
-    return sorted(tried, key=lambda one: one[2].solution.objective)
+def _is_foreseen(now: _Model, white: Solution, candidate: Candidate) -> bool:
+    """A fit is foreseen to support it, as far as straight lines show that."""
+    return not candidate.changes or foresee(now.records, white, candidate).supports
 
 
-def _is_worth(candidate: Candidate, reach: Mapping[str, float]) -> bool:
-    """It promises much, and to move what matters."""
+def _rivals(
+    waiting: Sequence[Candidate], reach: Mapping[str, float]
+) -> tuple[list[Candidate], list[Candidate]]:
+    """Those that explain much the same as the first and move as much, or that explain more and
+    matter: the likelihood compares them. And the rest, which wait until none of these earns its
+    place.
+    """
+    first = waiting[0]
+    gain, moves = RIVAL * first.gain, ALIKE * _moves(first, reach)
+    near = [
+        c
+        for c in waiting
+        if (c.gain >= gain and _moves(c, reach) >= moves)
+        or (c.gain >= first.gain and _matters(c, reach))
+    ]
+    near = sorted(near, key=lambda c: -c.gain)[:REFITTED]
+    return near, [c for c in waiting if c not in near]
+
+
+def _moves(candidate: Candidate, reach: Mapping[str, float]) -> float:
+    """The largest move of a parameter that it promises, in units of what matters."""
     shift = candidate.shift
-    moves = max((abs(shift.get(n, 0.0)) / limit for n, limit in reach.items()), default=0.0)
-    return candidate.gain > GROSS or (candidate.gain > WORTH and moves > HINT)
+    return max((abs(shift.get(n, 0.0)) / limit for n, limit in reach.items()), default=0.0)
+
+
+def _matters(candidate: Candidate, reach: Mapping[str, float]) -> bool:
+    """It promises to move what matters."""
+    return _moves(candidate, reach) > HINT
+
+
+def _shifted(now: _Model, candidate: Candidate) -> dict[str, float]:
+    """The parameters where straight lines see them beside the term; those that are positive by a
+    factor of e at most.
+    """
+    out = dict(now.values)
+    for name, shift in candidate.shift.items():
+        value = out[name]
+        if value > 0.0 and candidate.changes:
+            out[name] = value * float(np.exp(np.clip(shift / value, -1.0, 1.0)))
+    return out
 
 
 def _begun(now: _Model, candidate: Candidate) -> Begun:
@@ -152,5 +245,5 @@ def _begun(now: _Model, candidate: Candidate) -> Begun:
     return begin(
         now.records, now.solution, (*now.taken, candidate.term),
         fixed={n: v for n, v in fixed.items() if n not in candidate.term.free},
-        start={**now.values, **candidate.start}, own=own,
+        start={**_shifted(now, candidate), **candidate.start}, own=own,
     )  # fmt: skip

@@ -6,7 +6,8 @@ parameters follow linearly.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -35,6 +36,18 @@ DAMPED = 0.02  # of critical
 WORTH = 30.0  # of chi-square, that it must promise
 
 
+Place = tuple[float, float]  # share of the inertia, resonance in rad/s
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """A shaft: chi-square that it leaves, the parameters' step (p,); no place: a stiff one."""
+
+    left: float
+    step: Floats
+    place: Place | None
+
+
 def springs(
     records: Sequence[MotorRecord],
     solution: Solution,
@@ -50,15 +63,27 @@ def springs(
     if term in taken or not (asked or _is_coloured(solution)):
         return []
     before = sum(square(line.residual) for line in solution.records)
-    starts = _grid(records, solution, values)
     bare = _bare(records, solution, values)
-    tried = ((_left(bare, solution, start), start) for start in starts)
-    nothing: tuple[float, dict[str, float]] = (before, {})
-    found = min(tried, key=lambda one: one[0], default=nothing)
-    gain = before - found[0]
-    if gain < WORTH and not asked:
+
+    def best(places: Iterable[Place]) -> _Tried | None:
+        tried = [_Tried(*_left(bare, solution, _shaft(values, *p)), p) for p in places]
+        return min(tried, key=lambda one: one.left, default=None)
+
+    found = best(product(SHARES, _resonances(records, solution)))
+    if found is None:
+        if not asked:
+            return []
+        found = _Tried(before, np.zeros(len(solution.values)), None)
+    else:  # the other frequencies about a peak are tried for the best share alone
+        share, peak = found.place or (0.0, 0.0)
+        found = best((share, peak * about) for about in ABOUT) or found
+    left, step = found.left, found.step
+    start = _shaft(values, *found.place) if found.place else {}
+    if before - left < WORTH and not asked:
         return []
-    return [Candidate(term, gain, {}, found[1], ())]
+    shift = step * solution.slopes
+    moves = {u.name: float(move) for u, move in zip(solution.unknowns, shift, strict=True)}
+    return [Candidate(term, before - left, moves, start, ())]
 
 
 def _is_coloured(solution: Solution) -> bool:
@@ -70,10 +95,8 @@ def _is_coloured(solution: Solution) -> bool:
     )
 
 
-def _grid(
-    records: Sequence[MotorRecord], solution: Solution, values: Mapping[str, float]
-) -> Iterator[dict[str, float]]:
-    """Resonances where the residuals' spectrum has its peaks."""
+def _resonances(records: Sequence[MotorRecord], solution: Solution) -> list[float]:
+    """Where the residuals' spectra have their peaks, rad/s."""
     peaks = {
         float(peak)
         for k, record in enumerate(records)
@@ -82,10 +105,13 @@ def _grid(
         )
         for peak in _peaks(left, (m.keep[-1] - m.keep[0]) * record.timeline.period_s)
     }
-    for share, peak, about in product(SHARES, sorted(peaks), ABOUT):
-        resonance = peak * about
-        stiffness = values["J"] * share * (1 - share) * resonance**2
-        yield {"J2_share": share, "Ks": stiffness, "b": 2 * DAMPED * stiffness / resonance}
+    return sorted(peaks)
+
+
+def _shaft(values: Mapping[str, float], share: float, resonance: float) -> dict[str, float]:
+    """A lightly damped shaft before that share of the inertia, with that resonance (rad/s)."""
+    stiffness = values["J"] * share * (1 - share) * resonance**2
+    return {"J2_share": share, "Ks": stiffness, "b": 2 * DAMPED * stiffness / resonance}
 
 
 def _peaks(residual: Floats, duration_s: float) -> Floats:
@@ -120,18 +146,23 @@ def _bare(
     return out
 
 
-def _left(records: Sequence[WideRecord], solution: Solution, start: Mapping[str, float]) -> float:
-    """Chi-square with such a shaft, once the shared parameters and nuisances have followed."""
+def _left(
+    records: Sequence[WideRecord], solution: Solution, start: Mapping[str, float]
+) -> tuple[float, Floats]:
+    """Chi-square with such a shaft, once the shared parameters and nuisances have followed, and
+    the parameters' step (p,) in search coordinates.
+    """
     total, pull = 0.0, np.zeros(len(solution.values))
     shared = np.array([*solution.values, *(start[n] for n in TERMS["two-masses"].free)])
     for record, own, line in zip(records, solution.own, solution.records, strict=True):
         parts = record.residuals(shared, own)
         r = np.concatenate([p / s for p, s in zip(parts, line.sigmas, strict=True)])
         if not np.isfinite(r).all():
-            return float("inf")  # a spring too stiff to be followed
+            return float("inf"), pull  # a spring too stiff to be followed
         total += square(r) - _explained(line, r)
         pull += project(line.orthogonal.T, r)
-    return total - float(pull @ covariance_of(solution.information) @ pull)
+    step = covariance_of(solution.information) @ pull
+    return total - float(pull @ step), step
 
 
 def _has(record: MotorRecord, nuisance: str) -> bool:

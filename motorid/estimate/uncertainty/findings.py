@@ -17,6 +17,7 @@ from motorid.estimate.uncertainty import (
 from motorid.estimate.uncertainty.covariance import SCATTER, Statistical, statistical
 from motorid.estimate.uncertainty.errors_in_variables import Hidden
 from motorid.estimate.uncertainty.intervals import Findings
+from motorid.estimate.uncertainty.undetected import told, undetected
 
 
 def findings(
@@ -32,14 +33,16 @@ def findings(
     """
     unseen = errors_in_variables.hidden(solution, records)
     scatter = scattered(solution, records, unseen)
+    lines = undetected(solution, records)
     leaning = profiled and solution.converged
     return Findings(
         solution,
         scatter,
-        budget.propagated(solution, records),
+        {**budget.propagated(solution, records), **told(lines)},
         fixed,
         without,
         profile_likelihood.intervals(solution, records, scatter) if leaning else {},
+        [one for one in lines if one.untold],
         unseen,
     )
 

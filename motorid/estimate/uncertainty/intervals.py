@@ -14,6 +14,7 @@ from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import Statistical
 from motorid.estimate.uncertainty.errors_in_variables import Hidden
+from motorid.estimate.uncertainty.undetected import Undetected
 from motorid.motor.brushes import Brushes, figure, figure_uncertainty
 from motorid.motor.parameters import FIGURES, Motor
 
@@ -80,6 +81,7 @@ class Findings:
     fixed: Mapping[str, float]
     without: Sequence[str]
     profiles: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # of the likelihood
+    untold: Sequence[Undetected] = ()  # effects that these data leave to their priors
     hidden: Sequence[Hidden] = ()  # errors of what drove the motor, in the statistical part
 
     @property
@@ -189,6 +191,16 @@ def _free(found: Findings, name: str) -> Parameter:
 def unknown(name: str, unit: str, note: str) -> Parameter:
     """A quantity that these data do not tell."""
     return Parameter(name, unit, None, None, None, None, None, Status.NOT_IDENTIFIABLE, note)
+
+
+def of_ratio(
+    name: str, unit: str, value: float, deviation: float, instrument: float, freedom: float
+) -> Parameter:
+    """A positive quantity whose errors are factors."""
+    total = float(np.hypot(deviation, instrument))
+    reach = float(np.exp(student(freedom) * total / value))
+    interval = value / reach, value * reach
+    return Parameter(name, unit, value, deviation, instrument, total, interval, Status.ESTIMATED)
 
 
 def _positive(

@@ -1,0 +1,28 @@
+"""Effects that these data say less of than what is usual, as suspects that are not excluded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from motorid.estimate.results.estimate import PARAMETERS, Suspect
+from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.undetected import Undetected
+
+WORTH_SAYING = 1e-3  # relative change of a parameter
+
+
+def suspects(untold: Sequence[Undetected], solution: Solution) -> tuple[Suspect, ...]:
+    """One for each that would change a parameter; no interval holds it."""
+    out = []
+    for one in untold:
+        moves = one.moves(solution).items()
+        said = [f"{n} by {x:+.1%}" for n, x in moves if n in PARAMETERS and abs(x) > WORTH_SAYING]
+        if said:
+            name = one.quantity.name
+            evidence = (
+                f"these data do not show {name}: of its usual size it changes "
+                f"{', '.join(said)}, and no interval holds that"
+            )
+            code = name.replace(" ", "_")
+            out.append(Suspect(code, name, evidence, one.quantity.remedy, "not excluded"))
+    return tuple(out)

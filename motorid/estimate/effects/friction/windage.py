@@ -1,0 +1,48 @@
+"""Friction that grows with the square of the speed, of which no reading was found to speak.
+
+    friction = T0 + B w + T_lc w |w|
+
+Between two speeds a little windage looks like more B and less T0. Three speeds or a coast tell it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from motorid.estimate.effects.action import MotorParameter
+from motorid.estimate.effects.friction.quadratic_friction import LEAST
+from motorid.estimate.effects.influence_quantity import (
+    InfluenceQuantity,
+    Prior,
+    Scope,
+    Subject,
+    Use,
+)
+
+USUAL = 0.25  # of the viscous torque at no load: standard, stated by nobody
+
+
+def _scale(subject: Subject) -> float:
+    """The viscous torque at the speed of the highest voltage, over that speed's square."""
+    if subject.judged_at is None:
+        return 1.0
+    R, _, K, B = (float(x) for x in subject.judged_at[:4])
+    volts = float(np.abs(subject.volts).max()) or 1.0
+    top = volts / K
+    return max(B * top, LEAST * K * volts / R) / top**2
+
+
+def _prior(subject: Subject, _: int) -> Prior | None:
+    return None if subject.judged_at is None else Prior(USUAL * _scale(subject))
+
+
+WINDAGE = InfluenceQuantity(
+    name="quadratic load",
+    unit="N·m·s²/rad²",
+    scope=Scope.MOTOR,
+    use=Use.UNDETECTED,
+    acts=(MotorParameter("quadratic"),),
+    prior=_prior,
+    scale=_scale,
+    remedy="record three levels of speed or more, and a coast from the highest",
+)

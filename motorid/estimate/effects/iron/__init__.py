@@ -1,0 +1,1 @@
+"""What the motor's iron does when current flows."""

@@ -1,0 +1,107 @@
+"""A model that a term was added to, looked at again: does each of its older terms still earn its
+place, or does another one explain better what it explains?
+
+A term that is taken first may stand in for one that shows beside it alone. Each older term is left
+out in turn, and the terms that were not taken are tried in its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from motorid.estimate.diagnosis.refit import plain
+from motorid.estimate.model.extended_terms import TERMS, Term
+from motorid.estimate.selection.evidence import SURE, priced, shapes_of, size_of, weigh
+from motorid.estimate.selection.extended_fit import Begun, Fitted, begin
+from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
+
+CLEAR = 3.0  # times SURE: a size that nobody asks about again
+RIVAL = 0.5  # of what a term promises, from which another is tried in its place
+TRIED = 2  # in the place of one
+
+
+class Revision:
+    """What looking again costs together: no more than ``most`` responses of a capture.
+
+    ``but``: terms that are not looked for.
+    """
+
+    def __init__(self, but: Sequence[Term], most: float) -> None:
+        self.but, self.most, self.spent = but, most, 0
+
+    def of(self, fitted: Fitted) -> Fitted:
+        """The same model, without terms that it does not need, or with better ones in their
+        place; its last term stays.
+        """
+        fitted = self._pruned(fitted)
+        for term in fitted.terms[:-1]:
+            if self.spent > self.most:
+                break
+            better = self._exchanged(fitted, term)
+            if better is not None:
+                return better
+        return fitted
+
+    def _pruned(self, fitted: Fitted) -> Fitted:
+        """Without those that the data do not support beside the others."""
+        for term in fitted.terms[:-1]:
+            k = fitted.free.index(term.size)
+            if size_of(fitted.solution, k, shapes_of(fitted.free, term)) > CLEAR * SURE:
+                continue
+            rest = _but(fitted.terms, term)
+            found = weigh(fitted, rest, fitted.solution, term)
+            self.spent += found.evaluations
+            if not found.supports:
+                begun = _begun(fitted, rest)
+                fitted = begun.nearly(begun.roughly())
+                self.spent += _evaluations(begun)
+        return fitted
+
+    def _exchanged(self, fitted: Fitted, term: Term) -> Fitted | None:
+        """Another term in the place of ``term``, if it leaves clearly less in white noise."""
+        rest = _but(fitted.terms, term)
+        begun = _begun(fitted, rest)
+        null = begun.followed()
+        self.spent += _evaluations(begun)
+        if null is None:
+            return None
+        names = [n for n in SCREENED if TERMS[n] not in (*self.but, *_but(fitted.terms, term))]
+        tried = screen(null.records, plain(null.records, null.solution), null.values, rest, names)
+        promised = next((c.gain for c in tried if c.term is term), 0.0)
+        rivals = [c for c in tried if c.term not in fitted.terms and c.gain > RIVAL * promised]
+        white = replace(fitted, solution=plain(fitted.records, fitted.solution))
+        now = priced(white, term)
+        least, best = now.paid - now.open, None
+        for candidate in rivals[:TRIED]:
+            other = _begun(null, (*rest, candidate.term), candidate)
+            rough = other.followed()
+            self.spent += _evaluations(other)
+            if rough is not None and priced(rough, candidate.term).paid < least:
+                best, least = (other, rough), priced(rough, candidate.term).paid
+        return best[0].nearly(best[1]) if best else None
+
+
+def _but(terms: Sequence[Term], term: Term) -> tuple[Term, ...]:
+    return tuple(t for t in terms if t is not term)
+
+
+def _begun(fitted: Fitted, terms: Sequence[Term], candidate: Candidate | None = None) -> Begun:
+    """A fit of some terms from where a fit of others is."""
+    gone = {n for t in fitted.terms if t not in terms for n in (*t.free, t.per_turn)}
+    start = {n: v for n, v in fitted.values.items() if n not in gone}
+    more = {n for t in terms for n in t.free}
+    fixed = {n: v for n, v in start.items() if n not in fitted.free and n not in more}
+    own = [
+        {u.name: float(v) for u, v in zip(record.unknowns, sizes, strict=True)}
+        for record, sizes in zip(fitted.records, fitted.solution.own, strict=True)
+    ]
+    if candidate is not None:
+        start |= candidate.start
+        if candidate.own:
+            own = [{**a, **b} for a, b in zip(own, candidate.own, strict=True)]
+    return begin(fitted.records, fitted.solution, terms, fixed=fixed, start=start, own=own)
+
+
+def _evaluations(begun: Begun) -> int:
+    return max(record.simulated for record in begun.records)

@@ -1,0 +1,44 @@
+"""Effects that the residuals of the last model show and that no model offered explains.
+
+The search offers a term where it earns its place. What it leaves out may still be seen, by its size
+along straight lines: the values that it would move are doubtful then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from motorid.estimate.assembly.doubt import settled
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import Diagnostic, Estimate
+from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.undetected import Undetected, undetected
+
+WORTH = 0.5  # of half an interval: a move that matters
+
+
+def with_seen(estimate: Estimate, solution: Solution, records: Sequence[MotorRecord]) -> Estimate:
+    """The estimate, with what ``records`` at ``solution``, of its widest model, still show."""
+    found = [_said(estimate, one, solution) for one in undetected(solution, records) if one.seen]
+    findings = [one for one in found if one.moves]
+    whole = settled(estimate, findings)
+    return replace(whole, diagnostics=(*findings, *whole.diagnostics))
+
+
+def _said(estimate: Estimate, one: Undetected, solution: Solution) -> Diagnostic:
+    moves = {}
+    for name, share in one.moves(solution).items():
+        p = estimate.parameters.get(name)
+        if p is None or p.value is None or p.interval_95 is None:
+            continue
+        size = abs(share * p.value)
+        if size > WORTH * (p.interval_95[1] - p.interval_95[0]) / 2.0:
+            moves[name] = size
+    name = one.quantity.name
+    return Diagnostic(
+        "effect_seen", "warning",
+        f"the residuals look as of {name}, {one.seen:.1f} standard deviations of it, and no model "
+        f"with it is offered: it can move {', '.join(moves)}; {one.quantity.remedy}",
+        moves,
+    )  # fmt: skip

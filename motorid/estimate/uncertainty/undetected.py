@@ -1,0 +1,128 @@
+"""Effects that a motor may have and that no capture was found to show: what they leave open.
+
+D is the change of the readings by one standard deviation of the effect's prior, cleared of what
+parameters and nuisances explain; r are the residuals. 1/(1 + D'D) of the prior's variance stays
+open, about a size of D'r/(1 + D'D). The parameters' shift is by both together. Driving and
+coasting alone hardly tell some effects. Where the prior says more of one than the readings do, the
+report says what its usual size would do: as of a gain that nobody stated, no interval holds it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance, Use, instances
+from motorid.estimate.effects.registry import used
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.tangent import tangent
+from motorid.estimate.solver.dense_products import project, square
+from motorid.estimate.solver.problem import Linearised, Solution, Unknown
+from motorid.estimate.uncertainty.covariance import covariance_of
+
+Floats = NDArray[np.float64]
+
+UNTOLD = 0.1  # of a prior: where more of it stays open, these data do not tell the effect
+FARTHEST = 1.0  # of it: a larger size is for other causes to explain
+FOUND = 4.0  # standard deviations of a size that is seen
+
+
+@dataclass(frozen=True)
+class Undetected:
+    """``shift`` (p,) of the parameters in search coordinates by what is open of an effect.
+
+    ``open``: the part of the prior's standard deviation that the readings leave. ``seen``: how many
+    standard deviations its size is from nothing, where that is too many for chance; else 0.
+    """
+
+    quantity: InfluenceQuantity
+    shift: Floats
+    open: float
+    seen: float = 0.0
+
+    def moves(self, solution: Solution) -> dict[str, float]:
+        """Relative changes of the parameters by its usual size, the largest first."""
+        each = zip(solution.unknowns, solution.values, self.shift, strict=True)
+        shares = {
+            u.name: float(np.expm1(shift) if u.log else shift / value)
+            for u, value, shift in each
+            if u.log or value
+        }
+        return dict(sorted(shares.items(), key=lambda one: -abs(one[1])))
+
+    @property
+    def untold(self) -> bool:
+        """The prior says more of it than these data."""
+        return self.open > UNTOLD
+
+
+@dataclass
+class _Sums:
+    """Of the readings' change by one standard deviation, cleared of nuisances: with itself, with
+    the shared parameters (p,), with the residuals."""
+
+    square: float
+    shared: Floats
+    pull: float
+
+
+def undetected(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Undetected, ...]:
+    """What every effect leaves open that these records could have and do not model."""
+    inverse = covariance_of(solution.information)
+    found: dict[InfluenceQuantity, _Sums] = {}
+    slope = np.sum([project(line.orthogonal.T, line.residual) for line in solution.records], axis=0)
+    for record, line, own in zip(records, solution.records, solution.own, strict=True):
+        for one, unknown in _possible(record):
+            moved = tangent(record, solution.values, own, one)
+            parts = [
+                unknown.prior_sd * d / s
+                for d, s in zip(record.weighed(moved), line.sigmas, strict=True)
+            ]
+            sums = _sums(np.concatenate(parts), line)
+            before = found.setdefault(one.quantity, _Sums(0.0, np.zeros(len(inverse)), 0.0))
+            before.square += sums.square
+            before.shared = before.shared + sums.shared
+            before.pull += sums.pull
+    return tuple(_left(quantity, sums, inverse, slope) for quantity, sums in found.items())
+
+
+def told(found: Sequence[Undetected]) -> dict[str, Floats]:
+    """Lines of a budget: shifts (p,) in search coordinates by what is open of those that these data
+    tell. One that is seen has none: whether it is there, and what it moves, the search says.
+    """
+    return {one.quantity.name: one.shift for one in found if not (one.untold or one.seen)}
+
+
+def _possible(record: MotorRecord) -> Iterator[tuple[Instance, Unknown]]:
+    for quantity in used(Use.UNDETECTED):
+        for one in instances(quantity, record):
+            unknown = None if quantity.name in record.modelled else one.unknown(record)
+            if unknown is not None:
+                yield one, unknown
+
+
+def _sums(column: Floats, line: Linearised) -> _Sums:
+    own = line.own.T
+    taken, pulled = project(own, column), project(own, line.residual)
+    follows = covariance_of(line.own_information) if len(own) else np.zeros((0, 0))
+    return _Sums(
+        square(column) - float(taken @ follows @ taken),
+        project(line.orthogonal.T, column),
+        float(project(column[None], line.residual)[0]) - float(taken @ follows @ pulled),
+    )
+
+
+def _left(quantity: InfluenceQuantity, sums: _Sums, inverse: Floats, slope: Floats) -> Undetected:
+    information = max(sums.square - float(sums.shared @ inverse @ sums.shared), 0.0)
+    share = 1.0 / (1.0 + information)
+    size = share * (sums.pull - float(sums.shared @ inverse @ slope))
+    size = min(max(size, 0.0), FARTHEST)
+    seen = size / share**0.5 if size > FOUND * share**0.5 else 0.0
+    if seen:
+        return Undetected(quantity, -inverse @ sums.shared * size, float(share**0.5), seen)
+    # readings that are larger by what the model lacks pull the other way
+    whole = -inverse @ sums.shared
+    return Undetected(quantity, whole * float(np.hypot(np.sqrt(share), size)), float(share**0.5))

@@ -1,0 +1,39 @@
+"""Effects that a run does not show: what they would do, and a word of what would show them."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from motorid.estimate.effects.friction.load_friction import USUAL
+from motorid.estimate.results.estimate import Estimate
+from motorid.identify import fit
+from motorid.report import suspects
+from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+
+
+def fitted(*volts: float) -> Estimate:
+    return fit([noisy(clean_capture(FAULHABER, Plan(volts=volts)), 1, 1e-2, 1e-3)], model="six")
+
+
+def test_driving_and_coasting_leave_load_friction_to_its_prior() -> None:
+    """Forwards, c makes J, B and T0 larger by c alike, and no residual tells it."""
+    found = fitted(3.0, 6.0)
+    for name in ("J", "B", "T0"):
+        assert "load friction" not in found.budget[name]
+    (hidden,) = (s for s in found.suspects if s.code == "load_friction")
+    assert (hidden.strength, hidden.allowed) == ("not excluded", False)
+    said = dict(re.findall(r"(\w+) by ([-+][\d.]+)%", hidden.evidence))
+    for name in ("J", "B", "T0"):
+        assert abs(float(said[name])) == pytest.approx(100 * USUAL, rel=0.5)
+    assert "load friction" in suspects.hidden(found)
+    assert "brakes" in suspects.hidden(found)
+
+
+def test_a_step_down_brakes_the_motor_and_tells_it() -> None:
+    found = fitted(6.0, 2.0)
+    line = found.budget["J"].get("load friction", 0.0)
+    assert line < 0.1 * USUAL * found.parameters["J"].value
+    assert "load_friction" not in {s.code for s in found.suspects}
+    assert found.parameters["J"].total < 0.01 * found.parameters["J"].value
