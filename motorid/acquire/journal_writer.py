@@ -72,6 +72,8 @@ class JournalWriter:
         while self._queue.qsize() >= BACKLOG:
             time.sleep(FLUSH_S)
             self._check()
+            if not self._thread.is_alive():
+                raise DataError(f"{self.path} is no longer written: the motor was stopped")
         self._queue.put(record)
 
     def mark(self, time_s: float, **what: Any) -> None:

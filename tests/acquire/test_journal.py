@@ -214,3 +214,16 @@ def until(done: Callable[[], bool]) -> None:
             return
         patience.wait(0.01)
     raise AssertionError("the writer did nothing")
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_writer_that_died_is_not_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever it died of: the capture ends, and the motor with it."""
+    monkeypatch.setattr(room, "BACKLOG", 2)
+    monkeypatch.setattr(JournalWriter, "_copy", lambda self: 1 / 0)
+    writer = JournalWriter(tmp_path / "run.journal", {})
+    with pytest.raises(DataError, match="no longer written"):
+        for _ in range(10):
+            writer.append(Kind.RECEIVED, 0.0, b"x")

@@ -193,6 +193,12 @@ def test_mistakes_are_named_in_a_log_and_at_a_rig(tmp_path: Path) -> None:
     assert codes == {"rig": {3}, "log": {0}}  # the fit of a log turns it round
 
 
+def test_a_strangers_logs_are_fine_or_named() -> None:
+    text = run("stranger", "--short")
+    assert "good: harmless 2" in text
+    assert "bad: named 1" in text
+
+
 def test_false_alarms_hold_the_truth_of_good_cases() -> None:
     text = run("false_alarms", "--count", "1", "--first", "2", "--kinds", "captures")
     held, of = map(int, found(r"intervals_held (\d+), intervals (\d+)", text).groups())

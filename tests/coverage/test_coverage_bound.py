@@ -87,8 +87,8 @@ def test_a_record_says_what_was_true_and_what_was_said(tmp_path: Path) -> None:
         low, high = parameters["J"]["interval"]
         assert parameters["J"]["holds"] == (low <= 0 <= high)
         assert abs(parameters["J"]["off"]) < 0.2
-    assert row["naive"]["parameters"]["J"]["instrument"] == 0
-    assert row["fit"]["parameters"]["J"]["instrument"] > 0
+    naive, fitted = (row[which]["parameters"]["J"]["instrument"] for which in ("naive", "fit"))
+    assert 0 <= naive < fitted  # what no instrument causes is in both: effects that were not found
     assert not list(tmp_path.iterdir())
 
 

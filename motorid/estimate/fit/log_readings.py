@@ -28,6 +28,7 @@ Floats = NDArray[np.float64]
 Fit = tuple[list[MotorRecord], Solution]
 Search = Callable[[Sequence[Capture], Shape, Fit], Fit]  # readings, a shape, where to begin
 
+TURNING = {"K", "B", "J", "T0"}  # one of them is searched where a rotor turns
 STRONG = 2.0  # times Schwarz's price, of a current of means: it is much like an inductance
 AFTER = 3  # samples after a jump in which its moment shows
 LARGER = 1.5  # variance there, of that elsewhere, from which the moments are asked for
@@ -46,7 +47,8 @@ def taken(
         others = [MotorRecord(capture, free, fixed, shape) for capture in captures]
         return others, settled(others, free, merged(start, near[1]))
 
-    if not any(motion(record.capture) for record in records):
+    turns = any(motion(record.capture) for record in records) and not TURNING.isdisjoint(free)
+    if not turns:
         return records, solution  # without a motion the current is all that tells of it
     best = _averaged((records, solution), SPEED, again)
     loose = _loosened(best, again)
