@@ -224,6 +224,7 @@ def test_a_writer_that_died_is_not_waited_for(
     monkeypatch.setattr(room, "BACKLOG", 2)
     monkeypatch.setattr(JournalWriter, "_copy", lambda self: 1 / 0)
     writer = JournalWriter(tmp_path / "run.journal", {})
+    for _ in range(room.BACKLOG):
+        writer.append(Kind.RECEIVED, 0.0, b"x")
     with pytest.raises(DataError, match="no longer written"):
-        for _ in range(10):
-            writer.append(Kind.RECEIVED, 0.0, b"x")
+        writer.append(Kind.RECEIVED, 0.0, b"x")
