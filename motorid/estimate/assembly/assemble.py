@@ -29,6 +29,7 @@ from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import errors_in_variables, intervals
 from motorid.estimate.uncertainty.errors_in_variables import Hidden
 from motorid.estimate.uncertainty.findings import findings
+from motorid.estimate.uncertainty.intervals import Findings
 from motorid.estimate.uncertainty.unstated_gains import unstated_gains
 from motorid.segment import segment
 from motorid.version import __version__
@@ -80,9 +81,10 @@ def answered(
     fix: Mapping[str, float],
     without: Sequence[str],
     profiled: bool = True,
-) -> tuple[Estimate, Sequence[MotorRecord], Solution]:
+) -> tuple[Estimate, Sequence[MotorRecord], Findings]:
     """``report``, with the records and the solution that it speaks of: faults may be repaired."""
-    found = unjudged(captures, records, solution, fix, without, profiled)
+    known = uncertain(records, solution, fix, without, profiled)
+    found = unjudged(captures, records, known, fix, without, profiled)
     said = accused(found, records, solution)
     allowed: list[Suspect] = []
     for _ in range(MOST_REPAIRS if profiled and said.worst is None else 0):
@@ -91,10 +93,11 @@ def answered(
             break
         records, solution = mended.records, mended.solution
         captures = [record.capture for record in records]
-        found = unjudged(captures, records, solution, fix, without)
+        known = uncertain(records, solution, fix, without)
+        found = unjudged(captures, records, known, fix, without)
         allowed.append(mended.suspect)
         said = accused(found, records, solution).after(allowed)
-    return judged(found, records, solution, said, refusable=profiled), records, solution
+    return judged(found, records, solution, said, refusable=profiled), records, known
 
 
 @dataclass(frozen=True)
@@ -154,19 +157,30 @@ def _renamed(finding: Finding, names: Mapping[str, str]) -> Finding:
     return replace(finding, moves={names.get(n, n): move for n, move in finding.moves.items()})
 
 
-def unjudged(
-    captures: Sequence[Capture],
+def uncertain(
     records: Sequence[MotorRecord],
     solution: Solution,
     fix: Mapping[str, float],
     without: Sequence[str],
     profiled: bool = True,
-) -> Estimate:
-    """``report`` before anybody has looked for suspects."""
-    fixed = held_values(fix, without)
+) -> Findings:
+    """All that is uncertain of a solution."""
     simulated = max(record.simulated for record in records)
     bounded = profiled and unsupported(records, solution) is None  # no answer has an interval
-    found = findings(records, solution, fixed, without, bounded)
+    found = findings(records, solution, held_values(fix, without), without, bounded)
+    return replace(found, simulated=simulated)
+
+
+def unjudged(
+    captures: Sequence[Capture],
+    records: Sequence[MotorRecord],
+    found: Findings,
+    fix: Mapping[str, float],
+    without: Sequence[str],
+    profiled: bool = True,
+) -> Estimate:
+    """``report`` before anybody has looked for suspects."""
+    solution = found.solution
     parameters = intervals.parameters(found)
     voltage = nominal_voltage(records)
     chi_square, freedom = residual_remarks.chi_square(solution, records)
@@ -185,7 +199,7 @@ def unjudged(
         correlation=correlation(found.statistical.covariance),
         chi_square=chi_square,
         degrees_of_freedom=freedom,
-        evaluations=simulated,
+        evaluations=found.simulated,
         diagnostics=(
             *remarks.diagnostics(found, records, parameters, named),
             *steady_levels.findings(reached, found.motor(), len(records)),
@@ -201,7 +215,7 @@ def unjudged(
         nominal_v=voltage,
         brushes=brushes,
         levels=measured_levels(named, curves, found.motor(), brushes),
-        suspects=untold.suspects(found.untold, solution),
+        suspects=untold.suspects(found.undetected, solution),
     )
 
 

@@ -11,10 +11,14 @@ from motorid.estimate.uncertainty.undetected import Undetected
 WORTH_SAYING = 1e-3  # relative change of a parameter
 
 
-def suspects(untold: Sequence[Undetected], solution: Solution) -> tuple[Suspect, ...]:
-    """One for each that would change a parameter; no interval holds it."""
+def suspects(undetected: Sequence[Undetected], solution: Solution) -> tuple[Suspect, ...]:
+    """One for each that would change a parameter and that these data leave to its prior; no
+    interval holds it.
+    """
     out = []
-    for one in untold:
+    for one in undetected:
+        if not one.untold:
+            continue
         moves = one.moves(solution).items()
         said = [f"{n} by {x:+.1%}" for n, x in moves if n in PARAMETERS and abs(x) > WORTH_SAYING]
         if said:

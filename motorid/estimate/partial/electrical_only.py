@@ -14,7 +14,7 @@ import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError, UsageError
-from motorid.estimate.assembly.assemble import UNCHANGED, accused, judged, unjudged
+from motorid.estimate.assembly.assemble import UNCHANGED, accused, judged, uncertain, unjudged
 from motorid.estimate.diagnosis import identifiability
 from motorid.estimate.diagnosis.remarks import budget
 from motorid.estimate.fit import joint_fit, multistart
@@ -68,7 +68,8 @@ def fit(captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence
         values = merged(held_values(held, without), solution)
         held = dict(fix)
         records, solution = _on_scale(captures, held, without, given[0], values)
-    found = unjudged(captures, records, solution, held, without)
+    doubts = uncertain(records, solution, held, without)
+    found = unjudged(captures, records, doubts, held, without)
     if not given:
         found = _open(found)
     found = replace(found, options={**found.options, "fix": dict(fix)})

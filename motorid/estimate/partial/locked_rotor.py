@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError
-from motorid.estimate.assembly.assemble import accused, judged, unjudged
+from motorid.estimate.assembly.assemble import accused, judged, uncertain, unjudged
 from motorid.estimate.fit import alternating_fit, joint_fit, multistart, start_values_without_motion
 from motorid.estimate.fit.parameter_bounds import searched, unknowns_of
 from motorid.estimate.model.capture_model import MotorRecord
@@ -168,7 +168,8 @@ def estimate(
     Raises DataError where the captures do not tell these either.
     """
     profiled = all(record.sensed.waveform is None for record in records)
-    found = unjudged(captures, records, solution, still, (), profiled)
+    doubts = uncertain(records, solution, still, (), profiled)
+    found = unjudged(captures, records, doubts, still, (), profiled)
     if not profiled:
         found = _without_leaning(found)
     parameters = dict(found.parameters)

@@ -32,7 +32,7 @@ from motorid.estimate.results.estimate import (
     TermTrial,
 )
 from motorid.estimate.results.status import Status
-from motorid.estimate.selection.extended_fit import Fitted, begin, finished
+from motorid.estimate.selection.extended_fit import Fitted, begin, finished, sizes_by_name
 from motorid.estimate.selection.extended_results import alternative, findings, stands_out
 from motorid.estimate.selection.forward_selection import Selection, Trial, select
 from motorid.estimate.selection.joint_start import starts
@@ -43,10 +43,10 @@ from motorid.estimate.signals.log_sections import pieces, unbroken
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.intervals import Findings
 
-COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
 Narrow = tuple[Sequence[MotorRecord], Solution, Mapping[str, float]]
 
 COARSE = 100.0  # change of F that is near enough before what repeats with the rotor is in
+COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
 HALF = 0.5  # of that, from which a term is worth offering
 COUNTED = 1.001  # of half an interval: it makes a value doubtful
 
@@ -74,7 +74,8 @@ def _of(
 ) -> Estimate:
     terms = () if model in (AUTO, SIX) else parse(model)
     captures, records, solution = _closed(captures, fix, without)
-    estimate, records, solution = answered(captures, records, solution, fix, without)
+    estimate, records, known = answered(captures, records, solution, fix, without)
+    solution = known.solution
     K = estimate.parameters["K"].status
     if K is Status.NOT_SUPPORTED:  # no model of a motor explains these captures
         return estimate
@@ -92,13 +93,13 @@ def _of(
         estimate = _with_left_out(estimate, chosen.left_out)
         best = _known(chosen.stages, fix, without)
         if best is None:
-            return with_seen(_with_trials(estimate, trials), solution, records)
+            return with_seen(_with_trials(estimate, trials), known)
         fitted, found = best
         offered = {term.name for term in fitted.terms}
         trials = tuple(replace(t, taken=t.taken and t.term in offered) for t in trials)
     better = alternative(fitted, found, *narrow[:2], trials, asked=bool(terms))
     estimate = _said(replace(estimate, alternative=better), fitted)
-    return with_seen(estimate, fitted.solution, fitted.records)
+    return with_seen(estimate, found)
 
 
 def _closed(
@@ -260,10 +261,7 @@ def _starts(
             c.term: (dict(c.start), ()) for c in springs(records, white, values, taken, asked=True)
         }
     start: dict[str, float] = dict(values)
-    own = [
-        {u.name: float(v) for u, v in zip(r.unknowns, o, strict=True)}
-        for r, o in zip(records, solution.own, strict=True)
-    ]
+    own = sizes_by_name(records, solution)
     for term in terms:
         if term in found:
             shared, each = found[term]
@@ -317,9 +315,14 @@ def _with_trials(estimate: Estimate, trials: Sequence[TermTrial]) -> Estimate:
     return replace(estimate, diagnostics=(*estimate.diagnostics, said))
 
 
+def _is_allowed_for(terms: Sequence[Term]) -> bool:
+    """The six-parameter fit has unknowns of its own for what these describe."""
+    return set(terms) <= set(ALLOWED)
+
+
 def _said_of(terms: Sequence[Term]) -> str:
     """What lacking these means for the six parameters."""
-    if set(terms) <= set(ALLOWED):
+    if _is_allowed_for(terms):
         return "the six parameters allow for it, and this model says how large it is"
     return "the six parameters are biased by what they lack"
 
@@ -331,7 +334,7 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
     if better.asked:
         said = Diagnostic("model_asked", "info", f"beside it, as asked: a model with {what}")
     else:
-        harmless = set(fitted.terms) <= set(ALLOWED)
+        harmless = _is_allowed_for(fitted.terms)
         said = Diagnostic(
             "better_model", "info" if harmless else "warning",
             f"the residuals ask for {what}: {_said_of(fitted.terms)}; see the better model",
@@ -348,7 +351,7 @@ def _moved(estimate: Estimate, terms: Sequence[Term]) -> dict[str, float]:
     Nothing where the six parameters allow for what it has.
     """
     better = estimate.alternative
-    if better is None or set(terms) <= set(ALLOWED):
+    if better is None or _is_allowed_for(terms):
         return {}
     out = {}
     for name, p in estimate.parameters.items():

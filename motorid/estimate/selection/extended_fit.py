@@ -54,6 +54,14 @@ class Fitted:
         return float(np.sqrt(self.solution.covariance[k, k]) * self.solution.slopes[k])
 
 
+def sizes_by_name(records: Sequence[MotorRecord], solution: Solution) -> list[dict[str, float]]:
+    """Every record's own unknowns at a solution."""
+    return [
+        dict(zip((u.name for u in record.unknowns), own.tolist(), strict=True))
+        for record, own in zip(records, solution.own, strict=True)
+    ]
+
+
 def scales_of(records: Sequence[MotorRecord], values: Mapping[str, float]) -> Scales:
     """Typical sizes in these captures."""
     torque, speed = typical(records, values)
@@ -90,10 +98,10 @@ class Begun:
         """Sources, noise and all, near enough to be judged; ``rough``: what ``roughly`` gave."""
         first = rough.solution
         start = merged(self.start, first)
-        for record, own in zip(self.records, first.own, strict=True):
+        each = zip(self.records, first.own, sizes_by_name(self.records, first), strict=True)
+        for record, own, sizes in each:
             record.plan(first.values, own)
-            names = (u.name for u in record.unknowns)
-            record.starting(dict(zip(names, own.tolist(), strict=True)))
+            record.starting(sizes)
         white = alternating_fit.with_sources(self.records, self.free, start)
         for record, own in zip(self.records, white.own, strict=True):
             record.plan(white.values, own)

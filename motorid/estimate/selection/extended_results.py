@@ -36,13 +36,14 @@ KNOWN = 3.0  # total uncertainties, of a size that the likelihood supports alrea
 def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -> Findings:
     """Covariance and budget of a wider fit: what its input hides is in both, as for the six."""
     unseen = errors_in_variables.hidden(fitted.solution, fitted.records)
-    lines = told(undetected(fitted.solution, fitted.records))
+    lines = undetected(fitted.solution, fitted.records)
     return Findings(
         fitted.solution,
         scattered(fitted.solution, fitted.records, unseen),
-        {**budget.propagated(fitted.solution, fitted.records), **lines},
+        {**budget.propagated(fitted.solution, fitted.records), **told(lines)},
         held_values(fix, without),
         without,
+        undetected=lines,
         hidden=unseen,
     )
 

@@ -11,7 +11,7 @@ from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS, Term
 from motorid.estimate.selection.evidence import Evidence, in_order, priced, weigh
-from motorid.estimate.selection.extended_fit import Begun, Fitted, begin
+from motorid.estimate.selection.extended_fit import Begun, Fitted, begin, sizes_by_name
 from motorid.estimate.selection.predicted_gain import foresee
 from motorid.estimate.selection.revision import Revision
 from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
@@ -236,12 +236,7 @@ def _shifted(now: _Model, candidate: Candidate) -> dict[str, float]:
 def _begun(now: _Model, candidate: Candidate) -> Begun:
     names = {u.name for u in now.solution.unknowns}
     fixed = {n: v for n, v in now.values.items() if n not in names}
-    own = [
-        {u.name: float(v) for u, v in zip(r.unknowns, o, strict=True)}
-        for r, o in zip(now.records, now.solution.own, strict=True)
-    ]
-    if candidate.own:
-        own = [{**a, **b} for a, b in zip(own, candidate.own, strict=True)]
+    own = candidate.beside(sizes_by_name(now.records, now.solution))
     return begin(
         now.records, now.solution, (*now.taken, candidate.term),
         fixed={n: v for n, v in fixed.items() if n not in candidate.term.free},

@@ -13,7 +13,7 @@ from dataclasses import replace
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.extended_terms import TERMS, Term
 from motorid.estimate.selection.evidence import SURE, priced, shapes_of, size_of, weigh
-from motorid.estimate.selection.extended_fit import Begun, Fitted, begin
+from motorid.estimate.selection.extended_fit import Begun, Fitted, begin, sizes_by_name
 from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
 
 CLEAR = 3.0  # times SURE: a size that nobody asks about again
@@ -66,7 +66,7 @@ class Revision:
         self.spent += _evaluations(begun)
         if null is None:
             return None
-        names = [n for n in SCREENED if TERMS[n] not in (*self.but, *_but(fitted.terms, term))]
+        names = [n for n in SCREENED if TERMS[n] not in (*self.but, *rest)]
         tried = screen(null.records, plain(null.records, null.solution), null.values, rest, names)
         promised = next((c.gain for c in tried if c.term is term), 0.0)
         rivals = [c for c in tried if c.term not in fitted.terms and c.gain > RIVAL * promised]
@@ -92,14 +92,10 @@ def _begun(fitted: Fitted, terms: Sequence[Term], candidate: Candidate | None = 
     start = {n: v for n, v in fitted.values.items() if n not in gone}
     more = {n for t in terms for n in t.free}
     fixed = {n: v for n, v in start.items() if n not in fitted.free and n not in more}
-    own = [
-        {u.name: float(v) for u, v in zip(record.unknowns, sizes, strict=True)}
-        for record, sizes in zip(fitted.records, fitted.solution.own, strict=True)
-    ]
+    own = sizes_by_name(fitted.records, fitted.solution)
     if candidate is not None:
         start |= candidate.start
-        if candidate.own:
-            own = [{**a, **b} for a, b in zip(own, candidate.own, strict=True)]
+        own = candidate.beside(own)
     return begin(fitted.records, fitted.solution, terms, fixed=fixed, start=start, own=own)
 
 

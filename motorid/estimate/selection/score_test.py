@@ -42,6 +42,10 @@ class Candidate:
     own: tuple[Mapping[str, float], ...] = ()
     changes: tuple[Floats, ...] = ()
 
+    def beside(self, own: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
+        """Every record's own sizes, with those that the term begins with."""
+        return [{**a, **b} for a, b in zip(own, self.own or own, strict=True)]
+
 
 @dataclass(frozen=True)
 class Tried:

@@ -6,21 +6,20 @@ along straight lines: the values that it would move are doubtful then.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from motorid.estimate.assembly.doubt import settled
-from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic, Estimate
 from motorid.estimate.solver.problem import Solution
-from motorid.estimate.uncertainty.undetected import Undetected, undetected
+from motorid.estimate.uncertainty.intervals import Findings
+from motorid.estimate.uncertainty.undetected import Undetected
 
 WORTH = 0.5  # of half an interval: a move that matters
 
 
-def with_seen(estimate: Estimate, solution: Solution, records: Sequence[MotorRecord]) -> Estimate:
-    """The estimate, with what ``records`` at ``solution``, of its widest model, still show."""
-    found = [_said(estimate, one, solution) for one in undetected(solution, records) if one.seen]
+def with_seen(estimate: Estimate, known: Findings) -> Estimate:
+    """The estimate, with what the captures still show under its widest model, of ``known``."""
+    found = [_said(estimate, one, known.solution) for one in known.undetected if one.seen]
     findings = [one for one in found if one.moves]
     whole = settled(estimate, findings)
     return replace(whole, diagnostics=(*findings, *whole.diagnostics))

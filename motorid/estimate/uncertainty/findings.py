@@ -42,7 +42,7 @@ def findings(
         fixed,
         without,
         profile_likelihood.intervals(solution, records, scatter) if leaning else {},
-        [one for one in lines if one.untold],
+        lines,
         unseen,
     )
 

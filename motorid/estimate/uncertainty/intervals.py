@@ -81,8 +81,9 @@ class Findings:
     fixed: Mapping[str, float]
     without: Sequence[str]
     profiles: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # of the likelihood
-    untold: Sequence[Undetected] = ()  # effects that these data leave to their priors
+    undetected: Sequence[Undetected] = ()  # effects that were not modelled
     hidden: Sequence[Hidden] = ()  # errors of what drove the motor, in the statistical part
+    simulated: int = 0  # responses of a capture, at most, of the search alone
 
     @property
     def names(self) -> tuple[str, ...]:

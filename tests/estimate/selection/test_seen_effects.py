@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -10,39 +11,37 @@ import pytest
 from motorid.estimate.assembly.assemble import answered
 from motorid.estimate.effects.friction.windage import WINDAGE
 from motorid.estimate.fit import joint_fit
-from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Estimate
 from motorid.estimate.results.status import Status
-from motorid.estimate.selection import seen_effects
-from motorid.estimate.solver.problem import Solution
+from motorid.estimate.selection.seen_effects import with_seen
+from motorid.estimate.uncertainty.intervals import Findings
 from motorid.estimate.uncertainty.undetected import Undetected, told
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
 
 
 @cache
-def fitted() -> tuple[Estimate, list[MotorRecord], Solution]:
+def fitted() -> tuple[Estimate, Findings]:
     captures = [noisy(clean_capture(FAULHABER, Plan(volts=(6.0, 2.0))), 1, 1e-2, 1e-3)]
     records, solution = joint_fit.solved(captures, {}, ())
-    return answered(captures, records, solution, {}, ())
+    estimate, _, known = answered(captures, records, solution, {}, ())
+    return estimate, known
 
 
-def found(monkeypatch: pytest.MonkeyPatch, share: float, seen: float) -> Estimate:
+def found(share: float, seen: float) -> Estimate:
     """With an effect that moves B by a share of it."""
-    estimate, records, solution = fitted()
+    estimate, known = fitted()
+    solution = known.solution
     names = [u.name for u in solution.unknowns]
     at = names.index("B")
     shift = np.zeros(len(names))
     shift[at] = np.log1p(share) if solution.unknowns[at].log else share * solution.values[at]
     one = Undetected(WINDAGE, shift, 0.05, seen)
-    monkeypatch.setattr(seen_effects, "undetected", lambda *_: (one,))
-    return seen_effects.with_seen(estimate, solution, records)
+    return with_seen(estimate, replace(known, undetected=(one,)))
 
 
-def test_a_value_that_it_moves_is_doubtful_and_its_interval_covers_the_move(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_value_that_it_moves_is_doubtful_and_its_interval_covers_the_move() -> None:
     before = fitted()[0].parameters["B"]
-    made = found(monkeypatch, 0.3, seen=5.0)
+    made = found(0.3, seen=5.0)
     after = made.parameters["B"]
     assert after.status == Status.DOUBTFUL
     assert after.interval_95[1] >= before.value * 1.3
@@ -53,10 +52,8 @@ def test_a_value_that_it_moves_is_doubtful_and_its_interval_covers_the_move(
 
 
 @pytest.mark.parametrize(("share", "seen"), [(0.3, 0.0), (1e-6, 5.0)])
-def test_what_is_not_seen_or_moves_nothing_changes_nothing(
-    monkeypatch: pytest.MonkeyPatch, share: float, seen: float
-) -> None:
-    assert found(monkeypatch, share, seen) == fitted()[0]
+def test_what_is_not_seen_or_moves_nothing_changes_nothing(share: float, seen: float) -> None:
+    assert found(share, seen) == fitted()[0]
 
 
 def test_what_is_seen_is_no_line_of_the_budget() -> None:
