@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from bench.mistakes.command import Answer, fitted, say
+from bench.mistakes.plant import Motor
 from bench.stranger import chain
-from bench.stranger.plant import Motor, Source, turn
+from bench.stranger.plant import Source, turn
 
 Floats = chain.Floats
 Table = dict[str, Floats]

@@ -13,41 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from bench.mistakes.plant import Motor
+
 Floats = NDArray[np.float64]
 CLAMP = 1.05, 1.4  # an open bridge holds the terminals at so many times the supply, and V more
-
-
-@dataclass(frozen=True)
-class Motor:
-    """The six constants and the nominal voltage, SI."""
-
-    R: float
-    L: float
-    K: float
-    B: float
-    J: float
-    T0: float
-    volts: float
-
-    @property
-    def tau_s(self) -> float:
-        """Mechanical time constant."""
-        return self.J * self.R / (self.K**2 + self.R * self.B)
-
-    @property
-    def stall_a(self) -> float:
-        """At the nominal voltage."""
-        return self.volts / self.R
-
-    @property
-    def top_rad_s(self) -> float:
-        """Without a load, at the nominal voltage."""
-        return (self.volts - self.R * self.T0 / self.K) / (self.K + self.R * self.B / self.K)
-
-    @property
-    def truth(self) -> dict[str, float]:
-        """The six by name."""
-        return {name: getattr(self, name) for name in ("R", "L", "K", "B", "J", "T0")}
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from motorid.estimate.results.estimate import Curve, Estimate, SegmentRow
 from motorid.report.numbers import scaled_unit, significant
 from motorid.report.page import figure, paragraph, table
-from motorid.report.plot import Axis, Plot, axis, legend, thin
+from motorid.report.plot import Axis, Plot, axis, columns_for, legend, thin
+from motorid.report.words import file_name
 
 Floats = NDArray[np.float64]
 
 POINTS = 26_000  # of all long curves together: some 300 kB of path text
-MOST_COLUMNS, FEWEST_COLUMNS = 700, 60
 OPEN_CAPTURES = 2  # further ones are folded away
 DETAILS = 3  # close-ups of the steepest places of a capture
 DETAIL_SAMPLES = 48
@@ -32,8 +32,7 @@ KINDS = ("rest", "acceleration", "steady", "coast", "brake", "rejected")
 
 def captures(estimate: Estimate) -> list[str]:
     """For each capture: every channel against its fit, the residual below it, and close-ups."""
-    columns = POINTS // (2 * 3 * max(len(estimate.curves), 1))
-    columns = min(max(columns, FEWEST_COLUMNS), MOST_COLUMNS)
+    columns = columns_for(POINTS, 3 * len(estimate.curves))
     indices = sorted({curve.capture for curve in estimate.curves})
     out = []
     for place, index in enumerate(indices):
@@ -57,8 +56,7 @@ def _legend(segments: Sequence[SegmentRow]) -> str:
 
 def _title(estimate: Estimate, index: int) -> str:
     inputs = estimate.inputs
-    path = str(inputs[index].get("path") or "") if index < len(inputs) else ""
-    name = path.replace("\\", "/").rpartition("/")[2]
+    name = file_name(inputs[index].get("path")) if index < len(inputs) else ""
     return escape(f"Capture {index + 1}: {name}" if name else f"Capture {index + 1}")
 
 

@@ -28,6 +28,7 @@ from motorid.report.words import (
     STATUS_WORDS,
     decisive,
     doubts,
+    file_name,
     fit_quality,
     instruments,
     name_of,
@@ -99,7 +100,7 @@ def _facts(estimate: Estimate) -> str:
     rows = []
     for name, key in names.items():
         known = dict.fromkeys(str(i.get(key) or "") for i in estimate.inputs)
-        said = [_moment(one) if key == "created" else _file(one) for one in known if one]
+        said = [_moment(one) if key == "created" else file_name(one) for one in known if one]
         if said:
             more = f" and {len(said) - MOST_NAMED} more" if len(said) > MOST_NAMED else ""
             words = ", ".join(said[:MOST_NAMED]) + more
@@ -113,10 +114,6 @@ def _moment(text: str) -> str:
         return f"{datetime.fromisoformat(text):%Y-%m-%d %H:%M %Z}".strip()
     except ValueError:
         return text
-
-
-def _file(path: str) -> str:
-    return path.replace("\\", "/").rpartition("/")[2]
 
 
 def _parameters(estimate: Estimate) -> str:

@@ -20,6 +20,7 @@ from motorid.report.numbers import MINUS
 
 Floats = NDArray[np.float64]
 BOX = 1000.0
+MOST_COLUMNS, FEWEST_COLUMNS = 700, 60  # of a line
 LETTER = 0.0065  # of a wide plot: what a letter of a band's word takes
 
 
@@ -180,6 +181,11 @@ def legend(entries: Sequence[tuple[str, str]]) -> str:
         for kind, word in entries
     )
     return f'<div class="legend">{items}</div>'
+
+
+def columns_for(points: int, lines: int) -> int:
+    """Of each of so many lines, for ``thin``, that have so many points together."""
+    return min(max(points // (2 * max(lines, 1)), FEWEST_COLUMNS), MOST_COLUMNS)
 
 
 def thin(x: Floats, y: Floats, columns: int) -> tuple[Floats, Floats]:

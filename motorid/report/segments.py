@@ -13,6 +13,7 @@ from motorid.capture.model import CURRENT, POSITION, SPEED, TORQUE, VOLTAGE, Cap
 from motorid.report import page as pages
 from motorid.report.numbers import NOTHING, fixed, scaled_unit
 from motorid.report.plot import Plot, axis, legend, thin
+from motorid.report.words import file_name
 from motorid.segment import Segment, SegmentKind
 
 Floats = NDArray[np.float64]
@@ -40,7 +41,7 @@ def table(capture: Capture, segments: Sequence[Segment]) -> str:
 
 def page(capture: Capture, segments: Sequence[Segment]) -> str:
     """A self-contained HTML page: every signal with the segments behind it, and the table."""
-    name = capture.path.replace("\\", "/").rpartition("/")[2]
+    name = file_name(capture.path)
     title = f"Segments of {name}" if name else "Segments"
     kinds = [k for k in SegmentKind if any(s.kind is k for s in segments)]
     plots = [_plot(capture, channel, segments) for channel in _channels(capture)]

@@ -52,6 +52,11 @@ def name_of(parameter: Parameter) -> str:
     return NAMES.get(parameter.name, parameter.name).replace("_", " ")
 
 
+def file_name(path: object) -> str:
+    """Of a path as it was written on any system."""
+    return str(path or "").replace("\\", "/").rpartition("/")[2]
+
+
 def sentence(text: str) -> str:
     """``text`` with a capital and a full stop, where it has none."""
     text = _stopped(text.strip())

@@ -7,16 +7,16 @@ from html import escape
 
 import numpy as np
 
+from motorid.capture.model import Capture
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.report.numbers import percent, scaled_unit, significant
 from motorid.report.page import figure, paragraph, section
 from motorid.report.page import page as whole
-from motorid.report.plot import Plot, axis, legend, thin
+from motorid.report.plot import Plot, axis, columns_for, legend, thin
 from motorid.workflow.compare_html import WIDE, style
 from motorid.workflow.motors import REAL, Motor, difference, said
 
 POINTS = 80_000  # of all curves together: 1 MB of path text
-MOST_COLUMNS, FEWEST_COLUMNS = 700, 60  # of a curve, two points each
 WORDS = (
     "The first motor is the reference. ± is 95 %. A difference is real where it is beyond "
     f"{REAL:g} standard uncertainties of the difference. What two captures of one rig share "
@@ -75,30 +75,24 @@ def _cells(motor: Motor, found: Sequence[Motor]) -> str:
 
 def _curves(found: Sequence[Motor]) -> list[str]:
     """Every channel, all motors over one another."""
-    seen = [(k, motor) for k, motor in enumerate(found) if motor.capture is not None]
-    names = dict.fromkeys(n for _, motor in seen for n in motor.capture.channels)  # type: ignore[union-attr]
-    keys = legend([(f"c{k}", motor.label) for k, motor in seen])
-    columns = POINTS // (2 * max(len(names) * len(seen), 1))
-    columns = min(max(columns, FEWEST_COLUMNS), MOST_COLUMNS)
+    seen = [(k, one.label, one.capture) for k, one in enumerate(found) if one.capture is not None]
+    names = dict.fromkeys(name for _, _, capture in seen for name in capture.channels)
+    columns = columns_for(POINTS, len(names) * len(seen))
+    keys = legend([(f"c{k}", label) for k, label, _ in seen])
     return [keys, *(_channel(seen, name, columns) for name in names)]
 
 
-def _channel(seen: Sequence[tuple[int, Motor]], name: str, columns: int) -> str:
-    drawn = []
-    for k, motor in seen:
-        capture = motor.capture
-        assert capture is not None
-        if name in capture.channels:
-            channel = capture.channels[name]
-            drawn.append((k, motor.label, channel.unit, capture.time_s, channel.values))
-    largest = max(float(np.nanmax(np.abs(v), initial=0.0)) for *_, v in drawn)
-    unit, factor = scaled_unit(drawn[0][2], largest)
+def _channel(seen: Sequence[tuple[int, str, Capture]], name: str, columns: int) -> str:
+    drawn = [(f"c{k}", label, capture) for k, label, capture in seen if name in capture.channels]
+    channels = [capture.channels[name] for *_, capture in drawn]
+    largest = max(float(np.nanmax(np.abs(one.values), initial=0.0)) for one in channels)
+    unit, factor = scaled_unit(channels[0].unit, largest)
     word = name.replace("_", " ")
     plot = Plot(
-        axis([time for *_, time, _ in drawn], "time, s", margin=0.0),
-        axis([values for *_, values in drawn], f"{word}, {unit}", factor),
+        axis([capture.time_s for *_, capture in drawn], "time, s", margin=0.0),
+        axis([one.values for one in channels], f"{word}, {unit}", factor),
         f"{word} of all motors against time",
     )
-    for k, label, _, time, values in drawn:
-        plot.line(*thin(time, values, columns), f"c{k}", label)
+    for (kind, label, capture), channel in zip(drawn, channels, strict=True):
+        plot.line(*thin(capture.time_s, channel.values, columns), kind, label)
     return figure(word, plot.render())

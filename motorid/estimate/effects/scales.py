@@ -12,6 +12,7 @@ from motorid.estimate.effects.influence_quantity import Prior, Subject
 from motorid.estimate.signals.measurements import Measured, after_filter_s
 
 Floats = NDArray[np.float64]
+LEAST_FRICTION = 1e-3  # of the stall torque: friction that counts
 
 
 def one(_: Subject) -> float:
@@ -83,7 +84,25 @@ def least_delay_s(measured: Measured | None) -> float:
 def stall(subject: Subject) -> float:
     """A, at the highest voltage with the resistance that its source was judged by."""
     assert subject.judged_at is not None
-    return (float(np.abs(subject.volts).max(initial=0.0)) or 1.0) / float(subject.judged_at[0])
+    return _highest_v(subject) / float(subject.judged_at[0])
+
+
+def top_speed(subject: Subject) -> float:
+    """rad/s, that the highest voltage would give the motor that its source was judged by."""
+    assert subject.judged_at is not None
+    return _highest_v(subject) / float(subject.judged_at[2])
+
+
+def friction(subject: Subject, dry: bool = True) -> float:
+    """N·m at that speed, at least a part of the stall torque; not ``dry``: the viscous part."""
+    assert subject.judged_at is not None
+    _, _, K, B, _, T0 = (float(x) for x in subject.judged_at[:6])
+    torque = (T0 if dry else 0.0) + B * top_speed(subject)
+    return max(torque, LEAST_FRICTION * K * stall(subject))
+
+
+def _highest_v(subject: Subject) -> float:
+    return float(np.abs(subject.volts).max(initial=0.0)) or 1.0
 
 
 def top_volts(subject: Subject) -> float:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit import log_readings, log_second_order
 from motorid.estimate.fit.alternating_fit import vanished
-from motorid.estimate.fit.log_unknowns import like, moved, widened
+from motorid.estimate.fit.log_unknowns import Fit, like, moved, widened, with_rivals_of
 from motorid.estimate.fit.multistart import MOST_TRIED, settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.fit.unstated_channels import told
@@ -27,8 +27,6 @@ from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import covariance_of
 
 Floats = NDArray[np.float64]
-Fit = tuple[list[MotorRecord], Solution]
-
 RISES = (0.4, 1.0, 4.0)  # L/R in samples of a log, to begin with as well
 BETTER = 1.0  # of chi-square, by which another start is worth taking
 
@@ -84,9 +82,8 @@ def _instead(before: Fit, other: Fit) -> Fit:
     if gain <= 0.0:
         return before
     for record, last in zip(other[0], before[0], strict=True):
-        record.rivals = tuple(Rival(r.values, r.behind + gain) for r in last.rivals)
         record.left_open = last.left_open
-    return other
+    return with_rivals_of(before, other, gain)
 
 
 def _less_known(narrow: Solution, wide: Solution) -> tuple[Floats, ...]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, SPEED, Capture
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.alternating_fit import vanished
-from motorid.estimate.fit.log_unknowns import like, widened
+from motorid.estimate.fit.log_unknowns import Fit, like, readings, widened
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
@@ -25,7 +25,6 @@ from motorid.estimate.signals.measurements import motion
 from motorid.estimate.solver.problem import Solution
 
 Floats = NDArray[np.float64]
-Fit = tuple[list[MotorRecord], Solution]
 Search = Callable[[Sequence[Capture], Shape, Fit], Fit]  # readings, a shape, where to begin
 
 TURNING = {"K", "B", "J", "T0"}  # one of them is searched where a rotor turns
@@ -81,7 +80,7 @@ def _averaged(before: Fit, name: str, again: Search) -> Fit:
     gain = before[1].objective - other[1].objective
     if name == CURRENT and vanished(other[1], others):
         return before  # the mean has taken the winding's time constant for its own
-    if gain <= (STRONG * np.log(_readings(others)) if name == CURRENT else 0.0):
+    if gain <= (STRONG * np.log(readings(others)) if name == CURRENT else 0.0):
         best, rival, behind = before, other, -gain
     else:
         best, rival, behind = other, before, gain
@@ -90,10 +89,6 @@ def _averaged(before: Fit, name: str, again: Search) -> Fit:
     for record in best[0]:
         record.rivals = (*known, Rival(rival[1].values, behind))
     return best
-
-
-def _readings(records: Sequence[MotorRecord]) -> int:
-    return sum(len(m.values) for r in records for m in r.measured)
 
 
 def _otherwise(record: MotorRecord, name: str) -> Capture | None:
@@ -120,7 +115,7 @@ def _loosened(before: Fit, again: Search) -> Fit:
         return before
     found = again([record.capture for record in records], LOOSE, before)
     more = sum(len(r.unknowns) for r in found[0]) - sum(len(r.unknowns) for r in records)
-    if solution.objective - found[1].objective < more * np.log(_readings(records)):  # Schwarz
+    if solution.objective - found[1].objective < more * np.log(readings(records)):  # Schwarz
         return before
     return found
 

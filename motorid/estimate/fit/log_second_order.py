@@ -14,15 +14,12 @@ from numpy.typing import NDArray
 
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance
 from motorid.estimate.effects.registry import SECOND_ORDER
-from motorid.estimate.fit.log_unknowns import like, widened
+from motorid.estimate.fit.log_unknowns import Fit, like, readings, widened, with_rivals_of
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.intersample_voltage import Rival
-from motorid.estimate.solver.problem import Solution
 
 Floats = NDArray[np.float64]
-Fit = tuple[list[MotorRecord], Solution]
 
 BENT = (0.3, 0.7)  # of the time constant found, to begin a second order with
 SHORTER = 0.5  # of the inductance found, the same
@@ -38,7 +35,9 @@ def taken(
     """
     best = before
     for first, second in SECOND_ORDER.items():
-        sizes = [_size(record, own, first) for record, own in zip(*_own(best), strict=True)]
+        sizes = [
+            _size(record, own, first) for record, own in zip(best[0], best[1].own, strict=True)
+        ]
         if not any(sizes):
             continue
         for bend in BENT:
@@ -52,24 +51,15 @@ def taken(
                     there = replace(unknown, start=bend * size, prior_sd=size)
                     record.find({Instance(second): there})
             best = _better(
-                best, (records, widened(records, free, near, settled(records, free, near))), 1
+                best, (records, widened(records, free, near, settled(records, free, near)))
             )
     return best
 
 
-def _better(before: Fit, other: Fit, more: int) -> Fit:
-    """The other fit where it is worth ``more`` unknowns (Schwarz); with the rivals there were."""
-    readings = sum(len(m.values) for r in before[0] for m in r.measured)
+def _better(before: Fit, other: Fit) -> Fit:
+    """The other fit where it is worth an unknown more (Schwarz)."""
     gain = before[1].objective - other[1].objective
-    if gain <= more * np.log(readings):
-        return before
-    for record, last in zip(other[0], before[0], strict=True):
-        record.rivals = tuple(Rival(r.values, r.behind + gain) for r in last.rivals)
-    return other
-
-
-def _own(fit: Fit) -> tuple[list[MotorRecord], Sequence[Floats]]:
-    return fit[0], fit[1].own
+    return with_rivals_of(before, other, gain) if gain > np.log(readings(before[0])) else before
 
 
 def _size(record: MotorRecord, own: Floats, quantity: InfluenceQuantity) -> float:

@@ -14,6 +14,7 @@ from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.signals.intersample_voltage import Rival
 from motorid.estimate.solver.problem import Solution, Unknown
 
 Floats = NDArray[np.float64]
@@ -30,6 +31,20 @@ def like(before: Fit, records: list[MotorRecord], whole: bool = False) -> list[M
         record.estimate(*(Instance(quantity) for quantity in UNSTATED))
         record.find(_sizes_of(other, own, record, whole))
     return records
+
+
+def with_rivals_of(before: Fit, other: Fit, gain: float) -> Fit:
+    """Another fit of the same readings, likelier by ``gain`` of F, with the rivals that the one
+    before it had.
+    """
+    for record, last in zip(other[0], before[0], strict=True):
+        record.rivals = tuple(Rival(r.values, r.behind + gain) for r in last.rivals)
+    return other
+
+
+def readings(records: Sequence[MotorRecord]) -> int:
+    """How many there are."""
+    return sum(len(m.values) for r in records for m in r.measured)
 
 
 def _sizes_of(

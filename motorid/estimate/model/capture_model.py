@@ -19,7 +19,7 @@ from motorid.estimate.effects.rotor.repeating import STEADY
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.effects.source_noise import SourceNoise
 from motorid.estimate.effects.unstated import ahead
-from motorid.estimate.model.low_passes import declared, first_orders, low_passes
+from motorid.estimate.model.low_passes import behind, declared, first_orders, low_passes
 from motorid.estimate.model.rebuilt_response import extended, rebuilt
 from motorid.estimate.model.reconstructed_voltage import Course, Driving
 from motorid.estimate.model.source_mixing import Mixer
@@ -327,9 +327,7 @@ class MotorRecord(Weighed):
     def smoothed(self, readings: Floats, setup: Setup) -> Floats:
         """Behind the low-passes of second order, declared or found."""
         found = low_passes(self.measured, self.outputs, setup, self.timeline.period_s)
-        for row, low_pass in {**self._second_order, **found}.items():
-            readings[row] = low_pass(readings[row])
-        return readings
+        return behind({**self._second_order, **found}, readings)
 
     def _change(self, setup: Setup) -> None:
         """Let the response that stands be of this run."""

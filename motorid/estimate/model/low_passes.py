@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
 
 from motorid.estimate.effects.action import Setup
 from motorid.estimate.signals.measurements import Measured, second_order
 from motorid.estimate.signals.second_order_filter import SecondOrder
 from motorid.motor.reading import Output
+
+Floats = NDArray[np.float64]
 
 LEAST_DAMPED = 0.3  # a first coefficient in roots of the second: less rings
 SHORTEST = 0.02  # of a tick of the fit: a shorter one does nothing
@@ -32,6 +37,13 @@ def low_passes(
             first_s = max(first_s, LEAST_DAMPED * size_s)
             found[m.row] = SecondOrder.by_coefficients(first_s, size_s**2, period_s)
     return found
+
+
+def behind(passes: Mapping[int, SecondOrder], readings: Floats) -> Floats:
+    """Readings (outputs, count), those of some rows behind a low-pass; changed in place."""
+    for row, low_pass in passes.items():
+        readings[row] = low_pass(readings[row])
+    return readings
 
 
 def first_orders(

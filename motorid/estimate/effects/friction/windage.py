@@ -7,10 +7,8 @@ Between two speeds a little windage looks like more B and less T0. Three speeds 
 
 from __future__ import annotations
 
-import numpy as np
-
+from motorid.estimate.effects import scales
 from motorid.estimate.effects.action import MotorParameter
-from motorid.estimate.effects.friction.quadratic_friction import LEAST
 from motorid.estimate.effects.influence_quantity import (
     InfluenceQuantity,
     Prior,
@@ -26,10 +24,7 @@ def _scale(subject: Subject) -> float:
     """The viscous torque at the speed of the highest voltage, over that speed's square."""
     if subject.judged_at is None:
         return 1.0
-    R, _, K, B = (float(x) for x in subject.judged_at[:4])
-    volts = float(np.abs(subject.volts).max()) or 1.0
-    top = volts / K
-    return max(B * top, LEAST * K * volts / R) / top**2
+    return scales.friction(subject, dry=False) / scales.top_speed(subject) ** 2
 
 
 def _prior(subject: Subject, _: int) -> Prior | None:
