@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from motorid.capture.columns import Columns, Described, unknown_column
-from motorid.capture.csv_header import are_units, only_unit, unit_cell, without_mark
+from motorid.capture.csv_header import COMMENTS, are_units, only_unit, unit_cell, without_mark
 from motorid.capture.csv_marks import Marks, looks_marked, may_be_groups
 from motorid.capture.csv_numbers import MarkedError, NotPlainError, Parser
 from motorid.capture.csv_settings import beside_readings, settings, settings_beside
@@ -22,7 +22,6 @@ from motorid.errors import DataError
 from motorid.limits import CSV
 
 _SEPARATORS = (";", "\t", ",", "|")
-_COMMENT = ("#", "%", "//")
 _PROBE_LINES = 400
 _NEAR = 3  # lines of the header that may speak of the columns
 _PROBE = 1 << 20  # characters of them
@@ -110,7 +109,7 @@ class CsvSource:
         """Index of the first line of numbers; empty cells pass, so trailing separators do."""
         for index, row in enumerate(rows[:_MAX_HEADER]):
             filled = [cell for cell in row if cell]
-            if filled and not lines[index].startswith(_COMMENT) and self._is_number(filled[0]):
+            if filled and not lines[index].startswith(COMMENTS) and self._is_number(filled[0]):
                 numeric = sum(self._is_number(cell) for cell in filled)
                 if 2 * numeric > len(filled):
                     return index
@@ -138,16 +137,21 @@ class CsvSource:
         self._index = {name: found[0] for name, found in names.items() if len(set(found)) == 1}
         for column in range(self._width):  # a file without a header still has columns
             self._index.setdefault(f"column{column + 1}", column)
+        for column in set(range(self._width)) - set(self._index.values()):
+            self._index[f"column{column + 1} without a name"] = column  # another has its number
         units |= dict.fromkeys(self._moments, "s")
         return {name: units[column] for name, column in self._index.items() if column in units}
 
     def _describe(self, header: list[list[str]]) -> list[Described]:
         """Each column by the last of its header's cells that names it alone and is no unit."""
         found = []
+        of_column: dict[int, list[str]] = {}
+        for name, column in self._index.items():
+            of_column.setdefault(column, []).append(name)
         for column in range(self._width):
             near = header[-_NEAR:]  # above them stand an instrument's settings
             said = tuple(row[column] for row in near if column < len(row) and row[column])
-            mine = [name for name, index in self._index.items() if index == column]
+            mine = of_column[column]
             names = [cell for cell in said if cell in mine] or mine
             words = [name for name in names if not only_unit(name)]
             name = (words or names)[-1]

@@ -42,18 +42,30 @@ class ChannelMap:
 
 def parse_maps(maps: Sequence[str], counts_per_turn: float = 0.0) -> dict[str, ChannelMap]:
     """The maps of a command line by quantity. Raises UsageError on a bad or a repeated one."""
-    parsed: dict[str, ChannelMap] = {}
-    for text in maps:
-        one = _parse(text, counts_per_turn)
-        if one.quantity in parsed:
-            raise UsageError(f"{one.quantity} is mapped twice: give each quantity one --map")
-        parsed[one.quantity] = one
+    parsed = {
+        quantity: ChannelMap(quantity, expression, unit_of(quantity, unit, counts_per_turn))
+        for quantity, (expression, unit) in stated(maps).items()
+    }
     if not parsed.keys() - {TIME, AMBIENT}:
         raise UsageError("nothing is mapped: give --map QUANTITY=COLUMN:UNIT, such as current=i:mA")
     return parsed
 
 
-def _parse(text: str, counts_per_turn: float) -> ChannelMap:
+def stated(maps: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """Expression and unit of every ``QUANTITY=COLUMN:UNIT``, by quantity; the unit may be empty.
+
+    Raises UsageError on another text, an unknown quantity, and one that is mapped twice.
+    """
+    found: dict[str, tuple[str, str]] = {}
+    for text in maps:
+        quantity, expression, unit = _parted(text)
+        if quantity in found:
+            raise UsageError(f"{quantity} is mapped twice: give each quantity one --map")
+        found[quantity] = expression, unit
+    return found
+
+
+def _parted(text: str) -> tuple[str, str, str]:
     left, equals, right = text.partition("=")
     expression, colon, unit = right.rpartition(":")
     quantity = SHORTHAND.get(left.strip(), left.strip())
@@ -64,9 +76,7 @@ def _parse(text: str, counts_per_turn: float) -> ChannelMap:
         raise UsageError(
             f"{quantity!r} is not a quantity{nearest(quantity, known)}; known: {', '.join(known)}"
         )
-    return ChannelMap(
-        quantity, expression.strip(), unit_of(quantity, unit.strip(), counts_per_turn)
-    )
+    return quantity, expression.strip(), unit.strip()
 
 
 class Formula:

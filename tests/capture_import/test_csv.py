@@ -331,3 +331,16 @@ def test_what_is_told_to_be_missing_is_no_bad_cell(tmp_path: Path) -> None:
     maps = [*MAPS[:2], "speed=n/(n-5):rpm"]
     with pytest.raises(DataError, match=r"line 7: speed = n/\(n-5\) is not finite"):
         read_table(path, maps, missing=[-999.0])
+
+
+def test_a_column_without_a_name_whose_number_names_another_can_still_be_read(
+    tmp_path: Path,
+) -> None:
+    """A header that calls its second column column3."""
+    path = tmp_path / "log.csv"
+    path.write_text("time,column3,,\n0,1,2,3\n0.1,4,5,6\n0.2,7,8,9\n", encoding="utf-8")
+    source = CsvSource(path)
+    names = [one.name for one in source.described]
+    assert names == ["time", "column3", "column3 without a name", "column4"]
+    read = source.read(names)
+    assert [float(read.values[name][1]) for name in names] == [0.1, 4.0, 5.0, 6.0]

@@ -117,3 +117,20 @@ def test_a_terminal_without_braille_gets_its_plots(
     _, shown = typed(monkeypatch, ["import", "log.csv"], "n\n")
     assert shown.encode("latin-1")
     assert "***" in shown
+
+
+@pytest.mark.parametrize(
+    ("maps", "said"),
+    [
+        (("foo=i:A",), "'foo' is not a quantity"),
+        (("current=i:A", "current=v:A"), "current is mapped twice"),
+    ],
+)
+def test_a_look_refuses_maps_as_an_import_does(
+    here: Path, maps: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = [word for one in maps for word in ("--map", one)]
+    files = [path for path in here.iterdir() if path.suffix == ".csv"]
+    for look in ((), ("--look",)):
+        assert main.run(["import", str(files[0]), *look, *options, "-o", "x.h5"]) == 2
+        assert said in capsys.readouterr().err

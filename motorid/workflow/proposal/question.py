@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from motorid.capture.mapping import SHORTHAND
+from motorid.capture.mapping import stated
 from motorid.errors import UsageError
 
 
@@ -42,16 +42,12 @@ NOTHING = Known()
 
 
 def of_maps(maps: tuple[str, ...]) -> Known:
-    """What ``--map QUANTITY=COLUMN:UNIT`` say. Raises UsageError on one that is none."""
-    columns, units = {}, {}
-    for text in maps:
-        left, equals, right = text.partition("=")
-        column, colon, unit = right.rpartition(":")
-        if not (equals and colon and column.strip()):
-            raise UsageError(f"--map {text!r} is not QUANTITY=COLUMN:UNIT, such as current=i:mA")
-        quantity = SHORTHAND.get(left.strip(), left.strip())
-        columns[quantity], units[quantity] = column.strip(), unit.strip()
-    return Known(columns, units)
+    """What ``--map QUANTITY=COLUMN:UNIT`` say. Raises UsageError as ``mapping.stated``."""
+    said = stated(maps)
+    return Known(
+        {quantity: column for quantity, (column, _) in said.items()},
+        {quantity: unit for quantity, (_, unit) in said.items()},
+    )
 
 
 @dataclass(frozen=True)
