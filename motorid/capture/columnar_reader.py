@@ -20,13 +20,17 @@ class ColumnarSource(ArraySource):
     DataError where the file cannot be read, or where reading it crashes, hangs or eats memory.
     """
 
+    program, limits, what = columnar_child.__file__, COLUMNAR, "columns"
+
     def __init__(self, path: Path, kind: str) -> None:
         try:
-            stored = arrays_from(columnar_child.__file__, path, COLUMNAR)
+            stored = arrays_from(self.program, path, self.limits)
         except ChildFailedError as error:
             raise DataError(f"{path} cannot be read as {kind} ({error}): is it damaged?") from None
-        arrays = {str(name): stored[f"a{index}"] for index, name in enumerate(stored["names"])}
+        names = [str(name) for name in stored["names"]]
+        arrays = {name: stored[f"a{index}"] for index, name in enumerate(names)}
+        units = dict(zip(names, map(str, stored.get("units", ())), strict=False))
         others = [str(name) for name, _ in stored["objects"]]
         more = f" and {len(others) - _SHOWN} more" if len(others) > _SHOWN else ""
-        said = f"{', '.join(others[:_SHOWN])}{more}: no columns of numbers" if others else ""
-        super().__init__(path, arrays, kind, said)
+        said = f"{', '.join(others[:_SHOWN])}{more}: no {self.what} of numbers" if others else ""
+        super().__init__(path, arrays, kind, said, units)

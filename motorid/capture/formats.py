@@ -13,6 +13,8 @@ from motorid.reading import open_file
 
 _HEAD = 16384  # bytes that tell
 _LINES = 50
+_SHEETS = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
+_ZIP_OR_OLDER = (b"PK", b"\xd0\xcf\x11\xe0")  # heads of sheets
 
 
 @dataclass(frozen=True)
@@ -64,9 +66,7 @@ def _sheet(path: Path, chosen: TableOptions) -> Source:
 
 
 def _is_sheet(suffix: str, head: bytes) -> bool:
-    from motorid.capture.sheet_reader import HEADS, SUFFIXES
-
-    return suffix in SUFFIXES and head.startswith(HEADS)
+    return suffix in _SHEETS and head.startswith(_ZIP_OR_OLDER)
 
 
 def _recording(kind: str) -> Callable[[Path, TableOptions], Source]:

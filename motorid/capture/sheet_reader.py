@@ -11,9 +11,6 @@ from motorid.capture.csv_reader import CsvSource
 from motorid.errors import DataError
 from motorid.limits import SHEET
 
-SUFFIXES = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
-HEADS = (b"PK", b"\xd0\xcf\x11\xe0")  # of a zip, and of older files
-
 
 class SheetSource(CsvSource):
     """The sheet that holds most numbers, with whatever lines stand above them.

@@ -98,6 +98,12 @@ def units_of(quantity: str) -> Mapping[str, tuple[str, float]]:
     return {name: (si, scale) for si, family in families for name, scale in family.items()}
 
 
+_SPELLED = frozenset(
+    {name for group in _FAMILIES.values() for family in group.values() for name in family}
+    | {"counts", "counts/s"}
+) - {"1"}
+
+
 def alike(quantity: str, si: str) -> Mapping[str, float]:
     """Units that a column of ``quantity`` may as well be in, and how many ``si`` make one."""
     return _FAMILIES[quantity].get(si, {})
@@ -116,5 +122,4 @@ def spelled(text: str) -> str | None:
     """The time, current or other unit that a header cell spells, alone or in brackets; or None."""
     inside = text.strip().rstrip(")]").replace("[", "(").rpartition("(")[2].strip()
     spelling = usual(inside) if inside else inside
-    every = {name for group in _FAMILIES.values() for family in group.values() for name in family}
-    return spelling if spelling in (every | {"counts", "counts/s"}) - {"1"} else None
+    return spelling if spelling in _SPELLED else None

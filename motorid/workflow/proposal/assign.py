@@ -160,11 +160,13 @@ def _own_stamps(table: Table, time: str) -> dict[str, str]:
     """Columns beside a time of their own that differs: ``i.Data`` beside ``i.Time``."""
     chosen = table.named(time)
     found: dict[str, str] = {}
-    for other in table.columns if chosen is not None else ():
+    if chosen is None:
+        return found
+    for other in table.columns:
         before, dot, _ = other.name.rpartition(".")
         if other is chosen or not dot or other.meaning.quantity != TIME or other.unread:
             continue
-        if chosen is not None and not np.array_equal(other.values, chosen.values):
+        if not np.array_equal(other.values, chosen.values):
             found |= {
                 c.name: f"{other.name} is its time, and differs from {time}"
                 for c in table.columns

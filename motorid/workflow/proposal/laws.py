@@ -13,9 +13,10 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.diagnosis.facts.motor_laws import SLOW, non_negative
+
 Floats = NDArray[np.float64]
 BLOCKS, FEWEST = 400, 24
-SLOW = 0.02  # of the highest speed, below which friction has no sign
 HOLDS = 0.1  # share of the squares that a law leaves where columns follow it
 HIGH = 99.0  # percentile that counts as the highest voltage
 
@@ -95,17 +96,8 @@ class _Blocks:
 
 
 def _fit(regressors: list[Floats], target: Floats) -> tuple[list[float], float]:
-    """Coefficients, none below zero, and the share of the squares that they leave."""
-    from scipy.optimize import nnls
-
-    total = float(target @ target)
-    scales = [float(np.sqrt(x @ x)) or 1.0 for x in regressors]
-    if total <= 0.0 or len(target) < FEWEST:
-        return [0.0] * len(regressors), 1.0
-    found, rest = nnls(
-        np.column_stack([x / s for x, s in zip(regressors, scales, strict=True)]), target
-    )
-    return [float(c / s) for c, s in zip(found, scales, strict=True)], float(rest) ** 2 / total
+    few = len(target) < FEWEST
+    return ([0.0] * len(regressors), 1.0) if few else non_negative(regressors, target)
 
 
 def resistance(volts: Floats, current: Floats) -> tuple[float, float] | None:

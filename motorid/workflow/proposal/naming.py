@@ -135,7 +135,7 @@ def _quantity(parts: list[str]) -> tuple[str, float, str]:
         if (one := _word(part)) is not None and (len(part) > 1 or not place or not part.isascii())
     ]
     if any(part in OTHERS for part in parts):
-        known = [one for one in found if one[0] in (TIME,)]
+        known = [one for one in found if one[0] == TIME]
         return known[0] if known else (OTHER, EXACT, "")
     if not found:
         return "", 0.0, ""

@@ -7,12 +7,13 @@ from itertools import permutations
 
 from motorid.capture.model import SPEED, VOLTAGE
 from motorid.capture.units import TIME
+from motorid.estimate.diagnosis.facts.unit_mistakes import NO_MOTOR
 from motorid.workflow.proposal import laws
 from motorid.workflow.proposal.assign import Assigned, Pick, shown
 from motorid.workflow.proposal.by_laws import LAWS
 from motorid.workflow.proposal.question import Answer, Known, Question
 from motorid.workflow.proposal.time_base import TimeBase
-from motorid.workflow.proposal.unit_choice import NO_MOTOR, Choice, Evidence, ungeared
+from motorid.workflow.proposal.unit_choice import Choice, Evidence, ungeared
 
 GEAR = 10.0  # from which on a gear is asked about
 BETTER = 5.0  # times less that another arrangement of columns leaves

@@ -12,6 +12,7 @@ from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
 from motorid.capture.table_checks import speed_over_derivative
 from motorid.capture.units import TIME
 from motorid.errors import DataError
+from motorid.estimate.diagnosis.facts.unit_mistakes import UNUSUAL
 from motorid.workflow.proposal import laws
 from motorid.workflow.proposal.assign import NEEDED, Assigned, Pick, assign, shown
 from motorid.workflow.proposal.by_laws import LAWS, ask, nameless, order
@@ -29,7 +30,6 @@ from motorid.workflow.proposal.seen import Table
 from motorid.workflow.proposal.seen import look as look
 from motorid.workflow.proposal.time_base import TimeBase, of_table
 from motorid.workflow.proposal.unit_choice import (
-    USUAL_MOTOR,
     Choice,
     Evidence,
     choose,
@@ -73,7 +73,7 @@ def propose(table: Table, known: Known) -> Proposal:
         if not asked and not assigned.picks:
             raise DataError(_nothing(table))
     evidence = _evidence(time, assigned)
-    picks, left = _without_counts(assigned, known, evidence)
+    picks, left = _without_counts(assigned, known)
     stated = {} if time.question is not None else time.costs
     choice = choose(picks, stated, evidence)
     questions = [one for one in (time.question,) if one is not None]
@@ -90,7 +90,7 @@ def propose(table: Table, known: Known) -> Proposal:
         maps,
         known.counts_per_turn if any(":counts" in one for one in maps) else 0.0,
         assigned.sense,
-        _readings(table, time, picks, choice, assigned, left),
+        _readings(table, time, picks, choice, left),
         tuple(_remarks(table, time, choice, evidence, assigned)),
         tuple(questions),
     )
@@ -127,9 +127,7 @@ def _resistance(values: Mapping[str, Floats]) -> tuple[float, float] | None:
     return laws.resistance(values[VOLTAGE], values[CURRENT])
 
 
-def _without_counts(
-    assigned: Assigned, known: Known, evidence: Evidence
-) -> tuple[dict[str, Pick], dict[str, str]]:
+def _without_counts(assigned: Assigned, known: Known) -> tuple[dict[str, Pick], dict[str, str]]:
     """Counts of an unknown encoder beside a speed are left out: nothing is lost by that."""
     picks, left = dict(assigned.picks), dict(assigned.left)
     pick = picks.get(POSITION)
@@ -163,7 +161,7 @@ def _sign(quantity: str, evidence: Evidence) -> str:
 
 def _readings(
     table: Table, time: TimeBase, picks: Mapping[str, Pick], choice: Choice,
-    assigned: Assigned, left: Mapping[str, str],
+    left: Mapping[str, str],
 ) -> dict[str, str]:  # fmt: skip
     """Column -> what it is read as."""
     found = {name: f"left out: {why}" for name, why in left.items()}
@@ -208,8 +206,8 @@ def _remarks(
         found += [f"the {name} runs against the voltage: it is taken with the other sign"
                   for name in turned]  # fmt: skip
     if choice.distance is not None and law is not None and law.holds:
-        how = "as motors have them" if choice.distance <= USUAL_MOTOR else "unusual for a motor"
-        if choice.gear > 1.0 and choice.distance <= USUAL_MOTOR:
+        how = "as motors have them" if choice.distance <= UNUSUAL else "unusual for a motor"
+        if choice.gear > 1.0 and choice.distance <= UNUSUAL:
             how = f"as motors behind a gear of about {choice.gear:g} have them; is there one?"
         found.append(f"{figures_of(choice)}: {how}")
     return found

@@ -63,7 +63,7 @@ class Answer:
 class Question:
     """``number``: what a number as an answer stands for, None where none is asked for.
 
-    ``known_of`` and ``option_of`` hold ``{}`` for that number.
+    ``formula`` holds ``{}`` for that number.
     """
 
     text: str

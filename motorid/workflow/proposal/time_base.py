@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.mapping import Formula
-from motorid.capture.units import TIME
+from motorid.capture.units import TIME, units_of
 from motorid.errors import UsageError
 from motorid.workflow.proposal.naming import words
 from motorid.workflow.proposal.question import Answer, Known, Question
@@ -30,7 +30,7 @@ SPANS_S, SPAN_COST = (0.03, 7200.0), 5.0
 COST = {"s": 0.0, "ms": 1.0, "us": 2.0}  # of a unit that nobody states
 NEAR = 0.02  # relative difference of two intervals that are one
 COARSE = 6.0  # cost of seconds where stamps are whole and more than one apart
-SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+SECONDS = {unit: size for unit, (_, size) in units_of(TIME).items()}
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ import numpy as np
 from motorid.capture.model import CURRENT, POSITION, SPEED, SUPPLY, TORQUE, VOLTAGE
 from motorid.capture.units import TIME, units_of
 from motorid.estimate.diagnosis.facts.catalogue import distance_of
+from motorid.estimate.diagnosis.facts.unit_mistakes import UNUSUAL
 from motorid.workflow.proposal.assign import Pick
 from motorid.workflow.proposal.laws import Found
 
@@ -26,7 +27,6 @@ STATED, USUAL, PREFIXED, RARE = 16.0, 4.0, 3.0, 2.0  # cost of another unit than
 RELATED, OFF = 12.0, 0.05  # most that a slope of position costs; relative misfit that costs 1
 GEARS = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0)  # motor turns for one that was measured
 GEAR_SPREAD = 1.5  # standard deviation of a gear's logarithm
-USUAL_MOTOR, NO_MOTOR = 9.0, 45.0  # distances from the catalogue, as facts.unit_mistakes has them
 BEYOND = 8.0  # cost of a largest reading that no usual motor has, SI
 LARGEST = {CURRENT: (5e-3, 300.0), VOLTAGE: (0.5, 500.0), SUPPLY: (0.5, 500.0), SPEED: (0.3, 5e3)}
 PREFIXES = ("mV", "mA")
@@ -140,7 +140,7 @@ def ungeared(choice: Choice, evidence: Evidence) -> list[str]:
     found = []
     for unit in TRIED[SPEED]:
         motor = figures({**choice.units, SPEED: unit}, evidence)
-        if "K" in motor and distance_of(motor) <= USUAL_MOTOR:
+        if "K" in motor and distance_of(motor) <= UNUSUAL:
             found.append(unit)
     return found
 
@@ -148,7 +148,7 @@ def ungeared(choice: Choice, evidence: Evidence) -> list[str]:
 def _gear(units: Mapping[str, str], evidence: Evidence) -> float:
     """Motor turns for one that was measured, roughly, that make a usual motor; 1: none needed."""
     found = figures(units, evidence)
-    if "K" not in found or distance_of(found) <= USUAL_MOTOR:
+    if "K" not in found or distance_of(found) <= UNUSUAL:
         return 1.0
     return min(GEARS, key=lambda gear: _geared(found, gear))
 

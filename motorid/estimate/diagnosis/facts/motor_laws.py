@@ -54,8 +54,8 @@ def left(
     electrical = [_means(current, width), _means(speed, width), _rises(current, width)]
     mechanical = [_rises(speed, width), _means(speed, width), _means(sign, width)]
     return (
-        _share([x[whole] for x in electrical], _means(volts, width)[whole]),
-        _share([x[whole] for x in mechanical], _means(current, width)[whole]),
+        non_negative([x[whole] for x in electrical], _means(volts, width)[whole])[1],
+        non_negative([x[whole] for x in mechanical], _means(current, width)[whole])[1],
     )
 
 
@@ -72,12 +72,15 @@ def _rises(values: Floats, width: int) -> Floats:
     return np.asarray(np.diff(edges) / width)
 
 
-def _share(regressors: list[Floats], target: Floats) -> float:
+def non_negative(regressors: list[Floats], target: Floats) -> tuple[list[float], float]:
+    """Coefficients, none below zero, and the share of the squares of (n,) that they leave."""
     from scipy.optimize import nnls
 
     total = float(target @ target)
+    if total <= 0.0:
+        return [0.0] * len(regressors), 1.0
     scales = [float(np.sqrt(x @ x)) or 1.0 for x in regressors]
-    _, rest = nnls(
+    found, rest = nnls(
         np.column_stack([x / s for x, s in zip(regressors, scales, strict=True)]), target
     )
-    return float(rest) ** 2 / total if total > 0.0 else 1.0
+    return [float(c / s) for c, s in zip(found, scales, strict=True)], float(rest) ** 2 / total
