@@ -27,7 +27,7 @@ def with_seen(estimate: Estimate, known: Findings) -> Estimate:
 
 def _said(estimate: Estimate, one: Undetected, solution: Solution) -> Diagnostic:
     moves = {}
-    for name, share in one.moves(solution).items():
+    for name, share in one.moves(solution, one.seen).items():
         p = estimate.parameters.get(name)
         if p is None or p.value is None or p.interval_95 is None:
             continue

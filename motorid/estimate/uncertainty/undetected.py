@@ -43,9 +43,9 @@ class Undetected:
     open: float
     seen: float = 0.0
 
-    def moves(self, solution: Solution) -> dict[str, float]:
-        """Relative changes of the parameters by its usual size, the largest first."""
-        each = zip(solution.unknowns, solution.values, self.shift, strict=True)
+    def moves(self, solution: Solution, times: float = 1.0) -> dict[str, float]:
+        """Relative changes of the parameters by so many ``times`` the shift, the largest first."""
+        each = zip(solution.unknowns, solution.values, times * self.shift, strict=True)
         shares = {
             u.name: float(np.expm1(shift) if u.log else shift / value)
             for u, value, shift in each
@@ -120,9 +120,8 @@ def _left(quantity: InfluenceQuantity, sums: _Sums, inverse: Floats, slope: Floa
     share = 1.0 / (1.0 + information)
     size = share * (sums.pull - float(sums.shared @ inverse @ slope))
     size = min(max(size, 0.0), FARTHEST)
-    seen = size / share**0.5 if size > FOUND * share**0.5 else 0.0
-    if seen:
-        return Undetected(quantity, -inverse @ sums.shared * size, float(share**0.5), seen)
+    left = float(share**0.5)
+    seen = size / left if size > FOUND * left else 0.0
     # readings that are larger by what the model lacks pull the other way
     whole = -inverse @ sums.shared
-    return Undetected(quantity, whole * float(np.hypot(np.sqrt(share), size)), float(share**0.5))
+    return Undetected(quantity, whole * float(np.hypot(left, 0.0 if seen else size)), left, seen)

@@ -35,7 +35,7 @@ def found(share: float, seen: float) -> Estimate:
     at = names.index("B")
     shift = np.zeros(len(names))
     shift[at] = np.log1p(share) if solution.unknowns[at].log else share * solution.values[at]
-    one = Undetected(WINDAGE, shift, 0.05, seen)
+    one = Undetected(WINDAGE, shift / (seen or 1.0), 0.05, seen)  # by one standard deviation
     return with_seen(estimate, replace(known, undetected=(one,)))
 
 
