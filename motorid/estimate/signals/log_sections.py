@@ -6,14 +6,16 @@ a beginning of its own.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motorid.capture.model import Capture
 from motorid.estimate.results.estimate import PARAMETERS, Diagnostic
+from motorid.estimate.signals.measurements import motion
 from motorid.estimate.signals.opened_bridge import Opening, openings
 
 PAUSE = 5.0  # usual periods between two samples, from which a log begins anew
@@ -49,22 +51,38 @@ def _cut(capture: Capture) -> list[Capture]:
     )
     cuts = np.flatnonzero(steps > PAUSE * np.median(around, axis=1)) + 1
     edges = pairwise([0, *cuts.tolist(), len(capture)])
-    long = [(a, b) for a, b in edges if b - a >= FEWEST]
+    long = _worth(capture, edges, FEWEST)
     if not len(cuts) or not long:
         return [capture]
     return [part(capture, a, b) for a, b in long]
+
+
+def _worth(
+    capture: Capture, stretches: Iterable[tuple[int, int]], fewest: int
+) -> list[tuple[int, int]]:
+    """Those that are long enough, less those at rest where the motor moves in others."""
+    long = [(a, b) for a, b in stretches if b - a >= fewest]
+    moved = motion(capture)
+    if moved is None:
+        return long
+    return [(a, b) for a, b in long if _changes(moved.values[a:b])] or long
+
+
+def _changes(values: NDArray[np.float64]) -> bool:
+    known = values[np.isfinite(values)]
+    return bool(len(known)) and bool(np.ptp(known))
 
 
 def driven(capture: Capture, opened: Sequence[Opening]) -> list[Capture]:
     """The parts of a capture in which its bridge was closed; a rest before a drive counts."""
     if not opened:
         return [capture]
-    return [part(capture, a, b) for a, b in _between(opened, len(capture)) if b - a >= DRIVEN]
+    return [part(capture, a, b) for a, b in _between(opened, capture)]
 
 
-def _between(opened: Sequence[Opening], count: int) -> list[tuple[int, int]]:
-    edges = [0, *(edge for one in opened for edge in (one.start, one.rests)), count]
-    return list(zip(edges[::2], edges[1::2], strict=True))
+def _between(opened: Sequence[Opening], capture: Capture) -> list[tuple[int, int]]:
+    edges = [0, *(edge for one in opened for edge in (one.start, one.rests)), len(capture)]
+    return _worth(capture, zip(edges[::2], edges[1::2], strict=True), DRIVEN)
 
 
 def left_out(captures: Sequence[Capture]) -> list[Diagnostic]:
@@ -87,7 +105,7 @@ def left_out(captures: Sequence[Capture]) -> list[Diagnostic]:
 
 
 def _remark(capture: Capture, opened: Sequence[Opening]) -> Diagnostic:
-    kept = sum(b - a for a, b in _between(opened, len(capture)) if b - a >= DRIVEN)
+    kept = sum(b - a for a, b in _between(opened, capture))
     share = 100.0 * (1.0 - kept / len(capture))
     time = capture.ticks / capture.clock_hz
     stretches = [f"{time[one.start]:.4g} to {time[one.rests - 1]:.4g} s" for one in opened]

@@ -1,4 +1,4 @@
-"""A log is cut where it pauses, and nowhere else."""
+"""A log is cut where it pauses or its bridge opens; what is at rest beside a motion is left out."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import Capture, Channel
-from motorid.estimate.signals.log_sections import FEWEST, PAUSE, unbroken
+from motorid.estimate.signals.log_sections import FEWEST, PAUSE, driven, unbroken
+from motorid.estimate.signals.opened_bridge import Opening
 
 
 def log(*lengths: int, pause: float = 100.0) -> Capture:
@@ -35,3 +36,28 @@ def test_a_pause_is_of_several_periods(share: float, count: int) -> None:
 def test_a_stretch_too_short_for_a_beginning_of_its_own_is_left_out() -> None:
     assert [len(piece) for piece in unbroken([log(100, FEWEST - 1, 90)])] == [100, 90]
     assert [len(piece) for piece in unbroken([log(100, FEWEST, 90)])] == [100, FEWEST, 90]
+
+
+def moving(*stretches: bool, each: int = 100) -> Capture:
+    """Stretches in which the motor turns or rests, with a pause between two."""
+    capture = log(*(each for _ in stretches))
+    speed = np.concatenate([np.arange(each) * float(turns) for turns in stretches])
+    channels = {**capture.channels, "speed": Channel("speed", "rad/s", speed)}
+    return Capture(capture.ticks, capture.clock_hz, channels)
+
+
+def test_a_rest_between_pauses_tells_nothing_beside_a_motion() -> None:
+    capture = moving(True, False, True)
+    assert [piece.ticks[0] for piece in unbroken([capture])] == [
+        capture.ticks[0], capture.ticks[200],
+    ]  # fmt: skip
+
+
+def test_a_motor_that_rests_throughout_is_left_whole() -> None:
+    assert [len(piece) for piece in unbroken([moving(False, False)])] == [100, 100]
+
+
+def test_a_rest_after_the_bridge_opened_is_left_out() -> None:
+    capture = moving(True, True, False)
+    kept = driven(capture, [Opening(110, 210, 210)])
+    assert [(piece.ticks[0], len(piece)) for piece in kept] == [(0, 110)]
