@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from motorid.errors import RigError
-from motorid.rig_keys import Key, List, Number, Text, show
+from motorid.rig_keys import Key, List, Number, Text, read_table, show
 from motorid.rig_model import ANALOGUE, Calibration, CalibrationFile, Rig
-from motorid.toml_file import closest, dotted, read_text, tables_of, unknown
+from motorid.toml_file import closest, read_text, tables_of
 
 FORMAT = "motorid calibration 1"
 SUFFIX = ".calibration.toml"
@@ -141,15 +141,7 @@ def _table(name: str, table: Mapping[str, Any], where: str) -> dict[str, Any]:
     if name not in TABLES:
         near = closest(name, TABLES)
         raise RigError(f"{where}: unknown table [{name[:60]}]; the nearest is [{near}]")
-    if problem := unknown(table, TABLES[name], name):
-        raise RigError(f"{where}: {problem}")
-    found = {}
-    for key, value in table.items():
-        try:
-            found[key] = TABLES[name][key].read(value)
-        except ValueError as error:
-            raise RigError(f"{where}: {dotted(name, key)} {error}") from None
-    return found
+    return read_table(table, TABLES[name], name, where)
 
 
 def apply(rig: Rig, file: CalibrationFile) -> Rig:

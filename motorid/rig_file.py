@@ -20,11 +20,12 @@ from motorid.rig_keys import (
     STEP,
     Key,
     Text,
+    read_table,
     show,
 )
 from motorid.rig_model import Calibration, Limits, Nameplate, Rig, Sampling
 from motorid.rig_program import coasting_s, default_program, settling_s
-from motorid.toml_file import dotted, read_text, tables_of, unknown
+from motorid.toml_file import packaged, read_text, tables_of, unknown
 
 TOP = ("name", "port", "board_serial", "front_end")
 
@@ -57,7 +58,7 @@ def parse(text: str, where: str = "rig") -> Rig:
 
 def presets() -> tuple[str, ...]:
     """Names that ``--rig`` takes without a path."""
-    return tuple(sorted(path.stem for path in _preset_folder().glob("*.toml")))
+    return tuple(sorted(path.stem for path in packaged("rigs").glob("*.toml")))
 
 
 class _Reader:
@@ -140,16 +141,7 @@ class _Reader:
 
     def table(self, table: Any, keys: Mapping[str, Key], name: str) -> dict[str, Any]:
         """The values of one table, checked. Raises RigError naming the key."""
-        if not isinstance(table, dict):
-            raise self.fail(f"[{name}] must be a table, not {show(table)}")
-        self._known(table, tuple(keys), name)
-        values = {}
-        for key, value in table.items():
-            try:
-                values[key] = keys[key].read(value)
-            except ValueError as error:
-                raise self.fail(f"{dotted(name, key)} {error}") from None
-        return values
+        return read_table(table, keys, name, self.where)
 
     def _known(self, table: Mapping[str, Any], keys: tuple[str, ...], name: str) -> None:
         if problem := unknown(table, keys, name):
@@ -236,7 +228,7 @@ def find(name_or_path: str) -> Path:
     """The file meant: a path as it stands, or a preset. Raises RigError."""
     path = Path(name_or_path)
     bare = path.name == name_or_path and path.suffix == ""
-    preset = _preset_folder() / f"{name_or_path}.toml"
+    preset = packaged("rigs") / f"{name_or_path}.toml"
     if bare and preset.is_file():
         return preset
     if "\0" not in name_or_path and path.is_file():
@@ -244,9 +236,3 @@ def find(name_or_path: str) -> Path:
     near = difflib.get_close_matches(path.stem, presets(), n=1)
     hint = f"; did you mean {near[0]}?" if near else f"; presets are {', '.join(presets())}"
     raise RigError(f"no rig file {show(name_or_path)}{hint}")
-
-
-def _preset_folder() -> Path:
-    """rigs/ inside an installed package, else beside the package in a working copy."""
-    inside = Path(__file__).parent / "rigs"
-    return inside if inside.is_dir() else Path(__file__).parent.parent / "rigs"

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from motorid.errors import RigError
-from motorid.rig_keys import Flag, Key, List, Number, Text, show
-from motorid.toml_file import dotted, read_text, tables_of, unknown
+from motorid.rig_keys import Flag, Key, List, Number, Text, read_table, show
+from motorid.toml_file import dotted, packaged, read_text, tables_of, unknown
 from motorid.wire.enums import Bridge, Sensor
 from motorid.wire.hashes import front_end_hash
 
@@ -72,7 +72,7 @@ class FrontEnd:
 
 def presets() -> tuple[str, ...]:
     """Names of the front ends that come with motorid."""
-    return tuple(sorted(path.stem for path in _folder().glob("*.toml")))
+    return tuple(sorted(path.stem for path in packaged("rigs/frontends").glob("*.toml")))
 
 
 def load_front_end(name_or_path: str, beside: Path | None = None) -> FrontEnd:
@@ -99,20 +99,10 @@ def parse(text: str, where: str = "front end") -> FrontEnd:
 
 
 def _read(table: Any, keys: Mapping[str, Key], section: str, where: str) -> dict[str, Any]:
-    if not isinstance(table, dict):
-        raise RigError(f"{where}: [{section}] must be a table, not {show(table)}")
-    if problem := unknown(table, keys, section):
-        raise RigError(f"{where}: {problem}")
-    found = {}
-    for key, rule in keys.items():
-        if key not in table:
-            if key in _OPTIONAL:
-                continue
+    found = read_table(table, keys, section, where)
+    for key in keys:
+        if key not in found and key not in _OPTIONAL:
             raise RigError(f"{where}: {dotted(section, key)} is missing: it has no safe default")
-        try:
-            found[key] = rule.read(table[key])
-        except ValueError as error:
-            raise RigError(f"{where}: {dotted(section, key)} {error}") from None
     return found
 
 
@@ -179,7 +169,7 @@ def _filter(name: str, seconds: tuple[float, ...]) -> dict[str, float]:
 
 def _find(name_or_path: str, beside: Path | None) -> Path:
     bare = Path(name_or_path).name == name_or_path and not Path(name_or_path).suffix
-    preset = _folder() / f"{name_or_path}.toml"
+    preset = packaged("rigs/frontends") / f"{name_or_path}.toml"
     if bare and preset.is_file():
         return preset
     path = (beside or Path()) / name_or_path
@@ -188,9 +178,3 @@ def _find(name_or_path: str, beside: Path | None) -> Path:
     near = difflib.get_close_matches(Path(name_or_path).stem, presets(), n=1)
     hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(presets())}"
     raise RigError(f"no front-end file {show(name_or_path)}; {hint}")
-
-
-def _folder() -> Path:
-    """rigs/frontends/ inside an installed package, else beside the package in a working copy."""
-    inside = Path(__file__).parent / "rigs" / "frontends"
-    return inside if inside.is_dir() else Path(__file__).parent.parent / "rigs" / "frontends"

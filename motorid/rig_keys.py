@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from motorid.capture.model import CURRENT, POSITION, SUPPLY, VOLTAGE
+from motorid.errors import RigError
 from motorid.program import StepKind
+from motorid.toml_file import dotted, unknown
 
 CHANNELS = (CURRENT, VOLTAGE, SUPPLY, POSITION)
 
@@ -164,3 +166,24 @@ def show(value: Any) -> str:
         return str(value)
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+class Checked(Protocol):
+    """What a key may hold. ``read``: the value; raises ValueError with what it must be."""
+
+    def read(self, value: Any) -> Any: ...
+
+
+def read_table(table: Any, keys: Mapping[str, Checked], section: str, where: str) -> dict[str, Any]:
+    """The values of one table, checked. Raises RigError naming ``where`` and the key."""
+    if not isinstance(table, dict):
+        raise RigError(f"{where}: [{section}] must be a table, not {show(table)}")
+    if problem := unknown(table, keys, section):
+        raise RigError(f"{where}: {problem}")
+    found = {}
+    for key, value in table.items():
+        try:
+            found[key] = keys[key].read(value)
+        except ValueError as error:
+            raise RigError(f"{where}: {dotted(section, key)} {error}") from None
+    return found

@@ -15,6 +15,12 @@ from motorid.reading import read_file
 LONGEST_SHOWN = 60  # of a name that is none
 
 
+def packaged(folder: str) -> Path:
+    """A folder inside an installed package, else beside the package in a working copy."""
+    inside = Path(__file__).parent / folder
+    return inside if inside.is_dir() else Path(__file__).parent.parent / folder
+
+
 def read_text(path: Path, what: str, error: type[MotoridError]) -> str:
     """The text of ``path``, which is to be ``what`` ("a rig file"). Raises ``error``."""
     data = read_file(path, error, TOML.file, what)

@@ -45,10 +45,7 @@ KEPT = (  # of the header, in a capture's provenance
 
 
 UNUSABLE = (LookupError, TypeError, ValueError, ArithmeticError, AttributeError, UsageError)
-CONTEXT = (
-    *("identify", "describe_channel", "configure", "read_config", "zero"),
-    "read_front_end",
-)
+CONTEXT = ("identify", "describe_channel", "configure", "read_config", "zero", "read_front_end")
 AFTER_RESET = "samples after a reset of the board"
 UNREAD = "blocks that this version cannot read"
 DAMAGED = "damaged frames"

@@ -264,10 +264,14 @@ class Board:
 
         Raises RigError when the motor goes on turning.
         """
+        self.unlatch()
+        self.wait_for_rest()
+
+    def unlatch(self) -> None:
+        """Stops whatever still runs, and unlatches an earlier fault."""
         self.ask("stop")
         if self.ask("read_status")["state"] == State.FAULTED:
             self.ask("clear_fault")
-        self.wait_for_rest()
 
     def wait_for_rest(self, patience_s: float = 30.0) -> None:
         """Returns once the encoder has stood still a while. Raises RigError if it does not."""

@@ -11,7 +11,7 @@ from motorid.acquire.port import open_port
 from motorid.capture.model import CURRENT
 from motorid.errors import LinkError, RigError, UsageError
 from motorid.rig import Rig
-from motorid.rig_front_end import FrontEnd, load_front_end
+from motorid.rig_front_end import GAIN_UNIT, ZERO_UNIT_V, FrontEnd, load_front_end
 from motorid.wire.enums import Bridge, Feature, FrontEndSource, Sensor, State
 
 STORES_S = 1.5  # EEPROM takes 3.4 ms a byte
@@ -74,7 +74,7 @@ def bare(board: Board) -> str:
 
 def show(url: str) -> Iterator[str]:
     """What the board behind a port holds, a line each. Raises LinkError, RigError."""
-    return iter(_with(url, _told))
+    return iter(_with(url, lambda board: _told(board, board.ask("read_front_end"))))
 
 
 def store(url: str, front_end: FrontEnd) -> list[str]:
@@ -87,20 +87,18 @@ def store(url: str, front_end: FrontEnd) -> list[str]:
     def put(board: Board) -> list[str]:
         _ready(board)
         board.ask("write_front_end", timeout_s=STORES_S, **front_end.facts)
-        held = board.ask("read_front_end")["front_end_hash"]
-        if held != front_end.hash:
+        facts = board.ask("read_front_end")
+        if facts["front_end_hash"] != front_end.hash:
             raise LinkError(f"{url}: the board holds other facts than were sent: try again")
         board.identify()  # its descriptors follow, and must be such as can be
-        return _told(board)
+        return _told(board, facts)
 
     return _with(url, put)
 
 
 def _ready(board: Board) -> None:
     """Idle and without a latched fault: facts are written in no other state."""
-    board.ask("stop")
-    if board.ask("read_status")["state"] == State.FAULTED:
-        board.ask("clear_fault")
+    board.unlatch()
     if board.ask("read_status")["state"] != State.IDLE:
         raise UsageError(
             f"{board.port.name}: the board is configured for runs, and stores facts before that "
@@ -119,15 +117,15 @@ def _with(url: str, do: Callable[[Board], list[str]]) -> list[str]:
         port.close()
 
 
-def _told(board: Board) -> list[str]:
-    facts, who = board.ask("read_front_end"), board.identity
+def _told(board: Board, facts: Fields) -> list[str]:
+    who = board.identity
     source = FrontEndSource(facts["source"])
     head = [f"{who['board']}: facts of the front end are {SOURCES[source]}"]
     if source is FrontEndSource.NONE:
         return [*head, "`motorid board set NAME` stores them; `motorid board list` names some"]
     kind = {Sensor.MAGNITUDE: "no sign"}.get(facts["sensor"], "signed")
     follows = ", follows the reference" if facts["ratiometric"] else ""
-    shares = facts["current_gain_uncertainty"] * 1e-5, facts["voltage_gain_uncertainty"] * 1e-5
+    shares = [facts[f"{name}_gain_uncertainty"] * GAIN_UNIT for name in ("current", "voltage")]
     return [
         *head,
         f"name               {facts['name']}  (hash {facts['front_end_hash']:08x})",
@@ -135,7 +133,7 @@ def _told(board: Board) -> list[str]:
         f"current            {facts['current_v_a']:g} V/A, {facts['current_zero_v']:g} V at 0 A, "
         f"{kind}{follows}",
         f"   uncertainty     {shares[0]:.2%} of a reading, "
-        f"{facts['current_zero_uncertainty'] * 1e-4:g} V of the zero (standard)",
+        f"{facts['current_zero_uncertainty'] * ZERO_UNIT_V:g} V of the zero (standard)",
         f"voltage            terminals 1/{facts['voltage_divider']:g}, supply "
         f"1/{facts['supply_divider']:g}, lifted by {facts['lift_v']:g} V",
         f"   uncertainty     {shares[1]:.2%} of a reading (standard)",

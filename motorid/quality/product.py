@@ -17,7 +17,7 @@ from motorid.quality.guard_band import RULES, Rule
 from motorid.quality.limits import Limit
 from motorid.quality.quantities import QUANTITIES, quantity
 from motorid.quality.temperature import Temperature
-from motorid.toml_file import read_text, tables_of, unknown
+from motorid.toml_file import packaged, read_text, tables_of, unknown
 
 BETTER = "better"  # the model that the data support, where it is another than the six parameters
 LONGEST_SERIAL = 64
@@ -101,7 +101,7 @@ def load_product(name_or_path: str | Path) -> Product:
 
 def presets() -> tuple[str, ...]:
     """Names that ``--product`` takes without a path."""
-    return tuple(sorted(path.stem for path in _folder().glob("*.toml")))
+    return tuple(sorted(path.stem for path in packaged("products").glob("*.toml")))
 
 
 def parse(text: str, where: str = "product") -> Product:
@@ -115,19 +115,13 @@ def parse(text: str, where: str = "product") -> Product:
 
 def _find(name: str) -> Path:
     path = Path(name)
-    preset = _folder() / f"{name}.toml"
+    preset = packaged("products") / f"{name}.toml"
     if path.name == name and path.suffix == "" and preset.is_file():
         return preset
     if "\0" not in name and path.is_file():
         return path
     hint = nearest(path.stem, presets()) or f"; products are {', '.join(presets())}"
     raise UsageError(f"no product file {name[:60]!r}{hint}")
-
-
-def _folder() -> Path:
-    """products/ inside an installed package, else beside the package in a working copy."""
-    inside = Path(__file__).parents[1] / "products"
-    return inside if inside.is_dir() else Path(__file__).parents[2] / "products"
 
 
 # ---- the file --------------------------------------------------------------------------------

@@ -21,6 +21,8 @@ from motorid.report.numbers import MINUS
 Floats = NDArray[np.float64]
 BOX = 1000.0
 MOST_COLUMNS, FEWEST_COLUMNS = 700, 60  # of a line
+HUES = 12  # told apart by colour; further ones by dashes
+WIDE = "<style>main{max-width:100rem}</style>"  # of a page whose tables have many columns
 LETTER = 0.0065  # of a wide plot: what a letter of a band's word takes
 
 
@@ -181,6 +183,16 @@ def legend(entries: Sequence[tuple[str, str]]) -> str:
         for kind, word in entries
     )
     return f'<div class="legend">{items}</div>'
+
+
+def style(count: int) -> str:
+    """Colours of ``count`` curves, by class ``c0``, ``c1``, …"""
+    rules = []
+    for k in range(count):
+        hue = round(360 * ((k * 5) % HUES) / HUES)  # neighbours in the list lie far apart
+        dash = f"stroke-dasharray:{2 + 3 * (k // HUES)} 3;" if k >= HUES else ""
+        rules.append(f"path.c{k}{{fill:none;stroke:hsl({hue} 70% 45%);stroke-width:1.6;{dash}}}")
+    return f"<style>{''.join(rules)}</style>"
 
 
 def columns_for(points: int, lines: int) -> int:

@@ -95,12 +95,12 @@ def compiled(wired: Chain) -> Fields:
         "supply_divider": supply.scale / _count_v(supply),
         "lift_v": supply.offset * _count_v(supply),
         "max_current_ma": most_ma(current, magnitude=False),
-        "current_filter": _slope(current),
-        "current_filter2": _root(current),
-        "voltage_filter": _slope(volts),
-        "voltage_filter2": _root(volts),
-        "current_gain_uncertainty": min(round(current.gain_uncertainty / GAIN_UNIT), U16),
-        "voltage_gain_uncertainty": min(round(volts.gain_uncertainty / GAIN_UNIT), U16),
+        "current_filter": _whole(current.slope_s, FILTER_UNIT_S),
+        "current_filter2": _whole(current.root_s, FILTER_UNIT_S),
+        "voltage_filter": _whole(volts.slope_s, FILTER_UNIT_S),
+        "voltage_filter2": _whole(volts.root_s, FILTER_UNIT_S),
+        "current_gain_uncertainty": _whole(current.gain_uncertainty, GAIN_UNIT),
+        "voltage_gain_uncertainty": _whole(volts.gain_uncertainty, GAIN_UNIT),
         "current_zero_uncertainty": 0,
     }
 
@@ -109,12 +109,8 @@ def _count_v(converter: Converter) -> float:
     return REFERENCE_V / 2.0**converter.bits
 
 
-def _slope(converter: Converter) -> int:
-    return min(round(converter.slope_s / FILTER_UNIT_S), U16)
-
-
-def _root(converter: Converter) -> int:
-    return min(round(converter.root_s / FILTER_UNIT_S), U16)
+def _whole(value: float, unit: float) -> int:
+    return min(round(value / unit), U16)
 
 
 def most_ma(current: Converter, *, magnitude: bool) -> int:

@@ -8,25 +8,13 @@ from html import escape
 import numpy as np
 
 from motorid.report.page import figure, page, paragraph, section, table
-from motorid.report.plot import Plot, axis, legend
+from motorid.report.plot import WIDE, Plot, axis, legend, style
 from motorid.workflow.compare import Comparison
 from motorid.workflow.compare_tables import Block, TableResult
 from motorid.workflow.compare_text import columns_of, comparison_rows, rows_of
 
-HUES = 12  # told apart by colour; further ones by dashes
 TINIEST = 1e-16  # a cost below this is drawn as this
-WIDE = "<style>main{max-width:100rem}</style>"
 Curve = tuple[str, Sequence[tuple[float, float]]]  # label, (evaluations, cost)
-
-
-def style(count: int) -> str:
-    """Colours of ``count`` curves, by class ``c0``, ``c1``, …"""
-    rules = []
-    for k in range(count):
-        hue = round(360 * ((k * 5) % HUES) / HUES)  # neighbours in the list lie far apart
-        dash = f"stroke-dasharray:{2 + 3 * (k // HUES)} 3;" if k >= HUES else ""
-        rules.append(f"path.c{k}{{fill:none;stroke:hsl({hue} 70% 45%);stroke-width:1.6;{dash}}}")
-    return f"<style>{''.join(rules)}</style>"
 
 
 def convergence(curves: Sequence[Curve]) -> str:

@@ -12,8 +12,7 @@ from motorid.estimate.results.estimate import PARAMETERS
 from motorid.report.numbers import percent, scaled_unit, significant
 from motorid.report.page import figure, paragraph, section
 from motorid.report.page import page as whole
-from motorid.report.plot import Plot, axis, columns_for, legend, thin
-from motorid.workflow.compare_html import WIDE, style
+from motorid.report.plot import WIDE, Plot, axis, columns_for, legend, style, thin
 from motorid.workflow.motors import REAL, Motor, difference, said
 
 POINTS = 80_000  # of all curves together: 1 MB of path text
