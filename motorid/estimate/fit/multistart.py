@@ -122,10 +122,15 @@ def with_repeated(
     start: Mapping[str, float],
     before: Solution,
 ) -> Solution:
-    """With what repeats with the rotor's angle among the unknowns, where the readings show it."""
+    """With what repeats with the rotor's angle among the unknowns, where the readings show it.
+
+    It hid from the sources what their readings say: their forms are decided anew.
+    """
     widened = with_repeating(records, before)
     if widened is None:
         return before
+    for record in records:
+        record.decide(False)
     found = in_turn(records, free, start, again(records, free, start, widened, ROUGH))
     for _ in range(RETAKEN):
         moved = taken_again(records, found)

@@ -70,7 +70,7 @@ def with_repeating(records: Sequence[MotorRecord], solution: Solution) -> Soluti
     if not found[0].slopes or any(bend is None for bend in bends):
         return None
     for one, bend in zip(found, bends, strict=True):
-        one.record.repeating = Repeating(one.slopes, bend or {})
+        one.record.repeating = Repeating(one.slopes, bend or {}, one.course())
         one.record.estimate(*one.slopes)
     own = tuple(np.append(x, one.sizes) for x, one in zip(solution.own, found, strict=True))
     return replace(solution, own=own, derivatives=_lent(solution.derivatives, found))
@@ -109,7 +109,8 @@ def _anew(
     slopes = dict(record.repeating.slopes)
     for periods in {order(one) for one in slopes if is_of_motor(one)}:
         slopes |= {one: c for one, c in response.slopes(periods).items() if one in slopes}
-    return Repeating(slopes, response.bends(slopes, sizes))
+    known = {one: sizes[one] for one in slopes}
+    return Repeating(slopes, response.bends(slopes, sizes), response.course(known))
 
 
 def _total(repeating: Repeating, sizes: Mapping[Instance, float]) -> Courses:
@@ -185,6 +186,10 @@ class _Turning:
         line = self._shown({one: s for one, s in self.slopes.items() if is_of_motor(one)})
         straight = self.lines.length(bend) <= STRAIGHT * self.lines.length(line)
         return bend if straight else None
+
+    def course(self) -> Floats:
+        """What was taken adds to the run by which the driving voltage is judged."""
+        return self.response.course(self._sized)
 
     def _shown(self, slopes: Slopes) -> dict[str, Floats]:
         """What some of those taken show, by block."""

@@ -34,7 +34,7 @@ from motorid.estimate.signals.thevenin_source import Source
 from motorid.estimate.signals.time_grid import Timeline, lay
 from motorid.estimate.signals.voltage_sensing import Sense, sense
 from motorid.estimate.solver.problem import Unknown
-from motorid.motor.reading import Output, Quantity, Stretch
+from motorid.motor.reading import Output, Stretch
 from motorid.motor.response import Response
 from motorid.motor.wide import NAMES, SIX
 
@@ -228,16 +228,9 @@ class MotorRecord(Weighed):
         self.excite(driving if mixer is None else mixer.next(self.driving, driving))
 
     def _course(self, shared: Floats, own: Floats) -> Course:
-        period_s, window = self.timeline.period_s, self.driving.window
-        outputs = [
-            *window.outputs, Output(Quantity.SPEED, period_s), Output(Quantity.CURRENT, period_s),
-            Output(Quantity.CURRENT),
-        ]  # fmt: skip
-        *rows, speed, mean, end = self.runs(shared, own, outputs)
-        current = window.current(np.array(rows), mean, self.timeline)
+        rows = self.runs(shared, own, self.driving.asked) + self.repeating.course
         resistance, inductance = (float(v) for v in self.motor(shared)[:2])
-        emf = self.emf_constant(shared) * speed
-        return Course(current, mean, end, emf, resistance, inductance)
+        return self.driving.course(rows, self.emf_constant(shared), resistance, inductance)
 
     def runs(self, shared: Floats, own: Floats, outputs: Sequence[Output]) -> Floats:
         """What the model itself does, (outputs, count), driven as it is now but for own changes."""

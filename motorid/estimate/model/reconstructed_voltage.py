@@ -31,6 +31,7 @@ from motorid.estimate.signals.thevenin_source import Source, source_resistance, 
 from motorid.estimate.signals.time_grid import Timeline
 from motorid.estimate.signals.voltage_sensing import Sense
 from motorid.estimate.signals.voltage_window import Window
+from motorid.motor.reading import Output, Quantity
 
 Floats = NDArray[np.float64]
 
@@ -95,6 +96,19 @@ class Driving:
     def window(self) -> Window:
         """Through which the voltage was seen."""
         return self.sensed.window or Window(self.timeline.period_s)
+
+    @property
+    def asked(self) -> list[Output]:
+        """What the model's run is read by, for its ``course``."""
+        period_s, current = self.timeline.period_s, Quantity.CURRENT
+        mean, end = Output(current, period_s), Output(current)
+        return [*self.window.outputs, Output(Quantity.SPEED, period_s), mean, end]
+
+    def course(self, rows: Floats, emf_constant: float, ohms: float, henries: float) -> Course:
+        """Of a motor's run: ``rows`` (outputs, count) are what was ``asked`` of it."""
+        *seen, speed, mean, end = rows
+        current = self.window.current(np.array(seen), mean, self.timeline)
+        return Course(current, mean, end, emf_constant * speed, ohms, henries)
 
     def judged(self, course: Course, losing: Mapping[str, float]) -> Driving:
         """Anew by the model's course, which had ``losing``, the unknowns of what is lost."""

@@ -92,18 +92,8 @@ class RepeatingResponse:
     def bend(
         self, periods: int, slopes: Mapping[Instance, Courses], sizes: Mapping[Instance, float]
     ) -> Courses:
-        """What the blocks show of one order's sizes beyond ``slopes`` times them.
-
-        R counts as far as it ripples in phase with K: one phase is all that the response has.
-        """
-        waves = {}
-        for quantity in self._scales:
-            cosine, sine = of_order(quantity, periods)
-            if cosine in slopes:
-                waves[quantity] = complex(sizes[cosine], sizes[sine])
-        if K_RIPPLE in waves and R_RIPPLE in waves:
-            along = cmath.rect(1.0, cmath.phase(waves[K_RIPPLE]))
-            waves[R_RIPPLE] = (waves[R_RIPPLE] / along).real * along
+        """What the blocks show of one order's sizes beyond ``slopes`` times them."""
+        waves = self._waves(periods, sizes)
         self._plan(periods, waves)
         usual, shown = self._shown(periods, NOTHING), self._shown(periods, waves)
         out = {block: shown[block] - usual[block] for block in shown}
@@ -112,6 +102,37 @@ class RepeatingResponse:
                 for block in out:
                     out[block] = out[block] - size * slopes[one][block]
         return out
+
+    def course(self, sizes: Mapping[Instance, float]) -> Floats:
+        """What they add to the run by which the driving voltage is judged, (outputs, count)."""
+        record = self.record
+        asked, period_s = record.driving.asked, record.timeline.period_s
+        response = WideResponse(period_s, record.volts, asked, record.stretches)
+        response.angle = self.angle
+        total: Floats = np.zeros((len(asked), record.timeline.count))
+        for periods in sorted({order(one) for one in sizes if is_of_motor(one)}):
+            run = self._run(periods, self._waves(periods, sizes))
+            response.plan(*run)
+            total += response(*run) - response(*self._run(periods, NOTHING))
+            record.simulated += 2
+        return total
+
+    def _waves(
+        self, periods: int, sizes: Mapping[Instance, float]
+    ) -> dict[InfluenceQuantity, complex]:
+        """Of an order's sizes.
+
+        R counts as far as it ripples in phase with K: one phase is all that the response has.
+        """
+        waves = {}
+        for quantity in self._scales:
+            cosine, sine = of_order(quantity, periods)
+            if cosine in sizes:
+                waves[quantity] = complex(sizes[cosine], sizes[sine])
+        if K_RIPPLE in waves and R_RIPPLE in waves:
+            along = cmath.rect(1.0, cmath.phase(waves[K_RIPPLE]))
+            waves[R_RIPPLE] = (waves[R_RIPPLE] / along).real * along
+        return waves
 
     def encoder_error(self, periods: int) -> dict[Instance, Courses]:
         """The same of an encoder whose error repeats so often in its own turn, by a unit (rad)."""

@@ -29,11 +29,13 @@ PHASES = (0.0, pi / 2)  # of the two unknowns of an order
 @dataclass(frozen=True)
 class Repeating:
     """``slopes``: what each block (n,) shows of a unit of each quantity. ``bend``: what the sizes
-    that were found add beyond that straight line.
+    that were found add beyond that straight line. ``course`` (outputs, count): what they add to the
+    run by which the driving voltage is judged.
     """
 
     slopes: Mapping[Instance, Courses] = field(default_factory=dict)
     bend: Courses = field(default_factory=dict)
+    course: Floats | float = 0.0
 
 
 STEADY = Repeating()
