@@ -22,11 +22,20 @@ from motorid.estimate.fit.multistart import MOST_TRIED, settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.fit.unstated_channels import told
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.intersample_voltage import BROKEN, SHAPES, Rival, Shape
+from motorid.estimate.model.unexplained import unsupported
+from motorid.estimate.signals.intersample_voltage import (
+    BROKEN,
+    MEANS,
+    SHAPES,
+    SOURCED,
+    Rival,
+    Shape,
+)
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import covariance_of
 
 Floats = NDArray[np.float64]
+PLAIN = SHAPES[:4]  # that need nothing but the readings of the voltage
 RISES = (0.4, 1.0, 4.0)  # L/R in samples of a log, to begin with as well
 BETTER = 1.0  # of chi-square, by which another start is worth taking
 
@@ -104,17 +113,33 @@ def _of_every_shape(
     """A voltage that jumps makes bad ground for a search: each begins where the smoothest ended."""
     near = merged(start, solution)
     found = [(first, solution)]
-    for shape in SHAPES[1:]:
+    for shape in _shapes(first)[1:]:
         records = fresh(shape)
         if shape == BROKEN and not any(_wanders(record) for record in records):
             continue  # it is joined, or held
+        if shape == SOURCED and not any(_has_source(record) for record in records):
+            continue  # it is broken
+        if shape == MEANS and all(unsupported(*one) is not None for one in found):
+            continue  # rows in any order are each a mean: a current of its own voltage alone
         found.append((records, settled(records, free, near)))
     return found
+
+
+def _shapes(records: Sequence[MotorRecord]) -> Sequence[Shape]:
+    """That a voltage may have: means are means where somebody says so."""
+    waveforms = [record.sensed.waveform for record in records]
+    stated = all(waveform is not None and waveform.window_s for waveform in waveforms)
+    return (MEANS,) if stated else SHAPES
 
 
 def _wanders(record: MotorRecord) -> bool:
     waveform = record.sensed.waveform
     return waveform is not None and waveform.wanders
+
+
+def _has_source(record: MotorRecord) -> bool:
+    waveform = record.sensed.waveform
+    return waveform is not None and waveform.ohms > 0.0
 
 
 def _likeliest(found: Sequence[Fit]) -> Fit:
@@ -154,7 +179,8 @@ def _begun_elsewhere(
         found.append(began(before, shape, False, start))
     best = min(found, key=lambda one: one[1].objective - (BETTER if one is before else 0.0))
     near, shape = merged(known, best[1]), best[0][0].shape
-    ways = [(other, whole) for other in SHAPES for whole in (False, True)]
+    shapes = dict.fromkeys((*PLAIN, shape))
+    ways = [(other, whole) for other in shapes for whole in (False, True)]
     ways = [way for way in ways if way != (shape, False)]
     for k, (other, whole) in enumerate(ways):
         if _exhausted(found):

@@ -20,7 +20,7 @@ from motorid.estimate.fit.log_unknowns import Fit, like, readings, widened
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.intersample_voltage import LOOSE, Rival, Shape
+from motorid.estimate.signals.intersample_voltage import LOOSE, MEANS, Rival, Shape
 from motorid.estimate.signals.measurements import motion
 from motorid.estimate.solver.problem import Solution
 
@@ -123,7 +123,7 @@ def _loosened(before: Fit, again: Search) -> Fit:
 def _asks(record: MotorRecord, values: Floats, own: Floats) -> bool:
     """After jumps of the voltage the current is left far larger residuals than elsewhere."""
     waveform, current = record.sensed.waveform, record.block(CURRENT)
-    if waveform is None or current is None or waveform.shape == LOOSE:
+    if waveform is None or current is None or waveform.shape in (LOOSE, MEANS):
         return False
     jumped = waveform.time_s[waveform.steps_off]
     if not len(jumped):

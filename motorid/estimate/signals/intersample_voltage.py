@@ -1,8 +1,9 @@
 """The voltage of somebody else's log: readings at stamps, whatever the motor had in between.
 
 Nobody says whether the voltage went straight from a reading to the next, was a smooth curve, or was
-held until then (a controller's output), nor by how much its stamps are off those of the other
-channels. The first is tried in each way, the second is an unknown of the fit.
+held until then (a controller's output), or whether a reading is the mean since the one before, nor
+by how much its stamps are off those of the other channels. The first is tried in each way, the
+second is an unknown of the fit.
 """
 
 from __future__ import annotations
@@ -15,16 +16,19 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import Capture, Channel
+from motorid.capture.model import CURRENT, Capture, Channel
 from motorid.estimate.signals import jumps_in_means
+from motorid.estimate.signals.log_source import source_ohms
 from motorid.estimate.signals.time_grid import IRREGULAR, Timeline
 
 Floats = NDArray[np.float64]
-Shape = Literal["joined", "curved", "held", "broken", "loose"]
+Shape = Literal["joined", "curved", "held", "broken", "loose", "means", "sourced"]
 
 JOINED: Shape = "joined"
 BROKEN: Shape = "broken"  # joined, but for jumps, before which a reading is held
 LOOSE: Shape = "loose"  # the same, and no stamp says when in its sample the voltage jumped
+SOURCED: Shape = "sourced"  # broken, of a source whose resistance the current shows
+MEANS: Shape = "means"  # each over the time since the one before
 HALF_WINDOWS = (4, 8, 16, 32)  # samples
 SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
 CALM = 16  # stretches of a log, of which the calmer ones tell its noise
@@ -32,7 +36,8 @@ CLEAR, SHARE = 8.0, 0.05  # a jump in standard deviations of a reading, and of t
 SHORTEST = 0.1  # usual periods: two readings that lie closer tell no slope
 MISSING = 1.5  # usual periods between two readings, of which none is missing
 OFTEN, MOST_JUMPS = 0.5, 40  # share of stamps that makes a log irregular; unknowns for its jumps
-SHAPES: tuple[Shape, ...] = ("joined", "curved", "held", BROKEN)  # that are tried of every log
+SHAPES: tuple[Shape, ...] = ("joined", "curved", "held", BROKEN, SOURCED, MEANS)  # of a log
+LEVEL: tuple[Shape, ...] = ("held", MEANS)  # that stay between two moments
 
 
 @dataclass(frozen=True)
@@ -40,7 +45,9 @@ class Waveform:
     """Readings (n,) in V at ``time_s`` (n,) from the first tick; ``period_s`` is the usual one.
 
     ``shape``: they are joined by straight lines, or by a spline; or each is held until the next; or
-    (broken) they are joined but where the voltage jumps, at its stamp or (loose) before it.
+    (broken) they are joined but where the voltage jumps, at its stamp or (loose) before it. Means
+    are levels, which begin at ``time_s``. ``window_s``: of a mean, as declared; 0: nobody says so.
+    A source lies ``ohms`` before the terminals; else 0.
     ``filter_s``: first, and ``filter_s2`` second time constant of the declared low-pass that they
     passed, 1/(1 + filter_s s + filter_s2 s²); s and s².
     """
@@ -51,6 +58,8 @@ class Waveform:
     period_s: float
     filter_s: float = 0.0
     filter_s2: float = 0.0
+    window_s: float = 0.0
+    ohms: float = 0.0
 
     def means(
         self,
@@ -70,7 +79,7 @@ class Waveform:
         edges = np.arange(-1.0, timeline.count) * timeline.period_s - late_s
         filter_s, second_s2 = filter_s + self.filter_s, second_s2 + self.filter_s2
         moved = self._with_jumps(early) if any(early) else self
-        straight = self.shape != "held" or second_s2
+        straight = self.shape not in LEVEL or second_s2
         if filter_s and not straight:
             moved = replace(moved, volts=self._before_filter(filter_s))
         flux = moved._flux(edges)
@@ -111,11 +120,11 @@ class Waveform:
     @cached_property
     def jumps(self) -> NDArray[np.intp]:
         """Readings before which the voltage jumped at a moment that no stamp tells."""
-        if self.shape in (JOINED, "curved"):
+        if self.shape in (JOINED, "curved", MEANS):
             return np.zeros(0, dtype=np.intp)
         found, steps = self.steps_off - 1, np.diff(self.time_s)
         rises = np.abs(np.diff(self.volts))
-        if self.shape != LOOSE:
+        if self.shape not in (LOOSE, MEANS):
             loose = np.abs(steps / self.period_s - 1.0) > IRREGULAR
             found = found[loose[found] | (np.mean(loose) > OFTEN)]
         largest = found[np.argsort(-(rises * steps)[found])[:MOST_JUMPS]]
@@ -154,7 +163,7 @@ class Waveform:
         """V/s (n,) after each reading, until the next; after the last the voltage stays."""
         steps = np.maximum(np.diff(self.time_s), SHORTEST * self.period_s)
         slopes = np.append(np.diff(self.volts) / steps, 0.0)
-        if self.shape == "held" or (self.shape == LOOSE and not self.wanders):
+        if self.shape in LEVEL or (self.shape == LOOSE and not self.wanders):
             slopes[:] = 0.0
         elif self.shape != JOINED:
             slopes[self.steps_off - 1] = 0.0
@@ -192,31 +201,37 @@ class Rival:
 
 
 def of_log(capture: Capture, channel: Channel, shape: Shape) -> Waveform | None:
-    """The waveform of a capture without a program; None for a mean over most of a sample."""
-    if capture.program is not None and capture.phases:
+    """The waveform of a capture without a program. That of declared means has no other shape."""
+    known = np.isfinite(channel.values)
+    if (capture.program is not None and capture.phases) or known.sum() < 2:
         return None
     aperture = channel.window_s
-    known = np.isfinite(channel.values)
-    if aperture > capture.period_s / 2 or known.sum() < 2:
-        return None
+    averaged = aperture > capture.period_s / 2
+    if averaged or shape == MEANS:
+        return _of_means(capture, channel, aperture if averaged else 0.0)
     filter_s = min(channel.filter_delay_s, channel.delay_s)
     stamps = capture.time_s[known] - (channel.delay_s - filter_s) - aperture / 2
     second = channel.filter_s**2 if channel.filter_order == 2 else 0.0
-    volts = quiet(channel.values[known])
-    return Waveform(stamps, volts, shape, capture.period_s, filter_s, second)
+    read = Waveform(stamps, channel.values[known], shape, capture.period_s, filter_s, second)
+    current = capture.get(CURRENT) if shape == SOURCED else None
+    if current is None:
+        return replace(read, volts=quiet(read.volts))
+    ohms = source_ohms(read.volts, current.values[known], read.steps_off)
+    drops = ohms * np.nan_to_num(current.values[known])
+    return replace(read, volts=quiet(read.volts + drops), ohms=ohms)
 
 
-def held_means(capture: Capture, channel: Channel, timeline: Timeline) -> Floats:
-    """Means (count,) over a log's grid, of readings that are means over most of the time since the
-    one before each; after a reading that is missing, over the channel's own window. Where it jumped
-    in that time, its mean says when.
+def _of_means(capture: Capture, channel: Channel, window_s: float) -> Waveform:
+    """Readings that are means over the time since the one before each; after a reading that is
+    missing, over the channel's own window. Where it jumped in that time, its mean says when.
     """
     known = np.isfinite(channel.values)
     ends = capture.time_s[known] - channel.delay_s
-    since = np.diff(ends, prepend=ends[0] - channel.window_s)
-    begun = ends - np.where(since < MISSING * capture.period_s, since, channel.window_s)
+    since = np.diff(ends, prepend=ends[0] - (window_s or capture.period_s))
+    usual = window_s or capture.period_s
+    begun = ends - np.where(since < MISSING * capture.period_s, since, usual)
     begun, levels = jumps_in_means.split(begun, ends, channel.values[known])
-    return Waveform(begun, levels, "held", capture.period_s).means(timeline)
+    return Waveform(begun, levels, MEANS, capture.period_s, window_s=window_s)
 
 
 def quiet(volts: Floats) -> Floats:

@@ -135,11 +135,11 @@ def lay(capture: Capture) -> Timeline:
 
 
 def _told_throughout(capture: Capture) -> bool:
-    """Every reading of the voltage is its mean since the one before, and none says that it jumped
-    in that time: no finer grid tells more.
+    """Every reading of the voltage is its mean since the one before, by a stated delay, and none
+    says that it jumped in that time: no finer grid tells more.
     """
     channel = capture.get(VOLTAGE)
-    if channel is None or not np.isfinite(channel.values).all():
+    if channel is None or not np.isfinite(channel.values).all() or not channel.states("delay"):
         return False
     off = (abs(channel.window_s - capture.period_s), channel.delay_s)
     if max(off) > IRREGULAR * capture.period_s:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import SUPPLY, VOLTAGE, Capture, Channel
-from motorid.estimate.signals.intersample_voltage import JOINED, Shape, Waveform, held_means, of_log
+from motorid.estimate.signals.intersample_voltage import JOINED, Shape, Waveform, of_log
 from motorid.estimate.signals.time_grid import Part, Timeline
 from motorid.estimate.signals.voltage_window import Window
 from motorid.program import StepKind
@@ -74,13 +74,8 @@ def sense(capture: Capture, timeline: Timeline, shape: Shape = JOINED) -> Sense 
         waveform = of_log(capture, channel, shape)
         if waveform is not None:
             volts, none = waveform.means(timeline), np.zeros(timeline.count, dtype=bool)
+            series = series[0] + waveform.ohms, series[1]
             return Sense(volts, none, *series, emf, channel, channel.resolution, waveform=waveform)
-        if all(part.kind is None for part in timeline.parts):
-            volts, none = (
-                held_means(capture, channel, timeline),
-                np.zeros(timeline.count, dtype=bool),
-            )
-            return Sense(volts, none, *series, emf, channel, channel.resolution)
         window = Window.of(channel, timeline.period_s)
         readings = window.readings(timeline.spread(channel.values), timeline)
         volts = _filled(readings, timeline.parts)

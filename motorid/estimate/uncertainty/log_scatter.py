@@ -3,6 +3,11 @@
 A step between two readings came at a moment that no stamp tells, and noise of the readings drove
 the model: both leave residuals in bursts, that no spectrum of the whole describes. Stretches of the
 log stand in for runs: how their scores scatter is the scores' covariance, whatever made them.
+
+After every step the same may be left, so that no stretch pulls: a bridge that switches, a shape of
+the voltage that nobody knows. Few readings tell L then, and all others say how quiet the log is.
+Where those that tell a direction are left far more than the others, each counts by what it is left
+(the HC3 estimate of MacKinnon and White, 1985).
 """
 
 from __future__ import annotations
@@ -19,6 +24,8 @@ from motorid.estimate.uncertainty.covariance import covariance_of
 Floats = NDArray[np.float64]
 
 STRETCHES = 32  # of a log
+SURE = 3.0  # standard deviations by which the readings that tell a direction must be left more
+MOST = 0.9  # leverage of a reading; beyond, what it is left says nothing
 
 
 def shifts(solution: Solution, records: Sequence[MotorRecord]) -> list[Floats]:
@@ -35,11 +42,38 @@ def shifts(solution: Solution, records: Sequence[MotorRecord]) -> list[Floats]:
         return _rivals(solution, records[0])
     inverse = covariance_of(solution.information)
     pulls = np.concatenate([_pulls(record, line) for record, line in logs])
-    white = sum(line.orthogonal.T @ line.orthogonal for _, line in logs)
-    excess = inverse @ (pulls.T @ pulls - white) @ inverse
+    white = np.asarray(sum(line.orthogonal.T @ line.orthogonal for _, line in logs))
+    hidden = _ways(inverse @ (pulls.T @ pulls - white) @ inverse)
+    alone = _alone([line for _, line in logs], inverse, white, hidden)
+    return [*hidden, *alone, *_rivals(solution, logs[0][0])]
+
+
+def _ways(excess: Floats) -> list[Floats]:
+    """Of a covariance (p, p), its independent shifts (p,) that are any."""
     sizes, ways = np.linalg.eigh(excess)
-    hidden = [way * np.sqrt(size) for size, way in zip(sizes, ways.T, strict=True) if size > 0]
-    return [*hidden, *_rivals(solution, logs[0][0])]
+    return [way * np.sqrt(size) for size, way in zip(sizes, ways.T, strict=True) if size > 0]
+
+
+def _alone(
+    lines: Sequence[Linearised], inverse: Floats, white: Floats, known: Sequence[Floats]
+) -> list[Floats]:
+    """Shifts (p,) by what single readings are left, beyond those that are known."""
+    rows = np.concatenate([line.orthogonal for line in lines])
+    left = np.concatenate([line.residual for line in lines])
+    moves = rows @ inverse  # of the parameters, by a unit of each reading
+    leverage = np.minimum(np.einsum("np,np->n", moves, rows), MOST)
+    squares = (left / (1.0 - leverage)) ** 2
+    excess = moves.T @ (moves * squares[:, None]) - inverse @ white @ inverse
+    for shift in known:
+        excess = excess - np.outer(shift, shift)
+    return [shift for shift in _ways(excess) if _told(moves, squares, shift)]
+
+
+def _told(moves: Floats, squares: Floats, shift: Floats) -> bool:
+    """The readings that move the parameters that way are surely left more than is usual."""
+    weights = (moves @ (shift / np.linalg.norm(shift))) ** 2
+    more = float(weights @ (squares - 1.0))
+    return more > SURE * float(np.sqrt(2.0 * weights @ weights))
 
 
 def _rivals(solution: Solution, record: MotorRecord) -> list[Floats]:

@@ -60,7 +60,7 @@ def test_the_likeliest_shape_of_a_held_voltage_is_held(tmp_path: Path) -> None:
     found, best = log_fit.best(records, solution, PARAMETERS, start, {})
     assert found[0].shape == "held"
     assert best.objective < solution.objective
-    assert len(found[0].rivals) == 4  # two shapes; a speed and a current of means
+    assert len(found[0].rivals) == 5  # three shapes; a speed and a current of means
     assert not found[0].found
 
 

@@ -1,4 +1,7 @@
-"""The delay of a log's voltage behind its stamps, which are often off by a sample."""
+"""The delay of a log's voltage behind its stamps, which are often off by a sample.
+
+Of means whose delay is stated, that is known.
+"""
 
 from __future__ import annotations
 
@@ -22,6 +25,8 @@ def _prior(subject: Subject, _: int) -> Prior | None:
     if waveform is None:
         return None
     stated = channel.delay_uncertainty_s if channel is not None else 0.0
+    if waveform.window_s and channel is not None and channel.states("delay"):
+        return Prior(stated) if stated else None
     return Prior(max(waveform.period_s, stated))
 
 

@@ -1,0 +1,73 @@
+"""A supply with a resistance before a log's voltmeter, by exact steps of the motor's linear law."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
+from motorid.estimate.signals.log_source import source_ohms
+from motorid.identify import fit
+
+R, L, K, B, J, T0 = 1.3, 4e-4, 0.02, 3e-6, 8e-6, 1.5e-3
+TRUE = {"R": R, "L": L, "K": K, "J": J}
+VOLTS, EACH = (0.0, 6.0, 11.0, 4.0, 9.0), 160  # one way, so that friction keeps its sign
+
+
+def turned(ohms: float, period_s: float) -> dict[str, np.ndarray]:
+    """Readings at instants of what turns behind a source of so many ohms."""
+    law = np.zeros((4, 4))  # current, speed; source, friction
+    law[0] = [-(R + ohms) / L, -K / L, 1 / L, 0.0]
+    law[1] = [K / J, -B / J, 0.0, -1 / J]
+    step = expm(law * period_s)[:2]
+    source = np.repeat(VOLTS, EACH)
+    state, rows = np.zeros(2), []
+    for u in source:
+        rows.append((u - ohms * state[0], *state))
+        state = step @ [*state, u, T0 if u or state[1] > 0.0 else 0.0]
+    volts, amperes, speed = np.array(rows).T
+    return {VOLTAGE: volts, CURRENT: amperes, SPEED: speed}
+
+
+def log(ohms: float, period_s: float) -> Capture:
+    rng = np.random.default_rng(5)
+    shown = turned(ohms, period_s)
+    noise = {VOLTAGE: 2e-3, CURRENT: 2e-3, SPEED: 0.2}
+    units = {VOLTAGE: "V", CURRENT: "A", SPEED: "rad/s"}
+    channels = {
+        name: Channel(name, units[name], x + noise[name] * rng.standard_normal(len(x)))
+        for name, x in shown.items()
+    }
+    ticks = np.rint(np.arange(len(VOLTS) * EACH) * period_s * 1e9).astype(np.int64)
+    return Capture(ticks, 1e9, channels)
+
+
+def steps() -> np.ndarray:
+    return EACH * np.arange(1, len(VOLTS))
+
+
+def test_the_resistance_is_what_the_current_shows() -> None:
+    shown = turned(0.2, 1e-3)
+    assert source_ohms(shown[VOLTAGE], shown[CURRENT], steps()) == pytest.approx(0.2, rel=1e-6)
+    stiff = turned(0.0, 1e-3)
+    assert source_ohms(stiff[VOLTAGE], stiff[CURRENT], steps()) == 0.0
+
+
+def test_noise_is_no_resistance() -> None:
+    rng = np.random.default_rng(3)
+    shown = turned(0.0, 1e-3)
+    volts = shown[VOLTAGE] + 0.01 * rng.standard_normal(len(shown[VOLTAGE]))
+    assert source_ohms(volts, shown[CURRENT], steps()) == 0.0
+    assert source_ohms(volts, np.full(len(volts), np.nan), steps()) == 0.0
+    assert source_ohms(volts, np.zeros(len(volts)), steps()) == 0.0
+
+
+@pytest.mark.parametrize("samples", [0.4, 1.5])
+def test_the_inductance_holds_behind_a_weak_supply(samples: float) -> None:
+    """L/R of less than a sample: between two readings the terminals fall by what no line tells."""
+    found = fit([log(0.2 * R, L / R / samples)], model="six").parameters
+    for name, true in TRUE.items():
+        p = found[name]
+        assert abs(p.value - true) < 3.0 * p.total, name
+        assert p.total < 0.05 * true, name
