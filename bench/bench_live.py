@@ -80,7 +80,7 @@ def run(seconds: float, folder: Path) -> dict[str, object]:
         opened(found(), folder / "profile") as browser,
         served(command="capture") as here,
         pty.terminal() as path,
-        connect(here.socket, origin=here.origin, close_timeout=1) as asleep,  # type: ignore[arg-type]
+        connect(here.socket, origin=here.origin, ping_interval=None, close_timeout=1) as asleep,  # type: ignore[arg-type]
     ):
         assert asleep
         page = browser()

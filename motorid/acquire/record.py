@@ -128,6 +128,7 @@ def capture_over(
     serial: str = "",
     note: str = "",
     checked: bool = False,
+    watch: Watch | None = None,
 ) -> Path:
     """As ``capture``, over a port that is open and stays so.
 
@@ -136,7 +137,7 @@ def capture_over(
     check_program(rig, program)
     check_outputs([path], rig, program, force=force)
     with interruptible() as stop:
-        _Recorder(port, rig, program, stop, progress).record(
+        _Recorder(port, rig, program, stop, progress, watch=watch).record(
             path, force, serial, note, checked=checked
         )
     return path

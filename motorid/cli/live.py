@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from motorid.acquire.controls import Controls
     from motorid.acquire.tap import Watch
     from motorid.rig import Rig
+    from motorid.web.address import Address
     from motorid.web.hub import Hub
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -36,22 +37,55 @@ capture_option = click.option(
 )
 
 
+def operator_options(command: Command) -> Command:
+    """--page, --allow-drive, --certificate and --key: the operator's page of a station."""
+    for option in (
+        click.option("--key", type=pem_file, help="The certificate's key, a PEM file."),
+        click.option("--certificate", type=pem_file, help="Serve the page by TLS, with this file."),
+        click.option("--allow-drive", is_flag=True, help="Let the page scan serial numbers."),
+        click.option(
+            "--page",
+            metavar="[HOST:]PORT",
+            help="Show the operator's screen on a page there, for a browser.",
+        ),
+    ):
+        command = option(command)
+    return command
+
+
 @dataclass(frozen=True)
 class Listen:
-    """Where the page is to be served, as the options say."""
+    """Where the page is to be served, as the options say. ``option``: which of them names it."""
 
     text: str
     remote: bool
     certificate: Path | None
     key: Path | None
+    option: str = "--listen"
+
+    def address(self) -> Address:
+        """Raises UsageError where it may not be served there."""
+        from motorid.web.address import parse_listen
+
+        return parse_listen(
+            self.text,
+            remote=self.remote,
+            certificate=self.certificate,
+            key=self.key,
+            option=self.option,
+        )
+
+
+pem_file = Named(exists=True, dir_okay=False, path_type=Path)
 
 
 def page_options(command: Command) -> Command:
     """--listen, --allow-remote, --certificate and --key: where a page is served."""
-    pem = Named(exists=True, dir_okay=False, path_type=Path)
     for option in (
-        click.option("--key", type=pem, help="The certificate's key, a PEM file."),
-        click.option("--certificate", type=pem, help="Serve the page by TLS, with this PEM file."),
+        click.option("--key", type=pem_file, help="The certificate's key, a PEM file."),
+        click.option(
+            "--certificate", type=pem_file, help="Serve the page by TLS, with this PEM file."
+        ),
         click.option(
             "--allow-remote",
             is_flag=True,
@@ -89,14 +123,11 @@ def page(
     """A page on its address, which is said on stderr. ``controls``: it may drive."""
     from motorid.acquire.safety import check_program
     from motorid.acquire.tap import Tap
-    from motorid.web.address import parse_listen
     from motorid.web.hub import Hub
     from motorid.web.live import Desk, live_app
     from motorid.web.server import Server
 
-    address = parse_listen(
-        listen.text, remote=listen.remote, certificate=listen.certificate, key=listen.key
-    )
+    address = listen.address()
     desk, drive = None, None
     if controls is not None:
         silence_s = rig.limits.host_silence_s

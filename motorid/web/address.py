@@ -23,6 +23,7 @@ class Address:
     port: int
     tls: ssl.SSLContext | None = None
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
+    option: str = "--listen"  # which names it, for what is said
 
     @property
     def scheme(self) -> str:
@@ -49,7 +50,7 @@ class Address:
             taken.close()
             raise UsageError(
                 f"{self.host}:{self.port} cannot be listened on ({error.strerror or error}): "
-                "--listen takes another port, and --listen 0 any that is free"
+                f"{self.option} takes another port, and {self.option} 0 any that is free"
             ) from None
         return taken
 
@@ -81,31 +82,32 @@ def parse_listen(
     remote: bool = False,
     certificate: Path | None = None,
     key: Path | None = None,
+    option: str = "--listen",
 ) -> Address:
-    """The address of ``[HOST:]PORT``. Raises UsageError.
+    """The address of ``[HOST:]PORT``, which ``option`` named. Raises UsageError.
 
     Beyond this computer it needs ``remote``, and a certificate with its key.
     """
     host, _, port = text.rpartition(":")
     host = host.strip("[]") or "127.0.0.1"
     if not (port.isascii() and port.isdecimal() and len(port) <= 5 and int(port) <= 65_535):
-        raise UsageError(f"--listen {text}: write PORT or HOST:PORT, such as {DEFAULT_LISTEN}")
+        raise UsageError(f"{option} {text}: write PORT or HOST:PORT, such as {DEFAULT_LISTEN}")
     try:
         address = ipaddress.ip_address("127.0.0.1" if host == "localhost" else host)
     except ValueError:
-        raise UsageError(f"--listen {text}: the host must be an IP address") from None
+        raise UsageError(f"{option} {text}: the host must be an IP address") from None
     if not address.is_loopback and not remote:
         raise UsageError(
-            f"--listen {text} can be reached from other computers: stay on 127.0.0.1 (ssh -L "
+            f"{option} {text} can be reached from other computers: stay on 127.0.0.1 (ssh -L "
             "brings it to yours), or add --allow-remote with --certificate and --key"
         )
     if not address.is_loopback and certificate is None:
         raise UsageError(
-            f"--listen {text} goes over a network, so it needs TLS: add --certificate and --key, "
+            f"{option} {text} goes over a network, so it needs TLS: add --certificate and --key, "
             "two PEM files (`openssl req -x509 -newkey rsa:2048 -nodes -days 365 -keyout key.pem "
             "-out cert.pem` makes a pair)"
         )
-    return Address(str(address), int(port), _context(certificate, key))
+    return Address(str(address), int(port), _context(certificate, key), option=option)
 
 
 def _context(certificate: Path | None, key: Path | None) -> ssl.SSLContext | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import time
 from collections import deque
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -12,6 +13,7 @@ from motorid.acquire.strips import Strip, Strips, joined
 from motorid.acquire.tap import Tap
 from motorid.web.frames import after_loss, encoded
 
+ALIVE_S = 1.0  # at least so often each page hears something, or takes the connection for lost
 FRAME_S = 0.025  # between frames: forty a second
 MOST_WAITING = 64  # frames that a viewer may be behind, 1.6 s; then the oldest go
 BACKLOG_BYTES = 8_000_000  # of the latest frames, for a page that opens late
@@ -83,6 +85,7 @@ class Hub:
         self._channels: tuple[tuple[str, str], ...] = ()
         self._backlog: deque[bytes] = deque()
         self._bytes = 0
+        self._told_at = time.monotonic()
         self._status: dict[str, Any] = dict(facts)
         self._posted: deque[dict[str, Any]] = deque(maxlen=16)  # from the other thread
 
@@ -120,9 +123,11 @@ class Hub:
             self._keep(frame)
             for viewer in self.viewers:
                 viewer.show(frame)
-        if self._posted:
-            while self._posted:
-                self._status |= self._posted.popleft()
+        due = time.monotonic() - self._told_at >= ALIVE_S
+        while self._posted:
+            self._status |= self._posted.popleft()
+            due = True
+        if due:
             self._tell()
 
     def _name(self, strip: Strip) -> None:
@@ -139,6 +144,7 @@ class Hub:
             self._bytes -= len(self._backlog.popleft())
 
     def _tell(self) -> None:
+        self._told_at = time.monotonic()
         for viewer in self.viewers:
             viewer.tell(self._text())
 

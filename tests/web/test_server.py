@@ -20,7 +20,8 @@ from motorid.errors import UsageError
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.web.address import parse_listen
 from motorid.web.hub import MOST_WAITING, Hub
-from motorid.web.live import FILES, live_app
+from motorid.web.live import live_app
+from motorid.web.pages import FILES
 from motorid.web.server import Server
 from tests.acquire.rigs import sim_rig
 from tests.acquire.test_strips import FACTS, Tap, block
@@ -53,7 +54,7 @@ def get(url: str, path: str = "", context: ssl.SSLContext | None = None) -> tupl
 
 
 def page(here: Served) -> ClientConnection:
-    return connect(here.socket, origin=here.origin, open_timeout=PATIENCE_S)  # type: ignore[arg-type]
+    return connect(here.socket, origin=here.origin, close_timeout=1)  # type: ignore[arg-type]
 
 
 def test_it_serves_its_files_to_who_has_the_token_and_nothing_else() -> None:

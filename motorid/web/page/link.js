@@ -2,6 +2,7 @@
 
 const HEADER = 32; // bytes: lost frames, channels, samples, run; start and period in s
 const AGAIN_MS = 1000;
+const SILENT_MS = 5000; // the program says something each second: after so long it is not there
 
 export class Link {
   constructor({ status, frame, refused, open, closed }) {
@@ -12,13 +13,22 @@ export class Link {
   connect() {
     const address = new URL("live", location.href);
     address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
-    this.socket = new WebSocket(address);
-    this.socket.binaryType = "arraybuffer";
-    this.socket.onopen = () => this.open();
-    this.socket.onmessage = (event) => this.#take(event.data);
-    this.socket.onclose = () => {
+    const socket = this.socket = new WebSocket(address);
+    let heard = performance.now();
+    const over = () => {
+      clearInterval(watch);
+      socket.onopen = socket.onmessage = socket.onclose = null;
+      socket.close();
       this.closed();
       setTimeout(() => this.connect(), AGAIN_MS);
+    };
+    const watch = setInterval(() => { if (performance.now() - heard > SILENT_MS) over(); }, AGAIN_MS);
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => this.open();
+    socket.onclose = over;
+    socket.onmessage = (event) => {
+      heard = performance.now();
+      this.#take(event.data);
     };
   }
 

@@ -7,7 +7,7 @@ const LABELS = {
 const SHRINK = 0.4; // of the axis: less than this of it in use, and it is fitted anew
 const CLICK_PX = 4; // a drag that is shorter is a click
 
-export const label = (channel) => LABELS[channel.name] ?? channel.name;
+export const label = (channel) => channel.label ?? LABELS[channel.name] ?? channel.name;
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 export class Strips {
