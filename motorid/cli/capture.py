@@ -72,6 +72,10 @@ def command(
     from motorid.cli.progress import ProgressLine
     from motorid.workflow import record
 
+    if where != live.PAGE and (allow_remote or certificate or key):
+        raise click.UsageError(
+            "--allow-remote, --certificate and --key are for the page of --live."
+        )
     make_way(output, repeat, force)
     rig = warned(record.bench(rig_name, port=port, speed=speed))
     address = live.Listen(listen, allow_remote, certificate, key)

@@ -102,6 +102,8 @@ def command(
     from motorid.workflow.shift_history import ShiftHistory
     from motorid.workflow.station import Station, reader
 
+    if page is None and (allow_drive or certificate or key):
+        raise click.UsageError("--allow-drive, --certificate and --key are for --page.")
     product = load_product(product_name)
     rig = warned(bench(rig_name, port=port, speed=speed))
     address = parse_listen(listen, remote=allow_remote)

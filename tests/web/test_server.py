@@ -96,6 +96,7 @@ def test_a_page_that_only_watches_is_told_nothing_it_could_drive_by(asked: str) 
             socket.recv(timeout=PATIENCE_S)
 
 
+@pytest.mark.slow
 def test_a_client_that_does_not_read_costs_others_nothing() -> None:
     """Far more than any socket holds."""
     samples = [512] * 20_000
