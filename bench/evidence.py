@@ -93,6 +93,8 @@ PARTS = (
     Part("link", "ten minutes at 10 kHz through a pseudo terminal, both cores busy",
          (_module("tests.load.pty", "--seconds", "600"),),
          (_module("tests.load.pty", "--seconds", "1", "--busy", "0"),)),
+    Part("live", "ten minutes at 4 kHz on the live page: samples, frames a second",
+         (_bench("live", "--seconds", "600"),), (_bench("live", "--seconds", "3"),)),
     Part("line", "defective motors on a simulated line: escapes, false alarms, the history",
          (_bench("line"),), (_bench("line", "2", "1"),)),
     Part("boards", "the boards' firmware, emulated: motors identified, rates sustained",

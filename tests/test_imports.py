@@ -43,8 +43,9 @@ MAY_IMPORT = {
     "sim": DATA | {"rig", "wire"},
     "acquire": DRIVE,
     "workflow": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
+    "web": DRIVE,
     "api": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
-    "cli": DRIVE | FIT | {"calibration", "export", "quality", "report", "workflow"},
+    "cli": DRIVE | FIT | {"calibration", "export", "quality", "report", "web", "workflow"},
 }
 
 

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from motorid.web.pages import FILES
+
 pytestmark = [pytest.mark.slow, pytest.mark.long]
 SITE_PACKAGES = "import sysconfig; print(sysconfig.get_path('purelib'))"
 
@@ -62,7 +64,9 @@ def motorid(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_wheel_holds_rigs_spec_and_types_but_no_tests(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     needed = {"motorid/rigs/sim.toml", "motorid/wire/spec.toml", "motorid/py.typed"}
+    needed |= {f"motorid/web/page/{name}" for name in FILES}
     assert needed <= set(names)
+    assert [name for name in names if name.endswith("licenses/motorid/web/page/uPlot.LICENSE")]
     assert not [name for name in names if name.startswith(("tests/", "bench/", "tools/"))]
 
 

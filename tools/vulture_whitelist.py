@@ -132,6 +132,9 @@ _.markdown
 # motorid/search/review/ideal.py: what the review's weights waste; a bench and a test ask
 _.searches
 
+# motorid/web/server.py: uvicorn reads it
+_.should_exit
+
 # motorid/look.py: notebooks and scripts call them
 _._repr_html_
 _.to_dataframe

@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.encoder_scale import judge_scale
-from motorid.acquire.interrupt import Stop
+from motorid.acquire.interrupt import Asked
 from motorid.acquire.pulse import MOVED, Pulse, weak_pulse
 from motorid.acquire.safety import pulse_resistance
 from motorid.acquire.signs import Sign, SignError, seen
@@ -24,7 +24,7 @@ WHOLE = 1e-3  # of an aperture, by which it may miss a whole number of PWM perio
 
 
 def check_signs(
-    board: Board, rig: Rig, config: Fields, zero: Fields, supply_v: float, stop: Stop
+    board: Board, rig: Rig, config: Fields, zero: Fields, supply_v: float, stop: Asked
 ) -> Fields:
     """Pulses until the motor moves, and judges what it saw; the figures for the capture.
 

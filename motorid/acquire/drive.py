@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from motorid.acquire.assemble import name_of
 from motorid.acquire.board import AskedToStopError, Board, Fields
-from motorid.acquire.interrupt import Stop
+from motorid.acquire.interrupt import Asked
 from motorid.acquire.plan import WireProgram
 from motorid.acquire.resets import reset_error
 from motorid.errors import DataError, LinkError
@@ -38,7 +38,7 @@ def drive(
     board: Board,
     program: WireProgram,
     config: Fields,
-    stop: Stop,
+    stop: Asked,
     consume: Callable[[SampleBlock], None],
 ) -> str:
     """Runs the loaded program; returns why it ended: completed, stopped, or fault: NAME.
@@ -69,7 +69,7 @@ class _Run:
         board: Board,
         program: WireProgram,
         config: Fields,
-        stop: Stop,
+        stop: Asked,
         consume: Callable[[SampleBlock], None],
     ) -> None:
         self.board, self.stop, self.consume = board, stop, consume

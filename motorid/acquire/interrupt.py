@@ -13,6 +13,7 @@ import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from types import FrameType
+from typing import Protocol
 
 PATIENCE_S = 10.0
 GONE = getattr(signal, "SIGHUP", None)  # given twice by nobody's hand: by a shell and its terminal
@@ -21,6 +22,14 @@ ASKING = tuple(
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")  # the last is of Windows
     if hasattr(signal, name)
 )
+
+
+class Asked(Protocol):
+    """Says whether a stop was asked for, by whomever."""
+
+    @property
+    def requested(self) -> bool:
+        """True from then on."""
 
 
 @dataclass

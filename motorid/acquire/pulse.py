@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from motorid.acquire.assemble import name_of
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.drive import drive, load, tripped
-from motorid.acquire.interrupt import Stop
+from motorid.acquire.interrupt import Asked
 from motorid.acquire.plan import wire_program
 from motorid.acquire.signs import Sign, seen
 from motorid.acquire.timeline import Timeline
@@ -58,7 +58,7 @@ def weak_pulse(
     rig: Rig,
     config: Fields,
     zero: Fields,
-    stop: Stop,
+    stop: Asked,
     duty: float,
     supply_v: float,
     braking: bool = False,

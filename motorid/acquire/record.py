@@ -46,6 +46,7 @@ from motorid.acquire.ports import serial_of
 from motorid.acquire.resets import BoardResetError
 from motorid.acquire.safety import check_program
 from motorid.acquire.signs import Sign, seen
+from motorid.acquire.tap import Watch, both, run_facts
 from motorid.capture import store
 from motorid.capture.model import SUPPLY, SUPPLY_BEFORE
 from motorid.errors import DataError, LinkError, MotoridError, RigError
@@ -95,10 +96,12 @@ def capture_all(
     serial: str = "",
     note: str = "",
     say: Say | None = None,
+    watch: Watch | None = None,
 ) -> list[Path]:
     """As ``capture``, one run for each path, over one opening of the port.
 
     ``say`` is told what rig and board contradict one another in, before the first program runs.
+    ``watch`` is given the samples of each run as they come.
     """
     check_program(rig, program)
     check_outputs(paths, rig, program, force=force)
@@ -107,7 +110,7 @@ def capture_all(
         with interruptible() as stop:
             for number, path in enumerate(paths):
                 told = say if number == 0 else None
-                recorder = _Recorder(port, rig, program, stop, progress, told)
+                recorder = _Recorder(port, rig, program, stop, progress, told, watch)
                 recorder.record(path, force, serial, note, checked=number > 0)
     finally:
         port.close()
@@ -125,6 +128,7 @@ def capture_over(
     serial: str = "",
     note: str = "",
     checked: bool = False,
+    watch: Watch | None = None,
 ) -> Path:
     """As ``capture``, over a port that is open and stays so.
 
@@ -133,7 +137,7 @@ def capture_over(
     check_program(rig, program)
     check_outputs([path], rig, program, force=force)
     with interruptible() as stop:
-        _Recorder(port, rig, program, stop, progress).record(
+        _Recorder(port, rig, program, stop, progress, watch=watch).record(
             path, force, serial, note, checked=checked
         )
     return path
@@ -150,9 +154,10 @@ class _Recorder:
         stop: Stop,
         progress: Progress | None,
         say: Say | None = None,
+        watch: Watch | None = None,
     ) -> None:
         self.port, self.rig, self.program = port, rig, program
-        self.stop, self.progress, self.say = stop, progress, say
+        self.stop, self.progress, self.say, self.watch = stop, progress, say, watch
         self.measuring = False  # whether the journal holds any of the run proper
         self.recorded: Any = getattr(port, "header", None)  # of a replay: what was, is again
 
@@ -242,7 +247,8 @@ class _Recorder:
         )
         self.measuring = True
         view = LiveView(rig, board, zero, wire, self.progress)
-        reason = drive(board, wire, config, self.stop, view.consume)
+        watched = both(view.consume, self.watch, lambda: run_facts(rig, board, config, zero))
+        reason = drive(board, wire, config, self.stop, watched)
         return "interrupted" if self.stop.requested and reason == "stopped" else reason
 
     def _configure_run(self, board: Board, period: int) -> Fields:

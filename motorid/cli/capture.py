@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from motorid.cli import live
 from motorid.cli.options import (
     capture_options,
     example,
@@ -23,6 +24,7 @@ from motorid.cli.values import Named
     epilog=example(
         "motorid capture --rig sim -o run.h5",
         "motorid capture --rig bench.toml -o m17.h5 --serial M17 --repeat 3",
+        "motorid capture --rig bench.toml -o m17.h5 --live",
         "motorid capture --rig emulated-uno-burst -o start.h5 --burst",
     ),
 )
@@ -39,6 +41,8 @@ from motorid.cli.values import Named
     is_flag=True,
     help="Sample as fast as the board can, for some milliseconds, from its memory.",
 )
+@live.capture_option
+@live.page_options
 @force_option
 def command(
     rig_name: str,
@@ -49,6 +53,11 @@ def command(
     speed: str | None,
     output: Path,
     burst: bool,
+    where: str | None,
+    listen: str,
+    allow_remote: bool,
+    certificate: Path | None,
+    key: Path | None,
     force: bool,
 ) -> None:
     """Drive the motor of a rig through its program and record the run.
@@ -63,9 +72,14 @@ def command(
     from motorid.cli.progress import ProgressLine
     from motorid.workflow import record
 
+    if where != live.PAGE and (allow_remote or certificate or key):
+        raise click.UsageError(
+            "--allow-remote, --certificate and --key are for the page of --live."
+        )
     make_way(output, repeat, force)
     rig = warned(record.bench(rig_name, port=port, speed=speed))
-    with ProgressLine() as progress:
+    address = live.Listen(listen, allow_remote, certificate, key)
+    with live.capture_view(where, rig, address, serial) as view, ProgressLine() as progress:
         paths = record.capture_runs(
             record.bursting(rig) if burst else rig,
             output,
@@ -73,8 +87,9 @@ def command(
             force=force,
             serial=serial,
             note=note,
-            progress=progress,
+            progress=None if where == live.TERMINAL else progress,
             say=warn,
+            watch=view.watch if view else None,
         )
     for path in paths:
         wrote(path)

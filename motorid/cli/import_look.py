@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from motorid.cli.streams import confirm, prompt
+from motorid.cli.streams import confirm, plain, prompt
 from motorid.cli.values import finite
 from motorid.errors import UsageError
 
@@ -78,7 +78,7 @@ def _answered(table: Table, known: Known) -> Proposal:
 
     found = propose(table, known)
     if found.questions:
-        click.echo(page(found, plain=_plain()))
+        click.echo(page(found, plain=plain(sys.stdout)))
     while found.questions:
         known = known.and_(_ask(found.questions[0]))
         found = propose(table, known)
@@ -105,7 +105,7 @@ def _ask(question: Question) -> Known:
 def _show(found: Proposal, words: list[str]) -> None:
     from motorid.workflow.proposal.page import asked, command, page
 
-    click.echo(page(found, plain=_plain()))
+    click.echo(page(found, plain=plain(sys.stdout)))
     for question in found.questions:
         click.echo(f"\nOpen:\n{asked(question)}")
     click.echo(f"\n{command(words)}\n")
@@ -118,15 +118,6 @@ def _open(questions: tuple[Question, ...]) -> str:
     return (
         f"the file leaves open: {said.text.rstrip('?.:')}; answer with --look and {answers}{more}"
     )
-
-
-def _plain() -> bool:
-    """Whether the terminal's encoding has no braille."""
-    try:
-        "\u28ff".encode(sys.stdout.encoding or "utf-8")
-    except (UnicodeEncodeError, LookupError):
-        return True
-    return False
 
 
 def _words(file: Path, found: Proposal, output: Path) -> list[str]:

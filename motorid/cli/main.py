@@ -21,6 +21,7 @@ COMMANDS = {
     "run": ("run", "Capture, fit and report in one go."),
     "plan": ("plan", "Propose the shortest program for the uncertainties asked for."),
     "capture": ("capture", "Drive the motor of a rig and record the run."),
+    "scope": ("scope", "Watch a rig live, on a page or in the terminal."),
     "recover": ("recover", "Build the capture that an interrupted run left in its journal."),
     "import": ("import_", "Turn somebody else's table or log into a capture."),
     "segment": ("segment", "Show where a capture accelerates, runs, coasts and rests."),
@@ -51,7 +52,7 @@ COMMANDS = {
     "completion": ("completion", "Let the shell complete commands, options and files."),
 }
 TASKS = {
-    "Measure": ("run", "plan", "capture", "recover", "calibrate"),
+    "Measure": ("run", "plan", "capture", "scope", "recover", "calibrate"),
     "Look and fit": ("import", "segment", "fit", "motors", "compare", "export", "verify"),
     "Inspect motors": ("check", "station", "gauge", "trend", "risk", "history"),
     "Set up": ("ports", "rigs", "board", "flash", "sim", "config", "completion"),
@@ -63,7 +64,7 @@ TASKS = {
     table=COMMANDS,
     tasks=TASKS,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="\b\nExample:\n  motorid run --rig sim -o out",
+    epilog="Example: motorid run --rig sim -o out",
 )
 @click.version_option(__version__, prog_name="motorid")
 def cli() -> None:

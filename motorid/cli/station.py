@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import sys
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from motorid.cli import live
 from motorid.cli.options import (
     example,
     port_option,
@@ -34,6 +36,7 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
     epilog=example(
         "motorid station --product sim-disc --rig sim-line -o shift",
         "motorid station --product m17.toml --rig bench.toml --listen 7500 -o shift",
+        "motorid station --product m17.toml --rig bench.toml --page 7412 -o shift",
     ),
 )
 @product_option
@@ -56,7 +59,8 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
     help="Where a line controller sends its orders.",
 )
 @click.option("--no-listen", is_flag=True, help="Take no orders but the scanner's.")
-@click.option("--allow-remote", is_flag=True, help="Let --listen name more than this computer.")
+@live.operator_options
+@click.option("--allow-remote", is_flag=True, help="Let these name more than this computer.")
 @click.option(
     "--queue",
     "depth",
@@ -75,6 +79,10 @@ def command(
     output: Path,
     listen: str,
     no_listen: bool,
+    page: str | None,
+    allow_drive: bool,
+    certificate: Path | None,
+    key: Path | None,
     allow_remote: bool,
     depth: int,
     history: str | None,
@@ -86,6 +94,7 @@ def command(
     Ctrl-D ends the shift. Captures and results are on disk before a verdict is shown; a station
     that was killed judges what it left unfinished when it starts again.
     """
+    from motorid.cli.operator_page import OperatorPage
     from motorid.quality.product import load_product
     from motorid.workflow.check import Line
     from motorid.workflow.orders import Orders, parse_listen
@@ -93,12 +102,19 @@ def command(
     from motorid.workflow.shift_history import ShiftHistory
     from motorid.workflow.station import Station, reader
 
+    if page is None and (allow_drive or certificate or key):
+        raise click.UsageError("--allow-drive, --certificate and --key are for --page.")
     product = load_product(product_name)
     rig = warned(bench(rig_name, port=port, speed=speed))
     address = parse_listen(listen, remote=allow_remote)
-    with Line(rig, product, output) as line:
+    with Line(rig, product, output) as line, contextlib.ExitStack() as stack:
         kept = ShiftHistory(history, product, {"station": name}) if history else None
-        station = Station(line, show, kept, depth)
+        board = OperatorPage(line, name, show) if page else None
+        shown = board.show if board else show
+        station = Station(line, shown, kept, depth, board.judged if board else None)
+        if board and page:
+            where = live.Listen(page, allow_remote, certificate, key, "--page")
+            stack.enter_context(board.served(station, where, scans=allow_drive))
         orders = None if no_listen else Orders(address, station.take)
         try:
             if orders is not None:

@@ -120,6 +120,15 @@ def paint(stream: TextIO, text: str) -> None:
     stream.flush()
 
 
+def plain(stream: TextIO) -> bool:
+    """Whether the encoding of ``stream`` has no braille, which small plots are made of."""
+    try:
+        "\u28ff".encode(stream.encoding or "utf-8")
+    except (UnicodeEncodeError, LookupError):
+        return True
+    return False
+
+
 def folded(sentence: str) -> str:
     """``sentence`` for standard error: on a terminal in lines that end between words.
 

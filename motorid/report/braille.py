@@ -1,4 +1,4 @@
-"""Small plots for a terminal: two lines of characters, of two by four dots each."""
+"""Small plots for a terminal: lines of characters, of two by four dots each."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-LINES, DOTS = 2, 4  # lines of characters; dots one above the other in each
+LINES, DOTS = 2, 4  # lines of characters, unless told; dots one above the other in each
 # bits of a braille character, from the top dot to the bottom one, left and right
 _BITS = ((0x01, 0x02, 0x04, 0x40), (0x08, 0x10, 0x20, 0x80))
 _BLANK = 0x2800
 _PLAIN = {True: "*", False: " "}
 
 
-def plot(values: Floats, width: int, *, plain: bool = False) -> list[str]:
-    """``values`` (n,) over their range as LINES lines of ``width`` characters, the upper one first.
+def plot(values: Floats, width: int, *, lines: int = LINES, plain: bool = False) -> list[str]:
+    """``values`` (n,) over their range as ``lines`` of ``width`` characters, the upper one first.
 
     Each column of dots spans the values of its share of the rows; NaN leave it blank. ``plain``:
     for a terminal without braille.
     """
     columns = width if plain else 2 * width
-    levels = LINES * DOTS if not plain else LINES
+    levels = lines * DOTS if not plain else lines
     dots = _dots(np.asarray(values, dtype=np.float64), columns, levels)
     if plain:
         return ["".join(_PLAIN[bool(dot)] for dot in row) for row in dots]
-    return [_line(dots[line * DOTS : (line + 1) * DOTS]) for line in range(LINES)]
+    return [_line(dots[line * DOTS : (line + 1) * DOTS]) for line in range(lines)]
 
 
 def _dots(values: Floats, columns: int, levels: int) -> NDArray[np.bool_]:

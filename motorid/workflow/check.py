@@ -21,6 +21,7 @@ from motorid.errors import DataError, LinkError, MotoridError, RigError, UsageEr
 if TYPE_CHECKING:
     from motorid.acquire.port import Port
     from motorid.acquire.record import Progress
+    from motorid.acquire.tap import Watch
     from motorid.quality.product import Product
     from motorid.quality.verdict import Verdict
     from motorid.rig import Rig
@@ -48,6 +49,7 @@ class Line:
 
     def __init__(self, rig: Rig, product: Product, folder: Path) -> None:
         self.rig, self.product, self.folder = rig, product, folder
+        self.watch: Watch | None = None  # is given the samples of each run
         self._port: Port | None = None
         folder.mkdir(parents=True, exist_ok=True)
 
@@ -120,6 +122,7 @@ class Line:
             note=f"product {self.product.name}",
             progress=progress,
             checked=warm_up is not None,
+            watch=self.watch,
         )
 
     def _open(self) -> Port:

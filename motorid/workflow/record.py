@@ -14,6 +14,7 @@ from motorid.errors import UsageError
 
 if TYPE_CHECKING:
     from motorid.acquire.record import Progress, Say
+    from motorid.acquire.tap import Watch
     from motorid.rig import Rig
 
 CAPTURE_FILE = "capture.h5"
@@ -89,10 +90,12 @@ def capture_runs(
     note: str = "",
     progress: Progress | None = None,
     say: Say | None = None,
+    watch: Watch | None = None,
 ) -> list[Path]:
     """Drives the rig's program ``repeat`` times; each run is a file of its own.
 
     ``say`` is told, before the first run, in what rig and board contradict one another.
+    ``watch`` is given the samples as they come.
 
     Raises what ``acquire.record.capture`` raises; before anything moves where a file exists.
     """
@@ -107,6 +110,7 @@ def capture_runs(
         serial=serial,
         note=note,
         say=say,
+        watch=watch,
     )
 
 

@@ -27,6 +27,7 @@ POLL_S = 0.2  # so that Ctrl-C is heard where a wait on a queue does not hear it
 OUTCOMES = ("PASS", "FAIL", "INVALID")
 KNOWN = ("inspect", "status", "last")
 Show = Callable[[Screen], None]
+Judged = Callable[[Inspection], None]
 
 
 @dataclass(frozen=True)
@@ -46,9 +47,15 @@ class Station:
     """
 
     def __init__(
-        self, line: Line, show: Show, history: ShiftHistory | None = None, depth: int = 1
+        self,
+        line: Line,
+        show: Show,
+        history: ShiftHistory | None = None,
+        depth: int = 1,
+        judged: Judged | None = None,
     ) -> None:
         self.line, self.show, self.history, self.depth = line, show, history, depth
+        self.judged = judged  # told of each inspection, before its screen is shown
         self.counts: Counter[str] = Counter()
         self.first: Counter[str] = Counter()  # of motors that were never judged before
         self.ignored = 0  # scans that came while a motor was in work
@@ -203,6 +210,8 @@ class Station:
         if not before:
             self.first[outcome] += 1
         order.answer({"event": "verdict", **tag, **summary(done), "test": before + 1})
+        if self.judged is not None:
+            self.judged(done)
         self.show(of_verdict(done.verdict, self._tally(done)))
         if self.history is not None and (wrong := self.history.take(done)):
             judged = of_verdict(done.verdict, self._tally(done))

@@ -23,6 +23,7 @@ from pathlib import Path
 import pytest
 
 from bench.foreign import spice
+from tests import chromium
 from tests.conformance.boards import emulator_lacks
 
 pytestmark = pytest.mark.slow
@@ -35,6 +36,7 @@ MAY_MISS = {
     "false_alarms",
     "gauge",
     "import",
+    "live",
     "log_chain",
     "many",
     "mistakes",
@@ -252,6 +254,15 @@ def test_wider_names_a_brush_drop_and_its_size() -> None:
     row = found(r"\nbrush drop 0.15 V +(.*)", run("wider", "brush", "--seeds", "1"))[1].split()
     runs, _, offered, named, sizes, six = row[:6]
     assert (runs, offered, named, sizes, six) == ("1", "1", "1", "2/2", "6/6")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo terminals")
+def test_live_loses_no_sample() -> None:
+    chromium.found()
+    text = run("live", "--seconds", "2")
+    for name in ("samples of the capture", "samples on the page"):
+        assert found(rf"{name} +(\d+)", text)[1] == "8000"
+    assert found(r"missing on the page +(\d+)", text)[1] == "0"
 
 
 def test_emulated_boards_sustain_the_highest_rate() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import struct
 import subprocess
 import zlib
@@ -13,23 +12,15 @@ import pytest
 from numpy.typing import NDArray
 
 from motorid.report import html
+from tests import chromium
 from tests.report.example import estimate
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-QUIET = (
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync",
-    "--hide-scrollbars", "--enable-logging=stderr", "--v=0",
-)  # fmt: skip
+QUIET = (*chromium.QUIET, "--enable-logging=stderr", "--v=0")
 
 
 @pytest.fixture(scope="module")
 def browser() -> str:
-    for name in BROWSERS:
-        found = shutil.which(name)
-        if found:
-            return found
-    pytest.skip("no Chromium here: install the package chromium to see the report in a browser")
+    return chromium.found()
 
 
 def shoot(browser: str, folder: Path, size: str) -> tuple[NDArray[np.uint8], str]:

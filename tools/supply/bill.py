@@ -49,7 +49,7 @@ def bill() -> Json:
         "specVersion": "1.6",
         "version": 1,
         "metadata": {"component": _motorid()},
-        "components": [*packages, *map(_firmware, table()["firmware"])],
+        "components": [*packages, *map(_inside, (*table()["vendored"], *table()["firmware"]))],
         "dependencies": [
             _edges("motorid", (one.name for one in wanted("run"))),
             *(_edges(name, (one.name for one in needs(installed(name)))) for name in listed),
@@ -94,11 +94,14 @@ def _component(pin: Pin, scope: str) -> Json:
     }
 
 
-def _firmware(one: Json) -> Json:
+def _inside(one: Json) -> Json:
+    """What is no package: files of others, and what is linked into the boards' images."""
+    version = {"version": one["version"]} if "version" in one else {}
     return {
         "type": "library",
         "bom-ref": one["name"],
         "name": one["name"],
+        **version,
         "description": one["why"],
         "scope": "required",
         "licenses": [{"expression": one["licence"]}],
@@ -132,8 +135,10 @@ def notices() -> Iterator[str]:
         yield f"\n{'=' * 78}\n{package.name} {package.version}: {licence(name)} ({scopes[name]})\n"
         texts = list(_texts(package))
         yield from texts or [f"No licence file is packaged; see https://pypi.org/project/{name}/\n"]
-    for one in table()["firmware"]:
+    for one in (*table()["vendored"], *table()["firmware"]):
         yield f"\n{'=' * 78}\n{one['name']}: {one['licence']}; {one['why']}\n{one['url']}\n"
+        if "text" in one:
+            yield f"\n{(ROOT / one['text']).read_text(encoding='utf-8').strip()}\n"
 
 
 def _texts(package: Distribution) -> Iterator[str]:

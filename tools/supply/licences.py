@@ -8,6 +8,7 @@ GPL programs (the boards' compiler, the emulator) run beside motorid and are no 
 
 from __future__ import annotations
 
+import hashlib
 import sys
 import tomllib
 from collections.abc import Iterator
@@ -18,7 +19,7 @@ from typing import Any
 from license_expression import LicenseSymbol, Licensing, get_spdx_licensing
 from packaging.utils import canonicalize_name
 
-from tools.supply.packages import SupplyError, closure, installed, wanted
+from tools.supply.packages import ROOT, SupplyError, closure, installed, wanted
 
 TABLE = Path(__file__).with_suffix(".toml")
 LONGEST = 80  # characters of a field License that names one, and is not its text
@@ -103,6 +104,20 @@ def faults() -> Iterator[str]:
     for one in table()["firmware"]:
         if unknown(one["licence"]):
             yield f"{one['name']}: SPDX has no {one['licence']}"
+    for one in table()["vendored"]:
+        yield from _vendored_faults(one)
+
+
+def _vendored_faults(one: dict[str, Any]) -> Iterator[str]:
+    """A file of others must be what they published, under a licence that a run may have."""
+    if unknown(one["licence"]) or not allowed(one["licence"], "run"):
+        yield f"{one['name']}: {one['licence']} is not allowed inside the package ({TABLE.name})"
+    if not (ROOT / one["text"]).is_file():
+        yield f"{one['name']}: its licence {one['text']} is missing"
+    for name, digest in one["files"].items():
+        path = ROOT / name
+        if not path.is_file() or hashlib.sha256(path.read_bytes()).hexdigest() != digest:
+            yield f"{name}: not the file of {one['name']} {one['version']} ({TABLE.name})"
 
 
 def main(arguments: list[str]) -> int:

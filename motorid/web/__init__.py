@@ -1,0 +1,1 @@
+"""Pages for a browser: the only room that listens for one."""
