@@ -139,3 +139,7 @@ _.plot
 
 # motorid/rig_model.py: written into each capture by its key, where the fit reads it
 _.rated_current_a
+
+# motorid/acquire/scpi/link.py: a resource of pyvisa reads them
+_.read_termination
+_.write_termination
