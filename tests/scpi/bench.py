@@ -70,6 +70,7 @@ class Bench:
     settings: dict[str, float] = field(default_factory=dict)  # as a command set them
     silent_after: str = ""  # a command after which the supply answers nothing more
     ohm: float = MOTOR["R"]
+    memory: int = 10**9  # points of the scope
     stuck_on: bool = False  # its output does not switch off
     heard: list[str] = field(default_factory=list)
 
@@ -146,7 +147,8 @@ class Bench:
             case ":ACQ:RATE":
                 self.period_s = 1.0 / float(value)
             case ":ACQ:POIN":
-                self.points, self.rows, self.next_s = int(value), [], self.now()
+                self.points = min(int(value), self.memory)
+                self.rows, self.next_s = [], self.now()
             case ":OPER:COND?":
                 return str(8 if len(self.rows) < self.points else 0)
             case ":STOP":

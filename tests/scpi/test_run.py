@@ -17,6 +17,7 @@ from motorid.errors import LinkError, RigError
 from motorid.identify import fit
 from motorid.rig import load_rig
 from motorid.toml_file import packaged
+from motorid.workflow.record import bursting
 from tests.scpi.bench import MOTOR, Bench
 from tests.scpi.rigs import mock, recorded, rig
 
@@ -75,6 +76,41 @@ def test_a_slow_supply_is_a_ramp_and_is_said(tmp_path: Path) -> None:
     bench, clock = mock(slew_v_s=30.0)
     found = recorded(bench, clock, rig(tmp_path), tmp_path / "run.h5")
     assert "a ramp, and no step" in notes(found)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('source = "CHAN2"', 'source = "CHAN2"\nscale = 0.1', "is the probe's factor in"),
+        ('source = "CHAN2"', 'source = "CHAN2"\nscale = 10', "is the probe's factor in"),
+        ("scale = 10.0", "scale = -10.0", "turn the probe"),
+    ],
+)
+def test_a_wrong_factor_and_a_turned_probe_are_said(
+    tmp_path: Path, old: str, new: str, said: str
+) -> None:
+    one = rig(tmp_path)
+    file = tmp_path / "instruments.toml"
+    file.write_text(file.read_text().replace(old, new))
+    bench, clock = mock()
+    assert said in notes(recorded(bench, clock, one, tmp_path / "run.h5"))
+
+
+def test_a_right_run_has_nothing_said_of_it(tmp_path: Path) -> None:
+    assert notes(recorded(*mock(), rig(tmp_path), tmp_path / "run.h5")) == ""
+
+
+def test_a_recorder_with_too_little_memory_is_said(tmp_path: Path) -> None:
+    bench, clock = mock(memory=500)
+    found = recorded(bench, clock, rig(tmp_path), tmp_path / "run.h5")
+    assert len(found) == 500
+    assert "the recorder kept 0.0998 s" in notes(found)
+
+
+def test_a_burst_is_refused(tmp_path: Path) -> None:
+    bench, clock = mock()
+    with pytest.raises(RigError, match="a burst is of a board"):
+        recorded(bench, clock, bursting(rig(tmp_path)), tmp_path / "run.h5")
 
 
 def test_a_supply_that_falls_silent_is_said_loudly_and_the_readings_stay(tmp_path: Path) -> None:

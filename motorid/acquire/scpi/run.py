@@ -15,8 +15,9 @@ from motorid.acquire.live import Live
 from motorid.acquire.outputs import check_outputs
 from motorid.acquire.safety import check_program
 from motorid.acquire.scpi.bench_file import BenchFile, Place, of_rig
-from motorid.acquire.scpi.build import Told, capture_of
+from motorid.acquire.scpi.build import capture_of
 from motorid.acquire.scpi.link import Instrument, Link, open_visa
+from motorid.acquire.scpi.notes import Told
 from motorid.acquire.scpi.poll import Poller
 from motorid.acquire.scpi.recorder import SLICE_S, Clock, Recorder, Recording
 from motorid.acquire.scpi.supply import Supply
@@ -73,6 +74,8 @@ def refuse(rig: Rig, bench: BenchFile, program: Program) -> None:
     """Raises RigError for a program that these instruments cannot run."""
     if rig.calibration:
         raise RigError("[calibration] is of a board: state scale and zero in the instruments' file")
+    if not math.isfinite(rig.sampling.rate_hz):
+        raise RigError("a burst is of a board's memory: state sampling.rate_hz of the recorder")
     for number, step in enumerate(program.steps):
         said = f"step {number} of the program"
         if step.kind is StepKind.DRIVE_DUTY:
@@ -180,7 +183,7 @@ class _Run:
         supply = self.bench.supply
         told = Told(
             reason, created, serial, note, identities, dict(supply.settings),
-            self.commanded, self.limited, self.bench.file.text,
+            self.commanded, self.limited, self.program.duration_s, self.bench.file.text,
         )  # fmt: skip
         kept = ""
         try:
