@@ -40,6 +40,31 @@ def test_a_recorded_run_identifies_the_motor(tmp_path: Path) -> None:
     assert (high - low) / MOTOR["R"] < 0.05
 
 
+@pytest.mark.slow
+def test_a_polled_run_with_a_tacho_shows_all_but_the_inductance(tmp_path: Path) -> None:
+    bench, clock = mock(reply_s=8e-3)  # 24 ms a row
+    plain = "gain_uncertainty = 0.005\noffset_uncertainty = 0.005\n"
+    more = f"""
+[channels.current]
+{plain}
+[channels.terminal_voltage]
+{plain}
+[channels.speed]
+query = "SPEED?"
+{plain}
+"""
+    original = bench.supply
+    bench.supply = lambda text: (  # type: ignore[method-assign]
+        f"{bench.motor.speed:.2f}" if text == "SPEED?" else original(text)
+    )
+    one = rig(tmp_path, scope=False, more=more, rate_hz=50, levels="[[2, 4, 6]]", drive_s=0.7)
+    estimate = fit([recorded(bench, clock, one, tmp_path / "run.h5")])
+    assert estimate.parameters["L"].value is None
+    for name in ("R", "K", "B", "J", "T0"):
+        low, high = estimate.parameters[name].interval_95
+        assert low <= MOTOR[name] <= high, name
+
+
 def test_protections_come_before_the_output_and_it_goes_off_again(tmp_path: Path) -> None:
     bench, clock = mock()
     recorded(bench, clock, rig(tmp_path), tmp_path / "run.h5")

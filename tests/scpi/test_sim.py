@@ -29,7 +29,9 @@ def test_a_polled_run_is_a_capture_with_honest_facts(tmp_path: Path) -> None:
     assert found.channels["terminal_voltage"].sense == "bridge"  # of the supply, before the leads
     assert found.program is None  # no clock is common to supply and readings
     assert not found.phases
-    assert {"delay", "filter", "aperture"} <= set(found.channels["current"].undeclared)
+    current = found.channels["current"]
+    assert {"filter", "aperture"} <= set(current.undeclared)
+    assert current.delay_uncertainty_s == pytest.approx(found.period_s / 12**0.5, rel=0.01)
     assert any("one by one" in note for note in found.provenance["notes"])
     told = found.provenance["instruments"]
     assert told["identities"] == {"supply": "MOCK,SUPPLY,1,1.0"}

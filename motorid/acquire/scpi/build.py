@@ -90,6 +90,9 @@ def _channel(rig: Rig, trace: Trace) -> Channel:
         resolution = 2.0 * math.pi / rig.wiring.counts_per_turn
         scale = sign * resolution * math.copysign(1.0, scale)
     given: dict[str, Any] = {key: {name: value} for key, value in source.facts.items()}
+    if trace.late is not None and "delay" not in given:
+        given["delay"] = {name: trace.late[0]}
+        given.setdefault("delay_uncertainty", {name: trace.late[1]})
     channel = Channel(
         name=name,
         unit=QUANTITIES[name],

@@ -44,6 +44,7 @@ class Trace:
     resolution: float
     raw_min: float = -math.inf
     raw_max: float = math.inf
+    late: tuple[float, float] | None = None  # s behind the stamp, and its standard doubt
 
 
 @dataclass(frozen=True)
