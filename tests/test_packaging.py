@@ -62,6 +62,7 @@ def motorid(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_wheel_holds_rigs_spec_and_types_but_no_tests(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     needed = {"motorid/rigs/sim.toml", "motorid/wire/spec.toml", "motorid/py.typed"}
+    needed |= {"motorid/rigs/instruments/scpi.toml"}
     assert needed <= set(names)
     assert not [name for name in names if name.startswith(("tests/", "bench/", "tools/"))]
 
