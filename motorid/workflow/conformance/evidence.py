@@ -97,7 +97,8 @@ class Evidence:
     # ---------------------------------------------------------------- parts
 
     def _part(self, name: str, work: Callable[[], str]) -> None:
-        self.say(f"== {name.replace('_', ' ')}")
+        if name not in GUIDED:  # which name themselves
+            self.say(f"== {name.replace('_', ' ')}")
         try:
             part = Part(name, DONE, work())
         except _SkippedError as error:
@@ -166,7 +167,10 @@ class Evidence:
     def _runs(self) -> str:
         from motorid.workflow.record import capture_runs
 
-        self.person.proceed(f"{RUNS} runs of the rig's program: keep clear of the motor")
+        self.person.proceed(
+            f"take disc and clamp off, the motor connected and free: {RUNS} runs of the rig's "
+            "program; keep clear of it"
+        )
         paths = capture_runs(
             self._calibrated(),
             self.folder / "run.h5",
@@ -184,6 +188,7 @@ class Evidence:
         program = coast_program(self.rig.program)
         if program is None:
             raise _SkippedError("the rig's program has no drive that a coast ends")
+        self.person.proceed("one drive and a coast, the motor as before; keep clear of it")
         rig = replace(self._calibrated(), program=program)
         capture_runs(
             rig, self.folder / "coast.h5", serial=self.serial, note="coast", progress=self.progress
