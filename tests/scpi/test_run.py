@@ -254,6 +254,18 @@ def test_a_program_that_cannot_be_run_is_refused_before_anything_is_opened(
     assert not bench.heard
 
 
+def test_an_encoder_without_its_counts_is_refused_before_a_run(tmp_path: Path) -> None:
+    one = rig(tmp_path)
+    file = tmp_path / "instruments.toml"
+    old = '[channels.speed]\nsource = "CHAN3"\n'
+    assert old in file.read_text()
+    file.write_text(file.read_text().replace(old, '[channels.position]\nsources = ["A", "B"]\n'))
+    bench, clock = mock()
+    with pytest.raises(RigError, match="counts_per_turn is missing"):
+        recorded(bench, clock, one, tmp_path / "run.h5")
+    assert not bench.heard
+
+
 def test_a_brake_needs_an_output_that_sinks(tmp_path: Path) -> None:
     one = rig(tmp_path, more="quadrants = 2\n")
     path = tmp_path / "rig.toml"
@@ -279,6 +291,8 @@ WRONG = {
     "channel": ("[channels.current]", "[channels.amps]", "unknown key channels.amps"),
     "missing": ("[channels.terminal_voltage]", "[channels.position]", "sources = "),
     "scale": ("scale = 10.0", "scale = 0", "nothing would be measured"),
+    "filter": ("scale = 10.0", 'filter = "20"', "is it Hz or seconds"),
+    "delay": ("scale = 10.0", 'delay = "5 parsec"', "channels.current: delay current"),
     "toml": ("[supply]", "[supply", "not valid TOML"),
 }
 

@@ -16,6 +16,7 @@ from motorid.acquire.port import open_port
 from motorid.acquire.record import capture_all
 from motorid.acquire.scpi.dialect import load_dialect, parse
 from motorid.acquire.scpi.link import Instrument, number_of, open_visa, written
+from motorid.acquire.scpi.supply import truth
 from motorid.cli.main import run
 from motorid.errors import LinkError, RigError, UsageError
 from motorid.toml_file import packaged
@@ -163,6 +164,14 @@ def test_what_is_no_number_is_refused(text: str) -> None:
 def test_numbers_are_written_with_a_point_and_without_an_exponent() -> None:
     said = [written(value) for value in (9.0, -0.25, 1e-5, 123456.789, 0.0)]
     assert said == ["9.0", "-0.25", "0.00001", "123456.789", "0.0"]
+
+
+@pytest.mark.parametrize(
+    ("answer", "meant"),
+    [("1", True), ("+0", False), ("ON", True), ('"off"', False), ("1.0", True), ("2 V", None)],
+)
+def test_yes_and_no_as_supplies_write_them(answer: str, meant: bool | None) -> None:
+    assert truth(answer) is meant
 
 
 @pytest.mark.parametrize("path", sorted(packaged("rigs/instruments").glob("*.toml")), ids=str)

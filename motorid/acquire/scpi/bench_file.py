@@ -7,10 +7,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from motorid.acquire.port import INSTRUMENTS
 from motorid.acquire.scpi.dialect import Dialect, load_dialect
-from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
-from motorid.errors import RigError
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Channel
+from motorid.capture.table_options import TableOptions, as_stated
+from motorid.errors import RigError, UsageError
 from motorid.rig_keys import Key, List, Number, Text, read_table, show
 from motorid.rig_model import Rig
 from motorid.toml_file import read_text, tables_of, unknown
@@ -77,6 +80,11 @@ class Source:
     zero: float = 0.0
     sense: str = "bridge"  # of a voltage: the source's own terminals lie before the leads
     facts: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The facts as import's options have them: by fact, then by quantity."""
+        return {key: {self.name: value} for key, value in self.facts.items()}
 
 
 @dataclass(frozen=True)
@@ -243,6 +251,10 @@ def _check(
                 else "source needs a [recorder]; without one, write query"
             )
         )
+    try:  # now, and not when the run is over
+        as_stated(Channel(one.name, "", np.empty(0)), TableOptions(**one.options))
+    except UsageError as error:
+        raise RigError(f"{said}: {str(error).replace('--', '')}") from None
     if not one.scale:
         raise RigError(f"{said}.scale is 0: nothing would be measured")
     if recorded:

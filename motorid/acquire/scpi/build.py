@@ -33,7 +33,7 @@ from motorid.capture.model import (
 from motorid.capture.stamps import CLOCK_HZ
 from motorid.capture.table import STATIC
 from motorid.capture.table_options import TableOptions, as_stated
-from motorid.errors import DataError, RigError
+from motorid.errors import DataError
 from motorid.rig import Rig
 from motorid.version import __version__
 
@@ -41,7 +41,7 @@ FEWEST = 2  # samples of a capture
 
 
 def capture_of(rig: Rig, recording: Recording, told: Told) -> Capture:
-    """The capture. Raises DataError where there are too few readings, RigError on a wrong fact."""
+    """The capture. Raises DataError where there are too few readings."""
     time_s, traces = _advancing(recording)
     if len(time_s) < FEWEST:
         raise DataError("not two readings of the run arrived: there is nothing to keep")
@@ -84,12 +84,10 @@ def _channel(rig: Rig, trace: Trace) -> Channel:
     source = trace.source
     name, scale, resolution = source.name, trace.scale, trace.resolution
     if name == POSITION:
-        if not rig.wiring.counts_per_turn:
-            raise RigError("wiring.counts_per_turn is missing: an encoder's edges need it")
         sign = -1.0 if rig.encoder_reversed else 1.0
         resolution = 2.0 * math.pi / rig.wiring.counts_per_turn
         scale = sign * resolution * math.copysign(1.0, scale)
-    given: dict[str, Any] = {key: {name: value} for key, value in source.facts.items()}
+    given = dict(source.options)
     if trace.late is not None and "delay" not in given:
         given["delay"] = {name: trace.late[0]}
         given.setdefault("delay_uncertainty", {name: trace.late[1]})

@@ -22,6 +22,7 @@ from motorid.acquire.scpi.poll import Poller
 from motorid.acquire.scpi.recorder import SLICE_S, Clock, Recorder, Recording
 from motorid.acquire.scpi.supply import Supply
 from motorid.capture import store
+from motorid.capture.model import POSITION
 from motorid.errors import DataError, LinkError, MotoridError, RigError
 from motorid.program import Program, Step, StepKind
 from motorid.rig import Rig
@@ -76,6 +77,8 @@ def refuse(rig: Rig, bench: BenchFile, program: Program) -> None:
         raise RigError("[calibration] is of a board: state scale and zero in the instruments' file")
     if not math.isfinite(rig.sampling.rate_hz):
         raise RigError("a burst is of a board's memory: state sampling.rate_hz of the recorder")
+    if not rig.wiring.counts_per_turn and any(one.name == POSITION for one in bench.channels):
+        raise RigError("wiring.counts_per_turn is missing: an encoder's edges need it")
     for number, step in enumerate(program.steps):
         said = f"step {number} of the program"
         if step.kind is StepKind.DRIVE_DUTY:

@@ -18,8 +18,7 @@ LEAST_ABOVE = {"V": 0.02, "A": 0.005}  # or by so much: one step of a coarse set
 BELOW = 0.9  # relative: below it a protection would trip where the rig allows the run
 SETTING = 0.01  # relative, of a voltage that was set
 ATTEMPTS = 3  # to switch an output off
-ON = {"1", "+1", "ON", "TRUE"}
-OFF = {"0", "+0", "OFF", "FALSE"}
+WORDS = {"ON": True, "TRUE": True, "YES": True, "OFF": False, "FALSE": False, "NO": False}
 
 
 class Supply:
@@ -82,7 +81,7 @@ class Supply:
             return
         self.instrument.command(self._text(self._needed(section, "on")))
         answer = self.instrument.ask(self._text(self._needed(section, "is_on")))
-        if answer.upper() not in ON:
+        if not truth(answer):
             raise RigError(
                 f"the supply's {section.replace('_', '-')} protection was switched on and reads "
                 f"back {answer!r}: nothing is switched on"
@@ -145,10 +144,11 @@ class Supply:
 
     def is_on(self) -> bool:
         """Whether the output says that it is on. Raises LinkError on another answer."""
-        answer = self.instrument.ask(self._text(self._dialect.get("output", "ask"))).upper()
-        if answer in ON | OFF:
-            return answer in ON
-        raise LinkError(f"the supply says of its output {answer[:40]!r}, neither on nor off")
+        answer = self.instrument.ask(self._text(self._dialect.get("output", "ask")))
+        found = truth(answer)
+        if found is None:
+            raise LinkError(f"the supply says of its output {answer[:40]!r}, neither on nor off")
+        return found
 
     def limited(self) -> bool:
         """Whether it limits the current, or has since it was asked last; False: it cannot say."""
@@ -168,7 +168,7 @@ class Supply:
         """Which protection has tripped, by name; "": none, or it cannot say."""
         for section in ("over_voltage", "over_current"):
             ask = self._dialect.get(section, "tripped")
-            if ask and self.instrument.ask(self._text(ask)).upper() not in {*OFF, "NO"}:
+            if ask and truth(self.instrument.ask(self._text(ask))) is not False:
                 return section.replace("_", "-")
         return ""
 
@@ -182,3 +182,12 @@ class Supply:
 
     def _text(self, template: str, value: str = "") -> str:
         return template.format_map({"value": value, "channel": self._channel})
+
+
+def truth(answer: str) -> bool | None:
+    """What a supply means by 1, +0, ON or NO; None where that is neither yes nor no."""
+    word = answer.strip().strip('"').upper()
+    try:
+        return bool(float(word))
+    except ValueError:
+        return WORDS.get(word)
