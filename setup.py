@@ -34,7 +34,8 @@ class BuildWithRigs(build_py):
             return  # a working copy reads them where they are
         for folder in ("rigs", "products"):
             self.put_inside(folder, Path(folder).glob("*.toml"))
-        self.put_inside("rigs/frontends", Path("rigs/frontends").glob("*.toml"))
+        for folder in ("rigs/frontends", "rigs/instruments"):
+            self.put_inside(folder, Path(folder).glob("*.toml"))
         if os.environ.get("MOTORID_RELEASE"):
             self.put_inside("firmware", Path("firmware/build/release").glob("*"))
 

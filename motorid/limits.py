@@ -100,6 +100,7 @@ TABLE = {
     "journal": Limits("journal", 4 * GB, cell=16 * MB, passes=2),
     "toml": Limits("rig, product or calibration file", MB, passes=1),
     "json": Limits("estimate or verdict", 64 * MB, passes=2),
+    "bundle": Limits("bundle of a conformance run", 512 * MB, rows=1000, passes=1),
     "study": Limits("table of readings for a study or a trend", 64 * MB, passes=1),
     "firmware": Limits("firmware as Intel HEX", MB, passes=1),
     "history": Limits("history in a file", 64 * GB),
@@ -108,6 +109,7 @@ CSV, MAT, CAPTURE = TABLE["csv"], TABLE["mat"], TABLE["capture"]
 COLUMNAR, RECORDS, LOOK = TABLE["columnar"], TABLE["records"], TABLE["look"]
 SHEET, RECORDING = TABLE["sheet"], TABLE["recording"]
 JOURNAL, TOML, JSON, HISTORY = TABLE["journal"], TABLE["toml"], TABLE["json"], TABLE["history"]
+BUNDLE = TABLE["bundle"]  # rows: of its files
 STUDY, FIRMWARE = TABLE["study"], TABLE["firmware"]
 HEADINGS = (
     *("file", "size", "rows", "columns", "numbers in all", "a line"),

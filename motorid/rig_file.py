@@ -27,6 +27,7 @@ from motorid.rig_model import Calibration, Limits, Nameplate, Rig, Sampling
 from motorid.rig_program import coasting_s, default_program, settling_s
 from motorid.toml_file import packaged, read_text, tables_of, unknown
 
+NO_BOARD = "scpi://"  # instruments, which need no encoder
 TOP = ("name", "port", "board_serial", "front_end")
 
 
@@ -133,7 +134,7 @@ class _Reader:
             )
         if len(set(rig.sampling.channels)) < len(rig.sampling.channels):
             raise self.fail("sampling.channels names a channel twice")
-        if not rig.wiring.counts_per_turn:
+        if not rig.wiring.counts_per_turn and not rig.port.startswith(NO_BOARD):
             raise self.fail(
                 "wiring.counts_per_turn is missing: the speed limit and the position need it "
                 "(counts, four a line, of one turn of the encoder's shaft)"

@@ -65,6 +65,7 @@ def test_wheel_holds_rigs_spec_and_types_but_no_tests(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     needed = {"motorid/rigs/sim.toml", "motorid/wire/spec.toml", "motorid/py.typed"}
     needed |= {f"motorid/web/page/{name}" for name in FILES}
+    needed |= {"motorid/rigs/instruments/scpi.toml"}
     assert needed <= set(names)
     assert [name for name in names if name.endswith("licenses/motorid/web/page/uPlot.LICENSE")]
     assert not [name for name in names if name.startswith(("tests/", "bench/", "tools/"))]

@@ -142,3 +142,11 @@ _.plot
 
 # motorid/rig_model.py: written into each capture by its key, where the fit reads it
 _.rated_current_a
+
+# motorid/acquire/scpi/link.py: a resource of pyvisa reads them
+_.read_termination
+_.write_termination
+
+# motorid/workflow/conformance/bundle.py: zipfile reads them
+_.compress_type
+_.external_attr

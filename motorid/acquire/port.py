@@ -20,6 +20,7 @@ from motorid.wire.spec import load
 if TYPE_CHECKING:
     import serial
 
+INSTRUMENTS = "scpi://"  # names a file of instruments, behind which there is no board
 CONNECT_S = 5.0
 WRITE_S = 2.0
 
@@ -54,8 +55,13 @@ def open_port(url: str) -> Port:
             return _open_socket(url)
         case "emu":
             return _open_emulated(url)
+        case "scpi":
+            raise UsageError(
+                f"port {url}: instruments are no board; `motorid capture` and `motorid run` record "
+                "with them, and all that begins with a capture goes on from there"
+            )
     raise UsageError(
-        f"port {url}: unknown kind {scheme}://; use sim, replay, relay, socket or a device"
+        f"port {url}: unknown kind {scheme}://; use sim, replay, relay, socket, scpi or a device"
     )
 
 

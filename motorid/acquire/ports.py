@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.front_end import bare
@@ -129,6 +130,24 @@ def details(url: str) -> Iterator[str]:
         yield measure_link(port).sentence()
     except MotoridError as error:
         yield str(error)
+    finally:
+        port.close()
+
+
+def describe(url: str) -> dict[str, Any]:
+    """All that the board behind a port says of itself, and lines for a person.
+
+    Raises LinkError where nobody answers.
+    """
+    port = open_port(url)
+    try:
+        board = Board(port)
+        who = board.identify()
+        said = [who_is(who), *(line for line in (brown_out(who), bare(board)) if line)]
+        if missing := lacking(who):
+            said.append(f"without {', '.join(missing)}")
+        said.append(measure_link(port).sentence())
+        return {"identity": who, "channels": board.descriptors, "says": said}
     finally:
         port.close()
 

@@ -41,7 +41,7 @@ from motorid.acquire.plan import (
     step_ticks,
     wire_program,
 )
-from motorid.acquire.port import open_port
+from motorid.acquire.port import INSTRUMENTS, open_port
 from motorid.acquire.ports import serial_of
 from motorid.acquire.resets import BoardResetError
 from motorid.acquire.safety import check_program
@@ -103,6 +103,12 @@ def capture_all(
     ``say`` is told what rig and board contradict one another in, before the first program runs.
     ``watch`` is given the samples of each run as they come.
     """
+    if rig.port.startswith(INSTRUMENTS):
+        from motorid.acquire.scpi.run import capture_all as over_scpi
+
+        return over_scpi(
+            rig, program, paths, force=force, progress=progress, serial=serial, note=note, say=say
+        )
     check_program(rig, program)
     check_outputs(paths, rig, program, force=force)
     port = open_port(rig.port)

@@ -115,7 +115,7 @@ def command(
         written = walk.calibrate(
             path,
             rig,
-            _person(answers, simulated),
+            person_of(answers, simulated),
             steps=steps,
             settings=Settings(host_uncertainty=host_ppm * 1e-6, **how),
             about=about,
@@ -127,15 +127,16 @@ def command(
     return EXIT_DONE
 
 
-def _person(answers: Path | None, simulated: bool) -> Person:
+def person_of(answers: Path | None, simulated: bool) -> Person:
+    """Who answers: a file, a simulated bench, or somebody at the keyboard."""
     if simulated:
         from motorid.workflow.calibrate.simulated import Simulated
 
-        return Simulated(say=_say)
+        return Simulated(say=said)
     if answers:
         from motorid.workflow.calibrate.person import Filed, read_answers
 
-        return Filed(read_answers(answers), str(answers), _say, time.sleep)
+        return Filed(read_answers(answers), str(answers), said, time.sleep)
     return Typed()
 
 
@@ -144,7 +145,7 @@ class Typed:
 
     def say(self, text: str) -> None:
         """See Person."""
-        _say(text)
+        said(text)
 
     def ready(self, step: str, what: str) -> bool:
         """See Person."""
@@ -224,7 +225,8 @@ class Typed:
         """See Person."""
 
 
-def _say(text: str) -> None:
+def said(text: str) -> None:
+    """Shows a line of a guided run, folded."""
     bare = text.lstrip()
     indent = " " * (len(text) - len(bare))
     shown = click.wrap_text(bare, width=78, initial_indent=indent, subsequent_indent=indent + "  ")

@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from motorid.cli.names import FILES
-from motorid.cli.options import Assignment, example, expand, force_option
+from motorid.cli.options import Assignment, cluster_option, example, expand, force_option
 from motorid.cli.streams import paint
 from motorid.cli.values import JOBS, Named, Whole
 from motorid.errors import EXIT_DONE
@@ -67,6 +67,7 @@ class TaskBar:
 @click.option(
     "--jobs", type=JOBS, default=-1, show_default=True, help="Processes; -1 is one a core."
 )
+@cluster_option
 @click.option(
     "--truth",
     multiple=True,
@@ -93,6 +94,7 @@ def command(
     budget: int,
     seeds: int | None,
     jobs: int,
+    cluster: str | None,
     truth: tuple[tuple[str, float], ...],
     page: Path | None,
     output: Path,
@@ -115,7 +117,7 @@ def command(
             output,
             page=page,
             seeds=seeds,
-            jobs=jobs,
+            jobs=cluster or jobs,
             force=force,
             progress=TaskBar,
         )
@@ -126,7 +128,7 @@ def command(
             methods=methods,
             budget=budget,
             seeds=seeds,
-            jobs=jobs,
+            jobs=cluster or jobs,
             truth=dict(truth),
             force=force,
             progress=TaskBar,

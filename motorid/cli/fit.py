@@ -12,6 +12,7 @@ import click
 from motorid.cli.names import FILES, RIG
 from motorid.cli.options import (
     INSTANT,
+    cluster_option,
     example,
     expand,
     fit_options,
@@ -70,6 +71,7 @@ if TYPE_CHECKING:
     type=JOBS,
     help="Fit each capture by itself, on so many processes; -1 is one a core.",
 )
+@cluster_option
 @click.option(
     "--history", help="Fit the captures that this history knows, each by itself, in place of FILES."
 )
@@ -99,6 +101,7 @@ def command(
     budget: int | None,
     seed: int | None,
     jobs: int | None,
+    cluster: str | None,
     history: str | None,
     serial: str,
     since: datetime | None,
@@ -111,8 +114,8 @@ def command(
     Needs no start values. Prints a table with uncertainties; what these captures cannot tell is
     reported as such, with the run that would tell it.
 
-    With --jobs, a folder among FILES, or --history, every capture is fitted by itself, into
-    fits.csv, a row a capture. Finished fits are kept, so an interrupted run goes on where it
+    With --jobs, --cluster, a folder among FILES, or --history, every capture is fitted by itself,
+    into fits.csv, a row a capture. Finished fits are kept, so an interrupted run goes on where it
     stopped; captures that cannot be fitted are listed and stop nothing. --model six does without
     the search for a better model, which adds findings to the table and no values.
 
@@ -142,7 +145,7 @@ def command(
         "nameplate": _stated(nameplate),
     }
     search: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-    if history or jobs is not None or any(Path(name).is_dir() for name in files):
+    if history or cluster or jobs is not None or any(Path(name).is_dir() for name in files):
         if as_json or output is None:
             raise click.UsageError("many fits go to a folder: give -o, and no --json.")
         alone = next((name for name in search if name != "model"), "")
@@ -151,7 +154,7 @@ def command(
         places = _of_history(history, serial, since) if history else expand(files)
         if strict:
             raise click.UsageError("--strict goes with one fit: fits.csv has each one's status.")
-        _fit_many(places, output, force, {**options, **search, "jobs": jobs or 1})
+        _fit_many(places, output, force, {**options, **search, "jobs": cluster or jobs or 1})
         return EXIT_DONE
     from motorid.cli.progress import Working
     from motorid.workflow import fit as workflow

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from motorid.cli.options import Assignment, example, force_option
+from motorid.cli.options import Assignment, cluster_option, example, force_option
 from motorid.cli.streams import prompt
 from motorid.cli.values import FINITE, JOBS, Between, Named, Whole
 from motorid.errors import EXIT_DONE, EXIT_FAIL_VERDICT
@@ -120,6 +120,7 @@ def crossed(
 @click.option("--repeats", type=Whole(2, 1000), default=3, show_default=True, help="Rounds.")
 @click.option("--yes", is_flag=True, help="Do not wait for each part to be mounted.")
 @click.option("--jobs", type=JOBS, default=1, show_default=True, help="Processes that fit.")
+@cluster_option
 @PRODUCT
 @TOLERANCES
 @METHOD
@@ -140,6 +141,7 @@ def run(
     repeats: int,
     yes: bool,
     jobs: int,
+    cluster: str | None,
     product_name: str | None,
     tolerances: tuple[tuple[str, float], ...],
     method: str,
@@ -166,7 +168,9 @@ def run(
             refuse_existing(output / name, force)
     runs = workflow.plan(list(options), list(rigs), repeats, output)
     workflow.measure(runs, rigs, options, product=product, ask=None if yes else _ask)
-    text = workflow.readings(runs, output, product=product, jobs=jobs, progress=TaskBar())
+    text = workflow.readings(
+        runs, output, product=product, jobs=cluster or jobs, progress=TaskBar()
+    )
     write_whole(table, text.encode(), force=force)
     known = workflow.tolerances_of(product) if product else {}
     results = workflow.analyse_rows(

@@ -35,17 +35,18 @@ COMMANDS = {
         "Compare a rig with meters and a disc, and correct it.",
     ),
     "check": ("check", "Measure and judge one motor by a product's limits."),
-    "station": ("station", "Inspect motor after motor, for an operator or a line controller."),
+    "station": ("station", "Inspect motor after motor, by an operator or a line."),
     "gauge": ("gauge", "Study the gauge itself: crossed R&R, a golden motor, linearity."),
     "trend": ("trend", "Control charts, capability and drift of measurements; alarms."),
     "risk": ("risk", "Consumer's and producer's risks of a limit and its rule."),
     "history": ("history", "The database of results: trace, judge again, export."),
     "verify": ("verify", "Say of each file whether it is still what was written."),
-    "compare": ("compare", "Many methods on the same captures; the review's tables, rebuilt."),
+    "compare": ("compare", "Many methods on the same captures; the review's tables."),
     "motors": ("motors", "Several motors on one page: what differs, and all curves."),
     "ports": ("ports", "List the serial ports, without opening them."),
     "rigs": ("rigs", "List the rigs that come with motorid."),
     "board": ("board", "Show and store what a board knows of its sensors and dividers."),
+    "conformance": ("conformance", "Prove a board by suite and bench: one bundle to send."),
     "flash": ("flash", "Put the firmware on an Arduino Uno or Mega, by avrdude."),
     "sim": ("sim", "Offer the simulated board to another program."),
     "config": ("config", "Show and set the defaults of options, in one file."),
@@ -55,7 +56,7 @@ TASKS = {
     "Measure": ("run", "plan", "capture", "scope", "recover", "calibrate"),
     "Look and fit": ("import", "segment", "fit", "motors", "compare", "export", "verify"),
     "Inspect motors": ("check", "station", "gauge", "trend", "risk", "history"),
-    "Set up": ("ports", "rigs", "board", "flash", "sim", "config", "completion"),
+    "Set up": ("ports", "rigs", "board", "flash", "conformance", "sim", "config", "completion"),
 }
 
 
@@ -64,11 +65,10 @@ TASKS = {
     table=COMMANDS,
     tasks=TASKS,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Example: motorid run --rig sim -o out",
 )
 @click.version_option(__version__, prog_name="motorid")
 def cli() -> None:
-    """Identify a brushed DC motor on a bench, with honest uncertainty.
+    """Identify a brushed DC motor on a bench: motorid run --rig sim -o out
 
     Exit: 0 done, 1 FAIL, 2 usage, 3 rig or link, 4 data, 70 bug, 130 stopped.
     """

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from motorid.cli.names import FILES
-from motorid.cli.options import example, expand, force_option
+from motorid.cli.options import cluster_option, example, expand, force_option
 from motorid.cli.values import JOBS, Named
 from motorid.errors import EXIT_DONE
 
@@ -23,6 +23,7 @@ from motorid.errors import EXIT_DONE
 @click.option(
     "--jobs", type=JOBS, default=-1, show_default=True, help="Processes; -1 is one a core."
 )
+@cluster_option
 @click.option(
     "-o",
     "--output",
@@ -31,7 +32,9 @@ from motorid.errors import EXIT_DONE
     help="Folder for motors.html, motors.csv, and each finished fit.",
 )
 @force_option
-def command(files: tuple[str, ...], jobs: int, output: Path, force: bool) -> int:
+def command(
+    files: tuple[str, ...], jobs: int, cluster: str | None, output: Path, force: bool
+) -> int:
     """Show 2 to 50 motors on one page: parameters, real differences, curves.
 
     Each capture is a motor; a folder stands for its captures. The first is the reference.
@@ -40,7 +43,9 @@ def command(files: tuple[str, ...], jobs: int, output: Path, force: bool) -> int
     from motorid.workflow.motors import said
     from motorid.workflow.motors_files import motors_to_files
 
-    found, made = motors_to_files(expand(files), output, jobs=jobs, force=force, progress=TaskBar)
+    found, made = motors_to_files(
+        expand(files), output, jobs=cluster or jobs, force=force, progress=TaskBar
+    )
     for line in said(found):
         click.echo(line)
     for path in made:

@@ -170,6 +170,12 @@ def fit_options(command: Command) -> Command:
     return command
 
 
+def _cluster(_: click.Context, __: click.Parameter, value: str | None) -> str | None:
+    from motorid.workflow.cluster import check_address
+
+    return check_address(value) if value else None
+
+
 nameplate_option = click.option(
     "--nameplate",
     multiple=True,
@@ -178,6 +184,12 @@ nameplate_option = click.option(
     "one figure (torque_constant_nm_a=0.0514). It is compared with what is found. Repeatable.",
 )
 force_option = click.option("--force", is_flag=True, help="Replace files that exist.")
+cluster_option = click.option(
+    "--cluster",
+    metavar="ADDRESS",
+    callback=_cluster,
+    help="A Dask cluster in place of --jobs: tcp://HOST:PORT, or local:N for N processes here.",
+)
 port_option = click.option(
     "--port",
     type=PORT,

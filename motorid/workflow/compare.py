@@ -23,7 +23,7 @@ from motorid.search import fit as by_name
 from motorid.search.problem import Solution
 from motorid.search.review.run import Quartiles
 from motorid.workflow.compare_tables import median_convergence, result_of, solution_of
-from motorid.workflow.tasks import Progress, Result, Task, run_all
+from motorid.workflow.tasks import Progress, Result, Task, Workers, run_all
 
 DEFAULT = "ml"
 CHOSEN = (
@@ -69,7 +69,7 @@ def compare_captures(
     methods: Sequence[str] = CHOSEN,
     budget: int = BUDGET,
     seeds: int = SEEDS,
-    jobs: int = -1,
+    jobs: Workers = -1,
     truth: Mapping[str, float] | None = None,
     progress: Progress | None = None,
 ) -> Comparison:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from motorid.capture.whole import refuse_existing, write_whole
 from motorid.workflow import compare, compare_html, compare_tables, compare_text
-from motorid.workflow.tasks import Progress
+from motorid.workflow.tasks import Progress, Workers
 
 RUNS = "runs"  # the folder of finished tasks
 
@@ -18,7 +18,7 @@ def tables_to_files(
     *,
     page: Path | None = None,
     seeds: int | None = None,
-    jobs: int = -1,
+    jobs: Workers = -1,
     force: bool = False,
     progress: Callable[[], Progress] | None = None,
 ) -> list[Path]:
@@ -51,7 +51,7 @@ def captures_to_files(
     methods: Sequence[str] = (),
     budget: int = compare.BUDGET,
     seeds: int | None = None,
-    jobs: int = -1,
+    jobs: Workers = -1,
     truth: Mapping[str, float] | None = None,
     force: bool = False,
     progress: Callable[[], Progress] | None = None,

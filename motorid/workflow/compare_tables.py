@@ -15,7 +15,7 @@ from motorid.search.problem import Solution
 from motorid.search.review import remarks, tables
 from motorid.search.review.experiment import Experiment, Row
 from motorid.search.review.run import Summary, run, summarise
-from motorid.workflow.tasks import Progress, Result, Task, run_all
+from motorid.workflow.tasks import Progress, Result, Task, Workers, run_all
 
 SEEDS = 30
 HISTORY_POINTS = 60  # kept of a run's convergence
@@ -57,7 +57,7 @@ def compare_table(
     folder: Path,
     *,
     seeds: int = SEEDS,
-    jobs: int = -1,
+    jobs: Workers = -1,
     progress: Progress | None = None,
 ) -> TableResult:
     """Rebuild table ``number``; ``folder`` keeps each run. Raises UsageError outside 2 to 9."""
@@ -82,7 +82,7 @@ def run_cases(
     folder: Path,
     *,
     seeds: int = SEEDS,
-    jobs: int = -1,
+    jobs: Workers = -1,
     progress: Progress | None = None,
 ) -> list[list[list[Solution]]]:
     """Solutions by experiment at one noise, row and seed; ``folder`` keeps each run."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from motorid.quality.gauge import GaugeResult, Method
     from motorid.quality.product import Product
     from motorid.rig import Rig
-    from motorid.workflow.tasks import Progress
+    from motorid.workflow.tasks import Progress, Workers
 
 READINGS, JSON_FILE, REPORT = "readings.csv", "gauge.json", "gauge.html"
 CAPTURES = "captures"
@@ -108,7 +108,7 @@ def readings(
     folder: Path,
     *,
     product: Product | None = None,
-    jobs: int = 1,
+    jobs: Workers = 1,
     progress: Progress | None = None,
 ) -> str:
     """The study's readings as CSV: fitted parameters, or a product's quantities, a row a run.
@@ -130,7 +130,9 @@ def readings(
 _Row = dict[str, tuple[Any, Any]]  # quantity -> value and standard uncertainty
 
 
-def _fitted(runs: Sequence[Run], folder: Path, jobs: int, progress: Progress | None) -> list[_Row]:
+def _fitted(
+    runs: Sequence[Run], folder: Path, jobs: Workers, progress: Progress | None
+) -> list[_Row]:
     from motorid.estimate.results.estimate import SIX
     from motorid.workflow.many import fit_many
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +19,7 @@ from motorid.estimate.results.estimate import AUTO
 from motorid.reading import open_file
 from motorid.version import __version__
 from motorid.workflow.recalibrate import cited
-from motorid.workflow.tasks import Progress, Result, Task, run_all
+from motorid.workflow.tasks import Progress, Result, Task, Workers, run_all
 
 if TYPE_CHECKING:
     from motorid.rig import Rig
@@ -86,13 +88,13 @@ def fit_many(
     method: str = "ml",
     model: str = AUTO,
     rig: Rig | None = None,
-    jobs: int = 1,
+    jobs: Workers = 1,
     progress: Progress | None = None,
 ) -> list[Fitted]:
     """Fits each capture by itself; answers in the order of ``paths``, whatever finishes first.
 
     ``folder`` keeps every finished answer, by the capture's SHA-256, the options and the ``rig`` to
-    re-analyse them with: interrupt and call again. ``jobs``: processes (-1: one a core).
+    re-analyse them with: interrupt and call again. ``jobs``: see ``Workers``.
     ``model``: six does without the search for a better one, which adds findings and no values.
     """
     options = {"fix": dict(fix or {}), "without": list(without), "method": method, "model": model}
@@ -103,6 +105,7 @@ def fit_many(
             _fit,
             (path, sha256, options, rig),
             {"capture": sha256, "options": options, "motorid": __version__, **under},
+            partial(_failed, sha256),
         )
         for path, sha256 in known.items()
         if isinstance(sha256, str)
@@ -165,18 +168,18 @@ def _values(named: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _unreadable(error: MotoridError) -> Result:
-    return {
-        "sha256": "",
-        "serial": "",
-        "values": {},
-        "findings": [],
-        "failure": str(error),
-        "seconds": 0.0,
-    }
+    return _failed("", str(error))
+
+
+def _failed(sha256: str, says: str) -> Result:
+    """The answer of a capture that has none."""
+    found: Result = {"sha256": sha256, "serial": "", "values": {}, "findings": []}
+    return found | {"failure": says, "seconds": 0.0}
 
 
 def _fitted(path: Path, result: Result) -> Fitted:
-    fields = {**result, "findings": tuple(result["findings"])}
+    said = str(result["failure"]).replace(os.path.abspath(path), str(path))  # as a worker named it
+    fields = {**result, "findings": tuple(result["findings"]), "failure": said}
     return Fitted(path=str(path), **fields)
 
 

@@ -11,7 +11,7 @@ from motorid.estimate.results.estimate import SIX
 from motorid.workflow.many import captures_in, fit_many
 from motorid.workflow.motors import Motor, motors, table
 from motorid.workflow.motors_html import page
-from motorid.workflow.tasks import Progress
+from motorid.workflow.tasks import Progress, Workers
 
 MOST = 50  # motors that one page shows
 PAGE, TABLE = "motors.html", "motors.csv"
@@ -21,7 +21,7 @@ def motors_to_files(
     places: Sequence[Path],
     folder: Path,
     *,
-    jobs: int = -1,
+    jobs: Workers = -1,
     force: bool = False,
     progress: Callable[[], Progress] | None = None,
 ) -> tuple[list[Motor], list[Path]]:

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from motorid.errors import UsageError
+from motorid.errors import RigError, UsageError
 
 if TYPE_CHECKING:
     from motorid.acquire.record import Progress, Say
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 CAPTURE_FILE = "capture.h5"
 SIM = "sim://"
+NO_BOARD = "scpi://"
 LONGEST_LABEL = 60  # characters of a serial number in the name of a folder
 AUTO = "auto"  # as a port: the only one that has a board
 
@@ -43,6 +44,8 @@ def adjusted(rig: Rig, *, port: str | None = None, speed: str | None = None) -> 
         from motorid.acquire.ports import only_port
 
         url = only_port()
+    if not rig.wiring.counts_per_turn and not url.startswith(NO_BOARD):
+        raise RigError(f"{rig.name}: wiring.counts_per_turn is missing, which a board needs")
     return replace(rig, port=_at_speed(url, speed) if speed else url)
 
 

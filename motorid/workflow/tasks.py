@@ -1,4 +1,4 @@
-"""Many independent computations on all cores, each result a file: interrupt and go on later.
+"""Many independent computations on all cores, or a cluster, each result a file: go on later.
 
 A task's file is named by a digest of everything that defines it, so a changed definition runs
 again and an equal one does not.
@@ -6,41 +6,28 @@ again and an equal one does not.
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from motorid import json_text
 from motorid.capture.whole import write_whole
 from motorid.errors import DataError
+from motorid.workflow.task import Result as Result
+from motorid.workflow.task import Task as Task
 
-Result = dict[str, Any]  # plain data for JSON
 Progress = Callable[[int, int], None]  # done, total
-
-
-@dataclass(frozen=True)
-class Task:
-    """``work(*arguments)`` gives a Result; ``definition``, plain data, is all it depends on."""
-
-    work: Callable[..., Result]
-    arguments: tuple[Any, ...]
-    definition: Mapping[str, Any]
-
-    @property
-    def digest(self) -> str:
-        """Name of the result's file."""
-        text = json_text.canonical(self.definition)
-        return hashlib.sha256(text.encode()).hexdigest()[:24]
+Workers = int | str  # processes (-1: one a core), or a cluster as ``--cluster`` names it
 
 
 def run_all(
-    tasks: Sequence[Task], folder: Path, jobs: int = -1, progress: Progress | None = None
+    tasks: Sequence[Task], folder: Path, jobs: Workers = -1, progress: Progress | None = None
 ) -> list[Result]:
     """Results in the order of the tasks; those that ``folder`` holds already are read, not run.
 
-    ``jobs``: processes (-1: one a core). An interrupt keeps every result that was finished.
+    An interrupt keeps every result that was finished, and so does a cluster that is lost. A task
+    that no worker of a cluster survives gives its ``failed``, which is not kept; without one it
+    raises DataError. Raises LinkError where the cluster cannot be reached or is lost.
     """
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{task.digest}.json" for task in tasks]
@@ -55,7 +42,10 @@ def run_all(
     return [found[path] for path in paths]
 
 
-def _finished(missing: Mapping[Path, Task], jobs: int) -> Any:
+def _finished(missing: Mapping[Path, Task], jobs: Workers) -> Any:
+    if isinstance(jobs, str):
+        yield from _of_cluster(missing, jobs)
+        return
     if jobs == 1 or len(missing) < 2:
         yield from (_do(path, task) for path, task in missing.items())
         return
@@ -63,6 +53,22 @@ def _finished(missing: Mapping[Path, Task], jobs: int) -> Any:
 
     pool = Parallel(n_jobs=min(jobs, len(missing)), return_as="generator_unordered")
     yield from pool(delayed(_do)(path, task) for path, task in missing.items())
+
+
+def _of_cluster(missing: Mapping[Path, Task], address: str) -> Iterator[tuple[Path, Result]]:
+    from motorid.workflow.cluster import Failure, answered, check_address
+
+    check_address(address)
+    for path, found in answered(missing, address) if missing else ():
+        if not isinstance(found, Failure):
+            if not found.get("failure"):  # a capture that one machine cannot read, another may
+                write_whole(path, json_text.dumps(found).encode(), force=True)
+            yield path, found
+            continue
+        failed = missing[path].failed
+        if failed is None:
+            raise DataError(f"a task of the cluster failed: {found.says}; the others are kept")
+        yield path, failed(found.says)
 
 
 def _do(path: Path, task: Task) -> tuple[Path, Result]:

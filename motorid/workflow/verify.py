@@ -1,8 +1,9 @@
-"""Whether files are still what was written: captures, journals, documents, histories."""
+"""Whether files are still what was written: captures, journals, documents, histories, bundles."""
 
 from __future__ import annotations
 
 import os
+import tempfile
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -17,11 +18,14 @@ SCHEMA = "motorid-verify-1"
 SOUND, NO_DIGEST, CUT_SHORT, DAMAGED = "sound", "carries no digest", "cut short", "damaged"
 STATES = (SOUND, NO_DIGEST, CUT_SHORT, DAMAGED)
 CAPTURE, JOURNAL, DOCUMENT, HISTORY = "capture", "journal", "document", "history"
+BUNDLE = "bundle"  # a zip of a conformance run
+_ZIP = b"PK\x03\x04"
 _HEADS = {
     b"\x89HDF\r\n\x1a\n": CAPTURE,
     b"motorid journal ": JOURNAL,
     b"SQLite format 3\0": HISTORY,
 }
+_NAMED = {".json": DOCUMENT, ".zip": BUNDLE}  # by a person, who means one of ours
 _DOCUMENTS = ("estimate.json", "verdict.json")
 
 
@@ -47,7 +51,7 @@ def verify(paths: Iterable[Path]) -> Iterator[Finding]:
             continue
         if not path.exists():
             raise UsageError(f"there is no file {path}: check the path")
-        kind = _kind(path) or (DOCUMENT if path.suffix == ".json" else "")
+        kind = _kind(path) or _NAMED.get(path.suffix, "")
         if not kind:
             raise DataError(f"{path} is no file that motorid writes, or damaged from its beginning")
         yield _finding(path, kind)
@@ -103,6 +107,10 @@ def _kind(path: Path) -> str:
     for begins, kind in _HEADS.items():
         if head.startswith(begins):
             return kind
+    if head.startswith(_ZIP):
+        from motorid.workflow.conformance.bundle import is_bundle
+
+        return BUNDLE if is_bundle(path) else ""
     if is_journal(path):
         return JOURNAL
     if path.suffix == ".h5":
@@ -121,7 +129,13 @@ def _is_ours(path: Path) -> bool:
 
 
 def _finding(path: Path, kind: str) -> Finding:
-    checks = {CAPTURE: _capture, JOURNAL: _journal, DOCUMENT: _document, HISTORY: _history}
+    checks = {
+        CAPTURE: _capture,
+        JOURNAL: _journal,
+        DOCUMENT: _document,
+        HISTORY: _history,
+        BUNDLE: _bundle,
+    }
     try:
         return checks[kind](path)
     except DataError as error:
@@ -168,3 +182,18 @@ def _history(path: Path) -> Finding:
     if where:
         return Finding(str(path), HISTORY, DAMAGED, where)
     return Finding(str(path), HISTORY, NO_DIGEST, "its structure and its texts are good")
+
+
+def _bundle(path: Path) -> Finding:
+    """Its digests first; then each file of motorid's in it, as if it lay there by itself."""
+    from motorid.workflow.conformance.bundle import unpack
+
+    with tempfile.TemporaryDirectory(prefix="motorid-") as scratch:
+        manifest = unpack(path, Path(scratch))
+        for one in verify([Path(scratch)]):
+            if one.state in (DAMAGED, CUT_SHORT):
+                name = Path(one.path).relative_to(scratch)
+                return Finding(str(path), BUNDLE, DAMAGED, f"{name} in it: {one.where}")
+    done = sum(part["outcome"] == "done" for part in manifest["parts"])
+    said = f"{len(manifest['files'])} files; {done} of {len(manifest['parts'])} parts done"
+    return Finding(str(path), BUNDLE, SOUND, said)

@@ -28,6 +28,10 @@ if TYPE_CHECKING:
     from motorid.rig import Rig
 
 
+class NothingDoneError(UsageError):
+    """Every step was left out by the person."""
+
+
 @dataclass(frozen=True)
 class Written:
     """Where a calibration went, and where the one before it was kept (None: there was none)."""
@@ -70,7 +74,7 @@ def calibrate(
 
     What an earlier file says of other parts of the same board stays, with its own dates; that file
     is kept under its date. What was done before an interrupt or an error is written all the same.
-    Raises UsageError where nothing was done.
+    Raises NothingDoneError where no step was done.
     """
     wanted = _wanted(steps)
     target = path.parent / rig.calibration_file if rig.calibration_file else path_beside(path)
@@ -89,7 +93,7 @@ def calibrate(
         if done:
             written = _write(target, bench, before, path.stem, dict(about or {}), tuple(done))
     if written is None:
-        raise UsageError("no step was done, so nothing is written")
+        raise NothingDoneError("no step was done, so nothing is written")
     return written
 
 
