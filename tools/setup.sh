@@ -40,6 +40,7 @@ wanted_packages() {
     has avr-gcc || echo gcc-avr avr-libc
     [ -e /usr/include/simavr/sim_avr.h ] || echo libsimavr-dev libelf-dev
     [ -d /usr/share/arduino/hardware/arduino/avr/bootloaders ] || echo arduino-core-avr
+    has arm-none-eabi-gcc || echo gcc-arm-none-eabi libnewlib-arm-none-eabi
     has avrdude || echo avrdude
     has cppcheck || echo cppcheck
     has clang-tidy || echo clang-tidy
