@@ -27,6 +27,7 @@ Floats = NDArray[np.float64]
 
 UNTOLD = 0.1  # of a prior: where more of it stays open, these data do not tell the effect
 FARTHEST = 1.0  # of it: a larger size is for other causes to explain
+UNBOUNDED = 50.0  # of a logarithm, by which no reading tells it: any more says the same
 FOUND = 4.0  # standard deviations of a size that is seen
 
 
@@ -47,7 +48,7 @@ class Undetected:
         """Relative changes of the parameters by so many ``times`` the shift, the largest first."""
         each = zip(solution.unknowns, solution.values, times * self.shift, strict=True)
         shares = {
-            u.name: float(np.expm1(shift) if u.log else shift / value)
+            u.name: float(np.expm1(min(shift, UNBOUNDED)) if u.log else shift / value)
             for u, value, shift in each
             if u.log or value
         }
