@@ -177,6 +177,18 @@ def test_volts_without_current_give_time_constant_and_gain() -> None:
     assert known.parameters["J"].value == pytest.approx(J, rel=0.02)
 
 
+def test_volts_with_resistance_and_constant_give_each_parameter_its_value_and_its_doubt() -> None:
+    R, K, J, B, T0 = 2.0, 0.05, 5e-5, 2e-4, 4e-3
+    equivalent = Plant(K=K / R, B=B + K**2 / R, J=J, T0=T0)
+    t, volts, w = closed_loop(equivalent, sweep(100.0, 0.8), 0.3, 3.0, fine=4)
+    noise = 0.2 * np.random.default_rng(0).standard_normal(len(t))
+    channels = {"terminal_voltage": ("V", volts), "speed": ("rad/s", w + noise)}
+    found = mechanical_fit.fit([capture(t, **channels)], fix={"R": R, "K": K}).parameters
+    for name, value in (("J", J), ("B", B), ("T0", T0)):
+        assert found[name].value == pytest.approx(value, rel=0.1), name
+        assert 0.0 < found[name].total < 0.1 * value, name
+
+
 @pytest.mark.slow
 def test_friction_that_the_model_lacks_is_said() -> None:
     t, _, w = closed_loop(MOTOR, sweep(120.0, 0.7), 0.02, 8.0)
