@@ -22,14 +22,34 @@ UNSETTLED = {
 }
 SETTLED = {case.name: case for case in CASES if case.name not in UNSETTLED}
 CHEAP = [name for name, case in SETTLED.items() if not case.dear]
+# Each takes about a fifth of a second or less, so that the quick suite sees an answer that moves:
+# a bridge and a log of every kind.
+QUICK = {
+    "diode-decay",
+    "fast-decay",
+    "wrong-counts",
+    "sim-re35",
+    "sim-pittman",
+    "emulated-uno",
+    "log-steps",
+    "log-position",
+    "log-means",
+    "log-motionless",
+    "log-locked-rotor",
+    "log-mechanical",
+    "log-no-current",
+    "log-coast-down",
+    "log-tachometer",
+}
+EACH = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in SETTLED]
 
 
-def test_the_unsettled_are_cases() -> None:
+def test_the_unsettled_and_the_quick_are_cases() -> None:
     assert {case.name for case in CASES} >= UNSETTLED.keys()
+    assert SETTLED.keys() >= QUICK
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SETTLED)
+@pytest.mark.parametrize("name", EACH)
 def test_a_case_gives_the_recorded_answer(name: str) -> None:
     recorded = answers.load(name)
     found = compare.beyond(name, recorded.values, fits.here(name).values, recorded.tolerance)

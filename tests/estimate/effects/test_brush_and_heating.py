@@ -14,7 +14,7 @@ from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import Capture, Wiring
 from motorid.estimate.assembly.assemble import fit
-from motorid.estimate.effects.brush_and_heating import expected_drop, lossless
+from motorid.estimate.effects.brush_and_heating import Loss, expected_drop, lossless
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.dead_time import dead_time_loss
@@ -32,6 +32,16 @@ BRIDGE = Wiring(pwm_hz=20e3, dead_time_s=5e-7, supply_voltage_v=12.0)
 
 def switched(wiring: Wiring = BRIDGE) -> Capture:
     return replace(clean_capture(FAULHABER), wiring=wiring)
+
+
+@pytest.mark.parametrize("share", [-2.0, 0.0, 0.25, 1.0])
+def test_a_mixture_lies_by_its_share_between_two_losses(share: float) -> None:
+    one = Loss(np.ones(3, bool), 1e-4, 12.0, (0.0, 1.0), None, further=0.1,
+               shapes={"drop": np.array([1.0, 2.0, 3.0])})  # fmt: skip
+    other = replace(one, further=0.3, shapes={"drop": np.array([2.0, 2.0, 0.0])})
+    found = one.mixed(other, share)
+    assert found.further == pytest.approx(0.1 + share * 0.2)
+    assert found.shapes["drop"] == pytest.approx([1.0 + share, 2.0, 3.0 - 3.0 * share])
 
 
 def driven(level: float, decay: Decay = SLOW) -> Part:

@@ -25,7 +25,6 @@ def plain(folder: Path, lag: int) -> tuple[list[MotorRecord], Told]:
     return records, heard
 
 
-@pytest.mark.slow
 def test_a_late_speed_is_asked_for_and_a_sound_log_is_not(tmp_path: Path) -> None:
     _, sound = plain(tmp_path, 0)
     assert not sound.asked_for
@@ -35,7 +34,6 @@ def test_a_late_speed_is_asked_for_and_a_sound_log_is_not(tmp_path: Path) -> Non
     assert spoilt.unknowns == 4
 
 
-@pytest.mark.slow
 def test_what_is_left_open_is_no_more_than_the_priors(tmp_path: Path) -> None:
     _, heard = plain(tmp_path, 0)
     assert len(heard.shifts) == heard.unknowns
@@ -51,7 +49,6 @@ def test_more_unknowns_need_more_gain() -> None:
     assert not Told(31.0, 4, 0.1, 2000, (), none).asked_for
 
 
-@pytest.mark.slow
 def test_the_likeliest_shape_of_a_held_voltage_is_held(tmp_path: Path) -> None:
     capture = logged(tmp_path)
     records = [MotorRecord(capture, PARAMETERS, {})]

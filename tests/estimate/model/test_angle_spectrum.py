@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motorid.estimate.model.angle_spectrum import Turned, periods_a_turn, recurring
+from motorid.capture.model import CURRENT
+from motorid.estimate.model.angle_spectrum import Turned, periods_a_turn, recurring, turned
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import PARAMETERS
+from tests.exact_capture import FAULHABER, Plan, clean_capture
 
 N = 6000
 
@@ -45,6 +49,19 @@ def test_of_a_residual_only_what_repeats_is_left() -> None:
     left = recurring(wave + 3.0 + 0.2 * angle, angle, period)
     inside = (angle >= period) & (angle <= angle[-1] - period)
     assert left == pytest.approx(wave[inside], abs=1e-3)
+
+
+def test_of_a_run_half_a_turn_at_each_end_is_left_out() -> None:
+    """The mean over a turn is not known there, so that nothing tells what repeats."""
+    record = MotorRecord(clean_capture(FAULHABER, Plan(count=800)), PARAMETERS, {})
+    angle = np.linspace(0.0, 10 * np.pi, record.timeline.count)
+    current = next(m for m in record.measured if m.block.name == CURRENT)
+    waves = [np.sin(7 * angle[m.keep]) + 4.0 for m in record.measured]
+    longest = max(turned(record, waves, angle), key=lambda one: len(one.angle))
+    shown = angle[current.keep]
+    assert longest.angle[0] == pytest.approx(shown[0] + np.pi, abs=0.1)
+    assert longest.angle[-1] == pytest.approx(shown[-1] - np.pi, abs=0.1)
+    assert longest.residual == pytest.approx(np.sin(7 * longest.angle), abs=0.05)
 
 
 def test_about_a_rest_nothing_repeats() -> None:

@@ -54,7 +54,6 @@ def test_it_takes_no_log_that_says_more() -> None:
     assert not current_transient_alone.suits([])
 
 
-@pytest.mark.slow
 def test_a_rotor_that_a_dead_sensor_sees_standing_is_locked() -> None:
     volts = ON + 0.01 * np.random.default_rng(1).standard_normal(len(TIME))
     found = fit([log(current=RISE, terminal_voltage=volts, speed=0.0 * TIME)])

@@ -76,7 +76,6 @@ def test_a_fit_that_begins_at_its_answer_knows_the_brushes_drop() -> None:
     assert drop.total < 0.01
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["K", "J", "T0"])
 def test_one_that_is_given_tells_the_others(name: str) -> None:
     estimate = fit([motionless(5)], fix={name: FAULHABER[name]})

@@ -51,7 +51,6 @@ def inside(estimate: Estimate, truth: dict[str, float]) -> bool:
     )
 
 
-@pytest.mark.slow
 def test_without_noise_the_ratios_come_back(clean: Capture) -> None:
     estimate = mechanical_fit.fit([clean])
     for name, value in RATIOS.items():
@@ -63,7 +62,6 @@ def test_without_noise_the_ratios_come_back(clean: Capture) -> None:
     assert any("terminal voltage" in d.message for d in estimate.diagnostics)
 
 
-@pytest.mark.slow
 def test_fixed_torque_constant_gives_parameters() -> None:
     truth = {"B": MOTOR.B, "J": MOTOR.J, "T0": MOTOR.T0}
     estimate = mechanical_fit.fit([run(1)], fix={"K": MOTOR.K})
@@ -73,14 +71,12 @@ def test_fixed_torque_constant_gives_parameters() -> None:
     assert estimate.parameters["K"].status == "fixed"
 
 
-@pytest.mark.slow
 def test_fixed_inertia_gives_the_torque_constant() -> None:
     estimate = mechanical_fit.fit([run(2)], fix={"J": MOTOR.J})
     assert estimate.parameters["K"].value == pytest.approx(MOTOR.K, rel=0.03)
     assert estimate.parameters["T0"].value == pytest.approx(MOTOR.T0, rel=0.05)
 
 
-@pytest.mark.slow
 def test_position_serves_as_well_as_speed() -> None:
     t, i, w = closed_loop(MOTOR, sweep(120.0, 0.7), 0.02, 8.0)
     angle = np.r_[0.0, np.cumsum((w[1:] + w[:-1]) / 2 * np.diff(t))]
@@ -93,7 +89,6 @@ def test_position_serves_as_well_as_speed() -> None:
         assert estimate.combinations[name].value == pytest.approx(value, rel=0.03)
 
 
-@pytest.mark.slow
 def test_linear_axis_reports_mass_and_offset() -> None:
     axis = Plant(K=1.0, B=200.0, J=95.0, T0=20.0, load=-3.0)
     t, force, v = closed_loop(axis, sweep(0.1, 0.5), 3000.0, 8.0)
@@ -147,7 +142,6 @@ def test_magnitude_of_the_current_gets_its_sign_back() -> None:
     assert any(d.code == "unsigned_drive" for d in estimate.diagnostics)
 
 
-@pytest.mark.slow
 def test_one_direction_knows_no_offset() -> None:
     t, i, w = closed_loop(MOTOR, steps(0.5, 40.0, 120.0, 80.0), 0.02, 8.0)
     rng = np.random.default_rng(0)
@@ -181,6 +175,18 @@ def test_volts_without_current_give_time_constant_and_gain() -> None:
         [capture(t, terminal_voltage=("V", volts), speed=("rad/s", w))], fix={"R": R, "K": K}
     )
     assert known.parameters["J"].value == pytest.approx(J, rel=0.02)
+
+
+def test_volts_with_resistance_and_constant_give_each_parameter_its_value_and_its_doubt() -> None:
+    R, K, J, B, T0 = 2.0, 0.05, 5e-5, 2e-4, 4e-3
+    equivalent = Plant(K=K / R, B=B + K**2 / R, J=J, T0=T0)
+    t, volts, w = closed_loop(equivalent, sweep(100.0, 0.8), 0.3, 3.0, fine=4)
+    noise = 0.2 * np.random.default_rng(0).standard_normal(len(t))
+    channels = {"terminal_voltage": ("V", volts), "speed": ("rad/s", w + noise)}
+    found = mechanical_fit.fit([capture(t, **channels)], fix={"R": R, "K": K}).parameters
+    for name, value in (("J", J), ("B", B), ("T0", T0)):
+        assert found[name].value == pytest.approx(value, rel=0.1), name
+        assert 0.0 < found[name].total < 0.1 * value, name
 
 
 @pytest.mark.slow

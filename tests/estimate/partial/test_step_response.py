@@ -94,6 +94,27 @@ def test_what_is_no_single_step_is_left_to_the_balance() -> None:
     assert [step.level for step in same] == [0.3, 0.3]
 
 
+def test_few_readings_or_hardly_a_motion_are_no_step() -> None:
+    """Either alone: a dozen readings of a fast rise, and many of a motor within its rounding."""
+    few = log(TIME[::50], speed=("rad/s", risen(TIME)[::50]))
+    still, fine = (log(TIME, quantum, speed=("rad/s", risen(TIME))) for quantum in (100.0, 1.0))
+    assert step_response.steps([few]) is None
+    assert step_response.steps([still]) is None
+    assert step_response.steps([fine]) is not None
+
+
+@pytest.mark.parametrize("lags", [(0.08,), (0.08, 0.01), (0.02, 0.02)])
+def test_a_rise_begins_at_nothing_and_ends_at_one_beside_its_integral(
+    lags: tuple[float, ...],
+) -> None:
+    since = np.linspace(-0.01, 2.0, 20_001)
+    rise, whole = exponential_fit.shape(since, np.array(lags))
+    assert rise[since <= 0.0] == pytest.approx(0.0, abs=1e-12)
+    assert rise[-1] == pytest.approx(1.0, abs=1e-6)
+    assert np.gradient(whole, since)[200:] == pytest.approx(rise[200:], abs=1e-4)
+    assert since[-1] - whole[-1] == pytest.approx(sum(lags), rel=2e-3)  # it lags by all of them
+
+
 def test_a_second_lag_is_found_where_there_is_one() -> None:
     slow, fast = 0.08, 0.01
     t = np.maximum(TIME - ONSET_S, 0.0)

@@ -81,6 +81,8 @@ def test_a_loss_that_is_noise_asks_for_nothing() -> None:
     own[k] = 100.0 * float(np.sqrt(solution.own_covariance[0][k, k]))
     large = replace(solution, own=(own,))
     assert trigger.loss_stands_out(records, large, dict.fromkeys(FAULHABER, 0.0))
+    # and does not where it moves each by much less than matters
+    assert not trigger.loss_stands_out(records, large, dict.fromkeys(FAULHABER, 1e9))
 
 
 def test_a_program_shows_no_scatter_of_a_log() -> None:

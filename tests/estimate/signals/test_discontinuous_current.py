@@ -82,7 +82,6 @@ def test_duty_times_supply_is_refused_with_diodes() -> None:
         assert divided(capture, line(other), commanded).parts == (other,)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("times", "stays"), [(0.5, True), (10.0, False)])
 def test_a_current_too_large_for_pulses_flows_on(times: float, stays: bool) -> None:
     L, R = 1e-3, 2.0

@@ -45,7 +45,6 @@ def test_two_motors_in_one_fit_are_named_and_their_k_is_doubtful() -> None:
     assert k.interval_95[1] - k.interval_95[0] == pytest.approx(0.15 * K, rel=0.5)
 
 
-@pytest.mark.slow
 def test_one_motor_twice_is_not_doubted() -> None:
     estimate = fit([run("M17"), run("M17")])
     assert [d.code for d in estimate.diagnostics if d.severity != "info"] == []

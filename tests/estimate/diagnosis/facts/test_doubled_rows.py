@@ -34,6 +34,7 @@ def test_rows_that_stand_twice_are_named(bits: int) -> None:
     assert "rows stand twice" in said.message
     assert said.moves["J"] > 0.05 * MOTOR["J"] * 0.5
     assert said.moves["L"] > 0.0
+    assert all(said.moves[name] < MOTOR[name] for name in ("J", "L"))  # a part of a value
 
 
 @pytest.mark.parametrize("bits", [0, 6, 8, 10, 12])

@@ -50,7 +50,6 @@ def test_within_them_or_too_small_to_matter_it_is_not(measured: float, u: float)
     assert list(findings([level(measured, 0.100, u)], MOTOR)) == []
 
 
-@pytest.mark.slow
 def test_a_good_run_reports_the_foretold_speed_and_no_difference() -> None:
     estimate = fit([noisy(clean_capture(FAULHABER, LONG), 1, 1e-3, 1e-4)])
     told = [r for r in estimate.steady if r.foretold_speed_rad_s is not None]
@@ -60,7 +59,6 @@ def test_a_good_run_reports_the_foretold_speed_and_no_difference() -> None:
     assert codes(estimate) == []
 
 
-@pytest.mark.slow
 def test_a_level_whose_current_reads_too_much_is_named() -> None:
     good = noisy(clean_capture(FAULHABER, LONG), 1, 1e-3, 1e-4)
     assert codes(fit([with_current(good, 0.02)])) == ["steady_current"]

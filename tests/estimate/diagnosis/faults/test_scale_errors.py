@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,6 +44,19 @@ def test_the_powers_are_those_of_the_fit(channel: str, cause: scale_errors.Cause
         assert a is not None
         assert b is not None
         assert b / a == pytest.approx(FACTOR ** cause.powers.get(name, 0), rel=5e-3), name
+
+
+def test_a_factor_is_the_mean_that_its_figures_give_by_their_certainty() -> None:
+    """A speed 1.5 times too large by K, which is better known, and 1.4 times by J."""
+    by_k, by_j = math.log(1.5), math.log(1.4)
+    known = {
+        "R": (0.0, 0.08), "L": (0.0, 0.3), "K": (-by_k, 0.05), "J": (-2.0 * by_j, 0.2),
+    }  # fmt: skip
+    (found,) = scale_errors.by_nameplate(known)
+    assert found.cause is scale_errors.SPEED
+    weights = 1.0 / 0.05**2, 4.0 / 0.2**2
+    mean = (weights[0] * by_k + weights[1] * by_j) / sum(weights)
+    assert math.log(found.factor) == pytest.approx(mean, abs=1e-9)
 
 
 @pytest.mark.parametrize(

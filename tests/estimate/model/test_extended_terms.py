@@ -1,0 +1,60 @@
+"""Parameters of wider models: what their figures are counted in."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from motorid.estimate.model.extended_terms import ADDED, TERMS, Scales
+
+SIZES = Scales(
+    volts=12.0, current=3.0, speed=400.0, torque=0.02, resistance=4.0, inertia=1e-6,
+    inductance=2e-4, duration=0.5,
+)  # fmt: skip
+KILO, METRE, SECOND, AMPERE, KELVIN = 3.0, 5.0, 7.0, 11.0, 1.0  # other sizes of the base units
+VOLT = KILO * METRE**2 / SECOND**3 / AMPERE
+UNITS = {
+    "1": 1.0, "rad": 1.0, "V": VOLT, "A": AMPERE, "s": SECOND, "s²": SECOND**2, "rad²": 1.0,
+    "N": KILO * METRE / SECOND**2, "m": METRE, "K": KELVIN, "J": KILO * METRE**2 / SECOND**2,
+}  # fmt: skip
+
+
+def factor(unit: str) -> float:
+    """By which a figure in that unit grows with smaller base units: products over products."""
+    above, *below = unit.split("/")
+    out = 1.0
+    for one in above.split("·"):
+        out *= UNITS[one]
+    for part in below:
+        for one in part.split("·"):
+            out /= UNITS[one]
+    return out
+
+
+@pytest.mark.parametrize("name", ADDED)
+def test_a_search_counts_a_parameter_in_its_own_unit(name: str) -> None:
+    """With other base units its size is the same one: the unit and the size go together."""
+    others = replace(
+        SIZES,
+        volts=SIZES.volts * VOLT,
+        current=SIZES.current * AMPERE,
+        speed=SIZES.speed / SECOND,
+        torque=SIZES.torque * factor("N·m"),
+        resistance=SIZES.resistance * VOLT / AMPERE,
+        inertia=SIZES.inertia * KILO * METRE**2,
+        inductance=SIZES.inductance * VOLT * SECOND / AMPERE,
+        duration=SIZES.duration * SECOND,
+    )
+    assert others.of(name) == pytest.approx(SIZES.of(name) * factor(ADDED[name].unit))
+    assert " " in ADDED[name].meaning  # words
+
+
+def test_a_term_is_nothing_where_its_parameters_are_absent() -> None:
+    for term in TERMS.values():
+        assert [ADDED[name].absent for name in term.sizes] == [0.0] * len(term.sizes)
+
+
+def test_a_motor_without_inductance_has_a_rise_all_the_same() -> None:
+    assert replace(SIZES, inductance=0.0).rise > 0.0
+    assert SIZES.rise == pytest.approx(SIZES.inductance / SIZES.resistance)
