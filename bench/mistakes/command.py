@@ -88,5 +88,5 @@ def fitted(paths: Sequence[object], *options: object, before: str = "") -> Answe
 
 @cache
 def offers(command: str, option: str) -> bool:
-    """Whether a command has that option."""
-    return option in say(command, "--help").out
+    """Whether a command has that option; ``--help`` alone leaves the rarer ones out."""
+    return option in say(command, "--help-all").out
