@@ -12,11 +12,12 @@ from motorid.report.numbers import quantity
 from motorid.report.words import decisive, sentence
 
 HIDDEN = (
-    "These data cannot reveal a wrong scale of {what}: it leaves no residual. A nameplate in the "
-    "rig, or a run with a disc of known inertia, would reveal it."
+    "These data cannot reveal a wrong scale of {what}: such errors leave no residual. A nameplate "
+    "in the rig, or a run with a disc of known inertia, would reveal most of them."
 )
-SCALES = {cause.code for cause in scale_errors.CAUSES}
-BOUNDED = "These data cannot reveal a wrong scale of {what}: it leaves no residual."
+SCALES = {cause.code for cause in (*scale_errors.CAUSES, scale_errors.TIME_OF_POSITION)}
+BOUNDED = "These data cannot reveal a wrong scale of {what}: such errors leave no residual."
+AMBIENT = scale_errors.AMBIENT
 
 
 def as_sentences(estimate: Estimate, first: bool) -> list[str]:
@@ -39,11 +40,13 @@ def hidden(estimate: Estimate) -> str:
     """
     found = _of(estimate, "not excluded")
     scales = [s for s in found if s.code in SCALES]
-    effects = [s for s in found if s.code not in SCALES]
+    warm = any(s.code == AMBIENT.code for s in found)
+    effects = [s for s in found if s.code not in {*SCALES, AMBIENT.code}]
     said = []
     if scales:
         plated = any("nameplate" in s.evidence for s in scales)
-        said.append((BOUNDED if plated else HIDDEN).format(what=_listed(scales)))
+        what = _listed(scales) + (f", nor a wrong {AMBIENT.where}" if warm else "")
+        said.append((BOUNDED if plated else HIDDEN).format(what=what))
     said += [f"{sentence(s.evidence)} To reveal it, {s.action}." for s in effects]
     return " ".join(said)
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from motorid.capture.model import POSITION
 from motorid.estimate.diagnosis import rank
 from motorid.estimate.diagnosis.faults import scale_errors
 from motorid.estimate.effects.brush_and_heating import lossless
@@ -38,14 +39,15 @@ def suspects(
         parameters, plate, top
     ):  # brushes would take what they can of the misfit
         parameters = without_loss(records, parameters)
-    scales = scale_errors.suspects(parameters, plate, top)
+    turned = any(POSITION in record.capture.channels for record in records)
+    scales = scale_errors.suspects(parameters, plate, top, turned)
     if scale_errors.absurd(parameters, plate, top) and scales[0].strength == "named":
         return scales, None  # volts a thousand times too high misfit in every other way as well
     found, convicted = tuple(rank.direct(records)), None
     if tried:
         found, convicted = rank.suspects(records, solution)
     if rank.spoiling(found):  # then the parameters say nothing of scales
-        scales = scale_errors.suspects(parameters, {})
+        scales = scale_errors.suspects(parameters, {}, turned=turned)
     return found + scales, convicted
 
 

@@ -8,6 +8,10 @@ Readings v' = h v, i' = g i, w' = c w of a motor obey the same laws with other p
 (power is the test: v' i' = h g v i, and so is every torque times its speed.) A resistance in series
 adds to R alone; a load on the shaft adds to J alone, and is no fault. So the departures from a
 nameplate say which factor is wrong, and a disc of inertia D, fitted as h g/c² D, that one is.
+
+A clock that reads f times the true time gives L' = f L. From readings of a speed J' = f J; from
+those of a position every speed is 1/f of what it is besides. A wrong ambient temperature moves
+R and K at 25 °C alone. Neither is looked for in a nameplate, whose J and L are too vague for it.
 """
 
 from __future__ import annotations
@@ -91,6 +95,15 @@ WINDING = Cause(  # n times the turns of a thinner wire in the same slots
     "other_winding", "nameplate", {"R": 2, "L": 2, "K": 1, NO_LOAD: -1}, {},
     "check the nameplate against the motor: one frame comes with several windings",
 )  # fmt: skip
+COMPARE_CLOCKS = "time a long run of the board, or of the logger, with another clock"
+TIME_OF_SPEED = Cause("time_scale", "time", {"L": 1, "J": 1}, {}, COMPARE_CLOCKS)
+TIME_OF_POSITION = Cause(
+    "time_scale", "time", {"L": 1, "K": 1, "J": 3, "B": 2, "T0": 1}, {}, COMPARE_CLOCKS
+)
+AMBIENT = Cause(
+    "ambient_temperature", "ambient temperature", {}, {},
+    "measure the temperature beside the motor, before the run",
+)  # fmt: skip
 CAUSES = (SPEED, AMPERES, VOLTS, SERIES)
 ALL_CAUSES = (*CAUSES, WINDING)
 
@@ -105,12 +118,15 @@ class Verdict:
 
 
 def suspects(
-    parameters: Mapping[str, Parameter], nameplate: Mapping[str, float], highest_v: float = 0.0
+    parameters: Mapping[str, Parameter],
+    nameplate: Mapping[str, float],
+    highest_v: float = 0.0,
+    turned: bool = True,
 ) -> tuple[Suspect, ...]:
     """The wrong scale that a nameplate shows; else those that these data do not exclude.
 
     ``nameplate`` has R, L, K, J, I0 and V, as far as known (SI; ``read_nameplate``);
-    ``highest_v`` is the highest voltage that drove the motor.
+    ``highest_v`` is the highest voltage that drove the motor; ``turned``: a position was read.
     """
     known = departures(parameters, nameplate, highest_v)
     named = by_nameplate(known)
@@ -121,7 +137,8 @@ def suspects(
             replace(_said(v, known, nameplate, either), moves=_moves(v, parameters)) for v in named
         )
     return tuple(
-        Suspect(c.code, c.where, _unseen(c, known), c.action, "not excluded") for c in CAUSES
+        Suspect(c.code, c.where, _unseen(c, known), c.action, "not excluded")
+        for c in (*CAUSES, TIME_OF_POSITION if turned else TIME_OF_SPEED, AMBIENT)
     )
 
 

@@ -76,6 +76,26 @@ def test_scaled_readings_obey_both_laws_of_the_motor(
     assert {of["J"] + speed, of["B"] + speed, of["T0"]} == {of["K"] + current}
 
 
+@pytest.mark.parametrize(
+    ("cause", "speed"), [(scale_errors.TIME_OF_SPEED, 0), (scale_errors.TIME_OF_POSITION, -1)]
+)
+def test_a_stretched_time_obeys_both_laws_of_the_motor(
+    cause: scale_errors.Cause, speed: int
+) -> None:
+    """A derivative is divided by the factor; a speed that a position gives is one."""
+    of = {name: cause.powers.get(name, 0) for name in ("R", "L", "K", "B", "J", "T0")}
+    assert {of["R"], of["L"] - 1, of["K"] + speed} == {0}
+    assert {of["J"] + speed - 1, of["B"] + speed, of["T0"]} == {of["K"]}
+
+
+def test_what_leaves_no_trace_is_listed_by_what_was_read() -> None:
+    """The scales, the clock and the room."""
+    fitted = {"J": Parameter("J", "", 4e-7, 0.0, 0.0, 4e-9, None, Status.ESTIMATED)}
+    listed = {s.code: s for s in scale_errors.suspects(fitted, {}, turned=False)}
+    assert {"time_scale", "ambient_temperature", "speed_scale"} <= set(listed)
+    assert {s.strength for s in listed.values()} == {"not excluded"}
+
+
 def test_leads_add_resistance_and_never_take_any_away() -> None:
     plate = {"R": 2.6, "L": 180e-6, "K": 7.68e-3, "J": 3.9e-7}
     fitted = {
@@ -128,7 +148,8 @@ def test_a_nameplate_names_the_scale(case: Case, runs: Runs) -> None:
     estimate = fit([case.capture(runs)])
     bare = scale_errors.suspects(estimate.parameters, {})
     hidden = {s.code for s in bare if s.strength == "not excluded"}
-    assert hidden == {c.code for c in scale_errors.CAUSES}
+    unnamed = {scale_errors.TIME_OF_POSITION.code, scale_errors.AMBIENT.code}
+    assert hidden == {c.code for c in scale_errors.CAUSES} | unnamed
     found = [s for s in estimate.suspects if s.code in hidden]
     assert [(s.code, s.strength) for s in found] == [(case.code, "named")]
 
