@@ -34,15 +34,17 @@ def fit(
     from motorid.errors import DataError
     from motorid.estimate.assembly.doubt import settled
     from motorid.estimate.diagnosis.facts.compare import findings
+    from motorid.estimate.signals.upsampled_rows import own_readings
     from motorid.estimate.uncertainty.reference_temperature import with_reference
 
     if not captures:
         raise DataError("there is no capture to fit: name at least one file")
     for capture in captures:
         insist(capture)
+    captures, between = zip(*map(own_readings, captures), strict=True)
     estimate = _fit(captures, fix, without, method, search)
     said = tuple(findings(captures, estimate, lambda c: _fit(c, fix, without, method, search)))
-    said = (*_of_logs(captures, estimate), *said)
+    said = (*filter(None, between), *_of_logs(captures, estimate), *said)
     estimate = with_reference(settled(estimate, said), captures)
     return replace(estimate, diagnostics=(*estimate.diagnostics, *_unread(captures), *said))
 

@@ -1,0 +1,101 @@
+"""Rows between readings: found where a program made them, and nowhere else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
+from motorid.estimate.signals.upsampled_rows import Upsampled, find, own_readings
+
+Floats = NDArray[np.float64]
+ROWS = 120  # readings of a log
+
+
+def readings(noise: float = 1e-3, seed: int = 1) -> dict[str, Floats]:
+    """A motor's steps, two mechanical time constants each."""
+    rng = np.random.default_rng(seed)
+    volts = np.repeat([0.0, 6.0, 2.0, 4.0], ROWS // 4)
+    speed, current = np.zeros(ROWS), np.zeros(ROWS)
+    for k in range(1, ROWS):
+        speed[k] = speed[k - 1] + (100.0 * volts[k] - speed[k - 1]) / 15.0
+        current[k] = (volts[k] - 0.01 * speed[k]) / 2.5
+    clean = {VOLTAGE: volts, CURRENT: current, SPEED: speed}
+    return {n: x + noise * np.abs(x).max() * rng.normal(size=ROWS) for n, x in clean.items()}
+
+
+def capture(columns: dict[str, Floats], period: int = 100) -> Capture:
+    units = {VOLTAGE: "V", CURRENT: "A", SPEED: "rad/s"}
+    count = len(next(iter(columns.values())))
+    return Capture(
+        ticks=np.arange(count, dtype=np.int64) * period,
+        clock_hz=1e6,
+        channels={n: Channel(n, units[n], x) for n, x in columns.items()},
+    )
+
+
+def straight(factor: int, digits: int = 7) -> Capture:
+    """On straight lines, as a text of some digits keeps them."""
+    fine = np.arange((ROWS - 1) * factor + 1) / factor
+    columns = {n: np.interp(fine, np.arange(ROWS), x) for n, x in readings().items()}
+    return capture({n: np.array([float(f"{v:.{digits}g}") for v in x]) for n, x in columns.items()})
+
+
+def held(factor: int, **slower: int) -> Capture:
+    """Each reading ``factor`` times; channels of ``slower`` are read anew that many times less."""
+    columns = readings()
+    for name, less in slower.items():
+        columns[name] = np.repeat(columns[name][::less], less)[:ROWS]
+    return capture({n: np.repeat(x, factor) for n, x in columns.items()})
+
+
+@pytest.mark.parametrize("factor", [2, 3, 10, 64])
+def test_straight_lines_between_readings_are_left_out(factor: int) -> None:
+    whole = straight(factor)
+    thin, said = own_readings(whole)
+    assert find(whole) == Upsampled(0, factor, False)
+    assert len(thin) == ROWS
+    assert thin.period_s == pytest.approx(factor * whole.period_s)
+    for name, channel in thin.channels.items():
+        assert channel.raw == pytest.approx(readings()[name], rel=1e-6)
+    assert said is not None
+    assert f"one row of {factor} is a reading" in said.message
+
+
+@pytest.mark.parametrize("first", [0, 1, 4])
+def test_a_log_may_begin_between_two_readings(first: int) -> None:
+    whole = straight(5)
+    cut = capture({n: c.raw[first:] for n, c in whole.channels.items()})
+    assert find(cut) == Upsampled(-first % 5, 5, False)
+    thin, _ = own_readings(cut)
+    assert thin.channels[SPEED].raw[-1] == whole.channels[SPEED].raw[-1]
+
+
+def test_repeated_rows_are_left_out() -> None:
+    whole = held(4)
+    thin, said = own_readings(whole)
+    assert find(whole) == Upsampled(0, 4, True)
+    assert thin.channels[CURRENT].raw == pytest.approx(readings()[CURRENT])
+    assert said is not None
+    assert "repeat it" in said.message
+
+
+def test_a_channel_that_is_read_less_often_costs_the_others_no_reading() -> None:
+    """A speed that comes every third reading, and one that comes with every third row."""
+    assert find(held(4, speed=3)) == Upsampled(0, 4, True)
+    assert find(held(1, speed=3)) is None
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-6, 1e-3])
+def test_readings_stay(noise: float) -> None:
+    """Without noise too, where a voltage that is set every few rows has few bends."""
+    whole = capture(readings(noise))
+    assert own_readings(whole) == (whole, None)
+
+
+def test_rows_at_uneven_times_are_readings() -> None:
+    whole = straight(5)
+    ticks = whole.ticks + np.random.default_rng(2).integers(-9, 9, len(whole)) * 2
+    uneven = Capture(ticks=ticks, clock_hz=1e6, channels=whole.channels)
+    assert find(uneven) is None
