@@ -73,7 +73,7 @@ def _even(capture: Capture) -> bool:
 
 
 def _bends(raw: Floats, resolution: float, held: bool) -> Bools:
-    """(n,): rows at which a channel changes (``held``), or its slope does; ``resolution`` of raw."""
+    """(n,): rows at which a channel changes (``held``), or its slope does; in raw units."""
     floor = max(DIGITS * float(np.abs(raw).max()), ROUNDED * resolution)
     out = np.zeros(len(raw), dtype=np.bool_)
     if held:
