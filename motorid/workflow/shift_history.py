@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import unquote
 
 from motorid import json_seal, json_text
 from motorid.errors import DataError, MotoridError
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
     from motorid.quality.history import History
     from motorid.quality.history.seals import Head
     from motorid.quality.product import Product
-    from motorid.workflow.check import Inspection
 
+PATIENCE_S = 20.0  # for the database to answer; what it does not take is added later
 MARK = "in-history"  # in an inspection's folder: the history has it
 
 
@@ -32,17 +33,16 @@ class ShiftHistory:
     product: Product
     rest: Mapping[str, Any]
 
-    def take(self, done: Inspection) -> str:
-        """Adds one inspection. What went wrong, in a sentence, or nothing."""
-        if done.folder is None:
-            return ""
+    def take(self, folder: Path) -> str:
+        """Adds the inspection in ``folder``. What went wrong, in a sentence, or nothing."""
         from motorid.quality.history import open_history
 
         try:
-            with open_history(self.where) as history:
-                self._add(history, done.folder)
+            with open_history(self.where, patience_s=PATIENCE_S) as history:
+                if not (folder / MARK).exists():
+                    self._add(history, folder)
         except (MotoridError, OSError) as error:
-            return f"not in the history yet ({error})"
+            return f"{stored_serial(folder)} is not in the history yet ({error})"
         return ""
 
     def catch_up(self, folder: Path) -> str:
@@ -53,7 +53,7 @@ class ShiftHistory:
         if not missing:
             return ""
         left = 0
-        with open_history(self.where) as history:
+        with open_history(self.where, patience_s=PATIENCE_S) as history:
             for one in missing:
                 try:
                     self._add(history, one)
@@ -88,6 +88,11 @@ class ShiftHistory:
             return False
         versions = stored.get("versions")
         return isinstance(versions, dict) and versions.get("product") == self.product.digest
+
+
+def stored_serial(folder: Path) -> str:
+    """The motor that an inspection's folder is named after."""
+    return unquote(folder.name.rpartition("_")[0])
 
 
 def anchors(folder: Path) -> Iterator[Head]:

@@ -5,10 +5,11 @@ The board is driven by one thread, the one that calls ``run``; others only bring
 
 from __future__ import annotations
 
+import contextlib
 import queue
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,8 @@ from motorid import json_seal
 from motorid.errors import DataError, MotoridError
 from motorid.report.screen import Screen, of_verdict
 from motorid.workflow.check import VERDICT, Inspection, Line, refuse_serial, resume
+from motorid.workflow.history_worker import HistoryWorker
+from motorid.workflow.kept_orders import KeptOrders
 
 if TYPE_CHECKING:
     from motorid.workflow.orders import Answer, Message
@@ -25,6 +28,8 @@ if TYPE_CHECKING:
 MOST_WAITING = 100  # orders, the one that is measured among them
 POLL_S = 0.2  # so that Ctrl-C is heard where a wait on a queue does not hear it
 OUTCOMES = ("PASS", "FAIL", "INVALID")
+MOST_NAMED = 5  # serial numbers in a sentence
+USUAL_LATE = 3  # verdicts that wait for the history: more are said
 KNOWN = ("inspect", "status", "last")
 Show = Callable[[Screen], None]
 Judged = Callable[[Inspection], None]
@@ -54,7 +59,8 @@ class Station:
         depth: int = 1,
         judged: Judged | None = None,
     ) -> None:
-        self.line, self.show, self.history, self.depth = line, show, history, depth
+        self.line, self.depth, self._draw = line, depth, show
+        self.history = HistoryWorker(history, line.folder, self._note) if history else None
         self.judged = judged  # told of each inspection, before its screen is shown
         self.counts: Counter[str] = Counter()
         self.first: Counter[str] = Counter()  # of motors that were never judged before
@@ -62,7 +68,9 @@ class Station:
         self._in_work: list[str] = []
         self._lock = threading.Lock()
         self.measuring = ""
-        self._orders: queue.Queue[Order | Screen | None] = queue.Queue()
+        self._orders: queue.Queue[Order | Screen | str | None] = queue.Queue()
+        self.kept = KeptOrders(line.folder)
+        self._shown = self._ready()
 
     # ---- any thread
 
@@ -84,6 +92,11 @@ class Station:
             return
         if self._enter(serial):
             self.ignored += 1  # a scanner that bounced, or a hand before the verdict
+            return
+        try:
+            self._keep(serial)
+        except DataError as error:
+            self._orders.put(self._ready(str(error)))
             return
         self._orders.put(Order(serial, lambda message: None))
 
@@ -108,9 +121,18 @@ class Station:
         self._refuse_repeat(serial)
         if problem := self._enter(serial):
             raise DataError(problem)
+        self._keep(serial)
         waiting = self._orders.qsize()
         answer({"event": "accepted", **tag, "serial": serial, "waiting": waiting})
         self._orders.put(Order(serial, answer, tag))
+
+    def _keep(self, serial: str) -> None:
+        """The order on disk, before anybody is told that it is accepted. Raises DataError."""
+        try:
+            self.kept.accepted(serial)
+        except DataError:
+            self._leave(serial)
+            raise
 
     def _enter(self, serial: str) -> str:
         """Takes a motor into work; else why not, and what to do."""
@@ -144,12 +166,23 @@ class Station:
             "state": "measuring" if self.measuring else "ready",
             "serial": self.measuring,
             "waiting": self._orders.qsize(),
+            "not_judged": self._not_judged(),
             "product": self.line.product.name,
             "product_sha256": self.line.product.digest,
             "rig": self.line.rig.name,
             "counts": {name: self.counts[name] for name in OUTCOMES},
             "first_tests": {name: self.first[name] for name in OUTCOMES},
+            **self._of_history(),
         }
+
+    def _not_judged(self) -> list[str]:
+        """Ordered before this shift began, without a verdict since."""
+        return [one for one in self.kept.waiting() if one not in self._in_work]
+
+    def _of_history(self) -> dict[str, Any]:
+        if self.history is None:
+            return {}
+        return {"history": {"waiting": self.history.waiting(), "trouble": self.history.trouble}}
 
     def last(self, serial: str) -> dict[str, Any]:
         """The newest verdict on a motor, from disk. Raises DataError where there is none."""
@@ -167,6 +200,10 @@ class Station:
         """Ends ``run`` once what waits is done."""
         self._orders.put(None)
 
+    def _note(self, said: str) -> None:
+        """A sentence for the operator, below what is shown when nothing is measured."""
+        self._orders.put(said)
+
     # ---- the thread of the board
 
     def run(self) -> None:
@@ -174,9 +211,20 @@ class Station:
         finished = resume(self.line.folder, self.line.product)
         self.line.warm()
         said = f"{len(finished)} unfinished inspections were judged. " if finished else ""
-        if self.history is not None:
-            said += self.history.catch_up(self.line.folder)
+        for one in finished:
+            self.kept.done(one.verdict.serial)
+        if lost := self.kept.waiting():
+            said += f"Ordered before and never judged: {_some(lost)}. Order or scan them again."
         self.show(self._ready(said))
+        if self.history is not None:
+            self.history.start()
+        try:
+            self._serve()
+        finally:
+            if self.history is not None and (left := self.history.close()):
+                self._add_line(left)
+
+    def _serve(self) -> None:
         while True:
             try:
                 job = self._orders.get(timeout=POLL_S)
@@ -187,6 +235,8 @@ class Station:
                     return
                 case Screen():
                     self.show(job)
+                case str():
+                    self._add_line(job)
                 case Order():
                     self._inspect(job)
 
@@ -205,6 +255,8 @@ class Station:
         finally:
             self.measuring = ""
         self._leave(order.serial)
+        with contextlib.suppress(DataError):  # its verdict is on disk: a later shift sees that
+            self.kept.done(order.serial)
         outcome = str(done.verdict.outcome)
         self.counts[outcome] += 1
         if not before:
@@ -212,10 +264,17 @@ class Station:
         order.answer({"event": "verdict", **tag, **summary(done), "test": before + 1})
         if self.judged is not None:
             self.judged(done)
+        if self.history is not None:
+            self.history.take(done.folder)
         self.show(of_verdict(done.verdict, self._tally(done)))
-        if self.history is not None and (wrong := self.history.take(done)):
-            judged = of_verdict(done.verdict, self._tally(done))
-            self.show(replace(judged, lines=(*judged.lines, wrong)))
+
+    def show(self, screen: Screen) -> None:
+        """Draws a screen, and keeps it for what is to be added."""
+        self._shown = screen
+        self._draw(screen)
+
+    def _add_line(self, said: str) -> None:
+        self.show(replace(self._shown, lines=(*self._shown.lines, said)))
 
     def _leave(self, serial: str) -> None:
         with self._lock:
@@ -232,6 +291,8 @@ class Station:
         counts = "  ".join(f"{name} {self.counts[name]}" for name in OUTCOMES)
         if self.ignored:
             counts += f"   {self.ignored} scans ignored: scan after the verdict"
+        if self.history is not None and (late := self.history.waiting()) > USUAL_LATE:
+            counts += f"   {late} verdicts wait for the history"
         return f"{counts}   {spent:.2f} s   Ctrl-D ends the shift"
 
 
@@ -256,6 +317,11 @@ def reader(station: Station, lines: Iterable[str], *, ends: bool) -> threading.T
     )
     thread.start()
     return thread
+
+
+def _some(serials: Sequence[str]) -> str:
+    more = f" and {len(serials) - MOST_NAMED} more" if len(serials) > MOST_NAMED else ""
+    return ", ".join(serials[:MOST_NAMED]) + more
 
 
 def _verdicts(folder: Path, serial: str) -> list[Path]:

@@ -140,6 +140,32 @@ def test_killed_in_mid_shift_nothing_is_lost(tmp_path: Path, product: Product) -
 
 
 @pytest.mark.slow
+def test_killed_accepted_orders_are_named_and_not_driven(tmp_path: Path) -> None:
+    """Each is judged by then, or named by the next shift until it is ordered again."""
+    serials = [f"D00000{number}" for number in range(1, 5)]
+    with running(tmp_path, "--queue", "9") as (process, port):
+        controller = Controller(port)
+        for serial in serials:
+            controller.say(json.dumps({"order": "inspect", "serial": serial}).encode())
+        heard = [controller.hear() for _ in serials]
+        accepted = {message["serial"] for message in heard if message["event"] == "accepted"}
+        process.send_signal(signal.SIGKILL)
+    for journal in tmp_path.rglob("*.journal"):  # one that still grows is another process's
+        os.utime(journal, (time.time() - 60, time.time() - 60))
+    with running(tmp_path) as (process, port):
+        assert process.stdout is not None
+        assert "Ordered before and never judged: " in process.stdout.readline()
+        controller = Controller(port)
+        left = controller.ask(order="status")["not_judged"]
+        assert left
+        judged = {one.parent.name.rpartition("_")[0] for one in tmp_path.rglob("verdict.json")}
+        assert accepted <= judged | set(left)
+        assert controller.ask(order="inspect", serial=left[0])["event"] == "accepted"
+        assert controller.hear()["event"] == "verdict"
+        assert left[0] not in controller.ask(order="status")["not_judged"]
+
+
+@pytest.mark.slow
 def test_a_shift_goes_into_the_history_once(tmp_path: Path) -> None:
     """What a shift could not add, for want of the history or of time, the next one adds."""
     shift, book = tmp_path / "shift", tmp_path / "line.db"
@@ -156,7 +182,8 @@ def test_a_shift_goes_into_the_history_once(tmp_path: Path) -> None:
         controller = Controller(port)
         controller.ask(order="inspect", serial="D000002")
         assert controller.hear()["outcome"] == "PASS"
-        wait_for(lambda: all((one / "in-history").exists() for one in shift.iterdir()))
+        folders = [one for one in shift.iterdir() if one.is_dir()]
+        wait_for(lambda: all((one / "in-history").exists() for one in folders))
     with open_history(book) as history:
         rows = history.results()
     assert sorted(row.serial for row in rows) == ["D000001", "D000002"]

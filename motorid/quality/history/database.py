@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from sqlalchemy import (
+    URL,
     Connection,
     Engine,
     Row,
@@ -43,10 +44,14 @@ UNREADABLE = (ValueError, TypeError, OverflowError, LookupError, AttributeError,
 READING = {"motorid_reading": True}
 
 
-def open_history(where: str | Path, *, create: bool = True) -> History:
+def open_history(
+    where: str | Path, *, create: bool = True, patience_s: float | None = None
+) -> History:
     """The history in a file (SQLite) or at an SQLAlchemy URL; its tables are made if need be.
 
-    Raises DataError where it cannot be opened, is no history, or is of another major version.
+    ``patience_s`` bounds what each statement may take; None leaves it to the database, and a
+    writer waits a minute for others in a file. Raises DataError where it cannot be opened, is no
+    history, or is of another major version.
     """
     text = str(where)
     if "://" not in text and not create and not Path(text).exists():
@@ -54,17 +59,20 @@ def open_history(where: str | Path, *, create: bool = True) -> History:
     if "://" not in text and Path(text).exists():
         refuse_large(Path(text), HISTORY)
     with _said(text):
-        engine = _engine(text)
+        engine = _engine(text, patience_s)
         history = History(engine, text)
         history._prepare(create)
     return history
 
 
-def _engine(text: str) -> Engine:
+def _engine(text: str, patience_s: float | None) -> Engine:
     try:
         url = make_url(text if "://" in text else f"sqlite:///{Path(text)}")
         engine = create_engine(
-            url, json_serializer=json_text.dumps, json_deserializer=json_text.loads
+            url,
+            json_serializer=json_text.dumps,
+            json_deserializer=json_text.loads,
+            connect_args=_bounds(url, patience_s) if patience_s else {},
         )
     except (ArgumentError, NoSuchModuleError, *UNREADABLE) as error:
         raise UsageError(f"{text} is no database that SQLAlchemy knows: {error}") from None
@@ -73,17 +81,29 @@ def _engine(text: str) -> Engine:
             f"{url.drivername} needs the package {error.name}: pip install it"
         ) from None
     if engine.dialect.name == "sqlite":
-        _tune_sqlite(engine)
+        _tune_sqlite(engine, patience_s or PATIENCE_S)
     return engine
 
 
-def _tune_sqlite(engine: Engine) -> None:
+def _bounds(url: URL, patience_s: float) -> dict[str, Any]:
+    """What makes PostgreSQL's client give up: no connection, no answer, a host that is gone."""
+    if url.get_backend_name() != "postgresql" or "options" in url.query:
+        return {}
+    most_ms = int(1e3 * patience_s)
+    return {
+        "connect_timeout": max(2, round(patience_s)),
+        "tcp_user_timeout": most_ms,
+        "options": f"-c statement_timeout={most_ms} -c lock_timeout={most_ms}",
+    }
+
+
+def _tune_sqlite(engine: Engine, patience_s: float) -> None:
     """WAL, synced at every commit, and writers that queue instead of failing."""
 
     @event.listens_for(engine, "connect")
     def connected(connection: Any, _: Any) -> None:
         connection.isolation_level = None  # the driver must not begin transactions of its own
-        connection.execute(f"PRAGMA busy_timeout = {int(PATIENCE_S * 1000)}")
+        connection.execute(f"PRAGMA busy_timeout = {int(patience_s * 1000)}")
         connection.execute("PRAGMA foreign_keys = ON")
         connection.execute("PRAGMA synchronous = FULL")
 
