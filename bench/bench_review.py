@@ -41,19 +41,20 @@ INTRODUCTION = """# The default estimator beside the best method of each table
 Written by `python bench/bench_review.py --page docs/review-best.md`; do not edit it. The
 experiments are those of [review.md](review.md), at 1 % noise.
 
-*rms* is the default's error over the seeds, in percent of the nominal value. *× the best* is the
-goal: at most 1.03 of the smallest rms error of all other rows. Up to forty rows stand in a table,
-their errors scatter with the seeds, and the smallest of many is small by luck too. Therefore:
+The column *rms* is the default's error over the seeds, in percent of the nominal value. The column
+*× the best* is its ratio to the smallest rms error of all other rows; the goal is at most 1.03.
+A table has up to forty rows, and their errors scatter with the seeds. So the smallest of many is
+small by chance too. The other columns show how much:
 
 - *90 %* is the interval of that ratio to that one row, by bootstrap over the seeds, the same
-  seeds for both;
+  seeds for both.
 - *apart* is the ratio where one half of the seeds chooses the best row and the other half judges it
-  (median over splits);
-- *× the ideal* is against what no method can be told to beat: maximum likelihood that knows the
-  noise, to first order about the truth, on the same records. Near 1, the default gives what these
-  records hold, and a row that is better on them is so by their luck;
-- *searches × the ideal* is what the table's own cost gives at its minimum in the long run. Above 1
-  it weighs the channels otherwise than their noise does.
+  (median over splits).
+- *× the ideal* compares with a limit: maximum likelihood that is given the noise, to first order
+  about the truth, on the same records. Near 1, the default extracts all the information of these
+  records. A row that is better on them is better by chance.
+- *searches × the ideal* is the same ratio for the minimum of the table's own cost in the long run.
+  Above 1, this cost does not weigh the channels by their noise.
 """
 HEAD = "| | rms, % | × the best | 90 % | apart | × the ideal | searches × the ideal |"
 

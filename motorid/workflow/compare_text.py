@@ -129,18 +129,18 @@ Source: "Parameters Identification of a Permanent Magnet DC Motor: A Review", El
 (one `--table` for each of 2 to 9); do not edit it.
 
 Each cell is the median percent error over {seeds} seeds with its quartiles, first relative to the
-nominal value, then to the estimate; the review's figure stands below as "of nominal / of estimate".
+nominal value, then to the estimate. The review's figure stands below as "of nominal / of estimate".
 Tables 8 and 9 print magnitudes relative to the estimate only. Every search works on the same
 objective, one batch of candidates at a time, and counts its budget in evaluations. [P] marks a
 set-up that the review does not print and we propose; [D] one that follows from its numbers.
 
-Records are made by the model that is searched, in finer steps where it takes steps: the question
-is what a search does with a record, not what a model lacks. "motorid (default)" is what
-`motorid fit` does, given the record as a capture; in Tables 4 and 5 it is the same likelihood on
-the searches' response, from the middle of the bounds. It counts every response that it simulates.
+The model that is searched also makes the records, in finer steps where it takes steps. So the
+tables compare searches, and not models. The row "motorid (default)" is `motorid fit` with the
+record as a capture. In Tables 4 and 5 it is the same likelihood on the searches' response, from
+the middle of the bounds. It counts every response that it simulates.
 "NLS (ours)" is a trust-region least squares on the same residuals from the middle of the bounds,
-started again until two starts agree. The review has no such rows. How near the default comes to
-the best row of each table with noise, and what that says: [review-best.md](review-best.md).
+started again until two starts agree. The review has no such rows. [review-best.md](review-best.md)
+compares the default with the best row of each table with noise.
 """
 
 

@@ -165,7 +165,7 @@ SCENARIOS: dict[str, tuple[Scenario, ...]] = {
             options=options("buffer=2000"),
         ),
     ),
-    "What a board says and is not so": (
+    "A board that states wrong facts": (
         lying("start's reply names a tick between those of the samples", lies.start(7)),
         lying("start's reply names a tick long after the samples", lies.start(1 << 30)),
         lying("every block names a tick of its own, at random", lies.scattered()),

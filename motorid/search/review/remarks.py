@@ -127,7 +127,7 @@ def _table_6() -> tuple[str, ...]:
     apart = speed_mse(twin, truth)
     return (
         f"The motor {words} turns exactly as the nominal one (mean square difference "
-        f"{apart:.0e}): speed alone cannot tell five parameters, and an MSE of 1e-16 proves "
+        f"{apart:.0e}). Speed alone cannot identify five parameters, and an MSE of 1e-16 proves "
         "nothing about them.",
         f"CIPSO's printed parameters give a speed MSE of {speed_mse(figures['pso-ci'], truth):.2e} "
         f"at 1 V, not {figures['mse']['pso-ci']:.3g}.",
@@ -166,8 +166,8 @@ def _tests(number: int) -> tuple[str, ...]:
     j_percent = ", ".join(str(row[PERCENT_ORDER.index("J")]) for row in figures["Jaya_m"])
     floor = abs(printed_rule_bias(number))
     return (
-        "The errors are relative to the estimate, not to the nominal value as the text says: "
-        f"with K {k_percent} % off, (26) and (27) force R {tied:.3f} % off (GWO_m test 2 prints "
+        "The errors are relative to the estimate, not to the nominal value as the text says. "
+        f"With K {k_percent} % off, (26) and (27) force R {tied:.3f} % off (GWO_m test 2 prints "
         f"{r_percent}).",
         f"No search can do better in J than {floor:.3f} % with the printed rule of (29), the "
         f"largest dω/dt: Jaya_m prints {j_percent}. With dω/dt at the largest current it is gone.",
@@ -175,7 +175,7 @@ def _tests(number: int) -> tuple[str, ...]:
         "which (27) alone does. CSO_m does not follow (29) either. Here they are K, L, J free, "
         "and K, L free with J within a tenth of the rule's.",
         "The plain sum of (31) adds amperes to rad/s. At one to one the searches over five "
-        "parameters do not converge at all; at about 100 rad/s to the ampere the table appears, "
+        "parameters do not converge at all. At about 100 rad/s to the ampere the table appears, "
         "and there a large budget lets the original Jaya pass below the modified one's floor.",
         "The stop at a cost below .1 has no unit: it depends on sample time, length and weights.",
     )

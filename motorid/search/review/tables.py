@@ -97,8 +97,8 @@ def _table_3() -> tuple[Experiment, ...]:
         Experiment(
             "3",
             3,
-            "6 to 24 V in steps of 3 V, .1 s each at 1 ms, then coast with the bridge open [P]; "
-            "at 1 % of the noise scale: .5 % on the current, .2 % on the speed",
+            "6 to 24 V in steps of 3 V, .1 s each at 1 ms, then coast with the bridge open [P]. "
+            "At 1 % of the noise scale: .5 % on the current, .2 % on the speed",
             truth,
             FRICTION,
             ("current", "speed"),
@@ -295,8 +295,8 @@ def _tests(number: int, truth: Mapping[str, float], weight: float) -> Experiment
     return Experiment(
         f"{number}-w{weight:g}",
         number,
-        f"8 V step, .15 s at .1 ms; equation 31 with {weight:g} rad/s to the ampere [D]; "
-        f"tests 1 to 4 are populations and iterations {TESTS} [P]",
+        f"8 V step, .15 s at .1 ms; equation 31 with {weight:g} rad/s to the ampere [D]. "
+        f"Tests 1 to 4 are populations and iterations {TESTS} [P]",
         truth,
         LINEAR,
         ("current", "speed"),
