@@ -223,8 +223,9 @@ def _remarks(found: Solution, likely: Likely, linear: bool) -> list[Diagnostic]:
         out.append(
             Diagnostic(
                 "not_the_minimum", "warning",
-                "the likelihood's minimum lies elsewhere, and the intervals do not cover that: a "
-                f"step towards it moves {shares}; raise the budget, or use the method ml",
+                "the search stopped short of the most likely values, and the intervals do not "
+                f"include that: one step further moves {shares}; raise the budget, or use the "
+                "method ml",
             )
         )  # fmt: skip
     if linear:

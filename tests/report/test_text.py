@@ -113,7 +113,7 @@ def test_what_makes_a_value_doubtful_stands_above_the_table() -> None:
     assert "it gives 2 a" in rest.lower()
     row = next(line for line in rest.splitlines() if line.strip().startswith("R "))
     assert row.endswith("doubtful")
-    assert "R: doubtful: current lag could have moved it by" in rest
+    assert "R: doubtful: current lag could change it by" in rest
     page = html.render(found)
     assert page.index("4 ms late") < page.index("<table") < page.lower().index("it gives 2 a")
     assert page.count("4 ms late") == 1

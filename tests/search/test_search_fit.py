@@ -74,7 +74,7 @@ def test_a_search_says_what_it_does_not_know_of_a_logs_voltage(capture, model):
 def test_an_answer_far_from_the_minimum_says_so(capture):
     found = search_fit([capture], "abc", budget=60, seed=0)
     (said,) = [d for d in found.diagnostics if d.code == "not_the_minimum"]
-    assert "intervals do not cover" in said.message
+    assert "intervals do not include" in said.message
 
 
 @pytest.mark.slow

@@ -168,7 +168,7 @@ def _note(p: Parameter, moved: Sequence[tuple[str, float]], more: float) -> str:
     share = f"{more / abs(p.value):.2g} of its value" if p.value else f"{more:.2g} {p.unit}"
     if p.value and more < abs(p.value):
         share = f"{100.0 * more / abs(p.value):.2g} %"
-    said = f"doubtful: {' and '.join(names)} could have moved it by {share}"
+    said = f"doubtful: {' and '.join(names)} could change it by {share}"
     return f"{p.note}; {said}" if p.note else said
 
 

@@ -24,8 +24,8 @@ def suspects(undetected: Sequence[Undetected], solution: Solution) -> tuple[Susp
         if said:
             name = one.quantity.name
             evidence = (
-                f"these data do not show {name}: of its usual size it changes "
-                f"{', '.join(said)}, and no interval holds that"
+                f"these data cannot reveal {name}: its usual size would change "
+                f"{', '.join(said)}, and the intervals do not include that"
             )
             code = name.replace(" ", "_")
             out.append(Suspect(code, name, evidence, one.quantity.remedy, "not excluded"))

@@ -71,8 +71,8 @@ def of_capture(record: MotorRecord, where: str) -> list[Diagnostic]:
         out.append(
             Diagnostic(
                 "voltage_readings", "info",
-                f"the measured voltage is used reading by reading in {len(raw)} of the driven "
-                f"parts{where}: there it does not follow a source behind a resistance",
+                f"in {len(raw)} driven parts{where} the voltage does not follow a constant source "
+                "behind a resistance: there the fit uses each reading of it",
             )
         )  # fmt: skip
     return out

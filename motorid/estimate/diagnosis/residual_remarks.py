@@ -59,9 +59,9 @@ def lack_of_fit(
         out.append(
             Diagnostic(
                 "lack_of_fit", "warning",
-                f"the {name} departs from the model by {sigma:.3g} {unit} rms{where}, "
+                f"the residual of the {name} is {sigma:.3g} {unit} rms{where}, "
                 f"{sigma / noise:.1f} times its declared noise"
-                f"{f', {mostly}' if mostly else ''}: the model lacks something",
+                f"{f', {mostly}' if mostly else ''}: the model lacks an effect",
             )
         )  # fmt: skip
     return out

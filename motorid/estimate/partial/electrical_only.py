@@ -150,7 +150,7 @@ def _said() -> Diagnostic:
     run = identifiability.Excitation(frozenset((CURRENT, VOLTAGE)))
     return Diagnostic(
         "no_motion", "info",
-        "neither speed nor position was measured: what R i leaves of the voltage shows the speed "
-        "in volts, which determines R, L, J/K², B/K² and T0/K, but not K. "
+        "neither speed nor position was measured, so the fit takes the speed, in volts, from what "
+        "R i leaves of the voltage: that determines R, L, J/K², B/K² and T0/K, but not K. "
         f"{identifiability.advice(run)}",
     )  # fmt: skip

@@ -323,8 +323,8 @@ def _is_allowed_for(terms: Sequence[Term]) -> bool:
 def _said_of(terms: Sequence[Term]) -> str:
     """What lacking these means for the six parameters."""
     if _is_allowed_for(terms):
-        return "the six parameters allow for it, and this model says how large it is"
-    return "the six parameters are biased by what they lack"
+        return "the six parameters allow for it, and the better model says how large it is"
+    return "the six parameters do without it and are biased, so use those of the better model"
 
 
 def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
@@ -337,7 +337,7 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
         harmless = _is_allowed_for(fitted.terms)
         said = Diagnostic(
             "better_model", "info" if harmless else "warning",
-            f"the residuals ask for {what}: {_said_of(fitted.terms)}; see the better model",
+            f"the residuals show {what}: {_said_of(fitted.terms)}",
             _moved(estimate, fitted.terms),
         )  # fmt: skip
         estimate = settled(estimate, [said])

@@ -37,7 +37,7 @@ def _said(estimate: Estimate, one: Undetected, solution: Solution) -> Diagnostic
     name = one.quantity.name
     return Diagnostic(
         "effect_seen", "warning",
-        f"the residuals look as of {name}, {one.seen:.1f} standard deviations of it, and no model "
-        f"with it is offered: it can move {', '.join(moves)}; {one.quantity.remedy}",
+        f"the residuals show {name} ({one.seen:.1f} standard deviations), but no model with it was "
+        f"accepted: it can move {', '.join(moves)}; {one.quantity.remedy}",
         moves,
     )  # fmt: skip

@@ -92,10 +92,10 @@ def findings(reached: Iterable[Level], motor: Motor, runs: int = 1) -> Iterator[
         where = f" in run {level.capture + 1}" if runs > 1 else ""
         yield Diagnostic(
             f"steady_{name}", "warning",
-            f"at the steady level from {level.start_s:.3f} to {level.end_s:.3f} s{where} the "
-            f"{name} is {one.measured:.4g} {one.unit}, and the parameters foretell "
-            f"{one.foretold:.4g} {one.unit}: {times:.2g} standard uncertainties apart; friction "
-            "may depend on the direction, the speed or the angle, or a reading may be wrong there",
+            f"steady level from {level.start_s:.3f} to {level.end_s:.3f} s{where}: the {name} was "
+            f"measured as {one.measured:.4g} {one.unit} and is predicted as {one.foretold:.4g} "
+            f"{one.unit}, {times:.2g} standard uncertainties apart; friction may depend on the "
+            "direction, the speed or the angle, or a reading may be wrong there",
             _moves(one, level, motor),
         )  # fmt: skip
 

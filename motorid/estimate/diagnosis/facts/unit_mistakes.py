@@ -69,7 +69,7 @@ def findings(
         return
     mistakes = explanations(captures[0], motor, found)
     shown = f"R {motor.R:.3g} ohm, K {motor.K:.3g} N·m/A and J {motor.J:.3g} kg·m²"
-    where = f"{shown} at up to {motor.top_v:.3g} V go together in no motor"
+    where = f"no motor of the catalogues has {shown} together, at up to {motor.top_v:.3g} V"
     if mistakes:
         instead = " or ".join(one.instead for one in mistakes)
         mends = " or ".join(dict.fromkeys(one.mend for one in mistakes))
@@ -77,7 +77,7 @@ def findings(
         foreign = found > FOREIGN
         yield Diagnostic(
             "unit_mistake", "warning" if foreign else "info",
-            f"{where} of the catalogues; they would if {instead},{gear} so compare a reading with "
+            f"{where}; they would be usual if {instead},{gear} so compare a reading with "
             f"an instrument, and {mends}",
             _moves(captures[0], parameters, mistakes[0]) if foreign else {},
         )  # fmt: skip
