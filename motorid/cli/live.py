@@ -41,7 +41,9 @@ def operator_options(command: Command) -> Command:
     """--page, --allow-drive, --certificate and --key: the operator's page of a station."""
     for option in (
         click.option("--key", type=pem_file, help="The certificate's key, a PEM file."),
-        click.option("--certificate", type=pem_file, help="Serve the page by TLS, with this file."),
+        click.option(
+            "--certificate", type=pem_file, help="Serve page and orders by TLS, with this."
+        ),
         click.option("--allow-drive", is_flag=True, help="Let the page scan serial numbers."),
         click.option(
             "--page",

@@ -62,6 +62,12 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
 @live.operator_options
 @click.option("--allow-remote", is_flag=True, help="Let these name more than this computer.")
 @click.option(
+    "--token",
+    "token_file",
+    type=live.pem_file,
+    help="File with the token by which a line controller begins; beyond this computer a must.",
+)
+@click.option(
     "--queue",
     "depth",
     type=Whole(1, 100),
@@ -84,6 +90,7 @@ def command(
     certificate: Path | None,
     key: Path | None,
     allow_remote: bool,
+    token_file: Path | None,
     depth: int,
     history: str | None,
     name: str,
@@ -97,16 +104,22 @@ def command(
     from motorid.cli.operator_page import OperatorPage
     from motorid.quality.product import load_product
     from motorid.workflow.check import Line
-    from motorid.workflow.orders import Orders, parse_listen
+    from motorid.workflow.orders import Orders, read_token
     from motorid.workflow.record import bench
     from motorid.workflow.shift_history import ShiftHistory
     from motorid.workflow.station import Station, reader
 
-    if page is None and (allow_drive or certificate or key):
-        raise click.UsageError("--allow-drive, --certificate and --key are for --page.")
+    if page is None and allow_drive:
+        raise click.UsageError("--allow-drive is for --page.")
     product = load_product(product_name)
     rig = warned(bench(rig_name, port=port, speed=speed))
-    address = parse_listen(listen, remote=allow_remote)
+    address = live.Listen(listen, allow_remote, certificate, key).address()
+    if token_file is None and not address.loopback and not no_listen:
+        raise click.UsageError(
+            f"--listen {listen} goes over a network, so orders need a token: add --token FILE "
+            "(`openssl rand -hex 16 > token` makes one)."
+        )
+    token = read_token(token_file) if token_file else ""
     with Line(rig, product, output) as line, contextlib.ExitStack() as stack:
         kept = ShiftHistory(history, product, {"station": name}) if history else None
         board = OperatorPage(line, name, show) if page else None
@@ -115,10 +128,11 @@ def command(
         if board and page:
             where = live.Listen(page, allow_remote, certificate, key, "--page")
             stack.enter_context(board.served(station, where, scans=allow_drive))
-        orders = None if no_listen else Orders(address, station.take)
+        place = address.host, address.port
+        orders = None if no_listen else Orders(place, station.take, token, address.tls)
         try:
             if orders is not None:
-                click.echo(f"listening on {address[0]}:{orders.port}", err=True)
+                click.echo(f"listening on {address.host}:{orders.port}", err=True)
             reader(station, _typed(), ends=no_listen or sys.stdin.isatty())
             station.run()
         finally:

@@ -3,59 +3,56 @@
 from __future__ import annotations
 
 import contextlib
-import ipaddress
+import io
 import itertools
 import queue
+import secrets
 import socket
 import socketserver
+import ssl
 import sys
 import threading
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from motorid import json_text
 from motorid.errors import UsageError
+from motorid.workflow.tls_link import TlsLink
 
 LONGEST_LINE = 65_536
 LONGEST_VALUE = 200  # characters of JSON: it is kept, and it is sent back
 MOST_CLIENTS = 16
 MOST_ANSWERS = 64  # that a client may leave unread, beside what its connection holds
+POLL_S = 0.1  # until it hears that it is to end
+HELLO = "hello"
+IDLE_S, TRY_S, TRIES = 60, 15, 4  # a peer whose machine is gone is noticed after two minutes
+SHORTEST_TOKEN = 16  # characters
 LAST_WORDS_S = 1.0  # for a client to take its last answers
 Message = dict[str, Any]
 Answer = Callable[[Message], None]
 Take = Callable[[Message, Answer], None]  # an order, and where its answers go
 
 
-def parse_listen(text: str, *, remote: bool) -> tuple[str, int]:
-    """Address of ``[HOST:]PORT``. Raises UsageError; beyond this computer unless ``remote``."""
-    host, _, port = text.rpartition(":")
-    host = host.strip("[]") or "127.0.0.1"
-    if not port.isdecimal() or len(port) > 5 or int(port) > 65_535:
-        raise UsageError(f"--listen {text}: write PORT or HOST:PORT")
-    try:
-        address = ipaddress.ip_address("127.0.0.1" if host == "localhost" else host)
-    except ValueError:
-        raise UsageError(f"--listen {text}: the host must be an IP address") from None
-    if not address.is_loopback and not remote:
-        raise UsageError(
-            f"--listen {text} can be reached from other computers, and orders are not "
-            "authenticated: stay on 127.0.0.1, or add --allow-remote on a closed network"
-        )
-    return str(address), int(port)
-
-
 class Orders(socketserver.ThreadingTCPServer):
     """Takes orders from line controllers; each connection has a thread. ``port`` is the one bound.
 
-    Where all places are taken, the connection that has said nothing for longest makes way, unless
-    it waits for a verdict. Raises UsageError where the address is taken.
+    With ``token`` a connection begins with ``{"order": "hello", "token": ...}``. Where all places
+    are taken, the connection that has said nothing for longest makes way, unless it waits for a
+    verdict. Raises UsageError where the address is taken.
     """
 
     daemon_threads = True
     allow_reuse_address = sys.platform != "win32"  # there it would let two stations share a port
 
-    def __init__(self, address: tuple[str, int], take: Take) -> None:
-        self.take = take
+    def __init__(
+        self,
+        address: tuple[str, int],
+        take: Take,
+        token: str = "",
+        tls: ssl.SSLContext | None = None,
+    ) -> None:
+        self.take, self.token, self.tls = take, token, tls
         self._lock = threading.Lock()
         self._clients: dict[_Client, int] = {}  # and when each was last heard, by count
         self._heard = itertools.count()
@@ -68,7 +65,9 @@ class Orders(socketserver.ThreadingTCPServer):
                 "is another station running? --listen takes another port"
             ) from None
         self.port = int(self.server_address[1])
-        threading.Thread(target=self.serve_forever, name="orders", daemon=True).start()
+        threading.Thread(
+            target=self.serve_forever, args=(POLL_S,), name="orders", daemon=True
+        ).start()
 
     def stop(self) -> None:
         """Takes no more."""
@@ -109,15 +108,23 @@ class _Client(socketserver.StreamRequestHandler):
 
     server: Orders
     waits = 0  # orders whose verdict is still to come
+    rfile: io.BufferedIOBase
 
     def setup(self) -> None:
         super().setup()
-        self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        keep_alive(self.connection)
+        self.link: socket.socket | TlsLink = self.connection
         self.answers: queue.Queue[bytes | None] = queue.Queue(MOST_ANSWERS)
         self.writer = threading.Thread(target=self._write, name="answers", daemon=True)
-        self.writer.start()
 
     def handle(self) -> None:
+        if self.server.tls is not None:
+            try:
+                self.link = TlsLink(self.connection, self.server.tls)
+            except OSError:
+                return  # who speaks no TLS, or another, is told nothing
+            self.rfile = io.BufferedReader(self.link)
+        self.writer.start()
         if not self.server.admit(self):
             self.answer({"event": "error", "message": f"{MOST_CLIENTS} connections wait already"})
             return
@@ -131,11 +138,15 @@ class _Client(socketserver.StreamRequestHandler):
     def finish(self) -> None:
         with contextlib.suppress(queue.Full):
             self.answers.put_nowait(None)
-            self.writer.join(LAST_WORDS_S)  # what is queued, as far as the client takes it
+            if self.writer.is_alive():
+                self.writer.join(LAST_WORDS_S)  # what is queued, as far as the client takes it
         with contextlib.suppress(OSError):
+            self.link.close()
             super().finish()
 
     def serve(self) -> None:
+        if self.server.token and not self.knows_the_token():
+            return
         while line := self.rfile.readline(LONGEST_LINE):
             self.server.hear(self)
             try:
@@ -144,6 +155,26 @@ class _Client(socketserver.StreamRequestHandler):
                 self.answer({"event": "error", "message": str(error)})
                 return
             self.server.take(order, self.answer)
+
+    def knows_the_token(self) -> bool:
+        """Whether the first line is a greeting with it; who knows it not gets a sentence."""
+        try:
+            first = read_order(self.rfile.readline(LONGEST_LINE))
+        except ValueError as error:
+            self.answer({"event": "error", "message": str(error)})
+            return False
+        said = str(first.get("token", "")).encode("utf-8", "replace")
+        if first["order"] != HELLO or not secrets.compare_digest(said, self.server.token.encode()):
+            self.answer(
+                {
+                    "event": "error",
+                    "message": "this station wants its token first: "
+                    '{"order": "hello", "token": "..."}',
+                }
+            )
+            return False
+        self.answer({"event": HELLO})
+        return True
 
     def answer(self, message: Mapping[str, Any]) -> None:
         """One line back, without waiting; a client that does not read loses its connection."""
@@ -158,14 +189,41 @@ class _Client(socketserver.StreamRequestHandler):
     def drop(self) -> None:
         """Ends the connection from another thread."""
         with contextlib.suppress(OSError):
-            self.connection.shutdown(socket.SHUT_RDWR)
+            self.link.shutdown(socket.SHUT_RDWR)
 
     def _write(self) -> None:
         while (data := self.answers.get()) is not None:
             try:
-                self.connection.sendall(data)
+                self.link.sendall(data)
             except OSError:
                 return  # quietly: it has gone
+
+
+def keep_alive(link: socket.socket) -> None:
+    """Asks a silent peer for a sign of life, as often as this system lets that be said."""
+    link.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for name, value in (
+        ("TCP_KEEPIDLE", IDLE_S),
+        ("TCP_KEEPINTVL", TRY_S),
+        ("TCP_KEEPCNT", TRIES),
+    ):
+        if (option := getattr(socket, name, None)) is not None:
+            link.setsockopt(socket.IPPROTO_TCP, option, value)
+
+
+def read_token(path: Path) -> str:
+    """The token in a file: its first line. Raises UsageError where it is none."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, ValueError) as error:
+        raise UsageError(f"--token {path} cannot be read ({error})") from None
+    token = lines[0].strip() if lines else ""
+    if len(token) < SHORTEST_TOKEN or len(json_text.dumps(token)) > LONGEST_VALUE:
+        raise UsageError(
+            f"--token {path}: its first line is no token of {SHORTEST_TOKEN} to 190 characters: "
+            "`openssl rand -hex 16` makes one"
+        )
+    return token
 
 
 def read_order(line: bytes) -> Message:

@@ -33,7 +33,6 @@ from motorid.workflow.orders import (
     Answer,
     Message,
     Orders,
-    parse_listen,
     read_order,
 )
 from motorid.workflow.station import Station
@@ -265,18 +264,6 @@ def test_a_full_disk_is_said_and_survived(
     assert shown[-1].word == "INVALID"
     assert "no space left" in shown[-1].lines[1]
     assert station.counts == {}  # no verdict was told that is not on disk
-
-
-@pytest.mark.parametrize("address", ["0.0.0.0:7410", "[::]:1", "192.168.1.5:80", "host:1", "x"])
-def test_only_this_computer_unless_allowed(address: str) -> None:
-    with pytest.raises(UsageError):
-        parse_listen(address, remote=False)
-
-
-def test_addresses() -> None:
-    assert parse_listen("7410", remote=False) == ("127.0.0.1", 7410)
-    assert parse_listen("[::1]:5", remote=False) == ("::1", 5)
-    assert parse_listen("0.0.0.0:5", remote=True) == ("0.0.0.0", 5)
 
 
 @given(st.binary(max_size=200))

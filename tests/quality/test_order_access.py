@@ -1,0 +1,165 @@
+"""Who may order: a token first, TLS beyond this computer."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import socket
+import ssl
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from motorid.cli.main import run
+from motorid.errors import UsageError
+from motorid.web.address import parse_listen
+from motorid.workflow.orders import Answer, Message, Orders, read_token
+from tests.web.test_guard import certificate
+
+TOKEN = "0123456789abcdef0123"
+
+
+class Taken:
+    """What a station was asked; it answers at once, and once more when told to."""
+
+    def __init__(self) -> None:
+        self.orders: list[Message] = []
+        self.answers: list[Answer] = []
+
+    def __call__(self, order: Message, answer: Answer) -> None:
+        self.orders.append(order)
+        self.answers.append(answer)
+        answer({"event": "accepted"})
+
+
+@pytest.fixture
+def taken() -> Taken:
+    return Taken()
+
+
+@pytest.fixture
+def guarded(taken: Taken) -> Iterator[Orders]:
+    orders = Orders(("127.0.0.1", 0), taken, TOKEN)
+    yield orders
+    orders.stop()
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    return certificate(tmp_path_factory.mktemp("pem"))
+
+
+@pytest.fixture
+def secure(taken: Taken, pair: tuple[Path, Path]) -> Iterator[Orders]:
+    tls = parse_listen("0", certificate=pair[0], key=pair[1]).tls
+    orders = Orders(("127.0.0.1", 0), taken, TOKEN, tls)
+    yield orders
+    orders.stop()
+
+
+def heard(port: int, *lines: Any, trusts: Path | None = None) -> list[dict[str, Any]]:
+    """All answers to those lines, until the station ends or the client has said all of them."""
+    link: socket.socket = socket.create_connection(("127.0.0.1", port), timeout=60)
+    if trusts is not None:
+        context = ssl.create_default_context(cafile=str(trusts))
+        context.check_hostname = False
+        link = context.wrap_socket(link)
+    found = []
+    with contextlib.suppress(ConnectionError), link, link.makefile("rwb") as file:
+        for line in lines:
+            file.write(json.dumps(line).encode() + b"\n")
+            file.flush()
+            if not (answer := file.readline()):
+                break
+            found.append(json.loads(answer))
+    return found
+
+
+HELLO = {"order": "hello", "token": TOKEN}
+INSPECT = {"order": "inspect", "serial": "D1"}
+
+
+def test_a_token_opens_the_connection(guarded: Orders, taken: Taken) -> None:
+    assert heard(guarded.port, HELLO, INSPECT) == [{"event": "hello"}, {"event": "accepted"}]
+    assert taken.orders == [INSPECT]
+
+
+@pytest.mark.parametrize(
+    "first",
+    [INSPECT, {"order": "hello"}, {"order": "hello", "token": "ä" + TOKEN[1:]}, [1],
+     {"order": "hello", "token": TOKEN[:-1]}, {"order": "hello", "token": None}],
+)  # fmt: skip
+def test_without_it_nothing_is_taken(guarded: Orders, taken: Taken, first: Any) -> None:
+    answers = heard(guarded.port, first, INSPECT, INSPECT)
+    assert [one["event"] for one in answers] == ["error"]
+    assert TOKEN not in answers[0]["message"]
+    assert taken.orders == []
+
+
+def test_orders_over_tls(secure: Orders, taken: Taken, pair: tuple[Path, Path]) -> None:
+    said = heard(secure.port, HELLO, *[INSPECT] * 50, trusts=pair[0])
+    assert said == [{"event": "hello"}, *[{"event": "accepted"}] * 50]
+    assert len(taken.orders) == 50
+
+
+def test_a_verdict_comes_while_the_client_only_listens(
+    secure: Orders, taken: Taken, pair: tuple[Path, Path]
+) -> None:
+    """The station's reader waits for the next order meanwhile, on the same connection."""
+    context = ssl.create_default_context(cafile=str(pair[0]))
+    context.check_hostname = False
+    plain = socket.create_connection(("127.0.0.1", secure.port), timeout=60)
+    with context.wrap_socket(plain) as link, link.makefile("rwb") as file:
+        for line in (HELLO, INSPECT):
+            file.write(json.dumps(line).encode() + b"\n")
+            file.flush()
+            file.readline()
+        (answer,) = taken.answers
+        for number in range(40):  # more than one record of TLS
+            answer({"event": "verdict", "number": number, "why": "x" * 1000})
+            assert json.loads(file.readline())["number"] == number
+
+
+def test_who_speaks_no_tls_is_told_nothing(secure: Orders, taken: Taken) -> None:
+    with socket.create_connection(("127.0.0.1", secure.port), timeout=60) as link:
+        link.sendall(json.dumps(HELLO).encode() + b"\n")
+        said = b""
+        with contextlib.suppress(ConnectionError):
+            while more := link.recv(4096):
+                said += more
+    assert b"{" not in said  # an alert of TLS at most
+    assert taken.orders == []
+
+
+@pytest.mark.parametrize("text", ["", "short\n", "x" * 300])
+def test_a_token_that_is_none(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "token"
+    path.write_text(text)
+    with pytest.raises(UsageError, match="no token of 16 to 190 characters"):
+        read_token(path)
+    path.write_text(f" {TOKEN} \nand more\n")
+    assert read_token(path) == TOKEN
+
+
+@pytest.mark.parametrize(
+    ("more", "why"),
+    [
+        ([], "can be reached from other computers"),
+        (["--allow-remote"], "needs TLS"),
+        (["--allow-remote", "CERTIFICATE"], "orders need a token"),
+    ],
+)
+def test_beyond_this_computer_it_takes_both(
+    more: list[str],
+    why: str,
+    pair: tuple[Path, Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    both = ["--certificate", str(pair[0]), "--key", str(pair[1])]
+    options = [part for one in more for part in (both if one == "CERTIFICATE" else [one])]
+    call = ["station", "--product", "sim-disc", "--rig", "sim-line", "--listen", "0.0.0.0:0"]
+    assert run([*call, "-o", str(tmp_path), *options]) == 2
+    assert why in " ".join(capsys.readouterr().err.split())
