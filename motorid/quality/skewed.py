@@ -221,7 +221,8 @@ def _resampled_powers(scaled: Floats, power: float) -> tuple[Floats, Floats, Flo
     """Mean and standard deviation of the transform, and λ, of each resample: the best on a grid.
 
     The grid is about the readings' own ``power``, as wide as λ may be off by: about 1/√n over the
-    standard deviation of their logarithms. ``scaled`` readings have a geometric mean of 1; that of a resample enters its likelihood.
+    standard deviation of their logarithms. ``scaled`` readings have a geometric mean of 1; that of
+    a resample enters its likelihood.
     """
     count = len(scaled)
     bins, shares = _bins(scaled)
