@@ -36,7 +36,7 @@ COMMANDS = {
     ),
     "check": ("check", "Measure and judge one motor by a product's limits."),
     "station": ("station", "Inspect motor after motor, by an operator or a line."),
-    "gauge": ("gauge", "Study the gauge itself: R&R, a golden motor, verdicts, stations."),
+    "gauge": ("gauge", "Study the gauge itself: R&R, golden motor, verdicts, stations."),
     "trend": ("trend", "Control charts, capability and drift of measurements; alarms."),
     "risk": ("risk", "Consumer's and producer's risks of a limit and its rule."),
     "power": ("power", "How large a defect must be to be found, by simulation."),

@@ -153,7 +153,7 @@ def _quantiles(at: Floats, weights: Floats, step: float) -> Floats:
     shares = np.convolve(np.bincount(cells, weights), np.full(FINE, 1.0 / FINE))
     ends = first + cell * (np.arange(len(shares) + 1) - 0.5 * (FINE - 1))
     reached = np.concatenate([[0.0], np.cumsum(shares)])
-    return np.interp([0.025, 0.5, 0.975], reached, ends)
+    return np.asarray(np.interp([0.025, 0.5, 0.975], reached, ends))
 
 
 def most_named(names: Sequence[Sequence[str]], count: int = 2) -> list[str]:

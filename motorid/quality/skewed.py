@@ -74,7 +74,8 @@ def by_percentiles(
     low, middle, high = (curve.quantile(p) for p in (TAIL, 0.5, 1.0 - TAIL))
     value = _by_quantiles(low, middle, high, lower, upper)
     drawn = _resampled_curve(values)
-    spread = _by_quantiles(*(drawn.quantile(p) for p in (TAIL, 0.5, 1.0 - TAIL)), lower, upper)
+    least, half, most = (drawn.quantile(p) for p in (TAIL, 0.5, 1.0 - TAIL))
+    spread = _by_quantiles(least, half, most, lower, upper)
     below = 0.0 if lower is None else curve.cdf(lower)
     above = 0.0 if upper is None else 1.0 - curve.cdf(upper)
     return Performance(
@@ -104,7 +105,7 @@ def _scores(curve: PearsonCurve, values: Floats) -> Floats:
     shares = np.concatenate([shares, 1.0 - shares[-2::-1]])
     places = np.array([curve.quantile(float(p))[0] for p in shares])
     rising = np.concatenate([[True], np.diff(places) > 0.0])
-    return np.interp(values, places[rising], ndtri(shares[rising]))
+    return np.asarray(np.interp(values, places[rising], ndtri(shares[rising])))
 
 
 def _resampled_curve(values: Floats) -> PearsonCurve:

@@ -194,6 +194,7 @@ def test_a_station_that_is_off_is_found_and_others_are_not() -> None:
     assert e_n > 1.0
 
 
+@pytest.mark.slow
 def test_holm_keeps_chance_from_finding_a_pair() -> None:
     """Six equal stations have fifteen pairs: a difference is found in about one study of twenty."""
     rng = np.random.default_rng(13)

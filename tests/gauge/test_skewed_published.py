@@ -70,7 +70,7 @@ def test_members_of_the_family_are_met(member: stats.rv_continuous, sign: float)
 def test_a_skewness_and_kurtosis_between_the_types_break_nothing() -> None:
     """Also at the borders of the types, and for moments that no distribution has."""
     skew, kurtosis = (
-        a.ravel() for a in np.meshgrid(np.linspace(-3, 3, 31), np.linspace(-2, 30, 65))
+        a.ravel() for a in np.meshgrid(np.linspace(-3, 3, 13), np.linspace(-2, 30, 33))
     )
     many = PearsonCurve(np.zeros_like(skew), np.ones_like(skew), skew, kurtosis)
     low, middle, high = (many.quantile(p) for p in (TAIL, 0.5, 1.0 - TAIL))
@@ -79,15 +79,16 @@ def test_a_skewness_and_kurtosis_between_the_types_break_nothing() -> None:
     assert np.all(high - low < 40.0)
 
 
+@pytest.mark.slow
 def test_percentile_indices_of_a_normal_curve_are_the_usual_ones() -> None:
     """ISO 22514-2: for a normal process both definitions agree."""
     rng = np.random.default_rng(3)
-    values = rng.normal(10.0, 1.0, 200_000)
+    values = rng.normal(10.0, 1.0, 50_000)
     found = by_percentiles(values, 6.0, 13.0, 0.95)
     assert found.pp is not None
-    assert found.pp[0] == pytest.approx(7.0 / 6.0, abs=0.02)
-    assert found.ppk[0] == pytest.approx(1.0, abs=0.02)
-    assert found.outside == pytest.approx(stats.norm.sf(3.0) + stats.norm.sf(4.0), rel=0.1)
+    assert found.pp[0] == pytest.approx(7.0 / 6.0, abs=0.03)
+    assert found.ppk[0] == pytest.approx(1.0, abs=0.03)
+    assert found.outside == pytest.approx(stats.norm.sf(3.0) + stats.norm.sf(4.0), rel=0.2)
 
 
 def test_percentile_indices_by_the_definition() -> None:
@@ -185,6 +186,7 @@ def test_a_shape_that_cannot_be_is_refused() -> None:
         capability(skewed(49), None, 0.04, shape="percentile")
 
 
+@pytest.mark.slow
 def test_many_readings_are_resampled_as_neighbours(monkeypatch: pytest.MonkeyPatch) -> None:
     """The interval of 5,500 readings is that of each of them, though there are 2,750 bins."""
     values = skewed(5_500)

@@ -52,6 +52,7 @@ def played(rng: np.random.Generator, found: Callable[[float], float], rejected: 
     return trials
 
 
+@pytest.mark.slow
 def test_the_intervals_hold_the_truth() -> None:
     rng = np.random.default_rng(1)
     held, count = {0.5: 0, 0.95: 0}, 30
@@ -184,17 +185,29 @@ def test_what_cannot_be_studied_is_refused(product: Product, line_rig: Rig, tmp_
 
 
 @pytest.mark.slow
-def test_the_command_on_the_simulated_line(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_a_motor_goes_through_the_line(product: Product, line_rig: Rig) -> None:
+    """A magnet that lost half fails by K; one that lost 0.2 % passes as a good motor does."""
+    assert product.serial is not None
+    of = product, line_rig, product.serial.example, power.SPREAD
+    assert power.inspect(*of, power.GOOD, 0.0, 1) == {"outcome": "PASS", "named": []}
+    assert power.inspect(*of, "weak-magnet", 0.002, 1)["outcome"] == "PASS"
+    weak = power.inspect(*of, "weak-magnet", 0.15, 1)
+    assert weak["outcome"] == "FAIL"
+    assert "K_25" in weak["named"]
+
+
+def test_the_command(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Eight motors: a magnet that lost half is found, one that lost 0.2 % is not."""
+    monkeypatch.setattr(power, "inspect", stub)
     call = "power --product sim-disc --rig sim-line --defect weak-magnet --motors 8 --good 8"
-    assert run([*call.split(), "--jobs", "1", "-o", str(tmp_path / "out")]) == 0
+    words = [*call.split(), "--jobs", "1", "-o", str(tmp_path / "out")]
+    assert run(words) == 0
     assert "weaker magnet" in capsys.readouterr().out
     found = json.loads((tmp_path / "out" / "power.json").read_text(encoding="utf-8"))
     (magnet,) = found["defects"]
-    hits = {one["severity"]: one["found"] for one in magnet["trials"]}
-    assert hits[0.5]
-    assert not hits[0.002]
-    assert found["false_rejects"]["not_passed"] <= 2
-    assert run([*call.split(), "--jobs", "1", "-o", str(tmp_path / "out")]) == 2  # it exists
+    assert [one["found"] for one in magnet["trials"]] == [False] * 5 + [True] * 3
+    assert magnet["by"] == ["K_25"]
+    assert found["false_rejects"]["not_passed"] == 1
+    assert run(words) == 2  # power.json exists
+    assert run([*words, "--force"]) == 0
