@@ -87,7 +87,10 @@ def capability(
     n = len(values)
     if n < max(3, 2 * subgroup):
         raise DataError(f"capability needs more than {n} readings: 100 is a usual least")
-    mean, overall = float(np.mean(values)), float(np.std(values, ddof=1))
+    with np.errstate(over="ignore"):
+        mean, overall = float(np.mean(values)), float(np.std(values, ddof=1))
+    if not math.isfinite(overall):
+        raise DataError("the readings are too large to judge a process by: are they of one unit?")
     within, degrees = sigma_within(values, subgroup)
     if overall == 0 or within == 0:
         raise DataError("all readings are equal: there is no spread to judge a process by")
@@ -138,10 +141,16 @@ def _shaped(
                 None,
                 f"normal, though the readings contradict it ({tested}): too few for another",
             )
-        return by_percentiles(values, *ends, level), (
-            f"percentiles of Pearson's curve: the readings are not normal ({tested}), "
-            "and no power makes them so"
-        )
+        try:
+            return by_percentiles(values, *ends, level), (
+                f"percentiles of Pearson's curve: the readings are not normal ({tested}), "
+                "and no power makes them so"
+            )
+        except DataError:
+            return (
+                None,
+                f"normal, though the readings contradict it ({tested}): no other shape fits",
+            )
     least = LEAST if shape == "box-cox" else LEAST_MOMENTS
     if n < least:
         raise DataError(f"capability by {shape} needs {least} readings or more, not {n}")

@@ -69,7 +69,17 @@ def normality(values: Floats) -> float:
 def by_percentiles(
     values: Floats, lower: float | None, upper: float | None, level: float
 ) -> Performance:
-    """Performance of ``values`` (n,) by the percentiles of their Pearson curve."""
+    """Performance of ``values`` (n,) by the percentiles of their Pearson curve.
+
+    Raises DataError where they have none, as readings of two values alone.
+    """
+    with np.errstate(all="ignore"):  # a resample without spread has no curve, and is left out
+        return _by_percentiles(values, lower, upper, level)
+
+
+def _by_percentiles(
+    values: Floats, lower: float | None, upper: float | None, level: float
+) -> Performance:
     curve = curve_of(values)
     low, middle, high = (curve.quantile(p) for p in (TAIL, 0.5, 1.0 - TAIL))
     value = _by_quantiles(low, middle, high, lower, upper)
@@ -90,10 +100,9 @@ def by_percentiles(
 def _by_quantiles(
     low: Floats, middle: Floats, high: Floats, lower: float | None, upper: float | None
 ) -> tuple[Floats | None, Floats]:
-    with np.errstate(divide="ignore"):  # a curve of two points: infinite, and refused later
-        sides = [(upper - middle) / (high - middle)] if upper is not None else []
-        sides += [(middle - lower) / (middle - low)] if lower is not None else []
-        pp = None if lower is None or upper is None else (upper - lower) / (high - low)
+    sides = [(upper - middle) / (high - middle)] if upper is not None else []
+    sides += [(middle - lower) / (middle - low)] if lower is not None else []
+    pp = None if lower is None or upper is None else (upper - lower) / (high - low)
     return pp, np.min(sides, axis=0)
 
 
@@ -295,7 +304,7 @@ def _with_intervals(
     def one(found: Floats, drawn: Floats) -> tuple[float, float, float]:
         good, here = drawn[np.isfinite(drawn)], float(found[0])
         if len(good) < 0.9 * len(drawn) or not math.isfinite(here):
-            raise DataError("the readings are too few, or too much alike, to show a shape")
+            raise DataError("the readings are too much alike to show a shape: take --shape normal")
         return (here, *interval(here, good, level))
 
     pp = None

@@ -177,6 +177,22 @@ def test_what_no_shape_fits_is_said() -> None:
     assert found.fit_p < 0.05
 
 
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.array([1.0, 2.0] * 50),
+        np.array([1.0] * 99 + [2.0]),
+        np.append(np.linspace(0.99, 1.01, 99), 1e9),
+    ],
+    ids=["two values", "one other", "one far out"],
+)
+def test_readings_without_a_shape_still_have_indices(values: np.ndarray) -> None:
+    """As before there were shapes: a chart must not be lost for want of one."""
+    found = capability(values, 0.5, 3.0)
+    assert found.ppk.value is not None
+    assert found.fit_p < 0.05  # which is said
+
+
 def test_a_shape_that_cannot_be_is_refused() -> None:
     with pytest.raises(UsageError, match="positive"):
         capability(-skewed(100), -0.04, None, shape="box-cox")
