@@ -8,46 +8,57 @@ from pathlib import Path
 import click
 
 from motorid.cli.options import INSTANT
-from motorid.cli.values import FINITE, Between, Named
+from motorid.cli.values import FINITE, Between
 from motorid.errors import EXIT_DONE, EXIT_FAIL_VERDICT
 
 
 @click.command("attribute")
-@click.argument("file", type=Named(exists=True, dir_okay=False, path_type=Path))
+@click.argument("source")
 @click.option("--rating", default="rating", show_default=True, help="Column of what was said.")
 @click.option("--reference", help="Column of what each part is.")
 @click.option("--bad", help="The rating that must not pass: gives misses and false alarms.")
+@click.option(
+    "--serial", default="", help="Of a history, only these motors; * and ? are wildcards."
+)
+@click.option("--product", default="", help="Of a history, only results judged by this product.")
 @click.option("--min-kappa", type=Between(min=-1, max=1), help="A smaller kappa is a FAIL.")
 @click.option("--json", "as_json", is_flag=True, help="Print the study as JSON.")
 def attribute(
-    file: Path,
+    source: str,
     rating: str,
     reference: str | None,
     bad: str | None,
+    serial: str,
+    product: str,
     min_kappa: float | None,
     as_json: bool,
 ) -> int | None:
-    """Analyse an attribute study: CSV with columns part, operator, rating and, if known, reference.
+    """Analyse an attribute study: who calls which part what, and is it right?
 
-    Ratings are words such as PASS and FAIL. Kappa is judged with the reference, if there is one,
-    else between each two operators.
+    SOURCE is a CSV file with columns part, operator, rating and, if known, a reference; or a
+    history, whose stations' verdicts are then the ratings. Ratings are words such as PASS and FAIL.
+    Kappa is judged with the reference, if there is one, else between each two operators.
     """
     from motorid.json_text import dumps
     from motorid.quality.agreement import agreement, ratings_of
+    from motorid.quality.history import Query
     from motorid.quality.study_file import OPERATOR, PART, labels, read_rows, texts
     from motorid.report import agreement as report
+    from motorid.workflow.stations import verdicts_from_history
 
     if bad is not None and reference is None:
         raise click.UsageError("--bad needs a --reference: who knows which part is bad?")
-    rows, where = read_rows(file), str(file)
-    ratings = ratings_of(
-        labels(rows, PART, where),
-        labels(rows, OPERATOR, where),
-        texts(rows, rating, where),
-        None if reference is None else texts(rows, reference, where),
-        bad,
-        where,
-    )
+    if source.lower().endswith(".csv"):
+        rows = read_rows(Path(source))
+        known = None if reference is None else texts(rows, reference, source)
+        parts, who = labels(rows, PART, source), labels(rows, OPERATOR, source)
+        called = texts(rows, rating, source)
+    elif reference is not None:
+        raise click.UsageError("--reference is a column of a CSV file, and no history has it.")
+    else:
+        parts, who, called = verdicts_from_history(source, Query(serial, product, "", "check"))
+        known = None
+    ratings = ratings_of(parts, who, called, known, bad, source)
     found = agreement(ratings)
     said = report.agreement_dict(found)
     click.echo(dumps(said, indent=2) if as_json else report.agreement_text(found))

@@ -1,16 +1,39 @@
-"""Where a comparison of stations gets its readings: a history, or a CSV file."""
+"""Where comparisons of stations get their readings and verdicts: a history, or a CSV file."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from motorid.errors import DataError, UsageError, nearest
 
 if TYPE_CHECKING:
-    from motorid.quality.history import Query
+    from motorid.quality.history import History, Query
     from motorid.quality.stations import Reading
+
+
+def verdicts_from_history(where: str, query: Query) -> tuple[list[str], list[str], list[str]]:
+    """Motor, station and verdict of each result that ``query`` chooses.
+
+    Raises DataError where none names its station.
+    """
+    from motorid.quality.history import open_history
+
+    with open_history(where, create=False) as history:
+        rows = _named(history, query, where)
+    return [r.serial for r in rows], [r.station for r in rows], [r.outcome for r in rows]
+
+
+def _named(history: History, query: Query, where: str) -> list[Any]:
+    """The results that name their station."""
+    rows = [row for row in history.results(query) if row.station]
+    if not rows:
+        raise DataError(
+            f"{where} has no such result that names its station: widen the query, or give each "
+            "station its --station NAME"
+        )
+    return rows
 
 
 def from_csv(path: Path, quantity: str) -> list[Reading]:
@@ -42,7 +65,7 @@ def from_history(where: str, quantity: str, query: Query) -> tuple[list[Reading]
         names = history.names()
         if quantity not in names:
             raise UsageError(f"{where} never measured {quantity!r}{nearest(quantity, names)}")
-        stations = dict.fromkeys(row.station for row in history.results(query) if row.station)
+        stations = dict.fromkeys(row.station for row in _named(history, query, where))
         found = {s: history.series(quantity, replace(query, station=s)) for s in stations}
     readings = [
         Reading(station, row.serial, row.value, row.uncertainty)

@@ -148,6 +148,27 @@ def test_the_attribute_command(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert run([*call, "--bad", "FAIL"]) == 2
 
 
+def test_verdicts_of_a_history(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Two stations judged four motors once each, and differ on one of them."""
+    db, began = tmp_path / "line.db", datetime(2026, 11, 1, tzinfo=UTC)
+    verdicts = {"left": "PPFF", "right": "PPFP", "": "PPPP"}
+    with open_history(db) as history:
+        for n, (station, said) in enumerate(verdicts.items()):
+            for k, one in enumerate(said):
+                outcome = {"P": "PASS", "F": "FAIL"}[one]
+                at = began + timedelta(minutes=4 * n + k)
+                history.add(
+                    ResultRecord("check", f"M{k}", (), at=at, station=station, outcome=outcome)
+                )
+    assert run(["gauge", "attribute", str(db), "--json"]) == 0
+    (pair,) = json.loads(capsys.readouterr().out)["kappa"]
+    assert (pair["first"], pair["second"], pair["table"]) == ("left", "right", [[1, 1], [0, 2]])
+    assert pair["kappa"] == pytest.approx(0.5)
+    assert run(["gauge", "attribute", str(db), "--reference", "truth"]) == 2
+    assert run(["gauge", "attribute", str(db), "--serial", "X*"]) == 4
+    assert "names its station" in capsys.readouterr().err
+
+
 def meters() -> list[Reading]:
     return [
         Reading(station, str(k), value)
