@@ -32,6 +32,11 @@ def false_rejects(study: Study) -> str:
     )
     if study.rejected:
         said += f"; {study.invalid} INVALID; by {', '.join(study.named)}"
+    if 2 * study.rejected > study.good:
+        said += (
+            f"\nmost good motors do not pass, so the table says little: is {study.rig} the rig of "
+            "this product, and --spread that of its motors?"
+        )
     return said
 
 

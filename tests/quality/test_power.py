@@ -126,6 +126,8 @@ def test_a_study_and_its_table(
     said = report.text(found)
     assert "1 of 20 did not pass, 5.0 %" in said
     assert "INVALID" in said
+    assert "most good motors" not in said
+    assert "most good motors do not pass" in report.text(replace(found, rejected=15))
     again = power.study(
         product, line_rig, tmp_path, defects=("weak-magnet", "brush-drop"), motors=24, good=20
     )
