@@ -133,7 +133,7 @@ def nested(
     output: Path | None,
     force: bool,
 ) -> int | None:
-    """Analyse a nested study: each operator has parts of his own, which nobody else measures."""
+    """Analyse a nested study: each operator has parts that nobody else measures."""
     from motorid.quality.study_file import read_rows
     from motorid.workflow import gauge as workflow
 

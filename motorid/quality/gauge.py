@@ -3,8 +3,8 @@
 Every operator (or fixture) measures every part several times. EV is the equipment's variation
 (repeatability), AV the appraisers' (reproducibility), INT their interaction with the parts, GRR
 the three together, PV the parts' own variation and TV the whole. Methods: the analysis of
-variance (random effects, AIAG MSA 4th edition); average and range; and, where every operator has
-parts of his own, the nested analysis of variance, which sees no interaction.
+variance (random effects, AIAG MSA 4th edition); average and range; and, where operators have
+parts of their own, the nested analysis of variance, which sees no interaction.
 """
 
 from __future__ import annotations
