@@ -17,7 +17,7 @@ HALF, MOST = 0.5, 0.95
 def text(study: Study) -> str:
     """The study as a table, with the false rejects above it."""
     head = ["defect", "found in 50 %", "95 % interval", "found in 95 %", "95 % interval",
-            "unit", "not passed", "by"]  # fmt: skip
+            "not passed", "by"]  # fmt: skip
     return "\n".join([f"{study.product} on {study.rig}", false_rejects(study), "",
                       *columns(head, [_row(one) for one in study.powers])])  # fmt: skip
 
@@ -46,7 +46,7 @@ def _row(one: Power) -> list[str]:
     hits = sum(one.trials.found)
     invalid = f", {one.invalid} INVALID" if one.invalid else ""
     return [
-        one.title, *_found(one, half, f), *_found(one, most, f), unit,
+        f"{one.title}, {unit}", *_found(one, half, f), *_found(one, most, f),
         f"{hits} of {len(one.trials.found)}{invalid}", ", ".join(one.named) or "—",
     ]  # fmt: skip
 
