@@ -17,6 +17,7 @@ import argparse
 import json
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -118,7 +119,10 @@ def one(number: int) -> Row:
             return row | {"failure": str(error)}
     verdicts = {rule: judge(estimate, product) for rule, product in judged_by.items()}
     u = [verdicts["speed alone"][n].reading.uncertainty for n in SPEEDS]
-    outcomes = {rule: str(verdict.outcome) for rule, verdict in verdicts.items()}
+    outcomes: Row = {rule: str(verdict.outcome) for rule, verdict in verdicts.items()}
+    outcomes["invalid"] = [
+        m.quantity for m in verdicts["speed alone"].measurements if m.outcome is Outcome.INVALID
+    ]
     return row | outcomes | {"u": max((x for x in u if x), default=None)}
 
 
@@ -207,6 +211,9 @@ def report(rows: Sequence[Row], rule: str, limit: float) -> int:
         high = f"{EDGES[place]:g}" if place < len(EDGES) else "inf"
         counts = ", ".join(f"{n} {o}" for o, n in found[place].items())
         print(f"  {low:>4} to {high:>4} U   {counts}")
+    named = Counter(name for row in rows for name in row.get("invalid", ()))
+    if named:
+        print("  INVALID by " + ", ".join(f"{name} {n}" for name, n in named.most_common()))
     power = Share(caught, bad)
     low_, high_ = (100.0 * x for x in power.interval_95)
     print(f"  {len(rows)} motors, {failures} not fitted")
