@@ -135,7 +135,10 @@ def _shaped(
             )
         power = by_box_cox(values, *ends, level)
         if power is not None and power.p >= NOT_NORMAL:
-            return power, f"Box-Cox: the readings are not normal ({tested}), their power is"
+            return power, (
+                f"Box-Cox: the readings are not normal ({tested}), but are after the power "
+                f"transform of λ = {power.power:.2f}"
+            )
         if n < LEAST_MOMENTS:
             return (
                 None,
@@ -162,7 +165,7 @@ def _shaped(
             "Box-Cox needs positive readings and limits, and a power between -5 and 5: take "
             "percentiles"
         )
-    return found, "Box-Cox, as asked"
+    return found, f"Box-Cox of λ = {found.power:.2f}, as asked"
 
 
 def _check_limits(lower: float | None, upper: float | None) -> None:

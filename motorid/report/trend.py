@@ -89,8 +89,7 @@ def _of_shape(trend: Trend, able: Capability) -> list[str]:
     if able.percentiles is not None:
         unit, f = _scale(trend)
         low, middle, high = (significant(value * f, 4) for value in able.percentiles)
-        power = "" if able.power is None else f", power {able.power:.2f}"
-        said.append(f"0.135 %, median, 99.865 %: {low}, {middle}, {high} {unit}{power}".rstrip())
+        said.append(f"0.135 %, median, 99.865 %: {low}, {middle}, {high} {unit}".rstrip())
     if able.fit_p < NOT_NORMAL:
         said.append(
             f"the shape does not fit the readings (Shapiro-Wilk p = {able.fit_p:.2g} of their "
