@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Shape of the process for its capability; auto: normal unless a test rejects it.",
 )
+@click.option("--power", type=FINITE, help="With --shape box-cox: λ, instead of the likeliest.")
 @click.option("--min-ppk", type=FINITE, help="A smaller Ppk is an alarm.")
 @click.option("--json", "as_json", is_flag=True, help="Print the trend as JSON.")
 @click.option(
@@ -90,6 +91,7 @@ def command(
     since: datetime | None,
     last: int | None,
     shape: str,
+    power: float | None,
     min_ppk: float | None,
     as_json: bool,
     output: Path | None,
@@ -127,6 +129,7 @@ def command(
         least_ppk=min_ppk,
         small_shifts=small_shifts,
         shape=cast("Asked", shape),
+        power=power,
     )
     click.echo(dumps(report.to_dict(found), indent=2) if as_json else report.text(found))
     if output:

@@ -14,6 +14,7 @@ from motorid.quality.ranges import d2, degrees_of_freedom, degrees_of_moving_ran
 from motorid.quality.skewed import (
     LEAST,
     LEAST_MOMENTS,
+    STEEPEST,
     Performance,
     Shape,
     by_box_cox,
@@ -74,14 +75,16 @@ def capability(
     subgroup: int = 1,
     level: float = LEVEL,
     shape: Asked = "auto",
+    power: float | None = None,
 ) -> Capability:
     """Both pairs of indices of ``values`` (n,), in the order of production.
 
     ``subgroup`` consecutive readings were made under like conditions; 1: moving ranges stand in.
     Intervals within: the range's own degrees of freedom, fewer than n - 1. ``shape`` "auto": normal
     where Shapiro and Wilk's test does not reject it; else Box-Cox where it makes the readings pass
-    that test; else percentiles. Raises UsageError without a limit or with crossed ones, or for a
-    shape that these readings and limits cannot have, DataError for too few readings or no spread.
+    that test; else percentiles. ``power``: a λ that is known, of "box-cox". Raises UsageError
+    without a limit or with crossed ones, or for a shape that these readings and limits cannot
+    have, DataError for too few readings or no spread.
     """
     _check_limits(lower, upper)
     n = len(values)
@@ -95,7 +98,9 @@ def capability(
     if overall == 0 or within == 0:
         raise DataError("all readings are equal: there is no spread to judge a process by")
     normal_p = normality(values)
-    found, why = _shaped(values, lower, upper, level, shape, normal_p)
+    if power is not None and (shape != "box-cox" or not abs(power) <= STEEPEST):
+        raise UsageError(f"a power of {power:g}: it goes with box-cox, and lies between -5 and 5")
+    found, why = _shaped(values, lower, upper, level, shape, normal_p, power)
     seen = 1e6 * float(np.mean(_outside(values, lower, upper)))
     about = (n, mean, within, overall, lower, upper)
     if found is not None:
@@ -119,6 +124,7 @@ def _shaped(
     level: float,
     shape: Asked,
     normal_p: float,
+    known: float | None = None,
 ) -> tuple[Performance | None, str]:
     """The performance by the shape that is asked for or chosen, and why; None: a normal one."""
     n, ends = len(values), (lower, upper)
@@ -159,7 +165,7 @@ def _shaped(
         raise DataError(f"capability by {shape} needs {least} readings or more, not {n}")
     if shape == "percentile":
         return by_percentiles(values, *ends, level), "percentiles of Pearson's curve, as asked"
-    found = by_box_cox(values, *ends, level)
+    found = by_box_cox(values, *ends, level, known)
     if found is None:
         raise UsageError(
             "Box-Cox needs positive readings and limits, and a power between -5 and 5: take "

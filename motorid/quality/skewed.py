@@ -163,25 +163,29 @@ def _most(scaled: Floats) -> float:
 
 
 def by_box_cox(
-    values: Floats, lower: float | None, upper: float | None, level: float
+    values: Floats,
+    lower: float | None,
+    upper: float | None,
+    level: float,
+    known: float | None = None,
 ) -> Performance | None:
     """Performance of ``values`` (n,) by a power transform; None where none is defined.
 
-    Readings and limits must be positive.
+    Readings and limits must be positive. ``known``: λ, where it is not to be found.
     """
     ends = [end for end in (lower, upper) if end is not None]
     if not (values > 0.0).all() or not all(end > 0.0 for end in ends):
         return None
     unit = float(np.exp(np.log(values).mean()))
     scaled = values / unit
-    power = best_power(values)
+    power = best_power(values) if known is None else known
     if power is None or any(abs(math.log(end / unit)) * STEEPEST > MODERATE for end in ends):
         return None
     shown = box_cox(scaled, power)
     mean, sd = float(shown.mean()), float(shown.std(ddof=1))
     low, high = (None if end is None else end / unit for end in (lower, upper))
     value = _by_moments(np.array([mean]), np.array([sd]), np.array([power]), low, high)
-    spread = _by_moments(*_resampled_powers(scaled, power), low, high)
+    spread = _by_moments(*_resampled_powers(scaled, power, known is None), low, high)
     from scipy.special import ndtr
 
     def at(deviations: float) -> float:
@@ -227,7 +231,7 @@ def _by_moments(
     return pp, np.min(sides, axis=0)
 
 
-def _resampled_powers(scaled: Floats, power: float) -> tuple[Floats, Floats, Floats]:
+def _resampled_powers(scaled: Floats, power: float, search: bool) -> tuple[Floats, Floats, Floats]:
     """Mean and standard deviation of the transform, and λ, of each resample: the best on a grid.
 
     The grid is about the readings' own ``power``, as wide as λ may be off by: about 1/√n over the
@@ -239,10 +243,13 @@ def _resampled_powers(scaled: Floats, power: float) -> tuple[Floats, Floats, Flo
     logs = np.log(bins)
     most = _most(bins)
     reach = REACH / (math.sqrt(count) * max(float(logs.std()), 1e-12))
-    grid = np.linspace(max(-most, power - reach), min(most, power + reach), GRID)
+    grid = np.array([power])
+    if search:
+        grid = np.linspace(max(-most, power - reach), min(most, power + reach), GRID)
     shown = np.stack([box_cox(bins, float(g)) for g in grid], axis=1)
     sums = _resampled(np.column_stack([shown, shown**2, logs]), shares, count) / count
-    means, squares, log_mean = sums[:, :GRID], sums[:, GRID : 2 * GRID], sums[:, -1:]
+    tried = len(grid)
+    means, squares, log_mean = sums[:, :tried], sums[:, tried : 2 * tried], sums[:, -1:]
     variances = np.maximum(squares - means**2, 1e-300)
     best = np.argmin(0.5 * np.log(variances) - grid * log_mean, axis=1)
     rows = np.arange(len(best))

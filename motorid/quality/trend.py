@@ -56,12 +56,13 @@ def trend(
     least_ppk: float | None = None,
     small_shifts: bool = False,
     shape: Asked = "auto",
+    power: float | None = None,
 ) -> Trend:
     """The trend of ``values`` (n,) in their order; ``days`` (n,) say when.
 
     ``subgroup`` readings make a point of the chart; ``baseline`` first points set its limits.
     ``small_shifts``: EWMA and CUSUM charts about the first chart's centre as well.
-    ``shape``: of the capability, see there.
+    ``shape``, ``power``: of the capability, see there.
     ``golden``: all readings are of one motor, so that a drift is the gauge's. Raises DataError for
     too few readings, UsageError for a baseline or limits that make no sense.
     """
@@ -74,7 +75,11 @@ def trend(
     if small_shifts:
         charts = (*charts, *_of_small_shifts(charts[0]))
     limited = lower is not None or upper is not None
-    able = capability(values, lower, upper, subgroup=subgroup, shape=shape) if limited else None
+    able = (
+        capability(values, lower, upper, subgroup=subgroup, shape=shape, power=power)
+        if limited
+        else None
+    )
     moved = drift(days, values) if golden else None
     alarms = [*_of_charts(charts), *_of_drift(moved, unit), *_of_index(able, least_ppk)]
     return Trend(quantity, unit, values, days, subgroup, rules, charts, able, moved, tuple(alarms))

@@ -14,7 +14,7 @@ from motorid.cli.main import run
 from motorid.errors import DataError, UsageError
 from motorid.quality.capability import capability
 from motorid.quality.pearson_curve import PearsonCurve, curve_of
-from motorid.quality.skewed import TAIL, by_box_cox, by_percentiles
+from motorid.quality.skewed import TAIL, box_cox, by_box_cox, by_percentiles
 
 # Gruska, Mirkhani and Lamberson (1989), which Clements' form uses: the distance of the 0.135 %
 # percentile from the mean, in standard deviations, for skewness 0 and kurtosis -1.4, -1.2 ... 3.8
@@ -25,6 +25,16 @@ SYMMETRIC = (
 )  # fmt: skip
 # Harter (1969), as Bulletin 17B prints it: frequency factors of Pearson's type III of skewness 1
 SKEWNESS_1 = {0.01: -1.58838, 0.1: -1.12762, 0.5: -0.16397, 0.9: 1.34039, 0.99: 3.02256}
+# Montgomery, Statistical Quality Control, times between failures of a valve (hours), and their
+# power 0.2777, which makes them nearly normal
+FAILURES = (
+    286, 948, 536, 124, 816, 729, 4, 143, 431, 8, 2837, 596, 81, 227, 603, 492, 1199, 1214, 2831,
+    96,
+)  # fmt: skip
+FAILURES_POWER = (
+    4.80986, 6.70903, 5.72650, 3.81367, 6.43541, 6.23705, 1.46958, 3.96768, 5.39007, 1.78151,
+    9.09619, 5.89774, 3.38833, 4.51095, 5.91690, 5.59189, 7.16124, 7.18601, 9.09083, 3.55203,
+)  # fmt: skip
 MEMBERS = {
     "type I": stats.beta(2, 5),
     "type I, no mode": stats.beta(0.5, 0.7),
@@ -105,6 +115,37 @@ def test_percentile_indices_by_the_definition() -> None:
     shape = stats.skew(values, bias=False), stats.kurtosis(values, bias=False)
     drawn = curve_of(values)
     assert (drawn.skewness[0], drawn.kurtosis[0]) == pytest.approx(shape)
+
+
+def test_the_power_of_the_times_between_failures() -> None:
+    """Montgomery's table to its digits; the mean of the transformed times is 5.38662."""
+    shown = 1.0 + 0.2777 * box_cox(np.array(FAILURES, float), 0.2777)
+    assert [round(x, 5) for x in shown] == pytest.approx(FAILURES_POWER, abs=1.1e-5)
+    assert round(float(shown.mean()), 5) == 5.38662
+    # a known power is taken as it is: by hand from the printed figures
+    times = np.array(FAILURES * 2, float)
+    found = capability(times, None, 30_000.0, shape="box-cox", power=0.2777)
+    printed = np.array(FAILURES_POWER * 2)
+    by_hand = (30_000.0**0.2777 - printed.mean()) / (3.0 * printed.std(ddof=1))
+    assert found.ppk.value == pytest.approx(by_hand, rel=1e-5)
+    assert found.power == 0.2777
+
+
+def test_a_known_power_has_the_narrower_interval() -> None:
+    values = skewed(100)
+    searched = capability(values, None, 0.04, shape="box-cox")
+    known = capability(values, None, 0.04, shape="box-cox", power=0.0)
+    assert searched.ppk.interval is not None
+    assert known.ppk.interval is not None
+    widths = [one.ppk.interval[1] - one.ppk.interval[0] for one in (searched, known)]
+    assert widths[1] < 0.8 * widths[0]
+    normal = capability(np.log(values), None, math.log(0.04), shape="normal")
+    assert known.ppk.value == pytest.approx(normal.ppk.value)
+    assert known.ppk.interval == pytest.approx(normal.ppk.interval, abs=0.06)  # Bissell's
+    with pytest.raises(UsageError, match="power"):
+        capability(values, None, 0.04, power=0.5)
+    with pytest.raises(UsageError, match="power"):
+        capability(values, None, 0.04, shape="box-cox", power=7.0)
 
 
 @pytest.mark.parametrize("unit", [1e-9, 1.0, 1e6])
