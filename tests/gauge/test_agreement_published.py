@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import ttest_rel
 
 from motorid.cli.main import run
 from motorid.errors import DataError, UsageError
@@ -16,6 +17,7 @@ from motorid.quality.agreement import Share, agreement, cohen, fleiss, ratings_o
 from motorid.quality.history import open_history
 from motorid.quality.history.records import MeasurementRecord, ResultRecord
 from motorid.quality.stations import Reading, compare
+from motorid.report.agreement import stations_text
 
 # AIAG MSA 4th edition, chapter III section C: cross tabulations of 150 decisions, and kappa
 AIAG_TABLES = {
@@ -52,6 +54,9 @@ def test_effectiveness_of_the_aiag() -> None:
         share = Share(found, 50)
         low, high = share.interval_95
         assert [round(100 * x) for x in (share.value, low, high)] == list(expected)
+    # of 1 in 20 every table of Clopper and Pearson has 0.13 % to 24.87 %
+    assert Share(1, 20).interval_95 == pytest.approx((0.0013, 0.2487), abs=5e-5)
+    assert Share(19, 20).interval_95 == pytest.approx((0.7513, 0.9987), abs=5e-5)
     assert Share(0, 50).interval_95[0] == 0.0
     assert Share(50, 50).interval_95[1] == 1.0
 
@@ -82,12 +87,13 @@ def test_the_interval_of_kappa() -> None:
 
 
 def small() -> tuple[list[str], list[str], list[str], list[str]]:
-    """Four parts, two appraisers, two trials: known by hand."""
+    """Five parts, two appraisers, two trials: known by hand."""
     called = {  # part: reference, x's two, y's two
         "1": ("PASS", "PASS PASS", "PASS PASS"),
         "2": ("FAIL", "FAIL FAIL", "FAIL PASS"),
         "3": ("FAIL", "PASS PASS", "FAIL FAIL"),
         "4": ("PASS", "PASS PASS", "FAIL PASS"),
+        "5": ("FAIL", "PASS PASS", "PASS PASS"),
     }
     rows = [
         (part, who, one, known)
@@ -103,17 +109,18 @@ def test_shares_by_hand() -> None:
     found = agreement(ratings_of(parts, who, called, known, "FAIL"))
     x, y = found.appraisers
     assert (x.consistent.found, x.right, x.missed, x.alarmed) == (
-        4, Share(3, 4), Share(2, 4), Share(0, 4),
+        5, Share(3, 5), Share(4, 6), Share(0, 4),
     )  # fmt: skip
     assert (y.consistent.found, y.right, y.missed, y.alarmed) == (
-        2, Share(2, 4), Share(1, 4), Share(1, 4),
+        3, Share(2, 5), Share(3, 6), Share(1, 4),
     )  # fmt: skip
-    assert (found.all_agree.found, found.all_right) == (1, Share(1, 4))
-    # x with y: both fail 1, both pass 3, x alone 1, y alone 3
+    assert (found.all_agree.found, found.all_right) == (2, Share(1, 5))
+    # x with y: both fail 1, both pass 5, x alone 1, y alone 3
     assert found.pairs[0].table is not None
-    assert found.pairs[0].table.tolist() == [[1, 1], [3, 3]]
-    assert found.pairs[0].value == pytest.approx(0.0)
-    assert found.with_reference[0].value == pytest.approx(0.5)
+    assert found.pairs[0].table.tolist() == [[1, 1], [3, 5]]
+    assert found.pairs[0].value == pytest.approx((0.6 - 0.56) / 0.44)
+    # x with the reference: both fail 2, both pass 4, the reference alone 4
+    assert found.with_reference[0].value == pytest.approx((0.6 - 0.44) / 0.56)
 
 
 def test_an_attribute_study_that_is_none() -> None:
@@ -136,14 +143,20 @@ def test_the_attribute_command(tmp_path: Path, capsys: pytest.CaptureFixture[str
     known = [*call, "--reference", "truth", "--bad", "FAIL"]
     assert run(known) == 0
     said = capsys.readouterr().out
-    assert "bad ones missed" in said
-    assert "not acceptable" in said
+    words = {
+        line.split("  ")[1].strip(): line.rsplit("  ", 1)[-1].strip()
+        for line in said.splitlines()
+        if line.startswith("x ")
+    }
+    ends = {key: said for key, said in words.items() if "acceptable" in said}
+    assert list(ends.values()) == ["not acceptable", "not acceptable", "acceptable"]
     assert run([*known, "--min-kappa", "0.75"]) == 1
     capsys.readouterr()
     assert run([*known, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["appraisers"][0]["missed"] == {
-        "found": 2, "of": 4, "share": 0.5, "interval_95": pytest.approx([0.0676, 0.9324], abs=1e-4),
+        "found": 4, "of": 6, "share": pytest.approx(2 / 3),
+        "interval_95": pytest.approx([0.2228, 0.9567], abs=1e-4),
     }  # fmt: skip
     assert run([*call, "--bad", "FAIL"]) == 2
 
@@ -215,6 +228,36 @@ def test_a_station_that_is_off_is_found_and_others_are_not() -> None:
     assert e_n > 1.0
 
 
+def test_holm_by_hand() -> None:
+    """The smallest p times three, the next times two, none below the one before."""
+    rng = np.random.default_rng(16)
+    table = {name: rng.normal(off, 1.0, 8) for name, off in (("a", 0.0), ("b", 0.8), ("c", 2.0))}
+    readings = [Reading(s, str(k), x) for s, values in table.items() for k, x in enumerate(values)]
+    raw = sorted(
+        float(ttest_rel(table[one], table[other]).pvalue) for one, other in ("ab", "ac", "bc")
+    )
+    expected, least = [], 0.0
+    for p, times in zip(raw, (3, 2, 1), strict=True):
+        least = max(least, min(1.0, p * times))
+        expected.append(least)
+    assert sorted(one.p for one in compare(readings)) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_gain_that_differs_grows_with_the_value() -> None:
+    rng = np.random.default_rng(17)
+    motors = np.linspace(1.0, 3.0, 8)
+    readings = [
+        Reading(s, str(k), x * gain + rng.normal(0, 2e-3))
+        for s, gain in (("a", 1.0), ("b", 1.02)) for k, x in enumerate(motors)
+    ]  # fmt: skip
+    (found,) = compare(readings)
+    assert found.slope_p is not None
+    assert found.slope_p < 1e-4
+    assert "grows with the value" in stations_text([found], "R", "ohm")
+    (few,) = compare([one for one in readings if int(one.part) < 4])
+    assert few.slope_p is None
+
+
 @pytest.mark.slow
 def test_holm_keeps_chance_from_finding_a_pair() -> None:
     """Six equal stations have fifteen pairs: a difference is found in about one study of twenty."""
@@ -272,4 +315,7 @@ def test_the_stations_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert said[0][0]["differ"]
     assert run(["gauge", "stations", str(db), *call, "--max-difference", "0.003"]) == 1
     assert "beyond the stated uncertainties" in capsys.readouterr().out
+    call[-1] = "right"  # the difference is then a negative one
+    assert run(["gauge", "stations", str(db), *call, "--max-difference", "0.003"]) == 1
+    assert run(["gauge", "stations", str(db), *call, "--max-difference", "0.005"]) == 0
     assert run(["gauge", "stations", str(db), "--quantity", "X"]) == 2

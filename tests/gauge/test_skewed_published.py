@@ -111,7 +111,13 @@ def test_percentile_indices_by_the_definition() -> None:
     assert found.pp[0] == pytest.approx(29.9 / (high - low))
     sides = (30.0 - middle) / (high - middle), (middle - 0.1) / (middle - low)
     assert found.ppk[0] == pytest.approx(min(sides))
-    assert found.ppk[1] < found.ppk[0] < 1.5 * found.ppk[2]
+    above = by_percentiles(values, None, 30.0, 0.95)
+    below = by_percentiles(values, 0.1, None, 0.95)
+    assert (above.ppk[0], below.ppk[0]) == pytest.approx(sides)
+    assert above.pp is below.pp is None
+    assert above.outside + below.outside == pytest.approx(found.outside)
+    # the moments make it too large, and the interval makes up for that
+    assert above.ppk[1] < math.sqrt(above.ppk[1] * above.ppk[2]) < above.ppk[0] < above.ppk[2]
     shape = stats.skew(values, bias=False), stats.kurtosis(values, bias=False)
     drawn = curve_of(values)
     assert (drawn.skewness[0], drawn.kurtosis[0]) == pytest.approx(shape)
@@ -165,6 +171,23 @@ def test_box_cox_against_scipy(unit: float) -> None:
 
 
 @pytest.mark.slow
+def test_the_interval_of_box_cox_is_that_of_a_plain_bootstrap() -> None:
+    """Each resample drawn one by one, its λ found by SciPy."""
+    values, limit = skewed(100), 0.04
+    found = by_box_cox(values, None, limit, 0.95)
+    assert found is not None
+    rng, drawn = np.random.default_rng(11), []
+    for _ in range(300):
+        one = rng.choice(values, len(values))
+        power = float(stats.boxcox_normmax(one, method="mle"))
+        shown = box_cox(one, power)
+        moved = float(box_cox(np.array([limit]), power)[0])
+        drawn.append((moved - shown.mean()) / (3 * shown.std(ddof=1)))
+    low, high = np.quantile(drawn, [0.025, 0.975])
+    assert found.ppk[1:] == pytest.approx((low, high), abs=0.15 * (high - low))
+
+
+@pytest.mark.slow
 def test_the_interval_of_box_cox_holds() -> None:
     """A lognormal process, 60 readings: nominally 95 of 100."""
     rng = np.random.default_rng(6)
@@ -194,9 +217,10 @@ def test_the_shape_is_chosen_by_the_stated_rule() -> None:
     below = capability(-skewed(100), -0.04, None)  # no power of what is negative
     assert below.shape == "percentile"
     assert below.ppk.value is not None
-    few = capability(skewed(20) ** 3, None, 0.1)
-    assert few.shape == "normal"
-    assert "too few" in few.why
+    for values, limit in ((skewed(20) ** 3, 0.1), (-skewed(40), -1e-4)):
+        few = capability(values, None, limit)
+        assert few.shape == "normal"
+        assert "too few" in few.why
 
 
 def test_normal_theory_would_have_flattered_or_blamed() -> None:
@@ -215,6 +239,7 @@ def test_what_no_shape_fits_is_said() -> None:
     rng = np.random.default_rng(10)
     two = np.concatenate([rng.normal(1.0, 0.02, 100), rng.normal(2.0, 0.02, 100)])
     found = capability(two, 0.5, 2.5)
+    assert found.shape == "percentile"  # a power does not make two humps one
     assert found.fit_p < 0.05
 
 

@@ -67,6 +67,23 @@ def test_the_intervals_hold_the_truth() -> None:
     assert min(held.values()) >= 24  # 28.5 of 30, less four standard deviations
 
 
+def test_the_share_of_good_motors_that_fail_is_taken_off() -> None:
+    """Twenty trials a level, as many found as the curve says, and three good motors of ten fail."""
+    middle, width, alarms = math.log(0.03), 0.4, 0.3
+    found = chance(middle, width, alarms)
+    severities, hits = [], []
+    for level in range(0, LEVELS, 2):
+        x = RANGE.severity(level)
+        severities += [x] * 20
+        hits += [k < round(20 * found(x)) for k in range(20)]
+    trials = Trials(RANGE, tuple(severities), tuple(hits), 6000, 1800)
+    for share in (0.5, 0.95):
+        truth = math.exp(middle + width * norm.ppf((share - alarms) / (1 - alarms)))
+        assert trials.severity(share).value == pytest.approx(truth, rel=0.08)
+    assert len(trials.next()) == len(hits) // 2  # a long study looks seldom
+    assert len(replace(trials, severities=(0.1,), found=(True,)).next()) == 8
+
+
 def test_what_is_never_found_is_said_to_lie_beyond() -> None:
     trials = played(np.random.default_rng(2), lambda x: 0.0, 0)
     assert trials.severity(0.5).value is None
@@ -128,6 +145,9 @@ def test_a_study_and_its_table(
     assert "INVALID" in said
     assert "most good motors" not in said
     assert "most good motors do not pass" in report.text(replace(found, rejected=15))
+    every = replace(magnet.trials, found=(True,) * 24, rejected=20)
+    blind = report.text(replace(found, powers=(replace(magnet, trials=every),)))
+    assert "below 0.2" in blind
     again = power.study(
         product, line_rig, tmp_path, defects=("weak-magnet", "brush-drop"), motors=24, good=20
     )
@@ -171,6 +191,26 @@ def test_every_severity_is_a_motor_that_the_simulator_takes(
         option = power.DEFECTS[name].option
         assert getattr(bad, option) != getattr(good, option)
         assert replace(bad, **{option: getattr(good, option)}) == good  # the same motor besides
+
+
+def test_a_defect_is_put_on_a_motor_with_its_own_spread(product: Product, line_rig: Rig) -> None:
+    good, bad, other = (
+        parse_url(power.specimen(line_rig, power.SPREAD, name, 0.1, number))
+        for name, number in ((power.GOOD, 1), ("weak-magnet", 1), (power.GOOD, 2))
+    )
+    assert good.magnet != 1.0
+    assert bad.magnet == pytest.approx(0.9 * good.magnet)
+    assert other.magnet != good.magnet
+    assert other.seed != good.seed == bad.seed
+    tasks = [
+        power._task(product, line_rig, "D000001", spread, name, severity, number).digest
+        for spread, name, severity, number in (
+            (power.SPREAD, "cogging", 0.1, 1), (power.SPREAD, "cogging", 0.2, 1),
+            (power.SPREAD, "cogging", 0.1, 2), (power.SPREAD, "windage", 0.1, 1),
+            ({**power.SPREAD, "copper": 0.0}, "cogging", 0.1, 1),
+        )
+    ]  # fmt: skip
+    assert len(set(tasks)) == len(tasks)
 
 
 def test_what_cannot_be_studied_is_refused(product: Product, line_rig: Rig, tmp_path: Path) -> None:

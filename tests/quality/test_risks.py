@@ -96,13 +96,15 @@ def test_a_specific_risk_is_right_where_it_is_tiny() -> None:
     tail = norm.sf(9.0)
     inside = specific(0.91, 0.01, -1.0, 1.0, Rule())
     assert inside.accepted
-    assert inside.risk == pytest.approx(tail, rel=1e-9)
+    assert inside.risk == pytest.approx(tail, rel=1e-9, abs=0.0)
     outside = specific(1.09, 0.01, -1.0, 1.0, Rule())
     assert not outside.accepted
-    assert outside.risk == outside.conformance == pytest.approx(tail, rel=1e-9)
+    assert outside.risk == outside.conformance == pytest.approx(tail, rel=1e-9, abs=0.0)
     below = specific(-1.09, 0.01, -1.0, 1.0, Rule(process_mean=0.0, process_sd=1e3))
-    assert below.conformance == pytest.approx(tail, rel=1e-9)
-    assert below.risk_with_process == pytest.approx(tail, rel=1e-4)  # nearly no prior knowledge
+    assert below.conformance == pytest.approx(tail, rel=1e-9, abs=0.0)
+    assert below.risk_with_process == pytest.approx(
+        tail, rel=1e-4, abs=0.0
+    )  # nearly no prior knowledge
 
 
 @pytest.mark.parametrize("limits", [(-6.0, 6.0), (2.0, 3.0), (-math.inf, 4.5), (-1e-3, 2e-3)])
