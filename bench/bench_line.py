@@ -181,6 +181,9 @@ def trend(folder: Path) -> None:
         at = {row.serial: row.id for row in history.results()}
     series = from_history(str(folder / "line.db"), "R_25", Query(kind="check"))
     assert len(series.values) == len(at)
+    if len(at) < 3:
+        print("trend of R_25   three motors or more make one")
+        return
     found = analyse(
         series.values, series.days, quantity="R_25", lower=series.lower, upper=series.upper,
         baseline=max(20, len(series.values) // 4) if len(series.values) >= 20 else None,

@@ -18,7 +18,7 @@ from motorid.acquire import journal
 from motorid.capture import store_layout
 from motorid.quality import records
 from motorid.quality.history import schema
-from motorid.report import json_
+from motorid.report import agreement, json_, power
 from motorid.version import __version__
 from motorid.wire import spec
 
@@ -85,10 +85,13 @@ def test_the_example_of_an_influence_quantity_works(copied: Path) -> None:
 
 def test_the_table_of_versions_is_that_of_the_code() -> None:
     wire = spec.load()
+    own = {agreement.AGREEMENT_SCHEMA, agreement.STATIONS_SCHEMA, power.POWER_SCHEMA}
+    (ours,) = {schema_.rpartition("-")[2] for schema_ in own}
     for format_, version in {
         "package": __version__,
         "estimate JSON": json_.SCHEMA.rpartition("-")[2],
         "verdict, gauge and trend JSON": records.SCHEMA.rpartition("-")[2],
+        "agreement, stations and power JSON": ours,
         "capture": f"{store_layout.MAJOR}.{store_layout.MINOR}",
         "program": str(program.VERSION),
         "journal": journal.MAGIC.decode().split()[-1],

@@ -55,6 +55,9 @@ _.process_result_value
 # motorid/quality/reference.py: a published estimate beside which the usual one is tested
 _.sigma_by_range
 
+# motorid/quality/stations.py: a field of a result that scripts read
+_.limits_95
+
 # motorid/sim/bench.py: fields of structs that compiled code reads
 _.supply_zero
 _.voltage_zero

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from motorid.cli import gauge_agreement, gauge_reference
 from motorid.cli.options import Assignment, cluster_option, example, force_option
 from motorid.cli.streams import prompt
 from motorid.cli.values import FINITE, JOBS, Between, Named, Whole
@@ -25,14 +26,25 @@ if TYPE_CHECKING:
         "motorid gauge run --rig sim --part M1 --part M2 --operator anna --operator ben -o study",
         "motorid gauge crossed readings.csv --tolerance R=0.4 -o study",
         "motorid gauge golden readings.csv --quantity R --reference 2.6 --tolerance 0.4",
-        "motorid gauge linearity readings.csv --quantity R --reference-column R_ref",
+        "motorid gauge attribute verdicts.csv --bad FAIL",
+        "motorid gauge stations line.db --quantity R_25",
     ),
 )
 def command() -> None:
-    """Study the gauge itself: crossed R&R, a golden motor, linearity (AIAG MSA).
+    """Study the gauge itself: R&R, a golden motor, linearity, verdicts, stations (AIAG MSA).
 
-    Exit code 1 only where a limit that was asked for (--max-grr, --min-cgk) is missed.
+    Exit code 1 only where a limit that was asked for (--max-grr, --min-cgk, --min-kappa,
+    --max-difference) is missed.
     """
+
+
+for study in (
+    gauge_reference.golden,
+    gauge_reference.linearity,
+    gauge_agreement.attribute,
+    gauge_agreement.stations,
+):
+    command.add_command(study)
 
 
 FILE = click.argument("file", type=Named(exists=True, dir_okay=False, path_type=Path))
@@ -59,6 +71,13 @@ METHOD = click.option(
 MAX_GRR = click.option(
     "--max-grr", type=FINITE, metavar="PERCENT", help="A larger %GRR of any quantity is a FAIL."
 )
+ALPHA = click.option(
+    "--alpha",
+    type=Between(min=0, max=1),
+    default=0.25,
+    show_default=True,
+    help="Pool an interaction of a larger p into EV: 0 always, 1 never.",
+)
 PRODUCT = click.option(
     "--product", "product_name", help="Study a product's quantities, by its program and tolerances."
 )
@@ -69,6 +88,7 @@ PRODUCT = click.option(
 @QUANTITIES
 @TOLERANCES
 @METHOD
+@ALPHA
 @MAX_GRR
 @OUTPUT
 @force_option
@@ -77,6 +97,7 @@ def crossed(
     quantities: tuple[str, ...],
     tolerances: tuple[tuple[str, float], ...],
     method: str,
+    alpha: float,
     max_grr: float | None,
     output: Path | None,
     force: bool,
@@ -92,8 +113,39 @@ def crossed(
         tolerances=dict(tolerances),
         units=workflow.units_known(),
         method="range" if method == "range" else "anova",
+        alpha=alpha,
     )
     return _report(results, output, f"Gauge study {file.stem}", force, max_grr)
+
+
+@command.command("nested")
+@FILE
+@QUANTITIES
+@TOLERANCES
+@MAX_GRR
+@OUTPUT
+@force_option
+def nested(
+    file: Path,
+    quantities: tuple[str, ...],
+    tolerances: tuple[tuple[str, float], ...],
+    max_grr: float | None,
+    output: Path | None,
+    force: bool,
+) -> int | None:
+    """Analyse a nested study: each operator has parts that nobody else measures."""
+    from motorid.quality.study_file import read_rows
+    from motorid.workflow import gauge as workflow
+
+    results = workflow.analyse_rows(
+        read_rows(file),
+        str(file),
+        quantities=quantities,
+        tolerances=dict(tolerances),
+        units=workflow.units_known(),
+        method="nested",
+    )
+    return _report(results, output, f"Nested gauge study {file.stem}", force, max_grr)
 
 
 @command.command("run")
@@ -124,6 +176,7 @@ def crossed(
 @PRODUCT
 @TOLERANCES
 @METHOD
+@ALPHA
 @MAX_GRR
 @click.option(
     "-o",
@@ -145,6 +198,7 @@ def run(
     product_name: str | None,
     tolerances: tuple[tuple[str, float], ...],
     method: str,
+    alpha: float,
     max_grr: float | None,
     output: Path,
     force: bool,
@@ -179,6 +233,7 @@ def run(
         tolerances=known | dict(tolerances),
         units=workflow.units_known(product),
         method="range" if method == "range" else "anova",
+        alpha=alpha,
     )
     return _report(results, output, "Gauge study", force, max_grr)
 
@@ -226,73 +281,3 @@ def _report(
     for name in late:
         click.echo(f"FAIL: {name} has a %GRR above {most:g}")
     return EXIT_FAIL_VERDICT if late else EXIT_DONE
-
-
-@command.command("golden")
-@FILE
-@click.option("--quantity", required=True, help="Column of the readings.")
-@click.option("--reference", type=FINITE, required=True, help="The golden motor's value, SI units.")
-@click.option(
-    "--uncertainty",
-    type=Between(min=0),
-    default=0.0,
-    help="Standard uncertainty of the reference.",
-)
-@click.option("--tolerance", type=FINITE, help="Width of the tolerance: gives Cg and Cgk.")
-@click.option("--share", type=FINITE, default=0.2, show_default=True, help="Of it, for the gauge.")
-@click.option(
-    "--spread", type=FINITE, default=6.0, show_default=True, help="Standard deviations set against."
-)
-@click.option("--min-cgk", type=FINITE, help="A smaller Cg or Cgk is a FAIL.")
-def golden(
-    file: Path,
-    quantity: str,
-    reference: float,
-    uncertainty: float,
-    tolerance: float | None,
-    share: float,
-    spread: float,
-    min_cgk: float | None,
-) -> int | None:
-    """Repeated readings of one golden motor: bias, Cg and Cgk."""
-    import numpy as np
-
-    from motorid.quality.reference import golden as analyse
-    from motorid.quality.study_file import column, read_rows
-    from motorid.report.gauge import golden_text
-    from motorid.workflow.gauge import units_known
-
-    if min_cgk is not None and tolerance is None:
-        raise click.UsageError("--min-cgk needs a --tolerance.")
-    result = analyse(
-        np.array(column(read_rows(file), quantity, str(file))),
-        reference,
-        tolerance=tolerance,
-        reference_uncertainty=uncertainty,
-        share=share,
-        spread=spread,
-    )
-    click.echo(golden_text(result, quantity, units_known().get(quantity, "")))
-    if min_cgk is None or result.cg is None or result.cgk is None:
-        return None
-    return EXIT_DONE if min(result.cg, result.cgk) >= min_cgk else EXIT_FAIL_VERDICT
-
-
-@command.command("linearity")
-@FILE
-@click.option("--quantity", required=True, help="Column of the readings.")
-@click.option("--reference-column", required=True, help="Column of each motor's reference value.")
-def linearity(file: Path, quantity: str, reference_column: str) -> None:
-    """Bias over motors of different, known values: a line and its band."""
-    import numpy as np
-
-    from motorid.quality.reference import linearity as analyse
-    from motorid.quality.study_file import column, read_rows
-    from motorid.report.gauge import linearity_text
-
-    rows = read_rows(file)
-    at = column(rows, reference_column, str(file))
-    values = np.array(column(rows, quantity, str(file)))
-    motors = sorted(set(at))
-    result = analyse(motors, [values[np.array(at) == one] for one in motors])
-    click.echo(linearity_text(result, quantity))

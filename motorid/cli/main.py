@@ -36,9 +36,10 @@ COMMANDS = {
     ),
     "check": ("check", "Measure and judge one motor by a product's limits."),
     "station": ("station", "Inspect motor after motor, by an operator or a line."),
-    "gauge": ("gauge", "Study the gauge itself: crossed R&R, a golden motor, linearity."),
+    "gauge": ("gauge", "Study the gauge itself: R&R, golden motor, verdicts, stations."),
     "trend": ("trend", "Control charts, capability and drift of measurements; alarms."),
     "risk": ("risk", "Consumer's and producer's risks of a limit and its rule."),
+    "power": ("power", "How large a defect must be to be found, by simulation."),
     "history": ("history", "The database of results: trace, judge again, export."),
     "verify": ("verify", "Say of each file whether it is still what was written."),
     "compare": ("compare", "Many methods on the same captures; the review's tables."),
@@ -55,7 +56,7 @@ COMMANDS = {
 TASKS = {
     "Measure": ("run", "plan", "capture", "scope", "recover", "calibrate"),
     "Look and fit": ("import", "segment", "fit", "motors", "compare", "export", "verify"),
-    "Inspect motors": ("check", "station", "gauge", "trend", "risk", "history"),
+    "Inspect motors": ("check", "station", "gauge", "trend", "risk", "power", "history"),
     "Set up": ("ports", "rigs", "board", "flash", "conformance", "sim", "config", "completion"),
 }
 

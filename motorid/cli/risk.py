@@ -76,6 +76,8 @@ def command(
             "accepted": found.accepted,
             "conformance": found.conformance,
             "conformance_with_process": found.with_process,
+            "risk": found.risk,
+            "risk_with_process": found.risk_with_process,
         }
     click.echo(dumps(said, indent=2) if as_json else _text(said))
     return EXIT_DONE
@@ -110,9 +112,8 @@ def _text(said: dict[str, Any]) -> str:
         whose = "consumer's" if one["accepted"] else "producer's"
         outcome = "accepted" if one["accepted"] else "rejected"
         lines.append(f"{one['value']:.6g} is {outcome}")
-        for key, by in (("conformance", "by the measurement alone"),
-                        ("conformance_with_process", "with the process as prior")):  # fmt: skip
+        for key, by in (("risk", "by the measurement alone"),
+                        ("risk_with_process", "with the process as prior")):  # fmt: skip
             if one[key] is not None:
-                risk = 1.0 - one[key] if one["accepted"] else one[key]
-                lines.append(f"specific {whose} risk   {risk:.6g}   {by}")
+                lines.append(f"specific {whose} risk   {one[key]:.6g}   {by}")
     return "\n".join(lines)

@@ -14,6 +14,7 @@ from motorid.cli.values import FINITE, Named, Whole
 from motorid.errors import EXIT_DONE, EXIT_FAIL_VERDICT
 
 if TYPE_CHECKING:
+    from motorid.quality.capability import Asked
     from motorid.quality.rules import RuleSet
 
 
@@ -59,6 +60,14 @@ if TYPE_CHECKING:
 @click.option("--kind", default="check", show_default=True, help="check, rejudged, fit or golden.")
 @click.option("--since", type=INSTANT, help="Only results since then, as 2026-11-21T06:00.")
 @click.option("--last", type=Whole(min=3), help="Only so many of the newest readings.")
+@click.option(
+    "--shape",
+    type=click.Choice(["auto", "normal", "box-cox", "percentile"]),
+    default="auto",
+    show_default=True,
+    help="Shape of the process for its capability; auto: normal unless a test rejects it.",
+)
+@click.option("--power", type=FINITE, help="With --shape box-cox: λ, instead of the likeliest.")
 @click.option("--min-ppk", type=FINITE, help="A smaller Ppk is an alarm.")
 @click.option("--json", "as_json", is_flag=True, help="Print the trend as JSON.")
 @click.option(
@@ -81,6 +90,8 @@ def command(
     kind: str,
     since: datetime | None,
     last: int | None,
+    shape: str,
+    power: float | None,
     min_ppk: float | None,
     as_json: bool,
     output: Path | None,
@@ -117,6 +128,8 @@ def command(
         golden=golden is not None,
         least_ppk=min_ppk,
         small_shifts=small_shifts,
+        shape=cast("Asked", shape),
+        power=power,
     )
     click.echo(dumps(report.to_dict(found), indent=2) if as_json else report.text(found))
     if output:

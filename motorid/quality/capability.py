@@ -4,20 +4,33 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motorid.errors import DataError, UsageError
 from motorid.quality.ranges import d2, degrees_of_freedom, degrees_of_moving_ranges
+from motorid.quality.skewed import (
+    LEAST,
+    LEAST_MOMENTS,
+    STEEPEST,
+    Performance,
+    Shape,
+    by_box_cox,
+    by_percentiles,
+    normality,
+)
 
 Floats = NDArray[np.float64]
+Asked = Literal["auto", "normal", "box-cox", "percentile"]
 LEVEL = 0.95
+NOT_NORMAL = 0.05  # of Shapiro and Wilk's p
 
 
 @dataclass(frozen=True)
 class Index:
-    """An index and its confidence interval; None where one limit alone does not define it."""
+    """An index and its confidence interval; None where limits or shape do not define it."""
 
     value: float | None
     interval: tuple[float, float] | None
@@ -27,9 +40,11 @@ class Index:
 class Capability:
     """``cp``, ``cpk`` by ``sigma_within``; ``pp``, ``ppk`` by ``sigma_overall``.
 
-    ``ppm_expected``: parts per million outside the limits by a normal distribution of the overall
-    sigma; ``ppm_seen``: those of the readings. ``normal_p``: Shapiro-Wilk; below 0.05 the indices
-    and the parts per million say less than they seem to.
+    ``ppm_expected``: parts per million outside the limits by the ``shape``; ``ppm_seen``: those of
+    the readings. ``normal_p``: Shapiro-Wilk of the readings. ``why`` says how the shape was chosen.
+    ``fit_p``: the same test of the normal scores that the shape gives; below 0.05 it does not fit.
+    ``power``: Box-Cox's. ``percentiles``: 0.135 %, median and 99.865 %; of a skewed shape alone.
+    Cp and Cpk are of a normal shape alone.
     """
 
     count: int
@@ -45,6 +60,11 @@ class Capability:
     ppm_expected: float
     ppm_seen: float
     normal_p: float
+    shape: Shape = "normal"
+    why: str = ""
+    fit_p: float = 1.0
+    power: float | None = None
+    percentiles: tuple[float, float, float] | None = None
 
 
 def capability(
@@ -54,38 +74,104 @@ def capability(
     *,
     subgroup: int = 1,
     level: float = LEVEL,
+    shape: Asked = "auto",
+    power: float | None = None,
 ) -> Capability:
     """Both pairs of indices of ``values`` (n,), in the order of production.
 
     ``subgroup`` consecutive readings were made under like conditions; 1: moving ranges stand in.
-    Intervals within: the range's own degrees of freedom, fewer than n - 1. Raises UsageError
-    without a limit or with crossed ones, DataError for too few readings or no spread at all.
+    Intervals within: the range's own degrees of freedom, fewer than n - 1. ``shape`` "auto": normal
+    where Shapiro and Wilk's test does not reject it; else Box-Cox where it makes the readings pass
+    that test; else percentiles. ``power``: a λ that is known, of "box-cox". Raises UsageError
+    without a limit or with crossed ones, or for a shape that these readings and limits cannot
+    have, DataError for too few readings or no spread.
     """
     _check_limits(lower, upper)
     n = len(values)
     if n < max(3, 2 * subgroup):
         raise DataError(f"capability needs more than {n} readings: 100 is a usual least")
-    mean, overall = float(np.mean(values)), float(np.std(values, ddof=1))
+    with np.errstate(over="ignore"):
+        mean, overall = float(np.mean(values)), float(np.std(values, ddof=1))
+    if not math.isfinite(overall):
+        raise DataError("the readings are too large to judge a process by: are they of one unit?")
     within, degrees = sigma_within(values, subgroup)
     if overall == 0 or within == 0:
         raise DataError("all readings are equal: there is no spread to judge a process by")
+    normal_p = normality(values)
+    if power is not None and (shape != "box-cox" or not abs(power) <= STEEPEST):
+        raise UsageError(f"a power of {power:g}: it goes with box-cox, and lies between -5 and 5")
+    found, why = _shaped(values, lower, upper, level, shape, normal_p, power)
+    seen = 1e6 * float(np.mean(_outside(values, lower, upper)))
+    about = (n, mean, within, overall, lower, upper)
+    if found is not None:
+        none = Index(None, None)
+        pp = none if found.pp is None else Index(found.pp[0], found.pp[1:])
+        ppk = Index(found.ppk[0], found.ppk[1:])
+        return Capability(
+            *about, none, none, pp, ppk, 1e6 * found.outside, seen, normal_p,
+            found.shape, why, found.p, found.power, found.percentiles,
+        )  # fmt: skip
     cp, cpk = indices(mean, within, lower, upper, n, degrees, level)
     pp, ppk = indices(mean, overall, lower, upper, n, n - 1, level)
-    return Capability(
-        n,
-        mean,
-        within,
-        overall,
-        lower,
-        upper,
-        cp,
-        cpk,
-        pp,
-        ppk,
-        _ppm_expected(mean, overall, lower, upper),
-        1e6 * float(np.mean(_outside(values, lower, upper))),
-        _normality(values),
-    )
+    expected = _ppm_expected(mean, overall, lower, upper)
+    return Capability(*about, cp, cpk, pp, ppk, expected, seen, normal_p, why=why, fit_p=normal_p)
+
+
+def _shaped(
+    values: Floats,
+    lower: float | None,
+    upper: float | None,
+    level: float,
+    shape: Asked,
+    normal_p: float,
+    known: float | None = None,
+) -> tuple[Performance | None, str]:
+    """The performance by the shape that is asked for or chosen, and why; None: a normal one."""
+    n, ends = len(values), (lower, upper)
+    tested = f"Shapiro-Wilk p = {normal_p:.2g}"
+    if shape == "normal":
+        return None, "normal, as asked"
+    if shape == "auto":
+        if normal_p >= NOT_NORMAL:
+            return None, f"normal: the readings do not contradict it ({tested})"
+        if n < LEAST:
+            return (
+                None,
+                f"normal, though the readings contradict it ({tested}): too few for another",
+            )
+        power = by_box_cox(values, *ends, level)
+        if power is not None and power.p >= NOT_NORMAL:
+            return power, (
+                f"Box-Cox: the readings are not normal ({tested}), but are after the power "
+                f"transform of λ = {power.power:.2f}"
+            )
+        if n < LEAST_MOMENTS:
+            return (
+                None,
+                f"normal, though the readings contradict it ({tested}): too few for another",
+            )
+        try:
+            return by_percentiles(values, *ends, level), (
+                f"percentiles of Pearson's curve: the readings are not normal ({tested}), "
+                "and no power makes them so"
+            )
+        except DataError:
+            return (
+                None,
+                f"normal, though the readings contradict it ({tested}): no other shape fits",
+            )
+    least = LEAST if shape == "box-cox" else LEAST_MOMENTS
+    if n < least:
+        raise DataError(f"capability by {shape} needs {least} readings or more, not {n}")
+    if shape == "percentile":
+        return by_percentiles(values, *ends, level), "percentiles of Pearson's curve, as asked"
+    found = by_box_cox(values, *ends, level, known)
+    if found is None:
+        raise UsageError(
+            "Box-Cox needs positive readings and limits, and a power between -5 and 5: take "
+            "percentiles"
+        )
+    return found, f"Box-Cox of λ = {found.power:.2f}, as asked"
 
 
 def _check_limits(lower: float | None, upper: float | None) -> None:
@@ -144,11 +230,3 @@ def _ppm_expected(mean: float, sigma: float, lower: float | None, upper: float |
     below = 0.0 if lower is None else float(norm.cdf((lower - mean) / sigma))
     above = 0.0 if upper is None else float(norm.sf((upper - mean) / sigma))
     return 1e6 * (below + above)
-
-
-def _normality(values: Floats) -> float:
-    """Shapiro-Wilk's p; beyond 5,000 readings of an even thinning, which the test is made for."""
-    from scipy.stats import shapiro
-
-    step = math.ceil(len(values) / 5000)
-    return float(shapiro(values[::step]).pvalue)

@@ -2,8 +2,9 @@
 
 Every operator (or fixture) measures every part several times. EV is the equipment's variation
 (repeatability), AV the appraisers' (reproducibility), INT their interaction with the parts, GRR
-the three together, PV the parts' own variation and TV the whole. Two methods: the analysis of
-variance (random effects, AIAG MSA 4th edition) and average and range.
+the three together, PV the parts' own variation and TV the whole. Methods: the analysis of
+variance (random effects, AIAG MSA 4th edition); average and range; and, where operators have
+parts of their own, the nested analysis of variance, which sees no interaction.
 """
 
 from __future__ import annotations
@@ -17,10 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.errors import DataError, UsageError
+from motorid.quality.anova import (
+    AnovaRow,
+    anova_table,
+    nested_sigmas,
+    nested_table,
+    tested,
+)
 from motorid.quality.ranges import d2, d2_star, range_limits
 
 Floats = NDArray[np.float64]
-Method = Literal["anova", "range"]
+Method = Literal["anova", "range", "nested"]
 ALPHA_TO_POOL = 0.25  # AIAG: an interaction less significant than this is pooled into EV
 STUDY_SPREAD = 6.0  # standard deviations: 99.73 %
 DISTINCT = 1.41  # AIAG's factor of ndc, sqrt(2) to its printed digits
@@ -80,18 +88,6 @@ class Component:
 
 
 @dataclass(frozen=True)
-class AnovaRow:
-    """A line of the analysis of variance; ``f`` and ``p`` None where nothing is tested."""
-
-    source: str
-    degrees: int
-    squares: float
-    mean: float
-    f: float | None = None
-    p: float | None = None
-
-
-@dataclass(frozen=True)
 class GaugeResult:
     """The answer of a study by one method. ``ndc`` before it is cut to a whole number."""
 
@@ -132,18 +128,29 @@ def analyse(
     tolerance: float | None = None,
     process_sigma: float | None = None,
     spread: float = STUDY_SPREAD,
-    alpha: float = ALPHA_TO_POOL,
+    alpha: float | None = None,
 ) -> GaugeResult:
     """The study's components of variation.
 
     ``tolerance``: width of the specification, in the study's unit. ``process_sigma``: the known
     standard deviation of the process, which then stands for TV (AIAG) instead of the study's parts.
+    ``alpha``: an interaction with a larger p is pooled into EV; 0 always pools, 1 never does; None
+    is the AIAG's. "nested": part k of each operator is another part, and ``alpha`` has no meaning.
     Raises UsageError on a tolerance or a sigma that is not positive.
     """
     for name, number in (("tolerance", tolerance), ("process sigma", process_sigma)):
         if number is not None and not number > 0:
             raise UsageError(f"a {name} is a positive width, not {number}")
-    found = _by_ranges(study) if method == "range" else _by_anova(study, alpha)
+    alpha = ALPHA_TO_POOL if alpha is None else alpha
+    if not 0.0 <= alpha <= 1.0:
+        raise UsageError(f"alpha is a probability from 0 to 1, not {alpha}")
+    match method:
+        case "range":
+            found = _by_ranges(study)
+        case "nested":
+            found = _by_nested(study)
+        case _:
+            found = _by_anova(study, alpha)
     variances = {name: sigma**2 for name, sigma in found.sigmas.items()}
     grr = sum(variances[name] for name in ("EV", "AV", "INT") if name in variances)
     total = grr + variances["PV"]
@@ -209,6 +216,14 @@ def _by_ranges(study: Study) -> _Found:
     return _Found(sigmas, {}, outside=outside)
 
 
+def _by_nested(study: Study) -> _Found:
+    """GRR has no interval: it holds a difference of mean squares."""
+    rows = nested_table(study.values)
+    sigmas = nested_sigmas(rows, len(study.parts), study.repeats)
+    intervals = {"EV": chi_interval(sigmas["EV"], rows["repeatability"].degrees)}
+    return _Found(sigmas, intervals, tuple(rows.values()))
+
+
 def _by_anova(study: Study, alpha: float) -> _Found:
     """Two-way random effects; an interaction that does not show (p > alpha) is pooled into EV."""
     p, o, r = study.values.shape
@@ -247,58 +262,12 @@ def _by_anova(study: Study, alpha: float) -> _Found:
 
 def _pooled(rows: dict[str, AnovaRow], noise: AnovaRow) -> dict[str, AnovaRow]:
     """The table of the reduced model, the interaction's test kept for the record."""
-    tested = {name: _tested(rows[name], noise) for name in ("part", "operator")}
-    return tested | {
+    main = {name: tested(rows[name], noise) for name in ("part", "operator")}
+    return main | {
         "operator × part": rows["operator × part"],
         "repeatability": noise,
         "total": rows["total"],
     }
-
-
-def _tested(row: AnovaRow, against: AnovaRow) -> AnovaRow:
-    from scipy.stats import f as fisher
-
-    if against.mean == 0:
-        return AnovaRow(row.source, row.degrees, row.squares, row.mean)
-    ratio = row.mean / against.mean
-    p = float(fisher.sf(ratio, row.degrees, against.degrees))
-    return AnovaRow(row.source, row.degrees, row.squares, row.mean, ratio, p)
-
-
-def anova_table(values: Floats) -> dict[str, AnovaRow]:
-    """The full two-way table of readings (parts, operators, repeats); one-way for one operator."""
-    p, o, r = values.shape
-    grand = values.mean()
-    cells, parts, operators = (
-        values.mean(axis=2),
-        values.mean(axis=(1, 2)),
-        values.mean(axis=(0, 2)),
-    )
-    deviation = cells - parts[:, None] - operators[None, :] + grand
-    squares = {
-        "part": o * r * float(np.sum((parts - grand) ** 2)),
-        "operator": p * r * float(np.sum((operators - grand) ** 2)),
-        "operator × part": r * float(np.sum(deviation**2)),
-        "repeatability": float(np.sum((values - cells[:, :, None]) ** 2)),
-        "total": float(np.sum((values - grand) ** 2)),
-    }
-    degrees = {
-        "part": p - 1,
-        "operator": o - 1,
-        "operator × part": (p - 1) * (o - 1),
-        "repeatability": p * o * (r - 1),
-        "total": p * o * r - 1,
-    }
-    rows = {
-        name: AnovaRow(name, degrees[name], squares[name], squares[name] / degrees[name])
-        for name in squares
-        if degrees[name]
-    }
-    both, error = rows.get("operator × part"), rows["repeatability"]
-    if both is None:
-        return rows | {"part": _tested(rows["part"], error)}
-    tested = {name: _tested(rows[name], both) for name in ("part", "operator")}
-    return rows | tested | {"operator × part": _tested(both, error)}
 
 
 def _intervals(

@@ -47,7 +47,17 @@ def conformance(value: float, u: float, low: float, high: float) -> float:
     """Probability that the true value lies within the limits (JCGM 106, 7.2)."""
     if u <= 0:
         return float(low <= value <= high)
-    return max(0.0, _phi((high - value) / u) - _phi((low - value) / u))
+    below, above = (low - value) / u, (high - value) / u
+    if below > 0.0:  # of two tails on one side, the small ones
+        return _phi(-below) - _phi(-above)
+    return max(0.0, _phi(above) - _phi(below))
+
+
+def nonconformance(value: float, u: float, low: float, high: float) -> float:
+    """What is left of 1 by ``conformance``, right also where that is 1 to the last digit."""
+    if u <= 0:
+        return float(not low <= value <= high)
+    return _phi((low - value) / u) + _phi((value - high) / u)
 
 
 def accepts(value: float, u: float, low: float, high: float, rule: Rule) -> bool:
@@ -55,7 +65,7 @@ def accepts(value: float, u: float, low: float, high: float, rule: Rule) -> bool
     if not low <= value <= high:
         return False
     if rule.name == "specific_risk":
-        return 1.0 - conformance(value, u, low, high) <= rule.consumer_risk
+        return nonconformance(value, u, low, high) <= rule.consumer_risk
     band = guard_band(u, low, high, rule)
     return low + band <= value <= high - band
 
@@ -91,25 +101,34 @@ class Specific:
     """Of one item with a measured value: the probability that it conforms, by the measurement
     alone and with the process as prior knowledge, and whether the rule accepts it.
 
-    The specific consumer's risk is 1 - conformance of what is accepted; the specific producer's
-    risk is the conformance of what is rejected (JCGM 106, 9.3).
+    ``risk`` is the specific consumer's risk of what is accepted, that it does not conform, or the
+    specific producer's risk of what is rejected, that it does (JCGM 106, 9.3).
     """
 
     accepted: bool
     conformance: float
     with_process: float | None
+    risk: float
+    risk_with_process: float | None
 
 
 def specific(value: float, u: float, low: float, high: float, rule: Rule) -> Specific:
     """What a measured value says of its item; ``with_process`` None: no process was given."""
-    alone = conformance(value, u, low, high)
-    known = None
+    accepted = accepts(value, u, low, high, rule)
+    risk = nonconformance if accepted else conformance
+    known = known_risk = None
     if rule.process_mean is not None and rule.process_sd is not None:
         sd, mean = rule.process_sd, rule.process_mean
         weight = sd**2 / (sd**2 + u**2)
-        spread = u * math.sqrt(weight)
-        known = conformance(mean + weight * (value - mean), spread, low, high)
-    return Specific(accepts(value, u, low, high, rule), alone, known)
+        posterior = mean + weight * (value - mean), u * math.sqrt(weight), low, high
+        known, known_risk = conformance(*posterior), risk(*posterior)
+    return Specific(
+        accepted,
+        conformance(value, u, low, high),
+        known,
+        risk(value, u, low, high),
+        known_risk,
+    )
 
 
 def quantile(probability: float) -> float:

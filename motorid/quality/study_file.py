@@ -17,7 +17,10 @@ from motorid.quality.gauge import Study
 from motorid.reading import read_file
 
 PART, OPERATOR = "part", "operator"
-ALIASES = {PART: ("part", "serial", "motor"), OPERATOR: ("operator", "appraiser", "fixture")}
+ALIASES = {
+    PART: ("part", "serial", "motor"),
+    OPERATOR: ("operator", "appraiser", "fixture", "station"),
+}
 NOT_QUANTITIES = ("trial", "repeat", "order", "time", "note", "path", "sha256", "failure")
 
 Row = Mapping[str, str]
@@ -74,6 +77,13 @@ def labels(rows: Sequence[Row], role: str, where: str) -> list[str]:
     raise DataError(f"{where} has no column that names the {role}: call one {role!r}")
 
 
+def texts(rows: Sequence[Row], name: str, where: str) -> list[str]:
+    """One column as it is written, without blanks around. Raises UsageError for an unknown one."""
+    if name not in rows[0]:
+        raise UsageError(f"{where} has no column {name!r}{nearest(name, list(rows[0]))}")
+    return [as_written(row[name]).strip() for row in rows]
+
+
 def study_of(
     rows: Sequence[Row], quantity: str, where: str, *, unit: str = "", stated: str = ""
 ) -> Study:
@@ -92,6 +102,31 @@ def study_of(
         unit,
         None if claims is None else np.array([[claims[p, o] for o in names[1]] for p in names[0]]),
     )
+
+
+def nested_study_of(rows: Sequence[Row], quantity: str, where: str, *, unit: str = "") -> Study:
+    """The nested study of one quantity: part k of each operator is one of its own.
+
+    Raises DataError where operators have unlike numbers of parts or of readings.
+    """
+    parts, operators = labels(rows, PART, where), labels(rows, OPERATOR, where)
+    own: dict[str, dict[str, list[float]]] = {}
+    readings = column(rows, quantity, where)
+    for part, operator, value in zip(parts, operators, readings, strict=True):
+        own.setdefault(operator, {}).setdefault(part, []).append(value)
+    first, *_ = own.values()
+    count, repeats = len(first), len(next(iter(first.values())))
+    for operator, cells in own.items():
+        odd = [part for part, cell in cells.items() if len(cell) != repeats]
+        if len(cells) != count or odd:
+            raise DataError(
+                f"{where} is no balanced nested study: {operator} has {len(cells)} parts"
+                + (f" and {len(cells[odd[0]])} readings of part {odd[0]}" if odd else "")
+                + f", the first has {count} parts with {repeats} readings each"
+            )
+    table = np.array([list(cells.values()) for cells in own.values()])
+    names = tuple(" / ".join(of) for of in zip(*own.values(), strict=True))
+    return Study(table.transpose(1, 0, 2), names, tuple(own), quantity, unit)
 
 
 def _cells(

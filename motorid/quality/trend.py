@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.quality.capability import Capability, capability
+from motorid.quality.capability import Asked, Capability, capability
 from motorid.quality.charts import Chart, Drift, drift, i_mr, xbar_r
 from motorid.quality.rules import RuleSet
 from motorid.quality.small_shifts import cusum, ewma
@@ -55,11 +55,14 @@ def trend(
     golden: bool = False,
     least_ppk: float | None = None,
     small_shifts: bool = False,
+    shape: Asked = "auto",
+    power: float | None = None,
 ) -> Trend:
     """The trend of ``values`` (n,) in their order; ``days`` (n,) say when.
 
     ``subgroup`` readings make a point of the chart; ``baseline`` first points set its limits.
     ``small_shifts``: EWMA and CUSUM charts about the first chart's centre as well.
+    ``shape``, ``power``: of the capability, see there.
     ``golden``: all readings are of one motor, so that a drift is the gauge's. Raises DataError for
     too few readings, UsageError for a baseline or limits that make no sense.
     """
@@ -72,7 +75,11 @@ def trend(
     if small_shifts:
         charts = (*charts, *_of_small_shifts(charts[0]))
     limited = lower is not None or upper is not None
-    able = capability(values, lower, upper, subgroup=subgroup) if limited else None
+    able = (
+        capability(values, lower, upper, subgroup=subgroup, shape=shape, power=power)
+        if limited
+        else None
+    )
     moved = drift(days, values) if golden else None
     alarms = [*_of_charts(charts), *_of_drift(moved, unit), *_of_index(able, least_ppk)]
     return Trend(quantity, unit, values, days, subgroup, rules, charts, able, moved, tuple(alarms))

@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from motorid.quality.gauge import NAMES, AnovaRow, GaugeResult
+from motorid.quality.anova import AnovaRow
+from motorid.quality.gauge import NAMES, GaugeResult
 from motorid.quality.reference import CAPABLE, GoldenResult, LinearityResult
 from motorid.report.json_ import plain
 from motorid.report.numbers import scaled_unit, significant
@@ -14,7 +15,11 @@ from motorid.report.numbers import scaled_unit, significant
 GAUGE_SCHEMA = "motorid-gauge-1"
 ACCEPTED, CONDITIONAL = 10.0, 30.0  # percent GRR (AIAG)
 LEAST_CATEGORIES = 5
-METHODS = {"anova": "analysis of variance", "range": "average and range"}
+METHODS = {
+    "anova": "analysis of variance",
+    "range": "average and range",
+    "nested": "analysis of variance, parts nested in operators",
+}
 
 
 def standing(percent: float) -> str:
@@ -97,12 +102,15 @@ def text(results: Sequence[GaugeResult]) -> str:
     return "\n\n".join(_text(result) for result in results)
 
 
-def _text(result: GaugeResult) -> str:
+def design_of(result: GaugeResult) -> str:
+    """How many parts, operators and repeats."""
     s = result.study
-    design = (
-        f"{len(s.parts)} parts × {len(s.operators)} operators × {s.repeats} repeats, "
-        f"{METHODS[result.method]}"
-    )
+    crossed = "parts of each of" if result.method == "nested" else "parts ×"
+    return f"{len(s.parts)} {crossed} {len(s.operators)} operators × {s.repeats} repeats"
+
+
+def _text(result: GaugeResult) -> str:
+    design = f"{design_of(result)}, {METHODS[result.method]}"
     lines = [headline(result), design + (", interaction pooled" if result.pooled else "")]
     lines += columns(*component_rows(result))
     if result.table:

@@ -10,7 +10,14 @@ from numpy.typing import NDArray
 
 from motorid.quality.gauge import GaugeResult
 from motorid.quality.ranges import a2, range_limits
-from motorid.report.gauge import anova_rows, claim, component_rows, headline
+from motorid.report.gauge import (
+    METHODS,
+    anova_rows,
+    claim,
+    component_rows,
+    design_of,
+    headline,
+)
 from motorid.report.numbers import scaled_unit
 from motorid.report.page import figure, page, paragraph, section, table
 from motorid.report.plot import Axis, Plot, axis, legend
@@ -27,19 +34,16 @@ STYLE = "rect.none{fill:none}" + "".join(
 
 def render(results: Sequence[GaugeResult], title: str = "Gauge study") -> str:
     """The whole page: a section a quantity."""
-    first = results[0].study
-    design = (
-        f"{len(first.parts)} parts × {len(first.operators)} operators or fixtures × "
-        f"{first.repeats} repeats"
-    )
+    design = design_of(results[0])
     head = f"<style>{STYLE}</style><h1>{escape(title)}</h1>"
     answers = "".join(paragraph(headline(result), "summary") for result in results)
     return page(title, [head, paragraph(design, "kicker"), answers, *map(_section, results)])
 
 
 def _section(result: GaugeResult) -> str:
-    method = "analysis of variance" if result.method == "anova" else "average and range"
-    note = f"By {method}" + (", the interaction pooled into EV." if result.pooled else ".")
+    note = f"By {METHODS[result.method]}" + (
+        ", the interaction pooled into EV." if result.pooled else "."
+    )
     anova = table(*anova_rows(result.table)) if result.table else ""
     plots = (
         '<div class="pair">' + "".join(f"<div>{plot}</div>" for plot in _plots(result)) + "</div>"
@@ -60,12 +64,17 @@ def _plots(result: GaugeResult) -> list[str]:
     values = result.study.values
     cells, ranges = values.mean(axis=2), np.ptp(values, axis=2)
     label = f"{result.study.quantity}, {unit}" if unit else result.study.quantity
-    return [
+    of_operators = [
         _components(result),
         _by_operator(
             result, ranges, "Ranges by operator", f"range of {label}", factor, spread=True
         ),
         _by_operator(result, cells, "Averages by operator", label, factor, spread=False),
+    ]
+    if result.method == "nested":
+        return of_operators  # no part is measured by two operators
+    return [
+        *of_operators,
         _by_part(result, label, factor),
         _interaction(result, cells, label, factor),
     ]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from motorid.quality.capability import Index
+from motorid.quality.capability import NOT_NORMAL, Capability, Index
 from motorid.quality.charts import Chart
 from motorid.quality.trend import Trend
 from motorid.report.gauge import columns
@@ -51,12 +51,16 @@ def index_rows(trend: Trend) -> tuple[list[str], list[list[str]]]:
     able = trend.capability
     assert able is not None
     named = [("Cp", able.cp), ("Cpk", able.cpk), ("Pp", able.pp), ("Ppk", able.ppk)]
-    return ["index", "value", "95 % interval"], [[n, *_index(i)] for n, i in named]
+    skewed = able.shape != "normal"
+    return ["index", "value", "95 % interval"], [
+        [name, *_index(index, "of a normal shape" if skewed and name[0] == "C" else "one limit")]
+        for name, index in named
+    ]
 
 
-def _index(index: Index) -> tuple[str, str]:
+def _index(index: Index, why: str) -> tuple[str, str]:
     if index.value is None or index.interval is None:
-        return "—", "one limit"
+        return "—", why
     return f"{index.value:.3f}", f"{index.interval[0]:.3f} to {index.interval[1]:.3f}"
 
 
@@ -66,18 +70,30 @@ def sentences(trend: Trend) -> list[str]:
     able = trend.capability
     if able is not None:
         said.append(
-            f"outside the limits: {able.ppm_seen:.0f} ppm seen, {able.ppm_expected:.3g} ppm by a "
-            "normal distribution"
+            f"outside the limits: {able.ppm_seen:.0f} ppm seen, {able.ppm_expected:.3g} ppm "
+            "expected of the shape"
         )
-        if able.normal_p < 0.05:
-            said.append(
-                f"not normal (Shapiro-Wilk p = {able.normal_p:.2g}): indices and ppm mislead"
-            )
+        said.append(f"shape: {able.why}")
+        said += _of_shape(trend, able)
     if trend.drift is not None:
         low, high = trend.drift.interval_95
         said.append(
             f"drift {trend.drift.per_day:.3g} {trend.unit} a day over {trend.drift.days:.1f} days, "
             f"95 % interval {low:.3g} to {high:.3g}"
+        )
+    return said
+
+
+def _of_shape(trend: Trend, able: Capability) -> list[str]:
+    said = []
+    if able.percentiles is not None:
+        unit, f = _scale(trend)
+        low, middle, high = (significant(value * f, 4) for value in able.percentiles)
+        said.append(f"0.135 %, median, 99.865 %: {low}, {middle}, {high} {unit}".rstrip())
+    if able.fit_p < NOT_NORMAL:
+        said.append(
+            f"the shape does not fit the readings (Shapiro-Wilk p = {able.fit_p:.2g} of their "
+            "normal scores): indices and ppm mislead"
         )
     return said
 

@@ -163,10 +163,11 @@ def analyse_rows(
     tolerances: Mapping[str, float] | None = None,
     units: Mapping[str, str] | None = None,
     method: Method = "anova",
+    alpha: float | None = None,
 ) -> list[GaugeResult]:
     """The study of each quantity that ``rows`` hold (or of those asked for)."""
     from motorid.quality.gauge import analyse
-    from motorid.quality.study_file import quantities_of, study_of
+    from motorid.quality.study_file import nested_study_of, quantities_of, study_of
 
     found = [q for q in quantities_of(rows) if not q.startswith("u(")]
     names = list(quantities) or found
@@ -177,9 +178,12 @@ def analyse_rows(
         claim = f"u({name})"
         stated = claim if claim in quantities_of(rows) else ""
         unit = (units or {}).get(name, "")
-        study = study_of(rows, name, where, unit=unit, stated=stated)
+        if method == "nested":
+            study = nested_study_of(rows, name, where, unit=unit)
+        else:
+            study = study_of(rows, name, where, unit=unit, stated=stated)
         tolerance = (tolerances or {}).get(name)
-        results.append(analyse(study, method=method, tolerance=tolerance))
+        results.append(analyse(study, method=method, tolerance=tolerance, alpha=alpha))
     return results
 
 

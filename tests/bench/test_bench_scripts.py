@@ -7,8 +7,8 @@ of more runs than it is given here. Not run:
 - bench_plan.py plans a rig for 25 s of the processor; tests/plan/test_plan.py runs its ``confirm``.
 - bench_emulated_motors.py emulates at least five captures; tests/emulated/test_motors.py runs what
   each of its rows is made of.
-- bench_verdicts.py judges motors for minutes; tests/quality/test_levels.py judges one of them.
-- bench_dead_motors.py does the same with faults; tests/quality/test_not_running.py has one of each.
+- bench_dead_motors.py judges motors with faults for minutes; tests/quality/test_not_running.py has
+  one of each.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from tests.conformance.boards import emulator_lacks
 pytestmark = pytest.mark.slow
 
 BENCH = Path(__file__).resolve().parents[2] / "bench"
-LEFT_OUT = {"plan", "emulated_motors", "verdicts", "dead_motors"}
+LEFT_OUT = {"plan", "emulated_motors", "dead_motors"}
 MAY_MISS = {
     "cycle",
     "exactness",
@@ -285,3 +285,17 @@ def test_emulated_bursts_find_the_inductance() -> None:
         halves.append(half)
     assert halves[1] < halves[0]  # by how much the run alone tells it hangs on its noise
     assert halves[1] < 5.0
+
+
+def test_verdicts_go_on_where_they_were_stopped(tmp_path: Path) -> None:
+    """One motor, then a line that was cut short, then one more: the first is not judged again."""
+    rows = tmp_path / "rows.jsonl"
+    assert "1 motors, 0 not fitted" in run("verdicts", "1", "--out", str(rows))
+    first = rows.read_text(encoding="utf-8")
+    rows.write_text(first + '{"motor": 1, "opt', encoding="utf-8")
+    text = run("verdicts", "2", "--out", str(rows))
+    assert "2 motors, 0 not fitted" in text
+    assert text == run("verdicts", "--table", str(rows))
+    assert rows.read_text(encoding="utf-8").startswith(first)
+    motors = {json.loads(x)["motor"] for x in rows.read_text().splitlines() if x.endswith("}")}
+    assert motors == {0, 1}

@@ -58,6 +58,15 @@ def here(capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path
         for k in range(3)
     )
     (tmp_path / "readings.csv").write_text(readings, encoding="utf-8")
+    own = readings.replace("\nA,y", "\nF,y").replace("\nB,y", "\nG,y")
+    (tmp_path / "own.csv").write_text(own, encoding="utf-8")
+    verdicts = "part,operator,rating,truth\n" + "".join(
+        f"{part},{operator},{'FAIL' if part + operator in 'AxAyBx' else 'PASS'},"
+        f"{'FAIL' if part == 'A' else 'PASS'}\n"
+        for part in "ABCDE"
+        for operator in "xy"
+    )
+    (tmp_path / "verdicts.csv").write_text(verdicts, encoding="utf-8")
     rows = "".join(f"{k / 100},{1 + k % 3},{5 + k % 2},{100 + k}\n" for k in range(50))
     (tmp_path / "log.csv").write_text("t,i,u,n\n" + rows, encoding="utf-8")
     for name, changed in (("estimate", {}), ("doubtful", {"K": {"status": "doubtful"}})):

@@ -86,7 +86,7 @@ def test_intervals_of_capability_cover_the_truth() -> None:
     rng = np.random.default_rng(3)
     held = {"cp": 0, "ppk": 0}
     for _ in range(800):
-        result = capability(rng.normal(0.1, 1.0, 60), -3.6, 3.6)
+        result = capability(rng.normal(0.1, 1.0, 60), -3.6, 3.6, shape="normal")
         for name, truth in (("cp", 1.2), ("ppk", 3.5 / 3)):
             low, high = getattr(result, name).interval
             held[name] += low <= truth <= high

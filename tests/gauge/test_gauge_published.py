@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from motorid.errors import DataError, UsageError
-from motorid.quality.gauge import Study, analyse, anova_table
+from motorid.quality.anova import anova_table
+from motorid.quality.gauge import Study, analyse
 from motorid.quality.ranges import (
     a2,
     d2,

@@ -91,6 +91,34 @@ def test_what_a_value_says_of_its_item() -> None:
     assert specific(0.0, 0.1, -1.0, 1.0, Rule()).with_process is None
 
 
+def test_a_specific_risk_is_right_where_it_is_tiny() -> None:
+    """Nine standard uncertainties inside, and as many outside: the normal tail, and not 0."""
+    tail = norm.sf(9.0)
+    inside = specific(0.91, 0.01, -1.0, 1.0, Rule())
+    assert inside.accepted
+    assert inside.risk == pytest.approx(tail, rel=1e-9, abs=0.0)
+    outside = specific(1.09, 0.01, -1.0, 1.0, Rule())
+    assert not outside.accepted
+    assert outside.risk == outside.conformance == pytest.approx(tail, rel=1e-9, abs=0.0)
+    below = specific(-1.09, 0.01, -1.0, 1.0, Rule(process_mean=0.0, process_sd=1e3))
+    assert below.conformance == pytest.approx(tail, rel=1e-9, abs=0.0)
+    assert below.risk_with_process == pytest.approx(
+        tail, rel=1e-4, abs=0.0
+    )  # nearly no prior knowledge
+
+
+@pytest.mark.parametrize("limits", [(-6.0, 6.0), (2.0, 3.0), (-math.inf, 4.5), (-1e-3, 2e-3)])
+@pytest.mark.parametrize("ratio", [10.0, 0.1, 1e-4, 1e-6])
+def test_risks_of_far_and_of_narrow_limits(limits: tuple[float, float], ratio: float) -> None:
+    """Also with limits of acceptance beyond those of the tolerance."""
+    low, high = limits
+    rule = Rule("global_risk", process_mean=0.0, process_sd=1.0)
+    for band in (0.0, -1.5 * ratio):
+        found = risks(ratio, low, high, rule, band)
+        for ours, other in zip(found, by_quadrature(ratio, low, high, band), strict=True):
+            assert ours == pytest.approx(other, rel=1e-8, abs=1e-17)
+
+
 def test_the_command(capsys: pytest.CaptureFixture[str]) -> None:
     options = "risk --low 1499.8 --high 1500.2 -u 0.04 --process-mean 1500 --process-sd 0.12"
     assert run([*options.split(), "--value", "1500.1", "--json"]) == 0
