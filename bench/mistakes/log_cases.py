@@ -146,6 +146,11 @@ def doubled(n: int, rng: Rng) -> Any:
     return np.repeat(np.arange(n), 1 + (rng.random(n) < 0.1))
 
 
+def magnitudes(*names: str) -> Callable[[Table, Station, Rng], Table]:
+    """What an instrument without signs shows of these columns."""
+    return lambda table, station, rng: table | {name: np.abs(table[name]) for name in names}
+
+
 def interpolated(table: Table, station: Station, rng: Rng) -> Table:
     """A tenth of the rows, and straight lines between them."""
     t = table["t"][: (len(table["t"]) - 1) // 10 * 10 + 1]
@@ -277,6 +282,8 @@ MISTAKES = (
     Mistake("a stretch cut out, stamps renewed",
             LOST,
             Log(spoil=restamped(stretch_cut))),
+    Mistake("speed without its sign", (r"magnitude",), Log(spoil=magnitudes("w"))),
+    Mistake("current and speed without signs", (r"magnitude",), Log(spoil=magnitudes("i", "w"))),
     Mistake("interpolated from a tenth", (r"interpolat", r"straight lines", r"resampl"),
             Log(spoil=interpolated)),
     Mistake("current clipped at half", (r"current_saturated", r"saturat", r"clipp"),

@@ -73,7 +73,7 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
         ticks=clock.ticks,
         clock_hz=clock.hz,
         clock_uncertainty=clock.uncertainty,
-        channels=checks.with_unsigned_current(channels, notes),
+        channels=checks.with_magnitudes(channels, notes),
         wiring=Wiring(
             gear_ratio=chosen.gear_ratio,
             counts_per_turn=chosen.counts_per_turn,

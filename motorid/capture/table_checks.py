@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.columns import BadCell, Columns, Source
 from motorid.capture.mapping import ChannelMap, Formula
-from motorid.capture.model import CURRENT, POSITION, SPEED, Capture, Channel, Gap
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel, Gap
 from motorid.capture.units import unit_of
 from motorid.errors import DataError, UsageError
 
@@ -192,6 +192,11 @@ def quantum(values: Floats) -> float:
     return step if off.max() < 0.1 else 0.0
 
 
+FEWEST_ONE_WAY = 5  # readings
+FAST = 0.2  # of the largest voltage or speed: the motor is driven, or turns, that way
+STOPPED = 0.1  # of the usual speed forward: below it the motor may have stopped to turn
+
+
 def held_samples(channels: Mapping[str, Channel]) -> dict[str, int]:
     """Channels whose readings only ever change every n samples (n > 1): channel -> n."""
     found = {}
@@ -209,22 +214,51 @@ def held_samples(channels: Mapping[str, Channel]) -> dict[str, int]:
     return found
 
 
-def with_unsigned_current(channels: Mapping[str, Channel], notes: list[str]) -> dict[str, Channel]:
-    """Marks a current as a magnitude that is never negative though the motor ran both ways."""
-    current, speed = channels.get(CURRENT), channels.get(SPEED)
-    if current is None or speed is None or current.unsigned:
-        return dict(channels)
-    known = np.isfinite(current.values) & np.isfinite(speed.values)
-    amperes, turns = current.values[known], speed.values[known]
-    if amperes.min(initial=0.0) < 0:
-        return dict(channels)
-    fast = 0.2 * np.abs(turns).max(initial=0.0)
-    forward, backward = amperes[turns > fast], amperes[turns < -fast]
-    few = min(len(forward), len(backward)) < 5
-    if few or min(np.median(forward), np.median(backward)) <= 0:
-        return dict(channels)
-    notes.append("the current is never negative though the motor runs both ways: a magnitude")
-    return {**channels, CURRENT: replace(current, unsigned=True)}
+def with_magnitudes(channels: Mapping[str, Channel], notes: list[str]) -> dict[str, Channel]:
+    """Marks a speed, then a current, that is never negative though the motor ran both ways."""
+    out = dict(channels)
+    volts, speed, current = (out.get(name) for name in (VOLTAGE, SPEED, CURRENT))
+    if volts is not None and speed is not None and _is_magnitude(speed, volts, after_rest=True):
+        notes.append("the speed is never negative though the voltage drives both ways: a magnitude")
+        out[SPEED] = speed = replace(speed, unsigned=True)
+    way = volts if speed is not None and speed.unsigned else speed
+    if current is not None and way is not None and _is_magnitude(current, way):
+        notes.append("the current is never negative though the motor runs both ways: a magnitude")
+        out[CURRENT] = replace(current, unsigned=True)
+    return out
+
+
+def _is_magnitude(channel: Channel, way: Channel, after_rest: bool = False) -> bool:
+    """Whether a channel is never negative though ``way`` goes both ways.
+
+    ``after_rest``: only what follows a rest counts backward, since what has inertia turns late.
+    """
+    if channel.unsigned:
+        return False
+    known = np.isfinite(channel.values) & np.isfinite(way.values)
+    values, ways = channel.values[known], way.values[known]
+    if values.min(initial=0.0) < 0:
+        return False
+    fast = FAST * np.abs(ways).max(initial=0.0)
+    forward, backward = values[ways > fast], values[ways < -fast]
+    if after_rest and len(forward):
+        least = STOPPED * float(np.median(forward))
+        backward = values[_after_rest(values, ways < -fast, least)]
+        backward = backward[backward > least]
+    few = min(len(forward), len(backward)) < FEWEST_ONE_WAY
+    return not few and bool(min(np.median(forward), np.median(backward)) > 0)
+
+
+def _after_rest(values: Floats, stretches: Bools, least: float) -> Bools:
+    """The readings of each stretch of True that come after its least one, where that is a rest."""
+    out = np.zeros_like(stretches)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], stretches, [False]]).astype(int)))
+    for start, stop in edges.reshape(-1, 2):
+        before = max(start - 1, 0)  # from which the motor may have started
+        lowest = before + int(np.argmin(values[before:stop]))
+        if values[lowest] < least:
+            out[max(lowest, start) : stop] = True
+    return out
 
 
 def capture_notes(capture: Capture, held: Mapping[str, int], static: bool) -> list[str]:

@@ -207,6 +207,42 @@ def test_magnitude_of_a_current_is_found(tmp_path: Path) -> None:
     assert not capture.channels["current"].unsigned
 
 
+SIGNED = [0.0] * 10 + [10.0] * 40 + [0.0] * 10 + [-10.0] * 40  # volts
+
+
+def turning(volts: list[float], tau: float = 8.0) -> list[float]:
+    """A speed that follows them, in rows."""
+    speed, out = 0.0, []
+    for v in volts:
+        speed += (5.0 * v - speed) / tau
+        out.append(speed)
+    return out
+
+
+@pytest.mark.parametrize(
+    ("volts", "magnitude", "unsigned"),
+    [
+        (SIGNED, True, True),
+        (SIGNED, False, False),
+        ([0.0] * 10 + [10.0] * 40 + [-10.0] * 50, True, True),  # through zero and up again
+        ([0.0] * 10 + [-10.0] * 40 + [10.0] * 50, True, True),  # backward first
+        ([0.0] * 10 + [10.0] * 60 + [-10.0] * 5 + [10.0] * 25, True, False),  # braked, not turned
+        ([0.0] * 10 + [10.0] * 90, True, False),  # one way
+    ],
+)
+def test_magnitude_of_a_speed_is_found(
+    tmp_path: Path, volts: list[float], magnitude: bool, unsigned: bool
+) -> None:
+    speed = [abs(w) if magnitude else w for w in turning(volts)]
+    rows = zip(volts, speed, turning(volts), strict=True)
+    body = "".join(f"{k},{v},{(v - w / 5) / 4},{s}\n" for k, (v, s, w) in enumerate(rows))
+    path = write(tmp_path, "t,v,i,w\n" + body)
+    capture = read_table(path, ["time=t:ms", "voltage=v:V", "current=i:A", "speed=w:rad/s"])
+    assert capture.channels["speed"].unsigned is unsigned
+    assert not capture.channels["current"].unsigned
+    assert any("a magnitude" in note for note in capture.provenance[NOTES]) is unsigned
+
+
 def test_rows_without_time_are_steady_points(tmp_path: Path) -> None:
     capture = read_table(write(tmp_path, table()), ["current=i:mA", "speed=n:rpm"])
     assert capture.provenance[STATIC] is True

@@ -32,7 +32,8 @@ def remarks(captures: Sequence[Capture]) -> list[Diagnostic]:
 
 
 def _of(capture: Capture) -> Iterator[Diagnostic]:
-    if capture.program is not None or motion(capture) is None:
+    moving = motion(capture)
+    if capture.program is not None or moving is None or moving.unsigned:
         return
     if not {VOLTAGE, CURRENT} <= set(capture.channels) or capture.channels[CURRENT].unsigned:
         return
