@@ -37,6 +37,7 @@ from motorid.estimate.uncertainty.covariance import covariance_of
 Floats = NDArray[np.float64]
 PLAIN = SHAPES[:4]  # that need nothing but the readings of the voltage
 RISES = (0.4, 1.0, 4.0)  # L/R in samples of a log, to begin with as well
+RESTARTED = 3  # shapes whose answer is where a search begins once more, its lags in whole samples
 BETTER = 1.0  # of chi-square, by which another start is worth taking
 
 
@@ -188,7 +189,21 @@ def _begun_elsewhere(
                 records[0].untried += len(ways) - k
             break
         found.append(began(best, other, whole, near))
+    for fit in _best_of_each_shape(found)[:RESTARTED]:
+        if _exhausted(found):
+            break
+        found.append(began(fit, fit[0][0].shape, True, merged(known, fit[1])))
     return found
+
+
+def _best_of_each_shape(found: Sequence[Fit]) -> list[Fit]:
+    """The likeliest first. A search stops short where a jump of the voltage passes a reading; a lag
+    of whole samples, as software makes it, puts every jump there.
+    """
+    best: dict[Shape, Fit] = {}
+    for one in sorted(found, key=lambda fit: fit[1].objective):
+        best.setdefault(one[0][0].shape, one)
+    return list(best.values())
 
 
 def _exhausted(found: Sequence[Fit]) -> bool:
