@@ -119,6 +119,11 @@ class Bench:
         if lib.bench_init(self._c):
             raise UsageError(f"sim://: a window does not fit a sample period of {ticks} ticks")
 
+    def set_driver(self, opens: bool) -> None:
+        """Whether the bridge's driver can open it; one that cannot brakes in its place."""
+        self._c.rest = lib.PLANT_COAST if opens else lib.PLANT_BRAKE
+        self.command(StepKind.COAST)
+
     def arm(self, guard: Guard | None) -> None:
         """Watch these limits from the next sample on; None: watch nothing."""
         limits = self._c.limits
@@ -154,7 +159,7 @@ class Bench:
         if kind == StepKind.DRIVE_VOLTS:
             lib.bench_hold_volts(self._c, level, decay)
         else:
-            modes = {StepKind.COAST: lib.PLANT_COAST, StepKind.BRAKE: lib.PLANT_BRAKE}
+            modes = {StepKind.COAST: self._c.rest, StepKind.BRAKE: lib.PLANT_BRAKE}
             lib.bench_command(self._c, modes.get(kind, lib.PLANT_DRIVE), level, decay)
 
     def run(self, samples: int) -> tuple[Raw, Counts]:
@@ -196,8 +201,8 @@ class Bench:
 
     @property
     def is_open(self) -> bool:
-        """True while the bridge is commanded open."""
-        return bool(self._c.plant.mode == lib.PLANT_COAST)
+        """True while the bridge is commanded open, or brakes because its driver cannot open it."""
+        return bool(self._c.plant.mode == self._c.rest)
 
     @property
     def plant(self) -> Any:

@@ -5,7 +5,9 @@
 #include "core.h"
 
 /* ---- bridge.c */
+#define BRIDGES 0x1Fu /* every WIRE_BRIDGE_ */
 void bridge_begin(void);
+void bridge_set(uint8_t bridge);
 /* Off at this instant, whatever is going on; from any context. */
 void bridge_open(void);
 void bridge_coast(void);
