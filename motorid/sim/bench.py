@@ -18,6 +18,7 @@ from motorid.wire.enums import Decay, Fault, StepKind
 COPPER_PER_K = 0.0039
 MAGNET_PER_K = -0.0011  # neodymium
 DIODE_OHM_SHARE = 0.5  # of a switch's resistance
+BRIDGE_BEND_A = 0.02  # within which a bipolar bridge's drop bends
 BRUSH_CURRENT_SHARE = 0.05  # of the stall current
 REACTION_BEND_SHARE = 0.05  # the same
 SPEED_WINDOW_S = 2e-3
@@ -304,6 +305,7 @@ def _set_bridge(p: Any, options: Options, chain: Chain) -> None:
     p.pwm_period = CLOCK_HZ // options.pwm / chain.clock_hz
     p.dead_time = options.dead_time
     p.switch_resistance = motor.switch_resistance_ohm if path is None else path / 2
+    p.switch_drop, p.switch_drop_current = options.bridge_drop, BRIDGE_BEND_A
     p.diode_drop = options.diode_drop
     p.diode_resistance = DIODE_OHM_SHARE * p.switch_resistance
     p.lead_resistance = options.lead_resistance
