@@ -142,7 +142,7 @@ def _dropping(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnosti
     return [
         Diagnostic(
             "bridge_drop", "warning",
-            f"L/R is {periods:.2g} sample periods, and the bridge drops {drop:g} V that bend within "
+            f"L/R is {periods:.2g} sample periods, and the bridge drops {drop:g} V that bend in "
             f"a reading: it can move L by its own size and R by {moves['R'] / motor.R:.1%}; use "
             "a bridge of MOSFETs, or a higher sample rate",
             moves=moves,
