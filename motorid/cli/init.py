@@ -178,9 +178,9 @@ def _answers(given: dict[str, Any], ask: Ask | None) -> Any:
 
     def may(name: str, question: str) -> float | None:
         """A figure that may stay unknown."""
-        if given[name] is not None or ask is None:
-            return given[name]
-        found: float | None = ask(f"{question} (empty: not known)", Perhaps(), "")
+        found: float | None = given[name]
+        if found is None and ask is not None:
+            found = ask(f"{question} (empty: not known)", Perhaps(), "")
         return found
 
     board = need("board", "Board", click.Choice(BOARDS), "uno")
