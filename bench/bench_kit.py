@@ -39,6 +39,10 @@ CODES, SUMMED = 1024, 4  # of the converter; conversions of one reading, as it s
 NOISE_LSB, OFFSET_LSB = 1.3, 2.6  # of a conversion: the sensor's and the converter's
 SUPPLY_OVER = 1.1  # of the motor's voltage
 RANGE_V = 37.0  # of the dividers: coarser than theirs, for the simulator has it on both sides of 0
+SHARED = (  # options of both benches
+    "motor", "seed", "speed", "heating", "ambient", "supply", "copper", "magnet", "friction",
+    "load_inertia", "bridge_drop", "bridge_resistance", "clock_uncertainty", "counts_per_turn",
+)  # fmt: skip
 JUDGED = ("R", "L", "K", "B", "J", "T0")
 EXPECTED = {"R", "K", "J"}
 
@@ -89,11 +93,36 @@ def url_of(seed: int) -> tuple[str, dict[str, float]]:
     }
 
 
-def one(seed: int, folder: Path) -> dict[str, Any]:
+def emulated(url: str, seed: int) -> str:
+    """The same bench with the real firmware on an emulated Uno, whose errors are drawn here.
+
+    The sensor has the ACS712's slope and uncertainty, on the converter's usual reference.
+    """
+    rng = np.random.default_rng([seed, 23])
+    facts = load_front_end(SENSOR).facts
+    shares = [facts[f"{name}_gain_uncertainty"] * 1e-5 for name in ("current", "voltage")]
+    kept = dict(pair.split("=") for pair in url.partition("?")[2].split("&"))
+    options = {name: kept[name] for name in SHARED} | {
+        "noise": NOISE_LSB,
+        "gain_error": round(rng.normal(0.0, shares[0]), 5),
+        "voltage_gain_error": round(rng.normal(0.0, shares[1]), 5),
+        "driver": "bipolar",
+        "divider": 8,
+        "shunt": facts["current_v_a"] / 20.0,  # of the amplifier's gain
+        "defines": "+".join(
+            f"-D{name}_GAIN_UNCERTAINTY={share}f"
+            for name, share in zip(("CURRENT", "VOLTAGE"), shares, strict=True)
+        ),
+    }
+    return "emu://uno?" + "&".join(f"{key}={value}" for key, value in options.items())
+
+
+def one(seed: int, folder: Path, emulate: bool = False) -> dict[str, Any]:
     """What came of one rig: each quantity's truth, value and interval."""
     url, known = url_of(seed)
+    port = emulated(url, seed) if emulate else url
     said = Answers(
-        "uno", url, DRIVER, SENSOR, COUNTS, known["supply"], "drawn", known["volts"],
+        "uno", port, DRIVER, SENSOR, COUNTS, known["supply"], "drawn", known["volts"],
         resistance_ohm=1.1 * known["ohm"], no_load_rpm=known["rpm"], ambient_c=25.0,
     )  # fmt: skip
     rig = kit(said, "kit", "", 40_000).rig
@@ -152,11 +181,12 @@ def main() -> int:
     parser.add_argument("--rigs", type=int, default=80)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--emulated", action="store_true", help="with the real firmware")
     chosen = parser.parse_args()
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(chosen.first, chosen.first + chosen.rigs):
-            rows.append(one(seed, Path(folder)))
+            rows.append(one(seed, Path(folder), chosen.emulated))
             print(json.dumps(rows[-1]), file=sys.stderr, flush=True)
     found = summary(rows)
     print(json.dumps(found, indent=1))
