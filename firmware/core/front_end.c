@@ -193,7 +193,11 @@ static bool is_name(const uint8_t *text) {
 #define HALF_BRIDGES (1u << WIRE_BRIDGE_MOSFET | 1u << WIRE_BRIDGE_BIPOLAR)
 
 static bool is_drivable(uint8_t bridge) {
-    return bridge < 8u && ((port.bridges | HALF_BRIDGES) >> bridge & 1u) != 0;
+    uint8_t drivable = port.bridges | HALF_BRIDGES;
+    for (; bridge > 0; bridge--) {
+        drivable >>= 1;
+    }
+    return drivable & 1u;
 }
 
 bool front_end_is_sound(const uint8_t *facts) {

@@ -49,7 +49,11 @@ volatile uint8_t next_connected = MODE;
 volatile uint8_t next_enable;
 volatile uint8_t next_swapped; /* 2 when terminal B is to be watched closely */
 
+#if BRIDGES > 3
 static volatile uint8_t driver; /* WIRE_BRIDGE_ */
+#else
+enum { driver = WIRE_BRIDGE_MOSFET };
+#endif
 static volatile bool complained; /* the driver, by its fault output */
 
 void bridge_begin(void) {
@@ -64,7 +68,7 @@ void bridge_begin(void) {
 }
 
 /* Between a window's end and its levels' slot, so TCCR1A is as the last tick left it. */
-static void keep(struct levels levels, uint8_t connected, uint8_t enable) {
+__attribute__((noinline)) static void keep(struct levels levels, uint8_t connected, uint8_t enable) {
     ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
         next_levels.a = levels.a;
         next_levels.b = levels.b;
@@ -103,7 +107,11 @@ __attribute__((always_inline)) static inline void open_now(void) {
 void bridge_open(void) { open_now(); }
 
 void bridge_set(uint8_t bridge) {
+#if BRIDGES > 3
     driver = bridge;
+#else
+    (void)bridge;
+#endif
     bridge_open();
 }
 
@@ -134,44 +142,40 @@ bool bridge_complains(void) {
 
 /* ------------------------------------------------------------------ what the core asks for */
 
-void bridge_coast(void) {
+/* Both inputs the same, for good: low at 0, but with IN/IN at TOP, where 0 is high. */
+static void keep_both(uint16_t level, uint8_t enable) {
     const bool in_in = driver == WIRE_BRIDGE_IN_IN;
-    keep(in_in ? (struct levels){TOP, TOP} : (struct levels){0, 0}, in_in ? INVERTED : 0, 0);
+    level = in_in ? level : 0;
+    keep((struct levels){level, level}, in_in ? INVERTED : 0, enable);
 }
 
-void bridge_brake(void) {
-    keep((struct levels){0, 0}, driver == WIRE_BRIDGE_IN_IN ? INVERTED : 0, 1);
-}
+void bridge_coast(void) { keep_both(TOP, 0); }
 
-/* The other input is low for one clock at the period's beginning, so this one is for one more. */
-static void drive_in_in(uint16_t ticks, bool forward) {
-    const uint16_t low = ticks < TOP ? ticks : TOP;
-    keep(forward ? (struct levels){0, low} : (struct levels){low, 0}, INVERTED, 1);
-}
+void bridge_brake(void) { keep_both(0, 1); }
 
-static void drive_direction(uint16_t ticks, bool forward) {
-    const uint8_t direction = forward ? CONNECT_B : 0;
-    keep((struct levels){(uint16_t)(ticks - 1), forward ? TOP : 0}, CONNECT_A | direction, 1);
-}
-
-static void drive_halves(uint16_t ticks, bool forward) {
-    const uint16_t level = (uint16_t)(ticks - 1);
-    keep(forward ? (struct levels){level, 0} : (struct levels){0, level},
-         forward ? CONNECT_A : CONNECT_B, 1);
+/* With IN/IN the other input is low for one clock at the period's beginning, so this one is for one more. */
+static void drive(uint16_t ticks, bool forward) {
+    const uint16_t on = (uint16_t)(ticks - 1);
+    uint8_t connected = forward ? CONNECT_A : CONNECT_B;
+    struct levels levels = {forward ? on : 0, forward ? 0 : on};
+    if (driver == WIRE_BRIDGE_IN_IN) {
+        const uint16_t low = ticks < TOP ? ticks : TOP;
+        levels = (struct levels){forward ? 0 : low, forward ? low : 0};
+        connected = INVERTED;
+    } else if (driver >= WIRE_BRIDGE_PWM_DIR) {
+        levels = (struct levels){on, forward ? TOP : 0};
+        connected = forward ? CONNECT_A | CONNECT_B : CONNECT_A;
+    }
+    keep(levels, connected, 1);
 }
 
 void bridge_drive(int16_t level, uint8_t decay) {
-    const bool forward = level >= 0, in_in = driver == WIRE_BRIDGE_IN_IN;
-    const uint16_t ticks = (uint16_t)(forward ? level : -level);
+    const bool forward = level >= 0;
     (void)decay; /* synchronous slow, the only one that is offered */
-    next_swapped = forward == in_in ? 2u : 0u; /* of IN/IN the other terminal switches */
-    if (ticks == 0) {
+    next_swapped = forward == (driver == WIRE_BRIDGE_IN_IN) ? 2u : 0u; /* there the other one switches */
+    if (level == 0) {
         bridge_brake();
-    } else if (in_in) {
-        drive_in_in(ticks, forward);
-    } else if (driver >= WIRE_BRIDGE_PWM_DIR) {
-        drive_direction(ticks, forward);
     } else {
-        drive_halves(ticks, forward);
+        drive((uint16_t)(forward ? level : -level), forward);
     }
 }
