@@ -1,6 +1,7 @@
 """A student's kit: whether R, K and J of many drawn rigs lie inside their stated intervals.
 
-python bench/bench_kit.py --rigs 80 --out bench/results/kit.json
+python bench/bench_kit.py --rigs 72 --out bench/results/kit.json
+python bench/bench_kit.py --rigs 72 --emulated --out bench/results/kit_emulated.json
 
 The rig file is the one that ``motorid init`` writes for an Uno, an L298N module, an ACS712 and an
 encoder of 11 lines. The simulated board has that kit's errors, each drawn anew for every rig: the
