@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Any
 
@@ -64,6 +64,11 @@ class Program:
     def duration_s(self) -> float:
         """Length of the whole run in seconds."""
         return sum(step.duration_s for step in self.steps)
+
+    def braked(self) -> Program:
+        """The same with a brake for each coast: for a bridge that nothing opens."""
+        coasts = {StepKind.COAST: StepKind.BRAKE}
+        return Program(tuple(replace(s, kind=coasts.get(s.kind, s.kind)) for s in self.steps))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for files and reports; ``from_dict`` reads it back."""

@@ -80,6 +80,8 @@ SECTIONS: Mapping[str, Mapping[str, Key]] = {
     "wiring": {
         "bridge_resistance_ohm": _OHM,
         "bridge_resistance_uncertainty_ohm": _OHM,
+        "bridge_drop_v": Number(0, 1e2),
+        "bridge_drop_uncertainty_v": Number(0, 1e2),
         "lead_resistance_ohm": _OHM,
         "lead_resistance_uncertainty_ohm": _OHM,
         "gear_ratio": Number(1e-4, 1e5),

@@ -88,6 +88,8 @@ _.housing_capacity
 _.pwm_period
 _.diode_resistance
 _.sense_at_bridge
+_.switch_drop
+_.switch_drop_current
 _.supply_voltage
 
 # motorid/sim/board.py: requests of the protocol, called by name
@@ -116,6 +118,8 @@ _.HALL
 _.MAGNITUDE
 _.MOSFET
 _.BIPOLAR
+_.IN_IN
+_.PWM_DIR
 _.FrontEndSource
 _.COMPILED
 _.STORED

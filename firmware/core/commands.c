@@ -126,6 +126,7 @@ static void take_config(void) {
     const wire_configure_t *const config = &core.config;
     const bool fast = is_fast(config);
     const uint32_t period = fast ? port.min_sample_period_ticks : config->sample_period_ticks;
+    const uint8_t bridge = front_end_bridge(); /* unlocked: memory may be slow */
     core.configured = true;
     program_clear(&core.program);
     guard_set(&core.guard, config, period);
@@ -133,6 +134,9 @@ static void take_config(void) {
     core.period = period;
     core.burst.fast = (uint8_t)(fast ? period / config->sample_period_ticks : 0u);
     port.set_sample_period(core.period);
+    if (port.set_bridge != NULL) {
+        port.set_bridge(bridge);
+    }
     if (core.reversed != (config->encoder_reversed != 0)) {
         core.reversed = !core.reversed;
         core.latest.position = 0u - core.latest.position;

@@ -44,6 +44,11 @@ float front_end_f32(uint8_t at) {
     return wire_get_f32(bytes);
 }
 
+uint8_t front_end_bridge(void) {
+    const bool known = front_end_is_kept() && core.front_end.source != WIRE_FRONT_END_SOURCE_NONE;
+    return known ? front_end_u8(AT(BRIDGE)) : WIRE_BRIDGE_MOSFET;
+}
+
 uint32_t front_end_hash(void) {
     uint32_t crc = 0;
     if (core.front_end.source != WIRE_FRONT_END_SOURCE_STORED) {
@@ -185,11 +190,21 @@ static bool is_name(const uint8_t *text) {
     return text[0] != 0;
 }
 
+#define HALF_BRIDGES (1u << WIRE_BRIDGE_MOSFET | 1u << WIRE_BRIDGE_BIPOLAR)
+
+static bool is_drivable(uint8_t bridge) {
+    uint8_t drivable = port.bridges | HALF_BRIDGES;
+    for (; bridge > 0; bridge--) {
+        drivable >>= 1;
+    }
+    return drivable & 1u;
+}
+
 bool front_end_is_sound(const uint8_t *facts) {
     const float reference = wire_get_f32(facts + AT(REFERENCE_V));
     const float volts_a = fabsf(wire_get_f32(facts + AT(CURRENT_V_A)));
     return is_name(facts) && facts[AT(SENSOR)] <= WIRE_SENSOR_MAGNITUDE && facts[AT(RATIOMETRIC)] <= 1
-           && facts[AT(BRIDGE)] <= WIRE_BRIDGE_BIPOLAR && is_within(facts, AT(REFERENCE_V), 0.5f, 10.0f)
+           && is_drivable(facts[AT(BRIDGE)]) && is_within(facts, AT(REFERENCE_V), 0.5f, 10.0f)
            && volts_a >= 1e-5f && volts_a <= 1e3f && is_within(facts, AT(CURRENT_ZERO_V), 0.0f, reference)
            && is_within(facts, AT(VOLTAGE_DIVIDER), 0.1f, 1e3f)
            && is_within(facts, AT(SUPPLY_DIVIDER), 0.1f, 1e3f)

@@ -37,6 +37,9 @@ void front_end_find(struct front_end *f);
 /* Of the stored facts; 0 where none are stored. */
 uint32_t front_end_hash(void);
 
+/* The driver that the facts in force name: WIRE_BRIDGE_. */
+uint8_t front_end_bridge(void);
+
 /* Whether facts, as they stand on the wire, can be true of any front end. */
 bool front_end_is_sound(const uint8_t *facts);
 

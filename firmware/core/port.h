@@ -61,6 +61,13 @@ struct port {
     void (*bridge_brake)(void);
     void (*bridge_drive)(int16_t level, uint8_t decay); /* level: -full_duty to full_duty */
 
+    /* Drivers that the port can drive: bit n, WIRE_BRIDGE_ n; 0: half-bridges alone. Facts of a front end
+     * that name another are refused. */
+    uint8_t bridges;
+    /* The driver that the facts name: called locked, with the bridge open, when a configuration is taken.
+     * NULL: all are driven alike. Before the first call every input of a driver is low. */
+    void (*set_bridge)(uint8_t bridge);
+
     /* ---- core_watch() sees every reading before core_sample() does, which then takes its word */
     bool watches;
 

@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "crc.h"
+#include "front_end.h"
 #include "port.h"
 
 #define FULL_DUTY_WIRE 1000000L /* millionths */
@@ -34,6 +35,9 @@ static uint8_t check_drive(const wire_add_step_t *step) {
 
 static bool has_kind(uint8_t kind) {
     const bool sees_supply = port.channels & (1u << WIRE_CHANNEL_SUPPLY_VOLTAGE);
+    if (kind == WIRE_STEP_KIND_COAST) {
+        return front_end_bridge() != WIRE_BRIDGE_PWM_DIR_BARE;
+    }
     return kind <= WIRE_STEP_KIND_BRAKE && (kind != WIRE_STEP_KIND_DRIVE_VOLTS || sees_supply);
 }
 

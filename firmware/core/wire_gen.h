@@ -17,7 +17,7 @@
 
 #define WIRE_MAJOR 1u
 #define WIRE_MINOR 3u
-#define WIRE_LAYOUT_HASH 0xEC6C375Dul
+#define WIRE_LAYOUT_HASH 0xE204CB92ul
 #define WIRE_BAUD 1000000ul
 #define WIRE_DELIMITER 0u
 #define WIRE_MAX_PAYLOAD 240u
@@ -151,7 +151,10 @@ enum wire_sensor {
 
 enum wire_bridge {
     WIRE_BRIDGE_MOSFET = 0,
-    WIRE_BRIDGE_BIPOLAR = 1
+    WIRE_BRIDGE_BIPOLAR = 1,
+    WIRE_BRIDGE_IN_IN = 2,
+    WIRE_BRIDGE_PWM_DIR = 3,
+    WIRE_BRIDGE_PWM_DIR_BARE = 4
 };
 
 enum wire_front_end_source {

@@ -14,8 +14,8 @@
 
 #include "inside.h"
 
-static const struct pinout PINOUTS[] = {{"atmega328p", 0, 2, 3, 14, 15, 18, 19, 6, 0x100, 'D', 4, 5},
-                                        {"atmega2560", 4, 0, 1, 21, 22, 25, 26, 12, 0x200, 'C', 5, 6}};
+static const struct pinout PINOUTS[] = {{"atmega328p", 1, 0, 2, 3, 14, 15, 18, 19, 6, 0x100, 'D', 4, 5},
+                                        {"atmega2560", 5, 4, 0, 1, 21, 22, 25, 26, 12, 0x200, 'C', 5, 6}};
 
 enum { INT0_VECTOR = 1, INT1_VECTOR = 2 }; /* of both */
 enum { REGISTERS = 32, POWER_ON = 1 };     /* of data; PORF of MCUSR */

@@ -48,6 +48,9 @@ size_t board_take(struct board *b, uint8_t *bytes, size_t room);
 struct board_facts {
     uint64_t resets, asleep, edges;  /* cycles asleep; encoder edges given */
     int stack_left;                  /* bytes between data and the deepest stack */
+    struct wave inputs[2];           /* of the bridge's driver, in this PWM period */
+    int enable;                      /* its pin */
+    int recalled; /* times that a timer's output was connected high in mid-period, by what it kept */
 };
 
 struct board_facts board_facts(const struct board *b);

@@ -27,12 +27,14 @@ from motorid.errors import LinkError, RigError, UsageError
 from motorid.sim.bench import plant_params
 from motorid.sim.chain import draw_chain
 from motorid.sim.options import Options, parse_url
+from motorid.wire.enums import Bridge
 
 ROOM = Path(__file__).parent
 FIRMWARE = ROOM.parent
 BUILD = FIRMWARE / "build"
 CHIPS = {"uno": "atmega328p", "mega": "atmega2560"}
 COMPILERS = ("gcc", "clang")
+OWN = ("shunt", "divider", "defines", "compiler", "boot", "driver")  # options of emu:// alone
 SHUNTS_OHM = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
 DIVIDERS = (4, 8, 16)
 SHUNT_GAIN, REFERENCE_V, FILTER_S, CURRENT_FILTER_S = 20.0, 4.096, 58.75e-6, 22e-6
@@ -63,6 +65,7 @@ class Setting:
     defines: str = ""  # further -D for the firmware
     compiler: str = "gcc"  # or clang, the second one
     boot: str = ""  # a bootloader's hex file, which runs first
+    driver: str = "mosfet"  # of the bridge: a name of the wire's
 
 
 def parse(url: str) -> Setting:
@@ -72,7 +75,7 @@ def parse(url: str) -> Setting:
     if board not in CHIPS:
         raise UsageError(f"{url}: write emu://uno?motor=… or emu://mega?motor=…")
     pairs = parse_qsl(parts.query, keep_blank_values=True)
-    own = {k: v for k, v in pairs if k in ("shunt", "divider", "defines", "compiler", "boot")}
+    own = {k: v for k, v in pairs if k in OWN}
     rest = [(k, v) for k, v in pairs if k not in own]
     if bad := sorted(FORBIDDEN & {k for k, _ in rest}):
         raise UsageError(f"{url}: {bad[0]} is the firmware's own here; see docs/emulated-rig.md")
@@ -93,8 +96,11 @@ def parse(url: str) -> Setting:
     compiler = own.get("compiler", "gcc")
     if compiler not in COMPILERS:
         raise UsageError(f"{url}: the firmware's compiler is {' or '.join(COMPILERS)}")
+    driver = own.get("driver", "mosfet")
+    if driver.upper() not in Bridge.__members__:
+        raise UsageError(f"{url}: driver is one of {', '.join(Bridge.__members__).lower()}")
     defines, boot = own.get("defines", ""), own.get("boot", "")
-    return Setting(board, options, shunt, divider, defines, compiler, boot)
+    return Setting(board, options, shunt, divider, defines, compiler, boot, driver)
 
 
 # ---------------------------------------------------------------- building
@@ -184,6 +190,7 @@ def parameters(setting: Setting) -> dict[str, float]:
         "reference": REFERENCE_V,
         "shunt": setting.shunt_ohm * SHUNT_GAIN,
         "zero": REFERENCE_V / 2,
+        "driver": Bridge[setting.driver.upper()],
         "one_sided": 0,
         "divider": setting.divider,
         "lift": REFERENCE_V / 16,

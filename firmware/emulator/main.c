@@ -32,7 +32,7 @@ struct parameter {
 #define RIG(field) {#field, offsetof(struct rig_params, field)}
 static const struct parameter PARAMETERS[] = {
 #include "plant_fields.h" /* every number of plant_params: see the Makefile */
-    RIG(clock_hz), RIG(reference), RIG(shunt), RIG(zero), RIG(one_sided), RIG(divider), RIG(lift), RIG(filter), RIG(current_filter), RIG(gain[0]), RIG(gain[1]),
+    RIG(clock_hz), RIG(reference), RIG(shunt), RIG(zero), RIG(driver), RIG(one_sided), RIG(divider), RIG(lift), RIG(filter), RIG(current_filter), RIG(gain[0]), RIG(gain[1]),
     RIG(gain[2]), RIG(gain[3]), RIG(offset[0]), RIG(offset[1]), RIG(offset[2]), RIG(offset[3]),
     RIG(noise), RIG(counts_per_turn), RIG(encoder_angle), RIG(encoder_sign), RIG(extra_edges),
 };
@@ -153,10 +153,11 @@ static int tell(struct board *b, struct rig *rig, FILE *out) {
         text, sizeof text,
         "{\"enabled\": %d, \"level\": %d, \"changed\": %.9f, \"current\": %.9g, \"speed\": %.9g,"
         " \"count\": %lld, \"bus\": %.9g, \"resets\": %" PRIu64 ", \"asleep\": %.9f,"
-        " \"edges\": %" PRIu64 ", \"stack_left\": %d}",
+        " \"edges\": %" PRIu64 ", \"stack_left\": %d, \"a\": [%d, %d], \"b\": [%d, %d], \"enable\": %d, \"recalled\": %d}",
         rig->enabled, rig->level, (double)rig->opened_at / BOARD_HZ, rig->plant.current,
         rig->plant.speed, rig_count(rig), rig->plant.bus, f.resets, (double)f.asleep / BOARD_HZ,
-        f.edges, f.stack_left);
+        f.edges, f.stack_left, f.inputs[0].from, f.inputs[0].to, f.inputs[1].from,
+        f.inputs[1].to, f.enable, f.recalled);
     return answer(out, b, text, (uint32_t)length);
 }
 

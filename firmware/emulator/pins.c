@@ -16,9 +16,16 @@ static int word(const struct board *b, int address) {
 /* ------------------------------------------------------------------ bridge pins */
 
 /* Off unless driven: the pull-down. */
-static void look_at_enable(struct board *b) {
+static int is_driven(const struct board *b, int bit) {
     const uint8_t *const data = b->avr->data;
-    const int driven = data[DDR_B] & data[PORT_B] & 1 << b->pins->enable;
+    return data[DDR_B] & data[PORT_B] & 1 << bit;
+}
+
+static enum driver driver_of(const struct board *b) { return (enum driver)b->rig->par.driver; }
+
+static void look_at_enable(struct board *b) {
+    b->facts.enable = is_driven(b, b->pins->enable) != 0;
+    const int driven = driver_closes(driver_of(b), b->facts.enable, b->facts.inputs[0], b->facts.inputs[1]);
     if (driven && !b->rig->enabled) {
         const int64_t after = (int64_t)(b->avr->cycle - b->period_start);
         const int64_t early = after - b->rig->period;
@@ -35,17 +42,72 @@ static void on_enable(avr_irq_t *irq, uint32_t value, void *param) {
     look_at_enable(param);
 }
 
-/* Ticks high at the beginning of a period: until the compare match. */
-static int high(const struct board *b, int output, int plain, int compare) {
-    return (b->avr->data[TCCR1A] & output) == plain ? word(b, compare) + 1 : 0;
+/* ---- levels: outputs of timer 1, or low */
+
+static int connection(const struct board *b, int output) {
+    return b->avr->data[TCCR1A] >> (output == 0 ? 6 : 4) & 3;
+}
+
+/* Of the period that begins, of which the compares are. */
+static struct wave wave_of(const struct board *b, int output) {
+    const int match = word(b, output == 0 ? OCR1A : OCR1B) + 1, period = b->rig->period;
+    const int drives = b->avr->data[DDR_B] & 1 << (b->pins->level_a + output);
+    const int how = drives && b->avr->data[TCCR1A] & PWM_MODE ? connection(b, output) : 0;
+    if (how == PLAIN) {
+        return (struct wave){0, match};
+    }
+    return how == INVERTED && match < period ? (struct wave){match, period} : (struct wave){0, 0};
+}
+
+static int is_high(struct wave w, int64_t at) { return at >= w.from && at < w.to; }
+
+/* In mid-period: what is let go is low from now on, and keeps its level for when it is connected again. */
+static void on_outputs(avr_irq_t *irq, uint32_t value, void *param) {
+    struct board *const b = param;
+    (void)irq, (void)value;
+    for (int n = 0; n < 2; n++) {
+        const int now = connection(b, n), before = b->connected[n];
+        struct wave *const input = &b->facts.inputs[n];
+        b->connected[n] = now;
+        if (before != 0 && now == 0) {
+            b->kept[n] = is_high(*input, (int64_t)(b->avr->cycle - b->period_start));
+            *input = (struct wave){0, 0};
+        }
+        if (before == 0 && now != 0 && b->avr->data[TCCR1A] & PWM_MODE) {
+            b->facts.recalled += b->kept[n];
+        }
+    }
+    if (driver_of(b) == IN_IN || driver_of(b) == PWM_DIR_BARE) { /* which no enable opens */
+        look_at_enable(b);
+        const int level = driver_level(driver_of(b), b->facts.inputs[0], b->facts.inputs[1], b->rig->period);
+        if (level != b->rig->level) {
+            rig_period(b->rig, b->avr->cycle, level);
+        }
+    }
+}
+
+/* A forced match without PWM: plain outputs become low. */
+static void on_force(avr_irq_t *irq, uint32_t value, void *param) {
+    struct board *const b = param;
+    (void)irq;
+    for (int n = 0; n < 2; n++) {
+        if (value & 0x80u >> n && connection(b, n) == PLAIN && !(b->avr->data[TCCR1A] & PWM_MODE)) {
+            b->kept[n] = 0;
+            b->facts.inputs[n] = (struct wave){0, 0};
+        }
+    }
 }
 
 static avr_cycle_count_t on_period(avr_t *avr, avr_cycle_count_t when, void *param) {
     struct board *const b = param;
     (void)avr;
     b->period_start = when;
+    for (int n = 0; n < 2; n++) {
+        b->facts.inputs[n] = wave_of(b, n);
+    }
     look_at_enable(b);
-    rig_period(b->rig, when, high(b, OUTPUT_A, PLAIN_A, OCR1A), high(b, OUTPUT_B, PLAIN_B, OCR1B));
+    rig_period(b->rig, when,
+               driver_level(driver_of(b), b->facts.inputs[0], b->facts.inputs[1], b->rig->period));
     return when + (avr_cycle_count_t)b->rig->period;
 }
 
@@ -231,8 +293,10 @@ void board_chatter(struct board *b, double edges_per_second) {
 void pins_reset(struct board *b) {
     b->pwm_runs = 0;
     b->was_reset = 1;
+    b->facts.inputs[0] = b->facts.inputs[1] = (struct wave){0, 0};
+    b->connected[0] = b->connected[1] = b->kept[0] = b->kept[1] = 0;
     look_at_enable(b); /* all pins are inputs */
-    rig_period(b->rig, b->avr->cycle, 0, 0);
+    rig_period(b->rig, b->avr->cycle, 0);
     avr_cycle_timer_register(b->avr, LOOK, on_look, b);
 }
 
@@ -252,6 +316,8 @@ void pins_connect(struct board *b) {
                             b);
     watch_register(b, TCCR1B, on_timer1);
     watch_register(b, TCNT1, on_timer1);
+    watch_register(b, TCCR1A, on_outputs);
+    watch_register(b, TCCR1C, on_force);
     avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('B'), b->pins->enable),
                             on_enable, b);
     avr_cycle_timer_register(avr, LOOK, on_look, b);

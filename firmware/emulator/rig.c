@@ -54,12 +54,13 @@ void rig_init(struct rig *r, const struct rig_params *par, int pwm_ticks) {
 }
 
 /* The terminals against ground while the difference is `volts`. Driven or shorted, one of them is
- * at ground. Open, the dividers hold their middle at ground until a diode conducts. */
+ * at ground, or at the supply where a brake is both high. Open, the dividers hold their middle at ground until a diode conducts. */
 static void split(const struct rig *r, double volts, double *a, double *b) {
     const double below = r->enabled ? 0.0 : fmin(fabs(volts) / 2.0, DIODE_V);
     const double low = -below, high = fabs(volts) - below;
-    *a = volts >= 0.0 ? high : low;
-    *b = volts >= 0.0 ? low : high;
+    const double lift = r->enabled && (int)r->par.driver == IN_IN ? r->plant.bus - high : 0.0;
+    *a = lift + (volts >= 0.0 ? high : low);
+    *b = lift + (volts >= 0.0 ? low : high);
 }
 
 /* The filters over a stretch in which what they see is nearly constant. */
@@ -118,9 +119,9 @@ void rig_enable(struct rig *r, uint64_t cycle, int level) {
     command(r);
 }
 
-void rig_period(struct rig *r, uint64_t cycle, int high_a, int high_b) {
+void rig_period(struct rig *r, uint64_t cycle, int level) {
     rig_advance(r, cycle);
-    r->level = high_a - high_b; /* both high shorts the motor as both low do */
+    r->level = level;
     r->fall = cycle + (uint64_t)abs(r->level);
     if (r->enabled && r->plant.mode == PLANT_DRIVE && r->plant.duty == duty(r)) {
         plant_new_period(&r->plant);

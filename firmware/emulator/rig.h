@@ -7,6 +7,7 @@
 
 #include <stdint.h>
 
+#include "driver.h"
 #include "plant.h"
 
 enum { TERMINAL_A, CURRENT, TERMINAL_B, SUPPLY, RIG_INPUTS }; /* the converter's inputs */
@@ -17,6 +18,7 @@ struct rig_params {
     double reference;  /* V, of the converter */
     double shunt;      /* V of the sensor's output to an ampere */
     double zero;       /* V of that output without current */
+    double driver;     /* enum driver */
     double one_sided;  /* 1: it shows how much, and no sign */
     double divider;
     double lift;       /* V at the dividers' outputs of a terminal or the supply at 0 V */
@@ -54,11 +56,11 @@ void rig_init(struct rig *r, const struct rig_params *par, int pwm_ticks);
 /* Let the plant run up to `cycle`. */
 void rig_advance(struct rig *r, uint64_t cycle);
 
-/* The enable pin is so from `cycle` on. */
+/* The bridge conducts from `cycle` on, or not. */
 void rig_enable(struct rig *r, uint64_t cycle, int level);
 
-/* A PWM period begins at `cycle`: the inputs are high for so many ticks, then low. */
-void rig_period(struct rig *r, uint64_t cycle, int high_a, int high_b);
+/* A PWM period begins at `cycle`: it drives for so many ticks, signed, then brakes. */
+void rig_period(struct rig *r, uint64_t cycle, int level);
 
 /* Convert an input at `cycle`: 0 to 1023. */
 int rig_convert(struct rig *r, uint64_t cycle, int input);

@@ -58,6 +58,7 @@ static void bridge_drive(int16_t level, uint8_t decay) {
 }
 
 static void set_sample_period(uint32_t ticks) { fake.period = ticks; }
+static void set_bridge(uint8_t bridge) { fake.driver = bridge; }
 
 static bool read_byte(uint8_t *byte) {
     strike();
@@ -135,6 +136,8 @@ static const struct port DEFAULT = {
     .bridge_open = bridge_open,
     .bridge_brake = bridge_brake,
     .bridge_drive = bridge_drive,
+    .bridges = 0x1F,
+    .set_bridge = set_bridge,
     .set_sample_period = set_sample_period,
     .read = read_byte,
     .write = write_bytes,

@@ -16,6 +16,7 @@ struct fake {
     int16_t level;
     uint8_t decay;
     uint32_t period;
+    uint8_t driver;         /* as set_bridge() was told */
     uint8_t cause;
     uint32_t boots;
     bool locked;

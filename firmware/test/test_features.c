@@ -69,6 +69,38 @@ static void an_input_that_opens_ends_the_run_at_the_next_sample(void) {
     CHECK(fake.bridge == OPEN && core.fault == WIRE_FAULT_INPUT_OPENED && core.run.trip.value == 2);
 }
 
+/* The compiled facts name `bridge`. */
+static void begin_driver(uint8_t bridge, uint8_t bridges) {
+    const wire_configure_t config = fake_config();
+    fake_start();
+    fake.compiled[WIRE_WRITE_FRONT_END_AT_BRIDGE] = bridge;
+    port.bridges = bridges;
+    fake.driver = 99;
+    CHECK(fake_configure(&config) == WIRE_STATUS_OK);
+}
+
+static void a_driver_is_told_to_the_port_and_bounds_what_a_step_may_be(void) {
+    for (uint8_t bridge = 0; bridge <= WIRE_BRIDGE_PWM_DIR_BARE; bridge++) {
+        const bool bare = bridge == WIRE_BRIDGE_PWM_DIR_BARE;
+        SURE(begin_driver(bridge, 0x1F));
+        CHECK(fake.driver == bridge);
+        CHECK(fake_add_step(0, WIRE_STEP_KIND_COAST, 0, 5)
+              == (bare ? WIRE_STATUS_NOT_SUPPORTED : WIRE_STATUS_OK));
+        CHECK(fake_add_step(!bare, WIRE_STEP_KIND_BRAKE, 0, 5) == WIRE_STATUS_OK);
+    }
+    SURE(begin_driver(WIRE_BRIDGE_MOSFET, 0)); /* a port of half-bridges alone */
+    for (uint8_t bridges = 0; bridges < 0x20; bridges++) {
+        port.bridges = bridges;
+        for (int bridge = 0; bridge < 256; bridge++) {
+            uint8_t facts[WIRE_WRITE_FRONT_END_SIZE];
+            memcpy(facts, fake.compiled, sizeof facts);
+            facts[WIRE_WRITE_FRONT_END_AT_BRIDGE] = (uint8_t)bridge;
+            const bool half = bridge <= WIRE_BRIDGE_BIPOLAR;
+            CHECK(front_end_is_sound(facts) == (half || (bridge < 8 && bridges >> bridge & 1)));
+        }
+    }
+}
+
 /* What an older host sends, and the same with zeros after it, differ in their hash alone. */
 static void an_older_hosts_configuration_is_hashed_as_it_came(void) {
     uint8_t fields[WIRE_CONFIGURE_SIZE], reply[WIRE_MAX_PAYLOAD];
@@ -134,6 +166,7 @@ static void a_board_without_inputs_or_a_known_supply_says_so(void) {
 const struct test feature_tests[] = {
     TEST(a_wrong_sign_trips_within_the_check_alone),
     TEST(an_input_that_opens_ends_the_run_at_the_next_sample),
+    TEST(a_driver_is_told_to_the_port_and_bounds_what_a_step_may_be),
     TEST(an_older_hosts_configuration_is_hashed_as_it_came),
     TEST(a_board_without_inputs_or_a_known_supply_says_so),
     {0},

@@ -11,6 +11,7 @@ from motorid.acquire.facts import wrong_descriptor, wrong_identity, wrong_zero
 from motorid.acquire.link import Port
 from motorid.acquire.resets import BoardResetError, reset_error
 from motorid.errors import LinkError, MotoridError, RigError
+from motorid.program import Step, StepKind
 from motorid.wire.codec import (
     BadPayload,
     Event,
@@ -79,6 +80,7 @@ class Board:
         self.heard_at = port.now()
         self.reset: BoardResetError | None = None  # since it was identified
         self.hasten: Callable[[], bool] | None = None
+        self.opens = True  # the bridge's driver can, as far as the front end's facts tell
         self.trip = ""  # what tripped in the latest run, where the board told more than its name
         self._received = 0
         self._request = first_request % 0xFFFF
@@ -87,6 +89,10 @@ class Board:
         self._reply: Reply | None = None
 
     # -- talking
+    def rest_step(self, seconds: float) -> Step:
+        """A step without drive: the bridge open, or braking where its driver cannot open it."""
+        return Step(StepKind.COAST if self.opens else StepKind.BRAKE, seconds)
+
     def ask(self, name: str, /, timeout_s: float = REPLY_S, **fields: Any) -> Fields:
         """Sends a command, as often as it takes under one id, and returns its reply's fields.
 

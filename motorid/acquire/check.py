@@ -113,7 +113,7 @@ def judge_sensors(rig: Rig, pulse: Pulse) -> None:
             f"the terminal voltage reads {volts:.2f} V while +{pulse.volts:.2f} V drives: swap "
             "the two sense wires"
         )
-    if volts < 0.3 * pulse.volts:
+    if volts < 0.3 * (pulse.volts - rig.wiring.bridge_drop_v):
         raise RigError(
             f"the terminal voltage reads {volts:.2f} V while {pulse.volts:.2f} V should drive: "
             "check the bridge's enable and supply, and the sense wires"

@@ -10,6 +10,7 @@ from motorid.acquire.guards import has
 from motorid.acquire.port import open_port
 from motorid.capture.model import CURRENT
 from motorid.errors import LinkError, RigError, UsageError
+from motorid.program import Program, StepKind
 from motorid.rig import Rig
 from motorid.rig_front_end import GAIN_UNIT, ZERO_UNIT_V, FrontEnd, load_front_end
 from motorid.wire.enums import Bridge, Feature, FrontEndSource, Sensor, State
@@ -34,6 +35,7 @@ def check(board: Board, rig: Rig) -> Fields:
     if not told:
         return {}
     facts = board.ask("read_front_end")
+    board.opens = facts["bridge"] != Bridge.PWM_DIR_BARE
     if facts["sensor"] == Sensor.MAGNITUDE and CURRENT in rig.sampling.channels:
         raise RigError(
             f"the board's front end ({facts['name']}) shows how much current flows and not its "
@@ -41,6 +43,25 @@ def check(board: Board, rig: Rig) -> Fields:
             "measure it in a motor lead"
         )
     return {"front_end_hash": told}
+
+
+def drivable(rig: Rig, program: Program) -> Program:
+    """``program`` with brakes for its coasts where the rig's driver cannot open the bridge."""
+    if not rig.front_end:
+        return program
+    named = load_front_end(rig.front_end, Path(rig.folder) if rig.folder else None)
+    return program.braked() if named.facts["bridge"] == Bridge.PWM_DIR_BARE else program
+
+
+def refuse_coasts(board: Board, program: Program) -> None:
+    """Raises RigError where ``program`` wants a bridge opened that its driver cannot open."""
+    coasts = sum(step.kind is StepKind.COAST for step in program.steps)
+    if coasts and not board.opens:
+        raise RigError(
+            f"the board's driver (PWM and direction alone) cannot open the bridge, and {coasts} of "
+            "the program's steps coast: name its front end in the rig file (front_end = "
+            '"…"), and motorid brakes there instead'
+        )
 
 
 def _compare(board: Board, rig: Rig, told: int) -> None:

@@ -44,7 +44,9 @@ class Pulse:
     peak_a: float
     saturated: bool
     voltage_v: float | None
-    coast_v: float | None = None  # of the open terminals, in the last half of what follows
+    coast_v: float | None = (
+        None  # of the open terminals, in the last half of what follows; None: not open
+    )
     counts_per_s: float | None = None  # of the encoder, at the end of the stretch that is shown
 
     @property
@@ -66,9 +68,9 @@ def weak_pulse(
     """One pulse, and what it showed while driving, or ``braking`` after it; None: stopped."""
     drive_s = min(max(3 * settling_s(rig.nameplate) / 8, 0.06), 0.3)
     steps = (
-        Step(StepKind.COAST, BEFORE_S),
+        board.rest_step(BEFORE_S),
         Step(StepKind.DRIVE_DUTY, drive_s, duty, Decay.SYNCHRONOUS_SLOW),
-        Step(StepKind.BRAKE if braking else StepKind.COAST, AFTER_S),
+        Step(StepKind.BRAKE, AFTER_S) if braking else board.rest_step(AFTER_S),
     )
     period = config["sample_period_ticks"]
     wire = wire_program(Program(steps), board.identity, period)
@@ -93,7 +95,11 @@ def weak_pulse(
         raise RigError("every sample of the first pulse was lost: check the cable")
     found = _measure(board, arrays.columns, part, zero, duty, supply_v, counts)
     period_s = period / board.identity["clock_hz"]
-    coast = None if braking else _after(board, arrays, first + shown["ticks"], wire, zero)
+    coast = (
+        None
+        if braking or not board.opens
+        else _after(board, arrays, first + shown["ticks"], wire, zero)
+    )
     found = replace(found, coast_v=coast)
     return replace(found, counts_per_s=_speed(arrays.columns.get(POSITION), part, period_s))
 

@@ -18,7 +18,7 @@ from motorid.acquire.check import check_signs, check_supply, check_zero
 from motorid.acquire.contacts import check_inputs
 from motorid.acquire.drive import drive, load, tripped
 from motorid.acquire.encoder_scale import why_too_fast
-from motorid.acquire.front_end import check
+from motorid.acquire.front_end import check, drivable, refuse_coasts
 from motorid.acquire.guards import signs
 from motorid.acquire.header import check_kinds
 from motorid.acquire.interrupt import Stop, interruptible
@@ -109,6 +109,7 @@ def capture_all(
         return over_scpi(
             rig, program, paths, force=force, progress=progress, serial=serial, note=note, say=say
         )
+    program = drivable(rig, program)
     check_program(rig, program)
     check_outputs(paths, rig, program, force=force)
     port = open_port(rig.port)
@@ -140,6 +141,7 @@ def capture_over(
 
     ``checked``: signs were checked on this motor already, so no pulse goes before the program.
     """
+    program = drivable(rig, program)
     check_program(rig, program)
     check_outputs([path], rig, program, force=force)
     with interruptible() as stop:
@@ -225,6 +227,7 @@ class _Recorder:
             refuse_other_board(rig.calibrated, board.identity["board"], serial)
         board.make_ready()
         config = configure(board, streaming(rig, board))
+        refuse_coasts(board, self.program)
         check_inputs(board, rig)
         zero = self._zero(board, journal, config)
         supply_v = check_supply(board, rig)
@@ -232,12 +235,8 @@ class _Recorder:
         pulse = {} if checked else check_signs(board, rig, config, zero, supply_v, self.stop)
         if self.stop.requested:
             return "interrupted"
-        check_program(
-            rig,
-            self.program,
-            resistance_ohm=pulse.get("resistance_bound_ohm"),
-            supply_v=supply_v,
-        )
+        bound = pulse.get("resistance_bound_ohm")
+        check_program(rig, self.program, resistance_ohm=bound, supply_v=supply_v)
         period = sample_period(rig, board.identity)
         wire = wire_program(self.program, board.identity, step_ticks(period, board.identity))
         check_burst(rig, wire, board.identity, period)

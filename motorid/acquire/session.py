@@ -112,7 +112,7 @@ class Session:
         bound = pulse_resistance(pulse.volts, pulse.peak_a) if pulse.peak_a else None
         program = Program(
             (
-                Step(StepKind.COAST, BEFORE_S),
+                self.board.rest_step(BEFORE_S),
                 Step(StepKind.DRIVE_VOLTS, seconds, volts, Decay.SYNCHRONOUS_SLOW),
             )
         )

@@ -140,6 +140,8 @@ class Wiring:
     pwm_hz: float = 0.0
     dead_time_s: float = 0.0
     supply_voltage_v: float = 0.0  # nominal; 0: unknown
+    bridge_drop_v: float = 0.0  # over both switches, beside their resistance: bipolar ones
+    bridge_drop_uncertainty_v: float = 0.0  # standard
     brush_drop_v: float | None = None  # of the motor, over both brushes; None: not declared
     brush_drop_uncertainty_v: float = 0.0  # standard
 

@@ -10,7 +10,7 @@ from motorid.cli.options import example
 from motorid.cli.values import Named
 from motorid.errors import EXIT_DONE
 
-BOARDS = ("uno", "mega")
+BOARDS = ("uno", "nano", "mega")
 
 
 @click.command(
@@ -28,12 +28,13 @@ BOARDS = ("uno", "mega")
     type=Named(dir_okay=False, path_type=Path),
     help="Firmware file; without it, the one that came with motorid or was built here.",
 )
-@click.option("--dry-run", is_flag=True, help="Show avrdude's command, and do nothing.")
+@click.option("--dry-run", is_flag=True, help="Show avrdude's commands, and do nothing.")
 def command(port: str, board: str, hex_file: Path | None, dry_run: bool) -> int | None:
-    """Put motorid's firmware on an Arduino Uno or Mega, by avrdude.
+    """Put motorid's firmware on an Arduino Uno, Nano or Mega, by avrdude.
 
     The file is checked first: it must be motorid's firmware, and for that board. A port that a
-    capture holds is refused, and while avrdude works no capture can open it. Switch the motor's
+    capture holds is refused, and while avrdude works no capture can open it. A Nano takes the Uno's
+    firmware, and is tried with its old bootloader and with its new one. Switch the motor's
     supply off meanwhile: pull-downs keep the bridge open through the bootloader, if they are there.
     """
     import shlex
@@ -43,7 +44,8 @@ def command(port: str, board: str, hex_file: Path | None, dry_run: bool) -> int 
     path = hex_file or flash.firmware_file(board)
     if dry_run:
         flash.check_firmware(path, board)
-        click.echo(shlex.join(flash.command(port, board, path)))
+        for words in flash.commands(port, board, path):
+            click.echo(shlex.join(words))
         return None
     click.echo(f"flashing {path} ...", err=True)
     click.echo(flash.flash(port, board, path))

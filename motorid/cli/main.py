@@ -48,7 +48,8 @@ COMMANDS = {
     "rigs": ("rigs", "List the rigs that come with motorid."),
     "board": ("board", "Show and store what a board knows of its sensors and dividers."),
     "conformance": ("conformance", "Prove a board by suite and bench: one bundle to send."),
-    "flash": ("flash", "Put the firmware on an Arduino Uno or Mega, by avrdude."),
+    "init": ("init", "Set up a bench: rig file, front end, and a first weak pulse."),
+    "flash": ("flash", "Put the firmware on an Arduino Uno, Nano or Mega, by avrdude."),
     "sim": ("sim", "Offer the simulated board to another program."),
     "config": ("config", "Show and set the defaults of options, in one file."),
     "completion": ("completion", "Let the shell complete commands, options and files."),
@@ -57,7 +58,17 @@ TASKS = {
     "Measure": ("run", "plan", "capture", "scope", "recover", "calibrate"),
     "Look and fit": ("import", "segment", "fit", "motors", "compare", "export", "verify"),
     "Inspect motors": ("check", "station", "gauge", "trend", "risk", "power", "history"),
-    "Set up": ("ports", "rigs", "board", "flash", "conformance", "sim", "config", "completion"),
+    "Set up": (
+        "init",
+        "ports",
+        "rigs",
+        "board",
+        "flash",
+        "conformance",
+        "sim",
+        "config",
+        "completion",
+    ),
 }
 
 
@@ -69,8 +80,8 @@ TASKS = {
 )
 @click.version_option(__version__, prog_name="motorid")
 def cli() -> None:
-    """Identify a brushed DC motor on a bench: motorid run --rig sim -o out
-
+    """\b
+    Identify a brushed DC motor on a bench: motorid run --rig sim -o out
     Exit: 0 done, 1 FAIL, 2 usage, 3 rig or link, 4 data, 70 bug, 130 stopped.
     """
 

@@ -18,6 +18,7 @@ from motorid.wire.enums import Decay, Fault, StepKind
 COPPER_PER_K = 0.0039
 MAGNET_PER_K = -0.0011  # neodymium
 DIODE_OHM_SHARE = 0.5  # of a switch's resistance
+BRIDGE_BEND_A = 0.02  # within which a bipolar bridge's drop bends
 BRUSH_CURRENT_SHARE = 0.05  # of the stall current
 REACTION_BEND_SHARE = 0.05  # the same
 SPEED_WINDOW_S = 2e-3
@@ -119,6 +120,11 @@ class Bench:
         if lib.bench_init(self._c):
             raise UsageError(f"sim://: a window does not fit a sample period of {ticks} ticks")
 
+    def set_driver(self, opens: bool) -> None:
+        """Whether the bridge's driver can open it; one that cannot brakes in its place."""
+        self._c.rest = lib.PLANT_COAST if opens else lib.PLANT_BRAKE
+        self.command(StepKind.COAST)
+
     def arm(self, guard: Guard | None) -> None:
         """Watch these limits from the next sample on; None: watch nothing."""
         limits = self._c.limits
@@ -154,7 +160,7 @@ class Bench:
         if kind == StepKind.DRIVE_VOLTS:
             lib.bench_hold_volts(self._c, level, decay)
         else:
-            modes = {StepKind.COAST: lib.PLANT_COAST, StepKind.BRAKE: lib.PLANT_BRAKE}
+            modes = {StepKind.COAST: self._c.rest, StepKind.BRAKE: lib.PLANT_BRAKE}
             lib.bench_command(self._c, modes.get(kind, lib.PLANT_DRIVE), level, decay)
 
     def run(self, samples: int) -> tuple[Raw, Counts]:
@@ -196,8 +202,8 @@ class Bench:
 
     @property
     def is_open(self) -> bool:
-        """True while the bridge is commanded open."""
-        return bool(self._c.plant.mode == lib.PLANT_COAST)
+        """True while the bridge is commanded open, or brakes because its driver cannot open it."""
+        return bool(self._c.plant.mode == self._c.rest)
 
     @property
     def plant(self) -> Any:
@@ -299,6 +305,7 @@ def _set_bridge(p: Any, options: Options, chain: Chain) -> None:
     p.pwm_period = CLOCK_HZ // options.pwm / chain.clock_hz
     p.dead_time = options.dead_time
     p.switch_resistance = motor.switch_resistance_ohm if path is None else path / 2
+    p.switch_drop, p.switch_drop_current = options.bridge_drop, BRIDGE_BEND_A
     p.diode_drop = options.diode_drop
     p.diode_resistance = DIODE_OHM_SHARE * p.switch_resistance
     p.lead_resistance = options.lead_resistance

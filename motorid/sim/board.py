@@ -256,6 +256,7 @@ class Board:
         self.config_hash = zlib.crc32(self._fields)
         self._period, fast = identity.pace(self, config)
         self.bench.set_period(self._period, fast)
+        self.bench.set_driver(self.front_end.opens)
         self.state = State.CONFIGURED
         return OK, {"config_hash": self.config_hash}
 

@@ -92,6 +92,8 @@ void equations_evaluate(const plant *p, const double x[STATES], rates *out)
         out->d[0] = 0.0;
     } else {
         double bridge = p->via * out->bus + p->drop - p->path_resistance * i;
+        if (m->switch_drop != 0.0 && p->diode == 0)
+            bridge -= m->switch_drop * i / sqrt(i * i + m->switch_drop_current * m->switch_drop_current);
         double motor = bridge - m->lead_resistance * i;
         out->terminal = m->sense_at_bridge ? bridge : motor;
         out->d[0] = (motor - r * i - brush - out->emf)

@@ -74,6 +74,11 @@ class FrontEnd:
         """Whether the current has no sign."""
         return bool(self.facts()["sensor"] == Sensor.MAGNITUDE)
 
+    @property
+    def opens(self) -> bool:
+        """Whether the bridge's driver can open it."""
+        return bool(self.facts()["bridge"] != Bridge.PWM_DIR_BARE)
+
     def chain(self) -> Chain:
         """The chain as the facts in force declare it."""
         return self._wired if self.stored is None else declared(self._wired, self.stored)

@@ -243,6 +243,8 @@ def check_step(board: Described, step: Fields) -> Status:
         return Status.PROGRAM_FULL
     if step["kind"] not in tuple(StepKind):
         return Status.NOT_SUPPORTED
+    if step["kind"] == StepKind.COAST and not board.front_end.opens:
+        return Status.NOT_SUPPORTED
     return _check_drive(board, step) or _check_duration(board, step)
 
 

@@ -87,6 +87,7 @@ class Options:
     supply_limit: float = _number(0.0, 0, 1e4, "A, current limit of the supply; 0: none")
     supply_sinks: bool = _switch(True, "the supply takes current back, as a battery does")
     bridge_resistance: float = _number(None, 0, 100, "ohm, the two switches in the path")
+    bridge_drop: float = _number(0.0, 0, 10, "V over both switches at large current, as an L298's")
     diode_drop: float = _number(0.7, 0, 5, "V of a body diode")
     dead_time: float = _number(200e-9, 0, 5e-6, "s at each switching edge")
     lead_resistance: float = _number(0.0, 0, 100, "ohm, both leads from bridge to motor")

@@ -174,14 +174,20 @@ static void settle(plant *p)
     p->bus = r.bus;
 }
 
-/* The brushes' drop bends sharply where the current passes zero: go slowly there. */
+static double step_at_bend(const plant *p, const rates *first, double drop, double bend)
+{
+    double reach = fabs(first->d[0]) * p->step;
+    if (drop == 0.0 || p->open || fabs(p->current) > BRUSH_BEND * bend + reach)
+        return p->step;
+    return fmin(p->step, fmax(bend / fabs(first->d[0]), p->fine_step));
+}
+
+/* The drops of brushes and switches bend sharply where the current passes zero: go slowly there. */
 static double step_here(const plant *p, const rates *first)
 {
     const plant_params *m = &p->par;
-    double reach = fabs(first->d[0]) * p->step;
-    if (m->brush_drop == 0.0 || p->open || fabs(p->current) > BRUSH_BEND * m->brush_current + reach)
-        return p->step;
-    return fmin(p->step, fmax(m->brush_current / fabs(first->d[0]), p->fine_step));
+    return fmin(step_at_bend(p, first, m->brush_drop, m->brush_current),
+                step_at_bend(p, first, m->switch_drop, m->switch_drop_current));
 }
 
 /* Run for dt with the switches as they are. */

@@ -78,6 +78,8 @@ typedef struct plant_params {
     double pwm_period;
     double dead_time;
     double switch_resistance; /* each of the four */
+    double switch_drop;         /* over the two in the path at large current; 0: none */
+    double switch_drop_current; /* current within which that drop bends */
     double diode_drop;
     double diode_resistance;
     double lead_resistance;   /* both leads, between bridge and motor terminals */

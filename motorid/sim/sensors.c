@@ -186,7 +186,7 @@ static void trip(bench *b, int cause, double value)
 {
     b->trip = cause;
     b->trip_value = (int)value;
-    bench_command(b, PLANT_COAST, 0.0, 0);
+    bench_command(b, b->rest, 0.0, 0);
 }
 
 static double counts_per_second(const bench *b)

@@ -94,6 +94,7 @@ typedef struct bench {
     double sample_period;
     double volts;      /* what a volts command holds by adjusting the duty each sample */
     int follow_volts;
+    int rest;          /* mode while nothing drives: PLANT_COAST, or PLANT_BRAKE where the driver cannot open */
     int trip;
     int trip_value;    /* offending raw reading or counts/s */
     long long history[BENCH_HISTORY]; /* counts of the last samples */

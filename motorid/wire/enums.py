@@ -121,6 +121,9 @@ class Sensor(IntEnum):
 class Bridge(IntEnum):
     MOSFET = 0
     BIPOLAR = 1
+    IN_IN = 2
+    PWM_DIR = 3
+    PWM_DIR_BARE = 4
 
 
 class FrontEndSource(IntEnum):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import subprocess
 import sys
@@ -22,29 +23,35 @@ FLASH_S = 120.0
 
 @dataclass(frozen=True)
 class Chip:
-    """What avrdude must know of a board, and the bytes that its bootloader leaves."""
+    """What avrdude must know of a board, and the bytes that its bootloader leaves.
+
+    ``bauds``: of the bootloaders that it is sold with, in the order in which they are tried.
+    ``firmware``: whose file it takes.
+    """
 
     part: str
     programmer: str
-    baud: int
+    bauds: tuple[int, ...]
     flash_bytes: int
+    firmware: str
 
 
 CHIPS = {
-    "uno": Chip("atmega328p", "arduino", 115200, 32256),
-    "mega": Chip("atmega2560", "wiring", 115200, 253952),
+    "uno": Chip("atmega328p", "arduino", (115200,), 32256, "uno"),
+    "nano": Chip("atmega328p", "arduino", (57600, 115200), 30720, "uno"),  # the Uno's, pin for pin
+    "mega": Chip("atmega2560", "wiring", (115200,), 253952, "mega"),
 }
 
 
 def firmware_file(board: str) -> Path:
     """The firmware that came with motorid, or that a working copy has built. Raises UsageError."""
     for folder in FOLDERS:
-        path = folder / f"motorid-{board}.hex"
+        path = folder / f"motorid-{CHIPS[board].firmware}.hex"
         if path.is_file():
             return path
     raise UsageError(
         f"no firmware for the board {board} is here: build it with `make -C firmware hex`, or name "
-        f"the release's motorid-{board}.hex with --hex"
+        f"the release's motorid-{CHIPS[board].firmware}.hex with --hex"
     )
 
 
@@ -57,7 +64,7 @@ def check_firmware(path: Path, board: str) -> None:
         raise DataError(f"{path} is not an Intel HEX file ({error}): fetch it again") from None
     if len(image) > CHIPS[board].flash_bytes:
         raise DataError(f"{path} takes {len(image)} bytes: more than the board {board} has")
-    if f"motorid-{board}".encode() not in image:
+    if f"motorid-{CHIPS[board].firmware}".encode() not in image:
         raise DataError(f"{path} is not motorid's firmware for the board {board}: name another")
 
 
@@ -94,15 +101,14 @@ def _joined(parts: dict[int, bytes]) -> bytes:
     return bytes(image)
 
 
-def command(port: str, board: str, hex_file: Path) -> list[str]:
-    """avrdude's command line. Raises UsageError where ``port`` is no serial device."""
+def commands(port: str, board: str, hex_file: Path) -> list[list[str]]:
+    """avrdude's commands, one a bootloader. Raises UsageError where ``port`` is no device."""
     if not port or "://" in port:
         raise UsageError(f"port {port}: firmware goes over a serial device, such as /dev/ttyACM0")
     chip = CHIPS[board]
-    return [
-        *("avrdude", "-q", "-p", chip.part, "-c", chip.programmer, "-b", str(chip.baud)),
-        *("-P", port.partition("?")[0], "-D", "-U", f"flash:w:{hex_file}:i"),
-    ]
+    head = "avrdude", "-q", "-p", chip.part, "-c", chip.programmer
+    tail = "-P", port.partition("?")[0], "-D", "-U", f"flash:w:{hex_file}:i"
+    return [[*head, "-b", str(baud), *tail] for baud in chip.bauds]
 
 
 def flash(port: str, board: str, hex_file: Path) -> str:
@@ -112,8 +118,8 @@ def flash(port: str, board: str, hex_file: Path) -> str:
     holds the port, or nobody answers then; DataError on a bad file.
     """
     check_firmware(hex_file, board)
-    words = command(port, board, hex_file)
-    tool = shutil.which(words[0])
+    lines = commands(port, board, hex_file)
+    tool = shutil.which(lines[0][0])
     if tool is None:
         raise LinkError(
             "avrdude is not installed, and it is what writes firmware: install it (Debian: apt "
@@ -123,10 +129,19 @@ def flash(port: str, board: str, hex_file: Path) -> str:
     try:
         if sys.platform == "win32":  # where a port has one user at a time in any case
             held.close()
-        _run([tool, *words[1:]], port)
+        _run_first(tool, lines, port)
     finally:
         held.close()
     return who_answers(port)
+
+
+def _run_first(tool: str, lines: Sequence[Sequence[str]], port: str) -> None:
+    """The first command that a bootloader answers. Raises LinkError with what the last one said."""
+    for words in lines[:-1]:
+        with contextlib.suppress(LinkError):
+            _run([tool, *words[1:]], port)
+            return
+    _run([tool, *lines[-1][1:]], port)
 
 
 def _run(words: Sequence[str], port: str) -> None:

@@ -13,11 +13,12 @@ from motorid.acquire.board import Board
 from motorid.capture import store
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE
 from motorid.errors import RigError, UsageError
+from motorid.program import StepKind
 from motorid.rig import Rig
 from motorid.rig_front_end import FrontEnd, load_front_end, parse
 from motorid.sim.front_end import compiled
 from motorid.sim.port import SimPort, open_sim
-from motorid.wire.enums import ResetCause
+from motorid.wire.enums import Bridge, ResetCause
 from tests.acquire.rigs import SAMPLES, sim_rig
 from tests.test_rig_front_end import GOOD
 
@@ -121,3 +122,20 @@ def test_a_configured_board_stores_nothing(monkeypatch: pytest.MonkeyPatch) -> N
     record.configure(client, rig)
     with pytest.raises(UsageError, match="reset it"):
         front_end.store(rig.port, load_front_end("acs712-20"))
+
+
+def test_a_driver_that_cannot_open_brakes_where_it_would_coast(
+    bench: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bare = FrontEnd(wired().facts | {"bridge": Bridge.PWM_DIR_BARE, "name": "bare"}, "")
+    front_end.store(bench.port, bare)
+    with pytest.raises(RigError, match="cannot open the bridge, and 3 of the program's steps"):
+        record.capture(bench, bench.program, tmp_path / "run.h5")
+    monkeypatch.setattr(front_end, "load_front_end", lambda *_: bare)
+    named = replace(bench, front_end="bare")
+    kept = store.load(record.capture(named, bench.program, tmp_path / "run.h5"))
+    assert (kept.end_reason, len(kept)) == ("completed", SAMPLES)
+    assert kept.program == bench.program.braked()
+    assert StepKind.COAST not in {step.kind for step in kept.program.steps}
+    assert [s.duration_s for s in kept.program.steps] == [s.duration_s for s in bench.program.steps]
+    assert kept.provenance["check"]["coast_v"] is None

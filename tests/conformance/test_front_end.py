@@ -8,7 +8,16 @@ from typing import Any
 
 import pytest
 
-from motorid.wire.enums import Channel, Feature, FrontEndSource, ResetCause, Sensor, State, Status
+from motorid.wire.enums import (
+    Bridge,
+    Channel,
+    Feature,
+    FrontEndSource,
+    ResetCause,
+    Sensor,
+    State,
+    Status,
+)
 from motorid.wire.hashes import front_end_hash
 from motorid.wire.spec import load
 from tests.conformance.boards import Board
@@ -122,7 +131,7 @@ WRONG: dict[str, Fields] = {
     "a name of control characters": {"name": "a\tb"},
     "a sensor nobody knows": {"sensor": 3},
     "ratiometric neither way": {"ratiometric": 2},
-    "a bridge nobody knows": {"bridge": 2},
+    "a bridge nobody knows": {"bridge": 5},
     "no reference": {"reference_v": 0.0},
     "a reference that is no number": {"reference_v": math.nan},
     "an infinite reference": {"reference_v": math.inf},
@@ -178,6 +187,33 @@ def test_a_configuration_carries_their_hash(client: Client) -> None:
         fields = client.settings | {"front_end_hash": known}
         assert client.ask("configure", **fields).status is status
     assert client.ask("write_front_end", **HALL).status is Status.BAD_STATE
+
+
+@pytest.mark.needs("fresh", "bridge")
+@pytest.mark.parametrize("bridge", Bridge)
+def test_a_driver_drives_and_opens_as_far_as_it_can(
+    client: Client, board: Board, bridge: Bridge
+) -> None:
+    """It may refuse facts of a driver that it does not know; one that takes them drives it."""
+    stores(client)
+    status = write(client, **facts_of(client) | {"bridge": bridge})
+    if status is not Status.OK:
+        assert status is Status.BAD_VALUE
+        assert bridge not in (Bridge.MOSFET, Bridge.BIPOLAR)
+        return
+    client.bring_up()
+    assert client.configure().status is Status.OK
+    coast = client.ask("add_step", index=0, **client.coast(40)).status
+    bare = bridge is Bridge.PWM_DIR_BARE
+    assert coast is (Status.NOT_SUPPORTED if bare else Status.OK)
+    if "options" in board.traits:  # its driver is what the facts say; tests/emulated has the pins
+        record = client.run(client.brake(40), client.drive(200), client.brake(40))
+        assert not record.all("fault")
+        raw = record.channel(Channel.TERMINAL_VOLTAGE)
+        volts = [client.value(Channel.TERMINAL_VOLTAGE, count) for count in raw]
+        assert max(volts[60:230]) > 5 * max(map(abs, volts[:38]))
+    client.get("stop")
+    assert board.is_open()
 
 
 @pytest.mark.needs("options")

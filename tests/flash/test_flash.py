@@ -90,6 +90,34 @@ def test_dry_run_shows_the_command_and_opens_nothing(
     )
 
 
+def test_a_nano_takes_the_unos_firmware_at_two_speeds(
+    uno_hex: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ("--port", "/dev/x", "--board", "nano", "--hex", str(uno_hex), "--dry-run")
+    assert run(["flash", *words]) == 0
+    old, new = capsys.readouterr().out.splitlines()
+    assert (" -b 57600 " in old, " -b 115200 " in new) == (True, True)
+    assert old.replace("57600", "115200") == new
+    uno_hex.write_text(hex_of(b"motorid-uno" + bytes(31_000)))
+    code, said = failing(capsys, *words)
+    assert (code, "more than the board nano has" in said) == (4, True)
+
+
+@posix
+@pytest.mark.slow
+@pytest.mark.parametrize("answering", ["57600", "115200"])
+def test_a_nanos_other_bootloader_is_tried(
+    answering: str, uno_hex: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from tests.load.pty import terminal
+
+    body = f"sys.exit(0 if {answering!r} in sys.argv else 'error: not in sync')"
+    with terminal() as port:
+        told = avrdude(tmp_path, monkeypatch, body)
+        assert run(["flash", "--port", port, "--board", "nano", "--hex", str(uno_hex)]) == 0
+    assert answering in told.read_text().split("\n")
+
+
 def test_without_avrdude_one_sentence(
     uno_hex: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -155,7 +183,7 @@ def test_a_board_is_flashed_and_answers(
     with terminal() as port:
         told = avrdude(tmp_path, monkeypatch, body)
         assert run(["flash", "--port", port, "--board", "uno", "--hex", str(uno_hex)]) == 0
-    assert told.read_text().split("\n") == flash.command(port, "uno", uno_hex)[1:]
+    assert told.read_text().split("\n") == flash.commands(port, "uno", uno_hex)[0][1:]
     spec = load()
     assert f"protocol {spec.major}.{spec.minor}" in capsys.readouterr().out
 

@@ -5,7 +5,11 @@
 #include "core.h"
 
 /* ---- bridge.c */
+#ifndef BRIDGES
+#define BRIDGES 0x1Fu /* every WIRE_BRIDGE_; 3: half-bridges alone, where flash is short */
+#endif
 void bridge_begin(void);
+void bridge_set(uint8_t bridge);
 /* Off at this instant, whatever is going on; from any context. */
 void bridge_open(void);
 void bridge_coast(void);

@@ -18,7 +18,7 @@
 static const wire_write_front_end_t SHIELD IN_FLASH = {
     .name = "shield",
     .sensor = WIRE_SENSOR_SHUNT,
-    .bridge = WIRE_BRIDGE_MOSFET,
+    .bridge = SHIELD_BRIDGE,
     .reference_v = REFERENCE_V,
     .current_v_a = SHUNT_OHM * SHUNT_GAIN,
     .current_zero_v = REFERENCE_V / 2.0f,

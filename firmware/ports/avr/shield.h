@@ -51,6 +51,11 @@
 #define CURRENT_FILTER_NS 22000u
 #endif
 
+/* The inputs of its driver (bridge.c). */
+#ifndef SHIELD_BRIDGE
+#define SHIELD_BRIDGE WIRE_BRIDGE_MOSFET
+#endif
+
 /* Bridge: dead time of the half-bridges, told to the host. */
 #ifndef BRIDGE_DEAD_TIME_NS
 #define BRIDGE_DEAD_TIME_NS 200

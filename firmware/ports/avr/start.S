@@ -16,6 +16,8 @@ life:   .skip 6                 ; see reset.c
 .section .init3, "ax", @progbits
         cli
         cbi  BRIDGE_PORT, ENABLE_BIT
+        cbi  BRIDGE_DDR, LEVEL_A_BIT ; for drivers that no enable opens
+        cbi  BRIDGE_DDR, LEVEL_B_BIT
         in   r24, MCUSR
         lds  r25, TIMSK0        ; a reset clears it, and no bootloader sets it
         cpse r25, r1

@@ -103,7 +103,15 @@ static void reading_of_burst(const uint8_t *bytes, uint8_t n, struct reading *ou
 
 /* ------------------------------------------------------------------ bridge and samples */
 
-static void bridge_open(void) { bench_command(&rig, PLANT_COAST, 0.0, 0); }
+/* The plant takes commands, whatever the inputs of its driver are. */
+enum { BRIDGES = 0x1F };
+
+static void bridge_open(void) { bench_command(&rig, rig.rest, 0.0, 0); }
+
+static void set_bridge(uint8_t bridge) {
+    rig.rest = bridge == WIRE_BRIDGE_PWM_DIR_BARE ? PLANT_BRAKE : PLANT_COAST;
+    bridge_open();
+}
 
 static void bridge_brake(void) { bench_command(&rig, PLANT_BRAKE, 0.0, 0); }
 
@@ -151,6 +159,8 @@ struct port port = {
     .bridge_open = bridge_open,
     .bridge_brake = bridge_brake,
     .bridge_drive = bridge_drive,
+    .bridges = BRIDGES,
+    .set_bridge = set_bridge,
     .set_sample_period = set_sample_period,
     .read = link_read,
     .write = link_write,
@@ -254,4 +264,4 @@ void rig_break(uint8_t fault, int32_t value) { broken = (struct trip){fault, val
 
 void rig_inputs(uint8_t now_closed) { closed = now_closed; }
 
-bool rig_is_open(void) { return rig.plant.mode == PLANT_COAST; }
+bool rig_is_open(void) { return rig.plant.mode == rig.rest; }

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import Capture
+from motorid.capture.model import CURRENT, Capture
 from motorid.estimate.diagnosis import (
     data_remarks,
     repeating_remarks,
@@ -30,6 +30,10 @@ Floats = NDArray[np.float64]
 
 HALF = 0.5  # of a variance, from which one cause is most of it
 COLOURED = 1.3  # widening of an interval that is worth saying
+SHOWN_DESPITE_DROP = 4.0  # sample periods of L/R: longer than what bends within a reading
+DROP_IN_R = (
+    0.25  # of the drop over the largest current: the most that bench/bench_kit.py's rigs show
+)
 INSEPARABLE = 0.98  # correlation
 WORTH_SEPARATING = 0.01  # relative statistical uncertainty
 
@@ -80,6 +84,7 @@ def diagnostics(
     out += _budget(found, parameters)
     out += _brushes(found, records)
     out += _by_ripple(found, records)
+    out += _dropping(found, records)
     pairs = _inseparable(found, parameters)
     out += _told_apart(pairs)
     unknown = [n for n, p in parameters.items() if p.status.unknown]
@@ -121,6 +126,33 @@ def _by_ripple(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnost
             f"{100 * told.shift['L']:.0f} %; for a better one {HELD_INDUCTANCE.remedy}",
         )
     ]  # fmt: skip
+
+
+def _dropping(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic]:
+    """What a bipolar bridge does to the start of each step: its drop bends where the current turns,
+    so that the voltage between the readings is no source behind a resistance.
+    """
+    motor = found.motor()
+    drop = max(record.capture.wiring.bridge_drop_v for record in records)
+    periods = motor.L / motor.R / min(record.timeline.period_s for record in records)
+    amperes = max((_largest_current(record.capture) for record in records), default=0.0)
+    if not drop or not amperes or periods > SHOWN_DESPITE_DROP:
+        return []
+    moves = {"L": motor.L, "R": DROP_IN_R * drop / amperes}
+    return [
+        Diagnostic(
+            "bridge_drop", "warning",
+            f"L/R is {periods:.2g} sample periods, and the bridge drops {drop:g} V that bend in "
+            f"a reading: it can move L by its own size and R by {moves['R'] / motor.R:.1%}; use "
+            "a bridge of MOSFETs, or a higher sample rate",
+            moves=moves,
+        )
+    ]  # fmt: skip
+
+
+def _largest_current(capture: Capture) -> float:
+    channel = capture.get(CURRENT)
+    return 0.0 if channel is None else float(np.nanmax(np.abs(channel.values), initial=0.0))
 
 
 def _statistics(found: Findings) -> list[Diagnostic]:

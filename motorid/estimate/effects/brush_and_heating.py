@@ -13,6 +13,7 @@ drop nothing (wiring.brush_drop_v) and the winding's thermal figures.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -20,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, Capture, Wiring
+from motorid.capture.model import CURRENT, VOLTAGE, Capture, Wiring
 from motorid.estimate.effects.action import SourceVoltage
 from motorid.estimate.effects.winding_temperature import (
     FIGURES,
@@ -54,17 +55,31 @@ def lossless(capture: Capture) -> Capture:
 
     For models that have these among their own parameters.
     """
-    none = replace(capture.wiring, brush_drop_v=0.0, brush_drop_uncertainty_v=0.0)
+    keys = (
+        "brush_drop_v",
+        "brush_drop_uncertainty_v",
+        "bridge_drop_v",
+        "bridge_drop_uncertainty_v",
+    )
+    none = replace(capture.wiring, **dict.fromkeys(keys, 0.0))
     heavy = replace(capture.stated, thermal={**capture.stated.thermal, **HEAVY})
     return replace(capture, wiring=none, stated=heavy)
 
 
-def expected_drop(wiring: Wiring, top_v: float) -> tuple[float, float]:
-    """The drop over both brushes (V) and its standard uncertainty; both 0: declared to be none."""
-    drop = wiring.brush_drop_v
+def expected_drop(wiring: Wiring, top_v: float, past_bridge: bool = False) -> tuple[float, float]:
+    """The drop over both brushes (V) and its standard uncertainty; both 0: declared to be none.
+
+    ``past_bridge``: the voltage is a source's, so that what the bridge's bipolar switches drop is
+    lost too. It bends as the brushes' does (L298 data sheet: saturation voltages), and adds to it.
+    """
+    drop, doubt = wiring.brush_drop_v, wiring.brush_drop_uncertainty_v
     if drop is None:
-        return 0.0, DROP_SHARE * top_v
-    return drop, wiring.brush_drop_uncertainty_v or DECLARED * drop
+        drop, doubt = 0.0, DROP_SHARE * top_v
+    doubt = doubt or DECLARED * drop
+    if not past_bridge or not wiring.bridge_drop_v:
+        return drop, doubt
+    bridge = wiring.bridge_drop_v
+    return drop + bridge, math.hypot(doubt, wiring.bridge_drop_uncertainty_v or DECLARED * bridge)
 
 
 def turn_of(part: int) -> str:
@@ -142,7 +157,10 @@ class Loss:
             return None
         if np.isfinite(timeline.spread(channel.values)[driven]).sum() < FEWEST:
             return None
-        drop, winding = expected_drop(capture.wiring, top), by_figures(figures(capture))
+        sensed = capture.get(VOLTAGE)
+        past_bridge = commanded or (sensed is not None and sensed.sense == "supply")
+        drop = expected_drop(capture.wiring, top, past_bridge)
+        winding = by_figures(figures(capture))
         capacity = winding.capacity_j_k if winding is not None else None
         names = (DROP, BENT) if drop[1] > 0.0 else ()
         if capacity is None or capacity < HEAVIEST:

@@ -1,0 +1,33 @@
+"""What a fit says of R and L behind a bipolar bridge, whose drop bends within a reading."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from motorid import fit
+from motorid.acquire import record
+from motorid.capture import store
+from motorid.estimate.results.status import Status
+from motorid.workflow.kit import Answers, kit
+
+URL = (
+    "sim://?motor=maxon-amax22&speed=max&bridge_drop=1.4&bridge_resistance=1.15&supply=13"
+    "&heating=no&ambient=25&counts_per_turn=44&gain_error=0&voltage_gain_error=0"
+    "&aperture=250e-6&voltage_aperture=250e-6&current_filter=22e-6&voltage_filter=58.8e-6&burst=1"
+)
+SAID = Answers("other", URL, "l298n", "acs712-05", 44, 13.0, "x", 12.0, resistance_ohm=6.0)
+TRUE = {"R": 5.53, "L": 363e-6}
+
+
+def test_what_the_drop_could_have_moved_is_doubtful(tmp_path: Path) -> None:
+    rig = kit(SAID, "kit", "").rig
+    capture = store.load(record.capture(rig, rig.program, tmp_path / "run.h5"))
+    found = fit(capture)
+    assert "bridge_drop" in {one.code for one in found.diagnostics}
+    for name, true in TRUE.items():
+        low, high = found.parameters[name].interval_95 or (0.0, 0.0)
+        assert low <= true <= high, name
+    assert found.parameters["L"].status is Status.DOUBTFUL
+    blind = fit(replace(capture, wiring=replace(capture.wiring, bridge_drop_v=0.0)))
+    assert "bridge_drop" not in {one.code for one in blind.diagnostics}
