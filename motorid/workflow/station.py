@@ -208,7 +208,7 @@ class Station:
 
     def run(self) -> None:
         """Inspects until ``end``. First it finishes what an earlier shift left unfinished."""
-        finished = resume(self.line.folder, self.line.product)
+        finished = resume(self.line.folder, self.line.product, self.line.who)
         self.line.warm()
         said = f"{len(finished)} unfinished inspections were judged. " if finished else ""
         for one in finished:

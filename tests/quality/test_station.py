@@ -27,7 +27,7 @@ from motorid.quality.product import Product, parse
 from motorid.quality.verdict import Outcome, Verdict
 from motorid.report.screen import Screen, big, of_verdict, render
 from motorid.rig import Rig
-from motorid.workflow.check import Line
+from motorid.workflow.check import Line, Who
 from motorid.workflow.orders import (
     MOST_CLIENTS,
     Answer,
@@ -166,10 +166,14 @@ def test_killed_accepted_orders_are_named_and_not_driven(tmp_path: Path) -> None
 
 @pytest.mark.slow
 def test_a_shift_goes_into_the_history_once(tmp_path: Path) -> None:
-    """What a shift could not add, for want of the history or of time, the next one adds."""
+    """What a shift could not add, for want of the history or of time, the next one adds.
+
+    Each result names who worked when it was measured, not who worked when it was added.
+    """
     shift, book = tmp_path / "shift", tmp_path / "line.db"
     book.mkdir()  # no database can be made there
-    with running(shift, "--history", str(book), "--station", "line-1") as (process, port):
+    names = ["--history", str(book), "--station", "line-1", "--operator"]
+    with running(shift, *names, "anna") as (process, port):
         controller = Controller(port)
         controller.ask(order="inspect", serial="D000001")
         assert controller.hear()["outcome"] == "PASS"
@@ -177,7 +181,7 @@ def test_a_shift_goes_into_the_history_once(tmp_path: Path) -> None:
         lines = [process.stdout.readline() for _ in range(4)]  # READY, RUN, PASS, PASS and why
     assert "not in the history yet" in lines[-1]
     book.rmdir()
-    with running(shift, "--history", str(book), "--station", "line-1") as (_, port):
+    with running(shift, *names, "ben") as (_, port):
         controller = Controller(port)
         controller.ask(order="inspect", serial="D000002")
         assert controller.hear()["outcome"] == "PASS"
@@ -185,8 +189,17 @@ def test_a_shift_goes_into_the_history_once(tmp_path: Path) -> None:
         wait_for(lambda: all((one / "in-history").exists() for one in folders))
     with open_history(book) as history:
         rows = history.results()
-    assert sorted(row.serial for row in rows) == ["D000001", "D000002"]
+    assert {row.serial: row.operator for row in rows} == {"D000001": "anna", "D000002": "ben"}
     assert {row.station for row in rows} == {"line-1"}
+    (folder,) = shift.glob("D000001_*")
+    test = json.loads((folder / "openhtf.json").read_text(encoding="utf-8"))
+    assert (test["station_id"], test["metadata"]["operator"]) == ("line-1", "anna")
+
+
+@pytest.mark.parametrize("name", ["x" * 201, "a\nb", "\x1b[31m"])
+def test_a_name_that_no_record_can_carry(name: str) -> None:
+    with pytest.raises(UsageError, match="--operator is a name of at most 200"):
+        Who(operator=name)
 
 
 def wait_for(done: Any, patience_s: float = 240.0) -> None:
