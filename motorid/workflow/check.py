@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -51,11 +51,12 @@ class Who:
 
     station: str = ""
     operator: str = ""
+    retest: str = ""  # why a motor that was judged before is tested again
 
     def __post_init__(self) -> None:
         for what, name in asdict(self).items():
             if len(name) > LONGEST_NAME or not name.isprintable():
-                raise UsageError(f"--{what} is a name of at most {LONGEST_NAME} printable letters")
+                raise UsageError(f"{what}: write at most {LONGEST_NAME} printable characters")
 
 
 NOBODY = Who()
@@ -102,13 +103,16 @@ class Line:
             self._port.close()
             self._port = None
 
-    def inspect(self, serial: str, *, progress: Progress | None = None) -> Inspection:
-        """Measures and judges the motor in the rig.
+    def inspect(
+        self, serial: str, *, progress: Progress | None = None, retest: str = ""
+    ) -> Inspection:
+        """Measures and judges the motor in the rig; ``retest``: why it is tested again.
 
         Raises UsageError, before anything moves, for what is no serial number of this product. A
         rig, link or run that fails gives an INVALID verdict that says so.
         """
         refuse_serial(self.product, serial)
+        who = replace(self.who, retest=retest)
         begin = datetime.now(UTC)
         folder = new_folder(self.folder, serial, begin)
         start = time.perf_counter()
@@ -116,9 +120,9 @@ class Line:
             self._measure(folder, serial, progress)
         except (RigError, LinkError, DataError) as error:
             self.close()
-            return self._not_run(folder, serial, begin, error, time.perf_counter() - start)
+            return self._not_run(folder, serial, begin, error, time.perf_counter() - start, who)
         seconds = time.perf_counter() - start
-        return finish(folder, self.product, serial, begin, seconds, self.who)
+        return finish(folder, self.product, serial, begin, seconds, who)
 
     def _measure(self, folder: Path, serial: str, progress: Progress | None) -> None:
         from motorid.acquire.record import capture_over
@@ -154,13 +158,19 @@ class Line:
         return self._port
 
     def _not_run(
-        self, folder: Path, serial: str, begin: datetime, error: MotoridError, seconds: float
+        self,
+        folder: Path,
+        serial: str,
+        begin: datetime,
+        error: MotoridError,
+        seconds: float,
+        who: Who,
     ) -> Inspection:
         from motorid.quality.verdict import Outcome
         from motorid.workflow.not_running import verdict_of
 
         verdict = verdict_of(error, self.product, serial, self.folder)
-        write_records(verdict, folder, begin, self.who)
+        write_records(verdict, folder, begin, who)
         failed = verdict.outcome is not Outcome.INVALID
         code = verdict.exit_code if failed else error.exit_code
         return Inspection(verdict, folder, code, {"capture": seconds})

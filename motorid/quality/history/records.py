@@ -184,6 +184,8 @@ def from_stored(
         for m in stored["measurements"]
     )  # fmt: skip
     rest |= {name: str(stored[name]) for name in ("station", "operator") if stored.get(name)}
+    if stored.get("retest"):
+        rest["note"] = f"tested again: {stored['retest']}"
     return ResultRecord(
         "check",
         str(stored["serial"]),
