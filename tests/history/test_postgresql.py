@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -121,3 +122,26 @@ def test_a_server_is_brought_up_to_date_only_when_asked(postgresql: str) -> None
             connection.exec_driver_sql("UPDATE alembic_version SET version_num = '0099'")
     with pytest.raises(DataError, match="tables of step 0099"):
         open_history(older)
+
+
+def test_twenty_writers_lose_and_double_nothing(postgresql: str) -> None:
+    """Each adds its motors and, as after a retry, those of its neighbour."""
+    address = make_url(postgresql).set(database="twenty")
+    engine = create_engine(postgresql, isolation_level="AUTOCOMMIT")
+    with engine.connect() as connection:
+        connection.exec_driver_sql("CREATE DATABASE twenty")
+    engine.dispose()
+    place = address.render_as_string(hide_password=False)
+
+    def write(writer: int) -> int:
+        numbers = [*range(5 * writer, 5 * writer + 10)]
+        with open_history(place) as history:
+            return sum(history.add(record(n, station=f"line-{n % 5}")) for n in numbers)
+
+    with ThreadPoolExecutor(20) as writers:
+        added = sum(writers.map(write, range(20)))
+    with open_history(place) as history:
+        assert added == history.count() == 105
+        assert {row.serial for row in history.results()} == {f"SN-{n:05d}" for n in range(105)}
+        checked = history.verify()
+        assert (checked.sealed, checked.problems, len(checked.heads)) == (105, (), 5)

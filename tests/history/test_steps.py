@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -155,3 +156,16 @@ def test_the_queries_of_a_line_need_no_walk_through_all_results(tmp_path: Path) 
         assert "ix_results_at" in plans[-1], plans[-1]
         assert "SCAN measurements" not in plans[-1]
         assert "(name=?)" not in plans[-1]  # nor every reading of the quantity
+
+
+def test_threads_make_several_histories_at_once(tmp_path: Path) -> None:
+    """Alembic has one context for a whole process."""
+    places = [tmp_path / f"{n}.db" for n in range(8)]
+
+    def make(place: Path) -> tuple[str, str]:
+        with open_history(place) as history:
+            assert differences(history) == []
+            return history.stepped
+
+    with ThreadPoolExecutor(8) as threads:
+        assert set(threads.map(make, places)) == {(steps.NONE, s.STEP)}

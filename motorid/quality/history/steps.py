@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import sqlite3
+import threading
 from contextlib import closing
 from pathlib import Path
 from urllib.parse import quote
@@ -19,6 +20,7 @@ from motorid.quality.history import schema as s
 
 MARK = table("alembic_version", column("version_num"))
 FOLDER = Path(__file__).with_name("migrations")
+ONE_AT_A_TIME = threading.Lock()  # of this process: Alembic's context is one for all its threads
 LOCK = 0x6D6F746F  # of PostgreSQL: one client at a time changes the tables
 NONE = ""  # the step of a history that has no tables yet
 FIRST = "0000"  # and of one from before there were steps
@@ -102,4 +104,5 @@ def _run(connection: Connection) -> None:
     config = Config()
     config.set_main_option("script_location", str(FOLDER).replace("%", "%%"))
     config.attributes["connection"] = connection
-    command.upgrade(config, "head")
+    with ONE_AT_A_TIME:
+        command.upgrade(config, "head")
