@@ -158,5 +158,10 @@ _.write_termination
 _.compress_type
 _.external_attr
 
-# motorid/workflow/tls_link.py: a buffered reader calls it
+# motorid/quality/history/migrations: Alembic reads or calls them
+_.down_revision
+_.revision
+_.upgrade
+
+# motorid/workflow/tls_link.py: io.BufferedReader calls it
 _.readinto

@@ -32,7 +32,7 @@ Command = TypeVar("Command", bound=Callable[..., Any])
     ),
 )
 def command() -> None:
-    """The database of results: add, list, trace, judge again, export, verify.
+    """The database of results: make, add, list, trace, judge again, export, verify.
 
     A history is a file (SQLite) or the URL of a database that SQLAlchemy knows.
     """
@@ -59,6 +59,38 @@ def _query(fields: dict[str, Any], product: str = "") -> Query:
     from motorid.quality.history import Query
 
     return Query(product=product, **fields)
+
+
+@command.command("init")
+@WHERE
+def init(where: str) -> None:
+    """Make the tables of a new history: a file, or an empty database on a server.
+
+    Where there is a history already, nothing happens.
+    """
+    _brought(where, create=True)
+
+
+@command.command("upgrade")
+@WHERE
+def upgrade(where: str) -> None:
+    """Bring the tables of an older history up to date, once for all who use it.
+
+    A file is copied first (.before-STEP beside it). Back up a server yourself.
+    """
+    _brought(where, create=False)
+
+
+def _brought(where: str, *, create: bool) -> None:
+    """Opens it, and says from which step of the tables to which."""
+    from motorid.quality.history import open_history
+
+    with open_history(where, create=create, upgrade=not create) as history:
+        before, after = history.stepped
+    if before == after:
+        click.echo(f"{where} has tables of step {after} already")
+    else:
+        click.echo(f"{where} has tables of step {after} now (before: {before or 'none'})")
 
 
 @command.command("add")

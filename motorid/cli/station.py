@@ -76,7 +76,8 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
     help="Orders in work at most; above 1 only where a machine changes the motors.",
 )
 @click.option("--history", help="Add verdicts to this history (file, or a database's URL).")
-@click.option("--station", "name", default="", help="This station's name in the history.")
+@click.option("--station", "name", default="", help="This station's name in records and history.")
+@click.option("--operator", default="", help="Who works here, for records and history.")
 def command(
     product_name: str,
     rig_name: str,
@@ -94,6 +95,7 @@ def command(
     depth: int,
     history: str | None,
     name: str,
+    operator: str,
 ) -> int:
     """Inspect motor after motor: scan a serial number, see PASS, FAIL or INVALID.
 
@@ -103,7 +105,7 @@ def command(
     """
     from motorid.cli.operator_page import OperatorPage
     from motorid.quality.product import load_product
-    from motorid.workflow.check import Line
+    from motorid.workflow.check import Line, Who
     from motorid.workflow.orders import Orders, read_token
     from motorid.workflow.record import bench
     from motorid.workflow.shift_history import ShiftHistory
@@ -120,7 +122,7 @@ def command(
             "(`openssl rand -hex 16 > token` makes one)."
         )
     token = read_token(token_file) if token_file else ""
-    with Line(rig, product, output) as line, contextlib.ExitStack() as stack:
+    with Line(rig, product, output, Who(name, operator)) as line, contextlib.ExitStack() as stack:
         kept = ShiftHistory(history, product, {"station": name}) if history else None
         board = OperatorPage(line, name, show) if page else None
         shown = board.show if board else show

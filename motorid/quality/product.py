@@ -21,7 +21,12 @@ from motorid.toml_file import packaged, read_text, tables_of, unknown
 
 BETTER = "better"  # the model that the data support, where it is another than the six parameters
 LONGEST_SERIAL = 64
-REPEATS = ("count", "refuse")  # what becomes of a serial number that was judged before
+REPEATS = (
+    "count",
+    "refuse",
+    "reason",
+    "release",
+)  # what becomes of a serial number that was judged before
 ATOM = r"(?:\[[A-Za-z0-9 _./:#-]+\]|\\d|\\\.|[A-Za-z0-9 _/:#-])"
 COUNT = r"(?:\{\d{1,2}(?:,\d{1,2})?\}|\?)"
 SAFE_PATTERN = re.compile(rf"(?:{ATOM}{COUNT}?)+")
@@ -40,7 +45,7 @@ class SerialRule:
 
     pattern: str
     example: str = ""
-    repeat: str = "count"  # or "refuse"
+    repeat: str = "count"  # or one of REPEATS
 
     def problem(self, serial: str) -> str:
         """Why ``serial`` is none, and what to do; empty when it is one."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
 from xml.etree import ElementTree
@@ -17,13 +17,16 @@ COLUMNS = (
     "time", "product", "serial", "verdict", "quantity", "value", "uncertainty", "unit", "low",
     "high", "rule", "guard_band", "conformance", "outcome", "marginal", "reason", "capture_sha256",
 )  # fmt: skip
+NOBODY: Mapping[str, str] = {}
 OPENHTF_OUTCOME = {Outcome.PASS: "PASS", Outcome.FAIL: "FAIL", Outcome.INVALID: "ERROR"}
 OPENHTF_MEASUREMENT = {Outcome.PASS: "PASS", Outcome.FAIL: "FAIL", Outcome.INVALID: "UNSET"}
 
 
-def to_dict(verdict: Verdict, *, time: datetime | None = None) -> dict[str, Any]:
+def to_dict(
+    verdict: Verdict, *, time: datetime | None = None, who: Mapping[str, str] = NOBODY
+) -> dict[str, Any]:
     """Plain data with its digest; a limit that is not there, a value that is not known are null."""
-    said = {
+    said: dict[str, Any] = {
         "schema": SCHEMA,
         "time": _stamp(time),
         "product": verdict.product,
@@ -35,12 +38,15 @@ def to_dict(verdict: Verdict, *, time: datetime | None = None) -> dict[str, Any]
         "inputs": [dict(i) for i in verdict.inputs],
         "versions": dict(verdict.versions),
     }
+    said |= {name: value for name, value in who.items() if value}
     return sealed(said)
 
 
-def to_json(verdict: Verdict, *, time: datetime | None = None) -> str:
-    """Strict JSON, ending in a newline."""
-    return json_text.dumps(to_dict(verdict, time=time), indent=2) + "\n"
+def to_json(
+    verdict: Verdict, *, time: datetime | None = None, who: Mapping[str, str] = NOBODY
+) -> str:
+    """Strict JSON, ending in a newline. ``who``: the station and its operator, where known."""
+    return json_text.dumps(to_dict(verdict, time=time, who=who), indent=2) + "\n"
 
 
 def to_junit(verdict: Verdict, *, time: datetime | None = None) -> str:
@@ -80,10 +86,14 @@ def to_openhtf(
     verdict: Verdict,
     *,
     station: str = "",
+    operator: str = "",
     begin: datetime | None = None,
     end: datetime | None = None,
 ) -> dict[str, Any]:
-    """A test record as OpenHTF's JSON output has it, with one phase."""
+    """A test record as OpenHTF's JSON output has it, with one phase.
+
+    ``operator`` goes into its metadata: OpenHTF has no field of its own for one.
+    """
     start = _milliseconds(begin)
     stop = max(_milliseconds(end), start)
     measurements = {m.quantity: _openhtf(m) for m in verdict.measurements}
@@ -108,6 +118,7 @@ def to_openhtf(
                             for r in verdict.reasons],
         "metadata": {
             "test_name": verdict.product,
+            **({"operator": operator} if operator else {}),
             "versions": dict(verdict.versions),
             "captures": [str(i.get("sha256", "")) for i in verdict.inputs],
         },

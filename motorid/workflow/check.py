@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from motorid.rig import Rig
 
 CAPTURE, WARM_UP = "capture.h5", "warm-up.h5"
+LONGEST_NAME = 200  # of a station or a person
 VERDICT, JUNIT, TABLE, OPENHTF = "verdict.json", "junit.xml", "verdict.csv", "openhtf.json"
 JOURNAL = CAPTURE + ".journal"
 
@@ -41,14 +42,34 @@ class Inspection:
     seconds: Mapping[str, float] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Who:
+    """Which station judged, and who worked there; they stand in the records.
+
+    Raises UsageError for names that no record can carry.
+    """
+
+    station: str = ""
+    operator: str = ""
+    retest: str = ""  # why a motor that was judged before is tested again
+
+    def __post_init__(self) -> None:
+        for what, name in asdict(self).items():
+            if len(name) > LONGEST_NAME or not name.isprintable():
+                raise UsageError(f"{what}: write at most {LONGEST_NAME} printable characters")
+
+
+NOBODY = Who()
+
+
 class Line:
     """One rig and one product, kept warm: the port stays open from motor to motor.
 
     ``folder`` gets a folder for each inspection.
     """
 
-    def __init__(self, rig: Rig, product: Product, folder: Path) -> None:
-        self.rig, self.product, self.folder = rig, product, folder
+    def __init__(self, rig: Rig, product: Product, folder: Path, who: Who = NOBODY) -> None:
+        self.rig, self.product, self.folder, self.who = rig, product, folder, who
         self.watch: Watch | None = None  # is given the samples of each run
         self._port: Port | None = None
         folder.mkdir(parents=True, exist_ok=True)
@@ -82,13 +103,16 @@ class Line:
             self._port.close()
             self._port = None
 
-    def inspect(self, serial: str, *, progress: Progress | None = None) -> Inspection:
-        """Measures and judges the motor in the rig.
+    def inspect(
+        self, serial: str, *, progress: Progress | None = None, retest: str = ""
+    ) -> Inspection:
+        """Measures and judges the motor in the rig; ``retest``: why it is tested again.
 
         Raises UsageError, before anything moves, for what is no serial number of this product. A
         rig, link or run that fails gives an INVALID verdict that says so.
         """
         refuse_serial(self.product, serial)
+        who = replace(self.who, retest=retest)
         begin = datetime.now(UTC)
         folder = new_folder(self.folder, serial, begin)
         start = time.perf_counter()
@@ -96,8 +120,9 @@ class Line:
             self._measure(folder, serial, progress)
         except (RigError, LinkError, DataError) as error:
             self.close()
-            return self._not_run(folder, serial, begin, error, time.perf_counter() - start)
-        return finish(folder, self.product, serial, begin, time.perf_counter() - start)
+            return self._not_run(folder, serial, begin, error, time.perf_counter() - start, who)
+        seconds = time.perf_counter() - start
+        return finish(folder, self.product, serial, begin, seconds, who)
 
     def _measure(self, folder: Path, serial: str, progress: Progress | None) -> None:
         from motorid.acquire.record import capture_over
@@ -133,13 +158,19 @@ class Line:
         return self._port
 
     def _not_run(
-        self, folder: Path, serial: str, begin: datetime, error: MotoridError, seconds: float
+        self,
+        folder: Path,
+        serial: str,
+        begin: datetime,
+        error: MotoridError,
+        seconds: float,
+        who: Who,
     ) -> Inspection:
         from motorid.quality.verdict import Outcome
         from motorid.workflow.not_running import verdict_of
 
         verdict = verdict_of(error, self.product, serial, self.folder)
-        write_records(verdict, folder, begin)
+        write_records(verdict, folder, begin, who)
         failed = verdict.outcome is not Outcome.INVALID
         code = verdict.exit_code if failed else error.exit_code
         return Inspection(verdict, folder, code, {"capture": seconds})
@@ -150,13 +181,18 @@ def _age(path: Path) -> float:
 
 
 def finish(
-    folder: Path, product: Product, serial: str, begin: datetime, capture_s: float = 0.0
+    folder: Path,
+    product: Product,
+    serial: str,
+    begin: datetime,
+    capture_s: float = 0.0,
+    who: Who = NOBODY,
 ) -> Inspection:
     """Fit, verdict and records of the capture in ``folder``."""
     start = time.perf_counter()
     verdict, fit_s = judge_files([folder / CAPTURE], product, serial)
     judged = time.perf_counter()
-    write_records(verdict, folder, begin)
+    write_records(verdict, folder, begin, who)
     seconds = {
         "capture": capture_s,
         "fit": fit_s,
@@ -235,18 +271,19 @@ def new_folder(parent: Path, serial: str, begin: datetime) -> Path:
     raise DataError(f"{parent} holds a thousand inspections of {serial} in one second")
 
 
-def write_records(verdict: Verdict, folder: Path, begin: datetime) -> None:
+def write_records(verdict: Verdict, folder: Path, begin: datetime, who: Who = NOBODY) -> None:
     """The verdict's four files, each whole; verdict.json comes last and says all are there."""
     from motorid.capture.whole import write_whole
     from motorid.quality import records
 
     folder.mkdir(parents=True, exist_ok=True)
-    station = records.to_openhtf(verdict, station="motorid", begin=begin)
+    name = who.station or "motorid"  # OpenHTF wants one
+    station = records.to_openhtf(verdict, station=name, operator=who.operator, begin=begin)
     pages = {
         JUNIT: records.to_junit(verdict, time=begin),
         TABLE: records.to_csv([verdict], time=begin),
         OPENHTF: json_text.dumps(station, indent=2) + "\n",
-        VERDICT: records.to_json(verdict, time=begin),
+        VERDICT: records.to_json(verdict, time=begin, who=asdict(who)),
     }
     for name, text in pages.items():
         write_whole(folder / name, text.encode(), force=True)
@@ -260,23 +297,26 @@ def unfinished(folder: Path) -> Iterator[Path]:
             yield one
 
 
-def resume(folder: Path, product: Product) -> list[Inspection]:
-    """Judges every inspection under ``folder`` that a killed process left unfinished."""
+def resume(folder: Path, product: Product, who: Who = NOBODY) -> list[Inspection]:
+    """Judges every inspection under ``folder`` that a killed process left unfinished.
+
+    Its operator is not known any more.
+    """
     from motorid.acquire.record import recover
     from motorid.quality.judge import not_measured
 
-    done = []
+    done, there = [], Who(who.station)
     for one in unfinished(folder):
         begin = datetime.fromtimestamp(one.stat().st_mtime, UTC)
         try:
             if not (one / CAPTURE).exists():
                 recover(one / CAPTURE)
-            done.append(finish(one, product, "", begin))
+            done.append(finish(one, product, "", begin, who=there))
         except UsageError:
             continue  # its journal still grows: another process measures it
         except DataError as error:
             serial = unquote(one.name.rpartition("_")[0])
             verdict = not_measured(product, serial, f"the run was cut short ({error})")
-            write_records(verdict, one, begin)
+            write_records(verdict, one, begin, there)
             done.append(Inspection(verdict, one, verdict.exit_code))
     return done

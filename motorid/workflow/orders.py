@@ -39,7 +39,8 @@ class Orders(socketserver.ThreadingTCPServer):
 
     With ``token`` a connection begins with ``{"order": "hello", "token": ...}``. Where all places
     are taken, the connection that has said nothing for longest makes way, unless it waits for a
-    verdict. Raises UsageError where the address is taken.
+    verdict. Who has not shown the token yet is a stranger and takes no place from a client.
+    Raises UsageError where the address is taken.
     """
 
     daemon_threads = True
@@ -55,6 +56,7 @@ class Orders(socketserver.ThreadingTCPServer):
         self.take, self.token, self.tls = take, token, tls
         self._lock = threading.Lock()
         self._clients: dict[_Client, int] = {}  # and when each was last heard, by count
+        self._strangers: dict[_Client, None] = {}  # oldest first; as many as clients at most
         self._heard = itertools.count()
         self.address_family = socket.AF_INET6 if ":" in address[0] else socket.AF_INET
         try:
@@ -74,9 +76,19 @@ class Orders(socketserver.ThreadingTCPServer):
         self.shutdown()
         self.server_close()
 
-    def admit(self, client: _Client) -> bool:
-        """A place for a connection; False: every other one waits for a verdict."""
+    def meet(self, client: _Client) -> None:
+        """A place for a stranger; where all are taken, the oldest stranger makes way."""
         with self._lock:
+            if len(self._strangers) >= MOST_CLIENTS:
+                oldest = next(iter(self._strangers))
+                del self._strangers[oldest]
+                oldest.drop()
+            self._strangers[client] = None
+
+    def admit(self, client: _Client) -> bool:
+        """A place for who may order; False: every other one waits for a verdict."""
+        with self._lock:
+            self._strangers.pop(client, None)
             if len(self._clients) >= MOST_CLIENTS:
                 idle = [one for one in self._clients if not one.waits]
                 if not idle:
@@ -97,6 +109,7 @@ class Orders(socketserver.ThreadingTCPServer):
         """Its place is free."""
         with self._lock:
             self._clients.pop(client, None)
+            self._strangers.pop(client, None)
 
 
 class _Client(socketserver.StreamRequestHandler):
@@ -118,20 +131,23 @@ class _Client(socketserver.StreamRequestHandler):
         self.writer = threading.Thread(target=self._write, name="answers", daemon=True)
 
     def handle(self) -> None:
-        if self.server.tls is not None:
-            try:
-                self.link = TlsLink(self.connection, self.server.tls)
-            except OSError:
-                return  # who speaks no TLS, or another, is told nothing
-            self.rfile = io.BufferedReader(self.link)
-        self.writer.start()
-        if not self.server.admit(self):
-            self.answer({"event": "error", "message": f"{MOST_CLIENTS} connections wait already"})
-            return
+        self.server.meet(self)
         try:
+            if self.server.tls is not None:
+                self.link = TlsLink(self.connection, self.server.tls)
+                self.rfile = io.BufferedReader(self.link)
+            self.writer.start()
+            if self.server.token and not self.knows_the_token():
+                return
+            if not self.server.admit(self):
+                message = f"{MOST_CLIENTS} connections wait already"
+                self.answer({"event": "error", "message": message})
+                return
+            if self.server.token:
+                self.answer({"event": HELLO})
             self.serve()
         except (OSError, ValueError):
-            return  # it has gone; its orders are carried out, their results are on disk
+            return  # it has gone, or speaks no TLS; its orders are carried out and on disk
         finally:
             self.server.leave(self)
 
@@ -145,8 +161,6 @@ class _Client(socketserver.StreamRequestHandler):
             super().finish()
 
     def serve(self) -> None:
-        if self.server.token and not self.knows_the_token():
-            return
         while line := self.rfile.readline(LONGEST_LINE):
             self.server.hear(self)
             try:
@@ -173,7 +187,6 @@ class _Client(socketserver.StreamRequestHandler):
                 }
             )
             return False
-        self.answer({"event": HELLO})
         return True
 
     def answer(self, message: Mapping[str, Any]) -> None:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from motorid import json_seal
 from motorid.errors import DataError, MotoridError
 from motorid.report.screen import Screen, of_verdict
-from motorid.workflow.check import VERDICT, Inspection, Line, refuse_serial, resume
+from motorid.workflow.check import VERDICT, Inspection, Line, Who, refuse_serial, resume
 from motorid.workflow.history_worker import HistoryWorker
 from motorid.workflow.kept_orders import KeptOrders
 
@@ -30,6 +30,7 @@ POLL_S = 0.2  # so that Ctrl-C is heard where a wait on a queue does not hear it
 OUTCOMES = ("PASS", "FAIL", "INVALID")
 MOST_NAMED = 5  # serial numbers in a sentence
 USUAL_LATE = 3  # verdicts that wait for the history: more are said
+ASKING = ("reason", "release")  # rules of a product by which a second test may need a reason
 KNOWN = ("inspect", "status", "last")
 Show = Callable[[Screen], None]
 Judged = Callable[[Inspection], None]
@@ -42,6 +43,7 @@ class Order:
     serial: str
     answer: Callable[[dict[str, Any]], None]
     tag: Any = None
+    retest: str = ""  # why it is tested again
 
 
 class Station:
@@ -82,11 +84,12 @@ class Station:
         if ends:
             self.end()
 
-    def scanned(self, serial: str) -> None:
-        """One serial number from the operator."""
+    def scanned(self, typed: str) -> None:
+        """One serial number from the operator; behind a space, why the motor is tested again."""
+        serial, retest = self._parts(typed)
         try:
             refuse_serial(self.line.product, serial)
-            self._refuse_repeat(serial)
+            self._refuse_repeat(serial, retest)
         except MotoridError as error:
             self._orders.put(self._ready(str(error)))
             return
@@ -98,7 +101,15 @@ class Station:
         except DataError as error:
             self._orders.put(self._ready(str(error)))
             return
-        self._orders.put(Order(serial, lambda message: None))
+        self._orders.put(Order(serial, lambda message: None, retest=retest))
+
+    def _parts(self, typed: str) -> tuple[str, str]:
+        """Serial number and reason; all of it is the number where the product asks for none."""
+        rule = self.line.product.serial
+        if rule is None or rule.repeat not in ASKING or not rule.problem(typed):
+            return typed, ""
+        serial, _, retest = typed.partition(" ")
+        return serial, retest.strip()
 
     def take(self, order: Message, answer: Answer) -> None:
         """One order from a line controller; see docs/station.md."""
@@ -106,7 +117,8 @@ class Station:
         try:
             match order["order"]:
                 case "inspect":
-                    self._accept(str(order.get("serial", "")), answer, tag)
+                    retest = str(order.get("reason", ""))
+                    self._accept(str(order.get("serial", "")), retest, answer, tag)
                 case "status":
                     answer({"event": "status", **tag, **self.status()})
                 case "last":
@@ -116,15 +128,15 @@ class Station:
         except MotoridError as error:
             answer({"event": "error", **tag, "message": str(error)})
 
-    def _accept(self, serial: str, answer: Answer, tag: dict[str, Any]) -> None:
+    def _accept(self, serial: str, retest: str, answer: Answer, tag: dict[str, Any]) -> None:
         refuse_serial(self.line.product, serial)
-        self._refuse_repeat(serial)
+        self._refuse_repeat(serial, retest)
         if problem := self._enter(serial):
             raise DataError(problem)
         self._keep(serial)
         waiting = self._orders.qsize()
         answer({"event": "accepted", **tag, "serial": serial, "waiting": waiting})
-        self._orders.put(Order(serial, answer, tag))
+        self._orders.put(Order(serial, answer, tag, retest))
 
     def _keep(self, serial: str) -> None:
         """The order on disk, before anybody is told that it is accepted. Raises DataError."""
@@ -147,17 +159,25 @@ class Station:
             self._in_work.append(serial)
             return ""
 
-    def _refuse_repeat(self, serial: str) -> None:
-        """Raises DataError for a second test where the product wants none."""
+    def _refuse_repeat(self, serial: str, retest: str) -> None:
+        """Raises DataError for a second test that the product does not allow as it is ordered."""
         product = self.line.product
         rule = product.serial
-        if rule is None or rule.repeat != "refuse" or serial in product.self_test.golden:
+        Who(retest=retest)  # raises for what no record can carry
+        if rule is None or rule.repeat == "count" or serial in product.self_test.golden:
             return
-        if _verdicts(self.line.folder, serial):
-            last = self.last(serial)
+        if not _verdicts(self.line.folder, serial):
+            return
+        last = self.last(serial)
+        said = f"{serial} was judged before ({last['outcome']}, {last['time']})"
+        if rule.repeat == "refuse":
             raise DataError(
-                f"{serial} was judged before ({last['outcome']}, {last['time']}), and the product "
-                "allows no second test: is it the right label?"
+                f"{said}, and the product allows no second test: is it the right label?"
+            )
+        if not retest and (rule.repeat == "reason" or last["outcome"] == "FAIL"):
+            raise DataError(
+                f"{said}: a second test needs a reason. Type it behind the number and a space, as "
+                f'in `{serial} new connector`; an order has "reason"'
             )
 
     def status(self) -> dict[str, Any]:
@@ -208,7 +228,7 @@ class Station:
 
     def run(self) -> None:
         """Inspects until ``end``. First it finishes what an earlier shift left unfinished."""
-        finished = resume(self.line.folder, self.line.product)
+        finished = resume(self.line.folder, self.line.product, self.line.who)
         self.line.warm()
         said = f"{len(finished)} unfinished inspections were judged. " if finished else ""
         for one in finished:
@@ -246,7 +266,7 @@ class Station:
         before = len(_verdicts(self.line.folder, order.serial))
         tag = {**(order.tag or {}), "ends": True}
         try:
-            done = self.line.inspect(order.serial)
+            done = self.line.inspect(order.serial, retest=order.retest)
         except MotoridError as error:  # the disk: nothing can be kept, so nothing is said of it
             self._leave(order.serial)
             order.answer({"event": "error", **tag, "message": str(error)})

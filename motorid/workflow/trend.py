@@ -49,13 +49,12 @@ def from_history(where: str, quantity: str, query: Query, last: int | None = Non
     from motorid.quality.history import open_history
 
     with open_history(where, create=False) as history:
-        rows = history.series(quantity, query)
-        names = history.names()
+        rows = history.series(quantity, query, last=last)
+        names = [quantity] if rows else history.names()
     if quantity not in names:
         raise UsageError(f"{where} never measured {quantity!r}{nearest(quantity, names)}")
     if not rows:
         raise DataError(f"{where} has no such result with {quantity}: widen the query")
-    rows = rows[-last:] if last else rows
     at = np.array([row.at.timestamp() for row in rows])
     newest = rows[-1]
     values = np.array([row.value for row in rows])

@@ -299,3 +299,10 @@ def test_verdicts_go_on_where_they_were_stopped(tmp_path: Path) -> None:
     assert rows.read_text(encoding="utf-8").startswith(first)
     motors = {json.loads(x)["motor"] for x in rows.read_text().splitlines() if x.endswith("}")}
     assert motors == {0, 1}
+
+
+def test_history() -> None:
+    table = run("history", "400")
+    assert "100 results, ms | 200 results, ms | 400 results, ms" in table
+    for question in ("list --serial", "list --outcome FAIL", "list", "trend --last 100"):
+        assert found(rf"\| {question} \|( [\d.]+ \|){{3}} -?[\d.]+ \|", table)

@@ -8,6 +8,11 @@ from datetime import UTC, datetime, timedelta
 
 from motorid.quality.history import CaptureRecord, MeasurementRecord, ResultRecord, open_history
 
+# what makes a history one from before its tables had steps
+UNSTEPPED = (
+    "DROP TABLE alembic_version",
+    *(f"DROP INDEX ix_results_{name}_id" for name in ("outcome", "station", "product")),
+)
 BEGAN = datetime(2026, 1, 5, 6, 0, tzinfo=UTC)
 
 

@@ -8,15 +8,21 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
+from sqlalchemy import create_engine
+from sqlalchemy.engine import make_url
 
-from motorid.quality.history import Query, open_history
+from motorid.errors import DataError
+from motorid.quality.history import Query, open_history, steps
+from motorid.quality.history import schema as s
 from motorid.quality.history.export import rows
-from tests.history.records import record
+from tests.history.records import UNSTEPPED, record
 from tests.history.test_history import run_stations
+from tests.history.test_steps import differences
 
 pytestmark = [pytest.mark.slow, pytest.mark.long]
 
@@ -86,3 +92,56 @@ def test_both_databases_answer_alike(postgresql: str, tmp_path: Path) -> None:
         assert [tuple(r) for r in server.series("R")] == [tuple(r) for r in file.series("R")]
         query = Query(serial="SN-0001?")
         assert server.count(query) == file.count(query) == 10
+
+
+def test_a_server_is_brought_up_to_date_only_when_asked(postgresql: str) -> None:
+    """From before there were steps, and without seals; with its results, and once for all."""
+    address = make_url(postgresql).set(database="older")
+    engine = create_engine(postgresql, isolation_level="AUTOCOMMIT")
+    with engine.connect() as connection:
+        connection.exec_driver_sql("CREATE DATABASE older")
+    engine.dispose()
+    older = address.render_as_string(hide_password=False)
+    with open_history(older) as history:
+        assert differences(history) == []
+        history.add(record(1))
+        with history.engine.begin() as connection:
+            for one in ("DROP TABLE seals", "DELETE FROM meta WHERE name = 'unsealed'", *UNSTEPPED):
+                connection.exec_driver_sql(one)
+    with pytest.raises(DataError, match="motorid history upgrade"):
+        open_history(older)
+    with open_history(older, create=False) as history:
+        assert history.count() == 1
+    with open_history(older, create=False, upgrade=True, patience_s=20.0) as history:
+        assert history.stepped == (steps.FIRST, s.STEP)
+        assert differences(history) == []
+        assert history.add(record(2))
+        checked = history.verify()
+        assert (checked.sealed, checked.unsealed, checked.problems) == (1, 1, ())
+        with history.engine.begin() as connection:
+            connection.exec_driver_sql("UPDATE alembic_version SET version_num = '0099'")
+    with pytest.raises(DataError, match="tables of step 0099"):
+        open_history(older)
+
+
+def test_twenty_writers_lose_and_double_nothing(postgresql: str) -> None:
+    """Each adds its motors and, as after a retry, those of its neighbour."""
+    address = make_url(postgresql).set(database="twenty")
+    engine = create_engine(postgresql, isolation_level="AUTOCOMMIT")
+    with engine.connect() as connection:
+        connection.exec_driver_sql("CREATE DATABASE twenty")
+    engine.dispose()
+    place = address.render_as_string(hide_password=False)
+
+    def write(writer: int) -> int:
+        numbers = [*range(5 * writer, 5 * writer + 10)]
+        with open_history(place) as history:
+            return sum(history.add(record(n, station=f"line-{n % 5}")) for n in numbers)
+
+    with ThreadPoolExecutor(20) as writers:
+        added = sum(writers.map(write, range(20)))
+    with open_history(place) as history:
+        assert added == history.count() == 105
+        assert {row.serial for row in history.results()} == {f"SN-{n:05d}" for n in range(105)}
+        checked = history.verify()
+        assert (checked.sealed, checked.problems, len(checked.heads)) == (105, (), 5)

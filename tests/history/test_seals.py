@@ -15,7 +15,7 @@ from motorid.cli.main import run
 from motorid.quality.history import History, open_history
 from motorid.quality.history.seals import Head, content_of
 from motorid.quality.history.seals import digest as sha256
-from tests.history.records import record
+from tests.history.records import UNSTEPPED, record
 
 
 @pytest.fixture
@@ -125,7 +125,7 @@ def forge(place: Path, station: str) -> None:
 
 
 def test_older_results_are_unsealed_and_counted(place: Path) -> None:
-    sql(place, "DROP TABLE seals", "DELETE FROM meta WHERE name = 'unsealed'")
+    sql(place, "DROP TABLE seals", "DELETE FROM meta WHERE name = 'unsealed'", *UNSTEPPED)
     with open_history(place, create=False) as history:  # as an older motorid left it
         before = history.verify()
         assert (before.sealed, before.unsealed) == (0, 10)

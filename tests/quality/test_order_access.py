@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 import socket
 import ssl
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,9 +18,10 @@ import pytest
 from motorid.cli.main import run
 from motorid.errors import UsageError
 from motorid.web.address import parse_listen
-from motorid.workflow.orders import Answer, Message, Orders, read_token
+from motorid.workflow.orders import MOST_CLIENTS, Answer, Message, Orders, read_token
 from tests.web.test_guard import certificate
 
+PAGE = Path(__file__).parents[2] / "docs" / "station.md"
 TOKEN = "0123456789abcdef0123"
 
 
@@ -163,3 +167,46 @@ def test_beyond_this_computer_it_takes_both(
     call = ["station", "--product", "sim-disc", "--rig", "sim-line", "--listen", "0.0.0.0:0"]
     assert run([*call, "-o", str(tmp_path), *options]) == 2
     assert why in " ".join(capsys.readouterr().err.split())
+
+
+class Open:
+    """A connection that stays."""
+
+    def __init__(self, port: int) -> None:
+        self.link = socket.create_connection(("127.0.0.1", port), timeout=60)
+        self.file = self.link.makefile("rwb")
+
+    def ask(self, line: dict[str, Any]) -> dict[str, Any]:
+        self.file.write(json.dumps(line).encode() + b"\n")
+        self.file.flush()
+        return dict(json.loads(self.file.readline()))
+
+
+def test_strangers_take_no_place_from_clients(guarded: Orders) -> None:
+    clients = [Open(guarded.port) for _ in range(MOST_CLIENTS)]
+    assert {one.ask(HELLO)["event"] for one in clients} == {"hello"}
+    strangers = [Open(guarded.port) for _ in range(MOST_CLIENTS + 1)]
+    assert strangers[0].file.readline() == b""  # it made way for the last of them
+    assert {one.ask({"order": "status"})["event"] for one in clients} == {"accepted"}
+    for one in (*strangers, *clients):
+        one.link.close()
+
+
+def test_the_example_for_a_controller_runs(tmp_path: Path) -> None:
+    """The page's own program, as a reader would copy it, against answers of the page's form."""
+
+    def judged(order: Message, answer: Answer) -> None:
+        tag = {"id": order["id"], "serial": order["serial"]}
+        answer({"event": "accepted", "waiting": 0, **tag})
+        answer({"event": "verdict", "outcome": "PASS", "ends": True, **tag})
+
+    (program,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)
+    path = tmp_path / "controller.py"
+    path.write_text(program, encoding="utf-8")
+    orders = Orders(("127.0.0.1", 0), judged)
+    try:
+        words = [sys.executable, str(path), str(orders.port), "D000001"]
+        done = subprocess.run(words, capture_output=True, text=True)
+    finally:
+        orders.stop()
+    assert (done.returncode, done.stdout) == (0, "D000001 PASS\n"), done.stderr

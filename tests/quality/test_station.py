@@ -22,12 +22,14 @@ from hypothesis import strategies as st
 
 from motorid.capture import store
 from motorid.errors import UsageError
+from motorid.json_seal import sealed
 from motorid.quality.history import open_history
+from motorid.quality.history.records import from_stored
 from motorid.quality.product import Product, parse
 from motorid.quality.verdict import Outcome, Verdict
 from motorid.report.screen import Screen, big, of_verdict, render
 from motorid.rig import Rig
-from motorid.workflow.check import Line
+from motorid.workflow.check import Line, Who
 from motorid.workflow.orders import (
     MOST_CLIENTS,
     Answer,
@@ -166,10 +168,14 @@ def test_killed_accepted_orders_are_named_and_not_driven(tmp_path: Path) -> None
 
 @pytest.mark.slow
 def test_a_shift_goes_into_the_history_once(tmp_path: Path) -> None:
-    """What a shift could not add, for want of the history or of time, the next one adds."""
+    """What a shift could not add, for want of the history or of time, the next one adds.
+
+    Each result names who worked when it was measured, not who worked when it was added.
+    """
     shift, book = tmp_path / "shift", tmp_path / "line.db"
     book.mkdir()  # no database can be made there
-    with running(shift, "--history", str(book), "--station", "line-1") as (process, port):
+    names = ["--history", str(book), "--station", "line-1", "--operator"]
+    with running(shift, *names, "anna") as (process, port):
         controller = Controller(port)
         controller.ask(order="inspect", serial="D000001")
         assert controller.hear()["outcome"] == "PASS"
@@ -177,7 +183,7 @@ def test_a_shift_goes_into_the_history_once(tmp_path: Path) -> None:
         lines = [process.stdout.readline() for _ in range(4)]  # READY, RUN, PASS, PASS and why
     assert "not in the history yet" in lines[-1]
     book.rmdir()
-    with running(shift, "--history", str(book), "--station", "line-1") as (_, port):
+    with running(shift, *names, "ben") as (_, port):
         controller = Controller(port)
         controller.ask(order="inspect", serial="D000002")
         assert controller.hear()["outcome"] == "PASS"
@@ -185,8 +191,17 @@ def test_a_shift_goes_into_the_history_once(tmp_path: Path) -> None:
         wait_for(lambda: all((one / "in-history").exists() for one in folders))
     with open_history(book) as history:
         rows = history.results()
-    assert sorted(row.serial for row in rows) == ["D000001", "D000002"]
+    assert {row.serial: row.operator for row in rows} == {"D000001": "anna", "D000002": "ben"}
     assert {row.station for row in rows} == {"line-1"}
+    (folder,) = shift.glob("D000001_*")
+    test = json.loads((folder / "openhtf.json").read_text(encoding="utf-8"))
+    assert (test["station_id"], test["metadata"]["operator"]) == ("line-1", "anna")
+
+
+@pytest.mark.parametrize("name", ["x" * 201, "a\nb", "\x1b[31m"])
+def test_a_name_that_no_record_can_carry(name: str) -> None:
+    with pytest.raises(UsageError, match="operator: write at most 200"):
+        Who(operator=name)
 
 
 def wait_for(done: Any, patience_s: float = 240.0) -> None:
@@ -399,3 +414,51 @@ def test_a_product_may_refuse_a_second_test(
     assert "was judged before (PASS" in said
     with pytest.raises(UsageError, match=r"serial\.repeat must be one of count, refuse"):
         parse(product.text.replace('example = "D000123"', 'repeat = "twice"'))
+
+
+@pytest.mark.parametrize("rule", ["reason", "release"])
+def test_a_second_test_with_a_reason(
+    rule: str, line_rig: Rig, product: Product, tmp_path: Path
+) -> None:
+    """Any second test, or only that of a rejected motor; the reason stays with the verdict."""
+    example = 'example = "D000123"'
+    asking = parse(product.text.replace(example, f'{example}\nrepeat = "{rule}"'))
+    shown: list[Screen] = []
+    with Line(line_rig, asking, tmp_path) as line:
+        station = Station(line, shown.append)
+        station.scan(["D000001"], ends=True)
+        station.run()
+        rejected(tmp_path, "D000001")
+        refused = heard(station, order="inspect", serial="D000001")
+        assert "(FAIL" in refused["message"]
+        assert "needs a reason" in refused["message"]
+        station.scan(["D000001"], ends=True)
+        station.run()
+        assert "`D000001 new connector`" in str(shown[-1])
+        assert (
+            "at most 200"
+            in heard(station, order="inspect", serial="D000001", reason="x" * 201)["message"]
+        )
+        station.scan(["D000001 loose plug"], ends=True)
+        station.run()
+        assert (station.counts["PASS"], station.first["PASS"]) == (2, 1)
+        stored = json.loads((newest(tmp_path) / "verdict.json").read_text(encoding="utf-8"))
+        assert stored["retest"] == "loose plug"
+        assert from_stored(stored, []).note == "tested again: loose plug"
+        after_a_pass = heard(station, order="inspect", serial="D000001")
+        assert (after_a_pass["event"] == "accepted") == (rule == "release")
+
+
+def newest(folder: Path) -> Path:
+    return max((one for one in folder.glob("D*_*")), key=lambda one: one.stat().st_mtime_ns)
+
+
+def rejected(folder: Path, serial: str) -> None:
+    """Makes the verdict on a motor a FAIL, and older than what comes."""
+    path = newest(folder) / "verdict.json"
+    said = json.loads(path.read_text(encoding="utf-8"))
+    said.pop("sha256", None)
+    assert said["serial"] == serial
+    path.write_text(json.dumps(sealed(said | {"outcome": "FAIL"})), encoding="utf-8")
+    for one in (path, path.parent):
+        os.utime(one, (1.7e9, 1.7e9))

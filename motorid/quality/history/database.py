@@ -34,7 +34,7 @@ from motorid import json_text
 from motorid.errors import DataError, UsageError
 from motorid.limits import HISTORY, refuse_large
 from motorid.quality.history import schema as s
-from motorid.quality.history import seals
+from motorid.quality.history import seals, steps
 from motorid.quality.history.query import Query, matches
 from motorid.quality.history.records import CaptureRecord, ResultRecord, digest
 
@@ -45,10 +45,15 @@ READING = {"motorid_reading": True}
 
 
 def open_history(
-    where: str | Path, *, create: bool = True, patience_s: float | None = None
+    where: str | Path,
+    *,
+    create: bool = True,
+    patience_s: float | None = None,
+    upgrade: bool = False,
 ) -> History:
     """The history in a file (SQLite) or at an SQLAlchemy URL; its tables are made if need be.
 
+    A file with older tables is brought up to date if ``create``, a server only if ``upgrade``.
     ``patience_s`` bounds what each statement may take; None leaves it to the database, and a
     writer waits a minute for others in a file. Raises DataError where it cannot be opened, is no
     history, or is of another major version.
@@ -61,7 +66,7 @@ def open_history(
     with _said(text):
         engine = _engine(text, patience_s)
         history = History(engine, text)
-        history._prepare(create)
+        history._prepare(create or upgrade, upgrade)
     return history
 
 
@@ -134,6 +139,7 @@ class History:
         self.engine = engine
         self.where = where
         self._made = False
+        self.stepped = ("", "")  # from which step of the tables to which, when it was opened
 
     def close(self) -> None:
         """Gives back the connections."""
@@ -227,15 +233,25 @@ class History:
         with self.reading() as connection:
             return str(connection.scalar(wanted) or "")
 
-    def series(self, name: str, query: Query | None = None) -> list[Row[Any]]:
-        """Rows (at, serial, value, uncertainty, low, high, outcome) of one quantity, by time."""
+    def series(
+        self, name: str, query: Query | None = None, *, last: int | None = None
+    ) -> list[Row[Any]]:
+        """Rows (at, serial, value, uncertainty, low, high, unit) of one quantity, by time.
+
+        Only the ``last`` ones if asked, without reading the others.
+        """
         m, r = s.measurements, s.results
+        of_these = (*(query or Query()).conditions(), m.c.name == name, m.c.value.is_not(None))
         wanted = (
             select(r.c.at, r.c.serial, m.c.value, m.c.uncertainty, m.c.low, m.c.high, m.c.unit)
             .join(r, r.c.id == m.c.result)
-            .where(m.c.name == name, m.c.value.is_not(None), *(query or Query()).conditions())
+            .where(*of_these)
             .order_by(r.c.at, r.c.id)
         )
+        if last is not None:  # walks back in time, instead of sorting every result
+            there = select(m.c.result).where(m.c.result == r.c.id, *of_these).correlate(r).exists()
+            newest = select(r.c.id).where(there).order_by(r.c.at.desc(), r.c.id.desc()).limit(last)
+            wanted = wanted.where(r.c.id.in_(select(newest.subquery().c.id)))
         with self.reading() as connection:
             return list(connection.execute(wanted))
 
@@ -258,38 +274,33 @@ class History:
         with self.reading() as connection:
             return list(connection.scalars(wanted))
 
-    def _prepare(self, create: bool) -> None:
+    def _prepare(self, create: bool, upgrade: bool = False) -> None:
         """Tables and journal; several processes may do this at the same moment."""
         for attempt in range(ATTEMPTS):
             try:
                 if create:
-                    self._make()
+                    self._make(upgrade)
                 break
             except (IntegrityError, OperationalError, ProgrammingError):
                 if attempt == ATTEMPTS - 1:
                     raise
                 time.sleep(0.2 * (attempt + 1))
-        with self.engine.connect() as connection:
-            wanted = select(s.meta.c.value).where(s.meta.c.name == "schema")
-            found = connection.execution_options(**READING).scalar(wanted)
+        with self.reading() as connection:
+            steps.refuse_newer(steps.step(connection), self.where)
+            found = connection.scalar(select(s.meta.c.value).where(s.meta.c.name == "schema"))
         if str(found).partition(".")[0] != s.VERSION:
             raise DataError(
                 f"the history {self.where} has tables of version {found}, this motorid knows "
                 f"{s.VERSION}: use the motorid that wrote it"
             )
 
-    def _make(self) -> None:
+    def _make(self, upgrade: bool) -> None:
         if self.engine.dialect.name == "sqlite":
             with self.engine.connect() as connection:
                 raw: Any = connection.connection.dbapi_connection
                 if raw.execute("PRAGMA journal_mode").fetchone()[0] != "wal":
                     raw.execute("PRAGMA journal_mode = WAL")
-        with self.engine.begin() as connection:
-            s.metadata.create_all(connection)
-            known = connection.scalar(select(s.meta.c.value).where(s.meta.c.name == "schema"))
-            if known is None:
-                connection.execute(insert(s.meta).values(name="schema", value=s.VERSION))
-            seals.begin(connection)
+        self.stepped = steps.advance(self.engine, self.where, asked=upgrade)
         self._made = True
 
 

@@ -173,6 +173,7 @@ def from_stored(
 ) -> ResultRecord:
     """The record of a verdict as it was written to disk, at its time (see ``quality.records``).
 
+    ``rest``: station and operator, where the verdict does not say them itself.
     Raises KeyError or ValueError where a part of it is missing.
     """
     found = tuple(
@@ -182,6 +183,9 @@ def from_stored(
         )
         for m in stored["measurements"]
     )  # fmt: skip
+    rest |= {name: str(stored[name]) for name in ("station", "operator") if stored.get(name)}
+    if stored.get("retest"):
+        rest["note"] = f"tested again: {stored['retest']}"
     return ResultRecord(
         "check",
         str(stored["serial"]),

@@ -23,6 +23,7 @@ from sqlalchemy import (
 from sqlalchemy.types import TypeDecorator
 
 VERSION = "1"  # of the tables; another first number is refused
+STEP = "0002"  # the last of the steps in migrations/; see steps.py
 
 
 class UtcDateTime(TypeDecorator[datetime]):
@@ -156,6 +157,7 @@ results = Table(
     Column("versions", JSON, nullable=False),
     Column("limits", DIGEST, ForeignKey("documents.sha256")),
     Column("estimate", DIGEST, ForeignKey("documents.sha256")),
+    *(Index(f"ix_results_{name}_id", name, "id") for name in ("outcome", "station", "product")),
 )
 
 result_captures = Table(

@@ -44,16 +44,6 @@ class Checked:
     problems: tuple[str, ...]
 
 
-def begin(connection: Connection) -> None:
-    """Counts the results from before there were seals; once."""
-    known = select(s.meta.c.value).where(s.meta.c.name == UNSEALED)
-    if connection.scalar(known) is None:
-        count, last = connection.execute(
-            select(func.count(), func.coalesce(func.max(s.results.c.id), 0)).select_from(s.results)
-        ).one()
-        connection.execute(insert(s.meta).values(name=UNSEALED, value=f"{count} {last}"))
-
-
 def seal(connection: Connection, result: int, station: str) -> None:
     """Adds a result that was just written to its station's chain, in the same transaction."""
     lock = select(s.meta.c.value).where(s.meta.c.name == UNSEALED).with_for_update()
