@@ -93,6 +93,20 @@ def test_every_influence_quantity_has_its_row_as_declared() -> None:
     assert [quantity.name for quantity in REGISTRY if not quantity.remedy] == []
 
 
+def test_what_a_symptom_points_to_exists() -> None:
+    """Keys of the rig file, codes of findings and options are those of the pages that list them."""
+    page = (ROOT / "docs" / "symptoms.md").read_text(encoding="utf-8")
+    named = {
+        word
+        for code in re.findall(r"`([^`]+)`", page)
+        for word in re.findall(r"--[a-z-]+|[a-z]+(?:_[a-z0-9]+)+", code)
+    }
+    listing = ("rig-file.md", "facts.md", "suspects.md", "commands.md", "report.md")
+    listed = "".join((ROOT / "docs" / name).read_text(encoding="utf-8") for name in listing)
+    assert len(named) > 20
+    assert {word for word in named if word not in listed} == set()
+
+
 def test_sentences_are_those_of_running_text() -> None:
     page = """# A heading of words that count for nothing
 
