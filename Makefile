@@ -44,6 +44,7 @@ check: $(READY_TO_TEST)
 	$(PY) -m motorid.wire.generate --check
 	$(PY) tools/commands_page.py --check
 	$(PY) tools/influence_page.py --check
+	$(PY) tools/glossary_page.py --check
 	$(PY) -m tools.supply.lock --check
 	$(PY) -m tools.supply.licences --check
 	$(PY) tools/sentences.py
@@ -68,6 +69,7 @@ docs: $(READY_TO_TEST)
 	$(PY) -m motorid.wire.generate
 	$(PY) tools/commands_page.py
 	$(PY) tools/influence_page.py
+	$(PY) tools/glossary_page.py
 
 site: $(READY_TO_TEST)
 	$(PY) -m mkdocs build --strict --quiet

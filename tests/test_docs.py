@@ -12,7 +12,7 @@ import pytest
 
 from motorid.cli.main import COMMANDS, cli
 from motorid.estimate.effects.registry import BY_NAME, REGISTRY
-from tools import influence_page, sentences
+from tools import glossary_page, influence_page, sentences
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
@@ -91,6 +91,13 @@ def test_every_influence_quantity_has_its_row_as_declared() -> None:
     rows = influence_page.table().splitlines()[2:]
     assert [line.split(" | ")[0].removeprefix("| ") for line in rows] == list(BY_NAME)
     assert [quantity.name for quantity in REGISTRY if not quantity.remedy] == []
+
+
+def test_the_glossary_has_the_names_of_the_code() -> None:
+    text = glossary_page.PAGE.read_text(encoding="utf-8")
+    assert glossary_page.page(text) == text
+    assert "| `K` | torque constant | N·m/A | `torque_constant_nm_a` |" in text
+    assert glossary_page.page(text.replace("torque_constant_nm_a", "k_nm_a")) == text
 
 
 def test_what_a_symptom_points_to_exists() -> None:
