@@ -135,6 +135,18 @@ code that is no sentence.
     assert [sentences.words(sentence) for sentence in found] == [3, 4, 5, 6]
 
 
+def test_too_many_long_sentences_are_seen(tmp_path: Path) -> None:
+    assert list(sentences.faults({"a.md": [10] * 95 + [31] * 5, "b.md": []})) == []
+    share, middle = sentences.faults({"a.md": [10] * 94, "b.md": [31] * 6})
+    assert "6 of 100 sentences have more than 30 words" in share
+    assert middle.startswith("b.md: the median is 31")
+    page = tmp_path / "page.md"
+    page.write_text(" ".join(["word"] * 19) + ".", encoding="utf-8")
+    assert sentences.main([str(page)]) == 1
+    page.write_text(" ".join(["word"] * 18) + ".", encoding="utf-8")
+    assert sentences.main([str(page)]) == 0
+
+
 def parse(command: click.Command, words: list[str], line: str) -> None:
     """Parses options and arguments as the command would, without running or asking for files."""
     try:

@@ -38,6 +38,6 @@ def refuse_file_name(folder: Path) -> None:
     suffix = folder.suffix.lower()
     if suffix == CAPTURE_SUFFIX or any(suffix in suffixes for suffixes in OTHERS.values()):
         raise UsageError(
-            f"{folder}: -o names the folder for all that is written, and {suffix} says that it is a "
-            f"file: give -o {folder.with_suffix('').name}"
+            f"{folder}: -o names the folder for all that is written, and {suffix} says that it "
+            f"is a file: give -o {folder.with_suffix('').name}"
         )
