@@ -1,7 +1,7 @@
 """How long the sentences of the documents are: those over a limit, and the median of each page.
 
 Code, tables and headings are left out. It ends with 1 where too many of all sentences are long, or
-where a page's median is too high. ``--list`` prints the long sentences themselves; pages may be named.
+where a page's median is too high. ``--list`` prints the long sentences; pages may be named.
 """
 
 from __future__ import annotations
