@@ -21,7 +21,7 @@ C_SOURCES := $(filter-out $(wildcard motorid/*/_*), \
 READY := $(VENV)/ready
 READY_TO_TEST := $(VENV)/ready-to-test
 
-.PHONY: run test quick evidence check frozen mutants fuzz bench docs format lock sbom wheel wheels help clean
+.PHONY: run test quick evidence check frozen mutants fuzz bench docs site format lock sbom wheel wheels help clean
 
 run: $(READY)
 	$(VENV)/bin/motorid run --rig $(RIG) -o $(OUT) --force
@@ -44,6 +44,7 @@ check: $(READY_TO_TEST)
 	$(PY) -m motorid.wire.generate --check
 	$(PY) tools/commands_page.py --check
 	$(PY) tools/influence_page.py --check
+	$(PY) tools/glossary_page.py --check
 	$(PY) -m tools.supply.lock --check
 	$(PY) -m tools.supply.licences --check
 	$(PY) tools/sentences.py
@@ -68,6 +69,10 @@ docs: $(READY_TO_TEST)
 	$(PY) -m motorid.wire.generate
 	$(PY) tools/commands_page.py
 	$(PY) tools/influence_page.py
+	$(PY) tools/glossary_page.py
+
+site: $(READY_TO_TEST)
+	$(PY) -m mkdocs build --strict --quiet
 
 format: $(READY_TO_TEST)
 	$(PY) -m ruff format .
@@ -113,6 +118,7 @@ help:
 	@echo "make fuzz [SECONDS=60]        each parser and the firmware's receiver, for so long"
 	@echo "make bench                    speed and accuracy against their targets"
 	@echo "make docs                     write the generated documents"
+	@echo "make site                     the site of docs/, into build/site"
 	@echo "make format                   format and mend lint"
 	@echo "make lock [UPGRADE=1]         write the lock of what is installed, with hashes"
 	@echo "make sbom                     the bill of materials and the third-party notices, into dist/"

@@ -12,7 +12,7 @@ import pytest
 
 from motorid.cli.main import COMMANDS, cli
 from motorid.estimate.effects.registry import BY_NAME, REGISTRY
-from tools import influence_page, sentences
+from tools import glossary_page, influence_page, sentences
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").glob("*.md"))]
@@ -93,6 +93,27 @@ def test_every_influence_quantity_has_its_row_as_declared() -> None:
     assert [quantity.name for quantity in REGISTRY if not quantity.remedy] == []
 
 
+def test_the_glossary_has_the_names_of_the_code() -> None:
+    text = glossary_page.PAGE.read_text(encoding="utf-8")
+    assert glossary_page.page(text) == text
+    assert "| `K` | torque constant | N·m/A | `torque_constant_nm_a` |" in text
+    assert glossary_page.page(text.replace("torque_constant_nm_a", "k_nm_a")) == text
+
+
+def test_what_a_symptom_points_to_exists() -> None:
+    """Keys of the rig file, codes of findings and options are those of the pages that list them."""
+    page = (ROOT / "docs" / "symptoms.md").read_text(encoding="utf-8")
+    named = {
+        word
+        for code in re.findall(r"`([^`]+)`", page)
+        for word in re.findall(r"--[a-z-]+|[a-z]+(?:_[a-z0-9]+)+", code)
+    }
+    listing = ("rig-file.md", "facts.md", "suspects.md", "commands.md", "report.md")
+    listed = "".join((ROOT / "docs" / name).read_text(encoding="utf-8") for name in listing)
+    assert len(named) > 20
+    assert {word for word in named if word not in listed} == set()
+
+
 def test_sentences_are_those_of_running_text() -> None:
     page = """# A heading of words that count for nothing
 
@@ -112,6 +133,18 @@ code that is no sentence.
 """
     found = list(sentences.sentences(page))
     assert [sentences.words(sentence) for sentence in found] == [3, 4, 5, 6]
+
+
+def test_too_many_long_sentences_are_seen(tmp_path: Path) -> None:
+    assert list(sentences.faults({"a.md": [10] * 95 + [31] * 5, "b.md": []})) == []
+    share, middle = sentences.faults({"a.md": [10] * 94, "b.md": [31] * 6})
+    assert "6 of 100 sentences have more than 30 words" in share
+    assert middle.startswith("b.md: the median is 31")
+    page = tmp_path / "page.md"
+    page.write_text(" ".join(["word"] * 19) + ".", encoding="utf-8")
+    assert sentences.main([str(page)]) == 1
+    page.write_text(" ".join(["word"] * 18) + ".", encoding="utf-8")
+    assert sentences.main([str(page)]) == 0
 
 
 def parse(command: click.Command, words: list[str], line: str) -> None:

@@ -1,4 +1,4 @@
-"""Names of captures: one that says it is another kind of file is refused."""
+"""Names of captures and of folders: one that says it is another kind of file is refused."""
 
 from __future__ import annotations
 
@@ -31,3 +31,13 @@ def refuse_other_format(path: Path) -> None:
                 f"{path}: a capture is an HDF5 file, and {suffix} says that it is {kind}: "
                 f"name it {path.with_suffix(CAPTURE_SUFFIX).name}"
             )
+
+
+def refuse_file_name(folder: Path) -> None:
+    """Raises UsageError where the name of a folder to write says that it is a file."""
+    suffix = folder.suffix.lower()
+    if suffix == CAPTURE_SUFFIX or any(suffix in suffixes for suffixes in OTHERS.values()):
+        raise UsageError(
+            f"{folder}: -o names the folder for all that is written, and {suffix} says that it "
+            f"is a file: give -o {folder.with_suffix('').name}"
+        )

@@ -39,6 +39,7 @@ from motorid.report.words import (
     sentence,
     six,
     summary,
+    traceability,
 )
 
 FIGURE_SPACE, DOT_SPACE = "\N{FIGURE SPACE}", "\N{PUNCTUATION SPACE}"
@@ -272,7 +273,8 @@ def _inputs(estimate: Estimate) -> str:
         '<th class="num">capture</th><th>file</th><th class="num">samples</th>'
         "<th>serial</th><th>SHA-256</th>"
     )
-    meant = dict.fromkeys(sentence(instruments(i)) for i in estimate.inputs if instruments(i))
+    taken = dict.fromkeys(sentence(instruments(i)) for i in estimate.inputs if instruments(i))
+    meant = [*taken, traceability(estimate)]
     return (
         f'<div class="scroll"><table><thead><tr>{head}</tr></thead>'
         f"<tbody>{''.join(rows)}</tbody></table></div>{''.join(map(paragraph, meant))}"

@@ -23,6 +23,7 @@ from motorid.report.words import (
     remarks,
     sentence,
     six,
+    traceability,
 )
 
 WIDTH = 96
@@ -153,8 +154,9 @@ def _closing(estimate: Estimate) -> list[str]:
     ]
     lines = [one_run(estimate), COVERAGE, fit_quality(estimate)]
     lines.append(f"Model {estimate.model}, method {estimate.method}.")
-    meant = dict.fromkeys(sentence(instruments(i)) for i in estimate.inputs if instruments(i))
-    return [line for line in lines if line] + [f"From {s}" for s in sources] + list(meant)
+    taken = dict.fromkeys(sentence(instruments(i)) for i in estimate.inputs if instruments(i))
+    meant = [line for line in (*taken, traceability(estimate)) if line]
+    return [line for line in lines if line] + [f"From {s}" for s in sources] + meant
 
 
 def _wrap(sentence: str, mark: str) -> str:

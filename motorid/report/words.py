@@ -24,7 +24,7 @@ NAMES = {
     "J": "inertia",
     "T0": "Coulomb torque",
     "R_25": "resistance at 25 °C",
-    "K_25": "constant at 25 °C",
+    "K_25": "torque constant at 25 °C",
     "no_load_speed": "no-load speed",
     "no_load_current": "no-load current",
     "Kv": "speed constant Kv",
@@ -42,8 +42,9 @@ ONE_RUN = (
     "not how results differ from run to run. Three runs or more would show that."
 )
 COVERAGE = (
-    "± and intervals are 95 %, from statistical and instrument uncertainty together; "
-    "the two parts are standard uncertainties."
+    "± is the expanded uncertainty at a coverage probability of 95 %. It is k times the combined "
+    "standard uncertainty; statistical and instrument are its two parts. The coverage factor k is "
+    "1.96, or Student's t where few degrees of freedom remain."
 )
 
 
@@ -180,6 +181,24 @@ def instruments(one: Mapping[str, Any]) -> str:
         if part
     )
     return f"re-analysed with {new}" + (f"; taken with {taken}" if taken else "")
+
+
+def traceability(estimate: Estimate) -> str:
+    """What the scales of the readings rest on, as ISO/IEC 17025 asks a report to state."""
+    valid = [one.get("reanalysed") or one for one in estimate.inputs]
+    calibrated = sum(bool(one.get("calibration")) for one in valid)
+    if not valid:
+        return ""
+    if calibrated == len(valid):
+        return (
+            "Traceability: the calibrated channels are traceable as far as the reference "
+            "instruments are that the calibration file names; other scales rest on declarations."
+        )
+    some = "" if not calibrated else f" of {len(valid) - calibrated} of {len(valid)} captures"
+    return (
+        f"Traceability{some}: none is established; the scales of the readings rest on what board, "
+        "rig file or import declares, and on no cited calibration."
+    )
 
 
 def _calibration(cites: Mapping[str, Any]) -> str:

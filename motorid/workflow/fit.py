@@ -127,9 +127,15 @@ def as_json(estimate: Estimate) -> str:
 
 
 def check_writable(folder: Path, *, force: bool) -> None:
-    """Raises UsageError where ``write_report`` would replace a file without leave."""
+    """Raises UsageError where ``write_report`` would replace a file without leave.
+
+    A new folder may not have the name of a file, such as report.html: a file was meant.
+    """
+    from motorid.capture.naming import refuse_file_name
     from motorid.capture.whole import refuse_existing
 
+    if not folder.exists():
+        refuse_file_name(folder)
     if folder.is_dir():
         for name in (ESTIMATE_FILE, REPORT_FILE):
             refuse_existing(folder / name, force)

@@ -102,11 +102,22 @@ def test_a_capture_is_not_named_as_something_else(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("name", ["run.csv", "run.h5", "report.html", "estimate.JSON"])
+def test_a_folder_is_not_named_as_a_file(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main.run(["run", "--rig", "sim", "-o", str(tmp_path / name)]) == 2
+    said = capsys.readouterr().err
+    assert f"-o {Path(name).stem}" in said
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_dot_in_a_name_is_no_kind_of_file(tmp_path: Path) -> None:
-    from motorid.capture.naming import refuse_other_format
+    from motorid.capture.naming import refuse_file_name, refuse_other_format
 
     for name in ("M17.2", "run", "run.capture", "run.hdf5"):
         refuse_other_format(tmp_path / name)
+        refuse_file_name(tmp_path / name)
 
 
 def test_a_folder_without_a_name_is_new_and_says_when(tmp_path: Path) -> None:

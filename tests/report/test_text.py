@@ -10,6 +10,7 @@ from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.results.estimate import Diagnostic, Suspect
 from motorid.report import html, text
 from motorid.report.numbers import aligned, in_rpm, percent, scaled_unit, shown
+from motorid.report.words import traceability
 from tests.report.example import UNITS, estimate, parameter, partial
 
 
@@ -118,3 +119,29 @@ def test_what_makes_a_value_doubtful_stands_above_the_table() -> None:
     assert page.index("4 ms late") < page.index("<table") < page.lower().index("it gives 2 a")
     assert page.count("4 ms late") == 1
     assert 'class="status doubtful"' in page
+
+
+@pytest.mark.parametrize(
+    ("cited", "said"),
+    [
+        ((False, False), "Traceability: none is established"),
+        ((True, False), "Traceability of 1 of 2 captures: none is established"),
+        ((True, True), "Traceability: the calibrated channels are traceable as far as"),
+    ],
+)
+def test_it_states_what_the_scales_rest_on(cited: tuple[bool, ...], said: str) -> None:
+    calibration = {"name": "bench.calibration.toml", "date": "2026-11-20", "sha256": "ab" * 32}
+    inputs = [
+        {**estimate().inputs[0], "calibration": calibration if given else None} for given in cited
+    ]
+    rendered = " ".join(text.render(estimate(inputs=inputs)).split())
+    assert said in rendered
+    assert "coverage factor k is 1.96" in rendered
+
+
+def test_the_calibration_of_a_new_analysis_counts() -> None:
+    new = {"calibration": {"name": "c.toml", "date": "2026-11-20", "sha256": "ab" * 32}}
+    assert traceability(estimate(inputs=[{"reanalysed": new}])).startswith(
+        "Traceability: the calibrated channels"
+    )
+    assert traceability(estimate(inputs=[])) == ""

@@ -1,0 +1,1 @@
+"""The site of the documents: MkDocs' hooks, and the pictures of its pages."""
