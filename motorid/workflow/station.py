@@ -9,7 +9,7 @@ import contextlib
 import queue
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -89,16 +89,11 @@ class Station:
         serial, retest = self._parts(typed)
         try:
             refuse_serial(self.line.product, serial)
-            self._refuse_repeat(serial, retest)
+            if self._enter(serial):
+                self.ignored += 1  # a scanner that bounced, or a hand before the verdict
+                return
+            self._keep(serial, retest)
         except MotoridError as error:
-            self._orders.put(self._ready(str(error)))
-            return
-        if self._enter(serial):
-            self.ignored += 1  # a scanner that bounced, or a hand before the verdict
-            return
-        try:
-            self._keep(serial)
-        except DataError as error:
             self._orders.put(self._ready(str(error)))
             return
         self._orders.put(Order(serial, lambda message: None, retest=retest))
@@ -130,19 +125,23 @@ class Station:
 
     def _accept(self, serial: str, retest: str, answer: Answer, tag: dict[str, Any]) -> None:
         refuse_serial(self.line.product, serial)
-        self._refuse_repeat(serial, retest)
         if problem := self._enter(serial):
             raise DataError(problem)
-        self._keep(serial)
+        self._keep(serial, retest)
         waiting = self._orders.qsize()
         answer({"event": "accepted", **tag, "serial": serial, "waiting": waiting})
         self._orders.put(Order(serial, answer, tag, retest))
 
-    def _keep(self, serial: str) -> None:
-        """The order on disk, before anybody is told that it is accepted. Raises DataError."""
+    def _keep(self, serial: str, retest: str) -> None:
+        """The order on disk, before anybody is told that it is accepted.
+
+        The motor is in work already: so a verdict that just came counts as one before. Raises
+        DataError or UsageError, and then the motor is in work no more.
+        """
         try:
+            self._refuse_repeat(serial, retest)
             self.kept.accepted(serial)
-        except DataError:
+        except Exception:
             self._leave(serial)
             raise
 
@@ -160,15 +159,18 @@ class Station:
             return ""
 
     def _refuse_repeat(self, serial: str, retest: str) -> None:
-        """Raises DataError for a second test that the product does not allow as it is ordered."""
+        """Raises DataError for a second test that the product does not allow as it is ordered.
+
+        INVALID is no judgement: it calls for a second test, and releases no rejected motor.
+        """
         product = self.line.product
         rule = product.serial
         Who(retest=retest)  # raises for what no record can carry
         if rule is None or rule.repeat == "count" or serial in product.self_test.golden:
             return
-        if not _verdicts(self.line.folder, serial):
+        judged = (one for one in self._newest_first(serial) if one["outcome"] != "INVALID")
+        if (last := next(judged, None)) is None:
             return
-        last = self.last(serial)
         said = f"{serial} was judged before ({last['outcome']}, {last['time']})"
         if rule.repeat == "refuse":
             raise DataError(
@@ -207,14 +209,20 @@ class Station:
     def last(self, serial: str) -> dict[str, Any]:
         """The newest verdict on a motor, from disk. Raises DataError where there is none."""
         refuse_serial(self.line.product, serial)
-        found = sorted(_verdicts(self.line.folder, serial), key=lambda path: path.stat().st_mtime)
-        if not found:
+        newest = next(self._newest_first(serial), None)
+        if newest is None:
             raise DataError(f"{self.line.folder} holds no verdict on {serial}")
-        stored = json_seal.read(found[-1], "a verdict")
+        return newest
+
+    def _newest_first(self, serial: str) -> Iterator[dict[str, Any]]:
+        """The verdicts on a motor, from disk. Raises DataError for a damaged one."""
         keys = ("serial", "outcome", "marginal", "reasons", "time")
-        if not set(keys) <= set(stored):
-            raise DataError(f"{found[-1]} is no verdict of this motorid: it is damaged")
-        return {key: stored[key] for key in keys} | {"folder": str(found[-1].parent)}
+        found = _verdicts(self.line.folder, serial)
+        for path in sorted(found, key=lambda path: path.stat().st_mtime, reverse=True):
+            stored = json_seal.read(path, "a verdict")
+            if not set(keys) <= set(stored):
+                raise DataError(f"{path} is no verdict of this motorid: it is damaged")
+            yield {key: stored[key] for key in keys} | {"folder": str(path.parent)}
 
     def end(self) -> None:
         """Ends ``run`` once what waits is done."""

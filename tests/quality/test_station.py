@@ -462,3 +462,69 @@ def rejected(folder: Path, serial: str) -> None:
     path.write_text(json.dumps(sealed(said | {"outcome": "FAIL"})), encoding="utf-8")
     for one in (path, path.parent):
         os.utime(one, (1.7e9, 1.7e9))
+
+
+def verdict_on_disk(folder: Path, serial: str, outcome: str, hour: int) -> None:
+    inspection = folder / f"{serial}_20260101T{hour:02d}0000"
+    inspection.mkdir()
+    said = {
+        "serial": serial,
+        "outcome": outcome,
+        "marginal": False,
+        "reasons": [],
+        "time": f"2026-01-01T{hour:02d}:00:00+00:00",
+    }
+    path = inspection / "verdict.json"
+    path.write_text(json.dumps(sealed(said)), encoding="utf-8")
+    os.utime(path, (1.7e9 + hour, 1.7e9 + hour))
+
+
+@pytest.mark.parametrize(
+    ("rule", "outcomes", "allowed"),
+    [
+        ("refuse", ["INVALID"], True),
+        ("reason", ["INVALID", "INVALID"], True),
+        ("release", ["FAIL", "INVALID"], False),
+        ("release", ["FAIL", "PASS", "INVALID"], True),
+        ("refuse", ["PASS", "INVALID"], False),
+    ],
+)
+def test_invalid_is_no_judgement(
+    rule: str,
+    outcomes: list[str],
+    allowed: bool,
+    line_rig: Rig,
+    product: Product,
+    tmp_path: Path,
+) -> None:
+    """It uses up no test of a motor, and releases none that was rejected."""
+    example = 'example = "D000123"'
+    asking = parse(product.text.replace(example, f'{example}\nrepeat = "{rule}"'))
+    for hour, outcome in enumerate(outcomes):
+        verdict_on_disk(tmp_path, "D000001", outcome, hour)
+    with Line(line_rig, asking, tmp_path) as line:
+        station = Station(line, lambda screen: None)
+        answer = heard(station, order="inspect", serial="D000001")
+        assert (answer["event"] == "accepted") == allowed, answer
+        if not allowed:  # and it is not in work: the next motor is taken
+            assert heard(station, order="inspect", serial="D000002")["event"] == "accepted"
+
+
+def test_an_order_that_comes_with_the_verdict_is_a_second_test(
+    line_rig: Rig, product: Product, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The rule looks at the disk once the motor is in work: no verdict falls between the two."""
+    once = parse(
+        product.text.replace('example = "D000123"', 'example = "D000123"\nrepeat = "refuse"')
+    )
+    with Line(line_rig, once, tmp_path) as line:
+        station = Station(line, lambda screen: None)
+        enter = station._enter
+
+        def judged_meanwhile(serial: str) -> str:
+            verdict_on_disk(tmp_path, serial, "PASS", 1)
+            return enter(serial)
+
+        monkeypatch.setattr(station, "_enter", judged_meanwhile)
+        said = heard(station, order="inspect", serial="D000001")["message"]
+    assert "was judged before (PASS" in said
