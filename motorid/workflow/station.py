@@ -94,8 +94,7 @@ class Station:
                 return
             self._keep(serial, retest)
         except MotoridError as error:
-            # a verdict that is on its way keeps its screen: what was wrong stands below it
-            self._orders.put(str(error) if self._in_work else self._ready(str(error)))
+            self._orders.put(self._ready(str(error)))
             return
         self._orders.put(Order(serial, lambda message: None, retest=retest))
 

@@ -528,15 +528,3 @@ def test_an_order_that_comes_with_the_verdict_is_a_second_test(
         monkeypatch.setattr(station, "_enter", judged_meanwhile)
         said = heard(station, order="inspect", serial="D000001")["message"]
     assert "was judged before (PASS" in said
-
-
-def test_a_wrong_scan_during_a_run_leaves_the_verdict_on_the_screen(
-    line_rig: Rig, product: Product, tmp_path: Path
-) -> None:
-    shown: list[Screen] = []
-    with Line(line_rig, product, tmp_path) as line:
-        station = Station(line, shown.append)
-        station.scan(["D000001", "no number"], ends=True)
-        station.run()
-    assert shown[-1].word == "PASS"
-    assert "no number" in str(shown[-1])
