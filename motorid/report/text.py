@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 
 from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter
 from motorid.estimate.results.status import Status
@@ -27,42 +28,45 @@ from motorid.report.words import (
 )
 
 WIDTH = 96
+NARROWEST = 80
+Wrap = Callable[[str, str], str]
 MARKS = {"info": "·", "warning": "!", "error": "✗"}
 HEADER = ("", "", "value ± 95 %", "statistical", "instrument", "status")
 
 
-def render(estimate: Estimate) -> str:
-    """The whole report as text, ending in a newline."""
-    parts = _first(estimate)
-    parts.append(_table(estimate))
+def render(estimate: Estimate, width: int = WIDTH) -> str:
+    """The whole report as text, ending in a newline; in lines of ``width`` columns, 80 at least."""
+    width = max(min(width, WIDTH), NARROWEST)
+    wrap = partial(_wrap, width=width)
+    parts = _first(estimate, wrap)
+    parts.append(_table(estimate, width))
     doubtful = doubts(estimate)
     if doubtful:
-        parts.append("\n".join(_wrap(note, "  ! ") for note in doubtful))
+        parts.append("\n".join(wrap(note, "  ! ") for note in doubtful))
     parts += alternative.as_text(estimate)
     parts += _section("combinations", estimate.combinations.values())
     parts += _section("derived", estimate.derived.values())
     parts += _section("estimated on the way", estimate.nuisance.values())
     notes = remarks(estimate)
     if notes:
-        parts.append("\n".join(_wrap(note, "  ") for note in notes))
+        parts.append("\n".join(wrap(note, "  ") for note in notes))
     if estimate.alternative:
         said = alternative.sentences(estimate.alternative)
-        parts.append("\n".join(_wrap(text, "  ") for text in said))
+        parts.append("\n".join(wrap(text, "  ") for text in said))
     if gains := unstated.lines(estimate):
-        parts.append("\n".join(_wrap(line, "  ") for line in gains))
-    parts += [found] if (found := _findings(estimate)) else []
-    parts += _suspects(estimate)
-    parts.append("\n".join(_wrap(line, "  ") for line in _closing(estimate)))
+        parts.append("\n".join(wrap(line, "  ") for line in gains))
+    parts += [found] if (found := _findings(estimate, wrap)) else []
+    parts += _suspects(estimate, wrap)
+    parts.append("\n".join(wrap(line, "  ") for line in _closing(estimate)))
     return "\n\n".join(parts) + "\n"
 
 
-def _first(estimate: Estimate) -> list[str]:
+def _first(estimate: Estimate, wrap: Wrap) -> list[str]:
     """What stands above the table: findings that moved a value, or left none."""
     lines = [
-        _wrap(sentence(d.message), f"  {MARKS[d.severity]} ")
-        for d in _ordered(estimate, first=True)
+        wrap(sentence(d.message), f"  {MARKS[d.severity]} ") for d in _ordered(estimate, first=True)
     ]
-    lines += [_wrap(said, "  ! ") for said in suspects.as_sentences(estimate, first=True)]
+    lines += [wrap(said, "  ! ") for said in suspects.as_sentences(estimate, first=True)]
     return ["\n".join(lines)] if lines else []
 
 
@@ -84,22 +88,32 @@ def _aside(p: Parameter) -> str:
     return "  ".join(part for part in (in_rpm(p) and f"= {in_rpm(p)}", status) if part)
 
 
-def _table(estimate: Estimate) -> str:
-    """The main table: name, meaning, value, both parts of the uncertainty, status."""
+def _table(estimate: Estimate, width: int) -> str:
+    """The main table: name, meaning, value, both parts of the uncertainty, status.
+
+    A narrow one has no meanings.
+    """
     parameters = six(estimate) + reference(estimate) + others(estimate)
     rows = [HEADER] + [
         (p.name, name_of(p), value, *_parts(estimate, p), STATUS_WORDS[p.status])
         for p, value in zip(parameters, _values(parameters), strict=True)
     ]
-    widths = [_widest(column) for column in zip(*rows, strict=True)]
-    lines = []
-    for name, meaning, value, statistical, instrument, status in rows:
-        left = f"  {name:<{widths[0]}}  {meaning:<{widths[1]}}  {value:<{widths[2]}}"
-        lines.append(
-            f"{left}  {statistical:>{widths[3]}}  {instrument:>{widths[4]}}  {status}".rstrip()
-        )
+    lines = _columns(rows, "<<<>><")
+    if _widest(lines) > width:
+        lines = _columns([(name, *rest) for name, _, *rest in rows], "<<>><")
     lines.insert(1, "  " + "─" * (_widest(lines) - 2))
     return "\n".join(lines)
+
+
+def _columns(rows: Sequence[Sequence[str]], sides: str) -> list[str]:
+    """Lines of a table; ``sides``: how each column is aligned."""
+    widths = [_widest(column) for column in zip(*rows, strict=True)]
+    return [
+        "".join(
+            f"  {text:{side}{w}}" for text, side, w in zip(row, sides, widths, strict=True)
+        ).rstrip()
+        for row in rows
+    ]
 
 
 def _parts(estimate: Estimate, p: Parameter) -> tuple[str, str]:
@@ -123,11 +137,11 @@ def _widest(texts: Iterable[str]) -> int:
     return max((len(t) for t in texts), default=0)
 
 
-def _findings(estimate: Estimate) -> str:
+def _findings(estimate: Estimate, wrap: Wrap) -> str:
     found = _ordered(estimate, first=False)
     if not estimate.diagnostics:
         return "  · No finding about the data or the fit."
-    return "\n".join(_wrap(sentence(d.message), f"  {MARKS[d.severity]} ") for d in found)
+    return "\n".join(wrap(sentence(d.message), f"  {MARKS[d.severity]} ") for d in found)
 
 
 def _ordered(estimate: Estimate, first: bool) -> list[Diagnostic]:
@@ -137,12 +151,12 @@ def _ordered(estimate: Estimate, first: bool) -> list[Diagnostic]:
     return sorted(found, key=lambda d: order[d.severity])
 
 
-def _suspects(estimate: Estimate) -> list[str]:
+def _suspects(estimate: Estimate, wrap: Wrap) -> list[str]:
     """Faults of the measuring chain that the fit names, and scales that it cannot check."""
-    named = [_wrap(said, "  ! ") for said in suspects.as_sentences(estimate, first=False)]
+    named = [wrap(said, "  ! ") for said in suspects.as_sentences(estimate, first=False)]
     unseen = suspects.hidden(estimate)
     lines = ["suspects", *named] if named else []
-    lines += [_wrap(unseen, "  ")] if unseen else []
+    lines += [wrap(unseen, "  ")] if unseen else []
     return ["\n".join(lines)] if lines else []
 
 
@@ -159,8 +173,8 @@ def _closing(estimate: Estimate) -> list[str]:
     return [line for line in lines if line] + [f"From {s}" for s in sources] + meant
 
 
-def _wrap(sentence: str, mark: str) -> str:
+def _wrap(sentence: str, mark: str, width: int) -> str:
     return textwrap.fill(
-        sentence, WIDTH, initial_indent=mark, subsequent_indent=" " * len(mark),
+        sentence, width, initial_indent=mark, subsequent_indent=" " * len(mark),
         break_long_words=False, break_on_hyphens=False,
     )  # fmt: skip

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -113,10 +116,12 @@ def exit_code(estimate: Estimate, *, strict: bool = False) -> int:
 
 
 def as_text(estimate: Estimate) -> str:
-    """The estimate as a table for a terminal."""
+    """The estimate as a table, as wide as the terminal allows; in a file as wide as it likes."""
     from motorid.report import text
 
-    return text.render(estimate)
+    if not (sys.stdout.isatty() or "COLUMNS" in os.environ):
+        return text.render(estimate)
+    return text.render(estimate, shutil.get_terminal_size((text.WIDTH, 24)).columns)
 
 
 def as_json(estimate: Estimate) -> str:

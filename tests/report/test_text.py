@@ -145,3 +145,16 @@ def test_the_calibration_of_a_new_analysis_counts() -> None:
         "Traceability: the calibrated channels"
     )
     assert traceability(estimate(inputs=[])) == ""
+
+
+@pytest.mark.parametrize("width", [20, 60, 80, 96, 400])
+def test_no_line_is_wider_than_the_terminal(width: int) -> None:
+    """A narrow table has no meanings; below 80 columns nothing is narrower."""
+    rendered = text.render(estimate(), width)
+    most = min(max(width, text.NARROWEST), text.WIDTH)
+    words = [line for line in rendered.splitlines() if not line.startswith("  From ")]
+    table = rendered[: rendered.index("derived")]
+    assert max(map(len, words)) <= most
+    assert ("torque constant" in table) is (width >= 96)
+    for name in ("R", "L", "K", "B", "J", "T0"):
+        assert f"\n  {name} " in table
