@@ -65,7 +65,7 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
     "--token",
     "token_file",
     type=live.pem_file,
-    help="File with the token by which a line controller begins; beyond this computer a must.",
+    help="File with the token that a line controller says first.",
 )
 @click.option(
     "--queue",
@@ -75,7 +75,7 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
     show_default=True,
     help="Orders in work at most; above 1 only where a machine changes the motors.",
 )
-@click.option("--history", help="Add verdicts to this history (file, or a database's URL).")
+@click.option("--history", help="History that gets the verdicts: a file, or a URL.")
 @click.option("--station", "name", default="", help="This station's name in records and history.")
 @click.option("--operator", default="", help="Who works here, for records and history.")
 def command(

@@ -159,12 +159,12 @@ def trace(history: History, what: str) -> str:
 def _trace(history: History, capture: Any) -> Iterator[str]:
     created = f"{capture.created:%Y-%m-%d %H:%M:%S} UTC" if capture.created else "unknown"
     yield f"motor {capture.serial or 'without a serial number'}"
-    yield f"  capture  {capture.path}"
-    yield f"  sha256   {capture.sha256}"
-    yield f"  created  {created}, {capture.samples} samples, {capture.end_reason}"
+    yield f"  {'capture':<12}{capture.path}"
+    yield f"  {'sha256':<12}{capture.sha256}"
+    yield f"  {'created':<12}{created}, {capture.samples} samples, {capture.end_reason}"
     for name in ("rig", "program", "calibration"):
         digest = getattr(capture, name)
-        yield f"  {name:<11}{digest[:12] if digest else 'none'}"
+        yield f"  {name:<12}{digest[:12] if digest else 'none'}"
     for row in history.results_of(capture.sha256):
         marginal = " MARGINAL" if row.marginal else ""
         yield (

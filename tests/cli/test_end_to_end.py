@@ -31,8 +31,9 @@ def run(*line: str | Path) -> int:
 
 
 def test_run_writes_capture_estimate_and_report(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setenv("COLUMNS", "96")  # a narrow terminal gets no meanings
     out = tmp_path / "new folder" / "Ωut"
     assert run("run", *FAST, "-o", out) == 0
     assert {p.name for p in out.iterdir()} == {"capture.h5", "estimate.json", "report.html"}
