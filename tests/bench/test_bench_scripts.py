@@ -306,3 +306,10 @@ def test_history() -> None:
     assert "100 results, ms | 200 results, ms | 400 results, ms" in table
     for question in ("list --serial", "list --outcome FAIL", "list", "trend --last 100"):
         assert found(rf"\| {question} \|( [\d.]+ \|){{3}} -?[\d.]+ \|", table)
+
+
+def test_kit(tmp_path: Path) -> None:
+    rows = tmp_path / "kit.json"
+    table = json.loads(run("kit", "--rigs", "1", "--out", str(rows)))["table"]
+    assert set(table) == set(SIX)
+    assert all(row["given"] == 1 for row in table.values())
