@@ -114,7 +114,8 @@ def _show(found: Proposal, words: list[str]) -> None:
 def _open(questions: tuple[Question, ...]) -> str:
     said = questions[0]
     answers = ", or ".join(said.options) or "a --map for each quantity"
-    more = f" ({len(questions) - 1} more questions are above)" if len(questions) > 1 else ""
+    others = len(questions) - 1
+    more = f" ({others} more question{'s are' if others > 1 else ' is'} above)" if others else ""
     return (
         f"the file leaves open: {said.text.rstrip('?.:')}; answer with --look and {answers}{more}"
     )
