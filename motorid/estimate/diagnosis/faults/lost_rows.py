@@ -32,6 +32,8 @@ OTHERS = 0.25  # of them, at most: places that miss no whole number of rows
 QUIET = 8.0  # noises by which the voltage may bend beside a place
 LATE = 15  # rows for which a bend of the voltage may still bend a current
 PULLS = 6.0  # standard uncertainties of the jump and 3 of both slopes
+ROUNDED = 1e-9  # of a channel's range: what a change of units leaves of an equal reading
+SMALL = 10  # percentile of the changes of a channel, of those that are any
 BEYOND = 4.0  # times the largest other change of the speed: a stretch is missing
 
 
@@ -120,7 +122,7 @@ class _Lines:
         reach = side / 2.0
         left, right = slope[:-side], slope[side:]
         jump = (mean[side:] - reach * right) - (mean[:-side] + reach * left)
-        noise = _noise(values)
+        noise = max(_noise(values), 0.5 * _step(values))
         variance = 2.0 * noise**2 * (1.0 / side + reach**2 / float(at @ at))
         return cls(jump, left, right, max(variance, 1e-300))
 
@@ -136,6 +138,15 @@ def _noise(values: Floats) -> float:
     third = np.diff(values, 3)
     quiet = float(np.median(np.abs(third))) / 0.6745 / math.sqrt(20.0)
     return max(quiet, 1e-6 * float(np.ptp(values)))
+
+
+def _step(values: Floats) -> float:
+    """A small change between neighbours: of a coarse channel that mostly stays, whose usual third
+    difference is nothing, its resolution. A smooth one has far smaller changes than its slopes.
+    """
+    changes = np.abs(np.diff(values))
+    changes = changes[changes > ROUNDED * float(np.ptp(values))]
+    return float(np.percentile(changes, SMALL)) if len(changes) else 0.0
 
 
 def _steady(volts: Floats, late: int, side: int) -> Bools:

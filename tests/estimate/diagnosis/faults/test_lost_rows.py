@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, SPEED
-from motorid.estimate.diagnosis.faults.lost_rows import suspects
+from motorid.estimate.diagnosis.faults.lost_rows import _Lines, suspects
 from tests.estimate.diagnosis.facts.made_log import LEVEL_S, PERIOD_S, log, rounded, rows, truth
 
 LEVEL = round(LEVEL_S / PERIOD_S)  # rows
@@ -55,3 +55,20 @@ def test_a_pause_that_the_stamps_show_is_not_accused() -> None:
     kept = np.r_[: 2 * LEVEL + 20, 2 * LEVEL + 140 : len(capture)]
     stamped = replace(rows(capture, kept), ticks=capture.ticks[kept])
     assert suspects(stamped) == []
+
+
+@pytest.mark.parametrize("count", [1.0, 3.07])
+def test_a_coarse_channel_that_mostly_stays_is_not_taken_for_exact(count: float) -> None:
+    """Edges a row: its usual third difference is nothing, and a line through it is known to about a
+    third of a count, not to a millionth of its range.
+    """
+    rng = np.random.default_rng(3)
+    speed = count * (30.0 + (rng.random(600) < 0.1))
+    lines = _Lines.of(speed, 10)
+    assert count / 5 < np.sqrt(lines.variance) < count
+    assert np.abs(lines.jump).max() < 5 * np.sqrt(lines.variance)
+
+
+def test_a_smooth_channel_stays_exact() -> None:
+    speed = 400.0 * (1.0 - np.exp(-np.arange(600) / 80.0))
+    assert np.sqrt(_Lines.of(speed, 10).variance) < 0.01
