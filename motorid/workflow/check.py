@@ -7,6 +7,7 @@ process that is killed at any moment loses nothing: ``resume`` finishes what it 
 from __future__ import annotations
 
 import contextlib
+import glob
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -260,7 +261,7 @@ def refuse_serial(product: Product, serial: str) -> None:
 
 def new_folder(parent: Path, serial: str, begin: datetime) -> Path:
     """A folder of its own for this inspection: serial number and time, and a count if need be."""
-    stem = f"{quote(serial, safe='')}_{begin:%Y%m%dT%H%M%S}"
+    stem = f"{_stem(serial)}_{begin:%Y%m%dT%H%M%S}"
     for count in range(1000):
         folder = parent / (stem if count == 0 else f"{stem}-{count}")
         try:
@@ -269,6 +270,21 @@ def new_folder(parent: Path, serial: str, begin: datetime) -> Path:
             continue
         return folder
     raise DataError(f"{parent} holds a thousand inspections of {serial} in one second")
+
+
+def serial_of(folder: Path) -> str:
+    """The motor that an inspection's ``folder`` is named after."""
+    return unquote(folder.name.rpartition("_")[0])
+
+
+def verdicts_of(parent: Path, serial: str) -> list[Path]:
+    """The verdicts of the inspections of ``serial`` in the folder ``parent``."""
+    found = parent.glob(f"{glob.escape(_stem(serial))}_*/{VERDICT}")
+    return [one for one in found if serial_of(one.parent) == serial]
+
+
+def _stem(serial: str) -> str:
+    return quote(serial, safe="")
 
 
 def write_records(verdict: Verdict, folder: Path, begin: datetime, who: Who = NOBODY) -> None:
@@ -315,8 +331,7 @@ def resume(folder: Path, product: Product, who: Who = NOBODY) -> list[Inspection
         except UsageError:
             continue  # its journal still grows: another process measures it
         except DataError as error:
-            serial = unquote(one.name.rpartition("_")[0])
-            verdict = not_measured(product, serial, f"the run was cut short ({error})")
+            verdict = not_measured(product, serial_of(one), f"the run was cut short ({error})")
             write_records(verdict, one, begin, there)
             done.append(Inspection(verdict, one, verdict.exit_code))
     return done

@@ -10,11 +10,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from urllib.parse import unquote
 
 from motorid import json_seal, json_text
 from motorid.errors import DataError, MotoridError
-from motorid.workflow.check import CAPTURE, VERDICT
+from motorid.workflow.check import CAPTURE, VERDICT, serial_of
 
 if TYPE_CHECKING:
     from motorid.quality.history import History
@@ -42,7 +41,7 @@ class ShiftHistory:
                 if not (folder / MARK).exists():
                     self._add(history, folder)
         except (MotoridError, OSError) as error:
-            return f"{stored_serial(folder)} is not in the history yet ({error})"
+            return f"{serial_of(folder)} is not in the history yet ({error})"
         return ""
 
     def catch_up(self, folder: Path) -> str:
@@ -88,11 +87,6 @@ class ShiftHistory:
             return False
         versions = stored.get("versions")
         return isinstance(versions, dict) and versions.get("product") == self.product.digest
-
-
-def stored_serial(folder: Path) -> str:
-    """The motor that an inspection's folder is named after."""
-    return unquote(folder.name.rpartition("_")[0])
 
 
 def anchors(folder: Path) -> Iterator[Head]:

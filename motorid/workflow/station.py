@@ -11,13 +11,12 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from motorid import json_seal
 from motorid.errors import DataError, MotoridError
 from motorid.report.screen import Screen, of_verdict
-from motorid.workflow.check import VERDICT, Inspection, Line, Who, refuse_serial, resume
+from motorid.workflow.check import Inspection, Line, Who, refuse_serial, resume, verdicts_of
 from motorid.workflow.history_worker import HistoryWorker
 from motorid.workflow.kept_orders import KeptOrders
 
@@ -217,7 +216,7 @@ class Station:
     def _newest_first(self, serial: str) -> Iterator[dict[str, Any]]:
         """The verdicts on a motor, from disk. Raises DataError for a damaged one."""
         keys = ("serial", "outcome", "marginal", "reasons", "time")
-        found = _verdicts(self.line.folder, serial)
+        found = verdicts_of(self.line.folder, serial)
         for path in sorted(found, key=lambda path: path.stat().st_mtime, reverse=True):
             stored = json_seal.read(path, "a verdict")
             if not set(keys) <= set(stored):
@@ -271,7 +270,7 @@ class Station:
     def _inspect(self, order: Order) -> None:
         self.measuring = order.serial
         self.show(Screen("RUN", (order.serial,), "Keep your hands off the motor: it turns."))
-        before = len(_verdicts(self.line.folder, order.serial))
+        before = len(verdicts_of(self.line.folder, order.serial))
         tag = {**(order.tag or {}), "ends": True}
         try:
             done = self.line.inspect(order.serial, retest=order.retest)
@@ -350,14 +349,3 @@ def reader(station: Station, lines: Iterable[str], *, ends: bool) -> threading.T
 def _some(serials: Sequence[str]) -> str:
     more = f" and {len(serials) - MOST_NAMED} more" if len(serials) > MOST_NAMED else ""
     return ", ".join(serials[:MOST_NAMED]) + more
-
-
-def _verdicts(folder: Path, serial: str) -> list[Path]:
-    from urllib.parse import quote
-
-    stem = quote(serial, safe="")
-    return [
-        one / VERDICT
-        for one in folder.iterdir()
-        if one.name.rpartition("_")[0] == stem and (one / VERDICT).exists()
-    ]
