@@ -140,8 +140,7 @@ class _Client(socketserver.StreamRequestHandler):
             if self.server.token and not self.knows_the_token():
                 return
             if not self.server.admit(self):
-                message = f"{MOST_CLIENTS} connections wait already"
-                self.answer({"event": "error", "message": message})
+                self.refuse(f"{MOST_CLIENTS} connections wait already")
                 return
             if self.server.token:
                 self.answer({"event": HELLO})
@@ -161,33 +160,34 @@ class _Client(socketserver.StreamRequestHandler):
             super().finish()
 
     def serve(self) -> None:
-        while line := self.rfile.readline(LONGEST_LINE):
-            self.server.hear(self)
-            try:
-                order = read_order(line)
-            except ValueError as error:
-                self.answer({"event": "error", "message": str(error)})
-                return
+        while (order := self.next_order()) is not None:
             self.server.take(order, self.answer)
+
+    def next_order(self) -> Message | None:
+        """The next line's; None where there is none, or none that is an order: that is answered."""
+        line = self.rfile.readline(LONGEST_LINE)
+        if not line:
+            return None
+        self.server.hear(self)
+        try:
+            return read_order(line)
+        except ValueError as error:
+            self.refuse(str(error))
+            return None
 
     def knows_the_token(self) -> bool:
         """Whether the first line is a greeting with it; who knows it not gets a sentence."""
-        try:
-            first = read_order(self.rfile.readline(LONGEST_LINE))
-        except ValueError as error:
-            self.answer({"event": "error", "message": str(error)})
+        first = self.next_order()
+        if first is None:
             return False
         said = str(first.get("token", "")).encode("utf-8", "replace")
         if first["order"] != HELLO or not secrets.compare_digest(said, self.server.token.encode()):
-            self.answer(
-                {
-                    "event": "error",
-                    "message": "this station wants its token first: "
-                    '{"order": "hello", "token": "..."}',
-                }
-            )
+            self.refuse('this station wants its token first: {"order": "hello", "token": "..."}')
             return False
         return True
+
+    def refuse(self, why: str) -> None:
+        self.answer({"event": "error", "message": why})
 
     def answer(self, message: Mapping[str, Any]) -> None:
         """One line back, without waiting; a client that does not read loses its connection."""
