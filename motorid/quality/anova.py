@@ -58,11 +58,7 @@ def anova_table(values: Floats) -> dict[str, AnovaRow]:
         "repeatability": p * o * (r - 1),
         "total": p * o * r - 1,
     }
-    rows = {
-        name: AnovaRow(name, degrees[name], squares[name], squares[name] / degrees[name])
-        for name in squares
-        if degrees[name]
-    }
+    rows = _rows(squares, degrees)
     both, error = rows.get("operator × part"), rows["repeatability"]
     if both is None:
         return rows | {"part": tested(rows["part"], error)}
@@ -86,15 +82,20 @@ def nested_table(values: Floats) -> dict[str, AnovaRow]:
         "repeatability": p * o * (r - 1),
         "total": p * o * r - 1,
     }
-    rows = {
-        name: AnovaRow(name, degrees[name], squares[name], squares[name] / degrees[name])
-        for name in squares
-        if degrees[name]
-    }
+    rows = _rows(squares, degrees)
     part, error = rows["part (operator)"], rows["repeatability"]
     if "operator" in rows:
         rows["operator"] = tested(rows["operator"], part)
     return rows | {"part (operator)": tested(part, error)}
+
+
+def _rows(squares: dict[str, float], degrees: dict[str, int]) -> dict[str, AnovaRow]:
+    """Those lines that have degrees of freedom."""
+    return {
+        name: AnovaRow(name, degrees[name], squares[name], squares[name] / degrees[name])
+        for name in squares
+        if degrees[name]
+    }
 
 
 def nested_sigmas(rows: dict[str, AnovaRow], parts: int, repeats: int) -> dict[str, float]:

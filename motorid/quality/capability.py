@@ -129,16 +129,14 @@ def _shaped(
     """The performance by the shape that is asked for or chosen, and why; None: a normal one."""
     n, ends = len(values), (lower, upper)
     tested = f"Shapiro-Wilk p = {normal_p:.2g}"
+    too_few = f"normal, though the readings contradict it ({tested}): too few for another"
     if shape == "normal":
         return None, "normal, as asked"
     if shape == "auto":
         if normal_p >= NOT_NORMAL:
             return None, f"normal: the readings do not contradict it ({tested})"
         if n < LEAST:
-            return (
-                None,
-                f"normal, though the readings contradict it ({tested}): too few for another",
-            )
+            return None, too_few
         power = by_box_cox(values, *ends, level)
         if power is not None and power.p >= NOT_NORMAL:
             return power, (
@@ -146,10 +144,7 @@ def _shaped(
                 f"transform of λ = {power.power:.2f}"
             )
         if n < LEAST_MOMENTS:
-            return (
-                None,
-                f"normal, though the readings contradict it ({tested}): too few for another",
-            )
+            return None, too_few
         try:
             return by_percentiles(values, *ends, level), (
                 f"percentiles of Pearson's curve: the readings are not normal ({tested}), "

@@ -9,6 +9,7 @@ where all small ones pass and all large ones fail, no largest likelihood exists,
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -158,8 +159,5 @@ def _quantiles(at: Floats, weights: Floats, step: float) -> Floats:
 
 def most_named(names: Sequence[Sequence[str]], count: int = 2) -> list[str]:
     """The quantities that were named in most trials, the most frequent first."""
-    times: dict[str, int] = {}
-    for one in names:
-        for name in dict.fromkeys(one):
-            times[name] = times.get(name, 0) + 1
+    times = Counter(name for one in names for name in set(one))
     return sorted(times, key=lambda name: (-times[name], name))[:count]

@@ -137,10 +137,11 @@ def _resampled_curve(values: Floats) -> PearsonCurve:
 # ---- Box-Cox -----------------------------------------------------------------------------------
 
 
-def box_cox(values: Floats, power: float) -> Floats:
+def box_cox(values: Floats | float, power: Floats | float) -> Floats:
     """The transform of positive ``values``: their logarithm where ``power`` is 0."""
-    logs = np.log(values)
-    return logs if power == 0.0 else np.expm1(power * logs) / power
+    from scipy.special import boxcox
+
+    return np.asarray(boxcox(values, power))
 
 
 def best_power(values: Floats) -> float | None:
@@ -192,7 +193,7 @@ def by_box_cox(
         return unit * _back(mean + deviations * sd, power)
 
     def score(end: float) -> float:
-        return (float(box_cox(np.array([end]), power)[0]) - mean) / sd
+        return (float(box_cox(end, power)) - mean) / sd
 
     below = 0.0 if low is None else float(ndtr(score(low)))
     above = 0.0 if high is None else float(ndtr(-score(high)))
@@ -219,15 +220,10 @@ def _back(shown: float, power: float) -> float:
 def _by_moments(
     mean: Floats, sd: Floats, power: Floats, lower: float | None, upper: float | None
 ) -> tuple[Floats | None, Floats]:
-    def moved(end: float) -> Floats:
-        near = np.where(power == 0.0, 1.0, power)
-        return np.where(power == 0.0, math.log(end), np.expm1(near * math.log(end)) / near)
-
-    sides = [(moved(upper) - mean) / (3.0 * sd)] if upper is not None else []
-    sides += [(mean - moved(lower)) / (3.0 * sd)] if lower is not None else []
-    pp = None
-    if lower is not None and upper is not None:
-        pp = (moved(upper) - moved(lower)) / (6.0 * sd)
+    low, high = (None if end is None else box_cox(end, power) for end in (lower, upper))
+    sides = [(high - mean) / (3.0 * sd)] if high is not None else []
+    sides += [(mean - low) / (3.0 * sd)] if low is not None else []
+    pp = None if low is None or high is None else (high - low) / (6.0 * sd)
     return pp, np.min(sides, axis=0)
 
 

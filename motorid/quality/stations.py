@@ -99,7 +99,7 @@ def _pair(
     if not common:
         return None
     stated = _stated([r for part in common for r in (*one[part], *other[part])])
-    spread = None if stated is None else math.hypot(
+    spread = None if not stated else math.hypot(
         *(_root_mean([r for part in common for r in side[part]]) for side in (one, other))
     )  # fmt: skip
     if len(common) == 1:
@@ -174,9 +174,9 @@ def _mean(readings: Sequence[Reading]) -> float:
     return float(np.mean([r.value for r in readings]))
 
 
-def _stated(readings: Sequence[Reading]) -> bool | None:
-    """True where every reading states an uncertainty above zero; else None."""
-    return all(r.uncertainty is not None and r.uncertainty > 0.0 for r in readings) or None
+def _stated(readings: Sequence[Reading]) -> bool:
+    """Whether every reading states an uncertainty above zero."""
+    return all(r.uncertainty is not None and r.uncertainty > 0.0 for r in readings)
 
 
 def _root_mean(readings: Sequence[Reading]) -> float:
