@@ -9,9 +9,16 @@ from pathlib import Path
 import click
 
 from motorid.cli.names import FILES
-from motorid.cli.options import Assignment, cluster_option, example, expand, force_option
+from motorid.cli.options import (
+    Assignment,
+    cluster_option,
+    example,
+    expand,
+    force_option,
+    jobs_option,
+)
 from motorid.cli.streams import paint
-from motorid.cli.values import JOBS, Named, Whole
+from motorid.cli.values import Named, Whole
 from motorid.errors import EXIT_DONE
 
 
@@ -64,9 +71,7 @@ class TaskBar:
     help="Evaluations of each search (captures only: a table has its own).",
 )
 @click.option("--seeds", type=Whole(1, 10_000), help="Seeds: 10 for captures, 30 for tables.")
-@click.option(
-    "--jobs", type=JOBS, default=-1, show_default=True, help="Processes; -1 is one a core."
-)
+@jobs_option
 @cluster_option
 @click.option(
     "--truth",

@@ -15,7 +15,7 @@ from motorid.cli.values import FINITE, JOBS, Between, Named, Whole
 from motorid.errors import EXIT_DONE, EXIT_FAIL_VERDICT
 
 if TYPE_CHECKING:
-    from motorid.quality.gauge import GaugeResult
+    from motorid.quality.gauge import GaugeResult, Method
     from motorid.quality.product import Product
     from motorid.workflow.gauge import Run
 
@@ -103,18 +103,8 @@ def crossed(
     force: bool,
 ) -> int | None:
     """Analyse a crossed study: CSV with columns part, operator, and one a quantity."""
-    from motorid.quality.study_file import read_rows
-    from motorid.workflow import gauge as workflow
-
-    results = workflow.analyse_rows(
-        read_rows(file),
-        str(file),
-        quantities=quantities,
-        tolerances=dict(tolerances),
-        units=workflow.units_known(),
-        method="range" if method == "range" else "anova",
-        alpha=alpha,
-    )
+    how: Method = "range" if method == "range" else "anova"
+    results = _analysed(file, quantities, tolerances, method=how, alpha=alpha)
     return _report(results, output, f"Gauge study {file.stem}", force, max_grr)
 
 
@@ -134,18 +124,30 @@ def nested(
     force: bool,
 ) -> int | None:
     """Analyse a nested study: each operator has parts that nobody else measures."""
+    results = _analysed(file, quantities, tolerances, method="nested")
+    return _report(results, output, f"Nested gauge study {file.stem}", force, max_grr)
+
+
+def _analysed(
+    file: Path,
+    quantities: tuple[str, ...],
+    tolerances: tuple[tuple[str, float], ...],
+    *,
+    method: Method,
+    alpha: float | None = None,
+) -> list[GaugeResult]:
     from motorid.quality.study_file import read_rows
     from motorid.workflow import gauge as workflow
 
-    results = workflow.analyse_rows(
+    return workflow.analyse_rows(
         read_rows(file),
         str(file),
         quantities=quantities,
         tolerances=dict(tolerances),
         units=workflow.units_known(),
-        method="nested",
+        method=method,
+        alpha=alpha,
     )
-    return _report(results, output, f"Nested gauge study {file.stem}", force, max_grr)
 
 
 @command.command("run")

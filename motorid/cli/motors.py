@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from motorid.cli.names import FILES
-from motorid.cli.options import cluster_option, example, expand, force_option
-from motorid.cli.values import JOBS, Named
+from motorid.cli.options import cluster_option, example, expand, force_option, jobs_option
+from motorid.cli.values import Named
 from motorid.errors import EXIT_DONE
 
 
@@ -20,9 +20,7 @@ from motorid.errors import EXIT_DONE
     ),
 )
 @click.argument("files", nargs=-1, required=True, type=FILES)
-@click.option(
-    "--jobs", type=JOBS, default=-1, show_default=True, help="Processes; -1 is one a core."
-)
+@jobs_option
 @cluster_option
 @click.option(
     "-o",

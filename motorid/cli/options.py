@@ -13,7 +13,7 @@ import click
 
 from motorid.cli.names import PORT, PRODUCT, RIG
 from motorid.cli.streams import folded
-from motorid.cli.values import Whole, finite
+from motorid.cli.values import JOBS, Whole, finite
 
 if TYPE_CHECKING:
     from motorid.rig import Rig
@@ -184,6 +184,9 @@ nameplate_option = click.option(
     "one figure (torque_constant_nm_a=0.0514). It is compared with what is found. Repeatable.",
 )
 force_option = click.option("--force", is_flag=True, help="Replace files that exist.")
+jobs_option = click.option(
+    "--jobs", type=JOBS, default=-1, show_default=True, help="Processes; -1 is one a core."
+)
 cluster_option = click.option(
     "--cluster",
     metavar="ADDRESS",

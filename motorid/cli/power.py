@@ -7,8 +7,15 @@ from pathlib import Path
 import click
 
 from motorid.cli.names import RIG
-from motorid.cli.options import Assignment, cluster_option, example, force_option, product_option
-from motorid.cli.values import JOBS, Named, Whole
+from motorid.cli.options import (
+    Assignment,
+    cluster_option,
+    example,
+    force_option,
+    jobs_option,
+    product_option,
+)
+from motorid.cli.values import Named, Whole
 from motorid.errors import EXIT_DONE
 
 RESULT = "power.json"
@@ -37,9 +44,7 @@ RESULT = "power.json"
     help="Relative standard deviation of good motors: copper (R), magnet (K), winding, friction "
     "or load_inertia. Repeatable.",
 )
-@click.option(
-    "--jobs", type=JOBS, default=-1, show_default=True, help="Processes; -1 is one a core."
-)
+@jobs_option
 @cluster_option
 @click.option(
     "-o",
