@@ -44,9 +44,7 @@ class Pulse:
     peak_a: float
     saturated: bool
     voltage_v: float | None
-    coast_v: float | None = (
-        None  # of the open terminals, in the last half of what follows; None: not open
-    )
+    coast_v: float | None = None  # of the open terminals, in the last half; None: not open
     counts_per_s: float | None = None  # of the encoder, at the end of the stretch that is shown
 
     @property

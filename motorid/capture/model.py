@@ -6,7 +6,7 @@ A capture is one run. It is never changed; a correction makes a new one.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal, get_args
 
@@ -259,3 +259,8 @@ class Capture(Look):
     def get(self, name: str) -> Channel | None:
         """The channel of that quantity, or None."""
         return self.channels.get(name)
+
+    def rows(self, which: slice, gaps: tuple[Gap, ...]) -> Capture:
+        """These samples alone, as another capture; ``gaps`` by their indices in it."""
+        channels = {n: replace(c, raw=c.raw[which]) for n, c in self.channels.items()}
+        return replace(self, ticks=self.ticks[which], channels=channels, gaps=gaps)

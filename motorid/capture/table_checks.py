@@ -26,6 +26,9 @@ IRREGULAR = 0.02  # relative spread of the periods that is worth saying
 FEW = 0.05  # of the rows: where more repeat a stamp, stamps were rounded
 LEVELS = 4096  # a column of no more distinct values than this may be quantised
 SLOW_S = 1.0  # a period beyond this hardly shows a motor's dynamics
+FEWEST_ONE_WAY = 5  # readings
+FAST = 0.2  # of the largest voltage or speed: the motor is driven, or turns, that way
+STOPPED = 0.1  # of the usual speed forward: below it the motor may have stopped to turn
 
 
 def header_notes(
@@ -190,11 +193,6 @@ def quantum(values: Floats) -> float:
     step = float(np.ptp(levels) / counts[-1])  # finer than one difference can tell
     off = np.abs((levels - levels[0]) / step - counts)
     return step if off.max() < 0.1 else 0.0
-
-
-FEWEST_ONE_WAY = 5  # readings
-FAST = 0.2  # of the largest voltage or speed: the motor is driven, or turns, that way
-STOPPED = 0.1  # of the usual speed forward: below it the motor may have stopped to turn
 
 
 def held_samples(channels: Mapping[str, Channel]) -> dict[str, int]:

@@ -121,10 +121,6 @@ def _remark(capture: Capture, opened: Sequence[Opening]) -> Diagnostic:
 
 def part(capture: Capture, start: int, stop: int) -> Capture:
     """Samples ``start`` to ``stop`` (exclusive) as a capture."""
-    channels = {
-        name: replace(channel, raw=channel.raw[start:stop])
-        for name, channel in capture.channels.items()
-    }
     inside = [gap for gap in capture.gaps if start < gap.index < stop]
     gaps = tuple(replace(gap, index=gap.index - start) for gap in inside)
-    return replace(capture, ticks=capture.ticks[start:stop], channels=channels, gaps=gaps)
+    return capture.rows(slice(start, stop), gaps)

@@ -7,6 +7,7 @@ bends (or changes) at every ``factor``-th row alone.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -86,33 +87,31 @@ def _bends(raw: Floats, resolution: float, held: bool) -> Bools:
 def _lattice(bends: dict[str, Bools]) -> tuple[int, int] | None:
     """First row and factor: the largest that the bends of all channels agree on."""
     rows = next(iter(bends.values())).size
-    anywhere = np.logical_or.reduce(list(bends.values()))
+    places = {name: np.flatnonzero(bend) for name, bend in bends.items()}
+    anywhere = np.flatnonzero(np.logical_or.reduce(list(bends.values())))
+    most = max(map(len, places.values()))
+    motor = max(len(places[name]) for name in MOTOR if name in places)
     for factor in reversed(FACTORS):
-        if rows < factor * FEWEST:
-            continue
+        own = math.ceil(rows / factor)  # rows, at most
+        if rows < factor * FEWEST or ON * most > own or motor < BUSY * (rows / factor):
+            continue  # whichever row is the first
         first = int(_by_phase(anywhere, factor).argmax())
-        on = [_by_phase(bend, factor) for bend in bends.values() if bend.any()]
-        if any(counts[first] < ON * counts.sum() for counts in on):
+        on = {name: int(_by_phase(one, factor)[first]) for name, one in places.items()}
+        if any(on[name] < ON * len(one) for name, one in places.items()):
             continue
-        busiest = max(int(bends[n][first::factor].sum()) for n in MOTOR if n in bends)
-        if busiest >= BUSY * (rows / factor):
+        if max(on[name] for name in MOTOR if name in on) >= BUSY * (rows / factor):
             return first, factor
     return None
 
 
-def _by_phase(bend: Bools, factor: int) -> NDArray[np.intp]:
-    """(factor,): how many bends stand on rows k, k + factor, ..."""
-    return np.bincount(np.flatnonzero(bend) % factor, minlength=factor)
+def _by_phase(places: NDArray[np.intp], factor: int) -> NDArray[np.intp]:
+    """(factor,): how many of these rows are k, k + factor, ..."""
+    return np.bincount(places % factor, minlength=factor)
 
 
 def _thinned(capture: Capture, found: Upsampled) -> Capture:
     rows = slice(found.first, None, found.factor)
-    channels = {
-        name: replace(channel, raw=channel.raw[rows]) for name, channel in capture.channels.items()
-    }
-    return replace(
-        capture, ticks=capture.ticks[rows], channels=channels, gaps=_gaps(capture.gaps, found)
-    )
+    return capture.rows(rows, _gaps(capture.gaps, found))
 
 
 def _gaps(gaps: Sequence[Gap], found: Upsampled) -> tuple[Gap, ...]:
