@@ -171,9 +171,7 @@ def _notes(estimate: Estimate) -> str:
         "Bars show the whole interval; the dark core is what the readings' noise alone "
         "would leave; the rest comes from the instruments and from few runs."
     )
-    doubtful = _list(
-        ("warning", "Doubtful", text.replace(": doubtful: ", ": ")) for text in doubts(estimate)
-    )
+    doubtful = _list(("warning", "Doubtful", text) for text in doubts(estimate, labelled=True))
     texts = [*remarks(estimate), *unstated.lines(estimate), f"{COVERAGE} {bars}"]
     return doubtful + "".join(paragraph(t, "note") for t in texts)
 

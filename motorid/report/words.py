@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from motorid.estimate.results.estimate import (
@@ -12,7 +13,7 @@ from motorid.estimate.results.estimate import (
     Parameter,
     Suspect,
 )
-from motorid.estimate.results.status import Status
+from motorid.estimate.results.status import DOUBT, Status
 from motorid.report.numbers import shown
 
 NBSP = "\N{NO-BREAK SPACE}"
@@ -118,9 +119,15 @@ def remarks(estimate: Estimate) -> list[str]:
     return _noted((*others, *reference(estimate)))
 
 
-def doubts(estimate: Estimate) -> list[str]:
-    """Why parameters are doubtful, for the lines below the table."""
-    return _noted([p for p in estimate.parameters.values() if p.status is Status.DOUBTFUL])
+def doubts(estimate: Estimate, *, labelled: bool = False) -> list[str]:
+    """Why parameters are doubtful, for the lines below the table.
+
+    ``labelled``: the lines stand below the word itself, and do not repeat it.
+    """
+    found = [p for p in estimate.parameters.values() if p.status is Status.DOUBTFUL]
+    if labelled:
+        found = [replace(p, note=p.note.removeprefix(DOUBT)) for p in found]
+    return _noted(found)
 
 
 def _noted(parameters: Iterable[Parameter]) -> list[str]:

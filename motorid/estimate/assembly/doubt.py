@@ -17,7 +17,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from motorid.estimate.results.estimate import PARAMETERS, Diagnostic, Estimate, Parameter, Suspect
-from motorid.estimate.results.status import Status
+from motorid.estimate.results.status import DOUBT, Status
 from motorid.estimate.uncertainty.budget import FINDING
 from motorid.estimate.uncertainty.intervals import NORMAL_95, RATIOS
 from motorid.motor.parameters import FIGURES, Motor
@@ -168,7 +168,7 @@ def _note(p: Parameter, moved: Sequence[tuple[str, float]], more: float) -> str:
     share = f"{more / abs(p.value):.2g} of its value" if p.value else f"{more:.2g} {p.unit}"
     if p.value and more < abs(p.value):
         share = f"{100.0 * more / abs(p.value):.2g} %"
-    said = f"doubtful: {' and '.join(names)} could change it by {share}"
+    said = f"{DOUBT}{' and '.join(names)} could change it by {share}"
     return f"{p.note}; {said}" if p.note else said
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+DOUBT = "doubtful: "  # begins the part of a parameter's note that tells why it is
+
 
 class Status(StrEnum):
     """The standing of one quantity; its text is that of the JSON.
