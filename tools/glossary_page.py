@@ -14,6 +14,7 @@ from pathlib import Path
 
 from motorid import rig_keys
 from motorid.capture.model import QUANTITIES
+from motorid.estimate.diagnosis.faults.scale_errors import KEYS
 from motorid.estimate.results.estimate import PARAMETERS, UNITS
 from motorid.quality.quantities import QUANTITIES as JUDGED
 from motorid.report.words import NAMES
@@ -21,19 +22,13 @@ from motorid.report.words import NAMES
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "glossary.md"
 TABLE = re.compile(r"(<!-- (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
-RIG_KEY = {  # a parameter's key in [nameplate], which spells it out with its unit
-    "R": "resistance_ohm",
-    "L": "inductance_h",
-    "K": "torque_constant_nm_a",
-    "J": "inertia_kg_m2",
-}
 
 
 def parameters() -> str:
     """A row for each parameter, and for each one at 25 °C."""
     rows = [("symbol, code and JSON", "report and verdict", "unit in JSON", "key of `[nameplate]`")]
     for name in (*PARAMETERS, "R_25", "K_25"):
-        key = RIG_KEY.get(name, "")
+        key = KEYS.get(name, "")
         if key and key not in rig_keys.SECTIONS["nameplate"]:
             raise ValueError(f"the rig file has no key {key}")
         unit = UNITS.get(name) or JUDGED[name].unit

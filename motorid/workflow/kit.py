@@ -6,6 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 
+from motorid import json_text
 from motorid.errors import UsageError
 from motorid.rig_file import parse as parse_rig
 from motorid.rig_front_end import FrontEnd, load_front_end
@@ -208,5 +209,4 @@ def _quoted(text: str) -> str:
     """A TOML string. Raises UsageError where the text cannot stand in one line."""
     if not text.isprintable():
         raise UsageError(f"{text!r} holds letters that cannot be printed: write it anew")
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    return f'"{escaped}"'
+    return json_text.dumps(text)
