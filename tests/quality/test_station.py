@@ -8,7 +8,6 @@ import os
 import random
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -17,48 +16,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from motorid.capture import store
 from motorid.errors import UsageError
-from motorid.json_seal import sealed
 from motorid.quality.history import open_history
-from motorid.quality.history.records import from_stored
-from motorid.quality.product import Product, parse
+from motorid.quality.product import Product
 from motorid.quality.verdict import Outcome, Verdict
 from motorid.report.screen import Screen, big, of_verdict, render
 from motorid.rig import Rig
 from motorid.workflow.check import Line, Who
-from motorid.workflow.orders import (
-    MOST_CLIENTS,
-    Answer,
-    Message,
-    Orders,
-    read_order,
-)
 from motorid.workflow.station import Station
+from tests.quality.controller import Controller
 
 COMMAND = [sys.executable, "-m", "motorid.cli.main", "station", "--product", "sim-disc"]
-
-
-class Controller:
-    """A line controller: one connection, JSON lines."""
-
-    def __init__(self, port: int) -> None:
-        self.link = socket.create_connection(("127.0.0.1", port), timeout=240)
-        self.file = self.link.makefile("rwb")
-
-    def say(self, line: bytes) -> None:
-        self.file.write(line + b"\n")
-        self.file.flush()
-
-    def hear(self) -> dict[str, Any]:
-        return dict(json.loads(self.file.readline()))
-
-    def ask(self, **order: Any) -> dict[str, Any]:
-        self.say(json.dumps(order).encode())
-        return self.hear()
 
 
 @contextlib.contextmanager
@@ -281,12 +251,6 @@ def test_a_full_disk_is_said_and_survived(
     assert station.counts == {}  # no verdict was told that is not on disk
 
 
-@given(st.binary(max_size=200))
-def test_any_line_is_an_order_or_a_sentence(line: bytes) -> None:
-    with contextlib.suppress(ValueError):
-        assert isinstance(read_order(line + b"\n")["order"], str)
-
-
 @pytest.mark.parametrize("outcome", list(Outcome))
 @pytest.mark.parametrize("width", [20, 40, 80, 200])
 def test_the_word_is_there_and_fits(outcome: Outcome, width: int) -> None:
@@ -300,231 +264,3 @@ def test_big_letters_and_an_empty_verdict() -> None:
     assert len(big("PASS", 80)) == 5
     assert big("PASS", 10) == ["PASS"]
     assert of_verdict(Verdict("p", "s", ())).word == "INVALID"
-
-
-@pytest.mark.parametrize(
-    "value", ["1e999", "NaN", "-Infinity", '"\\ud800"', "9" * 400, '1, "id": 2', "[" * 60_000]
-)
-def test_an_order_is_strict_json(value: str) -> None:
-    """What is read would be answered, and an answer that is no JSON stops the controller."""
-    line = f'{{"order": "status", "id": {value}}}\n'.encode()
-    with pytest.raises(ValueError, match="an order is a JSON object on one line: "):
-        read_order(line)
-
-
-class Deaf:
-    """What a socket server shows of a client that never reads."""
-
-    def __init__(self, port: int) -> None:
-        self.link = socket.socket()
-        self.link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1024)
-        self.link.connect(("127.0.0.1", port))
-
-    def shout(self, lines: int) -> None:
-        line = b'{"order": "status", "id": "' + b"x" * 150 + b'"}\n'
-        with contextlib.suppress(OSError):  # the station ends it when enough is unread
-            for _ in range(lines):
-                self.link.sendall(line)
-
-
-@pytest.fixture
-def server() -> Iterator[Orders]:
-    def take(order: Message, answer: Answer) -> None:
-        if order["order"] == "inspect":
-            answer({"event": "accepted"})
-        else:
-            answer({"event": "status", "id": order.get("id"), "much": "y" * 20_000})
-
-    orders = Orders(("127.0.0.1", 0), take)
-    yield orders
-    orders.stop()
-
-
-def test_a_client_that_never_reads_stops_nobody(server: Orders) -> None:
-    deaf = Deaf(server.port)
-    deaf.shout(2_000)  # 40 MB of answers: no socket holds them
-    assert Controller(server.port).ask(order="status", id=3)["id"] == 3
-    deaf.link.close()
-
-
-def test_idle_connections_make_way_and_waiting_ones_stay(server: Orders) -> None:
-    waiting = [Controller(server.port) for _ in range(3)]
-    assert [one.ask(order="inspect")["event"] for one in waiting] == ["accepted"] * 3
-    idle = [Controller(server.port) for _ in range(MOST_CLIENTS - 3)]
-    assert {one.ask(order="status")["event"] for one in idle} == {"status"}
-    late = Controller(server.port)
-    assert late.ask(order="status")["event"] == "status"
-    assert idle[0].file.readline() == b""  # it had said nothing for longest
-    assert waiting[0].ask(order="status")["event"] == "status"
-    for one in (*idle[1:], late):
-        assert one.ask(order="inspect")["event"] == "accepted"
-    refused = Controller(server.port)
-    assert "wait already" in refused.hear()["message"]
-
-
-def test_what_is_too_long_is_refused_before_it_is_kept() -> None:
-    with pytest.raises(ValueError, match="'id' of an order is longer than 200 characters"):
-        read_order(json.dumps({"order": "status", "id": "x" * 300}).encode() + b"\n")
-
-
-def heard(station: Station, **order: Any) -> dict[str, Any]:
-    """The first answer to an order."""
-    answers: list[dict[str, Any]] = []
-    station.take(order, answers.append)
-    return answers[0]
-
-
-def test_one_order_is_in_work_and_a_bounced_scan_is_none(
-    line_rig: Rig, product: Product, tmp_path: Path
-) -> None:
-    shown: list[Screen] = []
-    with Line(line_rig, product, tmp_path) as line:
-        station = Station(line, shown.append)
-        station.scan(["D000001", "D000001", "D000002"], ends=False)
-        assert (
-            "D000001 is in work already"
-            in heard(station, order="inspect", serial="D000001")["message"]
-        )
-        assert "after its verdict" in heard(station, order="inspect", serial="D000002")["message"]
-        station.end()
-        station.run()
-        assert [s.word for s in shown] == ["READY", "RUN", "PASS"]
-        assert "2 scans ignored" in str(shown[-1])
-        assert heard(station, order="inspect", serial="D000001")["event"] == "accepted"
-        station.end()
-        station.run()
-    status = station.status()
-    assert status["counts"]["PASS"] == 2
-    assert status["first_tests"]["PASS"] == 1  # the second test of a motor is no first pass
-
-
-def test_a_product_may_refuse_a_second_test(
-    line_rig: Rig, product: Product, tmp_path: Path
-) -> None:
-    once = parse(
-        product.text.replace('example = "D000123"', 'example = "D000123"\nrepeat = "refuse"')
-    )
-    with Line(line_rig, once, tmp_path) as line:
-        station = Station(line, lambda screen: None)
-        for _ in range(2):
-            station.scan(["D000001"], ends=True)
-            station.run()
-        assert station.counts["PASS"] == 1
-        said = heard(station, order="inspect", serial="D000001")["message"]
-    assert "was judged before (PASS" in said
-    with pytest.raises(UsageError, match=r"serial\.repeat must be one of count, refuse"):
-        parse(product.text.replace('example = "D000123"', 'repeat = "twice"'))
-
-
-@pytest.mark.parametrize("rule", ["reason", "release"])
-def test_a_second_test_with_a_reason(
-    rule: str, line_rig: Rig, product: Product, tmp_path: Path
-) -> None:
-    """Any second test, or only that of a rejected motor; the reason stays with the verdict."""
-    example = 'example = "D000123"'
-    asking = parse(product.text.replace(example, f'{example}\nrepeat = "{rule}"'))
-    shown: list[Screen] = []
-    with Line(line_rig, asking, tmp_path) as line:
-        station = Station(line, shown.append)
-        station.scan(["D000001"], ends=True)
-        station.run()
-        rejected(tmp_path, "D000001")
-        refused = heard(station, order="inspect", serial="D000001")
-        assert "(FAIL" in refused["message"]
-        assert "needs a reason" in refused["message"]
-        station.scan(["D000001"], ends=True)
-        station.run()
-        assert "`D000001 new connector`" in str(shown[-1])
-        assert (
-            "at most 200"
-            in heard(station, order="inspect", serial="D000001", reason="x" * 201)["message"]
-        )
-        station.scan(["D000001 loose plug"], ends=True)
-        station.run()
-        assert (station.counts["PASS"], station.first["PASS"]) == (2, 1)
-        stored = json.loads((newest(tmp_path) / "verdict.json").read_text(encoding="utf-8"))
-        assert stored["retest"] == "loose plug"
-        assert from_stored(stored, []).note == "tested again: loose plug"
-        after_a_pass = heard(station, order="inspect", serial="D000001")
-        assert (after_a_pass["event"] == "accepted") == (rule == "release")
-
-
-def newest(folder: Path) -> Path:
-    return max((one for one in folder.glob("D*_*")), key=lambda one: one.stat().st_mtime_ns)
-
-
-def rejected(folder: Path, serial: str) -> None:
-    """Makes the verdict on a motor a FAIL, and older than what comes."""
-    path = newest(folder) / "verdict.json"
-    said = json.loads(path.read_text(encoding="utf-8"))
-    said.pop("sha256", None)
-    assert said["serial"] == serial
-    path.write_text(json.dumps(sealed(said | {"outcome": "FAIL"})), encoding="utf-8")
-    for one in (path, path.parent):
-        os.utime(one, (1.7e9, 1.7e9))
-
-
-def verdict_on_disk(folder: Path, serial: str, outcome: str, hour: int) -> None:
-    inspection = folder / f"{serial}_20260101T{hour:02d}0000"
-    inspection.mkdir()
-    said = {
-        "serial": serial,
-        "outcome": outcome,
-        "marginal": False,
-        "reasons": [],
-        "time": f"2026-01-01T{hour:02d}:00:00+00:00",
-    }
-    path = inspection / "verdict.json"
-    path.write_text(json.dumps(sealed(said)), encoding="utf-8")
-    os.utime(path, (1.7e9 + hour, 1.7e9 + hour))
-
-
-@pytest.mark.parametrize(
-    ("rule", "outcomes", "allowed"),
-    [
-        ("refuse", ["INVALID"], True),
-        ("reason", ["INVALID", "INVALID"], True),
-        ("release", ["FAIL", "INVALID"], False),
-        ("release", ["FAIL", "PASS", "INVALID"], True),
-        ("refuse", ["PASS", "INVALID"], False),
-    ],
-)
-def test_invalid_is_no_judgement(
-    rule: str,
-    outcomes: list[str],
-    allowed: bool,
-    line_rig: Rig,
-    product: Product,
-    tmp_path: Path,
-) -> None:
-    """It uses up no test of a motor, and releases none that was rejected."""
-    example = 'example = "D000123"'
-    asking = parse(product.text.replace(example, f'{example}\nrepeat = "{rule}"'))
-    for hour, outcome in enumerate(outcomes):
-        verdict_on_disk(tmp_path, "D000001", outcome, hour)
-    with Line(line_rig, asking, tmp_path) as line:
-        station = Station(line, lambda screen: None)
-        answer = heard(station, order="inspect", serial="D000001")
-        assert (answer["event"] == "accepted") == allowed, answer
-        if not allowed:  # and it is not in work: the next motor is taken
-            assert heard(station, order="inspect", serial="D000002")["event"] == "accepted"
-
-
-def test_an_order_that_comes_with_the_verdict_is_a_second_test(
-    line_rig: Rig, product: Product, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The rule looks at the disk once the motor is in work: no verdict falls between the two."""
-    once = parse(
-        product.text.replace('example = "D000123"', 'example = "D000123"\nrepeat = "refuse"')
-    )
-    with Line(line_rig, once, tmp_path) as line:
-        station = Station(line, lambda screen: None)
-        enter = station._enter
-
-        def judged_meanwhile(serial: str) -> str:
-            verdict_on_disk(tmp_path, serial, "PASS", 1)
-            return enter(serial)
-
-        monkeypatch.setattr(station, "_enter", judged_meanwhile)
-        said = heard(station, order="inspect", serial="D000001")["message"]
-    assert "was judged before (PASS" in said

@@ -1,0 +1,182 @@
+"""A motor that comes again: refused, counted, or taken with a reason."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from motorid.errors import UsageError
+from motorid.json_seal import sealed
+from motorid.quality.history.records import from_stored
+from motorid.quality.product import Product, parse
+from motorid.report.screen import Screen
+from motorid.rig import Rig
+from motorid.workflow.check import Line
+from motorid.workflow.station import Station
+
+
+def heard(station: Station, **order: Any) -> dict[str, Any]:
+    """The first answer to an order."""
+    answers: list[dict[str, Any]] = []
+    station.take(order, answers.append)
+    return answers[0]
+
+
+def test_one_order_is_in_work_and_a_bounced_scan_is_none(
+    line_rig: Rig, product: Product, tmp_path: Path
+) -> None:
+    shown: list[Screen] = []
+    with Line(line_rig, product, tmp_path) as line:
+        station = Station(line, shown.append)
+        station.scan(["D000001", "D000001", "D000002"], ends=False)
+        assert (
+            "D000001 is in work already"
+            in heard(station, order="inspect", serial="D000001")["message"]
+        )
+        assert "after its verdict" in heard(station, order="inspect", serial="D000002")["message"]
+        station.end()
+        station.run()
+        assert [s.word for s in shown] == ["READY", "RUN", "PASS"]
+        assert "2 scans ignored" in str(shown[-1])
+        assert heard(station, order="inspect", serial="D000001")["event"] == "accepted"
+        station.end()
+        station.run()
+    status = station.status()
+    assert status["counts"]["PASS"] == 2
+    assert status["first_tests"]["PASS"] == 1  # the second test of a motor is no first pass
+
+
+def test_a_product_may_refuse_a_second_test(
+    line_rig: Rig, product: Product, tmp_path: Path
+) -> None:
+    once = parse(
+        product.text.replace('example = "D000123"', 'example = "D000123"\nrepeat = "refuse"')
+    )
+    with Line(line_rig, once, tmp_path) as line:
+        station = Station(line, lambda screen: None)
+        for _ in range(2):
+            station.scan(["D000001"], ends=True)
+            station.run()
+        assert station.counts["PASS"] == 1
+        said = heard(station, order="inspect", serial="D000001")["message"]
+    assert "was judged before (PASS" in said
+    with pytest.raises(UsageError, match=r"serial\.repeat must be one of count, refuse"):
+        parse(product.text.replace('example = "D000123"', 'repeat = "twice"'))
+
+
+@pytest.mark.parametrize("rule", ["reason", "release"])
+def test_a_second_test_with_a_reason(
+    rule: str, line_rig: Rig, product: Product, tmp_path: Path
+) -> None:
+    """Any second test, or only that of a rejected motor; the reason stays with the verdict."""
+    example = 'example = "D000123"'
+    asking = parse(product.text.replace(example, f'{example}\nrepeat = "{rule}"'))
+    shown: list[Screen] = []
+    with Line(line_rig, asking, tmp_path) as line:
+        station = Station(line, shown.append)
+        station.scan(["D000001"], ends=True)
+        station.run()
+        rejected(tmp_path, "D000001")
+        refused = heard(station, order="inspect", serial="D000001")
+        assert "(FAIL" in refused["message"]
+        assert "needs a reason" in refused["message"]
+        station.scan(["D000001"], ends=True)
+        station.run()
+        assert "`D000001 new connector`" in str(shown[-1])
+        assert (
+            "at most 200"
+            in heard(station, order="inspect", serial="D000001", reason="x" * 201)["message"]
+        )
+        station.scan(["D000001 loose plug"], ends=True)
+        station.run()
+        assert (station.counts["PASS"], station.first["PASS"]) == (2, 1)
+        stored = json.loads((newest(tmp_path) / "verdict.json").read_text(encoding="utf-8"))
+        assert stored["retest"] == "loose plug"
+        assert from_stored(stored, []).note == "tested again: loose plug"
+        after_a_pass = heard(station, order="inspect", serial="D000001")
+        assert (after_a_pass["event"] == "accepted") == (rule == "release")
+
+
+def newest(folder: Path) -> Path:
+    return max((one for one in folder.glob("D*_*")), key=lambda one: one.stat().st_mtime_ns)
+
+
+def rejected(folder: Path, serial: str) -> None:
+    """Makes the verdict on a motor a FAIL, and older than what comes."""
+    path = newest(folder) / "verdict.json"
+    said = json.loads(path.read_text(encoding="utf-8"))
+    said.pop("sha256", None)
+    assert said["serial"] == serial
+    path.write_text(json.dumps(sealed(said | {"outcome": "FAIL"})), encoding="utf-8")
+    for one in (path, path.parent):
+        os.utime(one, (1.7e9, 1.7e9))
+
+
+def verdict_on_disk(folder: Path, serial: str, outcome: str, hour: int) -> None:
+    inspection = folder / f"{serial}_20260101T{hour:02d}0000"
+    inspection.mkdir()
+    said = {
+        "serial": serial,
+        "outcome": outcome,
+        "marginal": False,
+        "reasons": [],
+        "time": f"2026-01-01T{hour:02d}:00:00+00:00",
+    }
+    path = inspection / "verdict.json"
+    path.write_text(json.dumps(sealed(said)), encoding="utf-8")
+    os.utime(path, (1.7e9 + hour, 1.7e9 + hour))
+
+
+@pytest.mark.parametrize(
+    ("rule", "outcomes", "allowed"),
+    [
+        ("refuse", ["INVALID"], True),
+        ("reason", ["INVALID", "INVALID"], True),
+        ("release", ["FAIL", "INVALID"], False),
+        ("release", ["FAIL", "PASS", "INVALID"], True),
+        ("refuse", ["PASS", "INVALID"], False),
+    ],
+)
+def test_invalid_is_no_judgement(
+    rule: str,
+    outcomes: list[str],
+    allowed: bool,
+    line_rig: Rig,
+    product: Product,
+    tmp_path: Path,
+) -> None:
+    """It uses up no test of a motor, and releases none that was rejected."""
+    example = 'example = "D000123"'
+    asking = parse(product.text.replace(example, f'{example}\nrepeat = "{rule}"'))
+    for hour, outcome in enumerate(outcomes):
+        verdict_on_disk(tmp_path, "D000001", outcome, hour)
+    with Line(line_rig, asking, tmp_path) as line:
+        station = Station(line, lambda screen: None)
+        answer = heard(station, order="inspect", serial="D000001")
+        assert (answer["event"] == "accepted") == allowed, answer
+        if not allowed:  # and it is not in work: the next motor is taken
+            assert heard(station, order="inspect", serial="D000002")["event"] == "accepted"
+
+
+def test_an_order_that_comes_with_the_verdict_is_a_second_test(
+    line_rig: Rig, product: Product, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The rule looks at the disk once the motor is in work: no verdict falls between the two."""
+    once = parse(
+        product.text.replace('example = "D000123"', 'example = "D000123"\nrepeat = "refuse"')
+    )
+    with Line(line_rig, once, tmp_path) as line:
+        station = Station(line, lambda screen: None)
+        enter = station._enter
+
+        def judged_meanwhile(serial: str) -> str:
+            verdict_on_disk(tmp_path, serial, "PASS", 1)
+            return enter(serial)
+
+        monkeypatch.setattr(station, "_enter", judged_meanwhile)
+        said = heard(station, order="inspect", serial="D000001")["message"]
+    assert "was judged before (PASS" in said
