@@ -19,6 +19,7 @@ from motorid.quality.history import open_history
 OLD = Path(__file__).resolve().parent / "corpus" / "format_1_0"
 
 
+@pytest.mark.slow
 def test_a_capture_of_format_1_0_is_read_and_fitted() -> None:
     capture = store.load(OLD / "run.h5")
     assert (len(capture), capture.content_sha256) == (1520, "")

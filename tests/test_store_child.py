@@ -94,6 +94,7 @@ def test_a_child_that_dies_is_one_sentence(
     assert caught.value.exit_code == 4
 
 
+@pytest.mark.slow
 def test_a_child_that_hangs_is_stopped(
     foreign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -103,6 +104,7 @@ def test_a_child_that_hangs_is_stopped(
         store.load(foreign)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's memory")
 def test_a_child_that_works_without_end_is_stopped(
     foreign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -34,6 +34,7 @@ def block(file: Path, name: str) -> str:
     return text[begin : text.index("\n    # via", begin) + 1]
 
 
+@pytest.mark.slow
 def test_lock_pyproject_and_environment_agree(locks: Path) -> None:
     assert list(lock.faults()) == []
 
@@ -43,6 +44,7 @@ def test_a_package_that_is_not_locked_is_seen(locks: Path) -> None:
     assert "h5py: needed, but not in locks/run.txt" in list(lock.faults())
 
 
+@pytest.mark.slow
 def test_another_version_than_the_installed_one_is_seen(locks: Path) -> None:
     for name in ("run.txt", "test.txt"):
         version = block(locks / name, "click").split()[0]
@@ -116,6 +118,7 @@ def test_what_is_allowed_where(expression: str, where: str, may: bool) -> None:
     assert licences.allowed(expression, where) is may
 
 
+@pytest.mark.slow
 def test_a_package_without_a_stated_licence_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(licences.table(), "read", {})
     found = list(licences.faults())
@@ -134,6 +137,7 @@ def test_the_bill_obeys_its_schema_and_comes_again(document: bill.Json) -> None:
         bill.written({**document, "components": [{"type": "library"}]})
 
 
+@pytest.mark.slow
 def test_the_bill_has_every_package_and_its_edges(document: bill.Json) -> None:
     named = {one["name"]: one for one in document["components"]}
     assert {"numpy", "scipy", "h5py", "avr-libc", "libgcc"} <= named.keys()

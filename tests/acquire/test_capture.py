@@ -128,6 +128,7 @@ def test_two_captures_to_one_path_cannot_clobber_each_other(tmp_path: Path) -> N
     assert len(store.load(path)) == SAMPLES
 
 
+@pytest.mark.slow
 def test_repeats_share_one_opening(tmp_path: Path) -> None:
     rig = sim_rig()
     paths = [tmp_path / f"run-{n}.h5" for n in (1, 2, 3)]

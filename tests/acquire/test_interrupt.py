@@ -30,6 +30,7 @@ def test_a_request_that_nobody_follows_ends_the_wait(monkeypatch: pytest.MonkeyP
     assert time.monotonic() - began < WAIT_S
 
 
+@pytest.mark.slow
 def test_one_that_was_followed_leaves_the_program_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(interrupt, "PATIENCE_S", 0.05)
     with interrupt.interruptible() as stop:

@@ -178,6 +178,7 @@ def test_a_capture_through_a_good_relay_is_whole(tmp_path: Path) -> None:
     assert (len(kept), kept.gaps, kept.end_reason) == (SAMPLES, (), "completed")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", ["flip:3e-4", "drop:3e-4", "insert:3e-4", "double:3e-4"])
 def test_a_bad_relay_loses_blocks_and_says_so(fault: str, tmp_path: Path) -> None:
     kept = store.load(capture(fault, tmp_path / "run.h5"))

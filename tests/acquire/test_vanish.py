@@ -239,6 +239,7 @@ def test_a_file_that_reads_back_otherwise_keeps_the_journal(
     assert len(store.load(record.recover(path))) == SAMPLES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("missing", ["unlink", "truncate"])
 def test_a_file_that_is_not_there_afterwards_keeps_the_journal(
     missing: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

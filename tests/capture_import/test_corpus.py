@@ -58,6 +58,7 @@ def insist_on_the_log(capture: Capture, name: str) -> None:
             )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
 def test_a_proposal_is_right_or_asks(file: File, tmp_path: Path) -> None:
     path = tmp_path / file.name

@@ -64,6 +64,7 @@ FILES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FILES)
 def test_every_reading_comes_back(name: str, tmp_path: Path) -> None:
     made, renamed = FILES[name]
@@ -76,6 +77,7 @@ def test_every_reading_comes_back(name: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(capture.time_s, TIME, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_what_is_no_column_of_numbers_is_named(tmp_path: Path) -> None:
     path = tmp_path / "table.parquet"
     path.write_bytes(table_file())
@@ -213,6 +215,7 @@ def test_changed_records(tmp_path: Path, name: str, changes: list[tuple[int, byt
     insist(tmp_path / "spoilt.txt", data)
 
 
+@pytest.mark.slow
 @settings(
     max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )

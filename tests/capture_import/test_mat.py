@@ -117,6 +117,7 @@ def test_reader_that_crashes_is_one_sentence(
         MatSource(path)
 
 
+@pytest.mark.slow
 def test_reader_that_hangs_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = as_child(monkeypatch, tmp_path, "import time\ntime.sleep(60)\n")
     monkeypatch.setattr(child, "PATIENCE_S", 0.5)

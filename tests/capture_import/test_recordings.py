@@ -41,6 +41,7 @@ def test_without_its_package_it_says_what_to_install(
         recording_child.main(str(path), str(tmp_path / "out.npz"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("make", "files"),  # a library is loaded for each of them
     [(recordings.tdms, 8), (recordings.mdf, 3), (recordings.mcap_json, 8), (recordings.wpilog, 25)],

@@ -77,6 +77,7 @@ def damaged(path: Path, read: Callable[[Path], object], files: int = 25) -> None
             check_sentence(str(error), len(data), begins=str(path))
 
 
+@pytest.mark.slow
 def test_damage_costs_a_sentence(tmp_path: Path) -> None:
     path = tmp_path / "log.xlsx"
     spreadsheet(path)

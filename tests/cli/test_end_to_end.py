@@ -30,6 +30,7 @@ def run(*line: str | Path) -> int:
     return main.run([str(word) for word in line])
 
 
+@pytest.mark.slow
 def test_run_writes_capture_estimate_and_report(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -86,6 +86,7 @@ def test_every_command_by_every_outcome_and_stream(
                 assert said == "a remark\n"  # whoever left had what he wanted
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", all_commands(), ids=" ".join)
 def test_every_command_refuses_what_it_does_not_know(
     words: tuple[str, ...], tmp_path: Path

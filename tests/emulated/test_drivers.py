@@ -79,6 +79,7 @@ def rig(request: pytest.FixtureRequest) -> Iterator[Rig]:
         yield Rig(request.param, stack)
 
 
+@pytest.mark.slow
 def test_every_state_is_on_the_pins_and_in_the_motor(rig: Rig) -> None:
     client, samples = rig.client, 160
     forward, reverse = client.drive(samples, DUTY), client.drive(samples, -DUTY)

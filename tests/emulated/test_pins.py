@@ -132,6 +132,7 @@ def test_a_storm_of_edges_trips_and_starves_nobody(rig: Rig, edges_hz: int, most
     assert rig.emulator.times()["enable"]["most"] <= ACTS_WITHIN
 
 
+@pytest.mark.slow
 def test_a_few_edges_too_close_together_trip_too(rig: Rig) -> None:
     """25 edges in a millisecond's fraction are no storm, but they keep slots waiting."""
     record = rig.drive()

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from motorid import fit
 from motorid.acquire import record
 from motorid.capture import store
@@ -20,6 +22,7 @@ SAID = Answers("other", URL, "l298n", "acs712-05", 44, 13.0, "x", 12.0, resistan
 TRUE = {"R": 5.53, "L": 363e-6}
 
 
+@pytest.mark.slow
 def test_what_the_drop_could_have_moved_is_doubtful(tmp_path: Path) -> None:
     rig = kit(SAID, "kit", "").rig
     capture = store.load(record.capture(rig, rig.program, tmp_path / "run.h5"))

@@ -143,6 +143,7 @@ VALUES = st.one_of(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.sampled_from(paths(document())), VALUES, st.sampled_from(["mujoco", "json", "toml"]))
 def test_a_damaged_estimate_is_exported_or_refused_in_a_sentence(

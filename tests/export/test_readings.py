@@ -53,6 +53,7 @@ def test_every_reading_comes_back(
     assert np.isnan(wanted["current_a"][7])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("to", ["csv", "mat"])
 def test_an_import_takes_it_back(to: str, capture: Path, tmp_path: Path) -> None:
     out = tmp_path / f"run.{to}"

@@ -68,6 +68,7 @@ def test_the_wrapper_refuses_what_the_port_does_not_have() -> None:
         arguments("sim://?fault=stall")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flags", [("--pty",), ("--socket", "0")], ids=["pty", "socket"])
 def test_motorid_finds_a_board_there(flags: tuple[str, ...]) -> None:
     with running(*flags) as url:

@@ -47,6 +47,7 @@ def test_the_tool_sees_other_data_and_a_refusal_without_the_word() -> None:
     assert bit_flips.outcome(WholeFile(b"abc", refuse), b"abb", b"abc") == SILENT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FLIPS)
 def test_verify_says_of_a_changed_file_what_the_readers_say(kind: str, tmp_path: Path) -> None:
     whole = bit_flips.kinds()[kind]

@@ -31,6 +31,7 @@ def test_what_was_found_once_holds(line: str) -> None:
     check(line)
 
 
+@pytest.mark.slow
 def test_a_little_of_what_the_fuzzer_does() -> None:
     rng = random.Random(7)
     words = set()

@@ -92,6 +92,7 @@ def test_without_room_for_a_copy_nothing_changes(
     assert list(old.parent.glob("*.before-*")) == []
 
 
+@pytest.mark.slow
 def test_a_step_that_fails_leaves_the_file_as_it_was(old: Path) -> None:
     sql(old, "CREATE INDEX ix_results_product_id ON results (id)")  # the last one of a step
     before = sql(old, "SELECT name FROM sqlite_master ORDER BY name")
@@ -158,6 +159,7 @@ def test_the_queries_of_a_line_need_no_walk_through_all_results(tmp_path: Path) 
         assert "(name=?)" not in plans[-1]  # nor every reading of the quantity
 
 
+@pytest.mark.slow
 def test_threads_make_several_histories_at_once(tmp_path: Path) -> None:
     """Alembic has one context for a whole process."""
     places = [tmp_path / f"{n}.db" for n in range(8)]

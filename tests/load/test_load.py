@@ -83,6 +83,7 @@ def impatient_rig() -> Rig:
     return replace(rig, limits=replace(rig.limits, host_silence_s=0.25))
 
 
+@pytest.mark.slow
 def test_a_process_that_gets_no_core_is_no_silent_host(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -107,6 +108,7 @@ def test_a_process_that_gets_no_core_is_no_silent_host(
     assert (len(kept), kept.gaps, kept.end_reason) == (3800, (), "completed")
 
 
+@pytest.mark.slow
 def test_a_host_long_about_other_things_is_a_silent_one(tmp_path: Path) -> None:
     """And the board is not blamed for it, although nothing was heard of it meanwhile."""
     rig, calls = impatient_rig(), itertools.count()
@@ -119,6 +121,7 @@ def test_a_host_long_about_other_things_is_a_silent_one(tmp_path: Path) -> None:
         record.capture(rig, rig.program, tmp_path / "run.h5", progress=busy_once)
 
 
+@pytest.mark.slow
 def test_a_disk_far_behind_slows_the_reader_and_loses_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -119,6 +119,7 @@ def test_a_scheduler_that_restarts_costs_what_was_not_answered_alone(tmp_path: P
     assert [one["root"] for one in found] == [0.0, 1.0, 0.0, 1.0, 2**0.5]
 
 
+@pytest.mark.slow
 def test_a_cluster_without_a_worker_is_said_and_not_waited_for(tmp_path: Path) -> None:
     with local(n_workers=0) as empty:
         tasks = {tmp_path / "a": tasks_of(plain)[0]}
@@ -137,6 +138,7 @@ def test_a_defect_of_a_task_is_named(threads: Cluster, tmp_path: Path) -> None:
         run_all(tasks_of(broken, count=1), tmp_path / "runs", threads.scheduler_address)
 
 
+@pytest.mark.slow
 def test_more_tasks_than_the_window_are_sent_as_others_finish(
     threads: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -84,6 +84,7 @@ def test_repeated_inspections_stay_apart(line_rig: Rig, product: Product, tmp_pa
     assert len(folders) == 3
 
 
+@pytest.mark.slow
 def test_a_broken_link_is_opened_again(line_rig: Rig, product: Product, tmp_path: Path) -> None:
     with Line(line_rig, product, tmp_path) as line:
         line.rig = replace(line_rig, port=f"{line_rig.port}&fault=unplug@0.2")

@@ -39,6 +39,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("options", "found", "good"), CASES)
 def test_a_defect_is_found(
     measure: Any, product: Product, options: str, found: set[str], good: set[str]
@@ -50,6 +51,7 @@ def test_a_defect_is_found(
     assert not good & failed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 3, 4])
 def test_good_motors_pass_whatever_the_noise(measure: Any, product: Product, seed: int) -> None:
     verdict, _ = judge_files([measure(f"seed={seed}")], product)

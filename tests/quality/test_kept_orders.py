@@ -27,6 +27,7 @@ def test_what_has_no_verdict_is_known_again(tmp_path: Path) -> None:
     assert (tmp_path / FILE).read_bytes() == b""  # nothing piles up
 
 
+@pytest.mark.slow
 @given(cut=st.integers(0, 200), serials=st.lists(st.text(max_size=9), max_size=5, unique=True))
 def test_a_torn_line_loses_no_other(
     tmp_path_factory: pytest.TempPathFactory, cut: int, serials: list[str]

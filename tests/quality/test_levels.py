@@ -43,6 +43,7 @@ def driven_long(rig: Any, options: str, folder: Path) -> tuple[float, float, flo
     return float(np.polyfit(run.time_s[late], x, 1)[0]), float(i.mean()), float(v.mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", ["brush_drop=0.3&cogging=3e-4", "quadratic=3e-10"])
 def test_a_level_is_what_the_motor_does_in_the_end(
     measure: Any, line_rig: Any, tmp_path: Path, options: str
@@ -66,6 +67,7 @@ def test_a_level_is_what_the_motor_does_in_the_end(
     )
 
 
+@pytest.mark.slow
 def test_a_brush_drop_fails_the_speed_that_it_spoils(measure: Any, product: Product) -> None:
     """1 V of 6: the true speed is below the limit, and so say the parameters with the drop."""
     verdict = judge(motorid.fit(measure("brush_drop=1"), model="six"), product)

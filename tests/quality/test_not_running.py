@@ -81,6 +81,7 @@ def test_dead_motors_in_a_row_put_the_rig_in_doubt(inspect: Inspect, product: Pr
     assert "2 motors in a row" in last.reasons[0]
 
 
+@pytest.mark.slow
 def test_only_the_golden_motor_counts_where_one_is_named(
     product: Product, tmp_path: Path, inspect: Any
 ) -> None:

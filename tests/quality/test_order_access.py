@@ -182,6 +182,7 @@ class Open:
         return dict(json.loads(self.file.readline()))
 
 
+@pytest.mark.slow
 def test_strangers_take_no_place_from_clients(guarded: Orders) -> None:
     clients = [Open(guarded.port) for _ in range(MOST_CLIENTS)]
     assert {one.ask(HELLO)["event"] for one in clients} == {"hello"}

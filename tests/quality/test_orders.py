@@ -72,6 +72,7 @@ def test_a_client_that_never_reads_stops_nobody(server: Orders) -> None:
     deaf.link.close()
 
 
+@pytest.mark.slow
 def test_idle_connections_make_way_and_waiting_ones_stay(server: Orders) -> None:
     waiting = [Controller(server.port) for _ in range(3)]
     assert [one.ask(order="inspect")["event"] for one in waiting] == ["accepted"] * 3

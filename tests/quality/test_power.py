@@ -122,6 +122,7 @@ def stub(*of: Any) -> dict[str, Any]:
     return {"outcome": "FAIL" if bad else "PASS", "named": ["R_25"] if bad else []}
 
 
+@pytest.mark.slow
 def test_a_study_and_its_table(
     monkeypatch: pytest.MonkeyPatch, product: Product, line_rig: Rig, tmp_path: Path
 ) -> None:

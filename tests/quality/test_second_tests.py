@@ -26,6 +26,7 @@ def heard(station: Station, **order: Any) -> dict[str, Any]:
     return answers[0]
 
 
+@pytest.mark.slow
 def test_one_order_is_in_work_and_a_bounced_scan_is_none(
     line_rig: Rig, product: Product, tmp_path: Path
 ) -> None:
@@ -50,6 +51,7 @@ def test_one_order_is_in_work_and_a_bounced_scan_is_none(
     assert status["first_tests"]["PASS"] == 1  # the second test of a motor is no first pass
 
 
+@pytest.mark.slow
 def test_a_product_may_refuse_a_second_test(
     line_rig: Rig, product: Product, tmp_path: Path
 ) -> None:
@@ -68,6 +70,7 @@ def test_a_product_may_refuse_a_second_test(
         parse(product.text.replace('example = "D000123"', 'repeat = "twice"'))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", ["reason", "release"])
 def test_a_second_test_with_a_reason(
     rule: str, line_rig: Rig, product: Product, tmp_path: Path

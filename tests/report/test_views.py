@@ -107,6 +107,7 @@ def test_missing_readings_break_a_line_and_are_counted(capture: Capture) -> None
     assert "2,000" in Balanced(html(nothing)).words
 
 
+@pytest.mark.slow
 def test_an_empty_capture_shows_itself(capture: Capture) -> None:
     empty = replace(
         capture,

@@ -308,6 +308,7 @@ def test_a_wrong_file_of_instruments_is_named_in_a_sentence(case: str, tmp_path:
         of_rig(one)
 
 
+@pytest.mark.slow
 def test_the_bench_runs_twice_and_a_second_run_is_as_the_first(tmp_path: Path) -> None:
     """No state of one run is left in the next."""
     both = [
@@ -317,6 +318,7 @@ def test_the_bench_runs_twice_and_a_second_run_is_as_the_first(tmp_path: Path) -
     np.testing.assert_array_equal(*both)
 
 
+@pytest.mark.slow
 def test_the_mock_motor_follows_its_own_constants() -> None:
     """The no-load speed of the mock, by hand: else the intervals above would prove nothing."""
     bench = Bench(lambda: 2.0)

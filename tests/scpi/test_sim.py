@@ -20,6 +20,7 @@ def run(folder: Path, top: str, more: str = "") -> Path:
     return capture_all(one, one.program, [folder / "run.h5"])[0]
 
 
+@pytest.mark.slow
 def test_a_polled_run_is_a_capture_with_honest_facts(tmp_path: Path) -> None:
     found = store.load(run(tmp_path, definition(tmp_path)))
     assert len(found) >= 2
@@ -39,6 +40,7 @@ def test_a_polled_run_is_a_capture_with_honest_facts(tmp_path: Path) -> None:
     assert [one["volts"] for one in told["commanded"]] == [None, 3.0, None]
 
 
+@pytest.mark.slow
 def test_a_meter_adds_a_channel_with_its_own_scale(tmp_path: Path) -> None:
     more = f"""
 [meters.tacho]

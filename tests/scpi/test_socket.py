@@ -68,6 +68,7 @@ def serve() -> Iterator[Callable[[Answer], str]]:
         server.close()
 
 
+@pytest.mark.slow
 def test_a_run_over_sockets_with_binary_blocks(
     serve: Callable[[Answer], str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -104,6 +105,7 @@ def test_a_block_may_hold_every_byte(serve: Callable[[Answer], str]) -> None:
     np.testing.assert_array_equal(Instrument("recorder", link).block("D?", "H"), words)
 
 
+@pytest.mark.slow
 def test_nobody_there_and_nobody_answering(serve: Callable[[Answer], str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         number = taken.getsockname()[1]
@@ -119,6 +121,7 @@ def test_nobody_there_and_nobody_answering(serve: Callable[[Answer], str]) -> No
         open_visa("@py", "no such thing", 0.2, "supply")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("data", [b"#", b"#42", b"#9x", b"plain", b"#2101234"])
 def test_a_block_that_is_none_is_an_error_and_no_hang(
     serve: Callable[[Answer], str], data: bytes

@@ -52,6 +52,7 @@ def test_a_population_search_finds_the_motor(capture, method):
     assert any(d.code == "search" for d in found.diagnostics)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["steady-state", "acceleration"])
 def test_closed_forms_find_the_motor(capture, method):
     found = fit([capture], method=method)

@@ -57,6 +57,7 @@ def page(here: Served) -> ClientConnection:
     return connect(here.socket, origin=here.origin, close_timeout=1)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_it_serves_its_files_to_who_has_the_token_and_nothing_else() -> None:
     with served() as here:
         for name in FILES:
@@ -77,6 +78,7 @@ def test_its_address_is_taken_only_once() -> None:
             Server(lambda: live_app(Hub(Tap(), {})), parse_listen(str(port)))
 
 
+@pytest.mark.slow
 def test_it_speaks_tls(tmp_path: Path) -> None:
     cert, key = certificate(tmp_path)
     address = parse_listen("0", certificate=cert, key=key)
@@ -86,6 +88,7 @@ def test_it_speaks_tls(tmp_path: Path) -> None:
         assert get(server.url, "live.js", trusting)[0] == 200
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("asked", ['{"ask": "press", "what": "program"}', "{", "[]", "x" * 5000])
 def test_a_page_that_only_watches_is_told_nothing_it_could_drive_by(asked: str) -> None:
     """Whoever asks for more than that is no page of ours."""

@@ -176,6 +176,7 @@ def test_touch_keys_type_a_serial_number(page: Page, tmp_path: Path) -> None:
         assert page.run('document.getElementById("number").value') == "D1"
 
 
+@pytest.mark.slow
 def test_without_leave_a_page_only_watches(tmp_path: Path) -> None:
     with shift(tmp_path, scans=False, works=False) as here, here.socket() as socket:
         socket.send('{"ask": "scan", "serial": "D000001"}')
@@ -186,6 +187,7 @@ def test_without_leave_a_page_only_watches(tmp_path: Path) -> None:
         assert here.station._in_work == []
 
 
+@pytest.mark.slow
 def test_the_terminal_names_the_page(tmp_path: Path) -> None:
     with shift(tmp_path, works=False) as here:
         here.page.show(Screen("READY", (), "Scan."))
@@ -193,6 +195,7 @@ def test_the_terminal_names_the_page(tmp_path: Path) -> None:
         assert [one.footer for one in here.shown] == [f"page: {here.page.url}", "PASS 1"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("serial", ["", " ", 7, None, "x" * 300])
 def test_what_is_no_serial_number_moves_nothing(serial: object, tmp_path: Path) -> None:
     with shift(tmp_path, works=False) as here, here.socket() as socket:

@@ -99,6 +99,7 @@ def test_a_lack_that_a_named_fault_explains_moves_nothing_itself(
     assert alone.message == f"{lack.message}; the parts of the program agree on every parameter"
 
 
+@pytest.mark.slow
 def test_a_lack_names_what_it_can_move(runs: Runs) -> None:
     capture = inject.clip(runs.good, 0.7 * runs.peak_a)
     records, solution = solved([capture], {}, ())

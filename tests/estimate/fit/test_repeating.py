@@ -144,6 +144,7 @@ def test_each_run_has_a_phase_of_its_own(folder: Path) -> None:
         assert size == pytest.approx(0.02, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_heavy_ripple_is_for_a_wider_model_too(folder: Path) -> None:
     run, solution = found(folder, "seed=4&ripple=0.08")
     assert amplitude(run, solution, K_RIPPLE, BARS) == pytest.approx(0.08, rel=0.05)
