@@ -34,6 +34,7 @@ def test_what_is_no_capture_is_said(path: Path) -> None:
         motorid.fit(path, 17)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 def test_save_never_over_a_file_unasked(path: Path) -> None:
     with pytest.raises(motorid.MotoridError, match="exists"):
         motorid.save(motorid.load(path), path)

@@ -250,6 +250,7 @@ def test_what_a_later_minor_adds_is_ignored(capture: Capture, tmp_path: Path) ->
     assert len(store.load(path)) == N
 
 
+@pytest.mark.slow
 def test_no_edit_of_a_sealed_file_goes_unseen(capture: Capture, tmp_path: Path) -> None:
     """Not even one that leaves a capture which could be read."""
     edits: dict[str, Callable[[h5py.File], object]] = {

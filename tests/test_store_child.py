@@ -182,6 +182,7 @@ serve(main, [])
 """
 
 
+@pytest.mark.slow
 def test_a_fork_that_dies_condemns_no_file(tmp_path: Path) -> None:
     program = tmp_path / "frail.py"
     program.write_text(FRAIL)

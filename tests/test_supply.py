@@ -39,6 +39,7 @@ def test_lock_pyproject_and_environment_agree(locks: Path) -> None:
     assert list(lock.faults()) == []
 
 
+@pytest.mark.slow
 def test_a_package_that_is_not_locked_is_seen(locks: Path) -> None:
     spoil(locks / "run.txt", block(locks / "run.txt", "h5py"), "")
     assert "h5py: needed, but not in locks/run.txt" in list(lock.faults())
@@ -68,6 +69,7 @@ def test_the_compilers_lock_is_of_the_version_that_is_asked_for(
     assert len(list(lock.compiler_faults())) == 2
 
 
+@pytest.mark.slow
 def test_what_runs_and_what_is_tested_are_the_same_files(locks: Path) -> None:
     first = next(
         line for line in block(locks / "run.txt", "numpy").splitlines() if "sha256" in line
@@ -76,6 +78,7 @@ def test_what_runs_and_what_is_tested_are_the_same_files(locks: Path) -> None:
     assert list(lock.faults()) == ["numpy: locks/run.txt and locks/test.txt differ"]
 
 
+@pytest.mark.slow
 def test_what_nothing_needs_is_seen(locks: Path) -> None:
     for name in ("run.txt", "test.txt"):
         with (locks / name).open("a", encoding="utf-8") as file:
@@ -97,6 +100,7 @@ def test_a_line_without_hash_or_version_is_refused(line: str, tmp_path: Path) ->
         packages.pins(tmp_path / "run.txt")
 
 
+@pytest.mark.slow
 def test_every_installed_package_has_an_allowed_licence() -> None:
     assert list(licences.faults()) == []
 

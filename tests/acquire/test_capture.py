@@ -83,6 +83,7 @@ def test_ticks_go_on_past_32_bits(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_a_burst_is_sent_afterwards(tmp_path: Path) -> None:
     rig = sim_rig("buffer=4000&baud=115200")
     rig = replace(rig, sampling=replace(rig.sampling, mode="burst"))
@@ -93,6 +94,7 @@ def test_a_burst_is_sent_afterwards(tmp_path: Path) -> None:
         record.capture(small, small.program, tmp_path / "small.h5")
 
 
+@pytest.mark.slow
 def test_an_unknown_motor_is_judged_by_the_pulse(tmp_path: Path) -> None:
     rig = replace(sim_rig(), nameplate=Nameplate(voltage_v=6.0))
     capture = store.load(record.capture(rig, SHORT, tmp_path / "run.h5"))

@@ -49,6 +49,7 @@ def wired() -> FrontEnd:
     return FrontEnd(facts, "")
 
 
+@pytest.mark.slow
 def test_a_capture_records_the_facts_and_declares_their_uncertainty(
     bench: Rig, tmp_path: Path
 ) -> None:

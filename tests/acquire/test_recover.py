@@ -24,6 +24,7 @@ from motorid.wire.framing import encode
 from tests.acquire.rigs import SAMPLES, run, sim_rig
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("keep_journal")
 def test_a_replay_gives_the_same_file(tmp_path: Path) -> None:
     path = run("seed=5&fault=flip:2e-4", tmp_path / "live.h5")
@@ -32,6 +33,7 @@ def test_a_replay_gives_the_same_file(tmp_path: Path) -> None:
     assert again.read_bytes() == path.read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("keep_journal")
 def test_a_torn_journal_replays_as_it_recovers(tmp_path: Path) -> None:
     path = run("", tmp_path / "run.h5")

@@ -173,6 +173,7 @@ def capture(fault: str, path: Path, **more: str) -> Path:
     return record.capture(rig, rig.program, path)
 
 
+@pytest.mark.slow
 def test_a_capture_through_a_good_relay_is_whole(tmp_path: Path) -> None:
     kept = store.load(capture("split", tmp_path / "run.h5"))
     assert (len(kept), kept.gaps, kept.end_reason) == (SAMPLES, (), "completed")

@@ -39,6 +39,7 @@ def row(strip: Strip, name: str) -> NDArray[np.float64]:
     return np.asarray(strip.values[strip.names.index(name)])
 
 
+@pytest.mark.slow
 def test_a_viewer_sees_what_the_capture_holds(tmp_path: Path) -> None:
     """Of two runs after one another, each sample with the value and the time of its file."""
     rig, watched = sim_rig(), Tap()

@@ -64,6 +64,7 @@ def test_what_is_written_reads_back() -> None:
     assert tables[""]["date"] == NOW
 
 
+@pytest.mark.slow
 def test_gains_offsets_and_clock_reach_the_capture(tmp_path: Path) -> None:
     path = rig_file(tmp_path)
     text = path.read_text("utf-8").replace('"position"]', '"position", "supply_voltage"]')

@@ -205,6 +205,7 @@ def test_a_calibration_that_is_cited_badly_is_not_cited(stored: Path, said: obje
     assert "calibration_old" not in [d.code for d in estimate.diagnostics]
 
 
+@pytest.mark.slow
 def test_a_capture_from_before_calibrations_still_works(stored: Path, rig: Rig) -> None:
     """Captures of the first version carry no serial, and no date that could be held against one."""
     own = store.load(stored)

@@ -201,6 +201,7 @@ def insist(path: Path, data: bytes) -> None:
         return
 
 
+@pytest.mark.slow
 @settings(
     max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )

@@ -127,6 +127,7 @@ def test_reader_that_hangs_is_stopped(tmp_path: Path, monkeypatch: pytest.Monkey
     assert time.monotonic() - began < 50  # of the 60 that it sleeps
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="memory limits are Linux's alone")
 def test_reader_that_eats_memory_is_stopped(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

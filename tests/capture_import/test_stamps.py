@@ -47,6 +47,7 @@ def assert_places(grid: Grid, places: Floats, period: float, step: float) -> Non
     assert abs(grid.period - period) * (places[-1] - places[0]) <= 1.01 * step + 4e-5 * period
 
 
+@pytest.mark.slow
 @given(PERIODS, st.floats(-6, -0.35), COUNTS, st.floats(0, 0.1), SEEDS)
 def test_lost_samples_and_any_decimal_rounding(
     period: float, finer: float, count: int, loss: float, seed: int
@@ -183,6 +184,7 @@ def test_a_log_of_rounded_stamps_gives_the_motor(form: str, tmp_path: Path) -> N
         assert half < 0.02 * MOTOR[name]
 
 
+@pytest.mark.slow
 def test_shared_stamps_that_no_period_explains_are_refused(tmp_path: Path) -> None:
     moments = np.r_[np.arange(700.0), 760.0 + np.arange(800.0)] / 5900  # 60 rows are missing
     path = log(tmp_path, [f"{t:.3f}" for t in moments])

@@ -77,6 +77,7 @@ def test_repeat_makes_a_file_a_run_and_fit_takes_them_together(
     assert len(json.loads(capsys.readouterr().out)["inputs"]) == 2
 
 
+@pytest.mark.slow
 def test_segment_prints_a_table_and_draws_a_page(
     capture_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

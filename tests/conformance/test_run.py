@@ -257,6 +257,7 @@ def test_burst_drops_what_it_cannot_keep_and_says_so(client: Client) -> None:
     assert client.get("read_status")["dropped"] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.needs("options")
 def test_what_the_link_cannot_carry_is_dropped_and_counted(make_client: Any) -> None:
     client: Client = make_client(baud=300_000)

@@ -50,6 +50,7 @@ def test_size(built: Path, processor: str) -> None:
     assert BLOCKS <= data + bss <= BLOCKS + RAM
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("processor", PROCESSORS)
 def test_needs(built: Path, processor: str) -> None:
     """No heap, no system, and no atomics by a library: there the port must lock."""

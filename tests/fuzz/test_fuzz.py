@@ -33,6 +33,7 @@ LEAST_RUNS = {
 SHORTER = ("journal", "look", "hdf5", "mat")  # a third of the time is enough for these
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", PARSERS)
 def test_what_was_kept_holds(target: str) -> None:
     checks = importlib.import_module(PARSERS[target].checks)

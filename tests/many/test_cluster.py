@@ -133,6 +133,7 @@ def test_nobody_at_the_address_is_said(tmp_path: Path) -> None:
         list(cluster.answered(tasks, f"tcp://127.0.0.1:{free_port()}", patience_s=0.1))
 
 
+@pytest.mark.slow
 def test_a_defect_of_a_task_is_named(threads: Cluster, tmp_path: Path) -> None:
     with pytest.raises(DataError, match="a task of the cluster failed: ZeroDivisionError: 0"):
         run_all(tasks_of(broken, count=1), tmp_path / "runs", threads.scheduler_address)

@@ -63,6 +63,7 @@ def test_the_run_that_is_named_tells_what_was_missing(
         assert p.statistical is None or q.statistical < 0.3 * p.statistical
 
 
+@pytest.mark.slow
 def test_a_complete_run_needs_no_other(tmp_path: Path) -> None:
     whole = driven(tmp_path / "run.h5", (3.0, 0.05), (6.0, 0.07), (None, 0.05))
     assert said(fit([whole])) == ""

@@ -94,6 +94,7 @@ def test_a_broken_link_is_opened_again(line_rig: Rig, product: Product, tmp_path
     assert (bad.exit_code, fine.exit_code) == (3, 0), (bad.verdict.reasons, fine.verdict.reasons)
 
 
+@pytest.mark.slow
 def test_resume_judges_what_was_left(
     line_rig: Rig, product: Product, tmp_path: Path, good: Path
 ) -> None:

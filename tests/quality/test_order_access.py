@@ -193,6 +193,7 @@ def test_strangers_take_no_place_from_clients(guarded: Orders) -> None:
         one.link.close()
 
 
+@pytest.mark.slow
 def test_the_example_for_a_controller_runs(tmp_path: Path) -> None:
     """The page's own program, as a reader would copy it, against answers of the page's form."""
 

@@ -106,6 +106,7 @@ def test_the_slowest_pattern_allowed_is_quick() -> None:
     assert time.process_time() - start < 0.5
 
 
+@pytest.mark.slow
 @given(st.text(max_size=300))
 def test_any_text_is_a_product_or_a_sentence(text: str) -> None:
     with contextlib.suppress(UsageError):

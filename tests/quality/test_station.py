@@ -231,6 +231,7 @@ def test_the_scanner_works_through_a_pipe(tmp_path: Path) -> None:
     assert words == ["READY", "RUN", "PASS", "READY", "RUN", "PASS"]
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_said_and_survived(
     line_rig: Rig, product: Product, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

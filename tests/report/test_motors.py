@@ -88,6 +88,7 @@ def test_the_page_has_every_motor_and_marks_what_differs() -> None:
     assert len(marked) == len(PARAMETERS)
 
 
+@pytest.mark.slow
 def test_fifty_motors_make_a_page_below_three_megabytes() -> None:
     found = [motor(f"M{k}", fit(1 + k / 100), samples=20_000) for k in range(50)]
     assert len(page(found).encode()) < 3_000_000

@@ -100,6 +100,7 @@ def test_jaya_m_of_table_9_prints_its_floor_and_loses_it_with_the_exact_rule():
     assert row(of, "Test 4 Jaya_m").printed["J"] == 0.809
 
 
+@pytest.mark.slow
 def test_at_weight_one_only_the_modified_searches_converge():
     of = experiment("9-w1")
     original = errors(of, row(of, "Test 3 GWO_o"), 0.0, 5, estimate=True)

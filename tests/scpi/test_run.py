@@ -65,6 +65,7 @@ query = "SPEED?"
         assert low <= MOTOR[name] <= high, name
 
 
+@pytest.mark.slow
 def test_protections_come_before_the_output_and_it_goes_off_again(tmp_path: Path) -> None:
     bench, clock = mock()
     recorded(bench, clock, rig(tmp_path), tmp_path / "run.h5")
@@ -78,6 +79,7 @@ def test_protections_come_before_the_output_and_it_goes_off_again(tmp_path: Path
     assert not bench.on
 
 
+@pytest.mark.slow
 def test_constant_current_is_no_step_and_is_said(tmp_path: Path) -> None:
     bench, clock = mock(ohm=1.2)  # half of the nameplate's: it would draw 5 A of 4
     found = recorded(bench, clock, rig(tmp_path, levels="[[6]]"), tmp_path / "run.h5")
@@ -85,6 +87,7 @@ def test_constant_current_is_no_step_and_is_said(tmp_path: Path) -> None:
     assert found.provenance["instruments"]["current_limited_steps"] == [1]
 
 
+@pytest.mark.slow
 def test_constant_current_is_seen_in_the_readings_of_a_supply_that_does_not_say(
     tmp_path: Path,
 ) -> None:
@@ -97,12 +100,14 @@ def test_constant_current_is_seen_in_the_readings_of_a_supply_that_does_not_say(
     assert "are at the current limit of 4 A below the voltage" in notes(found)
 
 
+@pytest.mark.slow
 def test_a_slow_supply_is_a_ramp_and_is_said(tmp_path: Path) -> None:
     bench, clock = mock(slew_v_s=30.0)
     found = recorded(bench, clock, rig(tmp_path), tmp_path / "run.h5")
     assert "a ramp, and no step" in notes(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
@@ -121,6 +126,7 @@ def test_a_wrong_factor_and_a_turned_probe_are_said(
     assert said in notes(recorded(bench, clock, one, tmp_path / "run.h5"))
 
 
+@pytest.mark.slow
 def test_a_right_run_has_nothing_said_of_it(tmp_path: Path) -> None:
     assert notes(recorded(*mock(), rig(tmp_path), tmp_path / "run.h5")) == ""
 
@@ -204,6 +210,7 @@ def test_an_error_of_the_callers_own_switches_off_too(tmp_path: Path) -> None:
     assert bench.heard[-2:] == ["SYST:ERR?", "OUTP?"]
 
 
+@pytest.mark.slow
 def test_an_encoder_on_two_inputs_counts(tmp_path: Path) -> None:
     """The scope's third input as both lines would not turn: here are lines of their own."""
     bench, clock = mock()

@@ -42,6 +42,7 @@ def log(begins_s: float = 4e-4) -> Capture:
     return Capture(np.rint(stamps * 1e6).astype(np.int64), 1e6, channels)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["cuckoo-m", "gwo-m", "jaya-m", "nls"])
 def test_a_method_answers_on_a_log(method: str) -> None:
     found = fit([log()], method=method, budget=400)

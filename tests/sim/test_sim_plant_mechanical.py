@@ -79,6 +79,7 @@ def test_a_small_reversal_is_held_by_friction(make: Any) -> None:
     assert plant.c.angle == rest
 
 
+@pytest.mark.slow
 def test_cogging_holds_a_detent(make: Any) -> None:
     plant = make(cogging=1e-3, cogging_per_turn=12, viscous=2e-6)
     plant.c.angle = 0.05

@@ -52,6 +52,7 @@ def samples(par: Any, step: float) -> np.ndarray:
 IRON = "&reaction=0.08&saturation=0.5&eddy=0.4&eddy_time=50e-6&load_friction=0.04"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "more"), [*((name, "") for name in motors()), ("faulhaber-2338s006s", IRON)]
 )

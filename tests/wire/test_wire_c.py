@@ -140,6 +140,7 @@ def test_c_and_python_write_and_read_the_same_bytes(tmp_path: Path) -> None:
     assert run(str(binary)) == ""
 
 
+@pytest.mark.slow
 def test_a_wrong_byte_fails_the_c_check(tmp_path: Path) -> None:
     source, binary = tmp_path / "wrong.c", tmp_path / "wrong"
     source.write_text(program().replace("wire[] = {1,", "wire[] = {2,", 1), encoding="utf-8")
