@@ -74,6 +74,13 @@ def test_each_kind_of_fault(line: str, after: str) -> None:
     assert after in set().union(*changes(line).values())
 
 
+def test_an_assertion_is_no_behaviour() -> None:
+    assert changes("def f(a: A, b: A) -> None:\n    assert a > b\n") == {}
+    assert changes("pairs = zip(a, b, strict=True)") == {
+        "arguments": {"pairs = (zip(b, a, strict=True))"}
+    }
+
+
 def test_only_what_runs_on_import_is_marked_so() -> None:
     found = python_faults.mutants("a.py", SOURCE.encode())
     assert {one.line for one in found if one.at_import} == {3, 6}

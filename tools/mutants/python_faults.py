@@ -61,6 +61,8 @@ def _walk(node: ast.AST, called: bool) -> Iterator[tuple[ast.AST, bool]]:
         for child in value if isinstance(value, list) else [value]:
             if not isinstance(child, ast.AST) or isinstance(child, ast.Assert | ast.JoinedStr):
                 continue  # assertions are for the type checker; texts are judged by readers
+            if isinstance(child, ast.keyword) and child.arg == "strict":
+                continue  # of zip: an assertion too
             if isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
                 continue
             yield child, inside
