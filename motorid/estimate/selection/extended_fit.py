@@ -21,6 +21,9 @@ from motorid.estimate.solver.problem import Solution
 KNEE_SD = 1.0  # of ln i_b about a twentieth of the stall current
 SLOW_SD = 1.0  # of ln w_s about a twentieth of the highest speed
 ROUGH_STEPS = 12  # of a rough fit: one that needs more is not the best of its rivals
+AT_THE_END = (
+    1e-6  # change of F: valleys of friction are flat, and their ends must be the same anywhere
+)
 IRON_SD = 1.5  # of the logarithm of where K or L falls, and of an eddy time
 FARTHEST = 0.8  # of the most that an added parameter may be, where a search begins
 COOLS_1_S = 0.5  # standard deviation of a winding's rate of cooling
@@ -112,7 +115,9 @@ class Begun:
 
 def finished(near: Fitted) -> Fitted:
     """The same fit to its end, in the noise that was found."""
-    solution = alternating_fit.again(near.records, near.free, near.values, near.solution)
+    solution = alternating_fit.again(
+        near.records, near.free, near.values, near.solution, enough=AT_THE_END
+    )
     return Fitted(near.terms, near.records, solution, near.free, near.start)
 
 
