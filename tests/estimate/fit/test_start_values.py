@@ -1,0 +1,141 @@
+"""Start values: from signals of a motor that scipy drove, and from those that tell too little."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from motorid.errors import DataError
+from motorid.estimate.fit import start_values
+from motorid.estimate.fit.start_signals import Signals
+
+R, L, K, B, J, T0 = 2.0, 4e-3, 0.05, 4e-5, 2e-4, 6e-3
+TRUTH = {"R": R, "L": L, "K": K, "B": B, "J": J, "T0": T0}
+NEAR = 0.05  # of a start value; the charge of a window is taken at its ends
+PERIOD_S, STEP, COAST, SERIES_OHM = 1e-4, 6000, 4000, 0.3
+
+
+def driven(volts: float, sign: float) -> Signals:
+    """A rest, a step of voltage and a coast with the bridge open; instants, without noise."""
+
+    def on(_: float, y: np.ndarray) -> list[float]:
+        i, w, _angle = y
+        return [(volts - (R + SERIES_OHM) * i - K * w) / L, (K * i - B * w - sign * T0) / J, w]
+
+    def off(_: float, y: np.ndarray) -> list[float]:
+        return [(-B * y[0] - sign * T0) / J, y[0]]
+
+    times = PERIOD_S * np.arange(STEP + 1)
+    up = solve_ivp(
+        on, (0, times[-1]), [0, 0, 0], t_eval=times, rtol=1e-9, atol=1e-12, max_step=1e-3
+    )
+    down = solve_ivp(
+        off, (0, COAST * PERIOD_S), up.y[1:, -1], t_eval=PERIOD_S * np.arange(1, COAST + 1),
+        rtol=1e-9, atol=1e-12,
+    )  # fmt: skip
+    rest = np.zeros(100)
+    return Signals(
+        PERIOD_S,
+        np.concatenate([rest, np.full(STEP, volts), np.zeros(COAST)]),
+        np.concatenate([rest, up.y[0, 1:], np.zeros(COAST)]),
+        np.concatenate([rest, up.y[2, 1:], down.y[1]]),
+        None,
+        (0, 100, 100 + STEP, 100 + STEP + COAST),
+        (False, False, True),
+        SERIES_OHM,
+    )
+
+
+@pytest.fixture(scope="module")
+def both() -> list[Signals]:
+    """One run each way, at two levels: what tells B and T0 apart."""
+    return [driven(12.0, 1.0), driven(-7.0, -1.0)]
+
+
+def electrical(data: list[Signals], **fixed: float) -> dict[str, float]:
+    return dict(zip("RLK", start_values._electrical(data, fixed), strict=True))
+
+
+def mechanical(data: list[Signals], **fixed: float) -> dict[str, float]:
+    return dict(zip(("B", "J", "T0"), start_values.mechanical(data, K, fixed), strict=True))
+
+
+def test_windows_of_the_voltage_give_the_winding(both: list[Signals]) -> None:
+    found = electrical(both)
+    assert found["R"] == pytest.approx(R, rel=0.01)
+    assert found["K"] == pytest.approx(K, rel=0.01)
+    assert found["L"] == pytest.approx(L, rel=0.1)
+
+
+def test_what_is_known_is_taken_and_what_is_not_follows(both: list[Signals]) -> None:
+    found = electrical(both, R=1.1 * R, L=L)
+    assert (found["R"], found["L"]) == (1.1 * R, L)
+    assert found["K"] < 0.999 * K  # more is left to the resistance
+    assert electrical(both, R=R, L=L)["K"] == pytest.approx(K, rel=1e-3)
+    assert electrical(both, R=R, L=L, K=0.04)["K"] == 0.04
+    assert electrical(both, L=0.0)["L"] == 0.0
+
+
+def test_windows_of_the_torque_give_inertia_and_friction(both: list[Signals]) -> None:
+    found = mechanical(both)
+    assert found["J"] == pytest.approx(J, rel=NEAR)
+    assert found["B"] == pytest.approx(B, rel=NEAR)
+    assert found["T0"] == pytest.approx(T0, rel=NEAR)
+
+
+def test_a_measured_speed_serves_as_well(both: list[Signals]) -> None:
+    speeds = [replace(s, speed=np.gradient(s.angle, PERIOD_S)) for s in both]
+    found = mechanical(speeds)
+    for name in ("J", "B", "T0"):
+        assert found[name] == pytest.approx(TRUTH[name], rel=NEAR)
+
+
+@pytest.mark.parametrize("name", ["B", "J", "T0"])
+def test_a_known_part_of_the_torque_is_taken(both: list[Signals], name: str) -> None:
+    found = mechanical(both, **{name: TRUTH[name]})
+    assert found[name] == TRUTH[name]
+    for other in {"B", "J", "T0"} - {name}:
+        assert found[other] == pytest.approx(TRUTH[other], rel=NEAR)
+
+
+def test_friction_is_never_negative(both: list[Signals]) -> None:
+    helped = [  # a torque that grows with the speed: viscous friction of the wrong sign
+        replace(s, current=s.current - 2 * B / K * np.gradient(s.angle, PERIOD_S)) for s in both[:1]
+    ]
+    found = mechanical([replace(helped[0], edges=(0, 100, 6100), open=(False, False))])
+    assert found["B"] == 0.0
+    assert found["T0"] >= 0.0
+    assert found["J"] > 0.0
+
+
+def test_how_much_of_the_torque_is_explained(both: list[Signals]) -> None:
+    _, explained = start_values.balanced(both, K, {})
+    rows = np.array([row for s in both for row in start_values._torque_windows(s, K)])
+    assert explained == pytest.approx(float(rows[:, 0] @ rows[:, 0]), rel=NEAR)
+
+
+def test_noise_that_hides_the_back_emf_leaves_a_small_constant(both: list[Signals]) -> None:
+    volts = [replace(s, volts=(R + SERIES_OHM) * s.current) for s in both]  # none at all
+    found = electrical([replace(s, angle=1e-3 * s.angle) for s in volts])
+    assert 0.0 < found["K"]
+
+
+def test_a_motor_that_turns_against_its_voltage_is_named(both: list[Signals]) -> None:
+    with pytest.raises(DataError, match="reverse the encoder"):
+        electrical([replace(s, angle=-s.angle) for s in both])
+
+
+def test_without_a_step_there_is_nothing_to_begin_with(both: list[Signals]) -> None:
+    idle = replace(both[0], volts=np.zeros_like(both[0].volts), current=0.0 * both[0].current)
+    with pytest.raises(DataError, match="never driven"):
+        electrical([replace(idle, angle=0.0 * idle.angle)])
+
+
+def test_without_motion_there_is_no_inertia(both: list[Signals]) -> None:
+    with pytest.raises(DataError, match="did not move"):
+        mechanical([replace(both[0], angle=0.0 * both[0].angle)])
+    with pytest.raises(DataError, match="does not follow the current"):
+        mechanical([replace(s, current=-s.current) for s in both])
