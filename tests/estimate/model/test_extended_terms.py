@@ -58,3 +58,23 @@ def test_a_term_is_nothing_where_its_parameters_are_absent() -> None:
 def test_a_motor_without_inductance_has_a_rise_all_the_same() -> None:
     assert replace(SIZES, inductance=0.0).rise > 0.0
     assert SIZES.rise == pytest.approx(SIZES.inductance / SIZES.resistance)
+
+
+def test_a_search_begins_within_the_bounds_of_what_it_adds() -> None:
+    for name, added in ADDED.items():
+        start = added.part * SIZES.of(name)
+        assert added.lower <= start <= added.upper, name
+        if added.log:
+            assert start > 0.0, name
+
+
+def test_bounds_keep_a_motor_a_motor() -> None:
+    """A back-EMF of its own sign, an inductance and a share that are left, friction that brakes."""
+    assert -1.0 < ADDED["d_Ke"].lower < 0.0
+    assert 0.0 < ADDED["J2_share"].lower < ADDED["J2_share"].upper < 1.0
+    for share in ("d_L", "L2_share", "c_load"):
+        assert ADDED[share].lower == 0.0
+        assert 0.5 < ADDED[share].upper < 1.0
+    assert (ADDED["d_T0"].lower, ADDED["d_T0"].upper) == (-1.0, 1.0)
+    for size in ("V_b", "T_lc", "T_s", "T_c", "k_K", "Ks", "b", "a_K", "k_w"):
+        assert ADDED[size].lower == 0.0

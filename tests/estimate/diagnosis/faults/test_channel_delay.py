@@ -1,0 +1,69 @@
+"""A channel that is late: what is tried, what is said, and what would declare it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
+from motorid.estimate.diagnosis.faults import channel_delay
+from tests.exact_capture import FAULHABER, clean_capture
+
+PERIOD_S = 1e-4
+
+
+def record(*channels: str, emf: bool = True, finer: float = 1.0) -> Any:
+    return SimpleNamespace(
+        timeline=SimpleNamespace(period_s=PERIOD_S / finer),
+        capture=SimpleNamespace(period_s=PERIOD_S),
+        measured=[SimpleNamespace(block=SimpleNamespace(name=name)) for name in channels],
+        sensed=SimpleNamespace(channel="terminals", shows_emf=emf),
+    )
+
+
+def codes(*records: Any) -> list[str]:
+    return [h.code for h in channel_delay.hypotheses(records)]
+
+
+def test_values_come_so_many_samples_later() -> None:
+    ramp = np.arange(8.0)
+    assert channel_delay.late(ramp, 2.0).tolist() == [0, 0, 0, 1, 2, 3, 4, 5]
+    assert channel_delay.late(ramp, 0.5).tolist() == [0, 0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5]
+
+
+def test_each_channel_that_is_read_may_be_late() -> None:
+    assert codes(record(CURRENT, POSITION)) == ["current_lag", "position_lag", "voltage_lag"]
+    assert codes(record(CURRENT, SPEED, emf=False)) == ["current_lag", "speed_lag"]
+    assert codes(record(CURRENT), record(CURRENT, emf=False)) == ["current_lag"]
+
+
+def test_sizes_are_of_the_grid_and_words_of_the_samples() -> None:
+    late, *_ = channel_delay.hypotheses([record(CURRENT, finer=4.0)])
+    grid = PERIOD_S / 4.0
+    assert late.sizes == tuple((k * grid,) for k in channel_delay.SAMPLES)
+    assert (late.lower, late.upper) == ((0.0,), (channel_delay.LATEST * grid,))
+    said = late.words(np.array([3.5e-4]))
+    assert said.evidence == "the current comes 350 µs later than it declares (3.5 samples)"
+    assert said.where == "current"
+
+
+def test_a_late_voltage_is_declared_later_by_about_that() -> None:
+    capture = clean_capture(FAULHABER)
+    before = capture.channels[VOLTAGE].delay_s
+    h = capture.period_s
+    tried = channel_delay._declared_later(capture, 2.4 * h)
+    more = [one.channels[VOLTAGE].delay_s - before for one in tried]
+    assert more[0] == pytest.approx(2.0 * h)  # whole samples first
+    assert sorted(more[1:]) == pytest.approx([k * h for k in (2.1, 2.25, 2.4, 2.55, 2.7)])
+    for one in tried:
+        same = replace(one, channels={**one.channels, VOLTAGE: capture.channels[VOLTAGE]})
+        assert same == capture
+
+
+def test_a_size_of_whole_samples_is_tried_once() -> None:
+    capture = clean_capture(FAULHABER)
+    assert len(channel_delay._declared_later(capture, 3 * capture.period_s)) == 5
