@@ -13,7 +13,6 @@ BY_FITS_ALONE: dict[str, str] = {
     "motorid.estimate.fit.log_second_order": "fits of filtered logs hold the size that it finds",
     "motorid.estimate.model.extended_capture_model": "each term is held to an integrator by fits",
     "motorid.estimate.model.reconstructed_voltage": "each source and loss in it has its own test",
-    "motorid.estimate.partial.mechanical_results": "fits of partial captures test each formula",
     "motorid.estimate.selection.forward_selection": "whole fits hold which terms are chosen",
     "motorid.estimate.selection.joint_start": "whole fits with two terms begin there",
     "motorid.estimate.selection.predicted_gain": "whole fits hold which terms are chosen",

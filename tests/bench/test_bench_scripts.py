@@ -31,6 +31,7 @@ pytestmark = pytest.mark.slow
 BENCH = Path(__file__).resolve().parents[2] / "bench"
 LEFT_OUT = {"plan", "emulated_motors", "dead_motors"}
 MAY_MISS = {
+    "branches",
     "cycle",
     "exactness",
     "false_alarms",
@@ -75,6 +76,14 @@ def test_every_script_is_run_here_or_left_out_with_its_reason() -> None:
     here = Path(__file__).read_text(encoding="utf-8")
     assert scripts == LEFT_OUT | set(re.findall(r"\brun\(\s*\"(\w+)\"", here))
     assert all(f"- bench_{name}.py " in (__doc__ or "") for name in LEFT_OUT)
+
+
+def test_branches_counts_what_some_tests_take() -> None:
+    said = run("branches", "--tests", "tests/wire/test_wire_framing.py", "--jobs", "1")
+    count, taken = cells("motorid/wire", said)
+    assert int(count) > 900
+    assert 20.0 < float(taken.strip("%")) < 100.0
+    assert "tests ended with 0" in said
 
 
 def test_coverage_scores_a_rig_and_sums_up(tmp_path: Path) -> None:

@@ -1,0 +1,107 @@
+"""When a model explains too little of a channel for any answer."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motorid.capture.model import CURRENT, POSITION, SPEED
+from motorid.estimate.model import unexplained
+from motorid.estimate.model.unexplained import Unexplained
+from motorid.estimate.signals.measurements import EMF
+
+
+@pytest.mark.parametrize(
+    ("one", "contradicts"),
+    [
+        (Unexplained(CURRENT, 0.4, 0.26, False), True),
+        (Unexplained(CURRENT, 0.4, 0.24, False), False),
+        (Unexplained(CURRENT, 0.91, 0.0, False), True),  # it shows nothing of the motor
+        (Unexplained(CURRENT, 0.89, 0.0, False), False),
+        (Unexplained(SPEED, 0.51, 0.0, False), True),
+        (Unexplained(SPEED, 0.49, 0.0, False), False),
+        (Unexplained(SPEED, 0.99, 0.9, False, made=0.9e-3), False),  # a rotor at rest
+        (Unexplained(SPEED, 0.99, 0.9, False, made=1.1e-3), True),
+        (Unexplained(CURRENT, 0.99, 0.9, False, made=0.0), True),  # a current is not
+        (Unexplained(CURRENT, 0.99, 0.9, True), False),  # its channel declares as much
+    ],
+)
+def test_limits(one: Unexplained, contradicts: bool) -> None:
+    assert one.contradicts is contradicts
+
+
+def record(
+    name: str, values: np.ndarray, noise: float = 0.0, resolution: float = 0.0, volts: float = 0.0
+) -> Any:
+    channel = SimpleNamespace(noise=noise, resolution=resolution)
+    m = SimpleNamespace(block=SimpleNamespace(name=name), values=values, channel=channel)
+    return SimpleNamespace(
+        measured=[m], volts=np.full(10, volts), driven=np.ones(10, dtype=bool),
+        departures=lambda _values, own: own, sensed=SimpleNamespace(waveform=None),
+        timeline=SimpleNamespace(jitter=0.0),
+    )  # fmt: skip
+
+
+def of(one: Any, left: np.ndarray) -> Unexplained:
+    solution: Any = SimpleNamespace(values=None, own=[[left]])
+    (found,) = unexplained.unexplained([one], solution)
+    return found
+
+
+def test_shares_are_of_the_mean_square() -> None:
+    t = np.linspace(0, 20, 2000)
+    shown, left = 3 * np.sin(t), 0.6 * np.cos(t / 3)  # smooth: no noise of neighbours
+    found = of(record(CURRENT, shown), left)
+    share = float(left @ left / (shown @ shown))
+    assert found.share == pytest.approx(share)
+    assert found.beyond == pytest.approx(share, rel=1e-3)
+    made = shown - left
+    assert found.made == pytest.approx(float(made @ made / (shown @ shown)))
+    assert not found.declared
+
+
+def test_noise_of_neighbours_is_no_contradiction() -> None:
+    rng = np.random.default_rng(1)
+    found = of(record(CURRENT, np.ones(4000)), 0.8 * rng.normal(size=4000))
+    assert found.share == pytest.approx(0.64, rel=0.1)
+    assert found.beyond == pytest.approx(0.0, abs=0.05)
+
+
+def test_declared_noise_counts_twice_itself() -> None:
+    left = np.full(100, 0.5)  # smooth
+    found = of(record(CURRENT, np.ones(100), noise=0.2), left)
+    assert found.beyond == pytest.approx(0.25 - 4 * 0.04)
+    assert not found.declared
+    assert of(record(CURRENT, np.ones(100), noise=0.26), left).declared
+    assert of(record(CURRENT, np.ones(100), resolution=0.9), left).declared  # √12 of a step
+    assert not of(record(CURRENT, np.ones(100), resolution=0.8), left).declared
+
+
+def test_a_position_has_no_zero() -> None:
+    t = np.linspace(0, 1, 100)
+    near, far = (of(record(POSITION, t + zero), 0.1 * t) for zero in (0.0, 1e3))
+    assert near.share == pytest.approx(far.share)
+
+
+def test_a_back_emf_is_compared_with_what_drove_the_motor() -> None:
+    left = np.full(100, 0.1)
+    alone, beside = (of(record(EMF, np.full(100, 0.1), volts=v), left) for v in (0.0, 10.0))
+    assert alone.share == pytest.approx(1.0)
+    assert beside.share == pytest.approx(1e-4)
+
+
+def test_a_channel_of_zeros_says_nothing() -> None:
+    assert not of(record(CURRENT, np.zeros(50)), np.zeros(50)).contradicts
+
+
+def test_the_worst_channel_is_named_and_none_of_stamps_that_jump() -> None:
+    bad = record(CURRENT, np.ones(100))
+    solution: Any = SimpleNamespace(values=None, own=[[np.linspace(-1.5, 1.5, 100)]])
+    found = unexplained.unsupported([bad], solution)
+    assert found is not None
+    assert found.channel == CURRENT
+    bad.sensed.waveform, bad.timeline.jitter = object(), 0.5
+    assert unexplained.unsupported([bad], solution) is None
