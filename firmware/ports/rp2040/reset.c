@@ -76,11 +76,12 @@ uint8_t reset_cause(void) {
 
 /* A count in the scratch register, and noise of the ring oscillator where there is none. */
 uint32_t reset_boot_id(void) {
-    uint32_t number = REG(WATCHDOG_SCRATCH(NUMBER));
-    for (int n = 0; number == 0 && n < RANDOM_BITS; n++) {
-        number = number << 1 | (REG(ROSC_RANDOMBIT) & 1u);
+    uint32_t number = REG(WATCHDOG_SCRATCH(NUMBER)) + 1u;
+    if (number == 1) {
+        for (int n = 0; n < RANDOM_BITS; n++) {
+            number = number << 1 | (REG(ROSC_RANDOMBIT) & 1u);
+        }
     }
-    number++;
     REG(WATCHDOG_SCRATCH(NUMBER)) = number;
     return number;
 }
