@@ -13,6 +13,7 @@ from tests.conformance.boards import (
     Board,
     DeviceBoard,
     EmulatedBoard,
+    EmulatedPico,
     HostBoard,
     SimulatedBoard,
     opened,
@@ -25,6 +26,7 @@ TRAITS = {
     "uno": EmulatedBoard.traits,
     "mega": EmulatedBoard.traits,
     "uno-clang": EmulatedBoard.traits,
+    "pico": EmulatedPico.traits,
     "device": DeviceBoard.traits,
 }
 
@@ -35,7 +37,7 @@ TRIED = {
     f"test_{name}"
     for name in ("configure", "fast_burst", "link", "requests", "safety", "trips", "zero")
 }
-EMULATED = ("uno", "mega", "uno-clang")  # a processor simulated instruction by instruction
+EMULATED = ("uno", "mega", "uno-clang", "pico")  # a processor simulated instruction by instruction
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

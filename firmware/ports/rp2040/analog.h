@@ -36,10 +36,12 @@
 #define FILTER_NS 12500u
 #endif
 
-/* Converter, in steps of 12 bits: standard uncertainty of its zero, and of what its wide codes do (RP2040-E11:
- * the readings between them are off by up to 4.5); noise of a conversion. */
+/* Converter, in steps of 12 bits: standard uncertainty of its zero, and noise of a conversion. Four codes are
+ * as wide as nine (RP2040-E11). So readings between two of them are off by up to 4.5 steps, and their
+ * differences are too large by up to 0.9 %: the uncertainties are those of even distributions. */
 #define OFFSET_LSB 2.0f
 #define WIDE_CODES_LSB 2.6f
+#define WIDE_CODES_GAIN 0.005f
 #define NOISE_LSB 1.5f
 
 #ifndef BRIDGE_DEAD_TIME_NS

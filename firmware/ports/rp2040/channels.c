@@ -14,6 +14,8 @@
 #define SYNCHRONISED_MEAN 65535u
 #define ROUND_NOISE 0.29f
 
+static float with_wide_codes(float gain) { return sqrtf(gain * gain + WIDE_CODES_GAIN * WIDE_CODES_GAIN); }
+
 static void describe_input(uint8_t input, uint32_t filter_ns, wire_describe_channel_reply_t *out) {
     out->filter_ns = filter_ns;
     out->aperture_ns = TICKS_TO_NS(WINDOW_TICKS);
@@ -27,7 +29,7 @@ void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out) {
     out->kind = WIRE_CHANNEL_KIND_MEAN;
     out->bits = 15; /* 25 conversions of 12 bits */
     out->pwm_phase_permille = SYNCHRONISED_MEAN;
-    out->gain_uncertainty = VOLTAGE_GAIN_UNCERTAINTY;
+    out->gain_uncertainty = with_wide_codes(VOLTAGE_GAIN_UNCERTAINTY);
     out->offset = MIDDLE;
     out->offset_uncertainty = zero * COUNTS_A_CODE;
     out->noise = sqrtf(noise * noise / (float)ROUNDS + ROUND_NOISE * ROUND_NOISE);
@@ -38,7 +40,7 @@ void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out) {
         describe_input(0, CURRENT_FILTER_NS, out);
         out->unit = WIRE_UNIT_AMPERE;
         out->scale = COUNT_V / (SHUNT_OHM * SHUNT_GAIN);
-        out->gain_uncertainty = CURRENT_GAIN_UNCERTAINTY;
+        out->gain_uncertainty = with_wide_codes(CURRENT_GAIN_UNCERTAINTY);
         break;
     case WIRE_CHANNEL_TERMINAL_VOLTAGE:
         describe_input(1, FILTER_NS, out);
