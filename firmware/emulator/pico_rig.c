@@ -2,14 +2,15 @@
  *
  *     pico_rig name=value ... -- COMMAND ARGUMENT ...     (names: rig parameters, see parameters.c)
  *
- * The child has this program's standard input and output; it asks on descriptor 4 and hears on 3. It asks once
- * a PWM period, before the period passes: what the bridge does in it is known then, but for a trip. Where one
- * comes it asks again, and the period is computed anew from a copy of how it began.
+ * The child has this program's standard input and output; it asks on descriptor 4 and hears on 3. It asks for
+ * a stretch of PWM periods before they pass, as if the bridge did the same in all of them. Where it comes
+ * otherwise, or a trip opens it, the child asks again, and the stretch is computed anew from a copy of how it
+ * began.
  *
- *     P  period   the next one             ->  answer
- *     B  period   the same one once more   ->  answer
+ *     P  stretch  the next one             ->  answer
+ *     B  stretch  the same one once more   ->  answer
  *     S  u32 n  text "name=value"          ->  nothing
- *     G                                    ->  u32 n, text: what is so at the period's end
+ *     G  f64 cycle within the stretch      ->  u32 n, text: what is so then
  *
  * Times are cycles of the board's clock. Little-endian, as the machine is.
  */
@@ -26,10 +27,10 @@ enum { CHILD_HEARS = 3, CHILD_ASKS = 4 };
 static const int INPUTS[] = {CURRENT, TERMINAL_A, SUPPLY}; /* by the converter's number */
 enum { INPUT_COUNT = sizeof INPUTS / sizeof *INPUTS };
 
-struct period {
+struct stretch {
     double begin, end, cut;  /* cut: enable falls; below 0: it does not */
     double first;            /* conversion begins */
-    int32_t a, b;            /* ticks that each level is high, from the beginning */
+    int32_t a, b;            /* ticks that each level is high, from a period's beginning */
     int32_t enable;
     uint32_t conversions, input; /* how many, of which input the first */
 };
@@ -44,14 +45,15 @@ struct world {
     long long count; /* that the encoder's lines show */
 };
 
-static struct world before, after; /* of the period that is answered */
+static struct world before, after; /* of the stretch that was answered */
+static struct stretch latest;
 static struct edge edges[MOST];
 static uint16_t codes[MOST];
 static uint32_t edge_count;
 
 static FILE *asked, *told;
 
-/* ------------------------------------------------------------------ a period */
+/* ------------------------------------------------------------------ a stretch */
 
 static void note_edge(struct world *w, long long step) {
     w->count += step;
@@ -72,7 +74,7 @@ static void pass(struct world *w, uint64_t until) {
     }
 }
 
-static void pass_or_cut(struct world *w, const struct period *p, uint64_t until) {
+static void pass_or_cut(struct world *w, const struct stretch *p, uint64_t until) {
     if (p->cut >= (double)w->rig.at && p->cut <= (double)until && w->rig.enabled) {
         pass(w, (uint64_t)p->cut);
         rig_enable(&w->rig, w->rig.at, 0);
@@ -80,27 +82,37 @@ static void pass_or_cut(struct world *w, const struct period *p, uint64_t until)
     pass(w, until);
 }
 
-static void run(struct world *w, const struct period *p) {
-    const enum driver kind = (enum driver)w->rig.par.driver;
+/* PWM periods begin all the way. */
+static void pass_periods(struct world *w, const struct stretch *p, double until, double *next_period) {
     const struct wave a = {0, p->a}, b = {0, p->b};
+    const int level = driver_level((enum driver)w->rig.par.driver, a, b, PWM_TICKS);
+    for (; *next_period <= until && *next_period < p->end; *next_period += PWM_TICKS) {
+        pass_or_cut(w, p, (uint64_t)*next_period);
+        rig_period(&w->rig, w->rig.at, level);
+    }
+    pass_or_cut(w, p, (uint64_t)until);
+}
+
+static void run(struct world *w, const struct stretch *p) {
+    double next_period = p->begin;
     edge_count = 0;
     pass(w, (uint64_t)p->begin);
     rig_enable(&w->rig, w->rig.at, p->enable);
-    rig_period(&w->rig, w->rig.at, driver_level(kind, a, b, PWM_TICKS));
     for (uint32_t n = 0; n < p->conversions; n++) {
-        const uint64_t at = (uint64_t)p->first + (uint64_t)n * CONVERSION;
-        pass_or_cut(w, p, at);
-        codes[n] = (uint16_t)rig_convert(&w->rig, at, INPUTS[(p->input + n) % INPUT_COUNT]);
+        const double at = p->first + (double)n * CONVERSION;
+        pass_periods(w, p, at, &next_period);
+        codes[n] = (uint16_t)rig_convert(&w->rig, (uint64_t)at, INPUTS[(p->input + n) % INPUT_COUNT]);
     }
-    pass_or_cut(w, p, (uint64_t)p->end);
+    pass_periods(w, p, p->end, &next_period);
 }
 
-static int answer(const struct world *from) {
-    struct period p;
+static int answer(void) {
+    struct stretch p;
     if (fread(&p, sizeof p, 1, asked) != 1 || p.conversions > MOST || p.input >= INPUT_COUNT) {
         return 0;
     }
-    after = *from;
+    latest = p;
+    after = before;
     run(&after, &p);
     const uint32_t counts[2] = {p.conversions, edge_count};
     fwrite(counts, sizeof counts, 1, told);
@@ -139,12 +151,20 @@ static int change(void) {
 }
 
 static int tell(void) {
+    static struct world then;
     char text[512];
-    const struct rig *const r = &after.rig;
+    struct stretch p = latest;
+    if (fread(&p.end, sizeof p.end, 1, asked) != 1) {
+        return 0;
+    }
+    p.conversions = 0;
+    then = before;
+    run(&then, &p);
+    const struct rig *const r = &then.rig;
     const uint32_t length = (uint32_t)snprintf(
         text, sizeof text,
         "{\"enabled\": %d, \"level\": %d, \"current\": %.9g, \"speed\": %.9g, \"count\": %lld, \"bus\": %.9g}",
-        r->enabled, r->level, r->plant.current, r->plant.speed, after.count, r->plant.bus);
+        r->enabled, r->level, r->plant.current, r->plant.speed, then.count, r->plant.bus);
     fwrite(&length, sizeof length, 1, told);
     fwrite(text, 1, length, told);
     return fflush(told) == 0;
@@ -156,10 +176,10 @@ static void serve(void) {
         switch (fgetc(asked)) {
         case 'P':
             before = after;
-            going = answer(&before);
+            going = answer();
             break;
         case 'B':
-            going = answer(&before);
+            going = answer();
             break;
         case 'S':
             going = change();

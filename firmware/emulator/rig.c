@@ -65,7 +65,12 @@ static void split(const struct rig *r, double volts, double *a, double *b) {
 
 /* The filters over a stretch in which what they see is nearly constant. */
 static void run_filters(struct rig *r, double dt, double volts, double supply, double current) {
-    const double divider = exp(-dt / r->par.filter), sensor = exp(-dt / r->par.current_filter);
+    if (dt != r->kept_dt) { /* most stretches are as long as the one before */
+        r->kept_dt = dt;
+        r->kept_divider = exp(-dt / r->par.filter);
+        r->kept_sensor = exp(-dt / r->par.current_filter);
+    }
+    const double divider = r->kept_divider, sensor = r->kept_sensor;
     double now[RIG_INPUTS];
     split(r, volts, &now[TERMINAL_A], &now[TERMINAL_B]);
     now[SUPPLY] = supply;

@@ -46,6 +46,7 @@ struct rig {
     uint64_t fall;      /* cycle of the next falling edge; UINT64_MAX: none */
     int period;         /* ticks of a PWM period */
     double filtered[RIG_INPUTS]; /* V or A, as the inputs' filters show it */
+    double kept_dt, kept_divider, kept_sensor; /* of the last stretch: what the filters keep over it */
     uint64_t random[2];
     double spare;       /* second normal number of a pair */
     int has_spare;

@@ -61,9 +61,9 @@ export class Chip extends RP2040 {
     this.life = life;
     this.resetWanted = false;
     this.mendPower();
+    this.mendEncoder();
     this.mendPwm();
     this.mendConverter();
-    this.mendEncoder();
     this.mendUart();
     this.boot(flash);
   }
@@ -112,6 +112,7 @@ export class Chip extends RP2040 {
     const pin = this.gpio[ENABLE];
     pin.checkForUpdates = () => {
       if (!this.isFree(ENABLE)) this.world.open(this.clock.nanos);
+      this.nextEdge();
     };
   }
 
@@ -152,7 +153,7 @@ export class Chip extends RP2040 {
       if (offset === PIO_FSTAT || offset === PIO_RXF0) this.stepEncoder();
       return read(offset);
     };
-    this.edgeAlarm = this.clock.createAlarm(() => this.showEdge());
+    this.edgeAlarm = this.clock.createAlarm(() => this.nextEdge());
     this.forced = -1; // the encoder's lines, where a test holds them
     this.showCount(this.life.count);
   }
@@ -178,10 +179,6 @@ export class Chip extends RP2040 {
     const { edges } = this.world;
     while (edges.length > 0 && edges[0][0] <= now) this.showCount(edges.shift()[1]);
     if (edges.length > 0) this.edgeAlarm.schedule(edges[0][0] - now);
-  }
-
-  showEdge() {
-    this.nextEdge();
   }
 
   // It sends at once: the queue and its speed are made up for here. What it receives is paced, too.

@@ -77,7 +77,7 @@ function set(text) {
       chip.core.pendingHardFault = true;
       return chip.core.exceptionEntry(3);
     default:
-      return world.set(text);
+      return world.set(text, clock.nanos);
   }
 }
 
@@ -123,7 +123,7 @@ function serve() {
     answer(Buffer.alloc(0));
   } else if (kind === 'G') {
     const opened = world.cut * 1e-9;
-    const facts = { ...world.facts(), enabled: world.enabled ? 1 : 0, resets, opened };
+    const facts = { ...world.facts(clock.nanos), enabled: world.enabled ? 1 : 0, resets, opened };
     answer(Buffer.from(JSON.stringify(facts)));
   } else {
     process.exit(2);

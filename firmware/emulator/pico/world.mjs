@@ -1,5 +1,5 @@
-// The rig, a PWM period at a time: what is on the converter's inputs and on the encoder's lines.
-// pico_rig.c has the other end, and says why a period is asked for before it passes.
+// The rig, a stretch of PWM periods at a time: what is on the converter's inputs and on the encoder's lines.
+// pico_rig.c has the other end, and says why a stretch is asked for before it passes.
 import fs from 'node:fs';
 
 const HEARS = 3;
@@ -8,7 +8,9 @@ const CYCLE_NS = 8;
 const PERIOD_NS = 50_000;
 const CONVERSION_NS = 2_000;
 const INPUTS = 3;
-const PERIOD_BYTES = 52;
+const LONG = 20; // periods of a stretch, where the bridge does the same for long
+const SHORT = 3; // and where it changes with each sample
+const STRETCH_BYTES = 52;
 const EDGE_BYTES = 16;
 
 function take(size) {
@@ -29,33 +31,42 @@ function tell(buffer) {
 
 export class World {
   constructor() {
-    this.begin = 0; // of the period that is known, and its end
+    this.begin = 0; // of the stretch that is known, and its end
     this.end = 0;
     this.levels = [0, 0];
     this.enabled = false;
     this.cut = -1; // when enable fell within it
     this.first = 0; // conversion of it: when, of which input, the codes
     this.input = 0;
+    this.converts = false;
     this.codes = [];
-    this.edges = []; // when, and the count
+    this.edges = []; // that are to come: when, and the count
   }
 
-  // The next one begins: the bridge does this in it; conversions go on as they did, if they do.
+  // A period begins: the bridge does this in it; conversions go on as they did, if they do.
   period(now, levels, enabled, converts) {
+    const same = enabled === this.enabled && levels.every((ticks, n) => ticks === this.levels[n]);
+    if (now < this.end && same && converts === this.codes.length > 0) return;
+    const cutShort = now < this.end;
+    if (cutShort) {
+      this.end = now;
+      this.#ask('B', now);
+    }
     if (converts) {
       const since = Math.ceil((now - this.first) / CONVERSION_NS);
       this.input = (this.input + since) % INPUTS;
       this.first += since * CONVERSION_NS;
     }
-    Object.assign(this, { begin: now, end: now + PERIOD_NS, levels, enabled, cut: -1 });
-    this.#ask('P', converts);
+    const end = now + PERIOD_NS * (cutShort ? SHORT : LONG);
+    Object.assign(this, { begin: now, end, levels, enabled, converts, cut: -1 });
+    this.#ask('P', -1);
   }
 
-  // Enable falls now, or has gone with a reset.
+  // Enable falls now, or has gone with a reset. The stretch ends with its period.
   open(now) {
-    if (this.enabled && this.cut < 0 && now < this.end) {
+    if (this.enabled && now < this.end) {
       this.cut = now;
-      this.#ask('B', this.codes.length > 0);
+      this.#shorten(now);
     }
     this.enabled = false;
   }
@@ -64,29 +75,38 @@ export class World {
   code(now, input) {
     const n = (now - this.first) / CONVERSION_NS;
     if (this.codes.length === 0 || !Number.isInteger(n) || n < 0 || n >= this.codes.length) {
-      this.first = now;
-      this.input = input;
-      this.#ask('B', true);
+      Object.assign(this, { first: now, input, converts: true });
+      this.#ask('B', now);
       return this.codes[0] ?? 0;
     }
     return this.codes[n];
   }
 
-  set(text) {
+  set(text, now) {
+    if (now < this.end) this.#shorten(now);
     const bytes = Buffer.from(text);
     const head = Buffer.from('S....');
     head.writeUInt32LE(bytes.length, 1);
     tell(Buffer.concat([head, bytes]));
   }
 
-  facts() {
-    tell(Buffer.from('G'));
+  facts(now) {
+    const request = Buffer.alloc(9);
+    request.write('G');
+    request.writeDoubleLE(now / CYCLE_NS, 1);
+    tell(request);
     return JSON.parse(take(take(4).readUInt32LE()).toString());
   }
 
-  #ask(kind, converts) {
-    const conversions = converts ? Math.max(0, Math.ceil((this.end - this.first) / CONVERSION_NS)) : 0;
-    const request = Buffer.alloc(1 + PERIOD_BYTES + 4);
+  #shorten(now) {
+    this.end = this.begin + Math.ceil((now + 1 - this.begin) / PERIOD_NS) * PERIOD_NS;
+    this.#ask('B', now);
+  }
+
+  // Edges up to `past` have been shown.
+  #ask(kind, past) {
+    const conversions = this.converts ? Math.max(0, Math.ceil((this.end - this.first) / CONVERSION_NS)) : 0;
+    const request = Buffer.alloc(1 + STRETCH_BYTES + 4);
     let at = request.write(kind);
     for (const ns of [this.begin, this.end]) at = request.writeDoubleLE(ns / CYCLE_NS, at);
     at = request.writeDoubleLE(this.cut < 0 ? -1 : this.cut / CYCLE_NS, at);
@@ -98,6 +118,7 @@ export class World {
     tell(request);
     const counts = take(8);
     this.#hear(take(counts.readUInt32LE(4) * EDGE_BYTES), take(conversions * 2));
+    this.edges = this.edges.filter(([when]) => when > past);
   }
 
   #hear(edges, codes) {
