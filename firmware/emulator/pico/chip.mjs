@@ -9,6 +9,8 @@ const BOOT_AT = 0x20041f00; // where the boot ROM runs the second stage
 const BOOT_BYTES = 256;
 const ALL_IN_RESET = 0x1ffffff;
 const CONVERSION_NS = 2_000;
+const WINDOW_NS = 150_000; // 75 conversions
+const SAMPLE_EXCEPTION = 16 + 11; // DMA_IRQ_0
 const PIO_FSTAT = 0x004;
 const PIO_RXF0 = 0x020;
 const ROUND = 12; // instructions, longer than the longest round of the encoder's program
@@ -65,7 +67,29 @@ export class Chip extends RP2040 {
     this.mendPwm();
     this.mendConverter();
     this.mendUart();
+    this.meterSamples();
     this.boot(flash);
+  }
+
+  // Times since the end of the latest window: of the sample interrupt's return, and of the bridge's opening.
+  meterSamples() {
+    const { core } = this;
+    const leave = core.exceptionReturn.bind(core);
+    this.times = { sample: 0, opened: 0, openings: 0 };
+    core.exceptionReturn = (how) => {
+      if (core.IPSR === SAMPLE_EXCEPTION) this.times.sample = Math.max(this.times.sample, this.sinceWindow());
+      leave(how);
+    };
+  }
+
+  sinceWindow() {
+    return ((this.clock.nanos - this.started) % WINDOW_NS) * 1e-9;
+  }
+
+  noteOpening() {
+    if (!this.world.enabled) return;
+    this.times.opened = Math.max(this.times.opened, this.sinceWindow());
+    this.times.openings++;
   }
 
   // There is no boot ROM: it would check the second stage, copy it to RAM and call it.
@@ -111,8 +135,11 @@ export class Chip extends RP2040 {
     }
     const pin = this.gpio[ENABLE];
     pin.checkForUpdates = () => {
-      if (!this.isFree(ENABLE)) this.world.open(this.clock.nanos);
-      this.nextEdge();
+      if (!this.isFree(ENABLE)) {
+        this.noteOpening();
+        this.world.open(this.clock.nanos);
+        this.nextEdge();
+      }
     };
   }
 
@@ -138,6 +165,7 @@ export class Chip extends RP2040 {
       },
     });
     adc.onADCRead = (input) => {
+      this.started ??= clock.nanos;
       adc.currentChannel = input;
       adc.channelValues[input] = world.code(clock.nanos, input);
       adc.sampleAlarm.schedule(CONVERSION_NS);

@@ -19,7 +19,7 @@ const FAULT_PIN = 19;
 const clock = new RP2040().clock;
 const flash = load(fs.readFileSync(process.argv[2]));
 const world = new World();
-const life = { power: 1 << 8, reason: 0, scratch: new Uint32Array(8), noise: 1, count: 0 };
+const life = { power: 1 << 8, reason: 0, scratch: new Uint32Array(8), noise: 1, count: world.facts(0).count };
 const lines = { closed: 0, complains: false };
 let chip;
 let resets = 0;
@@ -73,8 +73,12 @@ function set(text) {
       return hang(false);
     case 'hang':
       return hang(true);
+    case 'wander': // the program begins again without a reset
+      chip.core.PC = new DataView(flash.buffer).getUint32(0x104, true) & ~1;
+      chip.core.waiting = false;
+      return undefined;
     case 'fault': // a crash: the processor reads where nothing is
-      chip.core.pendingHardFault = true;
+      chip.core.waiting = false;
       return chip.core.exceptionEntry(3);
     default:
       return world.set(text, clock.nanos);
@@ -122,9 +126,11 @@ function serve() {
     set(take(take(4).readUInt32LE()).toString());
     answer(Buffer.alloc(0));
   } else if (kind === 'G') {
-    const opened = world.cut * 1e-9;
-    const facts = { ...world.facts(clock.nanos), enabled: world.enabled ? 1 : 0, resets, opened };
+    const facts = { ...world.facts(clock.nanos), enabled: world.enabled ? 1 : 0, resets };
     answer(Buffer.from(JSON.stringify(facts)));
+  } else if (kind === 'M') {
+    answer(Buffer.from(JSON.stringify(chip.times)));
+    chip.times = { sample: 0, opened: 0, openings: 0 };
   } else {
     process.exit(2);
   }

@@ -64,7 +64,7 @@ void inputs_pin(uint8_t input, char pin[16]);
 /* ---- reset.c */
 /* Out of the reset that their powering left them in. */
 void reset_release(uint32_t bits);
-/* First of all: a crash that led here without a reset gets one. */
+/* First of all: what the others need to reach their pins. */
 void reset_begin(void);
 void reset_start_watchdog(void);
 void reset_feed_watchdog(void);

@@ -15,7 +15,7 @@ enum { PERIOD_MS = 200, COUNTS_A_MS = 2000 }; /* it counts twice a microsecond: 
 enum { BY_TIME = 1 << 0, BY_FORCE = 1 << 1 };
 enum { ALL_BUT_OSCILLATORS = 0x1FFFC };
 enum { NOTE = 0, NUMBER = 1, RUNS = 2 }; /* scratch registers; the boot ROM looks at 4 to 7 */
-#define CRASHED 0xC4A5ED01u
+#define CRASHED 0xC4A5ED01u /* in start.S, too */
 #define RAN 0x51DE0A5Eu
 enum { RANDOM_BITS = 32 };
 
@@ -38,11 +38,7 @@ void reset_crash(void) {
     force();
 }
 
-/* A reset leaves the PWM in reset. Where it is not, the program came here by itself. */
 void reset_begin(void) {
-    if (!(REG(RESETS_RESET) & BIT(RESET_PWM))) {
-        reset_crash();
-    }
     reset_release(BIT(RESET_IO) | BIT(RESET_PADS) | BIT(RESET_PWM));
 }
 

@@ -1,8 +1,22 @@
 /* start.S: the vectors in flash, which know the way in alone, and the way: code and data go to RAM. The stack
- * lies below them at the bottom of RAM, so that one that overflows faults. */
+ * lies below them at the bottom of RAM, so that one that overflows faults.
+ *
+ * A reset leaves the PWM in reset. Where it is not, a program that went astray came here by itself: the bridge
+ * is opened before anything else, and the watchdog makes a reset (reset.c reads the note). */
     .cpu cortex-m0plus
     .syntax unified
     .thumb
+
+    .equ RESETS_RESET, 0x4000C000
+    .equ PWM_AT, 14
+    .equ ENABLE_CTRL, 0x40014094 /* of GP18 */
+    .equ PWM_BUT_LOW, 0x204
+    .equ PSM_WDSEL, 0x40010008
+    .equ ALL_BUT_OSCILLATORS, 0x1FFFC
+    .equ WATCHDOG_NOTE, 0x4005800C
+    .equ CRASHED, 0xC4A5ED01
+    .equ WATCHDOG_CTRL_SET, 0x4005A000
+    .equ TRIGGER, 0x80000000
 
     .section .first, "a"
     .global first_vectors
@@ -15,6 +29,24 @@ first_vectors:
     .thumb_func
 start:
     cpsid i
+    ldr r0, =RESETS_RESET
+    ldr r1, [r0]
+    lsrs r1, r1, #PWM_AT + 1
+    bcs from_reset
+    ldr r0, =ENABLE_CTRL
+    ldr r1, =PWM_BUT_LOW
+    str r1, [r0]
+    ldr r0, =WATCHDOG_NOTE
+    ldr r1, =CRASHED
+    str r1, [r0]
+    ldr r0, =PSM_WDSEL
+    ldr r1, =ALL_BUT_OSCILLATORS
+    str r1, [r0]
+    ldr r0, =WATCHDOG_CTRL_SET
+    ldr r1, =TRIGGER
+    str r1, [r0]
+0:  b 0b
+from_reset:
     ldr r0, =stack_top
     msr msp, r0
     ldr r0, =image_from
