@@ -99,7 +99,7 @@ def test_a_sample_is_done_before_its_tick(client: Client) -> None:
     board.set("extra_edges", 0.2 * EDGES_HZ)
     board.times()
     checks = {"voltage_limit_mv": 30_000, "inputs_required": 3, "sign_check_ms": 200}
-    checks |= {"sign_check_counts": 1_000_000 // 20, "speed_limit_counts_s": 900_000}
+    checks |= {"sign_check_ma": 2000, "sign_check_mv": 9000, "sign_check_counts": 60_000}
     record = client.run(client.hold(1500, 6.0), client.coast(10), **checks)
     assert not record.all("fault")
     assert 0 < board.times()["sample"] <= 0.5 * TICK_AFTER_S

@@ -1,5 +1,5 @@
 // An RP2040 by rp2040js, with what it lacks or does otherwise than silicon mended from here:
-// docs/emulated-rig.md has the list. The firmware's image is the one that a Pico is flashed with.
+// docs/firmware.md has the list. The firmware's image is the one that a Pico is flashed with.
 import { BasePeripheral, ConsoleLogger, LogLevel, RP2040 } from 'rp2040js';
 import { decodeBlock } from 'uf2';
 
