@@ -50,7 +50,7 @@ CYCLE_S = 1 / 16e6
 
 @dataclass(frozen=True)
 class Analog:
-    """A board's converter and the parts before it, as the firmware's shield.h or analog.h has them."""
+    """A board's converter and what is before it, as the firmware's shield.h or analog.h says."""
 
     clock_hz: float
     codes: int
@@ -101,7 +101,9 @@ def parse(url: str) -> Setting:
     parts = urlsplit(url)
     board = parts.netloc
     if board not in BOARDS:
-        raise UsageError(f"{url}: write emu://uno?motor=…, emu://mega?motor=… or emu://pico?motor=…")
+        raise UsageError(
+            f"{url}: write emu://uno?motor=…, emu://mega?motor=… or emu://pico?motor=…"
+        )
     pairs = parse_qsl(parts.query, keep_blank_values=True)
     own = {k: v for k, v in pairs if k in OWN}
     rest = [(k, v) for k, v in pairs if k not in own]

@@ -1,4 +1,4 @@
-"""The file that a Pico's boot drive takes: its second boot stage, its blocks, as others read them."""
+"""The file that a Pico's boot drive takes: its second boot stage and its blocks."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ for (let at = 0; at < file.length; at += 512) {
   const block = decodeBlock(file.subarray(at, at + 512));
   const { blockNumber, totalBlocks, flashAddress } = block;
   const family = familyMap.get(block.boardFamily);
-  blocks.push([blockNumber, totalBlocks, flashAddress, family, Buffer.from(block.payload).toString('hex')]);
+  const payload = Buffer.from(block.payload).toString('hex');
+  blocks.push([blockNumber, totalBlocks, flashAddress, family, payload]);
 }
 console.log(JSON.stringify(blocks));
 """

@@ -1,8 +1,8 @@
 """Makes the file that a Pico's boot drive takes: python image.py IN.bin OUT.uf2
 
-``IN.bin`` is flash from its beginning, as objcopy writes it. The CRC that the chip's boot ROM asks for
-is put behind the 252 bytes of the second boot stage. RP2040 data sheet, 2.8.1.3.1; UF2 as microsoft/uf2
-describes it.
+``IN.bin`` is flash from its beginning, as objcopy writes it. The CRC that the chip's boot ROM asks
+for is put behind the 252 bytes of the second boot stage. RP2040 data sheet, 2.8.1.3.1; UF2 as
+microsoft/uf2 describes it.
 """
 
 from __future__ import annotations
