@@ -32,11 +32,10 @@ TRAITS = {
 
 # The second compiler's code takes half as long again, for which the Uno has no time while volts are
 # held or a long command comes in during a run (docs/firmware.md): it is tried where neither is so.
-# The Pico passes the whole suite; modules that ask the shared core alone are left to the others,
-# and it has no fast burst.
+# The Pico passes the whole suite; modules that ask the shared core alone are left to the others.
 TRIED = {
     "uno-clang": ("configure", "fast_burst", "link", "requests", "safety", "trips", "zero"),
-    "pico": ("configure", "features", "front_end", "requests", "trips", "zero"),
+    "pico": ("configure", "fast_burst", "features", "front_end", "requests", "trips", "zero"),
 }
 EMULATED = ("uno", "mega", "uno-clang", "pico")  # a processor simulated instruction by instruction
 

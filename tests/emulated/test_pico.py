@@ -8,8 +8,11 @@ from typing import Any
 
 import pytest
 
-from motorid.wire.enums import Fault, ResetCause, State
-from tests.conformance.boards import opened, pico_lacks
+from motorid.capture import store
+from motorid.sim.motor import find_motor
+from motorid.wire.enums import Fault, Mode, ResetCause, State
+from motorid.workflow.record import bench, bursting, capture_runs
+from tests.conformance.boards import ROOT, opened, pico_lacks
 from tests.conformance.client import Client
 from tests.emulated.motors import MOST, NAMES, identify
 
@@ -169,3 +172,25 @@ def test_a_motor_is_identified_through_the_firmware(tmp_path: Path) -> None:
         assert abs(figure.error) <= MOST[name], f"{name} is off by {figure.error:.2%}"
         # 3 standard uncertainties, for six figures of one seed
         assert abs(figure.value - figure.truth) <= 1.5 * figure.half, name
+
+
+def test_the_rig_for_bursts_captures_one(tmp_path: Path) -> None:
+    rig = bursting(bench(str(ROOT / "rigs" / "emulated-pico-burst.toml")))
+    (path,) = capture_runs(rig, tmp_path / "burst.h5")
+    capture = store.load(path)
+    assert capture.end_reason == "completed"
+    assert capture.period_s == pytest.approx(6e-6)
+    assert len(capture) == 1000
+    # three milliseconds at full duty, of a motor that settles within 0.07: nearly the stall current
+    motor = find_motor("faulhaber-2338s006s")[1]
+    stall = motor.supply_v / motor.resistance_ohm
+    assert 0.8 * stall < capture.channels["current"].values.max() < stall
+
+
+def test_a_window_of_a_burst_is_kept_before_its_tick(client: Client) -> None:
+    period = client.identity["burst_sample_period_ticks"]
+    step = client.drive(1, 0.5) | {"ticks": 20 * client.identity["min_sample_period_ticks"]}
+    emulator(client).times()
+    client.run(step, mode=Mode.BURST, sample_period_ticks=period)
+    # beyond the tick the board itself opens the bridge; a quarter of the time is to spare
+    assert 0 < emulator(client).times()["sample"] <= 0.75 * TICK_AFTER_S

@@ -54,3 +54,12 @@ void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out) {
         break;
     }
 }
+
+void channels_describe_burst(uint8_t channel, wire_describe_channel_reply_t *out) {
+    const uint32_t input = channel;
+    out->kind = WIRE_CHANNEL_KIND_INSTANT;
+    out->bits = 12;
+    out->aperture_ns = 0;
+    out->delay_ns = TICKS_TO_NS(ROUND_DELAY(input)) + out->filter_ns;
+    out->noise = NOISE_LSB * COUNTS_A_CODE;
+}

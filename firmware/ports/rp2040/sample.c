@@ -4,6 +4,8 @@
  * window's conversions to memory; each begins the other. Either writes round and round in memory of its own,
  * so that one whose interrupt never comes spoils nothing else.
  */
+#include <string.h>
+
 #include "board.h"
 #include "channels.h"
 #include "chip.h"
@@ -18,6 +20,10 @@ enum { RING_SIZE_AT = 6, CHAIN_AT = 11, REQUEST_AT = 15 };
 static volatile uint16_t window[CHANNELS][RING] __attribute__((aligned(CHANNELS << RING_BITS)));
 static volatile uint32_t windows_a_sample = 1, windows_left = 1;
 static volatile bool news, failed;
+static struct { /* the latest */
+    const volatile uint16_t *conversions;
+    uint32_t position, position_before;
+} done;
 
 /* ------------------------------------------------------------------ setting up */
 
@@ -86,6 +92,30 @@ static void read_window(const volatile uint16_t *conversion, int16_t raw[3]) {
     raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = reading_of(supply);
 }
 
+/* ------------------------------------------------------------------ a fast burst */
+
+void sampling_burst_keep(uint8_t *bytes) {
+    memcpy(bytes, (const void *)(uintptr_t)done.conversions, 2u * CONVERSIONS);
+    memcpy(bytes + 2u * CONVERSIONS, &done.position, 4);
+    memcpy(bytes + 2u * CONVERSIONS + 4, &done.position_before, 4);
+}
+
+/* The encoder is read once a window: between, the count is taken to grow evenly. */
+void sampling_burst_reading(const uint8_t *bytes, uint8_t n, struct reading *out) {
+    uint16_t code[INPUTS_CONVERTED];
+    uint32_t position, before;
+    memcpy(code, bytes + (size_t)n * sizeof code, sizeof code);
+    memcpy(&position, bytes + 2u * CONVERSIONS, 4);
+    memcpy(&before, bytes + 2u * CONVERSIONS + 4, 4);
+    out->raw[WIRE_CHANNEL_CURRENT] = reading_of(code[0] * ROUNDS);
+    out->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = reading_of(code[1] * ROUNDS);
+    out->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = reading_of(code[2] * ROUNDS);
+    const int32_t moved = (int32_t)(position - before);
+    out->position = before + (uint32_t)(moved * (int32_t)(n + 1) / (int32_t)ROUNDS);
+}
+
+/* ------------------------------------------------------------------ its interrupt */
+
 /* The bridge must not act at another tick than was promised: open, and the watchdog is fed no more. */
 static void fail(void) {
     bridge_open();
@@ -107,14 +137,17 @@ static void take(const struct reading *now) {
 void sampling_interrupt(void) {
     struct reading now;
     now.position = encoder_read();
-    const uint32_t done = REG(DMA_INTS0) & (BIT(0) | BIT(1));
-    const uint32_t channel = done & BIT(0) ? 0 : 1;
-    REG(DMA_INTS0) = done;
+    const uint32_t over = REG(DMA_INTS0) & (BIT(0) | BIT(1));
+    const uint32_t channel = over & BIT(0) ? 0 : 1;
+    REG(DMA_INTS0) = over;
     REG(DMA_WRITE(channel)) = (uint32_t)(uintptr_t)window[channel];
-    if (failed || done == (BIT(0) | BIT(1)) || (REG(ADC_FCS) & BIT(ADC_OVER))) {
+    if (failed || over == (BIT(0) | BIT(1)) || (REG(ADC_FCS) & BIT(ADC_OVER))) {
         fail();
         return;
     }
+    done.conversions = window[channel];
+    done.position_before = done.position;
+    done.position = now.position;
     read_window(window[channel], now.raw);
     take(&now);
     reset_note(core_state() == WIRE_STATE_RUNNING);

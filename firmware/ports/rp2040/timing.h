@@ -28,6 +28,10 @@ _Static_assert(WINDOW_TICKS == 3u * PWM_TICKS, "a window is a whole number of PW
 /* Of an input's conversions the mean counts for the window around them, half a step before the first. */
 #define MEAN_DELAY(input) \
     (TICK_AFTER_WINDOW + INPUTS_CONVERTED * CONVERSION_TICKS / 2u - (input) * CONVERSION_TICKS)
+/* A fast burst keeps the conversions themselves, a sample each round. From a conversion to its round's tick,
+ * which is as far from the next round as a window's tick is from the next window. */
+#define ROUND_TICKS (INPUTS_CONVERTED * CONVERSION_TICKS)
+#define ROUND_DELAY(input) (TICK_AFTER_WINDOW + ROUND_TICKS - (input) * CONVERSION_TICKS)
 /* The encoder is read when the interrupt begins. */
 #define POSITION_DELAY (TICK_AFTER_WINDOW - 125u)
 #define TICKS_TO_NS(ticks) ((ticks) * (1000000000u / CLOCK_HZ))
