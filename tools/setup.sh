@@ -41,6 +41,8 @@ wanted_packages() {
     [ -e /usr/include/simavr/sim_avr.h ] || echo libsimavr-dev libelf-dev
     [ -d /usr/share/arduino/hardware/arduino/avr/bootloaders ] || echo arduino-core-avr
     has arm-none-eabi-gcc || echo gcc-arm-none-eabi libnewlib-arm-none-eabi
+    has node || echo nodejs
+    has npm || echo npm
     has avrdude || echo avrdude
     has cppcheck || echo cppcheck
     has clang-tidy || echo clang-tidy
@@ -102,6 +104,11 @@ if ! has_compiler $venv/bin/python && [ ! -e $zig/ziglang/__main__.py ]; then
 fi
 PYTHONPATH=$zig${PYTHONPATH:+:$PYTHONPATH} \
     $venv/bin/python -m pip install -q --no-deps --no-index --no-build-isolation -e .
+if [ "$what" = test ] && has npm; then
+    say "installing the emulator of the Pico's processor, as locked in firmware/emulator/pico"
+    npm ci --silent --no-audit --no-fund --prefix firmware/emulator/pico ||
+        say "going on without: the tests that need it skip"
+fi
 if [ "$what" = test ]; then
     # so that not each worker compiles every test module for itself
     PYTHONDONTWRITEBYTECODE='' $venv/bin/python -m pytest -q --collect-only >/dev/null 2>&1 || :

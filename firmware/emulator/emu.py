@@ -12,6 +12,7 @@ import json
 import shutil
 import struct
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -26,26 +27,53 @@ from motorid.sim._plant import ffi
 from motorid.errors import LinkError, RigError, UsageError
 from motorid.sim.bench import plant_params
 from motorid.sim.chain import draw_chain
-from motorid.sim.options import Options, parse_url
+from motorid.sim.options import CLOCK_HZ, Options, parse_url
 from motorid.wire.enums import Bridge
 
 ROOM = Path(__file__).parent
 FIRMWARE = ROOM.parent
 BUILD = FIRMWARE / "build"
 CHIPS = {"uno": "atmega328p", "mega": "atmega2560"}
+PICO = "pico"
+BOARDS = (*CHIPS, PICO)
 COMPILERS = ("gcc", "clang")
 OWN = ("shunt", "divider", "defines", "compiler", "boot", "driver")  # options of emu:// alone
 SHUNTS_OHM = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
 DIVIDERS = (4, 8, 16)
-SHUNT_GAIN, REFERENCE_V, FILTER_S, CURRENT_FILTER_S = 20.0, 4.096, 58.75e-6, 22e-6
+SHUNT_GAIN = 20.0
 HEADROOM = 1.25  # of the converter's range over stall current and supply
 COUNTS_PER_TURN = 256  # what a small board's encoder input can follow
 CURRENT_GAIN, VOLTAGE_GAIN = 0.004, 0.001  # standard uncertainties, as the firmware's shield.h
-OFFSET_LSB = 4.5 / 3**0.5
-MISMATCH_LSB = 0.7  # between inputs of one converter
-NOISE_LSB = 0.5
 STRETCH_S, POLL_S = 2e-3, 1e-3
 CYCLE_S = 1 / 16e6
+
+
+@dataclass(frozen=True)
+class Analog:
+    """A board's converter and what is before it, as the firmware's shield.h or analog.h says."""
+
+    clock_hz: float
+    codes: int
+    reference_v: float
+    lift_v: float  # of dividers at 0 V
+    differential: bool  # the terminals' difference is one input
+    filter_s: float
+    current_filter_s: float
+    offset_lsb: float  # standard, common to the inputs
+    mismatch_lsb: float  # between inputs of one converter
+    noise_lsb: float
+    wide_codes: float  # that each of the four wide ones of an RP2040 takes (E11)
+
+
+AVR = Analog(16e6, 1024, 4.096, 4.096 / 16, False, 58.75e-6, 22e-6, 4.5 / 3**0.5, 0.7, 0.5, 0.0)
+RP2040 = Analog(125e6, 4096, 3.0, 0.0, True, 12.5e-6, 4.7e-6, 2.0, 0.0, 1.5, 9.0)
+
+
+def analog(board: str) -> Analog:
+    """That of a board."""
+    return RP2040 if board == PICO else AVR
+
+
 # Options of sim:// that make sense here; the rest belongs to the real firmware.
 FORBIDDEN = {
     "aperture", "delay", "phase", "voltage_aperture", "bits", "pwm", "decay_modes", "current_range",
@@ -72,8 +100,10 @@ def parse(url: str) -> Setting:
     """The setting of an emu:// URL. Raises UsageError."""
     parts = urlsplit(url)
     board = parts.netloc
-    if board not in CHIPS:
-        raise UsageError(f"{url}: write emu://uno?motor=… or emu://mega?motor=…")
+    if board not in BOARDS:
+        raise UsageError(
+            f"{url}: write emu://uno?motor=…, emu://mega?motor=… or emu://pico?motor=…"
+        )
     pairs = parse_qsl(parts.query, keep_blank_values=True)
     own = {k: v for k, v in pairs if k in OWN}
     rest = [(k, v) for k, v in pairs if k not in own]
@@ -84,10 +114,11 @@ def parse(url: str) -> Setting:
     if "counts_per_turn" not in names:
         options = replace(options, counts_per_turn=COUNTS_PER_TURN)
     if "noise" not in names:
-        options = replace(options, noise=NOISE_LSB)
+        options = replace(options, noise=analog(board).noise_lsb)
+    volts = analog(board).reference_v
     amps = HEADROOM * options.preset.stall_current_a
-    fits = [r for r in SHUNTS_OHM if REFERENCE_V / 2 / SHUNT_GAIN / r >= amps]
-    reach = [d for d in DIVIDERS if REFERENCE_V * 15 / 16 * d >= 1.05 * options.supply_v]
+    fits = [r for r in SHUNTS_OHM if volts / 2 / SHUNT_GAIN / r >= amps]
+    reach = [d for d in DIVIDERS if volts * 15 / 16 * d >= 1.05 * options.supply_v]
     try:
         shunt = float(own["shunt"]) if "shunt" in own else (fits or [SHUNTS_OHM[-1]])[0]
         divider = int(own["divider"]) if "divider" in own else (reach or [DIVIDERS[-1]])[0]
@@ -114,6 +145,17 @@ def _make(folder: Path, *arguments: str) -> None:
         lines = (done.stderr or done.stdout).strip().splitlines() or ["make failed"]
         why = next((line for line in lines if "error" in line), lines[0])
         raise RigError(f"emu://: building {folder.name} failed: {why[:200]}")
+
+
+def missing_for_pico() -> str:
+    """What an emulated Pico lacks here, or nothing."""
+    compiler = ("arm-none-eabi-gcc", "gcc-arm-none-eabi and libnewlib-arm-none-eabi")
+    for tool, package in (compiler, ("gcc", "gcc"), ("make", "make"), ("node", "nodejs")):
+        if shutil.which(tool) is None:
+            return f"{tool} is not installed (Debian: {package})"
+    if not (ROOM / "pico" / "node_modules" / "rp2040js").is_dir():
+        return "rp2040js is not installed (npm ci --prefix firmware/emulator/pico)"
+    return ""
 
 
 def missing(compiler: str = "gcc") -> str:
@@ -146,7 +188,7 @@ def build(setting: Setting) -> tuple[Path, Path]:
 
     Whether they are is asked once in a process: make takes longer to see it than a board to start.
     """
-    if lack := missing(setting.compiler):
+    if lack := missing_for_pico() if setting.board == PICO else missing(setting.compiler):
         raise RigError(f"emu://: {lack}")
     shield = f"-DSHUNT_OHM={setting.shunt_ohm!r}f -DDIVIDER={setting.divider}.0f {setting.defines}"
     return _built(setting.board, setting.compiler, shield)
@@ -159,8 +201,14 @@ def _built(board: str, compiler: str, shield: str) -> tuple[Path, Path]:
 
 
 def _build(board: str, compiler: str, shield: str) -> tuple[Path, Path]:
-    _make(ROOM, f"OUT={BUILD / 'emulator'}")
     tag = "".join(c if c.isalnum() or c in "._" else "-" for c in shield.replace("-D", ""))
+    if board == PICO:
+        folder = BUILD / f"emu-pico-{tag.strip('-')}"
+        _make(ROOM, "pico", f"OUT={BUILD / 'emulator'}")
+        python = f"PYTHON={sys.executable}"
+        _make(FIRMWARE / "ports" / "rp2040", f"OUT={folder}", f"ANALOG={shield}", python)
+        return BUILD / "emulator" / "pico_rig", folder / "motorid-pico.uf2"
+    _make(ROOM, f"OUT={BUILD / 'emulator'}")
     second = "" if compiler == "gcc" else f"-{compiler}"
     folder = BUILD / f"emu-{board}{second}-{tag.strip('-')}"
     choice = f"BOARD={board}", f"COMPILER={compiler}"
@@ -170,7 +218,7 @@ def _build(board: str, compiler: str, shield: str) -> tuple[Path, Path]:
 
 def parameters(setting: Setting) -> dict[str, float]:
     """The rig's parameters: the simulator's plant, and errors of the shield drawn by the seed."""
-    options = setting.options
+    options, parts = setting.options, analog(setting.board)
     chain = draw_chain(options)
     plant: Any = plant_params(options, chain)
     names = [name for name, _ in ffi.typeof("plant_params").fields]
@@ -180,22 +228,25 @@ def parameters(setting: Setting) -> dict[str, float]:
     for n, spread in enumerate((VOLTAGE_GAIN, CURRENT_GAIN, VOLTAGE_GAIN, VOLTAGE_GAIN)):
         given = options.gain_error if n == 1 else options.voltage_gain_error
         error = spread * drawn[n] if given is None else given
-        shift = OFFSET_LSB * common + MISMATCH_LSB * drawn[4 + n]
+        shift = parts.offset_lsb * common + parts.mismatch_lsb * drawn[4 + n]
         values[f"gain[{n}]"] = float(1 + error)
         values[f"offset[{n}]"] = float(
             shift if options.offset_error is None else options.offset_error
         )
     values |= {
-        "clock_hz": chain.clock_hz,
-        "reference": REFERENCE_V,
+        "clock_hz": chain.clock_hz * parts.clock_hz / CLOCK_HZ,
+        "reference": parts.reference_v,
+        "codes": parts.codes,
+        "wide_codes": parts.wide_codes,
+        "differential": float(parts.differential),
         "shunt": setting.shunt_ohm * SHUNT_GAIN,
-        "zero": REFERENCE_V / 2,
+        "zero": parts.reference_v / 2,
         "driver": Bridge[setting.driver.upper()],
         "one_sided": 0,
         "divider": setting.divider,
-        "lift": REFERENCE_V / 16,
-        "filter": FILTER_S,
-        "current_filter": CURRENT_FILTER_S,
+        "lift": parts.lift_v,
+        "filter": parts.filter_s,
+        "current_filter": parts.current_filter_s,
         "noise": options.noise,
         "counts_per_turn": options.counts_per_turn,
         "encoder_angle": chain.encoder_angle,
@@ -203,6 +254,15 @@ def parameters(setting: Setting) -> dict[str, float]:
         "seed": options.seed,
     }
     return values
+
+
+def command(setting: Setting) -> list[str]:
+    """What starts the emulated board, built if need be."""
+    emulator, image = build(setting)
+    pairs = [f"{name}={float(value)!r}" for name, value in parameters(setting).items()]
+    if setting.board == PICO:
+        return [str(emulator), *pairs, "--", "node", str(ROOM / "pico" / "pico.mjs"), str(image)]
+    return [str(emulator), str(image), CHIPS[setting.board], setting.boot, *pairs]
 
 
 # ---------------------------------------------------------------- the process
@@ -213,10 +273,8 @@ class Emulator:
 
     def __init__(self, url: str) -> None:
         self.setting = parse(url)
-        emulator, elf = build(self.setting)
-        pairs = (f"{name}={float(value)!r}" for name, value in parameters(self.setting).items())
         self._process = subprocess.Popen(
-            [emulator, elf, CHIPS[self.setting.board], self.setting.boot, *pairs],
+            command(self.setting),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
         )

@@ -2,7 +2,7 @@
  * Time moves only while a request asks for it, so equal requests give equal answers.
  *
  *     emulator ELF MCU BOOT name=value ...     (BOOT: a bootloader's hex file, or "" for none;
- *                                               names: rig parameters, see PARAMETERS)
+ *                                               names: rig parameters, see parameters.c)
  *
  *     R  f64 until (s)  u32 n  n bytes   hear the bytes, run until then  ->  f64 now, u32 n, n bytes
  *     S  u32 n  text "name=value"        change something now            ->  f64 now, u32 0
@@ -19,53 +19,10 @@
 #include <unistd.h>
 
 #include "board.h"
+#include "parameters.h"
 
 enum { PWM_TICKS = 800, ROOM = 1 << 16 };
 static const double BOARD_HZ = 16e6; /* nominal: time is told by the board's clock */
-
-struct parameter {
-    const char *name;
-    size_t offset;
-};
-
-#define PLANT(field) {#field, offsetof(struct rig_params, plant.field)}
-#define RIG(field) {#field, offsetof(struct rig_params, field)}
-static const struct parameter PARAMETERS[] = {
-#include "plant_fields.h" /* every number of plant_params: see the Makefile */
-    RIG(clock_hz), RIG(reference), RIG(shunt), RIG(zero), RIG(driver), RIG(one_sided), RIG(divider), RIG(lift), RIG(filter), RIG(current_filter), RIG(gain[0]), RIG(gain[1]),
-    RIG(gain[2]), RIG(gain[3]), RIG(offset[0]), RIG(offset[1]), RIG(offset[2]), RIG(offset[3]),
-    RIG(noise), RIG(counts_per_turn), RIG(encoder_angle), RIG(encoder_sign), RIG(extra_edges),
-};
-
-static int set_parameter(struct rig_params *par, const char *name, double value) {
-    for (size_t n = 0; n < sizeof PARAMETERS / sizeof *PARAMETERS; n++) {
-        if (strcmp(PARAMETERS[n].name, name) == 0) {
-            memcpy((char *)par + PARAMETERS[n].offset, &value, sizeof value);
-            return 1;
-        }
-    }
-    if (strcmp(name, "sense_at_bridge") == 0) {
-        par->plant.sense_at_bridge = (int)value;
-    } else if (strcmp(name, "supply_sinks") == 0) {
-        par->plant.supply_sinks = (int)value;
-    } else if (strcmp(name, "seed") == 0) {
-        par->seed = (uint64_t)value;
-    } else {
-        return 0;
-    }
-    return 1;
-}
-
-/* "name=value" in pieces; false when it is not that. */
-static int pair(char *text, double *value) {
-    char *const equals = strchr(text, '=');
-    if (!equals) {
-        return 0;
-    }
-    *equals = 0;
-    *value = strtod(equals + 1, NULL);
-    return 1;
-}
 
 /* ------------------------------------------------------------------ requests */
 
@@ -104,7 +61,7 @@ static int change(struct board *b, struct rig *rig, FILE *out) {
         return 0;
     }
     text[length] = 0;
-    if (!pair(text, &value)) {
+    if (!parameter_split(text, &value)) {
         return 0;
     }
     rig_advance(rig, board_cycle(b));
@@ -138,7 +95,7 @@ static int change(struct board *b, struct rig *rig, FILE *out) {
         board_write_eeprom(b, place, (uint8_t)value);
     } else if (strcmp(text, "chatter") == 0) {
         board_chatter(b, value);
-    } else if (!set_parameter(&rig->par, text, value)) {
+    } else if (!parameter_set(&rig->par, text, value)) {
         fprintf(stderr, "nothing is called %s\n", text);
         return 0;
     }
@@ -199,7 +156,7 @@ int main(int argc, char **argv) {
     }
     for (int n = 4; n < argc; n++) {
         double value;
-        if (!pair(argv[n], &value) || !set_parameter(&par, argv[n], value)) {
+        if (!parameter_split(argv[n], &value) || !parameter_set(&par, argv[n], value)) {
             fprintf(stderr, "nothing is called %s\n", argv[n]);
             return 2;
         }

@@ -65,7 +65,12 @@ static void split(const struct rig *r, double volts, double *a, double *b) {
 
 /* The filters over a stretch in which what they see is nearly constant. */
 static void run_filters(struct rig *r, double dt, double volts, double supply, double current) {
-    const double divider = exp(-dt / r->par.filter), sensor = exp(-dt / r->par.current_filter);
+    if (dt != r->kept_dt) { /* most stretches are as long as the one before */
+        r->kept_dt = dt;
+        r->kept_divider = exp(-dt / r->par.filter);
+        r->kept_sensor = exp(-dt / r->par.current_filter);
+    }
+    const double divider = r->kept_divider, sensor = r->kept_sensor;
     double now[RIG_INPUTS];
     split(r, volts, &now[TERMINAL_A], &now[TERMINAL_B]);
     now[SUPPLY] = supply;
@@ -136,14 +141,41 @@ static double input_volts(const struct rig *r, int input) {
     const struct rig_params *p = &r->par;
     const double seen = p->gain[input] * r->filtered[input];
     const double amperes = p->one_sided != 0.0 ? fabs(seen) : seen;
+    if (input == TERMINAL_A && p->differential != 0.0) {
+        const double across = p->gain[input] * (r->filtered[TERMINAL_A] - r->filtered[TERMINAL_B]);
+        return p->reference / 2.0 + across / (2.0 * p->divider);
+    }
     return input == CURRENT ? p->zero + p->shunt * amperes : p->lift + seen / p->divider;
+}
+
+/* RP2040-E11: the codes 512, 1536, 2560 and 3584 each take what nine others do, and all others are that
+ * much narrower, so that the ends stay. */
+static double through_wide_codes(double code, double width) {
+    enum { CODES = 4096, FIRST = 512, STEP = 1024 };
+    const double narrow = (CODES - 4.0 * width) / (CODES - 4.0);
+    double begin = 0.0, from = 0.0; /* of a stretch of narrow codes: where the input is, and its code */
+    for (int wide = FIRST; wide < CODES; wide += STEP) {
+        const double end = begin + (wide - from) * narrow;
+        if (code < end) {
+            break;
+        }
+        if (code < end + width) {
+            return wide;
+        }
+        begin = end + width;
+        from = wide + 1.0;
+    }
+    return from + (code - begin) / narrow;
 }
 
 int rig_convert(struct rig *r, uint64_t cycle, int input) {
     rig_advance(r, cycle);
-    const double lsb = input_volts(r, input) / r->par.reference * 1024.0 + r->par.offset[input]
-                       + r->par.noise * normal(r);
-    return (int)fmin(fmax(floor(lsb + 0.5), 0.0), 1023.0);
+    double lsb = input_volts(r, input) / r->par.reference * r->par.codes + r->par.offset[input]
+                 + r->par.noise * normal(r);
+    if (r->par.wide_codes > 0.0) {
+        lsb = through_wide_codes(lsb, r->par.wide_codes);
+    }
+    return (int)fmin(fmax(floor(lsb + 0.5), 0.0), r->par.codes - 1.0);
 }
 
 static double place(const struct rig *r) {

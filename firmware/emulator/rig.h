@@ -16,12 +16,15 @@ struct rig_params {
     plant_params plant;
     double clock_hz;   /* true */
     double reference;  /* V, of the converter */
+    double codes;      /* that it has: 1024 of 10 bits */
+    double wide_codes; /* how many codes the four wide ones of an RP2040 take each (E11); 0: none are */
     double shunt;      /* V of the sensor's output to an ampere */
     double zero;       /* V of that output without current */
     double driver;     /* enum driver */
     double one_sided;  /* 1: it shows how much, and no sign */
     double divider;
     double lift;       /* V at the dividers' outputs of a terminal or the supply at 0 V */
+    double differential;   /* 1: TERMINAL_A is the difference A - B, divided, around half the reference */
     double filter;         /* s, of the dividers */
     double current_filter; /* s, of the current sensor's output */
     double gain[RIG_INPUTS];   /* true over nominal */
@@ -43,6 +46,7 @@ struct rig {
     uint64_t fall;      /* cycle of the next falling edge; UINT64_MAX: none */
     int period;         /* ticks of a PWM period */
     double filtered[RIG_INPUTS]; /* V or A, as the inputs' filters show it */
+    double kept_dt, kept_divider, kept_sensor; /* of the last stretch: what the filters keep over it */
     uint64_t random[2];
     double spare;       /* second normal number of a pair */
     int has_spare;
@@ -62,7 +66,7 @@ void rig_enable(struct rig *r, uint64_t cycle, int level);
 /* A PWM period begins at `cycle`: it drives for so many ticks, signed, then brakes. */
 void rig_period(struct rig *r, uint64_t cycle, int level);
 
-/* Convert an input at `cycle`: 0 to 1023. */
+/* Convert an input at `cycle`: 0 to codes - 1. */
 int rig_convert(struct rig *r, uint64_t cycle, int input);
 
 /* Encoder count where the plant is now, and whole cycles to the next one at the present speed

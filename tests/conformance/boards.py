@@ -271,6 +271,12 @@ def emulator_lacks(compiler: str = "gcc") -> str:
     return str(module_of(path).missing(compiler))
 
 
+@cache
+def pico_lacks() -> str:
+    """The same of a Pico."""
+    return str(module_of(FIRMWARE / "emulator" / "emu.py").missing_for_pico())
+
+
 def compiled(name: str) -> tuple[str, str]:
     """The board of an emulated one's name, and its compiler."""
     chip, _, compiler = name.partition("-")
@@ -325,6 +331,15 @@ class EmulatedBoard:
         self.port.close()
 
 
+class EmulatedPico(EmulatedBoard):
+    """The same of a Raspberry Pi Pico, whose front end is the firmware's own."""
+
+    traits = EmulatedBoard.traits - {"memory"}
+
+    def reset(self, cause: int) -> None:
+        self.port.board.set("reset", float(cause))
+
+
 class DeviceBoard:
     """A real board, with a motor that may turn."""
 
@@ -356,7 +371,7 @@ class DeviceBoard:
         self.port.close()
 
 
-NAMES = ("sim", "host", "uno", "mega", "uno-clang", "device")
+NAMES = ("sim", "host", "uno", "mega", "uno-clang", "pico", "device")
 
 
 def open_board(name: str, device: str | None, **options: Any) -> Board:
@@ -368,9 +383,9 @@ def open_board(name: str, device: str | None, **options: Any) -> Board:
     if name == "device":
         assert device is not None, "its cases are deselected without --device PORT"
         return DeviceBoard(device)
-    if lack := emulator_lacks(compiled(name)[1]):
+    if lack := pico_lacks() if name == "pico" else emulator_lacks(compiled(name)[1]):
         pytest.skip(f"no emulated {name}: {lack}")
-    return EmulatedBoard(name, **options)
+    return (EmulatedPico if name == "pico" else EmulatedBoard)(name, **options)
 
 
 @contextlib.contextmanager

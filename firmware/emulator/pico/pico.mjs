@@ -1,0 +1,140 @@
+// An emulated Pico for another process: node pico.mjs IMAGE.uf2, started by pico_rig (see there).
+// The protocol on standard input and output is that of ../main.c. Time moves only while a request
+// asks for it, so equal requests give equal answers.
+import fs from 'node:fs';
+import { RP2040 } from 'rp2040js';
+import { Chip, load } from './chip.mjs';
+import { World } from './world.mjs';
+
+const CYCLE_NS = 8;
+const CAUSES = {
+  // of the wire: what the chip's registers say of it
+  0: { power: 1 << 8, reason: 0, kept: false },
+  1: { power: 1 << 16, reason: 0, kept: false },
+  2: { power: 1 << 8, reason: 0, kept: false },
+  3: { power: 1 << 8, reason: 1, kept: true },
+};
+const INPUT_PINS = [15, 14]; // part present, guard closed
+const FAULT_PIN = 19;
+const clock = new RP2040().clock;
+const flash = load(fs.readFileSync(process.argv[2]));
+const world = new World();
+const life = { power: 1 << 8, reason: 0, scratch: new Uint32Array(8), noise: 1, count: world.facts(0).count };
+const lines = { closed: 0, complains: false };
+let chip;
+let resets = 0;
+
+function showLines() {
+  INPUT_PINS.forEach((pin, n) => chip.gpio[pin].setInputValue(!(lines.closed & (1 << n))));
+  chip.gpio[FAULT_PIN].setInputValue(!lines.complains);
+}
+
+function start() {
+  clock.nextAlarm = null; // the timers of the chip before
+  world.open(clock.nanos);
+  chip = new Chip(clock, flash, world, life);
+  showLines();
+}
+
+function restart(cause) {
+  Object.assign(life, { power: cause.power, reason: cause.reason });
+  if (!cause.kept) life.scratch = new Uint32Array(8);
+  resets++;
+  start();
+}
+
+function run(until) {
+  while (clock.nanos < until) {
+    if (chip.core.waiting) {
+      const next = clock.nextAlarm ? clock.nanosToNextAlarm : Infinity;
+      clock.tick(Math.min(next, until - clock.nanos));
+    } else {
+      clock.tick(chip.core.executeInstruction() * CYCLE_NS);
+    }
+    if (chip.resetWanted) restart({ power: life.power, reason: life.reason, kept: true });
+  }
+}
+
+function set(text) {
+  const [name, value] = [text.slice(0, text.indexOf('=')), Number(text.slice(text.indexOf('=') + 1))];
+  switch (name) {
+    case 'reset':
+      return restart(CAUSES[value]);
+    case 'inputs':
+      lines.closed = value;
+      return showLines();
+    case 'complain':
+      lines.complains = value !== 0;
+      return showLines();
+    case 'encoder':
+      chip.forced = value;
+      return chip.showCount(life.count);
+    case 'stall': // the main loop hangs, and interrupts go on
+      return hang(false);
+    case 'hang':
+      return hang(true);
+    case 'wander': // the program begins again without a reset
+      chip.core.PC = new DataView(flash.buffer).getUint32(0x104, true) & ~1;
+      chip.core.waiting = false;
+      return undefined;
+    case 'fault': // a crash: the processor reads where nothing is
+      chip.core.waiting = false;
+      return chip.core.exceptionEntry(3);
+    default:
+      return world.set(text, clock.nanos);
+  }
+}
+
+const LOOP = 0xe7fe; // branches to itself
+function hang(off) {
+  const at = 0x20041e00; // RAM that nothing uses
+  while (chip.core.IPSR !== 0) run(clock.nanos + CYCLE_NS); // not an interrupt
+  chip.writeUint16(at, LOOP);
+  chip.core.PC = at;
+  chip.core.waiting = false;
+  if (off) chip.core.PM = true;
+}
+
+function take(size) {
+  const buffer = Buffer.alloc(size);
+  let have = 0;
+  while (have < size) {
+    const count = fs.readSync(0, buffer, have, size - have, null);
+    if (count === 0) process.exit(0);
+    have += count;
+  }
+  return buffer;
+}
+
+function answer(bytes) {
+  const head = Buffer.alloc(12);
+  head.writeDoubleLE(clock.nanos * 1e-9, 0);
+  head.writeUInt32LE(bytes.length, 8);
+  const all = Buffer.concat([head, bytes]);
+  let done = 0;
+  while (done < all.length) done += fs.writeSync(1, all, done);
+}
+
+function serve() {
+  const kind = take(1).toString();
+  if (kind === 'R') {
+    const head = take(12);
+    chip.hear(take(head.readUInt32LE(8)));
+    run(Math.ceil(head.readDoubleLE(0) * 1e9));
+    answer(chip.take());
+  } else if (kind === 'S') {
+    set(take(take(4).readUInt32LE()).toString());
+    answer(Buffer.alloc(0));
+  } else if (kind === 'G') {
+    const facts = { ...world.facts(clock.nanos), enabled: world.enabled ? 1 : 0, resets };
+    answer(Buffer.from(JSON.stringify(facts)));
+  } else if (kind === 'M') {
+    answer(Buffer.from(JSON.stringify(chip.times)));
+    chip.times = { sample: 0, opened: 0, openings: 0 };
+  } else {
+    process.exit(2);
+  }
+}
+
+start();
+for (;;) serve();

@@ -1,0 +1,84 @@
+/* board.h: the parts of this port, as they see each other. */
+#ifndef BOARD_H
+#define BOARD_H
+
+#include "core.h"
+#include "timing.h"
+
+/* Pins, by their GP number. */
+enum {
+    TX_PIN = 0,
+    RX_PIN = 1,
+    GUARD_PIN = 14,
+    PART_PIN = 15,
+    LEVEL_A_PIN = 16, /* beside level B: one slice of the PWM */
+    LEVEL_B_PIN = 17,
+    ENABLE_PIN = 18,
+    FAULT_PIN = 19,
+    ENCODER_A_PIN = 20, /* beside B */
+    ENCODER_B_PIN = 21,
+    CURRENT_PIN = 26, /* and the terminals' difference, and the supply */
+};
+enum { LEVEL_SLICE = 0, ENABLE_SLICE = 1 };
+
+/* ---- clocks.c */
+void clocks_begin(void);
+
+/* ---- bridge.c */
+void bridge_begin(void);
+/* Off at this instant; from any context. */
+void bridge_open(void);
+void bridge_coast(void);
+void bridge_brake(void);
+void bridge_drive(int16_t level, uint8_t decay);
+/* Once a window: what was opened may close again as soon as a PWM period has begun since. */
+void bridge_settle(void);
+/* The driver reports a fault, and has been enabled for a window. Once a window. */
+bool bridge_complains(void);
+
+/* ---- encoder.c */
+void encoder_begin(void);
+uint32_t encoder_read(void);
+
+/* ---- sample.c */
+void sampling_begin(void);
+void sampling_set_period(uint32_t ticks);
+/* A window has completed since this was last asked, and none was ever late. */
+bool sampling_has_news(void);
+void sampling_interrupt(void);
+/* See port.h. A window's conversions, and the encoder's count at its end and at the end of the one before. */
+#define BURST_BYTES (2u * CONVERSIONS + 2u * 4u)
+void sampling_burst_keep(uint8_t *bytes);
+void sampling_burst_reading(const uint8_t *bytes, uint8_t n, struct reading *out);
+
+/* ---- channels.c */
+void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out);
+void channels_describe_burst(uint8_t channel, wire_describe_channel_reply_t *out);
+
+/* ---- link.c */
+void link_begin(void);
+bool link_read(uint8_t *byte);
+uint16_t link_write(const uint8_t *bytes, uint16_t length);
+void link_interrupt(void);
+
+/* ---- inputs.c */
+#define INPUTS ((1u << WIRE_INPUT_PART_PRESENT) | (1u << WIRE_INPUT_GUARD_CLOSED))
+void inputs_begin(void);
+uint8_t inputs_closed(void);
+void inputs_pin(uint8_t input, char pin[16]);
+
+/* ---- reset.c */
+/* Out of the reset that their powering left them in. */
+void reset_release(uint32_t bits);
+/* First of all: what the others need to reach their pins. */
+void reset_begin(void);
+void reset_start_watchdog(void);
+void reset_feed_watchdog(void);
+/* A program runs, or none; once a window. */
+void reset_note(bool runs);
+uint8_t reset_cause(void);
+uint32_t reset_boot_id(void);
+/* The bridge is cut, and the chip begins anew: from a fault. */
+void reset_crash(void);
+
+#endif

@@ -1,0 +1,56 @@
+/* link.c: UART 0. An interrupt empties its queue of 32 bytes into a ring; what is sent goes straight into the
+ * other queue, which lasts longer than the main loop sleeps. */
+#include "board.h"
+#include "chip.h"
+
+enum { RING = 256 };
+enum { IRQ_PRIORITY = 0x40 }; /* below the samples */
+enum { EIGHT_BITS = 3 << 5, QUEUES = 1 << 4, ON = 1 << 0, TRANSMIT = 1 << 8, RECEIVE = 1 << 9 };
+enum { RECEIVED = 1 << 4, WAITED = 1 << 6 };
+/* 125 MHz / 16 / 1 Mbaud is 7 and 52/64. */
+enum { DIVIDER_WHOLE = 7, DIVIDER_64THS = 52 };
+
+static volatile uint8_t ring[RING];
+static volatile uint8_t head, tail; /* they wrap by themselves */
+
+void link_begin(void) {
+    reset_release(BIT(RESET_UART0));
+    REG(PAD(RX_PIN)) = PAD_INPUT | PAD_UP | PAD_SCHMITT;
+    REG(GPIO_CTRL(TX_PIN)) = FUNCTION_UART;
+    REG(GPIO_CTRL(RX_PIN)) = FUNCTION_UART;
+    REG(UART_IBRD) = DIVIDER_WHOLE;
+    REG(UART_FBRD) = DIVIDER_64THS;
+    REG(UART_LCR_H) = EIGHT_BITS | QUEUES;
+    REG(UART_IFLS) = 0; /* an eighth of the queue */
+    REG(UART_CR) = ON | TRANSMIT | RECEIVE;
+    REG(UART_IMSC) = RECEIVED | WAITED;
+    REG(NVIC_PRIORITY(IRQ_UART_0)) = IRQ_PRIORITY; /* the word's first byte is this interrupt's */
+    REG(NVIC_ENABLE) = BIT(IRQ_UART_0);
+}
+
+/* What finds no room is lost, and the host repeats. */
+void link_interrupt(void) {
+    REG(UART_ICR) = RECEIVED | WAITED;
+    while (!(REG(UART_FR) & BIT(UART_RX_EMPTY))) {
+        const uint8_t byte = (uint8_t)REG(UART_DR);
+        if ((uint8_t)(head + 1u) != tail) {
+            ring[head++] = byte;
+        }
+    }
+}
+
+bool link_read(uint8_t *byte) {
+    if (tail == head) {
+        return false;
+    }
+    *byte = ring[tail++];
+    return true;
+}
+
+uint16_t link_write(const uint8_t *bytes, uint16_t length) {
+    uint16_t sent = 0;
+    while (sent < length && !(REG(UART_FR) & BIT(UART_TX_FULL))) {
+        REG(UART_DR) = bytes[sent++];
+    }
+    return sent;
+}

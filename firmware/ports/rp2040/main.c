@@ -1,0 +1,77 @@
+/* main.c: the board as the core sees it. */
+#include "analog.h"
+#include "board.h"
+#include "port.h"
+#include "timing.h"
+
+int main(void);
+
+static port_lock lock(void) {
+    uint32_t before;
+    __asm__ volatile("mrs %0, primask\n\tcpsid i" : "=r"(before)::"memory");
+    return (port_lock)before;
+}
+
+static void unlock(port_lock before) {
+    __asm__ volatile("msr primask, %0" ::"r"((uint32_t)before) : "memory");
+}
+
+const struct port port = {
+    .board = "motorid-pico",
+    .clock_hz = CLOCK_HZ,
+    .clock_uncertainty_ppm = 50, /* a crystal */
+    .pwm_hz = CLOCK_HZ / PWM_TICKS,
+    .dead_time_ns = BRIDGE_DEAD_TIME_NS,
+    .decay_modes = 1u << WIRE_DECAY_SYNCHRONOUS_SLOW,
+    .channels = 15u,
+    .min_sample_period_ticks = WINDOW_TICKS,
+    .sample_period_step_ticks = WINDOW_TICKS,
+    .idle_sample_period_ticks = WINDOW_TICKS,
+    .burst_sample_period_ticks = ROUND_TICKS,
+    .burst_bytes = BURST_BYTES,
+    .encoder_edge_ceiling_hz = 1000000,
+    .position_delay_ns = TICKS_TO_NS(POSITION_DELAY),
+    .max_current_ma = (uint32_t)(REFERENCE_V / 2.0f / (SHUNT_OHM * SHUNT_GAIN) * 990.0f),
+    .max_host_silence_ms = 5000,
+    .full_duty = PWM_TICKS,
+    .describe = channels_describe,
+    .describe_burst = channels_describe_burst,
+    .burst_keep = sampling_burst_keep,
+    .burst_reading = sampling_burst_reading,
+    .bridge_open = bridge_open,
+    .bridge_coast = bridge_coast,
+    .bridge_brake = bridge_brake,
+    .bridge_drive = bridge_drive,
+    .watches = true,
+    .set_sample_period = sampling_set_period,
+    .read = link_read,
+    .write = link_write,
+    .lock = lock,
+    .unlock = unlock,
+    .inputs = INPUTS,
+    .inputs_closed = inputs_closed,
+    .input_pin = inputs_pin,
+    .reset_cause = reset_cause,
+    .boot_id = reset_boot_id,
+};
+
+int main(void) {
+    reset_begin();
+    bridge_begin();
+    clocks_begin();
+    inputs_begin();
+    encoder_begin();
+    link_begin();
+    core_init();
+    reset_start_watchdog();
+    sampling_begin();
+    __asm__ volatile("cpsie i" ::: "memory");
+    for (;;) {
+        if (!core_poll()) {
+            __asm__ volatile("wfi");
+        }
+        if (sampling_has_news()) {
+            reset_feed_watchdog();
+        }
+    }
+}

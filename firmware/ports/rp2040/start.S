@@ -1,0 +1,73 @@
+/* start.S: the vectors in flash, which know the way in alone, and the way: code and data go to RAM. The stack
+ * lies below them at the bottom of RAM, so that one that overflows faults.
+ *
+ * A reset leaves the PWM in reset. Where it is not, a program that went astray came here by itself: the bridge
+ * is opened before anything else, and the watchdog makes a reset (reset.c reads the note). */
+    .cpu cortex-m0plus
+    .syntax unified
+    .thumb
+
+    .equ RESETS_RESET, 0x4000C000
+    .equ PWM_AT, 14
+    .equ ENABLE_CTRL, 0x40014094 /* of GP18 */
+    .equ PWM_BUT_LOW, 0x204
+    .equ PSM_WDSEL, 0x40010008
+    .equ ALL_BUT_OSCILLATORS, 0x1FFFC
+    .equ WATCHDOG_NOTE, 0x4005800C
+    .equ CRASHED, 0xC4A5ED01
+    .equ WATCHDOG_CTRL_SET, 0x4005A000
+    .equ TRIGGER, 0x80000000
+
+    .section .first, "a"
+    .global first_vectors
+first_vectors:
+    .word stack_top
+    .word start
+
+    .section .start, "ax"
+    .global start
+    .thumb_func
+start:
+    cpsid i
+    ldr r0, =RESETS_RESET
+    ldr r1, [r0]
+    lsrs r1, r1, #PWM_AT + 1
+    bcs from_reset
+    ldr r0, =ENABLE_CTRL
+    ldr r1, =PWM_BUT_LOW
+    str r1, [r0]
+    ldr r0, =WATCHDOG_NOTE
+    ldr r1, =CRASHED
+    str r1, [r0]
+    ldr r0, =PSM_WDSEL
+    ldr r1, =ALL_BUT_OSCILLATORS
+    str r1, [r0]
+    ldr r0, =WATCHDOG_CTRL_SET
+    ldr r1, =TRIGGER
+    str r1, [r0]
+0:  b 0b
+from_reset:
+    ldr r0, =stack_top
+    msr msp, r0
+    ldr r0, =image_from
+    ldr r1, =image_begin
+    ldr r2, =image_end
+1:  cmp r1, r2
+    bhs 2f
+    ldmia r0!, {r3}
+    stmia r1!, {r3}
+    b 1b
+2:  ldr r1, =bss_begin
+    ldr r2, =bss_end
+    movs r3, #0
+3:  cmp r1, r2
+    bhs 4f
+    stmia r1!, {r3}
+    b 3b
+4:  ldr r0, =vectors
+    ldr r1, =0xE000ED08
+    str r0, [r1]
+    ldr r0, =main
+    blx r0
+5:  b 5b
+    .ltorg

@@ -1,0 +1,32 @@
+/* vectors.c: who gets which interrupt. */
+#include "board.h"
+#include "chip.h"
+
+extern char stack_top[];
+void start(void);
+void vectors_fault(void);
+
+/* Without a stack frame of its own: the stack may be what failed. */
+__attribute__((naked)) void vectors_fault(void) {
+    __asm__ volatile("cpsid i\n\t"
+                     "ldr r0, =stack_top\n\t"
+                     "msr msp, r0\n\t"
+                     "ldr r0, =reset_crash\n\t"
+                     "bx r0\n\t"
+                     ".ltorg");
+}
+
+typedef void (*vector)(void);
+
+enum { SYSTEM = 16, INTERRUPTS = 32 };
+
+/* Unused ones are faults too: nothing here enables them. */
+__attribute__((section(".vectors"), used, aligned(256))) const vector vectors[SYSTEM + INTERRUPTS] = {
+    [0] = (vector)(void *)stack_top,
+    [1] = start,
+    [2 ... SYSTEM + IRQ_DMA_0 - 1] = vectors_fault,
+    [SYSTEM + IRQ_DMA_0] = sampling_interrupt,
+    [SYSTEM + IRQ_DMA_0 + 1 ... SYSTEM + IRQ_UART_0 - 1] = vectors_fault,
+    [SYSTEM + IRQ_UART_0] = link_interrupt,
+    [SYSTEM + IRQ_UART_0 + 1 ... SYSTEM + INTERRUPTS - 1] = vectors_fault,
+};

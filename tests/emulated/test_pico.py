@@ -1,0 +1,196 @@
+"""The Pico's firmware on an emulated RP2040: pins, times, crashes and a motor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from motorid.capture import store
+from motorid.sim.motor import find_motor
+from motorid.wire.enums import Fault, Mode, ResetCause, State
+from motorid.workflow.record import bench, bursting, capture_runs
+from tests.conformance.boards import ROOT, opened, pico_lacks
+from tests.conformance.client import Client
+from tests.emulated.motors import MOST, NAMES, identify
+
+pytestmark = pytest.mark.slow
+MOTOR = "dunkermotoren-gr42"
+OPENS_WITHIN_S = 20e-6  # from the end of the window that showed the limit passed
+TICK_AFTER_S = 40e-6  # from a window's end to the tick of its sample
+WATCHDOG_S = 0.2
+EDGES_HZ = 1e6
+
+
+@pytest.fixture(autouse=True)
+def _needs_an_emulator() -> None:
+    if lack := pico_lacks():
+        pytest.skip(f"no emulated pico: {lack}")
+
+
+@pytest.fixture
+def client() -> Iterator[Client]:
+    """Of a board with that motor, idle."""
+    with opened("pico", motor=MOTOR) as board:
+        client = Client(board.port)
+        client.bring_up()
+        yield client
+
+
+def emulator(client: Client) -> Any:
+    """Behind it."""
+    port: Any = client.port
+    return port.board
+
+
+def counted(client: Client) -> int:
+    """The board's position, which begins at 0."""
+    return (int(client.get("read_status")["position"]) + (1 << 31)) % (1 << 32) - (1 << 31)
+
+
+def begin(client: Client) -> None:
+    """A program that drives for a second, followed until it does."""
+    client.start(client.drive(6666, 0.5))
+    client.wait(0.05)
+    assert emulator(client).facts()["enabled"]
+
+
+def greet_again(client: Client) -> dict[str, Any]:
+    """What the board says of its start."""
+    client.wait(0.05)
+    client.port.write(b"\0")
+    return client.get("identify", host_major=1, host_minor=3)
+
+
+def test_no_edge_is_lost_at_a_million_a_second(client: Client) -> None:
+    board = emulator(client)
+    before = board.facts()["count"]
+    board.set("extra_edges", EDGES_HZ)
+    client.wait(0.05)
+    board.set("extra_edges", 0.0)
+    client.wait(0.01)
+    assert board.facts()["count"] - before >= 0.04 * EDGES_HZ
+    assert counted(client) == board.facts()["count"] - before
+
+
+def test_the_count_goes_down_below_zero(client: Client) -> None:
+    board = emulator(client)
+    before = board.facts()["count"]
+    board.set("extra_edges", -EDGES_HZ)
+    client.wait(0.01)
+    board.set("extra_edges", 0.0)
+    client.wait(0.01)
+    assert counted(client) == board.facts()["count"] - before < 0
+
+
+@pytest.mark.parametrize("current_ma", [500, 900, 1200])
+def test_an_over_current_opens_the_bridge_within_20_us(client: Client, current_ma: int) -> None:
+    emulator(client).times()
+    record = client.run(client.drive(2000, 0.6), current_limit_ma=current_ma)
+    times = emulator(client).times()
+    assert Fault(record.one("fault")["fault"]) is Fault.OVER_CURRENT
+    assert times["openings"] == 1
+    assert 0 < times["opened"] <= OPENS_WITHIN_S
+
+
+def test_a_sample_is_done_before_its_tick(client: Client) -> None:
+    """With volts held, every check of minor 3 and a fast encoder."""
+    board = emulator(client)
+    board.set("inputs", 3)
+    board.set("extra_edges", 0.2 * EDGES_HZ)
+    board.times()
+    checks = {"voltage_limit_mv": 30_000, "inputs_required": 3, "sign_check_ms": 200}
+    checks |= {"sign_check_ma": 2000, "sign_check_mv": 9000, "sign_check_counts": 60_000}
+    record = client.run(client.hold(1500, 6.0), client.coast(10), **checks)
+    assert not record.all("fault")
+    assert 0 < board.times()["sample"] <= 0.5 * TICK_AFTER_S
+
+
+def test_a_hang_ends_with_an_open_bridge_and_says_so(client: Client) -> None:
+    begin(client)
+    first = client.identity["boot_id"]
+    emulator(client).set("hang", 1)
+    client.wait(1.2 * WATCHDOG_S)
+    assert not emulator(client).facts()["enabled"]
+    identity = greet_again(client)
+    assert identity["reset_cause"] is ResetCause.WATCHDOG
+    assert identity["state"] is State.FAULTED
+    assert identity["boot_id"] != first
+    assert Fault(client.get("read_status")["fault"]) is Fault.WATCHDOG
+
+
+def test_a_main_loop_that_hangs_does_so_too(client: Client) -> None:
+    begin(client)
+    emulator(client).set("stall", 1)
+    client.wait(1.2 * WATCHDOG_S)
+    assert not emulator(client).facts()["enabled"]
+    assert greet_again(client)["reset_cause"] is ResetCause.WATCHDOG
+
+
+def test_a_hard_fault_opens_the_bridge_at_once(client: Client) -> None:
+    begin(client)
+    emulator(client).set("fault", 1)
+    client.wait(20e-6)
+    assert not emulator(client).facts()["enabled"]
+    assert greet_again(client)["reset_cause"] is ResetCause.WATCHDOG
+
+
+def test_a_start_without_a_reset_becomes_a_reset(client: Client) -> None:
+    begin(client)
+    emulator(client).set("wander", 1)
+    client.wait(100e-6)
+    assert not emulator(client).facts()["enabled"]
+    assert emulator(client).facts()["resets"] == 1
+    assert greet_again(client)["reset_cause"] is ResetCause.WATCHDOG
+
+
+def test_a_driver_that_reports_a_fault_is_opened(client: Client) -> None:
+    begin(client)
+    emulator(client).set("complain", 1)
+    client.wait(0.001)
+    assert not emulator(client).facts()["enabled"]
+    assert Fault(client.get("read_status")["fault"]) is Fault.DRIVER
+
+
+def test_two_equal_runs_are_equal_to_the_byte() -> None:
+    said = []
+    for _ in range(2):
+        with opened("pico", motor=MOTOR, seed=3) as board:
+            client = Client(board.port)
+            client.bring_up()
+            client.run(client.drive(200, 0.5), client.coast(100))
+            said.append(client.payloads)
+    assert said[0] == said[1]
+
+
+def test_a_motor_is_identified_through_the_firmware(tmp_path: Path) -> None:
+    found = identify(tmp_path, "pico", MOTOR)
+    for name in NAMES:
+        figure = found[name]
+        assert abs(figure.error) <= MOST[name], f"{name} is off by {figure.error:.2%}"
+        # 3 standard uncertainties, for six figures of one seed
+        assert abs(figure.value - figure.truth) <= 1.5 * figure.half, name
+
+
+def test_the_rig_for_bursts_captures_one(tmp_path: Path) -> None:
+    rig = bursting(bench(str(ROOT / "rigs" / "emulated-pico-burst.toml")))
+    (path,) = capture_runs(rig, tmp_path / "burst.h5")
+    capture = store.load(path)
+    assert capture.end_reason == "completed"
+    assert capture.period_s == pytest.approx(6e-6)
+    assert len(capture) == 1000
+    # three milliseconds at full duty, of a motor that settles within 0.07: nearly the stall current
+    motor = find_motor("faulhaber-2338s006s")[1]
+    stall = motor.supply_v / motor.resistance_ohm
+    assert 0.8 * stall < capture.channels["current"].values.max() < stall
+
+
+def test_a_window_of_a_burst_is_kept_before_its_tick(client: Client) -> None:
+    period = client.identity["burst_sample_period_ticks"]
+    step = client.drive(1, 0.5) | {"ticks": 20 * client.identity["min_sample_period_ticks"]}
+    emulator(client).times()
+    client.run(step, mode=Mode.BURST, sample_period_ticks=period)
+    # beyond the tick the board itself opens the bridge; a quarter of the time is to spare
+    assert 0 < emulator(client).times()["sample"] <= 0.75 * TICK_AFTER_S
