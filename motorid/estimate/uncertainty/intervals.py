@@ -51,8 +51,9 @@ REMEDY = {
 def student(freedom: float) -> float:
     """Two-sided 95 % factor, to 1e-3 of itself from 6 degrees of freedom on.
 
-    To 2e-2 between 2 and 6; between 1 and 2 it is up to a fifth too wide. Importing scipy for one quantile takes longer than a fit: a table up to 6 degrees, taken between
-    them on 1/n, above by the Cornish-Fisher series in 1/n.
+    To 2e-2 between 2 and 6; between 1 and 2 it is up to a fifth too wide. Importing scipy for one
+    quantile takes longer than a fit: a table up to 6 degrees, taken between them on 1/n, above by
+    the Cornish-Fisher series in 1/n.
     """
     n = max(freedom, 1.0)
     if n > LARGE_FREEDOM:
