@@ -142,7 +142,17 @@ def main() -> NoReturn:
         code = EXIT_INTERRUPTED
     except BaseException:
         code = EXIT_INTERNAL
+    _forget_interruption()
     sys.exit(code)
+
+
+def _forget_interruption() -> None:
+    """Lets ``sys.exit`` end with its own code after an interruption that was answered.
+
+    CPython marks a KeyboardInterrupt that leaves compiled text, as of a dataclass that is made at
+    an import, and then ends by SIGINT whatever the code. The next such text clears the mark.
+    """
+    exec("")  # noqa: S102 - nothing
 
 
 if __name__ == "__main__":

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 from pathlib import Path
+from textwrap import dedent
 from typing import Any, NoReturn
 
 import pytest
@@ -123,6 +126,22 @@ def test_help_is_a_success(line: list[str], capsys: pytest.CaptureFixture[str]) 
     captured = capsys.readouterr()
     assert captured.out
     assert not captured.err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no SIGINT to a child alone")
+def test_an_interruption_while_a_class_is_made_ends_with_its_own_code(tmp_path: Path) -> None:
+    """CPython would end by SIGINT: subprocess then shows -2, and no shell script an exit code."""
+    program = """
+        import os, signal
+        from motorid.cli import main
+        pressed = "os.kill(os.getpid(), signal.SIGINT)\\nfor _ in range(9): pass"
+        main._invoke = lambda args: exec(pressed)
+        main.main()
+    """
+    (tmp_path / "bench.py").write_text(dedent(program), encoding="utf-8")
+    command = [sys.executable, "-m", "bench"]
+    child = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+    assert (child.returncode, child.stderr) == (130, "motorid: interrupted\n")
 
 
 def test_readme_lists_every_exit_code(repo_root: Path) -> None:
