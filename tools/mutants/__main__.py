@@ -3,6 +3,7 @@
 Mutants are drawn by a seed. Each is tried by the tests that cover its line, in a copy of the
 repository in out/mutants. Answers and the map of lines are kept there: a second run tries only what
 changed. ``--tests "not slow"`` leaves slow tests out; the map is then noted in minutes.
+``--among tests/estimate tests/frozen`` tries these rooms' tests alone: a lower bound of what dies.
 """
 
 from __future__ import annotations
@@ -71,6 +72,7 @@ def result(
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "seed": options.seed,
         "tests": options.tests or "all",
+        "among": options.among,
         "seconds_of_tests_for_a_mutant": options.budget,
         "minutes": round(minutes, 1),
         "rooms": {score.room: score.as_json() for score in scores},
@@ -93,6 +95,8 @@ def asked(arguments: Sequence[str]) -> argparse.Namespace:
     add("--count", type=int, default=60, help="mutants a room (60)")
     add("--seed", type=int, default=1)
     add("--tests", default="", metavar="MARKER", help='pytest -m, as "not slow"')
+    add("--among", nargs="+", default=["tests"], metavar="FOLDER",
+        help="tests of these folders alone: kills no fewer than it says")  # fmt: skip
     add("--budget", type=float, default=60.0, metavar="SECONDS",
         help="of tests for one mutant, as long as they take when all is well (60)")  # fmt: skip
     add("--json", type=Path, metavar="FILE", help="writes the result there")
@@ -104,7 +108,8 @@ def attempts(options: argparse.Namespace) -> Callable[[Mutant], Answer]:
     kept, files = Kept(HOME / "answers.jsonl"), firmware_tests()
     known = None
     if set(options.rooms) != {CORE}:
-        known = brought_up_to_date(HOME / f"map-{digest(options.tests)[:8]}.json", options.tests)
+        named = digest(options.tests, *options.among)[:8]
+        known = brought_up_to_date(HOME / f"map-{named}.json", options.tests, tuple(options.among))
 
     def attempt(mutant: Mutant) -> Answer:
         if known is None or mutant.path.endswith(".c"):
