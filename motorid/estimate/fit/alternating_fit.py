@@ -87,14 +87,18 @@ def in_turn(
     start: Mapping[str, float],
     solution: Solution,
     held_h: float = 0.0,
+    thorough: bool = False,
 ) -> Solution:
-    """``with_sources`` from a solution on, with what was decided before it."""
+    """``with_sources`` from a solution on, with what was decided before it.
+
+    A model with more terms gets few passes, and those roughly, unless it asks for ``thorough``.
+    """
     decided = all(record.driving.decided for record in records)
     mixers = [Mixer() for _ in records]
     change, left, calm = None, np.inf, 0
     bare = any(record.loss is None for record in records)
     most = max(record.simulated for record in records) + MOST_SIMULATED
-    wide = any(len(record.names) > len(PARAMETERS) for record in records)
+    wide = not thorough and any(len(record.names) > len(PARAMETERS) for record in records)
     for n in range(1, BARE_PASSES if bare or wide else MOST_PASSES):  # to be judged, no more
         lost = vanished(solution, records)
         if (lost and n >= LOST_PASSES) or max(record.simulated for record in records) > most:

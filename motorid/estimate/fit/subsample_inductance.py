@@ -13,13 +13,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 
 import numpy as np
 
 from motorid.capture.model import CURRENT, SUPPLY, Capture
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.fit import discontinuous_current_inductance
-from motorid.estimate.fit.alternating_fit import vanished, with_inductance, with_sources
+from motorid.estimate.fit.alternating_fit import (
+    ROUGH,
+    again,
+    in_turn,
+    vanished,
+    with_inductance,
+)
 from motorid.estimate.fit.multistart import whitened, with_promoted, with_repeated
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
@@ -37,9 +44,10 @@ TRUSTED = 0.15  # of the logarithm by readings: those that know it no better are
 APART = 3.0  # standard deviations by which a contradiction is one
 NOMINAL = 0.03  # relative standard uncertainty of a supply that nobody measured
 BETTER = 0.5  # of their standard deviation: what readings tell that well they should not lose
-LARGEST, SMALLEST, FACTOR = 2.0, 0.01, 1.6  # of those held: L/R in sample periods
+LARGEST, SMALLEST = 2.0, 0.01  # of those held: L/R in sample periods
+CLOSE = 0.04  # logarithm: near enough to the likeliest; all that are held are steps of it from 1 H
+COARSE, FINER = 12, (6, 3, 2, 1)  # such steps from one that is held to the next
 CLEAR = 100.0  # of chi-square, by which a next one is worse than the likeliest
-CLOSE = 0.04  # logarithm: near enough to the likeliest
 KEPT = 0.3  # logarithm, by which a search may depart from it
 
 
@@ -122,23 +130,25 @@ class _Search:
         return records, solution
 
     def by_ripple(self) -> float | None:
-        """H of the likeliest where others are clearly less likely."""
+        """H of the likeliest where others are clearly less likely.
 
-        def worse(log_h: float) -> float:
-            return self.held(math.exp(log_h))[1].objective
+        Held are the same ones wherever the search ran off to before: that hangs on last digits.
+        """
+
+        @cache
+        def worse(place: int) -> float:
+            return self.held(math.exp(place * CLOSE))[1].objective
 
         tau = self.known["R"] * min(r.timeline.period_s for r in self.before)
-        count = math.ceil(math.log(LARGEST / SMALLEST, FACTOR))
-        logs = math.log(tau * LARGEST) - math.log(FACTOR) * np.arange(count)
-        found = [worse(log_h) for log_h in logs]
-        k = int(np.argmin(found))
-        if k in (0, count - 1) or min(found[k - 1], found[k + 1]) < found[k] + CLEAR:
+        smallest, largest = (math.log(tau * part) / CLOSE for part in (SMALLEST, LARGEST))
+        places = range(math.floor(largest / COARSE) * COARSE, math.floor(smallest), -COARSE)
+        likeliest = min(places, key=worse)
+        sides = likeliest - COARSE, likeliest + COARSE
+        if not all(p in places and worse(p) >= worse(likeliest) + CLEAR for p in sides):
             return None
-        from scipy.optimize import minimize_scalar  # rarely needed, and slow to load
-
-        ends = float(logs[k + 1]), float(logs[k - 1])
-        best = minimize_scalar(worse, bounds=ends, method="bounded", options={"xatol": CLOSE})
-        return math.exp(float(best.x))
+        for step in FINER:
+            likeliest = min((likeliest - step, likeliest, likeliest + step), key=worse)
+        return math.exp(likeliest * CLOSE)
 
     def ended(self, inductance_h: float, by: str) -> Fitted | None:
         """With an inductance known ``by`` something, or better if its readings tell it.
@@ -164,7 +174,7 @@ class _Search:
         start = merged(self.known, held)
         for record, before in zip(records, self.before, strict=True):
             record.rivals = before.rivals
-        solution = with_sources(records, self.free, start)
+        solution = in_turn(records, self.free, start, again(records, self.free, start, held, ROUGH))
         solution = with_promoted(records, self.free, start, solution)
         solution = with_repeated(records, self.free, start, solution)
         return whitened(records, self.free, merged(start, solution), solution)

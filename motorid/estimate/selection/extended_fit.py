@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_capture_model import Priors, WideRecord
 from motorid.estimate.model.extended_terms import ADDED, Scales, Term
 from motorid.estimate.results.estimate import PARAMETERS
-from motorid.estimate.solver.levenberg_marquardt import maximise
+from motorid.estimate.solver.levenberg_marquardt import ENOUGH, maximise
 from motorid.estimate.solver.problem import Solution
 
 KNEE_SD = 1.0  # of ln i_b about a twentieth of the stall current
@@ -106,19 +106,34 @@ class Begun:
             record.plan(first.values, own)
             record.starting(sizes)
         white = alternating_fit.with_sources(self.records, self.free, start)
-        for record, own in zip(self.records, white.own, strict=True):
-            record.plan(white.values, own)
-        start = merged(start, white)
-        judged = multistart.whitened(self.records, self.free, start, white, alternating_fit.ROUGH)
-        return Fitted(self.terms, self.records, judged, self.free, start)
+        judged = _weighed(self.records, self.free, start, white, alternating_fit.ROUGH)
+        return Fitted(self.terms, self.records, judged, self.free, merged(start, white))
 
 
 def finished(near: Fitted) -> Fitted:
-    """The same fit to its end, in the noise that was found."""
-    solution = alternating_fit.again(
-        near.records, near.free, near.values, near.solution, enough=AT_THE_END
-    )
-    return Fitted(near.terms, near.records, solution, near.free, near.start)
+    """The same fit to its end: what drives the motor, and the noise, settled as a fit of six has
+    them, and then the search.
+    """
+    records, free, values = near.records, near.free, near.values
+    settled = alternating_fit.in_turn(records, free, values, near.solution, thorough=True)
+    white = _weighed(records, free, values, settled)
+    values = merged(values, white)
+    solution = alternating_fit.again(records, free, values, white, enough=AT_THE_END)
+    return Fitted(near.terms, records, solution, free, near.start)
+
+
+def _weighed(
+    records: Sequence[WideRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    white: Solution,
+    enough: float = ENOUGH,
+) -> Solution:
+    """In the noise that a solution's residuals show, with steps as fine as it needs."""
+    for record, own in zip(records, white.own, strict=True):
+        record.plan(white.values, own)
+    anew = replace(white, derivatives=None)  # of other steps, and maybe of other weights
+    return multistart.whitened(records, free, merged(start, white), anew, enough)
 
 
 def begin(

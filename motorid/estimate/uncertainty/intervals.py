@@ -22,8 +22,9 @@ Floats = NDArray[np.float64]
 
 NORMAL_95 = 1.959963984540054
 LARGE_FREEDOM = 1e6
-SERIES_FROM = 6.0
-STUDENT_95 = (12.7062, 4.30265, 3.18245, 2.77645, 2.57058, 2.44691)  # 1 to 6 degrees of freedom
+SERIES_FROM = 6.0  # degrees of freedom
+FREEDOMS = (1.0, 1.25, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0)
+STUDENT_95 = (12.7062, 8.02795, 6.01666, 4.30265, 3.18245, 2.77645, 2.57058, 2.44691)  # of them
 POSITIVE = ("R", "L", "K", "J")
 UNKNOWN = 0.5  # relative standard uncertainty beyond which R, L, K and J are not given
 UNKNOWN_FRICTION = 1.0  # the same of B and T0, which may be nothing
@@ -49,18 +50,17 @@ REMEDY = {
 
 
 def student(freedom: float) -> float:
-    """Two-sided 95 % factor, to 1e-3 of itself from 6 degrees of freedom on.
+    """Two-sided 95 % factor, to 5e-3 of itself; to 1e-3 from 6 degrees of freedom on.
 
-    To 2e-2 between 2 and 6; between 1 and 2 it is up to a fifth too wide. Importing scipy for one
-    quantile takes longer than a fit: a table up to 6 degrees, taken between them on 1/n, above by
-    the Cornish-Fisher series in 1/n.
+    Importing scipy for one quantile takes longer than a fit: a table up to 6 degrees, its logarithm
+    taken between them on 1/n, above by the Cornish-Fisher series in 1/n.
     """
     n = max(freedom, 1.0)
     if n > LARGE_FREEDOM:
         return NORMAL_95
     if n < SERIES_FROM:
-        steps = np.arange(1.0, SERIES_FROM + 1)
-        return float(np.interp(-1.0 / n, -1.0 / steps, STUDENT_95))
+        inverse = -1.0 / np.array(FREEDOMS)
+        return float(np.exp(np.interp(-1.0 / n, inverse, np.log(STUDENT_95))))
     z = NORMAL_95
     terms = (
         z,

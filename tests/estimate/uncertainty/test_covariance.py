@@ -7,14 +7,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from scipy.special import stdtrit
 
 from motorid.estimate.solver.autoregression import autoregression, power, whitener
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Block, Solution, Unknown
 from motorid.estimate.uncertainty.between_run_variance import spread_of
 from motorid.estimate.uncertainty.covariance import Statistical, covariance_of, statistical
-from motorid.estimate.uncertainty.intervals import Findings, student
+from motorid.estimate.uncertainty.intervals import Findings
 
 N = 2000
 
@@ -133,20 +132,6 @@ def test_two_runs_do_not() -> None:
     rng = np.random.default_rng(7)
     found = statistical(solve(*(0.1 * rng.standard_normal(500) for _ in range(2))))
     assert not found.between_runs
-
-
-@pytest.mark.parametrize("freedom", [1.0, 2.0, 3.0, 5.0, 6.0, 7.3, 10.0, 25.5, 300.0, 1e5])
-def test_student_factors(freedom: float) -> None:
-    assert student(freedom) == pytest.approx(stdtrit(freedom, 0.975), rel=1e-3)
-
-
-@pytest.mark.parametrize("freedom", [2.4, 3.5, 4.7, 5.9])
-def test_student_factors_between_the_exact_ones(freedom: float) -> None:
-    assert student(freedom) == pytest.approx(stdtrit(freedom, 0.975), rel=2e-2)
-
-
-def test_student_factor_without_end() -> None:
-    assert student(np.inf) == pytest.approx(1.96, abs=1e-3)
 
 
 @pytest.mark.parametrize(
