@@ -11,7 +11,7 @@ diode decay the size of the pulses tells it (pulses.py). How well either is fore
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 
@@ -143,11 +143,15 @@ class _Search:
         smallest, largest = (math.log(tau * part) / CLOSE for part in (SMALLEST, LARGEST))
         places = range(math.floor(largest / COARSE) * COARSE, math.floor(smallest), -COARSE)
         likeliest = min(places, key=worse)
-        sides = likeliest - COARSE, likeliest + COARSE
-        if not all(p in places and worse(p) >= worse(likeliest) + CLEAR for p in sides):
+        if likeliest in (places[0], places[-1]):
+            return None
+        clear = _clear(likeliest, worse)
+        if not any(clear):
             return None
         for step in FINER:
             likeliest = min((likeliest - step, likeliest, likeliest + step), key=worse)
+        if not all(clear) and not all(_clear(likeliest, worse)):  # two were nearly as likely
+            return None
         return math.exp(likeliest * CLOSE)
 
     def ended(self, inductance_h: float, by: str) -> Fitted | None:
@@ -178,6 +182,11 @@ class _Search:
         solution = with_promoted(records, self.free, start, solution)
         solution = with_repeated(records, self.free, start, solution)
         return whitened(records, self.free, merged(start, solution), solution)
+
+
+def _clear(place: int, worse: Callable[[int], float]) -> list[bool]:
+    """Whether the next smaller and the next larger one are clearly less likely."""
+    return [worse(side) >= worse(place) + CLEAR for side in (place - COARSE, place + COARSE)]
 
 
 def _as_of(
