@@ -28,6 +28,22 @@ BLOCK = re.compile(r"^```[\s\S]*?^```|^(?: {4}.*\n)+", re.MULTILINE)
 IN_A_BLOCK = re.compile(r"^\s*(?:\$ )?(motorid [a-z].*)$", re.MULTILINE)
 IN_A_SENTENCE = re.compile(rf"`(motorid (?:{'|'.join(COMMANDS)})\b[^`]*)`")
 
+FOR_ROLES = (
+    "Begin",
+    "Measure a motor",
+    "Fit logs and captures",
+    "Inspect motors",
+    "When something is wrong",
+    "Build a rig",
+)
+LOOKED_UP = {  # among them: read line by line, where one needs it
+    *("rig-file.md", "board-pins.md", "calibration-file.md", "product-file.md"),
+    *("import.md", "report.md", "file-format.md"),
+    *("facts.md", "suspects.md", "mistakes.md", "wider-models.md"),
+    *("firmware.md", "porting.md", "protocol.md", "emulated-rig.md", "simulator.md"),
+}
+MOST_WORDS = 800  # of a page that a role reads from top to bottom
+
 
 def by_name(page: Path) -> str:
     return page.name
@@ -100,9 +116,21 @@ def test_the_glossary_has_the_names_of_the_code() -> None:
     assert glossary_page.page(text.replace("torque_constant_nm_a", "k_nm_a")) == text
 
 
+def test_pages_of_a_role_are_short() -> None:
+    """Code blocks are not counted; tables are."""
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    of_roles = [part for part in index.split("\n## ") if part.startswith(FOR_ROLES)]
+    pages = set(re.findall(r"\(([a-z-]+\.md)\)", "".join(of_roles))) - LOOKED_UP
+    assert len(of_roles) == len(FOR_ROLES)
+    for page in sorted(pages):
+        text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+        assert len(sentences.FENCED.sub("", text).split()) <= MOST_WORDS, page
+
+
 def test_what_a_symptom_points_to_exists() -> None:
     """Keys of the rig file, codes of findings and options are those of the pages that list them."""
-    page = (ROOT / "docs" / "symptoms.md").read_text(encoding="utf-8")
+    symptoms = ("symptoms.md", "symptoms-runs.md")
+    page = "".join((ROOT / "docs" / name).read_text(encoding="utf-8") for name in symptoms)
     named = {
         word
         for code in re.findall(r"`([^`]+)`", page)

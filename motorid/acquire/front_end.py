@@ -80,7 +80,7 @@ def _need(board: Board) -> None:
     if not has(board.identity, Feature.FRONT_END):
         raise RigError(
             f"the board {board.identity['board']} keeps no facts of its front end: install newer "
-            "firmware, or build it with those of its shield (docs/wiring.md)"
+            "firmware, or build it with those of its shield (docs/front-ends.md)"
         )
 
 

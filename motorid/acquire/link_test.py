@@ -42,7 +42,7 @@ class LinkTest:
             return said
         return (
             f"{said}: it loses data under load; take a shorter cable, a port of the computer "
-            "itself, or another USB bridge (docs/wiring.md)"
+            "itself, or another USB bridge (docs/board-pins.md)"
         )
 
 

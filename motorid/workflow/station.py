@@ -106,7 +106,7 @@ class Station:
         return serial, retest.strip()
 
     def take(self, order: Message, answer: Answer) -> None:
-        """One order from a line controller; see docs/station.md."""
+        """One order from a line controller; see docs/line-controller.md."""
         tag = {"id": order["id"]} if "id" in order else {}
         try:
             match order["order"]:

@@ -1,4 +1,4 @@
-"""docs/safety.md: every transition, and the bridge open in every state but running."""
+"""docs/board-safety.md: every transition, and the bridge open in every state but running."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def clear_after_hang(rig: Rig) -> None:
 
 
 class Transition(NamedTuple):
-    """A row of the table in docs/safety.md."""
+    """A row of the table in docs/board-safety.md."""
 
     before: State
     event: str
@@ -223,7 +223,7 @@ def test_no_wrong_start_closes_the_bridge(board: Any, state: State) -> None:
 
 
 def test_the_page_has_every_transition(repo_root: Path) -> None:
-    page = (repo_root / "docs" / "safety.md").read_text(encoding="utf-8").splitlines()
+    page = (repo_root / "docs" / "board-safety.md").read_text(encoding="utf-8").splitlines()
     for before, event, after, *_ in TRANSITIONS:
         row = f"| {before.name.lower()} | {event} | {after.name.lower()} |"
         assert row in page

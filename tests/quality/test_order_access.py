@@ -21,7 +21,7 @@ from motorid.web.address import parse_listen
 from motorid.workflow.orders import MOST_CLIENTS, Answer, Message, Orders, read_token
 from tests.web.test_guard import certificate
 
-PAGE = Path(__file__).parents[2] / "docs" / "station.md"
+PAGE = Path(__file__).parents[2] / "docs" / "line-controller.md"
 TOKEN = "0123456789abcdef0123"
 
 
