@@ -81,6 +81,16 @@ def test_an_assertion_is_no_behaviour() -> None:
     }
 
 
+@pytest.mark.parametrize("line", ["max(a, b)", "math.hypot(a, b)", "np.maximum(a, b)"])
+def test_arguments_that_may_change_places_are_left_where_they_are(line: str) -> None:
+    assert "arguments" not in changes(line)
+
+
+@pytest.mark.parametrize("line", ["np.max(a, b)", "x.maximum(a, b)", "np.arctan2(a, b)"])
+def test_other_arguments_change_places(line: str) -> None:
+    assert "arguments" in changes(line)
+
+
 def test_only_what_runs_on_import_is_marked_so() -> None:
     found = python_faults.mutants("a.py", SOURCE.encode())
     assert {one.line for one in found if one.at_import} == {3, 6}

@@ -36,6 +36,7 @@ COMPUTED: dict[type[ast.operator], type[ast.operator]] = {
     ast.BitXor: ast.BitAnd,
 }
 CALLED = {"min": "max", "max": "min", "any": "all", "all": "any"}
+COMMUTING = {"min", "max", "hypot", "minimum", "maximum", "fmin", "fmax", "union1d", "intersect1d"}
 FACTOR = 3.0  # of a figure that is not whole, or large: one more of many is no fault
 FEW = 10
 Change = tuple[str, ast.AST, str]  # the operator, the node, what stands there instead
@@ -104,11 +105,23 @@ def _changes(node: ast.AST) -> Iterator[Change]:
 def _calls(node: ast.Call) -> Iterator[Change]:
     if isinstance(node.func, ast.Name) and node.func.id in CALLED:
         yield "function", node.func, CALLED[node.func.id]
+    if _name(node.func) in COMMUTING:
+        return  # in another order they are the same: that is no fault
     for at, (one, two) in enumerate(pairwise(node.args)):
         alike = type(one) is type(two) and not isinstance(one, ast.Starred)
         if alike and ast.dump(one) != ast.dump(two):
             order = [*node.args[:at], two, one, *node.args[at + 2 :]]
             yield "arguments", node, _with(node, args=order)
+
+
+def _name(called: ast.expr) -> str:
+    """``hypot`` of ``math.hypot``; of a method like ``x.max``, whose arguments do differ, none."""
+    match called:
+        case ast.Name():
+            return called.id
+        case ast.Attribute(value=ast.Name(id="np" | "numpy" | "math")):
+            return called.attr if called.attr not in CALLED else ""
+    return ""
 
 
 def _constants(value: object) -> Iterator[str]:
