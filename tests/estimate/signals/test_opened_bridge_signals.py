@@ -74,7 +74,7 @@ def test_a_motor_of_the_wrong_sign_is_none(wrong: str) -> None:
 
 def test_a_current_that_voltage_and_speed_do_not_explain_tells_no_motor() -> None:
     current, volts, speed = stepped()
-    other = current + 3.0 * np.sin(0.9 * np.arange(900)) * (np.abs(current) > 0.1)
+    other = current + 1.5 * np.sin(0.05 * np.arange(900)) * (np.abs(current) > 0.1)
     found = _Signals.of(log(other, volts, speed))
     assert found is not None
     assert found.motor is None
