@@ -14,7 +14,7 @@ Noise, 2008): what they still share has a variance of q²/12 exp(−4π²σ²/q�
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -90,6 +90,7 @@ class Rise:
     wander: float
     fitted: tuple[Floats, ...]
     evaluations: int
+    hidden_s: float = 0.0  # by which a second lag that is not told would move the sum of the lags
 
     @property
     def constant_s(self) -> float:
@@ -98,9 +99,9 @@ class Rise:
 
     @property
     def constant_variance(self) -> float:
-        """s², of that."""
+        """s², of that: a lag that no reading asks for hides in an onset that is free, too."""
         n = len(self.lags)
-        return float(self.covariance[:n, :n].sum())
+        return float(self.covariance[:n, :n].sum()) + self.hidden_s**2
 
     @property
     def lag_variance(self) -> float:
@@ -125,8 +126,10 @@ def rise(records: Sequence[Record]) -> Rise:
     single = problem.solved(1)
     double = problem.solved(2, near=single)
     enough = double.lags.min() > LEAST_LAG * double.lags.max()
-    better = problem.misfit(single, double) > ASKED * single.wander
-    return double if enough and better else single
+    better = problem.misfit(single, double) > ASKED * double.wander  # in the noise that it leaves
+    if enough and better:
+        return double
+    return replace(single, hidden_s=abs(double.constant_s - single.constant_s))
 
 
 def shape(since_s: Floats, lags: Floats) -> tuple[Floats, Floats]:
@@ -197,7 +200,7 @@ class _Problem:
         self.evaluations = 0
 
     def solved(self, lags: int, near: Rise | None = None) -> Rise:
-        """With that many lags. ``near``: begin there, and keep its weights."""
+        """With that many lags, and the weights that its residuals leave. ``near``: begin there."""
         first = min(s.constant_s for s in self.starts)
         middle = float(np.median([s.constant_s for s in self.starts]))
         times = [self._times([middle] if lags == 1 else [0.9 * middle, 0.1 * middle])]
@@ -207,7 +210,7 @@ class _Problem:
             tau = near.lags[0]
             times = [self._times([(1 - x) * tau, x * tau], near) for x in (0.05, 0.3)]
         best = min((self._refined(t, lags) for t in times), key=lambda found: found[1])[0]
-        for _ in range(WHITENINGS if near is None else 0):
+        for _ in range(WHITENINGS):
             self._weigh(best, lags)
             best = self._refined(best, lags)[0]
         return self._rise(best, lags)
