@@ -217,3 +217,12 @@ def test_a_ratio_of_errors_that_are_factors() -> None:
     assert p.total == pytest.approx(0.5)
     reach = math.exp(intervals.NORMAL_95 * 0.5 / 4.0)
     assert p.interval_95 == pytest.approx((4.0 / reach, 4.0 * reach))
+
+
+@pytest.mark.parametrize("name", intervals.RATIOS)
+def test_a_ratio_is_what_its_name_says(name: str) -> None:
+    known = {"R": 2.0, "L": 3.0, "K": 5.0, "J": 7.0, "B": 11.0, "T0": 13.0}
+    written = name.replace("²", "**2").replace("J R", "J*R")
+    by_name = eval(written, {"__builtins__": {}}, known)
+    powers = intervals.RATIOS[name][1]
+    assert math.prod(known[n] ** power for n, power in powers.items()) == pytest.approx(by_name)

@@ -15,7 +15,12 @@ from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture
 from motorid.capture.units import TIME, alike, unit_of
 from motorid.errors import UsageError
 from motorid.estimate.diagnosis.facts.catalogue import Figures, distance, ranges
-from motorid.estimate.diagnosis.faults.scale_errors import AMPERES, VOLTS
+from motorid.estimate.diagnosis.faults.scale_errors import (
+    AMPERES,
+    TIME_OF_POSITION,
+    TIME_OF_SPEED,
+    VOLTS,
+)
 from motorid.estimate.diagnosis.faults.scale_errors import SPEED as SPEED_SCALE
 from motorid.estimate.results.estimate import Diagnostic, Parameter
 from motorid.program import StepKind
@@ -34,10 +39,7 @@ ONE_ROW = 1e-6  # of a unit of time, by which a step of a row number may miss on
 PERIODS = np.arange(0.5, 7.0, 0.5)  # of a logger, as powers of ten below a unit of time
 HIGH = 99.0  # percentile of a log's voltages that counts as the highest
 SI = {TIME: "s", CURRENT: "A", VOLTAGE: "V", SPEED: "rad/s", POSITION: "rad"}
-# how a stretched clock moves them: with a speed that was measured, or that a position gives
-TIME_BY_SPEED = {"L": 1.0, "J": 1.0}
 BY_TIME = ("L", "J/K²", "JR/(K²+RB)")  # in proportion to a stretched clock, whatever the motion
-TIME_BY_POSITION = {"L": 1.0, "K": 1.0, "J": 3.0, "B": 2.0, "T0": 1.0}
 
 
 @dataclass(frozen=True)
@@ -235,6 +237,7 @@ def _maps(capture: Capture) -> Iterator[tuple[str, tuple[str, str]]]:
 def _powers(capture: Capture, quantity: str) -> dict[str, float]:
     """How a wrong scale of a quantity moves each figure, by its power."""
     if quantity == TIME:
-        return TIME_BY_SPEED if capture.get(POSITION) is None else TIME_BY_POSITION
-    cause = {CURRENT: AMPERES, VOLTAGE: VOLTS}.get(quantity, SPEED_SCALE)
+        cause = TIME_OF_SPEED if capture.get(POSITION) is None else TIME_OF_POSITION
+    else:
+        cause = {CURRENT: AMPERES, VOLTAGE: VOLTS}.get(quantity, SPEED_SCALE)
     return {name: float(power) for name, power in cause.powers.items()}

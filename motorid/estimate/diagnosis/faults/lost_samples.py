@@ -92,7 +92,7 @@ def find(capture: Capture, timeline: Timeline) -> Jumps | None:
     places = places[(places >= AROUND) & (places < len(steps) - AROUND)]
     out, beyond, missing, nearly = [], [], [], []
     for k in places.tolist():
-        middle = _usual(steps[k - AROUND : k + AROUND + 1])
+        middle = _usual(np.r_[steps[k - AROUND : k], steps[k + 1 : k + AROUND + 1]])
         more = (steps[k] - middle) * (np.sign(middle) or 1.0)
         if abs(more) <= least:
             continue
