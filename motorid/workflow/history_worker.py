@@ -9,13 +9,14 @@ from __future__ import annotations
 import contextlib
 import queue
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from motorid.errors import MotoridError
 
 MOST_WAITING = 1000  # verdicts; further ones wait in their folders alone
+ANSWERS_S = 0.1  # for the history to say what it knows of a motor: the line waits no longer
 LAST_WORDS_S = 10.0  # for what waits at the end of a shift
 Tell = Callable[[str], None]
 
@@ -29,6 +30,9 @@ class Book(Protocol):
     def catch_up(self, folder: Path) -> str:
         """Adds what is missing; a sentence of it, or nothing. Raises DataError."""
 
+    def judged(self, serial: str) -> list[Mapping[str, Any]]:
+        """What it holds of a motor. Raises DataError."""
+
 
 class HistoryWorker:
     """Adds what ``take`` is given to ``shift``, in order. ``tell`` hears what a person should know.
@@ -40,12 +44,14 @@ class HistoryWorker:
 
     def __init__(self, shift: Book, folder: Path, tell: Tell, most: int = MOST_WAITING) -> None:
         self.shift, self.folder, self.tell = shift, folder, tell
+        self.patience_s = ANSWERS_S
         self.trouble = ""  # why the latest verdict is not in the history; "" when it is
         self._jobs: queue.Queue[Path | None] = queue.Queue(most)
         self._behind = True  # whether folders may hold what the history lacks
         self._unfinished = 0
         self._lock = threading.Lock()
         self._thread = threading.Thread(target=self._work, name="history", daemon=True)
+        self._asking = threading.Thread()  # none yet
 
     def start(self) -> None:
         """Begins with what earlier shifts left out."""
@@ -63,6 +69,30 @@ class HistoryWorker:
             self._behind = True
             with self._lock:
                 self._unfinished -= 1
+
+    def judged(
+        self, serial: str, patience_s: float | None = None
+    ) -> list[Mapping[str, Any]] | None:
+        """What the history holds of a motor; None where it does not answer in time, or cannot.
+
+        ``patience_s``: as a rule the worker's own.
+        """
+        if self._asking.is_alive():
+            return None  # by the last one
+        found: queue.Queue[list[Mapping[str, Any]] | None] = queue.Queue(1)
+
+        def ask() -> None:
+            try:
+                found.put(self.shift.judged(serial))
+            except (MotoridError, OSError):
+                found.put(None)
+
+        self._asking = threading.Thread(target=ask, name="history asked", daemon=True)
+        self._asking.start()
+        try:
+            return found.get(timeout=self.patience_s if patience_s is None else patience_s)
+        except queue.Empty:
+            return None
 
     def waiting(self) -> int:
         """Verdicts that were given and are not in the history yet, the one in work among them."""

@@ -61,6 +61,18 @@ class ShiftHistory:
         said = f"{len(missing) - left} earlier verdicts were added to the history. "
         return said + (f"{left} could not be: see motorid history add. " if left else "")
 
+    def judged(self, serial: str) -> list[Mapping[str, Any]]:
+        """Outcome, time and station of each verdict on a motor of this product."""
+        from motorid.quality.history import Query, open_history
+
+        asked = Query(serial=serial, product=self.product.name, kind="check")
+        with open_history(self.where, patience_s=PATIENCE_S) as history:
+            return [
+                {"outcome": row.outcome, "time": row.at.isoformat(), "station": row.station}
+                for row in history.results(asked)
+                if row.serial == serial  # a number may hold what is a wildcard there
+            ]
+
     def _add(self, history: History, folder: Path) -> None:
         """The verdict as it was shown, at its time; then the mark, with the head of the chain."""
         from motorid.capture import store

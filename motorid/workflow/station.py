@@ -9,16 +9,16 @@ import contextlib
 import queue
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from motorid import json_seal
 from motorid.errors import DataError, MotoridError
 from motorid.report.screen import Screen, of_verdict
-from motorid.workflow.check import Inspection, Line, Who, refuse_serial, resume, verdicts_of
+from motorid.workflow.check import Inspection, Line, Who, refuse_serial, resume
 from motorid.workflow.history_worker import HistoryWorker
 from motorid.workflow.kept_orders import KeptOrders
+from motorid.workflow.second_tests import Judged, newest_first, refuse_repeat, together
 
 if TYPE_CHECKING:
     from motorid.workflow.orders import Answer, Message
@@ -32,7 +32,7 @@ USUAL_LATE = 3  # verdicts that wait for the history: more are said
 ASKING = ("reason", "release")  # rules of a product by which a second test may need a reason
 KNOWN = ("inspect", "status", "last")
 Show = Callable[[Screen], None]
-Judged = Callable[[Inspection], None]
+Heard = Callable[[Inspection], None]
 
 
 @dataclass(frozen=True)
@@ -43,6 +43,14 @@ class Order:
     answer: Callable[[dict[str, Any]], None]
     tag: Any = None
     retest: str = ""  # why it is tested again
+    before: int = 0  # verdicts on it, here and in the history
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why a scan was not taken: said below what is shown, which stays."""
+
+    why: str
 
 
 class Station:
@@ -58,7 +66,7 @@ class Station:
         show: Show,
         history: ShiftHistory | None = None,
         depth: int = 1,
-        judged: Judged | None = None,
+        judged: Heard | None = None,
     ) -> None:
         self.line, self.depth, self._draw = line, depth, show
         self.history = HistoryWorker(history, line.folder, self._note) if history else None
@@ -69,7 +77,7 @@ class Station:
         self._in_work: list[str] = []
         self._lock = threading.Lock()
         self.measuring = ""
-        self._orders: queue.Queue[Order | Screen | str | None] = queue.Queue()
+        self._orders: queue.Queue[Order | Refusal | str | None] = queue.Queue()
         self.kept = KeptOrders(line.folder)
         self._shown = self._ready()
 
@@ -91,11 +99,11 @@ class Station:
             if self._enter(serial):
                 self.ignored += 1  # a scanner that bounced, or a hand before the verdict
                 return
-            self._keep(serial, retest)
+            before = self._keep(serial, retest)
         except MotoridError as error:
-            self._orders.put(self._ready(str(error)))
+            self._orders.put(Refusal(str(error)))
             return
-        self._orders.put(Order(serial, lambda message: None, retest=retest))
+        self._orders.put(Order(serial, lambda message: None, retest=retest, before=before))
 
     def _parts(self, typed: str) -> tuple[str, str]:
         """Serial number and reason; all of it is the number where the product asks for none."""
@@ -126,23 +134,26 @@ class Station:
         refuse_serial(self.line.product, serial)
         if problem := self._enter(serial):
             raise DataError(problem)
-        self._keep(serial, retest)
+        before = self._keep(serial, retest)
         waiting = self._orders.qsize()
         answer({"event": "accepted", **tag, "serial": serial, "waiting": waiting})
-        self._orders.put(Order(serial, answer, tag, retest))
+        self._orders.put(Order(serial, answer, tag, retest, before))
 
-    def _keep(self, serial: str, retest: str) -> None:
-        """The order on disk, before anybody is told that it is accepted.
+    def _keep(self, serial: str, retest: str) -> int:
+        """The order on disk, before anybody is told that it is accepted; how often it was tested.
 
         The motor is in work already: so a verdict that just came counts as one before. Raises
         DataError or UsageError, and then the motor is in work no more.
         """
         try:
-            self._refuse_repeat(serial, retest)
+            Who(retest=retest)  # raises for what no record can carry
+            before = self._before(serial)
+            refuse_repeat(self.line.product, serial, retest, before)
             self.kept.accepted(serial)
         except Exception:
             self._leave(serial)
             raise
+        return len(before)
 
     def _enter(self, serial: str) -> str:
         """Takes a motor into work; else why not, and what to do."""
@@ -157,29 +168,14 @@ class Station:
             self._in_work.append(serial)
             return ""
 
-    def _refuse_repeat(self, serial: str, retest: str) -> None:
-        """Raises DataError for a second test that the product does not allow as it is ordered.
-
-        INVALID is no judgement: it calls for a second test, and releases no rejected motor.
-        """
-        product = self.line.product
-        rule = product.serial
-        Who(retest=retest)  # raises for what no record can carry
-        if rule is None or rule.repeat == "count" or serial in product.self_test.golden:
-            return
-        judged = (one for one in self._newest_first(serial) if one["outcome"] != "INVALID")
-        if (last := next(judged, None)) is None:
-            return
-        said = f"{serial} was judged before ({last['outcome']}, {last['time']})"
-        if rule.repeat == "refuse":
-            raise DataError(
-                f"{said}, and the product allows no second test: is it the right label?"
-            )
-        if not retest and (rule.repeat == "reason" or last["outcome"] == "FAIL"):
-            raise DataError(
-                f"{said}: a second test needs a reason. Type it behind the number and a space, as "
-                f'in `{serial} new connector`; an order has "reason"'
-            )
+    def _before(self, serial: str) -> list[Judged]:
+        """What was judged of a motor, the newest first: here, and by all whose history this is."""
+        elsewhere: list[Judged] | None = []
+        if self.history is not None:
+            elsewhere = self.history.judged(serial)
+            if elsewhere is None:
+                self._note(f"The history does not answer: who else tested {serial} is unknown.")
+        return together(newest_first(self.line.folder, serial), elsewhere or [])
 
     def status(self) -> dict[str, Any]:
         """What the station does and has done since it began."""
@@ -208,20 +204,10 @@ class Station:
     def last(self, serial: str) -> dict[str, Any]:
         """The newest verdict on a motor, from disk. Raises DataError where there is none."""
         refuse_serial(self.line.product, serial)
-        newest = next(self._newest_first(serial), None)
+        newest = next(newest_first(self.line.folder, serial), None)
         if newest is None:
             raise DataError(f"{self.line.folder} holds no verdict on {serial}")
         return newest
-
-    def _newest_first(self, serial: str) -> Iterator[dict[str, Any]]:
-        """The verdicts on a motor, from disk. Raises DataError for a damaged one."""
-        keys = ("serial", "outcome", "marginal", "reasons", "time")
-        found = verdicts_of(self.line.folder, serial)
-        for path in sorted(found, key=lambda path: path.stat().st_mtime, reverse=True):
-            stored = json_seal.read(path, "a verdict")
-            if not set(keys) <= set(stored):
-                raise DataError(f"{path} is no verdict of this motorid: it is damaged")
-            yield {key: stored[key] for key in keys} | {"folder": str(path.parent)}
 
     def end(self) -> None:
         """Ends ``run`` once what waits is done."""
@@ -260,8 +246,8 @@ class Station:
             match job:
                 case None:
                     return
-                case Screen():
-                    self.show(job)
+                case Refusal():  # the next one takes its place
+                    self._draw(_with_line(self._shown, job.why))
                 case str():
                     self._add_line(job)
                 case Order():
@@ -270,7 +256,6 @@ class Station:
     def _inspect(self, order: Order) -> None:
         self.measuring = order.serial
         self.show(Screen("RUN", (order.serial,), "Keep your hands off the motor: it turns."))
-        before = len(verdicts_of(self.line.folder, order.serial))
         tag = {**(order.tag or {}), "ends": True}
         try:
             done = self.line.inspect(order.serial, retest=order.retest)
@@ -286,9 +271,9 @@ class Station:
             self.kept.done(order.serial)
         outcome = str(done.verdict.outcome)
         self.counts[outcome] += 1
-        if not before:
+        if not order.before:
             self.first[outcome] += 1
-        order.answer({"event": "verdict", **tag, **summary(done), "test": before + 1})
+        order.answer({"event": "verdict", **tag, **summary(done), "test": order.before + 1})
         if self.judged is not None:
             self.judged(done)
         if self.history is not None:
@@ -301,7 +286,7 @@ class Station:
         self._draw(screen)
 
     def _add_line(self, said: str) -> None:
-        self.show(replace(self._shown, lines=(*self._shown.lines, said)))
+        self.show(_with_line(self._shown, said))
 
     def _leave(self, serial: str) -> None:
         with self._lock:
@@ -321,6 +306,10 @@ class Station:
         if self.history is not None and (late := self.history.waiting()) > USUAL_LATE:
             counts += f"   {late} verdicts wait for the history"
         return f"{counts}   {spent:.2f} s   Ctrl-D ends the shift"
+
+
+def _with_line(screen: Screen, said: str) -> Screen:
+    return replace(screen, lines=(*screen.lines, said))
 
 
 def summary(done: Inspection) -> dict[str, Any]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -35,6 +36,12 @@ class Book:
         if self.wrong:
             raise DataError(self.wrong)
         return ""
+
+    def judged(self, serial: str) -> list[Mapping[str, Any]]:
+        if self.wrong:
+            raise DataError(self.wrong)
+        assert self.open.wait(PATIENCE_S)
+        return [{"outcome": "FAIL", "time": "2026-01-01", "station": f"of {serial}"}]
 
 
 @pytest.fixture
@@ -100,3 +107,17 @@ def test_a_full_queue_leaves_verdicts_to_their_folders(book: Book, tmp_path: Pat
     assert worker.close(PATIENCE_S) == ""
     assert book.added == ["D0", "D1", "D2"]
     assert book.caught_up > before  # which adds the others: they have no mark
+
+
+def test_a_history_that_hangs_is_asked_for_no_longer_than_the_line_waits(
+    book: Book, tmp_path: Path
+) -> None:
+    worker = HistoryWorker(book, tmp_path, lambda said: None)
+    assert worker.judged("D1", patience_s=0.01) is None
+    assert worker.judged("D1", patience_s=PATIENCE_S) is None  # the first still waits: at once
+    book.open.set()
+    worker._asking.join(PATIENCE_S)
+    (known,) = worker.judged("D2", patience_s=PATIENCE_S) or []
+    assert known["station"] == "of D2"
+    book.wrong = "no such table"
+    assert worker.judged("D3", patience_s=PATIENCE_S) is None

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +13,14 @@ import pytest
 
 from motorid.errors import UsageError
 from motorid.json_seal import sealed
-from motorid.quality.history.records import from_stored
+from motorid.quality.history import open_history
+from motorid.quality.history.records import ResultRecord, from_stored
 from motorid.quality.product import Product, parse
 from motorid.report.screen import Screen
 from motorid.rig import Rig
 from motorid.workflow.check import Line
+from motorid.workflow.second_tests import together
+from motorid.workflow.shift_history import ShiftHistory
 from motorid.workflow.station import Station
 
 
@@ -183,3 +188,66 @@ def test_an_order_that_comes_with_the_verdict_is_a_second_test(
         monkeypatch.setattr(station, "_enter", judged_meanwhile)
         said = heard(station, order="inspect", serial="D000001")["message"]
     assert "was judged before (PASS" in said
+
+
+def into_history(book: Path, product: Product, serial: str, outcome: str, day: int) -> None:
+    """A verdict of another station, whose folder is on another disk."""
+    at = datetime(2026, 1, day, tzinfo=UTC)
+    record = ResultRecord(
+        "check", serial, (), (), product=product.name, outcome=outcome, at=at, station="line-2"
+    )
+    with open_history(book) as history:
+        assert history.add(record)
+
+
+@pytest.mark.parametrize(
+    ("serial", "allowed"), [("D000001", False), ("D000002", True), ("D000003", True)]
+)
+def test_what_another_station_judged_is_a_test_before(
+    serial: str, allowed: bool, line_rig: Rig, product: Product, tmp_path: Path
+) -> None:
+    """Of this product: the second motor was another product's, the third INVALID."""
+    once = parse(
+        product.text.replace('example = "D000123"', 'example = "D000123"\nrepeat = "refuse"')
+    )
+    book = tmp_path / "line.db"
+    into_history(book, once, "D000001", "PASS", 1)
+    into_history(book, replace(once, name="other"), "D000002", "PASS", 2)
+    into_history(book, once, "D000003", "INVALID", 3)
+    with Line(line_rig, once, tmp_path / "shift") as line:
+        station = Station(line, lambda screen: None, ShiftHistory(str(book), once, {}))
+        assert station.history is not None
+        station.history.judged(serial, patience_s=60.0)  # what is loaded once
+        station.history.patience_s = 60.0
+        said = heard(station, order="inspect", serial=serial)
+    assert (said["event"] == "accepted") == allowed, said
+    if not allowed:
+        assert "D000001 was judged before (PASS, 2026-01-01T00:00:00+00:00 at line-2)" in str(said)
+
+
+def test_verdicts_of_folder_and_history_count_once() -> None:
+    here = [{"outcome": "PASS", "time": "2026-01-02", "folder": "a"}]
+    elsewhere = [
+        {"outcome": "PASS", "time": "2026-01-02", "station": "x"},
+        {"outcome": "FAIL", "time": "2026-01-03", "station": "y"},
+    ]
+    assert together(here, elsewhere) == [elsewhere[1], here[0]]
+
+
+def test_a_refused_scan_leaves_the_verdict_on_the_screen(
+    line_rig: Rig, product: Product, tmp_path: Path
+) -> None:
+    shown: list[Screen] = []
+    with Line(line_rig, product, tmp_path) as line:
+        station = Station(line, shown.append)
+        station.show(Screen("FAIL", ("D000001", "R_25"), "Put it into the red box."))
+        station.scanned("nonsense")
+        station.scanned("rubbish")
+        station.end()
+        station._serve()
+    first, *refused = shown
+    for screen in refused:
+        assert (screen.word, screen.next_step) == (first.word, first.next_step)
+        assert screen.lines[:-1] == first.lines  # one refusal, the latest
+        assert "D000123" in screen.lines[-1]  # as a number looks
+    assert len(refused) == 2

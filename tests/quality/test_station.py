@@ -150,7 +150,9 @@ def test_a_shift_goes_into_the_history_once(tmp_path: Path) -> None:
         controller.ask(order="inspect", serial="D000001")
         assert controller.hear()["outcome"] == "PASS"
         assert process.stdout is not None
-        lines = [process.stdout.readline() for _ in range(4)]  # READY, RUN, PASS, PASS and why
+        # READY, the same and that nobody knows of other tests, RUN, PASS, the same and why
+        lines = [process.stdout.readline() for _ in range(5)]
+    assert "who else tested D000001 is unknown" in lines[1]
     assert "not in the history yet" in lines[-1]
     book.rmdir()
     with running(shift, *names, "ben") as (_, port):
@@ -227,8 +229,11 @@ def test_the_scanner_works_through_a_pipe(tmp_path: Path) -> None:
     typed = "D000001\r\nwhat\nD000002"
     done = subprocess.run(call, input=typed, capture_output=True, text=True, timeout=240)
     assert done.returncode == 0, done.stderr
-    words = [line.split(" |")[0] for line in done.stdout.splitlines()]
-    assert words == ["READY", "RUN", "PASS", "READY", "RUN", "PASS"]
+    lines = done.stdout.splitlines()
+    words = [line.split(" |")[0] for line in lines]
+    assert words == ["READY", "RUN", "PASS", "PASS", "RUN", "PASS"]  # a refusal leaves the verdict
+    assert "D000001" in lines[3]
+    assert "scan the label again" in lines[3]
 
 
 @pytest.mark.slow
