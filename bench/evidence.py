@@ -100,6 +100,8 @@ PARTS = (
          (_bench("live", "--seconds", "600"),), (_bench("live", "--seconds", "3"),)),
     Part("line", "defective motors on a simulated line: escapes, false alarms, the history",
          (_bench("line"),), (_bench("line", "2", "1"),)),
+    Part("kills", "100 kills of a station, whose history is away at times: equal to the disk?",
+         (_bench("kills"),), (_bench("kills", "1"),)),
     Part("verdicts", "verdicts on speed against the motor driven for long; dead motors, dead rigs",
          (_bench("verdicts", "2000", "--jobs", "2",
                  "--out", "out/evidence/verdicts-{commit}.jsonl"), _bench("dead_motors")),

@@ -6,6 +6,7 @@ INVALID is no judgement: it calls for a second test, and releases no rejected mo
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,14 +26,22 @@ def newest_first(folder: Path, serial: str) -> Iterator[dict[str, Any]]:
     found = verdicts_of(folder, serial)
     for path in sorted(found, key=lambda path: path.stat().st_mtime, reverse=True):
         stored = json_seal.read(path, "a verdict")
-        if not set(KEYS) <= set(stored):
+        if not set(KEYS) <= set(stored) or not _is_instant(stored["time"]):
             raise DataError(f"{path} is no verdict of this motorid: it is damaged")
         yield {key: stored[key] for key in KEYS} | {"folder": str(path.parent)}
 
 
+def _is_instant(said: Any) -> bool:
+    try:
+        datetime.fromisoformat(str(said))
+    except ValueError:
+        return False
+    return True
+
+
 def together(here: Iterable[Judged], elsewhere: Iterable[Judged]) -> list[Judged]:
     """Both, the newest first, and each verdict once: the history holds those of the folder too."""
-    by_time = {str(one["time"]): one for one in (*elsewhere, *here)}
+    by_time = {datetime.fromisoformat(str(one["time"])): one for one in (*elsewhere, *here)}
     return [by_time[time] for time in sorted(by_time, reverse=True)]
 
 

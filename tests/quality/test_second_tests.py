@@ -226,10 +226,10 @@ def test_what_another_station_judged_is_a_test_before(
 
 
 def test_verdicts_of_folder_and_history_count_once() -> None:
-    here = [{"outcome": "PASS", "time": "2026-01-02", "folder": "a"}]
+    here = [{"outcome": "PASS", "time": "2026-01-02T08:00:00.250+00:00", "folder": "a"}]
     elsewhere = [
-        {"outcome": "PASS", "time": "2026-01-02", "station": "x"},
-        {"outcome": "FAIL", "time": "2026-01-03", "station": "y"},
+        {"outcome": "PASS", "time": "2026-01-02T08:00:00.250000+00:00", "station": "x"},
+        {"outcome": "FAIL", "time": "2026-01-03T08:00:00+00:00", "station": "y"},
     ]
     assert together(here, elsewhere) == [elsewhere[1], here[0]]
 
