@@ -4,9 +4,9 @@
 
 A station inspects motors in a process of its own and adds its verdicts to a history. At a drawn
 moment it is killed (SIGKILL). Meanwhile its history is as ever, locked by another program, or not
-where it was. Then the next shift begins. In the end each verdict on disk must be in the history once, as it was
-shown; its chain of seals must hold, with every mark that an inspection keeps; and each order that
-was accepted must be judged, or named as not judged. Ends with 1 where something is missing.
+where it was. Then the next shift begins. In the end each verdict on disk must be in the history
+once, as it was shown; its chain of seals must hold, with every mark that an inspection keeps; and
+each order that was accepted must be judged, or named as not judged. Ends with 1 where not.
 """
 
 from __future__ import annotations

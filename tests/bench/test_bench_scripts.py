@@ -185,6 +185,12 @@ def test_line_lets_no_defect_escape_and_loses_none() -> None:
     assert "trend of R_25" in text
 
 
+def test_kills_leave_the_history_equal_to_the_disk() -> None:
+    text = run("kills", "2")
+    assert "2 shifts, each ended by a kill" in text
+    assert "orders accepted; 0 faults" in text
+
+
 def test_log_chain_counts_intervals_with_a_fault_stated_and_not() -> None:
     text = run("log_chain", "--short")
     row = cells("current delay", text)
