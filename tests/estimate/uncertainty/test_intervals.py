@@ -226,3 +226,19 @@ def test_a_ratio_is_what_its_name_says(name: str) -> None:
     by_name = eval(written, {"__builtins__": {}}, known)
     powers = intervals.RATIOS[name][1]
     assert math.prod(known[n] ** power for n, power in powers.items()) == pytest.approx(by_name)
+
+
+def test_a_ratio_keeps_its_two_parts_apart() -> None:
+    found = intervals.of_ratio("L/R", "s", 2.0, 0.03, 0.04, np.inf)
+    assert (found.name, found.unit, found.value, found.status) == (
+        "L/R",
+        "s",
+        2.0,
+        Status.ESTIMATED,
+    )
+    assert (found.statistical, found.instrument) == (0.03, 0.04)
+    assert found.total == pytest.approx(0.05)
+    assert found.interval_95 is not None
+    low, high = found.interval_95
+    assert low * high == pytest.approx(4.0)
+    assert math.log(high / 2.0) == pytest.approx(1.96 * 0.025, rel=1e-3)
