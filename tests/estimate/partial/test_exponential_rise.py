@@ -108,6 +108,7 @@ def test_a_second_lag_is_found_where_the_readings_ask_for_it() -> None:
     assert len(plain.lags) == 1
 
 
+@pytest.mark.slow
 def test_an_interval_holds_whether_a_second_lag_is_told_or_not() -> None:
     """One of an eighth of the other: too small for the readings, it hides in the onset."""
     lags, held, told = np.array([0.01, TAU_S]), 0, 0
@@ -178,6 +179,7 @@ def test_two_records_share_their_time_constant_alone() -> None:
     assert onsets[1] > 1.5 * onsets[0]  # half the step in the same noise
 
 
+@pytest.mark.slow
 def test_intervals_hold_in_noise_that_was_drawn() -> None:
     held = 0
     for seed in range(40):
