@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from tests.emulated.motors import EXACT, MOST, MOTORS, NAMES, Figure, identify, truth
 
-BOARDS = ("sim", "uno", "mega")
+BOARDS = ("sim", "uno", "mega", "pico")
 
 
 def main() -> int:

@@ -25,6 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FIRMWARE = ROOT / "firmware"
 HOST_PORT = FIRMWARE / "ports" / "host"
 FACTS_AT, SLOT_BYTES = 64, 67  # in an AVR board's EEPROM: firmware/ports/avr/memory.c
+JOURNAL_AT = 0x1FE000  # in a Pico's flash: firmware/ports/rp2040/journal.c
 STRETCH = 16  # samples by which a lock-stepped board moves while nothing has arrived
 
 
@@ -332,9 +333,10 @@ class EmulatedBoard:
 
 
 class EmulatedPico(EmulatedBoard):
-    """The same of a Raspberry Pi Pico, whose front end is the firmware's own."""
+    """The same of a Raspberry Pi Pico."""
 
-    traits = EmulatedBoard.traits - {"memory"}
+    def spoil(self) -> None:
+        self.port.board.set("spoil", JOURNAL_AT)  # of the first sector that is ever used
 
     def reset(self, cause: int) -> None:
         self.port.board.set("reset", float(cause))

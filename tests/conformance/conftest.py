@@ -35,7 +35,7 @@ TRAITS = {
 # The Pico passes the whole suite; modules that ask the shared core alone are left to the others.
 TRIED = {
     "uno-clang": ("configure", "fast_burst", "link", "requests", "safety", "trips", "zero"),
-    "pico": ("configure", "fast_burst", "features", "requests", "trips"),
+    "pico": ("configure", "fast_burst", "features", "front_end", "requests", "trips"),
 }
 EMULATED = ("uno", "mega", "uno-clang", "pico")  # a processor simulated instruction by instruction
 

@@ -2,6 +2,7 @@
 // docs/firmware.md has the list. The firmware's image is the one that a Pico is flashed with.
 import { BasePeripheral, ConsoleLogger, LogLevel, RP2040 } from 'rp2040js';
 import { decodeBlock } from 'uf2';
+import { FlashInterface, FlashSelect } from './flash.mjs';
 
 export const BYTE_NS = 10_000; // of the UART: ten bits of 1 us
 const FLASH_AT = 0x10000000;
@@ -25,6 +26,8 @@ const RESETS = 0x4000c;
 const WATCHDOG = 0x40058;
 const RING_OSCILLATOR = 0x40060;
 const CHIP_RESET = 0x40064;
+const FLASH_INTERFACE = 0x18000;
+const FLASH_PINS = 0x40018;
 
 // UF2 blocks as flash; the chip's boot ROM asks for the CRC.
 export function load(file) {
@@ -55,7 +58,7 @@ class Word extends BasePeripheral {
 }
 
 export class Chip extends RP2040 {
-  // `life`: what outlasts a reset: why it came, scratch registers, noise.
+  // `life`: what outlasts a reset: why it came, scratch registers, noise. `flash`: a FlashChip.
   constructor(clock, flash, world, life) {
     super(clock);
     this.logger = new ConsoleLogger(LogLevel.Error, false);
@@ -92,10 +95,14 @@ export class Chip extends RP2040 {
     this.times.openings++;
   }
 
-  // There is no boot ROM: it would check the second stage, copy it to RAM and call it.
+  // There is no boot ROM: it would check the second stage, copy it to RAM and call it. What is written to the
+  // flash chip is to be read at addresses.
   boot(flash) {
-    this.flash.set(flash);
-    const stage = flash.subarray(0, BOOT_BYTES);
+    this.peripherals[FLASH_INTERFACE] = new FlashInterface(this, flash);
+    this.peripherals[FLASH_PINS] = new FlashSelect(this, flash);
+    this.flash.set(flash.bytes);
+    flash.bytes = this.flash.subarray(0, flash.bytes.length);
+    const stage = flash.bytes.subarray(0, BOOT_BYTES);
     const sum = new DataView(stage.buffer, stage.byteOffset).getUint32(BOOT_BYTES - 4, true);
     if (crc(stage.subarray(0, BOOT_BYTES - 4)) !== sum) throw new Error('the second boot stage has a wrong CRC');
     this.sram.set(stage, BOOT_AT - 0x20000000);

@@ -55,6 +55,11 @@ void sampling_burst_reading(const uint8_t *bytes, uint8_t n, struct reading *out
 void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out);
 void channels_describe_burst(uint8_t channel, wire_describe_channel_reply_t *out);
 
+/* ---- memory.c */
+void memory_begin(void);
+/* Of the facts that the firmware has, as write_front_end has them. */
+uint8_t memory_own_byte(uint8_t at);
+
 /* ---- link.c */
 void link_begin(void);
 bool link_read(uint8_t *byte);

@@ -49,6 +49,8 @@ enum { OUTPUT_LOW = 2 << 8 };                        /* OUTOVER */
 enum { PAD_INPUT = 1 << 6, PAD_UP = 1 << 3, PAD_DOWN = 1 << 2, PAD_SCHMITT = 1 << 1, PAD_4_MA = 1 << 4,
        PAD_OUTPUT_OFF = 1 << 7 };
 #define SIO_GPIO_IN 0xD0000004u
+#define QSPI_SELECT_CTRL 0x4001800Cu /* of the flash chip */
+#define FLASH_UNCACHED 0x13000000u
 
 /* ---- PWM */
 #define PWM_CSR(slice) (0x40050000u + 0x14u * (slice))

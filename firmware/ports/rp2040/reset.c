@@ -6,7 +6,7 @@
  *   run pin                           external
  *   power-on or brown-out detector    power-on: the chip does not tell them apart
  *
- * The watchdog's scratch registers outlast all of these but the last.
+ * The watchdog's scratch registers outlast the resets that it makes itself.
  */
 #include "board.h"
 #include "chip.h"

@@ -77,8 +77,10 @@ bool sampling_has_news(void) {
 
 /* ------------------------------------------------------------------ a window */
 
-/* 25 conversions of 12 bits become about eight times their mean: the scale takes the exact factor. */
-static int16_t reading_of(uint32_t sum) { return (int16_t)((sum * READING_FACTOR + 32768u) >> 16); }
+/* 25 conversions of 12 bits become eight times their mean. */
+static int16_t reading_of(uint32_t sum) {
+    return (int16_t)((sum * READING_FACTOR + (1u << (READING_SHIFT - 1u))) >> READING_SHIFT);
+}
 
 static void read_window(const volatile uint16_t *conversion, int16_t raw[3]) {
     uint32_t current = 0, terminals = 0, supply = 0;
