@@ -111,7 +111,7 @@ def test_there_is_room_for_the_cores_bytes() -> None:
         for line in text.splitlines()
         if line.startswith("#define WIRE_WRITE_FRONT_END_SIZE ")
     )
-    assert BYTES == 2 * (size + 6)
+    assert 2 * (size + 6) == BYTES
 
 
 def test_blank_flash_reads_as_never_written(journal: Journal) -> None:
