@@ -3,6 +3,7 @@
 import { BasePeripheral, ConsoleLogger, LogLevel, RP2040 } from 'rp2040js';
 import { decodeBlock } from 'uf2';
 import { FlashInterface, FlashSelect } from './flash.mjs';
+import { LOW } from './world.mjs';
 
 export const BYTE_NS = 10_000; // of the UART: ten bits of 1 us
 const FLASH_AT = 0x10000000;
@@ -19,8 +20,11 @@ const UART_QUEUE = 32;
 const TX_FULL = 1 << 5;
 const FUNCTION_PWM = 4;
 const OVERRIDE_LOW = 2;
-export const ENABLE = 18;
+const ENABLE = 18;
 const LEVELS = [16, 17];
+const INPUTS = [...LEVELS, ENABLE];
+const PERIOD = 6250;
+const A_INVERTED = 1 << 2; // of a slice's CSR; the next bit is B's
 const ENCODER = [20, 21];
 const RESETS = 0x4000c;
 const WATCHDOG = 0x40058;
@@ -89,12 +93,6 @@ export class Chip extends RP2040 {
     return ((this.clock.nanos - this.started) % WINDOW_NS) * 1e-9;
   }
 
-  noteOpening() {
-    if (!this.world.enabled) return;
-    this.times.opened = Math.max(this.times.opened, this.sinceWindow());
-    this.times.openings++;
-  }
-
   // There is no boot ROM: it would check the second stage, copy it to RAM and call it. What is written to the
   // flash chip is to be read at addresses.
   boot(flash) {
@@ -137,17 +135,20 @@ export class Chip extends RP2040 {
       slice.wrap = () => {
         this.pwm.intRaw |= 1 << slice.index;
         slice.updateDoubleBuffered();
-        if (slice === levels) this.beginPeriod(levels.cc, enable.cc);
+        if (slice === levels) this.beginPeriod(levels, enable);
       };
     }
-    const pin = this.gpio[ENABLE];
-    pin.checkForUpdates = () => {
-      if (!this.isFree(ENABLE)) {
-        this.noteOpening();
-        this.world.open(this.clock.nanos);
-        this.nextEdge();
-      }
-    };
+    for (const pin of INPUTS) this.gpio[pin].checkForUpdates = () => this.noteOpening();
+  }
+
+  // The bridge is open once all inputs of its driver are let go or forced low.
+  noteOpening() {
+    if (INPUTS.some((pin) => this.isFree(pin)) || this.isOff) return;
+    this.isOff = true;
+    this.times.opened = Math.max(this.times.opened, this.sinceWindow());
+    this.times.openings++;
+    this.world.open(this.clock.nanos);
+    this.nextEdge();
   }
 
   isFree(pin) {
@@ -156,10 +157,18 @@ export class Chip extends RP2040 {
   }
 
   beginPeriod(levels, enable) {
-    const ticks = [levels & 0xffff, levels >>> 16].map((wide, n) => (this.isFree(LEVELS[n]) ? Math.min(wide, 6250) : 0));
-    const enabled = this.isFree(ENABLE) && (enable & 0xffff) > 0;
-    this.world.period(this.clock.nanos, ticks, enabled, !!(this.adc.cs & (1 << 3)));
+    const [a, b] = [levels.cc & 0xffff, levels.cc >>> 16].map((ticks, n) => this.wave(n, ticks, levels.csr));
+    const enabled = this.isFree(ENABLE) && (enable.cc & 0xffff) > 0;
+    this.isOff = INPUTS.every((pin) => !this.isFree(pin));
+    this.world.period(this.clock.nanos, { a, b, enable: enabled }, !!(this.adc.cs & (1 << 3)));
     this.nextEdge();
+  }
+
+  // Of a level: the ticks of the period between which it is high.
+  wave(n, ticks, csr) {
+    const wide = Math.min(ticks, PERIOD);
+    const [from, to] = csr & (A_INVERTED << n) ? [wide, PERIOD] : [0, wide];
+    return this.isFree(LEVELS[n]) && from < to ? [from, to] : LOW;
   }
 
   // Its round-robin never leaves the first input, and it converts no analogue world.

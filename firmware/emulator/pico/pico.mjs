@@ -138,7 +138,9 @@ function serve() {
     set(take(take(4).readUInt32LE()).toString());
     answer(Buffer.alloc(0));
   } else if (kind === 'G') {
-    const facts = { ...world.facts(clock.nanos), enabled: world.enabled ? 1 : 0, resets };
+    const { a, b, enable } = world.shown;
+    const { closed, ...rest } = world.facts(clock.nanos);
+    const facts = { ...rest, a, b, enable: enable ? 1 : 0, enabled: closed, resets };
     answer(Buffer.from(JSON.stringify(facts)));
   } else if (kind === 'M') {
     answer(Buffer.from(JSON.stringify(chip.times)));

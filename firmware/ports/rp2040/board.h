@@ -25,9 +25,14 @@ enum { LEVEL_SLICE = 0, ENABLE_SLICE = 1 };
 void clocks_begin(void);
 
 /* ---- bridge.c */
+#define BRIDGES 0x1Fu /* every WIRE_BRIDGE_ */
 void bridge_begin(void);
+/* The driver that the facts name. */
+void bridge_set(uint8_t bridge);
 /* Off at this instant; from any context. */
 void bridge_open(void);
+/* The same where nothing closes it again. */
+void bridge_force_low(void);
 void bridge_coast(void);
 void bridge_brake(void);
 void bridge_drive(int16_t level, uint8_t decay);

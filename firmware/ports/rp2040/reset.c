@@ -33,7 +33,7 @@ static void force(void) {
 }
 
 void reset_crash(void) {
-    REG(GPIO_CTRL(ENABLE_PIN)) = FUNCTION_PWM | OUTPUT_LOW;
+    bridge_force_low();
     REG(WATCHDOG_SCRATCH(NOTE)) = CRASHED;
     force();
 }

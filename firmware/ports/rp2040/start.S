@@ -9,7 +9,7 @@
 
     .equ RESETS_RESET, 0x4000C000
     .equ PWM_AT, 14
-    .equ ENABLE_CTRL, 0x40014094 /* of GP18 */
+    .equ LEVELS_CTRL, 0x40014084 /* of GP16; 8 bytes on each that of GP17 and of GP18, enable */
     .equ PWM_BUT_LOW, 0x204
     .equ PSM_WDSEL, 0x40010008
     .equ ALL_BUT_OSCILLATORS, 0x1FFFC
@@ -33,8 +33,10 @@ start:
     ldr r1, [r0]
     lsrs r1, r1, #PWM_AT + 1
     bcs from_reset
-    ldr r0, =ENABLE_CTRL
+    ldr r0, =LEVELS_CTRL
     ldr r1, =PWM_BUT_LOW
+    str r1, [r0, #16]
+    str r1, [r0, #8]
     str r1, [r0]
     ldr r0, =WATCHDOG_NOTE
     ldr r1, =CRASHED
