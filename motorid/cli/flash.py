@@ -27,7 +27,7 @@ BOARDS = ("uno", "nano", "mega", "pico")
     "--hex",
     "file",
     type=Named(dir_okay=False, path_type=Path),
-    help="Firmware file; without it, the one that came with motorid or was built here.",
+    help="Firmware file; without it, the one that came along or was built here.",
 )
 @click.option(
     "--drive",
