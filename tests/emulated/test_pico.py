@@ -95,6 +95,26 @@ def test_an_over_current_opens_the_bridge_within_20_us(client: Client, current_m
     assert 0 < times["opened"] <= OPENS_WITHIN_S
 
 
+@pytest.mark.parametrize(
+    ("supply_v", "fault"), [(14.0, Fault.SUPPLY_LOW), (34.0, Fault.SUPPLY_HIGH)]
+)
+def test_a_supply_beyond_its_limits_opens_the_bridge_within_20_us(
+    client: Client, supply_v: float, fault: Fault
+) -> None:
+    record = client.start(
+        client.drive(2000, 0.5), supply_min_mv=18_000, supply_max_mv=30_000, host_silence_ms=5000
+    )
+    client.wait(0.02)
+    board = emulator(client)
+    board.times()
+    board.set("supply", supply_v)
+    client.follow(record)
+    times = board.times()
+    assert Fault(record.one("fault")["fault"]) is fault
+    assert times["openings"] == 1
+    assert 0 < times["opened"] <= OPENS_WITHIN_S
+
+
 def test_a_sample_is_done_before_its_tick(client: Client) -> None:
     """With volts held, every check of minor 3 and a fast encoder."""
     board = emulator(client)
@@ -135,6 +155,25 @@ def test_a_hard_fault_opens_the_bridge_at_once(client: Client) -> None:
     client.wait(20e-6)
     assert not emulator(client).facts()["enabled"]
     assert greet_again(client)["reset_cause"] is ResetCause.WATCHDOG
+
+
+@pytest.mark.parametrize("left", [0, 16, 28])
+def test_a_stack_that_reaches_its_bottom_opens_the_bridge_within_two_windows(
+    client: Client, left: int
+) -> None:
+    begin(client)
+    emulator(client).set("deep", left)
+    client.wait(300e-6)
+    assert not emulator(client).facts()["enabled"]
+    assert greet_again(client)["reset_cause"] is ResetCause.WATCHDOG
+
+
+def test_a_stack_that_stays_above_is_no_fault(client: Client) -> None:
+    begin(client)
+    emulator(client).set("deep", 32)
+    client.wait(0.01)
+    assert emulator(client).facts()["enabled"]
+    assert emulator(client).facts()["resets"] == 0
 
 
 def test_a_start_without_a_reset_becomes_a_reset(client: Client) -> None:

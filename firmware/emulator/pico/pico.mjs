@@ -18,6 +18,7 @@ const CAUSES = {
 const INPUT_PINS = [15, 14]; // part present, guard closed
 const FAULT_PIN = 19;
 const FLASH_AT = 0x10000000;
+const STACK_BOTTOM = 0x20000000;
 const clock = new RP2040().clock;
 const flash = new FlashChip(clock, load(fs.readFileSync(process.argv[2])));
 const world = new World();
@@ -89,6 +90,8 @@ function set(text) {
     case 'fault': // a crash: the processor reads where nothing is
       chip.core.waiting = false;
       return chip.core.exceptionEntry(3);
+    case 'deep': // the stack has come so near to its bottom, in bytes
+      return chip.writeUint32(STACK_BOTTOM + value, 0);
     case 'spoil': // a byte of flash, from its beginning
       flash.bytes[value] ^= 0xff;
       return undefined;

@@ -88,6 +88,8 @@ void reset_feed_watchdog(void);
 void reset_note(bool runs);
 uint8_t reset_cause(void);
 uint32_t reset_boot_id(void);
+/* Once a window: a stack that has reached its bottom is a fault. One that went beyond it left RAM. */
+void reset_check_stack(void);
 /* The bridge is cut, and the chip begins anew: from a fault. */
 void reset_crash(void);
 

@@ -152,6 +152,7 @@ void sampling_interrupt(void) {
     done.position = now.position;
     read_window(window[channel], now.raw);
     take(&now);
+    reset_check_stack();
     reset_note(core_state() == WIRE_STATE_RUNNING);
     if (REG(PWM_CTR(LEVEL_SLICE)) < START_TICKS) { /* a PWM period has begun meanwhile */
         fail();

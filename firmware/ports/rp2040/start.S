@@ -3,6 +3,8 @@
  *
  * A reset leaves the PWM in reset. Where it is not, a program that went astray came here by itself: the bridge
  * is opened before anything else, and the watchdog makes a reset (reset.c reads the note). */
+#include "stack_guard.h"
+
     .cpu cortex-m0plus
     .syntax unified
     .thumb
@@ -59,7 +61,13 @@ from_reset:
     ldmia r0!, {r3}
     stmia r1!, {r3}
     b 1b
-2:  ldr r1, =bss_begin
+2:  ldr r1, =stack_bottom
+    ldr r2, =STACK_GUARD
+    movs r3, #STACK_GUARD_WORDS
+6:  stmia r1!, {r2}
+    subs r3, #1
+    bne 6b
+    ldr r1, =bss_begin
     ldr r2, =bss_end
     movs r3, #0
 3:  cmp r1, r2
