@@ -333,7 +333,12 @@ class EmulatedBoard:
 
 
 class EmulatedPico(EmulatedBoard):
-    """The same of a Raspberry Pi Pico."""
+    """The same of a Raspberry Pi Pico. "pico-usb" is linked by its own USB."""
+
+    def __init__(self, name: str, **options: Any) -> None:
+        over = {"link": "usb"} if name == "pico-usb" else {}
+        super().__init__("pico", **over, **options)
+        self.name = name
 
     def spoil(self) -> None:
         self.port.board.set("spoil", JOURNAL_AT)  # of the first sector that is ever used
@@ -373,7 +378,8 @@ class DeviceBoard:
         self.port.close()
 
 
-NAMES = ("sim", "host", "uno", "mega", "uno-clang", "pico", "device")
+PICOS = ("pico", "pico-usb")
+NAMES = ("sim", "host", "uno", "mega", "uno-clang", *PICOS, "device")
 
 
 def open_board(name: str, device: str | None, **options: Any) -> Board:
@@ -385,9 +391,9 @@ def open_board(name: str, device: str | None, **options: Any) -> Board:
     if name == "device":
         assert device is not None, "its cases are deselected without --device PORT"
         return DeviceBoard(device)
-    if lack := pico_lacks() if name == "pico" else emulator_lacks(compiled(name)[1]):
+    if lack := pico_lacks() if name in PICOS else emulator_lacks(compiled(name)[1]):
         pytest.skip(f"no emulated {name}: {lack}")
-    return (EmulatedPico if name == "pico" else EmulatedBoard)(name, **options)
+    return (EmulatedPico if name in PICOS else EmulatedBoard)(name, **options)
 
 
 @contextlib.contextmanager

@@ -9,6 +9,8 @@ const PROGRAM = 0x02;
 const READ_STATUS = 0x05;
 const ENABLE_WRITING = 0x06;
 const ERASE_SECTOR = 0x20;
+const READ_NUMBER = 0x4b; // and four bytes without a meaning
+const NUMBER = [0xe6, 0x61, 0x41, 0x04, 0x03, 0x2b, 0x1c, 0x27];
 const ERASE_NS = 45e6;
 const PROGRAM_NS = 0.4e6;
 const SELECT_CTRL = 0x0c; // of IO_QSPI
@@ -45,6 +47,7 @@ export class FlashChip {
   exchange(byte) {
     if (!this.command) return BLANK;
     this.command.push(byte);
+    if (this.command[0] === READ_NUMBER) return NUMBER[this.command.length - 6] ?? BLANK;
     if (this.command[0] !== READ_STATUS || this.command.length < 2) return BLANK;
     return (this.busy ? 1 : 0) | (this.enabled ? 2 : 0);
   }

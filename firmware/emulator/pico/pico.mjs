@@ -1,10 +1,11 @@
-// An emulated Pico for another process: node pico.mjs IMAGE.uf2, started by pico_rig (see there).
+// An emulated Pico for another process: node pico.mjs IMAGE.uf2 uart|usb, started by pico_rig (see there).
 // The protocol on standard input and output is that of ../main.c. Time moves only while a request
 // asks for it, so equal requests give equal answers.
 import fs from 'node:fs';
 import { RP2040 } from 'rp2040js';
 import { Chip, load } from './chip.mjs';
 import { FlashChip } from './flash.mjs';
+import { UsbHost } from './usb.mjs';
 import { World } from './world.mjs';
 
 const CYCLE_NS = 8;
@@ -24,7 +25,9 @@ const flash = new FlashChip(clock, load(fs.readFileSync(process.argv[2])));
 const world = new World();
 const life = { power: 1 << 8, reason: 0, scratch: new Uint32Array(8), noise: 1, torn: 1, count: world.facts(0).count };
 const lines = { closed: 0, complains: false };
+const overUsb = process.argv[3] === 'usb';
 let chip;
+let link; // the chip's UART, or a host at its USB
 let resets = 0;
 
 function showLines() {
@@ -42,6 +45,7 @@ function start() {
   world.open(clock.nanos);
   clock.tick(Math.max(flash.busyUntil - clock.nanos, 0)); // the boot ROM waits until it can read
   chip = new Chip(clock, flash, world, life);
+  link = overUsb ? new UsbHost(chip) : chip;
   showLines();
 }
 
@@ -134,9 +138,9 @@ function serve() {
   const kind = take(1).toString();
   if (kind === 'R') {
     const head = take(12);
-    chip.hear(take(head.readUInt32LE(8)));
+    link.hear(take(head.readUInt32LE(8)));
     run(Math.ceil(head.readDoubleLE(0) * 1e9));
-    answer(chip.take());
+    answer(link.take(clock.nanos));
   } else if (kind === 'S') {
     set(take(take(4).readUInt32LE()).toString());
     answer(Buffer.alloc(0));
@@ -145,6 +149,9 @@ function serve() {
     const { closed, ...rest } = world.facts(clock.nanos);
     const facts = { ...rest, a, b, enable: enable ? 1 : 0, enabled: closed, resets };
     answer(Buffer.from(JSON.stringify(facts)));
+  } else if (kind === 'U') {
+    const { device, configuration, texts } = link.identity;
+    answer(Buffer.from(JSON.stringify({ device: [...device], configuration: [...configuration], texts })));
   } else if (kind === 'M') {
     answer(Buffer.from(JSON.stringify(chip.times)));
     chip.times = { sample: 0, opened: 0, openings: 0 };

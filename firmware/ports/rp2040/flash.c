@@ -6,6 +6,8 @@
  */
 #include "flash.h"
 
+#include <string.h>
+
 #include "chip.h"
 #include "flash_reading.h"
 
@@ -13,8 +15,9 @@
 enum { FRAMES_OF_8 = 7 << 16 }; /* of CTRLR0; sends and receives */
 enum { CAN_SEND = 1 << 1, HAS_RECEIVED = 1 << 3 };
 enum { WRITE_STATUS_BUSY = 1 };
-enum { PROGRAM = 0x02, READ_STATUS = 0x05, ENABLE_WRITING = 0x06, ERASE_SECTOR = 0x20 };
-enum { ADDRESSED = 4, LONGEST = 8 }; /* the interface's queues hold 16 */
+enum { PROGRAM = 0x02, READ_STATUS = 0x05, ENABLE_WRITING = 0x06, ERASE_SECTOR = 0x20,
+       READ_NUMBER = 0x4B };
+enum { ADDRESSED = 4, LONGEST = 8, BEFORE_NUMBER = 5 }; /* the interface's queues hold 16 */
 
 static void read_at_addresses(void) {
     INTERFACE(SSI_SSIENR) = 0;
@@ -60,6 +63,12 @@ bool flash_is_ready(void) {
 }
 
 uint32_t flash_word(uint32_t at) { return REG(FLASH_UNCACHED + at); }
+
+void flash_number(uint8_t number[FLASH_NUMBER_BYTES]) {
+    uint8_t bytes[BEFORE_NUMBER + FLASH_NUMBER_BYTES] = {READ_NUMBER};
+    exchange(bytes, sizeof bytes);
+    memcpy(number, bytes + BEFORE_NUMBER, FLASH_NUMBER_BYTES);
+}
 
 void flash_erase(uint32_t at) { command(ERASE_SECTOR, at, 0, ADDRESSED); }
 
