@@ -45,7 +45,7 @@ def command(
     open it. A Nano takes the Uno's firmware, and is tried with its old bootloader and its new one.
 
     A Pico takes the file from a drive, which it shows when its button BOOTSEL is held while USB is
-    connected. With --port, the serial adapter at its pins, the board is then asked who it is.
+    connected. With --port, its serial port once it runs, the board is then asked who it is.
 
     Switch the motor's supply off meanwhile: pull-downs keep the bridge open through the bootloader,
     if they are there.
@@ -80,7 +80,6 @@ def _by_avrdude(path: Path, port: str, board: str, dry_run: bool) -> int | None:
 def _to_drive(path: Path, drive: Path | None, port: str | None, dry_run: bool) -> int | None:
     import shlex
 
-    from motorid.acquire.ports import who_answers
     from motorid.workflow import flash_drive
 
     if dry_run:
@@ -90,5 +89,5 @@ def _to_drive(path: Path, drive: Path | None, port: str | None, dry_run: bool) -
     click.echo(f"flashing {path} ...", err=True)
     click.echo(f"copied to {flash_drive.flash(path, drive)}: the Pico restarts by itself")
     if port is not None:
-        click.echo(who_answers(port))
+        click.echo(flash_drive.await_board(port))
     return EXIT_DONE

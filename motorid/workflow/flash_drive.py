@@ -9,9 +9,11 @@ import os
 import string
 import struct
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from motorid.acquire.ports import who_answers
 from motorid.errors import DataError, LinkError, UsageError
 from motorid.limits import FIRMWARE
 from motorid.reading import read_file
@@ -28,6 +30,7 @@ FIRMWARE_NAME = b"motorid-pico"
 INFO_FILE = "INFO_UF2.TXT"
 BOARD_ID = "Board-ID: RPI-RP2"
 INFO_BYTES = 4096
+RESTARTS_S, POLL_S = 10.0, 0.5
 HOLD = (
     "hold its button BOOTSEL while you connect its USB, and let it go: it then shows as a drive "
     "named RPI-RP2"
@@ -136,6 +139,21 @@ def target(path: Path, drive: Path | None) -> Path:
     if not is_drive(folder):
         raise UsageError(f"{on_one_line(str(folder))} is not a Pico's boot drive: {HOLD}")
     return folder / path.name
+
+
+def await_board(port: str) -> str:
+    """Who answers on the port, which appears some time after the board has restarted.
+
+    Raises LinkError where nobody does.
+    """
+    until = time.monotonic() + RESTARTS_S
+    while True:
+        try:
+            return who_answers(port)
+        except LinkError:
+            if time.monotonic() >= until:
+                raise
+        time.sleep(POLL_S)
 
 
 def flash(path: Path, drive: Path | None) -> Path:

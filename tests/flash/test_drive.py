@@ -175,6 +175,33 @@ def test_a_drive_that_takes_nothing_is_one_sentence(
     assert "cannot be written" in said
 
 
+def test_the_board_is_asked_as_soon_as_its_port_is_there(
+    image: Path, drive: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tries = iter([LinkError("no such port"), LinkError("no such port"), None])
+
+    def who(port: str) -> str:
+        if error := next(tries):
+            raise error
+        return f"{port} answers"
+
+    monkeypatch.setattr(flash_drive, "who_answers", who)
+    monkeypatch.setattr(flash_drive, "POLL_S", 0.0)
+    words = ("--board", "pico", "--hex", str(image), "--drive", str(drive), "--port", "/dev/x")
+    assert run(["flash", *words]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "/dev/x answers"
+
+
+def test_a_board_that_never_answers_is_one_sentence(
+    image: Path, drive: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(flash_drive, "RESTARTS_S", 0.0)
+    words = ("--board", "pico", "--hex", str(image), "--drive", str(drive))
+    code, said = failing(capsys, *words, "--port", str(drive / "no-port"))
+    assert code == 3
+    assert "no-port" in said
+
+
 @pytest.mark.parametrize(
     ("words", "says"),
     [
