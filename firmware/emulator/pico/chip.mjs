@@ -145,6 +145,7 @@ export class Chip extends RP2040 {
   noteOpening() {
     if (INPUTS.some((pin) => this.isFree(pin)) || this.isOff) return;
     this.isOff = true;
+    if (!this.world.active) return; // nothing was high
     this.times.opened = Math.max(this.times.opened, this.sinceWindow());
     this.times.openings++;
     this.world.open(this.clock.nanos);

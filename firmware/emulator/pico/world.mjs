@@ -72,9 +72,13 @@ export class World {
     return this.cut < 0 ? this.inputs : OFF;
   }
 
+  get active() {
+    return !equal(this.shown, OFF);
+  }
+
   // All inputs fall now, or have gone with a reset. The stretch ends with its period.
   open(now) {
-    if (equal(this.shown, OFF)) return;
+    if (!this.active) return;
     if (now < this.end) {
       this.cut = now;
       this.#shorten(now);

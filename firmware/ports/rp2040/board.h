@@ -38,8 +38,9 @@ void bridge_brake(void);
 void bridge_drive(int16_t level, uint8_t decay);
 /* Once a window: what was opened may close again as soon as a PWM period has begun since. */
 void bridge_settle(void);
-/* The driver reports a fault, and has been enabled for a window. Once a window. */
+/* The driver reports a fault, or has since this was last asked. Once a window. */
 bool bridge_complains(void);
+void bridge_fault_interrupt(void);
 
 /* ---- encoder.c */
 void encoder_begin(void);

@@ -24,6 +24,7 @@ enum { INVERTED = 3 << 2, RUNS = 1 << 0 };
 static volatile bool forced;         /* the overrides hold all inputs low */
 static volatile bool wants_to_close; /* and a step has asked for an enabled bridge since */
 static volatile bool enabled;        /* by what was asked for last */
+static volatile bool complained;     /* the driver, by its fault output */
 static volatile uint8_t driver = WIRE_BRIDGE_MOSFET;
 
 static void for_all_inputs(uint32_t control) {
@@ -57,6 +58,7 @@ void bridge_begin(void) {
         REG(PWM_CTR(slice)) = 0;
     }
     REG(PWM_EN) = BIT(LEVEL_SLICE) | BIT(ENABLE_SLICE);
+    REG(NVIC_ENABLE) = BIT(IRQ_PINS); /* of the samples' priority, as reset left it */
 }
 
 void bridge_open(void) {
@@ -114,9 +116,27 @@ void bridge_drive(int16_t level, uint8_t decay) {
     keep(true);
 }
 
+/* ------------------------------------------------------------------ the driver's fault output
+ * Low is a fault, and only while the bridge is enabled: drivers that share one pin for both pull it low when they
+ * are off, too. Its fall opens the bridge at once, and once a window, so that a line that chatters starves nobody;
+ * a level that was there before the bridge closed is found at a window's end. */
+
+static bool is_complaining(void) { return enabled && !(REG(SIO_GPIO_IN) & BIT(FAULT_PIN)); }
+
+void bridge_fault_interrupt(void) {
+    REG(GPIO_EDGES(FAULT_PIN)) = GPIO_FELL(FAULT_PIN);
+    if (is_complaining()) {
+        bridge_open();
+        complained = true;
+        REG(GPIO_INTERRUPTS(FAULT_PIN)) = 0; /* of no other pin */
+    }
+}
+
 bool bridge_complains(void) {
     static bool was_enabled; /* a window ago: a line that shares the pin has risen since */
-    const bool complains = enabled && was_enabled && !(REG(SIO_GPIO_IN) & BIT(FAULT_PIN));
+    const bool found = complained || (was_enabled && is_complaining());
     was_enabled = enabled;
-    return complains;
+    complained = false;
+    REG(GPIO_INTERRUPTS(FAULT_PIN)) = GPIO_FELL(FAULT_PIN);
+    return found;
 }

@@ -50,6 +50,10 @@ enum { FUNCTION_UART = 2, FUNCTION_PWM = 4, FUNCTION_SIO = 5, FUNCTION_NONE = 31
 enum { OUTPUT_LOW = 2 << 8 };                        /* OUTOVER */
 enum { PAD_INPUT = 1 << 6, PAD_UP = 1 << 3, PAD_DOWN = 1 << 2, PAD_SCHMITT = 1 << 1, PAD_4_MA = 1 << 4,
        PAD_OUTPUT_OFF = 1 << 7 };
+/* Of a pin four bits in a register of eight pins. */
+#define GPIO_EDGES(pin) (0x400140F0u + 4u * ((pin) / 8u))
+#define GPIO_INTERRUPTS(pin) (0x40014100u + 4u * ((pin) / 8u))
+#define GPIO_FELL(pin) BIT(4u * ((pin) % 8u) + 2u)
 #define SIO_GPIO_IN 0xD0000004u
 #define QSPI_SELECT_CTRL 0x4001800Cu /* of the flash chip */
 #define FLASH_UNCACHED 0x13000000u
@@ -125,6 +129,6 @@ enum { UART_RX_EMPTY = 4, UART_TX_FULL = 5 };
 #define NVIC_ENABLE 0xE000E100u
 #define NVIC_PRIORITY(irq) (0xE000E400u + ((irq) & ~3u))
 #define VECTOR_TABLE 0xE000ED08u
-enum { IRQ_DMA_0 = 11, IRQ_UART_0 = 20 };
+enum { IRQ_DMA_0 = 11, IRQ_PINS = 13, IRQ_UART_0 = 20 };
 
 #endif
