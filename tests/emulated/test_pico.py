@@ -10,7 +10,7 @@ import pytest
 
 from motorid.capture import store
 from motorid.sim.motor import find_motor
-from motorid.wire.enums import Fault, Mode, ResetCause, State
+from motorid.wire.enums import Channel, Fault, Mode, ResetCause, State
 from motorid.workflow.record import bench, bursting, capture_runs
 from tests.conformance.boards import ROOT, opened, pico_lacks
 from tests.conformance.client import Client
@@ -22,6 +22,8 @@ OPENS_WITHIN_S = 20e-6  # from the end of the window that showed the limit passe
 TICK_AFTER_S = 40e-6  # from a window's end to the tick of its sample
 WATCHDOG_S = 0.2
 EDGES_HZ = 1e6
+DUTY_STEPS = 6250
+SURE = 2.0  # standard uncertainties: 95 %
 
 
 @pytest.fixture(autouse=True)
@@ -113,6 +115,28 @@ def test_a_supply_beyond_its_limits_opens_the_bridge_within_20_us(
     assert Fault(record.one("fault")["fault"]) is fault
     assert times["openings"] == 1
     assert 0 < times["opened"] <= OPENS_WITHIN_S
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_two_volts_of_a_large_supply_read_as_two_volts(seed: int) -> None:
+    """A sampling that is locked to the PWM reads a small duty as half as much again."""
+    with opened("pico", motor=MOTOR, seed=seed) as board:
+        client = Client(board.port)
+        client.bring_up()
+        emulator(client).set("locked", 1.0)
+        bus = emulator(client).facts()["bus"]
+        duty = round(2.0 / bus * DUTY_STEPS) / DUTY_STEPS
+        record = client.start(client.drive(600, duty))
+        client.wait(client.seconds(500))
+        truth = emulator(client).facts()
+        client.follow(record)
+    descriptor = client.descriptors[Channel.TERMINAL_VOLTAGE]
+    raw = record.channel(Channel.TERMINAL_VOLTAGE)[400:600]
+    shown = client.value(Channel.TERMINAL_VOLTAGE, float(raw.mean()))
+    lost = 2 * find_motor(MOTOR)[1].switch_resistance_ohm * truth["current"]
+    zero = descriptor["offset_uncertainty"] * descriptor["scale"]
+    declared = (zero**2 + (descriptor["gain_uncertainty"] * shown) ** 2) ** 0.5
+    assert abs(shown - (duty * truth["bus"] - lost)) <= SURE * declared
 
 
 def test_a_sample_is_done_before_its_tick(client: Client) -> None:

@@ -78,7 +78,7 @@ uint8_t reset_cause(void) {
     if (power & BIT(HAD_RUN)) {
         return WIRE_RESET_CAUSE_EXTERNAL;
     }
-    return power & BIT(HAD_POR) ? WIRE_RESET_CAUSE_POWER_ON : WIRE_RESET_CAUSE_UNKNOWN;
+    return (power & BIT(HAD_POR)) ? WIRE_RESET_CAUSE_POWER_ON : WIRE_RESET_CAUSE_UNKNOWN;
 }
 
 /* A count in the scratch register, and noise of the ring oscillator where there is none. */

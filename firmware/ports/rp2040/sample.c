@@ -140,7 +140,7 @@ void sampling_interrupt(void) {
     struct reading now;
     now.position = encoder_read();
     const uint32_t over = REG(DMA_INTS0) & (BIT(0) | BIT(1));
-    const uint32_t channel = over & BIT(0) ? 0 : 1;
+    const uint32_t channel = (over & BIT(0)) ? 0 : 1;
     REG(DMA_INTS0) = over;
     REG(DMA_WRITE(channel)) = (uint32_t)(uintptr_t)window[channel];
     if (failed || over == (BIT(0) | BIT(1)) || (REG(ADC_FCS) & BIT(ADC_OVER))) {
