@@ -37,7 +37,7 @@ TRAITS = {
 TRIED = {
     "uno-clang": ("configure", "fast_burst", "link", "requests", "safety", "trips", "zero"),
     "pico": ("configure", "fast_burst", "features", "front_end", "requests", "trips"),
-    "pico-usb": ("fast_burst", "small_print"),
+    "pico-usb": ("small_print",),
 }
 EMULATED = (
     "uno",

@@ -93,7 +93,12 @@ def case(board: str, what: Any) -> Any:
     return pytest.param((board, what), marks=marks, id=f"{board}-{what}")
 
 
-@pytest.fixture(params=[case(board, driver) for board in TIMERS for driver in DRIVERS])
+CASES = [case("uno", driver) for driver in DRIVERS]
+# whose firmware does not tell bipolar from mosfet
+CASES += [case("pico", driver) for driver in DRIVERS if driver != "bipolar"]
+
+
+@pytest.fixture(params=CASES)
 def rig(request: pytest.FixtureRequest) -> Iterator[Rig]:
     board, driver = request.param
     skip_without(board)
@@ -206,12 +211,11 @@ def test_in_in_drives_for_the_ticks_it_is_told(board_and_ticks: tuple[str, int])
 
 @pytest.mark.slow
 @pytest.mark.parametrize("crash", ["fault", "hang"])
-@pytest.mark.parametrize("driver", ["in_in", "pwm_dir_bare"])
-def test_a_crash_of_a_pico_makes_all_inputs_low(driver: str, crash: str) -> None:
+def test_a_crash_of_a_pico_makes_all_inputs_low(crash: str) -> None:
     """At once, where the processor still does anything; the watchdog ends a hang."""
     skip_without("pico")
     with ExitStack() as stack:
-        rig = Rig("pico", driver, stack)
+        rig = Rig("pico", "in_in", stack)
         rig.client.start(rig.client.drive(4000, -DUTY))
         rig.client.wait(0.03)
         assert rig.shows("reverse")

@@ -20,7 +20,7 @@ STORES_S = 1.5  # docs/protocol.md
 NEAR = 0.02
 HELD = dict(load_front_end("pico-ina240").facts)
 # from the first erasure of a sector (45 ms) to the last byte
-MOMENTS_S = (0.001, 0.02, 0.0445, 0.046, 0.05, 0.06, 0.065, 0.07, 0.072, 0.074, 0.08)
+MOMENTS_S = (0.001, 0.0445, 0.046, 0.06, 0.072, 0.08)
 
 
 @pytest.fixture(autouse=True)
