@@ -37,7 +37,9 @@ CHIPS = {"uno": "atmega328p", "mega": "atmega2560"}
 PICO = "pico"
 BOARDS = (*CHIPS, PICO)
 COMPILERS = ("gcc", "clang")
-OWN = ("shunt", "divider", "defines", "compiler", "boot", "driver")  # options of emu:// alone
+LINKS = ("uart", "usb")
+# options of emu:// alone
+OWN = ("shunt", "divider", "defines", "compiler", "boot", "driver", "link")
 SHUNTS_OHM = (0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005)
 DIVIDERS = (4, 8, 16)
 SHUNT_GAIN = 20.0
@@ -94,6 +96,7 @@ class Setting:
     compiler: str = "gcc"  # or clang, the second one
     boot: str = ""  # a bootloader's hex file, which runs first
     driver: str = "mosfet"  # of the bridge: a name of the wire's
+    link: str = "uart"  # or usb, a Pico's
 
 
 def parse(url: str) -> Setting:
@@ -130,8 +133,11 @@ def parse(url: str) -> Setting:
     driver = own.get("driver", "mosfet")
     if driver.upper() not in Bridge.__members__:
         raise UsageError(f"{url}: driver is one of {', '.join(Bridge.__members__).lower()}")
+    link = own.get("link", LINKS[0])
+    if link not in LINKS or (link == "usb" and board != PICO):
+        raise UsageError(f"{url}: link is uart, or with a pico usb")
     defines, boot = own.get("defines", ""), own.get("boot", "")
-    return Setting(board, options, shunt, divider, defines, compiler, boot, driver)
+    return Setting(board, options, shunt, divider, defines, compiler, boot, driver, link)
 
 
 # ---------------------------------------------------------------- building
@@ -261,7 +267,8 @@ def command(setting: Setting) -> list[str]:
     emulator, image = build(setting)
     pairs = [f"{name}={float(value)!r}" for name, value in parameters(setting).items()]
     if setting.board == PICO:
-        return [str(emulator), *pairs, "--", "node", str(ROOM / "pico" / "pico.mjs"), str(image)]
+        chip = ["node", str(ROOM / "pico" / "pico.mjs"), str(image), setting.link]
+        return [str(emulator), *pairs, "--", *chip]
     return [str(emulator), str(image), CHIPS[setting.board], setting.boot, *pairs]
 
 
@@ -330,6 +337,11 @@ class Emulator:
     def facts(self) -> dict[str, Any]:
         """Pins, motor and processor as they are now."""
         found: dict[str, Any] = json.loads(self._ask(b"G"))
+        return found
+
+    def usb(self) -> dict[str, Any]:
+        """What the host at a Pico's USB was told: both descriptors, and maker, name and number."""
+        found: dict[str, Any] = json.loads(self._ask(b"U"))
         return found
 
     def times(self) -> dict[str, Any]:

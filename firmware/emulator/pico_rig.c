@@ -14,6 +14,7 @@
  *
  * Times are cycles of the board's clock. Little-endian, as the machine is.
  */
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,9 +29,9 @@ static const int INPUTS[] = {CURRENT, TERMINAL_A, SUPPLY}; /* by the converter's
 enum { INPUT_COUNT = sizeof INPUTS / sizeof *INPUTS };
 
 struct stretch {
-    double begin, end, cut;  /* cut: enable falls; below 0: it does not */
+    double begin, end, cut;  /* cut: all inputs of the driver fall; below 0: they do not */
     double first;            /* conversion begins */
-    int32_t a, b;            /* ticks that each level is high, from a period's beginning */
+    struct wave a, b;        /* in each period */
     int32_t enable;
     uint32_t conversions, input; /* how many, of which input the first */
 };
@@ -74,21 +75,32 @@ static void pass(struct world *w, uint64_t until) {
     }
 }
 
+static void drive(struct world *w, int enable, struct wave a, struct wave b) {
+    const enum driver kind = (enum driver)w->rig.par.driver;
+    rig_enable(&w->rig, w->rig.at, driver_closes(kind, enable, a, b));
+    rig_period(&w->rig, w->rig.at, driver_level(kind, a, b, PWM_TICKS));
+}
+
+static bool is_cut(const struct world *w, const struct stretch *p) {
+    return p->cut >= 0.0 && (double)w->rig.at >= p->cut;
+}
+
 static void pass_or_cut(struct world *w, const struct stretch *p, uint64_t until) {
-    if (p->cut >= (double)w->rig.at && p->cut <= (double)until && w->rig.enabled) {
+    const struct wave low = {0, 0};
+    if (p->cut >= (double)w->rig.at && p->cut <= (double)until) {
         pass(w, (uint64_t)p->cut);
-        rig_enable(&w->rig, w->rig.at, 0);
+        drive(w, 0, low, low);
     }
     pass(w, until);
 }
 
 /* PWM periods begin all the way. */
 static void pass_periods(struct world *w, const struct stretch *p, double until, double *next_period) {
-    const struct wave a = {0, p->a}, b = {0, p->b};
-    const int level = driver_level((enum driver)w->rig.par.driver, a, b, PWM_TICKS);
     for (; *next_period <= until && *next_period < p->end; *next_period += PWM_TICKS) {
         pass_or_cut(w, p, (uint64_t)*next_period);
-        rig_period(&w->rig, w->rig.at, level);
+        if (!is_cut(w, p)) {
+            drive(w, p->enable, p->a, p->b);
+        }
     }
     pass_or_cut(w, p, (uint64_t)until);
 }
@@ -97,7 +109,6 @@ static void run(struct world *w, const struct stretch *p) {
     double next_period = p->begin;
     edge_count = 0;
     pass(w, (uint64_t)p->begin);
-    rig_enable(&w->rig, w->rig.at, p->enable);
     for (uint32_t n = 0; n < p->conversions; n++) {
         const double at = p->first + (double)n * CONVERSION;
         pass_periods(w, p, at, &next_period);
@@ -163,7 +174,7 @@ static int tell(void) {
     const struct rig *const r = &then.rig;
     const uint32_t length = (uint32_t)snprintf(
         text, sizeof text,
-        "{\"enabled\": %d, \"level\": %d, \"current\": %.9g, \"speed\": %.9g, \"count\": %lld, \"bus\": %.9g}",
+        "{\"closed\": %d, \"level\": %d, \"current\": %.9g, \"speed\": %.9g, \"count\": %lld, \"bus\": %.9g}",
         r->enabled, r->level, r->plant.current, r->plant.speed, then.count, r->plant.bus);
     fwrite(&length, sizeof length, 1, told);
     fwrite(text, 1, length, told);

@@ -1,4 +1,4 @@
-"""Puts the firmware on a board by avrdude, while no capture holds its port."""
+"""Puts the firmware on an Arduino by avrdude, while no capture holds its port."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Chip:
     """What avrdude must know of a board, and the bytes that its bootloader leaves.
 
     ``bauds``: of the bootloaders that it is sold with, in the order in which they are tried.
-    ``firmware``: whose file it takes.
+    ``firmware``: the board whose file it takes.
     """
 
     part: str
@@ -41,17 +41,19 @@ CHIPS = {
     "nano": Chip("atmega328p", "arduino", (57600, 115200), 30720, "uno"),  # the Uno's, pin for pin
     "mega": Chip("atmega2560", "wiring", (115200,), 253952, "mega"),
 }
+PICO = "pico"  # which avrdude knows nothing of: flash_drive.py
 
 
 def firmware_file(board: str) -> Path:
     """The firmware that came with motorid, or that a working copy has built. Raises UsageError."""
+    name = "motorid-pico.uf2" if board == PICO else f"motorid-{CHIPS[board].firmware}.hex"
     for folder in FOLDERS:
-        path = folder / f"motorid-{CHIPS[board].firmware}.hex"
+        path = folder / name
         if path.is_file():
             return path
     raise UsageError(
         f"no firmware for the board {board} is here: build it with `make -C firmware hex`, or name "
-        f"the release's motorid-{CHIPS[board].firmware}.hex with --hex"
+        f"the release's {name} with --hex"
     )
 
 

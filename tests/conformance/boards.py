@@ -25,6 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FIRMWARE = ROOT / "firmware"
 HOST_PORT = FIRMWARE / "ports" / "host"
 FACTS_AT, SLOT_BYTES = 64, 67  # in an AVR board's EEPROM: firmware/ports/avr/memory.c
+JOURNAL_AT = 0x1FE000  # in a Pico's flash: firmware/ports/rp2040/journal.c
 STRETCH = 16  # samples by which a lock-stepped board moves while nothing has arrived
 
 
@@ -332,9 +333,15 @@ class EmulatedBoard:
 
 
 class EmulatedPico(EmulatedBoard):
-    """The same of a Raspberry Pi Pico, whose front end is the firmware's own."""
+    """The same of a Raspberry Pi Pico. "pico-usb" is linked by its own USB."""
 
-    traits = EmulatedBoard.traits - {"memory"}
+    def __init__(self, name: str, **options: Any) -> None:
+        over = {"link": "usb"} if name == "pico-usb" else {}
+        super().__init__("pico", **over, **options)
+        self.name = name
+
+    def spoil(self) -> None:
+        self.port.board.set("spoil", JOURNAL_AT)  # of the first sector that is ever used
 
     def reset(self, cause: int) -> None:
         self.port.board.set("reset", float(cause))
@@ -371,7 +378,8 @@ class DeviceBoard:
         self.port.close()
 
 
-NAMES = ("sim", "host", "uno", "mega", "uno-clang", "pico", "device")
+PICOS = ("pico", "pico-usb")
+NAMES = ("sim", "host", "uno", "mega", "uno-clang", *PICOS, "device")
 
 
 def open_board(name: str, device: str | None, **options: Any) -> Board:
@@ -383,9 +391,9 @@ def open_board(name: str, device: str | None, **options: Any) -> Board:
     if name == "device":
         assert device is not None, "its cases are deselected without --device PORT"
         return DeviceBoard(device)
-    if lack := pico_lacks() if name == "pico" else emulator_lacks(compiled(name)[1]):
+    if lack := pico_lacks() if name in PICOS else emulator_lacks(compiled(name)[1]):
         pytest.skip(f"no emulated {name}: {lack}")
-    return (EmulatedPico if name == "pico" else EmulatedBoard)(name, **options)
+    return (EmulatedPico if name in PICOS else EmulatedBoard)(name, **options)
 
 
 @contextlib.contextmanager

@@ -27,6 +27,7 @@ TRAITS = {
     "mega": EmulatedBoard.traits,
     "uno-clang": EmulatedBoard.traits,
     "pico": EmulatedPico.traits,
+    "pico-usb": EmulatedPico.traits,
     "device": DeviceBoard.traits,
 }
 
@@ -35,9 +36,16 @@ TRAITS = {
 # The Pico passes the whole suite; modules that ask the shared core alone are left to the others.
 TRIED = {
     "uno-clang": ("configure", "fast_burst", "link", "requests", "safety", "trips", "zero"),
-    "pico": ("configure", "fast_burst", "features", "requests", "trips"),
+    "pico": ("configure", "fast_burst", "features", "front_end", "requests", "trips"),
+    "pico-usb": ("small_print",),
 }
-EMULATED = ("uno", "mega", "uno-clang", "pico")  # a processor simulated instruction by instruction
+EMULATED = (
+    "uno",
+    "mega",
+    "uno-clang",
+    "pico",
+    "pico-usb",
+)  # a processor simulated instruction by instruction
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

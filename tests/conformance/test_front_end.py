@@ -101,6 +101,7 @@ def test_stored_facts_hold_at_once_and_after_a_reset(client: Client, board: Boar
 def test_descriptors_follow_the_facts(client: Client) -> None:
     stores(client)
     before = dict(client.descriptors)
+    firmwares = facts_of(client)
     assert write(client, **HALL) is Status.OK
     client.bring_up()
     current = client.descriptors[Channel.CURRENT]
@@ -113,8 +114,14 @@ def test_descriptors_follow_the_facts(client: Client) -> None:
     assert supply["scale"] == pytest.approx(5.0 / 2.0 ** supply["bits"] * 6.0, rel=1e-5)
     assert supply["offset"] == pytest.approx(0.3125 / count_v, rel=1e-5)
     assert volts["scale"] == pytest.approx(5.0 / 2.0 ** volts["bits"] * 8.0, rel=1e-5)
-    assert current["gain_uncertainty"] == pytest.approx(900e-5, rel=1e-5)
-    assert volts["gain_uncertainty"] == pytest.approx(300e-5, rel=1e-5)
+    for new, old, name in (
+        (current, before[Channel.CURRENT], "current_gain_uncertainty"),
+        (volts, before[Channel.TERMINAL_VOLTAGE], "voltage_gain_uncertainty"),
+    ):
+        # the board's own share, of its converter, stays
+        own_squared = old["gain_uncertainty"] ** 2 - (firmwares[name] * 1e-5) ** 2
+        parts_squared = new["gain_uncertainty"] ** 2 - own_squared
+        assert parts_squared == pytest.approx((HALL[name] * 1e-5) ** 2, rel=1e-4)
     own = before[Channel.CURRENT]["offset_uncertainty"]
     zero = 150e-4 / count_v
     assert current["offset_uncertainty"] == pytest.approx(math.hypot(own, zero), rel=1e-3)

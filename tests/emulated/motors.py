@@ -15,6 +15,7 @@ NAMES = ("R", "L", "K", "B", "J", "T0")
 MOST = {"R": 0.02, "L": 0.05, "K": 0.02, "B": 0.05, "J": 0.02, "T0": 0.05}
 COUNTS_PER_TURN = 256
 SURE = 1.96
+MOST_A = 50.0  # that any board accepts as a limit
 EXACT = "&gain_error=0&voltage_gain_error=0&offset_error=0&clock_ppm=0&noise=0.3"
 
 
@@ -56,7 +57,7 @@ bridge_resistance_uncertainty_ohm = {0.2 * m.switch_resistance_ohm}
 voltage_sense = "terminals"
 supply_voltage_v = {m.supply_v}
 [limits]
-current_a = {1.05 * m.supply_v / m.resistance_ohm:.3f}
+current_a = {min(1.05 * m.supply_v / m.resistance_ohm, MOST_A):.3f}
 speed_rad_s = {1.05 * m.supply_v / m.torque_constant_nm_a:.1f}
 supply_min_v = {0.66 * m.supply_v:.2f}
 supply_max_v = {1.2 * m.supply_v:.2f}

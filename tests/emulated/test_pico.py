@@ -10,7 +10,7 @@ import pytest
 
 from motorid.capture import store
 from motorid.sim.motor import find_motor
-from motorid.wire.enums import Fault, Mode, ResetCause, State
+from motorid.wire.enums import Channel, Fault, Mode, ResetCause, State
 from motorid.workflow.record import bench, bursting, capture_runs
 from tests.conformance.boards import ROOT, opened, pico_lacks
 from tests.conformance.client import Client
@@ -22,6 +22,8 @@ OPENS_WITHIN_S = 20e-6  # from the end of the window that showed the limit passe
 TICK_AFTER_S = 40e-6  # from a window's end to the tick of its sample
 WATCHDOG_S = 0.2
 EDGES_HZ = 1e6
+PERIOD_S = 50e-6
+READS_WITHIN_V = 0.05
 
 
 @pytest.fixture(autouse=True)
@@ -95,6 +97,48 @@ def test_an_over_current_opens_the_bridge_within_20_us(client: Client, current_m
     assert 0 < times["opened"] <= OPENS_WITHIN_S
 
 
+@pytest.mark.parametrize(
+    ("supply_v", "fault"), [(14.0, Fault.SUPPLY_LOW), (34.0, Fault.SUPPLY_HIGH)]
+)
+def test_a_supply_beyond_its_limits_opens_the_bridge_within_20_us(
+    client: Client, supply_v: float, fault: Fault
+) -> None:
+    record = client.start(
+        client.drive(2000, 0.5), supply_min_mv=18_000, supply_max_mv=30_000, host_silence_ms=5000
+    )
+    client.wait(0.02)
+    board = emulator(client)
+    board.times()
+    board.set("supply", supply_v)
+    client.follow(record)
+    times = board.times()
+    assert Fault(record.one("fault")["fault"]) is fault
+    assert times["openings"] == 1
+    assert 0 < times["opened"] <= OPENS_WITHIN_S
+
+
+@pytest.mark.parametrize("volts", [2.0, -2.0])
+def test_two_volts_of_a_large_supply_read_as_what_the_motor_gets(volts: float) -> None:
+    """A sampling that is locked to the PWM reads a small duty as half as much again."""
+    exact = {"voltage_gain_error": 0, "offset_error": 0, "heating": 0, "ambient": 25}
+    with opened("pico", motor=MOTOR, **exact) as board:
+        client = Client(board.port)
+        client.bring_up()
+        emulator(client).set("locked", 1.0)
+        record = client.start(client.drive(600, volts / emulator(client).facts()["bus"]))
+        client.wait(client.seconds(500))
+        amperes = []
+        for _ in range(20):  # all over a PWM period, for the current ripples
+            client.wait(PERIOD_S / 20)
+            amperes.append(emulator(client).facts()["current"])
+        client.follow(record)
+    truth = find_motor(MOTOR)[1].resistance_ohm * sum(amperes) / len(amperes)
+    raw = record.channel(Channel.TERMINAL_VOLTAGE)[400:600]
+    shown = client.value(Channel.TERMINAL_VOLTAGE, float(raw.mean()))
+    assert 0.9 * abs(volts) < abs(truth) < abs(volts)  # dead time and switches take the rest
+    assert abs(shown - truth) <= READS_WITHIN_V
+
+
 def test_a_sample_is_done_before_its_tick(client: Client) -> None:
     """With volts held, every check of minor 3 and a fast encoder."""
     board = emulator(client)
@@ -135,6 +179,25 @@ def test_a_hard_fault_opens_the_bridge_at_once(client: Client) -> None:
     client.wait(20e-6)
     assert not emulator(client).facts()["enabled"]
     assert greet_again(client)["reset_cause"] is ResetCause.WATCHDOG
+
+
+@pytest.mark.parametrize("left", [0, 16, 28])
+def test_a_stack_that_reaches_its_bottom_opens_the_bridge_within_two_windows(
+    client: Client, left: int
+) -> None:
+    begin(client)
+    emulator(client).set("deep", left)
+    client.wait(300e-6)
+    assert not emulator(client).facts()["enabled"]
+    assert greet_again(client)["reset_cause"] is ResetCause.WATCHDOG
+
+
+def test_a_stack_that_stays_above_is_no_fault(client: Client) -> None:
+    begin(client)
+    emulator(client).set("deep", 32)
+    client.wait(0.01)
+    assert emulator(client).facts()["enabled"]
+    assert emulator(client).facts()["resets"] == 0
 
 
 def test_a_start_without_a_reset_becomes_a_reset(client: Client) -> None:

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from motorid.workflow import flash
+from motorid.workflow import flash, flash_drive
 from tests.load.pty import ROOT
 
 pytestmark = [pytest.mark.slow, pytest.mark.long]
 
-BUILT = ("motorid-uno.hex", "motorid-mega.hex")
+BUILT = ("motorid-uno.hex", "motorid-mega.hex", "motorid-pico.uf2")
+TOOLS = ("make", "avr-gcc", "arm-none-eabi-gcc")
 
 
 def build(folder: Path) -> Path:
@@ -31,8 +32,9 @@ def build(folder: Path) -> Path:
 @pytest.fixture(scope="module")
 def builds(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """Two, from folders whose names differ in length."""
-    if not shutil.which("make") or not shutil.which("avr-gcc"):
-        pytest.skip("no C compiler avr-gcc: the boards' firmware is not built")
+    for tool in TOOLS:
+        if not shutil.which(tool):
+            pytest.skip(f"no C compiler {tool}: the boards' firmware is not built")
     names = ("here", "somewhere else quite Ω".replace(" ", "_"))
     first, second = (build(tmp_path_factory.mktemp(name)) for name in names)
     return first, second
@@ -60,7 +62,16 @@ def test_the_file_is_the_firmware_that_the_emulated_board_runs(builds: tuple[Pat
         assert image == binary.read_bytes()
 
 
+def test_the_picos_file_holds_what_its_linker_made(builds: tuple[Path, Path]) -> None:
+    data = flash_drive.check_firmware(builds[0] / "motorid-pico.uf2")
+    linked = (builds[0].parent / "pico" / "motorid-pico.bin").read_bytes()
+    # between them stands the CRC of the second boot stage
+    assert flash_drive.read_uf2(data)[256 : len(linked)] == linked[256:]
+
+
 def test_no_path_is_in_the_file(builds: tuple[Path, Path]) -> None:
     for name in BUILT:
-        assert b"/" + b"here" not in flash.read_hex((builds[0] / name).read_text())
-        assert str(builds[0]).encode() not in flash.read_hex((builds[0] / name).read_text())
+        data = (builds[0] / name).read_bytes()
+        read = flash_drive.read_uf2(data) if name.endswith("uf2") else flash.read_hex(data.decode())
+        assert b"/" + b"here" not in read
+        assert str(builds[0]).encode() not in read

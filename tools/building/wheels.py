@@ -26,7 +26,8 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 ZIG = ROOT / "build" / "zig"
 LOCK = ROOT / "locks" / "zig.txt"
 MODULES = ("motorid/motor/_batch", "motorid/motor/_response", "motorid/sim/_plant")
-FIRMWARE = ("motorid-mega.hex", "motorid-uno.hex", "SHA256SUMS")
+FIRMWARE = ("motorid-mega.hex", "motorid-pico.uf2", "motorid-uno.hex", "SHA256SUMS")
+COMPILERS = ("avr-gcc", "arm-none-eabi-gcc")
 OLDEST_GLIBC = (2, 17)  # of the wheels' tag
 WINDOWS_HAS = re.compile(r"python3\.dll|kernel32\.dll|api-ms-win-crt-[\w-]+\.dll", re.IGNORECASE)
 MACOS_HAS = re.compile(r"/usr/lib/libSystem\.B\.dylib")
@@ -124,8 +125,8 @@ def get_zig() -> None:
 
 
 def get_firmware() -> str:
-    """Builds the boards' images where avr-gcc is. A sentence where there are none to pack."""
-    if shutil.which("avr-gcc"):
+    """Builds the boards' images where their compilers are. A sentence where some are absent."""
+    if all(map(shutil.which, COMPILERS)):
         words = ["make", "-C", "firmware", "hex"]
         done = subprocess.run(words, cwd=ROOT, capture_output=True, text=True)
         if done.returncode:
@@ -134,7 +135,10 @@ def get_firmware() -> str:
     absent = [name for name in FIRMWARE if not (release / name).is_file()]
     if not absent:
         return ""
-    return f"the wheels have no firmware ({', '.join(absent)}): install gcc-avr and avr-libc"
+    return (
+        f"the wheels lack firmware ({', '.join(absent)}): install gcc-avr, avr-libc, "
+        "gcc-arm-none-eabi and libnewlib-arm-none-eabi"
+    )
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -2,6 +2,8 @@
 // docs/firmware.md has the list. The firmware's image is the one that a Pico is flashed with.
 import { BasePeripheral, ConsoleLogger, LogLevel, RP2040 } from 'rp2040js';
 import { decodeBlock } from 'uf2';
+import { FlashInterface, FlashSelect } from './flash.mjs';
+import { LOW } from './world.mjs';
 
 export const BYTE_NS = 10_000; // of the UART: ten bits of 1 us
 const FLASH_AT = 0x10000000;
@@ -18,13 +20,18 @@ const UART_QUEUE = 32;
 const TX_FULL = 1 << 5;
 const FUNCTION_PWM = 4;
 const OVERRIDE_LOW = 2;
-export const ENABLE = 18;
+const ENABLE = 18;
 const LEVELS = [16, 17];
+const INPUTS = [...LEVELS, ENABLE];
+const PERIOD = 6250;
+const A_INVERTED = 1 << 2; // of a slice's CSR; the next bit is B's
 const ENCODER = [20, 21];
 const RESETS = 0x4000c;
 const WATCHDOG = 0x40058;
 const RING_OSCILLATOR = 0x40060;
 const CHIP_RESET = 0x40064;
+const FLASH_INTERFACE = 0x18000;
+const FLASH_PINS = 0x40018;
 
 // UF2 blocks as flash; the chip's boot ROM asks for the CRC.
 export function load(file) {
@@ -55,7 +62,7 @@ class Word extends BasePeripheral {
 }
 
 export class Chip extends RP2040 {
-  // `life`: what outlasts a reset: why it came, scratch registers, noise.
+  // `life`: what outlasts a reset: why it came, scratch registers, noise. `flash`: a FlashChip.
   constructor(clock, flash, world, life) {
     super(clock);
     this.logger = new ConsoleLogger(LogLevel.Error, false);
@@ -86,16 +93,14 @@ export class Chip extends RP2040 {
     return ((this.clock.nanos - this.started) % WINDOW_NS) * 1e-9;
   }
 
-  noteOpening() {
-    if (!this.world.enabled) return;
-    this.times.opened = Math.max(this.times.opened, this.sinceWindow());
-    this.times.openings++;
-  }
-
-  // There is no boot ROM: it would check the second stage, copy it to RAM and call it.
+  // There is no boot ROM: it would check the second stage, copy it to RAM and call it. What is written to the
+  // flash chip is to be read at addresses.
   boot(flash) {
-    this.flash.set(flash);
-    const stage = flash.subarray(0, BOOT_BYTES);
+    this.peripherals[FLASH_INTERFACE] = new FlashInterface(this, flash);
+    this.peripherals[FLASH_PINS] = new FlashSelect(this, flash);
+    this.flash.set(flash.bytes);
+    flash.bytes = this.flash.subarray(0, flash.bytes.length);
+    const stage = flash.bytes.subarray(0, BOOT_BYTES);
     const sum = new DataView(stage.buffer, stage.byteOffset).getUint32(BOOT_BYTES - 4, true);
     if (crc(stage.subarray(0, BOOT_BYTES - 4)) !== sum) throw new Error('the second boot stage has a wrong CRC');
     this.sram.set(stage, BOOT_AT - 0x20000000);
@@ -130,17 +135,21 @@ export class Chip extends RP2040 {
       slice.wrap = () => {
         this.pwm.intRaw |= 1 << slice.index;
         slice.updateDoubleBuffered();
-        if (slice === levels) this.beginPeriod(levels.cc, enable.cc);
+        if (slice === levels) this.beginPeriod(levels, enable);
       };
     }
-    const pin = this.gpio[ENABLE];
-    pin.checkForUpdates = () => {
-      if (!this.isFree(ENABLE)) {
-        this.noteOpening();
-        this.world.open(this.clock.nanos);
-        this.nextEdge();
-      }
-    };
+    for (const pin of INPUTS) this.gpio[pin].checkForUpdates = () => this.noteOpening();
+  }
+
+  // The bridge is open once all inputs of its driver are let go or forced low.
+  noteOpening() {
+    if (INPUTS.some((pin) => this.isFree(pin)) || this.isOff) return;
+    this.isOff = true;
+    if (!this.world.active) return; // nothing was high
+    this.times.opened = Math.max(this.times.opened, this.sinceWindow());
+    this.times.openings++;
+    this.world.open(this.clock.nanos);
+    this.nextEdge();
   }
 
   isFree(pin) {
@@ -149,10 +158,18 @@ export class Chip extends RP2040 {
   }
 
   beginPeriod(levels, enable) {
-    const ticks = [levels & 0xffff, levels >>> 16].map((wide, n) => (this.isFree(LEVELS[n]) ? Math.min(wide, 6250) : 0));
-    const enabled = this.isFree(ENABLE) && (enable & 0xffff) > 0;
-    this.world.period(this.clock.nanos, ticks, enabled, !!(this.adc.cs & (1 << 3)));
+    const [a, b] = [levels.cc & 0xffff, levels.cc >>> 16].map((ticks, n) => this.wave(n, ticks, levels.csr));
+    const enabled = this.isFree(ENABLE) && (enable.cc & 0xffff) > 0;
+    this.isOff = INPUTS.every((pin) => !this.isFree(pin));
+    this.world.period(this.clock.nanos, { a, b, enable: enabled }, !!(this.adc.cs & (1 << 3)));
     this.nextEdge();
+  }
+
+  // Of a level: the ticks of the period between which it is high.
+  wave(n, ticks, csr) {
+    const wide = Math.min(ticks, PERIOD);
+    const [from, to] = csr & (A_INVERTED << n) ? [wide, PERIOD] : [0, wide];
+    return this.isFree(LEVELS[n]) && from < to ? [from, to] : LOW;
   }
 
   // Its round-robin never leaves the first input, and it converts no analogue world.
@@ -239,9 +256,9 @@ export class Chip extends RP2040 {
     if (idle && bytes.length > 0) this.byteAlarm.schedule(BYTE_NS);
   }
 
-  take() {
+  take(now) {
     let n = 0;
-    while (n < this.said.length && this.said[n][0] <= this.clock.nanos) n++;
+    while (n < this.said.length && this.said[n][0] <= now) n++;
     return Buffer.from(this.said.splice(0, n).map(([, byte]) => byte));
   }
 }

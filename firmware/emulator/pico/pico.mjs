@@ -1,27 +1,33 @@
-// An emulated Pico for another process: node pico.mjs IMAGE.uf2, started by pico_rig (see there).
+// An emulated Pico for another process: node pico.mjs IMAGE.uf2 uart|usb, started by pico_rig (see there).
 // The protocol on standard input and output is that of ../main.c. Time moves only while a request
 // asks for it, so equal requests give equal answers.
 import fs from 'node:fs';
 import { RP2040 } from 'rp2040js';
 import { Chip, load } from './chip.mjs';
+import { FlashChip } from './flash.mjs';
+import { UsbHost } from './usb.mjs';
 import { World } from './world.mjs';
 
 const CYCLE_NS = 8;
 const CAUSES = {
   // of the wire: what the chip's registers say of it
-  0: { power: 1 << 8, reason: 0, kept: false },
-  1: { power: 1 << 16, reason: 0, kept: false },
-  2: { power: 1 << 8, reason: 0, kept: false },
-  3: { power: 1 << 8, reason: 1, kept: true },
+  0: { power: 1 << 8, reason: 0, kept: false, dark: true },
+  1: { power: 1 << 16, reason: 0, kept: false, dark: false },
+  2: { power: 1 << 8, reason: 0, kept: false, dark: true },
+  3: { power: 1 << 8, reason: 1, kept: true, dark: false },
 };
 const INPUT_PINS = [15, 14]; // part present, guard closed
 const FAULT_PIN = 19;
+const FLASH_AT = 0x10000000;
+const STACK_BOTTOM = 0x20000000;
 const clock = new RP2040().clock;
-const flash = load(fs.readFileSync(process.argv[2]));
+const flash = new FlashChip(clock, load(fs.readFileSync(process.argv[2])));
 const world = new World();
-const life = { power: 1 << 8, reason: 0, scratch: new Uint32Array(8), noise: 1, count: world.facts(0).count };
+const life = { power: 1 << 8, reason: 0, scratch: new Uint32Array(8), noise: 1, torn: 1, count: world.facts(0).count };
 const lines = { closed: 0, complains: false };
+const overUsb = process.argv[3] === 'usb';
 let chip;
+let link; // the chip's UART, or a host at its USB
 let resets = 0;
 
 function showLines() {
@@ -29,16 +35,24 @@ function showLines() {
   chip.gpio[FAULT_PIN].setInputValue(!lines.complains);
 }
 
+function random() {
+  life.torn = (Math.imul(life.torn, 1664525) + 1013904223) >>> 0;
+  return life.torn >>> 24;
+}
+
 function start() {
   clock.nextAlarm = null; // the timers of the chip before
   world.open(clock.nanos);
+  clock.tick(Math.max(flash.busyUntil - clock.nanos, 0)); // the boot ROM waits until it can read
   chip = new Chip(clock, flash, world, life);
+  link = overUsb ? new UsbHost(chip) : chip;
   showLines();
 }
 
 function restart(cause) {
   Object.assign(life, { power: cause.power, reason: cause.reason });
   if (!cause.kept) life.scratch = new Uint32Array(8);
+  if (cause.dark) flash.losePower(random);
   resets++;
   start();
 }
@@ -74,12 +88,17 @@ function set(text) {
     case 'hang':
       return hang(true);
     case 'wander': // the program begins again without a reset
-      chip.core.PC = new DataView(flash.buffer).getUint32(0x104, true) & ~1;
+      chip.core.PC = chip.readUint32(FLASH_AT + 0x104) & ~1;
       chip.core.waiting = false;
       return undefined;
     case 'fault': // a crash: the processor reads where nothing is
       chip.core.waiting = false;
       return chip.core.exceptionEntry(3);
+    case 'deep': // the stack has come so near to its bottom, in bytes
+      return chip.writeUint32(STACK_BOTTOM + value, 0);
+    case 'spoil': // a byte of flash, from its beginning
+      flash.bytes[value] ^= 0xff;
+      return undefined;
     default:
       return world.set(text, clock.nanos);
   }
@@ -119,15 +138,20 @@ function serve() {
   const kind = take(1).toString();
   if (kind === 'R') {
     const head = take(12);
-    chip.hear(take(head.readUInt32LE(8)));
+    link.hear(take(head.readUInt32LE(8)));
     run(Math.ceil(head.readDoubleLE(0) * 1e9));
-    answer(chip.take());
+    answer(link.take(clock.nanos));
   } else if (kind === 'S') {
     set(take(take(4).readUInt32LE()).toString());
     answer(Buffer.alloc(0));
   } else if (kind === 'G') {
-    const facts = { ...world.facts(clock.nanos), enabled: world.enabled ? 1 : 0, resets };
+    const { a, b, enable } = world.shown;
+    const { closed, ...rest } = world.facts(clock.nanos);
+    const facts = { ...rest, a, b, enable: enable ? 1 : 0, enabled: closed, resets };
     answer(Buffer.from(JSON.stringify(facts)));
+  } else if (kind === 'U') {
+    const { device, configuration, texts } = link.identity;
+    answer(Buffer.from(JSON.stringify({ device: [...device], configuration: [...configuration], texts })));
   } else if (kind === 'M') {
     answer(Buffer.from(JSON.stringify(chip.times)));
     chip.times = { sample: 0, opened: 0, openings: 0 };

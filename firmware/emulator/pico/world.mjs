@@ -10,7 +10,14 @@ const CONVERSION_NS = 2_000;
 const INPUTS = 3;
 const LONG = 20; // periods of a stretch, where the bridge does the same for long
 const SHORT = 3; // and where it changes with each sample
-const STRETCH_BYTES = 52;
+const STRETCH_BYTES = 60;
+export const LOW = [0, 0];
+const OFF = { a: LOW, b: LOW, enable: false };
+
+function equal(one, other) {
+  return one.enable === other.enable && [0, 1].every((n) => one.a[n] === other.a[n] && one.b[n] === other.b[n]);
+}
+
 const EDGE_BYTES = 16;
 
 function take(size) {
@@ -33,9 +40,8 @@ export class World {
   constructor() {
     this.begin = 0; // of the stretch that is known, and its end
     this.end = 0;
-    this.levels = [0, 0];
-    this.enabled = false;
-    this.cut = -1; // when enable fell within it
+    this.inputs = OFF; // of the driver: in the stretch; ticks of a period between which one is high
+    this.cut = -1; // when all of them fell within it
     this.first = 0; // conversion of it: when, of which input, the codes
     this.input = 0;
     this.converts = false;
@@ -43,10 +49,9 @@ export class World {
     this.edges = []; // that are to come: when, and the count
   }
 
-  // A period begins: the bridge does this in it; conversions go on as they did, if they do.
-  period(now, levels, enabled, converts) {
-    const same = enabled === this.enabled && levels.every((ticks, n) => ticks === this.levels[n]);
-    if (now < this.end && same && converts === this.codes.length > 0) return;
+  // A period begins: the driver's inputs do this in it; conversions go on as they did, if they do.
+  period(now, inputs, converts) {
+    if (now < this.end && equal(inputs, this.shown) && converts === this.codes.length > 0) return;
     const cutShort = now < this.end;
     if (cutShort) {
       this.end = now;
@@ -58,17 +63,28 @@ export class World {
       this.first += since * CONVERSION_NS;
     }
     const end = now + PERIOD_NS * (cutShort ? SHORT : LONG);
-    Object.assign(this, { begin: now, end, levels, enabled, converts, cut: -1 });
+    Object.assign(this, { begin: now, end, inputs, converts, cut: -1 });
     this.#ask('P', -1);
   }
 
-  // Enable falls now, or has gone with a reset. The stretch ends with its period.
+  // The driver's inputs as they are now.
+  get shown() {
+    return this.cut < 0 ? this.inputs : OFF;
+  }
+
+  get active() {
+    return !equal(this.shown, OFF);
+  }
+
+  // All inputs fall now, or have gone with a reset. The stretch ends with its period.
   open(now) {
-    if (this.enabled && now < this.end) {
+    if (!this.active) return;
+    if (now < this.end) {
       this.cut = now;
       this.#shorten(now);
+    } else {
+      this.inputs = OFF;
     }
-    this.enabled = false;
   }
 
   // The code of a conversion that begins now.
@@ -111,8 +127,8 @@ export class World {
     for (const ns of [this.begin, this.end]) at = request.writeDoubleLE(ns / CYCLE_NS, at);
     at = request.writeDoubleLE(this.cut < 0 ? -1 : this.cut / CYCLE_NS, at);
     at = request.writeDoubleLE(this.first / CYCLE_NS, at);
-    const driven = this.enabled || this.cut >= 0;
-    for (const number of [...this.levels, driven ? 1 : 0, conversions, this.input]) {
+    const { a, b, enable } = this.inputs;
+    for (const number of [...a, ...b, enable ? 1 : 0, conversions, this.input]) {
       at = request.writeInt32LE(number, at);
     }
     tell(request);

@@ -1,8 +1,25 @@
-/* analog.h: the parts between the motor and the board, as docs/firmware.md lists them. Everything here may be
- * overridden on the compiler's command line (make ANALOG="-D..."). All inputs are converted against ADC_VREF.
+/* analog.h: the parts between the motor and the board, as docs/firmware.md lists them.
+ *
+ * These hold while no others are stored (write_front_end). Everything here may be overridden on the
+ * compiler's command line (make ANALOG="-D..."). All inputs are converted against ADC_VREF.
  */
 #ifndef ANALOG_H
 #define ANALOG_H
+
+/* The most that any front end may allow: what the firmware's tests have covered. */
+#ifndef MAX_CURRENT_MA
+#define MAX_CURRENT_MA 50000u
+#endif
+
+/* false: without stored facts the board refuses to drive. */
+#ifndef ANALOG_HOLDS
+#define ANALOG_HOLDS true
+#endif
+
+/* The inputs of the bridge's driver (bridge.c). */
+#ifndef ANALOG_BRIDGE
+#define ANALOG_BRIDGE WIRE_BRIDGE_MOSFET
+#endif
 
 #ifndef REFERENCE_V
 #define REFERENCE_V 3.0f /* LM4040-3.0 at ADC_VREF, 0.1 %: the board's own 3.3 V is noisy */
@@ -35,14 +52,6 @@
 #ifndef FILTER_NS
 #define FILTER_NS 12500u
 #endif
-
-/* Converter, in steps of 12 bits: standard uncertainty of its zero, and noise of a conversion. Four codes are
- * as wide as nine (RP2040-E11). So readings between two of them are off by up to 4.5 steps, and their
- * differences are too large by up to 0.9 %: the uncertainties are those of even distributions. */
-#define OFFSET_LSB 2.0f
-#define WIDE_CODES_LSB 2.6f
-#define WIDE_CODES_GAIN 0.005f
-#define NOISE_LSB 1.5f
 
 #ifndef BRIDGE_DEAD_TIME_NS
 #define BRIDGE_DEAD_TIME_NS 200

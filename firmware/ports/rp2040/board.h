@@ -25,16 +25,22 @@ enum { LEVEL_SLICE = 0, ENABLE_SLICE = 1 };
 void clocks_begin(void);
 
 /* ---- bridge.c */
+#define BRIDGES 0x1Fu /* every WIRE_BRIDGE_ */
 void bridge_begin(void);
+/* The driver that the facts name. */
+void bridge_set(uint8_t bridge);
 /* Off at this instant; from any context. */
 void bridge_open(void);
+/* The same where nothing closes it again. */
+void bridge_force_low(void);
 void bridge_coast(void);
 void bridge_brake(void);
 void bridge_drive(int16_t level, uint8_t decay);
 /* Once a window: what was opened may close again as soon as a PWM period has begun since. */
 void bridge_settle(void);
-/* The driver reports a fault, and has been enabled for a window. Once a window. */
+/* The driver reports a fault, or has since this was last asked. Once a window. */
 bool bridge_complains(void);
+void bridge_fault_interrupt(void);
 
 /* ---- encoder.c */
 void encoder_begin(void);
@@ -54,6 +60,11 @@ void sampling_burst_reading(const uint8_t *bytes, uint8_t n, struct reading *out
 /* ---- channels.c */
 void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out);
 void channels_describe_burst(uint8_t channel, wire_describe_channel_reply_t *out);
+
+/* ---- memory.c */
+void memory_begin(void);
+/* Of the facts that the firmware has, as write_front_end has them. */
+uint8_t memory_own_byte(uint8_t at);
 
 /* ---- link.c */
 void link_begin(void);
@@ -78,6 +89,8 @@ void reset_feed_watchdog(void);
 void reset_note(bool runs);
 uint8_t reset_cause(void);
 uint32_t reset_boot_id(void);
+/* Once a window: a stack that has reached its bottom is a fault. One that went beyond it left RAM. */
+void reset_check_stack(void);
 /* The bridge is cut, and the chip begins anew: from a fault. */
 void reset_crash(void);
 

@@ -1,16 +1,12 @@
 /* boot2.S: the first 256 bytes of flash, which the chip's boot ROM copies to RAM and calls, if their last four
  * are the CRC of the others (image.py puts it there). Lets flash be read at addresses, by its plainest
  * command, and starts the program: the port runs from RAM, so that nothing faster is needed. */
+#include "flash_reading.h"
+
     .cpu cortex-m0plus
     .syntax unified
     .thumb
 
-    .equ SSI, 0x18000000
-    .equ SSI_CTRLR0, 0x00
-    .equ SSI_CTRLR1, 0x04
-    .equ SSI_SSIENR, 0x08
-    .equ SSI_BAUDR, 0x14
-    .equ SSI_SPI_CTRLR0, 0xF4 /* beyond the reach of an immediate */
     .equ VECTORS, 0x10000100
     .equ VTOR, 0xE000ED08
 
@@ -21,14 +17,14 @@ boot2:
     ldr r3, =SSI
     movs r1, #0
     str r1, [r3, #SSI_SSIENR]
-    movs r1, #8 /* of the system's clock; even */
+    movs r1, #READING_BAUDR
     str r1, [r3, #SSI_BAUDR]
-    ldr r1, =(31 << 16) | (3 << 8) /* frames of 32 bits, of which none is sent: EEPROM read */
+    ldr r1, =READING_CTRLR0
     str r1, [r3, #SSI_CTRLR0]
-    movs r1, #0 /* one frame a read */
+    movs r1, #READING_CTRLR1
     str r1, [r3, #SSI_CTRLR1]
-    ldr r1, =(0x03 << 24) | (2 << 8) | (6 << 2) /* command 03h of 8 bits, address of 24, serially */
-    movs r0, #SSI_SPI_CTRLR0
+    ldr r1, =READING_SPI_CTRLR0
+    movs r0, #SSI_SPI_CTRLR0 /* beyond the reach of an immediate */
     str r1, [r3, r0]
     movs r1, #1
     str r1, [r3, #SSI_SSIENR]

@@ -1,25 +1,81 @@
-/* channels.c: what the inputs measure, and how well. */
+/* channels.c: what the inputs measure, and how well: of the converter here, of the parts before it the facts
+ * of the front end. */
 #include <math.h>
 
-#include "analog.h"
 #include "board.h"
 #include "channels.h"
 #include "timing.h"
 
 #define CODES 4096.0f
-#define COUNT_V (REFERENCE_V / (CODES * COUNTS_A_CODE)) /* at an input */
-#define MIDDLE (CODES / 2.0f * COUNTS_A_CODE)
+#define RANGE (CODES * COUNTS_A_CODE) /* that the reference reads as */
 #define FULL ((int16_t)((CODES - 1.0f) * COUNTS_A_CODE))
 #define END ((int16_t)(4.0f * COUNTS_A_CODE)) /* of the range: a mean that near to it is saturated */
 #define SYNCHRONISED_MEAN 65535u
 #define ROUND_NOISE 0.29f
 
-static float with_wide_codes(float gain) { return sqrtf(gain * gain + WIDE_CODES_GAIN * WIDE_CODES_GAIN); }
+/* Converter, in steps of 12 bits: standard uncertainty of its zero, and noise of a conversion. Four codes are
+ * as wide as nine (RP2040-E11). So readings between two of them are off by up to 4.5 steps, and their
+ * differences are too large by up to 0.9 %: the uncertainties are those of even distributions. */
+#define OFFSET_LSB 2.0f
+#define WIDE_CODES_LSB 2.6f
+#define WIDE_CODES_GAIN 0.005f
+#define NOISE_LSB 1.5f
 
-static void describe_input(uint8_t input, uint32_t filter_ns, wire_describe_channel_reply_t *out) {
-    out->filter_ns = filter_ns;
-    out->aperture_ns = TICKS_TO_NS(WINDOW_TICKS);
-    out->delay_ns = TICKS_TO_NS(MEAN_DELAY(input)) + filter_ns;
+#define FACT(field) WIRE_WRITE_FRONT_END_AT_##field
+#define GAIN_UNIT 1e-5f
+#define ZERO_UNIT 1e-4f
+#define FILTER_UNIT_NS 100u
+
+/* Volts at an input that a count of a reading is worth. */
+static float count_v(void) { return front_end_f32(FACT(REFERENCE_V)) / RANGE; }
+
+static float gain_uncertainty(uint8_t fact) {
+    const float parts = (float)front_end_u16(fact) * GAIN_UNIT;
+    return sqrtf(parts * parts + WIDE_CODES_GAIN * WIDE_CODES_GAIN);
+}
+
+/* A filter of first order delays by its time constant, one of second by the coefficient of s. */
+static void declare_filter(wire_describe_channel_reply_t *out, uint8_t first, uint8_t second) {
+    out->filter_ns = (uint32_t)front_end_u16(first) * FILTER_UNIT_NS;
+    out->filter2_ns = (uint32_t)front_end_u16(second) * FILTER_UNIT_NS;
+}
+
+/* Which rests at an end of the range, or stands there where it is saturated. */
+static void declare_one_sided(wire_describe_channel_reply_t *out) {
+    if (out->scale > 0.0f) {
+        out->raw_min = (int16_t)-END;
+    } else {
+        out->raw_max = (int16_t)(FULL + END);
+    }
+}
+
+static void describe_current(wire_describe_channel_reply_t *out) {
+    const float zero = (float)front_end_u16(FACT(CURRENT_ZERO_UNCERTAINTY)) * ZERO_UNIT / count_v();
+    declare_filter(out, FACT(CURRENT_FILTER), FACT(CURRENT_FILTER2));
+    out->unit = WIRE_UNIT_AMPERE;
+    out->scale = count_v() / front_end_f32(FACT(CURRENT_V_A));
+    out->offset = front_end_f32(FACT(CURRENT_ZERO_V)) / count_v();
+    out->gain_uncertainty = gain_uncertainty(FACT(CURRENT_GAIN_UNCERTAINTY));
+    out->offset_uncertainty = sqrtf(out->offset_uncertainty * out->offset_uncertainty + zero * zero);
+    if (front_end_u8(FACT(SENSOR)) == WIRE_SENSOR_MAGNITUDE) {
+        declare_one_sided(out);
+    }
+}
+
+/* A difference amplifier around half the reference. */
+static void describe_terminals(wire_describe_channel_reply_t *out) {
+    declare_filter(out, FACT(VOLTAGE_FILTER), FACT(VOLTAGE_FILTER2));
+    out->scale = count_v() * front_end_f32(FACT(VOLTAGE_DIVIDER));
+    out->offset = RANGE / 2.0f;
+}
+
+static void describe_supply(wire_describe_channel_reply_t *out) {
+    declare_filter(out, FACT(VOLTAGE_FILTER), FACT(VOLTAGE_FILTER2));
+    out->scale = count_v() * front_end_f32(FACT(SUPPLY_DIVIDER));
+    out->offset = front_end_f32(FACT(LIFT_V)) / count_v();
+    if (out->offset <= 2.0f * (float)END) {
+        declare_one_sided(out); /* without a lift it may rightly read 0 */
+    }
 }
 
 void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out) {
@@ -29,37 +85,31 @@ void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out) {
     out->kind = WIRE_CHANNEL_KIND_MEAN;
     out->bits = 15; /* 25 conversions of 12 bits */
     out->pwm_phase_permille = SYNCHRONISED_MEAN;
-    out->gain_uncertainty = with_wide_codes(VOLTAGE_GAIN_UNCERTAINTY);
-    out->offset = MIDDLE;
+    out->gain_uncertainty = gain_uncertainty(FACT(VOLTAGE_GAIN_UNCERTAINTY));
     out->offset_uncertainty = zero * COUNTS_A_CODE;
     out->noise = sqrtf(noise * noise / (float)ROUNDS + ROUND_NOISE * ROUND_NOISE);
     out->raw_min = END;
     out->raw_max = (int16_t)(FULL - END);
     switch (channel) {
     case WIRE_CHANNEL_CURRENT:
-        describe_input(0, CURRENT_FILTER_NS, out);
-        out->unit = WIRE_UNIT_AMPERE;
-        out->scale = COUNT_V / (SHUNT_OHM * SHUNT_GAIN);
-        out->gain_uncertainty = with_wide_codes(CURRENT_GAIN_UNCERTAINTY);
+        describe_current(out);
         break;
     case WIRE_CHANNEL_TERMINAL_VOLTAGE:
-        describe_input(1, FILTER_NS, out);
-        out->scale = COUNT_V * 2.0f * DIVIDER;
+        describe_terminals(out);
         break;
     default:
-        describe_input(2, FILTER_NS, out);
-        out->scale = COUNT_V * DIVIDER;
-        out->offset = 0.0f;
-        out->raw_min = (int16_t)-END; /* it may rightly read 0 */
+        describe_supply(out);
         break;
     }
+    out->aperture_ns = TICKS_TO_NS(WINDOW_TICKS);
+    out->delay_ns = TICKS_TO_NS(MEAN_DELAY((uint32_t)channel)) + out->filter_ns;
 }
 
+/* An input has the number of its channel. */
 void channels_describe_burst(uint8_t channel, wire_describe_channel_reply_t *out) {
-    const uint32_t input = channel;
     out->kind = WIRE_CHANNEL_KIND_INSTANT;
     out->bits = 12;
     out->aperture_ns = 0;
-    out->delay_ns = TICKS_TO_NS(ROUND_DELAY(input)) + out->filter_ns;
+    out->delay_ns = TICKS_TO_NS(ROUND_DELAY((uint32_t)channel)) + out->filter_ns;
     out->noise = NOISE_LSB * COUNTS_A_CODE;
 }

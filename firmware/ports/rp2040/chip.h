@@ -16,6 +16,7 @@
 #define CLK_SYS_CTRL 0x4000803Cu
 #define CLK_SYS_SELECTED 0x40008044u
 #define CLK_PERI_CTRL 0x40008048u
+#define CLK_USB_CTRL 0x40008054u
 #define CLK_ADC_CTRL 0x40008060u
 #define XOSC_CTRL 0x40024000u
 #define XOSC_STATUS 0x40024004u
@@ -31,7 +32,8 @@
 #define CHIP_RESET 0x40064008u
 enum { HAD_POR = 8, HAD_RUN = 16 };
 enum { RESET_ADC = 0, RESET_DMA = 2, RESET_IO = 5, RESET_PADS = 8, RESET_PIO0 = 10, RESET_PLL_SYS = 12,
-       RESET_PLL_USB = 13, RESET_PWM = 14, RESET_UART0 = 22 };
+       RESET_PLL_USB = 13, RESET_PWM = 14, RESET_UART0 = 22,
+       RESET_USB = 24 };
 
 /* ---- watchdog */
 #define WATCHDOG_CTRL 0x40058000u
@@ -48,7 +50,13 @@ enum { FUNCTION_UART = 2, FUNCTION_PWM = 4, FUNCTION_SIO = 5, FUNCTION_NONE = 31
 enum { OUTPUT_LOW = 2 << 8 };                        /* OUTOVER */
 enum { PAD_INPUT = 1 << 6, PAD_UP = 1 << 3, PAD_DOWN = 1 << 2, PAD_SCHMITT = 1 << 1, PAD_4_MA = 1 << 4,
        PAD_OUTPUT_OFF = 1 << 7 };
+/* Of a pin four bits in a register of eight pins. */
+#define GPIO_EDGES(pin) (0x400140F0u + 4u * ((pin) / 8u))
+#define GPIO_INTERRUPTS(pin) (0x40014100u + 4u * ((pin) / 8u))
+#define GPIO_FELL(pin) BIT(4u * ((pin) % 8u) + 2u)
 #define SIO_GPIO_IN 0xD0000004u
+#define QSPI_SELECT_CTRL 0x4001800Cu /* of the flash chip */
+#define FLASH_UNCACHED 0x13000000u
 
 /* ---- PWM */
 #define PWM_CSR(slice) (0x40050000u + 0x14u * (slice))
@@ -99,10 +107,28 @@ enum { PIO_RX_EMPTY = 8 };
 #define UART_ICR 0x40034044u
 enum { UART_RX_EMPTY = 4, UART_TX_FULL = 5 };
 
+/* ---- USB, as a device: memory that it shares with the processor, of endpoints and buffers; registers */
+#define USB_MEMORY 0x50100000u
+#define USB_MEMORY_BYTES 4096u
+#define USB_ENDPOINT_IN(n) (USB_MEMORY + 8u * (n))
+#define USB_ENDPOINT_OUT(n) (USB_MEMORY + 8u * (n) + 4u)
+#define USB_BUFFER_IN(n) (USB_MEMORY + 0x80u + 8u * (n))
+#define USB_BUFFER_OUT(n) (USB_MEMORY + 0x84u + 8u * (n))
+#define USB_ADDRESS 0x50110000u
+#define USB_MAIN_CTRL 0x50110040u
+#define USB_SIE_CTRL 0x5011004Cu
+#define USB_SIE_STATUS 0x50110050u
+#define USB_BUFFERS_OVER 0x50110058u
+#define USB_OVER_IN(n) BIT(2u * (n))
+#define USB_OVER_OUT(n) BIT(2u * (n) + 1u)
+#define USB_STALL_ARM 0x50110068u
+#define USB_MUXING 0x50110074u
+#define USB_POWER 0x50110078u
+
 /* ---- processor */
 #define NVIC_ENABLE 0xE000E100u
 #define NVIC_PRIORITY(irq) (0xE000E400u + ((irq) & ~3u))
 #define VECTOR_TABLE 0xE000ED08u
-enum { IRQ_DMA_0 = 11, IRQ_UART_0 = 20 };
+enum { IRQ_DMA_0 = 11, IRQ_PINS = 13, IRQ_UART_0 = 20 };
 
 #endif

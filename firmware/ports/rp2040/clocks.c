@@ -1,4 +1,4 @@
-/* clocks.c: 125 MHz for the processor, PWM and UART, 48 MHz for the converter, both of the 12 MHz crystal. */
+/* clocks.c: 125 MHz for the processor, PWM and UART, 48 MHz for converter and USB, both of the 12 MHz crystal. */
 #include "board.h"
 #include "chip.h"
 
@@ -37,6 +37,7 @@ void clocks_begin(void) {
     REG(CLK_SYS_CTRL) = FROM_AUX;
     wait_for(CLK_SYS_SELECTED, BIT(FROM_AUX));
     REG(CLK_PERI_CTRL) = ENABLE;
+    REG(CLK_USB_CTRL) = ENABLE;
     REG(CLK_ADC_CTRL) = ENABLE;
     REG(WATCHDOG_TICK) = CRYSTAL_MHZ | TICK_ENABLE;
 }

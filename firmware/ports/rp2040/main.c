@@ -1,6 +1,7 @@
 /* main.c: the board as the core sees it. */
 #include "analog.h"
 #include "board.h"
+#include "journal.h"
 #include "port.h"
 #include "timing.h"
 
@@ -31,7 +32,7 @@ const struct port port = {
     .burst_bytes = BURST_BYTES,
     .encoder_edge_ceiling_hz = 1000000,
     .position_delay_ns = TICKS_TO_NS(POSITION_DELAY),
-    .max_current_ma = (uint32_t)(REFERENCE_V / 2.0f / (SHUNT_OHM * SHUNT_GAIN) * 990.0f),
+    .max_current_ma = MAX_CURRENT_MA,
     .max_host_silence_ms = 5000,
     .full_duty = PWM_TICKS,
     .describe = channels_describe,
@@ -42,6 +43,8 @@ const struct port port = {
     .bridge_coast = bridge_coast,
     .bridge_brake = bridge_brake,
     .bridge_drive = bridge_drive,
+    .bridges = BRIDGES,
+    .set_bridge = bridge_set,
     .watches = true,
     .set_sample_period = sampling_set_period,
     .read = link_read,
@@ -51,6 +54,10 @@ const struct port port = {
     .inputs = INPUTS,
     .inputs_closed = inputs_closed,
     .input_pin = inputs_pin,
+    .memory_read = journal_read,
+    .memory_write = journal_write,
+    .front_end_byte = memory_own_byte,
+    .front_end_holds = ANALOG_HOLDS,
     .reset_cause = reset_cause,
     .boot_id = reset_boot_id,
 };
@@ -62,6 +69,8 @@ int main(void) {
     inputs_begin();
     encoder_begin();
     link_begin();
+    memory_begin();
+    journal_begin();
     core_init();
     reset_start_watchdog();
     sampling_begin();

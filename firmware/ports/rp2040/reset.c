@@ -6,10 +6,11 @@
  *   run pin                           external
  *   power-on or brown-out detector    power-on: the chip does not tell them apart
  *
- * The watchdog's scratch registers outlast all of these but the last.
+ * The watchdog's scratch registers outlast the resets that it makes itself.
  */
 #include "board.h"
 #include "chip.h"
+#include "stack_guard.h"
 
 enum { PERIOD_MS = 200, COUNTS_A_MS = 2000 }; /* it counts twice a microsecond: RP2040-E1 */
 enum { BY_TIME = 1 << 0, BY_FORCE = 1 << 1 };
@@ -18,6 +19,8 @@ enum { NOTE = 0, NUMBER = 1, RUNS = 2 }; /* scratch registers; the boot ROM look
 #define CRASHED 0xC4A5ED01u /* in start.S, too */
 #define RAN 0x51DE0A5Eu
 enum { RANDOM_BITS = 32 };
+
+extern const volatile uint32_t stack_bottom[];
 
 void reset_release(uint32_t bits) {
     REG_CLEAR(RESETS_RESET) = bits;
@@ -33,9 +36,17 @@ static void force(void) {
 }
 
 void reset_crash(void) {
-    REG(GPIO_CTRL(ENABLE_PIN)) = FUNCTION_PWM | OUTPUT_LOW;
+    bridge_force_low();
     REG(WATCHDOG_SCRATCH(NOTE)) = CRASHED;
     force();
+}
+
+void reset_check_stack(void) {
+    for (uint32_t n = 0; n < STACK_GUARD_WORDS; n++) {
+        if (stack_bottom[n] != STACK_GUARD) {
+            reset_crash();
+        }
+    }
 }
 
 void reset_begin(void) {
@@ -67,7 +78,7 @@ uint8_t reset_cause(void) {
     if (power & BIT(HAD_RUN)) {
         return WIRE_RESET_CAUSE_EXTERNAL;
     }
-    return power & BIT(HAD_POR) ? WIRE_RESET_CAUSE_POWER_ON : WIRE_RESET_CAUSE_UNKNOWN;
+    return (power & BIT(HAD_POR)) ? WIRE_RESET_CAUSE_POWER_ON : WIRE_RESET_CAUSE_UNKNOWN;
 }
 
 /* A count in the scratch register, and noise of the ring oscillator where there is none. */

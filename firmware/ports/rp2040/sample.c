@@ -77,8 +77,10 @@ bool sampling_has_news(void) {
 
 /* ------------------------------------------------------------------ a window */
 
-/* 25 conversions of 12 bits become about eight times their mean: the scale takes the exact factor. */
-static int16_t reading_of(uint32_t sum) { return (int16_t)((sum * READING_FACTOR + 32768u) >> 16); }
+/* 25 conversions of 12 bits become eight times their mean. */
+static int16_t reading_of(uint32_t sum) {
+    return (int16_t)((sum * READING_FACTOR + (1u << (READING_SHIFT - 1u))) >> READING_SHIFT);
+}
 
 static void read_window(const volatile uint16_t *conversion, int16_t raw[3]) {
     uint32_t current = 0, terminals = 0, supply = 0;
@@ -138,7 +140,7 @@ void sampling_interrupt(void) {
     struct reading now;
     now.position = encoder_read();
     const uint32_t over = REG(DMA_INTS0) & (BIT(0) | BIT(1));
-    const uint32_t channel = over & BIT(0) ? 0 : 1;
+    const uint32_t channel = (over & BIT(0)) ? 0 : 1;
     REG(DMA_INTS0) = over;
     REG(DMA_WRITE(channel)) = (uint32_t)(uintptr_t)window[channel];
     if (failed || over == (BIT(0) | BIT(1)) || (REG(ADC_FCS) & BIT(ADC_OVER))) {
@@ -150,6 +152,7 @@ void sampling_interrupt(void) {
     done.position = now.position;
     read_window(window[channel], now.raw);
     take(&now);
+    reset_check_stack();
     reset_note(core_state() == WIRE_STATE_RUNNING);
     if (REG(PWM_CTR(LEVEL_SLICE)) < START_TICKS) { /* a PWM period has begun meanwhile */
         fail();

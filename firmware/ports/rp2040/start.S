@@ -3,13 +3,15 @@
  *
  * A reset leaves the PWM in reset. Where it is not, a program that went astray came here by itself: the bridge
  * is opened before anything else, and the watchdog makes a reset (reset.c reads the note). */
+#include "stack_guard.h"
+
     .cpu cortex-m0plus
     .syntax unified
     .thumb
 
     .equ RESETS_RESET, 0x4000C000
     .equ PWM_AT, 14
-    .equ ENABLE_CTRL, 0x40014094 /* of GP18 */
+    .equ LEVELS_CTRL, 0x40014084 /* of GP16; 8 bytes on each that of GP17 and of GP18, enable */
     .equ PWM_BUT_LOW, 0x204
     .equ PSM_WDSEL, 0x40010008
     .equ ALL_BUT_OSCILLATORS, 0x1FFFC
@@ -33,8 +35,10 @@ start:
     ldr r1, [r0]
     lsrs r1, r1, #PWM_AT + 1
     bcs from_reset
-    ldr r0, =ENABLE_CTRL
+    ldr r0, =LEVELS_CTRL
     ldr r1, =PWM_BUT_LOW
+    str r1, [r0, #16]
+    str r1, [r0, #8]
     str r1, [r0]
     ldr r0, =WATCHDOG_NOTE
     ldr r1, =CRASHED
@@ -57,7 +61,13 @@ from_reset:
     ldmia r0!, {r3}
     stmia r1!, {r3}
     b 1b
-2:  ldr r1, =bss_begin
+2:  ldr r1, =stack_bottom
+    ldr r2, =STACK_GUARD
+    movs r3, #STACK_GUARD_WORDS
+6:  stmia r1!, {r2}
+    subs r3, #1
+    bne 6b
+    ldr r1, =bss_begin
     ldr r2, =bss_end
     movs r3, #0
 3:  cmp r1, r2

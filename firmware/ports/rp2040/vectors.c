@@ -26,7 +26,9 @@ __attribute__((section(".vectors"), used, aligned(256))) const vector vectors[SY
     [1] = start,
     [2 ... SYSTEM + IRQ_DMA_0 - 1] = vectors_fault,
     [SYSTEM + IRQ_DMA_0] = sampling_interrupt,
-    [SYSTEM + IRQ_DMA_0 + 1 ... SYSTEM + IRQ_UART_0 - 1] = vectors_fault,
+    [SYSTEM + IRQ_DMA_0 + 1 ... SYSTEM + IRQ_PINS - 1] = vectors_fault,
+    [SYSTEM + IRQ_PINS] = bridge_fault_interrupt,
+    [SYSTEM + IRQ_PINS + 1 ... SYSTEM + IRQ_UART_0 - 1] = vectors_fault,
     [SYSTEM + IRQ_UART_0] = link_interrupt,
     [SYSTEM + IRQ_UART_0 + 1 ... SYSTEM + INTERRUPTS - 1] = vectors_fault,
 };
