@@ -44,6 +44,16 @@ STEP = Program(
         Step(StepKind.COAST, 1.0),
     )
 )
+INKS = """[...document.querySelectorAll("canvas")].map((canvas) => {
+  const all = [0, 0, canvas.width, canvas.height];
+  const data = canvas.getContext("2d").getImageData(...all).data;
+  let coloured = 0;
+  for (let i = 0; i < data.length; i += 4) {
+    const rgb = [data[i], data[i + 1], data[i + 2]];
+    if (data[i + 3] > 128 && Math.max(...rgb) - Math.min(...rgb) > 60) coloured++;
+  }
+  return coloured;
+})"""  # coloured pixels of each canvas
 
 
 @pytest.fixture(scope="module")
@@ -210,19 +220,7 @@ def test_it_is_seen_in_light_and_dark_wide_and_narrow(scheme: str, width: int, p
         shown(page, here, 8000)
         page.wait('document.querySelectorAll("canvas").length === 4')
         assert page.run("document.documentElement.scrollWidth") <= width
-        inks = page.run(
-            """[...document.querySelectorAll("canvas")].map((canvas) => {
-              const all = [0, 0, canvas.width, canvas.height];
-              const data = canvas.getContext("2d").getImageData(...all).data;
-              let coloured = 0;
-              for (let i = 0; i < data.length; i += 4) {
-                const rgb = [data[i], data[i + 1], data[i + 2]];
-                if (data[i + 3] > 128 && Math.max(...rgb) - Math.min(...rgb) > 60) coloured++;
-              }
-              return coloured;
-            })"""
-        )
-        assert min(inks) > 100
+        page.wait(f"Math.min(...{INKS}) > 100")  # drawn, not only there
         paper, ink = (
             page.run(f"getComputedStyle(document.body).{which}")
             for which in ("backgroundColor", "color")
