@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from enum import IntEnum
 from typing import Any
 
 from numpy.typing import NDArray
 
-from motorid.acquire import channels
+from motorid.acquire import channels, clock_check
+from motorid.acquire.clock import Pair
 from motorid.acquire.doubts import doubts
 from motorid.acquire.facts import wrong_descriptor, wrong_zero
 from motorid.acquire.header import check_kinds
@@ -80,11 +81,15 @@ class Assembler:
         self.reset: str | None = None
         self.done: dict[str, Any] | None = None
         self._decoder, self._sent = Decoder(), Decoder()
-        self._asked: dict[str, int] = {}  # command -> request of the one that waits for its reply
+        # command -> request of the one that waits for its reply, and when it first was sent
+        self._asked: dict[str, tuple[int, float]] = {}
+        self._ticks: tuple[list[Pair], list[Pair]] = [], []  # before the run, and from then on
+        self._now_s = 0.0
         self._stray: Counter[str] = Counter()  # samples, or frames, that no timeline has seen
 
     def feed(self, record: Record) -> None:
         """Takes one record. Raises DataError where a mark is damaged."""
+        self._now_s = record.time_s
         match record.kind:
             case Kind.MARK:
                 mark = record.json
@@ -105,7 +110,9 @@ class Assembler:
         except BadPayload:
             return
         if isinstance(message, Command):
-            self._asked[message.name] = message.request
+            known, first_s = self._asked.get(message.name, (None, 0.0))
+            again = known == message.request
+            self._asked[message.name] = message.request, first_s if again else self._now_s
 
     def _begin(self) -> None:
         config = self.replies.get("read_config", {})
@@ -143,9 +150,13 @@ class Assembler:
         return self.done is not None or self.reset is not None
 
     def _reply(self, reply: Reply) -> None:
-        if self._asked.get(reply.name) != reply.request:
+        request, sent_s = self._asked.get(reply.name, (None, 0.0))
+        if request != reply.request:
             return
         del self._asked[reply.name]
+        if reply.name == "read_status" and self.reset is None:
+            pair = Pair(reply.fields["tick"], sent_s, self._now_s)
+            self._ticks[self.timeline is not None].append(pair)
         if reply.name == "start" and self.timeline is not None:
             self.timeline.start(reply.fields["start_tick"])
         elif self.timeline is not None or reply.name not in CONTEXT:
@@ -197,7 +208,8 @@ class Assembler:
         arrays = self.timeline.arrays(self._taken(), dropped)
         identity = self.replies["identify"]
         wiring = Wiring(**self.header.get("wiring", {}))
-        clock_hz, clock_uncertainty = clock_of(identity, **self.header.get("clock", {}))
+        stated = self.header.get("clock", {})
+        clock_hz, clock_uncertainty, _ = clock_of(identity, **stated, found=self._clock())
         return Capture(
             ticks=arrays.ticks,
             clock_hz=clock_hz,
@@ -262,6 +274,11 @@ class Assembler:
                 f"what has no place in the run is in the journal alone, which stays as .raw: "
                 f"{listed(unplaced)}"
             )
+        *_, clock = clock_of(
+            self.replies["identify"], **self.header.get("clock", {}), found=self._clock()
+        )
+        if clock:
+            found.append(clock)
         if self._zero() is None and self.replies.get("zero"):
             found.append(
                 "the board's reply to zero holds no readings: the nominal offsets are used"
@@ -272,6 +289,14 @@ class Assembler:
         """Offsets at rest; None where there are none, or none that can be."""
         zero = self.replies.get("zero")
         return zero if zero and not wrong_zero(zero) else None
+
+    def _clock(self) -> dict[str, float]:
+        """What this computer's clock showed of the board's; nothing where it tells nothing."""
+        host = self.header.get("host", {})
+        step_s = float(host.get("clock_resolution_s", 0.0)) if isinstance(host, Mapping) else 0.0
+        nominal_hz = self.replies["identify"]["clock_hz"]
+        found = clock_check.measured(*self._ticks, nominal_hz, step_s)
+        return asdict(found) if found else {}
 
     def _front_end(self) -> dict[str, Any]:
         """The facts that the board had stored; none where its firmware's own held."""
@@ -289,6 +314,7 @@ class Assembler:
             "zero": self._zero() or {},
             "check": self.marks.get("check", {}),
             **{key: self.marks[key] for key in (SUPPLY_BEFORE,) if key in self.marks},
+            **({"clock": clock} if (clock := self._clock()) else {}),
             "link": {
                 "bad_frames": self.bad_frames,
                 "blocks": len(timeline.blocks) if timeline else 0,
@@ -341,11 +367,19 @@ def listed(unplaced: Mapping[str, int]) -> str:
 
 
 def clock_of(
-    identity: Mapping[str, Any], rate: float = 1.0, uncertainty: float | None = None
-) -> tuple[float, float]:
-    """Ticks a second and their relative standard uncertainty: calibrated, or the board's own."""
+    identity: Mapping[str, Any],
+    rate: float = 1.0,
+    uncertainty: float | None = None,
+    found: Mapping[str, Any] | None = None,
+) -> tuple[float, float, str]:
+    """Ticks a second, their relative standard uncertainty, and a remark on them.
+
+    Calibrated, or the board's own; ``found``: what the run's own pairs of tick and time showed.
+    """
     stated = identity["clock_uncertainty_ppm"] * 1e-6 / math.sqrt(3)
-    return identity["clock_hz"] * rate, stated if uncertainty is None else uncertainty
+    known = stated if uncertainty is None else uncertainty
+    rate, known, remark = clock_check.in_force(rate, known, found)
+    return identity["clock_hz"] * rate, known, remark
 
 
 def _low(value: IntEnum) -> str:

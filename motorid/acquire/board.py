@@ -114,6 +114,11 @@ class Board:
             raise kind(f"{self.port.name}: the board refused {name} ({status}): {why}")
         return reply.fields
 
+    def ask_ticks(self, times: int) -> None:
+        """Asks for its tick so often; by when the journal says that was, its clock is judged."""
+        for _ in range(times):
+            self.ask("read_status")
+
     def tell(self, name: str, /, **fields: Any) -> None:
         """Sends a command and does not wait: its reply is counted when it comes."""
         self.port.write(encode(encode_command(name, self._next_request(), **fields)))

@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NoReturn
 
+from motorid.acquire import clock_check
 from motorid.acquire.assemble import NoPlaceError, NoSamplesError, name_of
 from motorid.acquire.bench_facts import contradictions
 from motorid.acquire.board import Board, Fields
@@ -241,6 +242,7 @@ class _Recorder:
         wire = wire_program(self.program, board.identity, step_ticks(period, board.identity))
         check_burst(rig, wire, board.identity, period)
         config = self._configure_run(board, period)
+        board.ask_ticks(clock_check.QUESTIONS)
         load(board, wire)
         journal.mark(
             board.port.now(),
@@ -254,6 +256,9 @@ class _Recorder:
         view = LiveView(rig, board, zero, wire, self.progress)
         watched = both(view.consume, self.watch, lambda: run_facts(rig, board, config, zero))
         reason = drive(board, wire, config, self.stop, watched)
+        if reason == "completed":
+            with contextlib.suppress(MotoridError):  # the run is whole, whatever comes now
+                board.ask_ticks(clock_check.QUESTIONS)
         return "interrupted" if self.stop.requested and reason == "stopped" else reason
 
     def _configure_run(self, board: Board, period: int) -> Fields:
@@ -393,5 +398,9 @@ def _header(rig: Rig, program: Program, serial: str, note: str) -> dict[str, Any
         "serial": serial,
         "note": note,
         **({"settings": dict(rig.settings)} if rig.settings else {}),
-        "host": {"python": platform.python_version(), "system": platform.platform(terse=True)},
+        "host": {
+            "python": platform.python_version(),
+            "system": platform.platform(terse=True),
+            "clock_resolution_s": clock_check.resolution_s(),
+        },
     }

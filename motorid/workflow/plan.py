@@ -167,7 +167,7 @@ def _benches(rig: Rig, board: Board, templates: Mapping[str, Channel]) -> list[B
     from motorid.plan.skeleton import Bench
 
     identity = board.identity
-    clock_hz, uncertainty = clock_of(identity, rig.clock_rate, rig.clock_uncertainty)
+    clock_hz, uncertainty, _ = clock_of(identity, rig.clock_rate, rig.clock_uncertainty)
     wiring = replace(
         rig.wiring,
         pwm_hz=float(identity["pwm_hz"]),

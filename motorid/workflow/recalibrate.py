@@ -43,7 +43,9 @@ def _under(capture: Capture, rig: Rig) -> Capture:
     from motorid.acquire.assemble import clock_of
 
     known = capture.provenance
-    clock_hz, clock_uncertainty = clock_of(known["identity"], rig.clock_rate, rig.clock_uncertainty)
+    clock_hz, clock_uncertainty, _ = clock_of(
+        known["identity"], rig.clock_rate, rig.clock_uncertainty, known.get("clock")
+    )
     return replace(
         capture,
         clock_hz=clock_hz,

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from motorid.calibration.clock import Pair, clock_of, with_stated
+from motorid.acquire.clock import Pair, clock_of, with_stated
 from motorid.calibration.disc import Disc, Inertia, check_disc
 from motorid.calibration.encoder import encoder_of
 from motorid.calibration.gain import Point, gain_of, meter

@@ -81,5 +81,5 @@ def test_a_motor_left_on_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 @pytest.mark.slow
 def test_late_writes_are_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("motorid.acquire.journal_writer.SYNC_S", 60.0)
-    died = replace(QUIET, host="power failure", host_at_s=1.9, long=True)
+    died = replace(QUIET, host="power failure", host_at_s=2.2, long=True)
     assert [law[0] for law in run(died, tmp_path).broken] == ["3"]

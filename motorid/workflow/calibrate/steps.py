@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from motorid.calibration.clock import Clock, Pair, clock_of, with_stated
+from motorid.acquire.clock import Clock, Pair, clock_of, with_stated
 from motorid.calibration.encoder import encoder_of
 from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE
 from motorid.workflow.calibrate.bench import Bench, Tables, now
@@ -47,7 +47,7 @@ def clock(bench: Bench) -> Tables:
     settings = bench.settings
     with bench.session("free") as session:
         pairs = session.ticks(settings.clock_s, settings.clock_pairs)
-        nominal, stated = clock_hz(session.board.identity)
+        nominal, stated, _ = clock_hz(session.board.identity)
     measured = clock_of([Pair(*one) for one in pairs], nominal, settings.host_uncertainty)
     found = with_stated(measured, stated)
     bench.person.say(

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motorid.errors import DataError
 
@@ -44,10 +45,10 @@ def clock_of(pairs: Sequence[Pair], nominal_hz: float, host_uncertainty: float) 
     trips = np.array([p.after_s - p.before_s for p in pairs])
     if len(pairs) < FEWEST:
         raise DataError(f"a clock needs {FEWEST} pairs of tick and time or more")
-    raw = np.array([p.tick for p in pairs], dtype=np.int64)
-    ticks = np.concatenate([[0], np.cumsum(np.diff(raw) % WRAP)]).astype(np.float64)
+    middle = np.array([(p.before_s + p.after_s) / 2 for p in pairs])
+    ticks = _unwrapped(np.array([p.tick for p in pairs], dtype=np.int64), middle * nominal_hz)
     kept = trips <= np.sort(trips)[max(len(trips) // 2, FEWEST) - 1]
-    times = np.array([(p.before_s + p.after_s) / 2 for p in pairs])[kept]
+    times = middle[kept]
     ticks = ticks[kept] / nominal_hz
     span = float(np.ptp(times))
     if span <= 0 or np.ptp(ticks) <= 0:
@@ -59,6 +60,13 @@ def clock_of(pairs: Sequence[Pair], nominal_hz: float, host_uncertainty: float) 
     scatter = math.sqrt(float(residual @ residual) / (len(times) - 2) / sum_squares)
     uneven = float(np.ptp(trips[kept])) / 2 * math.sqrt(2 / 3) / span
     return Clock(rate, math.hypot(scatter, uneven, host_uncertainty), span, int(kept.sum()))
+
+
+def _unwrapped(raw: NDArray[np.int64], expected: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Ticks (n,) since the first, of counts modulo 2^32; ``expected`` tells their wraps."""
+    steps = np.diff(raw) % WRAP
+    wraps = np.rint((np.diff(expected) - steps) / WRAP)
+    return np.concatenate([[0.0], np.cumsum(steps + WRAP * np.maximum(wraps, 0))])
 
 
 def with_stated(found: Clock, stated: float) -> Clock:
