@@ -28,11 +28,12 @@ Command = TypeVar("Command", bound=Callable[..., Any])
         "motorid history trace line.db D000123",
         "motorid history rejudge line.db --product sim-disc",
         "motorid history export line.db -o line.parquet",
+        "motorid history forget line.db --keep 365 --by 'A. Volta'",
         "motorid history verify line.db --inspections shift",
     ),
 )
 def command() -> None:
-    """The database of results: make, add, list, trace, judge again, export, verify.
+    """The database of results: make, add, list, trace, judge again, export, verify, forget names.
 
     A history is a file (SQLite) or the URL of a database that SQLAlchemy knows.
     """
@@ -217,6 +218,53 @@ def export(where: str, output: Path, product: str, force: bool, **fields: Any) -
     with open_history(where, create=False) as history:
         count = write(history, output, _query(fields, product), force=force)
     click.echo(f"wrote {output}: {count} rows", err=True)
+
+
+@command.command("trail")
+@WHERE
+@click.option("--serial", default="", help="Of this motor; * and ? are wildcards.")
+@click.option("--station", default="", help="Of this station.")
+@click.option("--last", type=Whole(min=1), default=50, show_default=True, help="So many.")
+def trail(where: str, serial: str, station: str, last: int) -> None:
+    """Who ordered what and was refused what, and which names were forgotten; oldest first."""
+    from motorid.quality.history import open_history
+    from motorid.report.gauge import columns
+
+    with open_history(where, create=False) as history:
+        found = history.trail(station=station, serial=serial, last=last)
+    words = ("station", "action", "outcome", "subject", "who", "reason")
+    table = [[_time(one["at"]), *(one[word] or "-" for word in words)] for one in found]
+    if table:
+        click.echo("\n".join(columns(["time", *words], table)))
+    click.echo(f"{len(found)} entries", err=True)
+
+
+@command.command("forget")
+@WHERE
+@click.option(
+    "--keep",
+    "days",
+    type=Whole(0, 36_500),
+    help="Keep names for so many days from now on; 0: for ever. Default: as the rule is.",
+)
+@click.option("--by", default="", help="Who does this, for the trail.")
+def forget(where: str, days: int | None, by: str) -> None:
+    """Forget the names of operators that are older than the history's rule says (365 days).
+
+    Results, their seals and the trail stay whole: they hold a salted digest in place of a name.
+    Each shift of a station does the same when it begins.
+    """
+    from motorid.quality.history import open_history
+
+    with open_history(where) as history:
+        done = history.forget_names(by, days)
+    rule = f"for {done.days} days" if done.days else "for ever"
+    click.echo(f"{done.names} names forgotten; names are kept {rule}")
+    if done.sealed_in:
+        click.echo(
+            f"{done.sealed_in} results from before step 0003 of the tables hold a name in their "
+            "seal: it stays"
+        )
 
 
 @command.command("verify")

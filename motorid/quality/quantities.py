@@ -15,6 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION
+from motorid.estimate.effects.rotor.cogging import COGGING
 from motorid.estimate.results.estimate import MEANING, PARAMETERS, UNITS, Estimate, Parameter
 from motorid.estimate.results.status import Status
 from motorid.estimate.uncertainty.reference_temperature import (
@@ -30,6 +31,7 @@ from motorid.quality import levels, ripple
 from motorid.quality.temperature import Temperature
 from motorid.quality.verdict import Reading
 
+COGGING_SHAPE = 0.01  # of it: the fit has it in straight lines, 1 % short at 10 times the friction
 NOT_STEADY = (
     "the run holds no steady stretch of two turns with current and position: drive longer at a "
     "constant level"
@@ -257,6 +259,25 @@ def _torque(unbalance: bool) -> Callable[[Context], Reading]:
     return read
 
 
+def _cogging(c: Context) -> Reading:
+    """0 where none stands out of the noise: what the run cannot show is within its residuals."""
+    found = [one for one in c.estimate.repeating if one.quantity == COGGING.name]
+    if not found:
+        return Reading(COGGING.unit, 0.0, 0.0, note="none stands out of the noise")
+    if problem := c.doubt("J"):
+        return Reading(COGGING.unit, problem=problem)
+    value, noise = sum(one.amplitude for one in found), (one.uncertainty for one in found)
+    inertia = c.estimate.parameters["J"]  # every torque has the same scale
+    scale = (inertia.total or 0.0) / inertia.value if inertia.value else 0.0
+    times = " and ".join(str(one.per_turn) for one in found)
+    return Reading(
+        COGGING.unit,
+        value,
+        math.hypot(*noise, scale * value, COGGING_SHAPE * value),
+        note=f"{times} times a turn",
+    )
+
+
 def _brush(c: Context) -> Reading:
     found = [ripple.brush_noise(k) for k in c.estimate.curves if k.channel == CURRENT]
     if not found or not all(math.isfinite(value) for value, _ in found):
@@ -307,6 +328,7 @@ QUANTITIES: Mapping[str, Quantity] = {
     "ripple_segment": Quantity("1", "worst segment against the others", _segment),
     "friction_turn": Quantity("N·m", "torque variation over a turn", _torque(False)),
     "unbalance": Quantity("N·m", "unbalance torque", _torque(True)),
+    "cogging": Quantity(COGGING.unit, "cogging torque", _cogging),
     "brush_noise": Quantity("1", "scatter of the current", _brush),
     "shape_current": Quantity("A", "current against the model, rms", _shape(CURRENT, "A")),
     "shape_position": Quantity("rad", "position against the model, rms", _shape(POSITION, "rad")),

@@ -167,8 +167,9 @@ def _trace(history: History, capture: Any) -> Iterator[str]:
         yield f"  {name:<12}{digest[:12] if digest else 'none'}"
     for row in history.results_of(capture.sha256):
         marginal = " MARGINAL" if row.marginal else ""
+        by = f" by {history.name_of(row.operator)}" if row.operator else ""
         yield (
-            f"  result {row.id}: {row.outcome or row.kind}{marginal}, {row.kind} "
+            f"  result {row.id}: {row.outcome or row.kind}{marginal}, {row.kind}{by} "
             f"{row.at:%Y-%m-%d %H:%M:%S} UTC, product {row.product or 'none'}, limits "
             f"{row.limits[:12] if row.limits else 'none'}, motorid {row.versions.get('motorid')}"
         )

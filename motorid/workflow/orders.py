@@ -31,7 +31,7 @@ SHORTEST_TOKEN = 16  # characters
 LAST_WORDS_S = 1.0  # for a client to take its last answers
 Message = dict[str, Any]
 Answer = Callable[[Message], None]
-Take = Callable[[Message, Answer], None]  # an order, and where its answers go
+Take = Callable[[Message, Answer, str], None]  # an order, where its answers go, who gives it
 
 
 class Orders(socketserver.ThreadingTCPServer):
@@ -161,7 +161,7 @@ class _Client(socketserver.StreamRequestHandler):
 
     def serve(self) -> None:
         while (order := self.next_order()) is not None:
-            self.server.take(order, self.answer)
+            self.server.take(order, self.answer, f"controller at {self.client_address[0]}")
 
     def next_order(self) -> Message | None:
         """The next line's; None where there is none, or none that is an order: that is answered."""

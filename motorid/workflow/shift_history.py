@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from motorid import json_seal, json_text
 from motorid.errors import DataError, MotoridError
 from motorid.workflow.check import CAPTURE, VERDICT, serial_of
+from motorid.workflow.trail import hand_over
 
 if TYPE_CHECKING:
     from motorid.quality.history import History
@@ -40,24 +41,30 @@ class ShiftHistory:
             with open_history(self.where, patience_s=PATIENCE_S) as history:
                 if not (folder / MARK).exists():
                     self._add(history, folder)
+                hand_over(folder.parent, history.note)
         except (MotoridError, OSError) as error:
             return f"{serial_of(folder)} is not in the history yet ({error})"
         return ""
 
     def catch_up(self, folder: Path) -> str:
-        """Adds what an earlier shift could not. What was done and what was not, in a sentence."""
+        """Adds what an earlier shift could not. What was done and what was not, in a sentence.
+
+        Names that are older than the history keeps them are forgotten.
+        """
         from motorid.quality.history import open_history
 
         missing = [one for one in sorted(folder.iterdir()) if self._is_missing(one)]
-        if not missing:
-            return ""
         left = 0
         with open_history(self.where, patience_s=PATIENCE_S) as history:
+            hand_over(folder, history.note)
+            history.forget_names()
             for one in missing:
                 try:
                     self._add(history, one)
                 except (DataError, OSError):
                     left += 1
+        if not missing:
+            return ""
         said = f"{len(missing) - left} earlier verdicts were added to the history. "
         return said + (f"{left} could not be: see motorid history add. " if left else "")
 

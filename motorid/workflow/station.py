@@ -19,6 +19,7 @@ from motorid.workflow.check import Inspection, Line, Who, refuse_serial, resume
 from motorid.workflow.history_worker import HistoryWorker
 from motorid.workflow.kept_orders import KeptOrders
 from motorid.workflow.second_tests import Judged, newest_first, refuse_repeat, together
+from motorid.workflow.trail import OrderTrail
 
 if TYPE_CHECKING:
     from motorid.workflow.orders import Answer, Message
@@ -79,6 +80,7 @@ class Station:
         self.measuring = ""
         self._orders: queue.Queue[Order | Refusal | str | None] = queue.Queue()
         self.kept = KeptOrders(line.folder)
+        self.trail = OrderTrail(line.folder, line.who.station)
         self._shown = self._ready()
 
     # ---- any thread
@@ -99,8 +101,9 @@ class Station:
             if self._enter(serial):
                 self.ignored += 1  # a scanner that bounced, or a hand before the verdict
                 return
-            before = self._keep(serial, retest)
+            before = self._keep(serial, retest, self.line.who.operator)
         except MotoridError as error:
+            self._refused(serial, self.line.who.operator, error)
             self._orders.put(Refusal(str(error)))
             return
         self._orders.put(Order(serial, lambda message: None, retest=retest, before=before))
@@ -113,14 +116,18 @@ class Station:
         serial, _, retest = typed.partition(" ")
         return serial, retest.strip()
 
-    def take(self, order: Message, answer: Answer) -> None:
+    def _refused(self, serial: str, who: str, error: MotoridError) -> None:
+        """Notes it, where the disk takes it: what was refused was also said to be."""
+        with contextlib.suppress(DataError):
+            self.trail.refused(serial, who, str(error))
+
+    def take(self, order: Message, answer: Answer, who: str = "") -> None:
         """One order from a line controller; see docs/line-controller.md."""
         tag = {"id": order["id"]} if "id" in order else {}
         try:
             match order["order"]:
                 case "inspect":
-                    retest = str(order.get("reason", ""))
-                    self._accept(str(order.get("serial", "")), retest, answer, tag)
+                    self._inspect_next(order, answer, tag, who)
                 case "status":
                     answer({"event": "status", **tag, **self.status()})
                 case "last":
@@ -130,16 +137,26 @@ class Station:
         except MotoridError as error:
             answer({"event": "error", **tag, "message": str(error)})
 
-    def _accept(self, serial: str, retest: str, answer: Answer, tag: dict[str, Any]) -> None:
+    def _inspect_next(self, order: Message, answer: Answer, tag: dict[str, Any], who: str) -> None:
+        serial, retest = str(order.get("serial", "")), str(order.get("reason", ""))
+        try:
+            self._accept(serial, retest, answer, tag, who)
+        except MotoridError as error:
+            self._refused(serial, who, error)
+            raise
+
+    def _accept(
+        self, serial: str, retest: str, answer: Answer, tag: dict[str, Any], who: str
+    ) -> None:
         refuse_serial(self.line.product, serial)
         if problem := self._enter(serial):
             raise DataError(problem)
-        before = self._keep(serial, retest)
+        before = self._keep(serial, retest, who)
         waiting = self._orders.qsize()
         answer({"event": "accepted", **tag, "serial": serial, "waiting": waiting})
         self._orders.put(Order(serial, answer, tag, retest, before))
 
-    def _keep(self, serial: str, retest: str) -> int:
+    def _keep(self, serial: str, retest: str, who: str) -> int:
         """The order on disk, before anybody is told that it is accepted; how often it was tested.
 
         The motor is in work already: so a verdict that just came counts as one before. Raises
@@ -149,6 +166,7 @@ class Station:
             Who(retest=retest)  # raises for what no record can carry
             before = self._before(serial)
             refuse_repeat(self.line.product, serial, retest, before)
+            self.trail.accepted(serial, who, retest)
             self.kept.accepted(serial)
         except Exception:
             self._leave(serial)

@@ -11,12 +11,17 @@ from motorid.quality.history import CaptureRecord, MeasurementRecord, ResultReco
 # what makes a history one from before its tables had steps
 UNSTEPPED = (
     "DROP TABLE alembic_version",
+    "DROP TABLE names",
+    "DROP TABLE trail",
+    "DELETE FROM meta WHERE name = 'names_kept_days'",
     *(f"DROP INDEX ix_results_{name}_id" for name in ("outcome", "station", "product")),
 )
 BEGAN = datetime(2026, 1, 5, 6, 0, tzinfo=UTC)
 
 
-def record(number: int, *, station: str = "line-1", outcome: str = "PASS") -> ResultRecord:
+def record(
+    number: int, *, station: str = "line-1", outcome: str = "PASS", operator: str = ""
+) -> ResultRecord:
     """The check of motor ``number``; equal numbers give equal records."""
     sha256 = hashlib.sha256(f"capture {number}".encode()).hexdigest()
     return ResultRecord(
@@ -26,6 +31,7 @@ def record(number: int, *, station: str = "line-1", outcome: str = "PASS") -> Re
         outcome=outcome,
         at=BEGAN + timedelta(seconds=3 * number),
         station=station,
+        operator=operator,
         measurements=(
             MeasurementRecord("R", "ohm", 2.6 + 0.001 * (number % 50), 0.004, 2.4, 2.8, 0.007,
                               outcome),

@@ -12,6 +12,7 @@ import pytest
 import motorid
 from motorid.quality.judge import judge
 from motorid.quality.product import Product
+from motorid.quality.quantities import QUANTITIES, Context
 from motorid.quality.ripple import segment_ripple, turn_torque, windows
 from motorid.quality.verdict import Outcome
 from motorid.rig import load_rig
@@ -25,6 +26,7 @@ DEFECTS = [
     ("shorted_turn=0.05", {"ripple_segment", "B"}, {"K_25", "J"}),
     ("winding=1.06", {"R_25", "K_25"}, {"T0", "J"}),
     ("unbalance=1e-4", {"unbalance"}, {"R_25", "K_25", "J", "ripple_segment"}),
+    ("cogging=4e-3", {"cogging"}, {"R_25", "K_25", "J", "ripple_segment"}),
     ("brush_bounce=0.5", {"brush_noise"}, {"K_25", "J"}),
     ("coupling=1e-3", {"shape_position", "friction_turn"}, {"R_25", "K_25"}),
     ("copper=1.1", {"R_25"}, {"K_25", "T0", "J"}),
@@ -107,3 +109,16 @@ def test_a_warm_up_is_kept_and_not_judged(product: Product, line_rig: Any, tmp_p
     assert done.folder is not None
     assert (done.folder / "warm-up.h5").exists()
     assert len(done.verdict.inputs) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [3e-3, 4e-3])
+def test_cogging_is_measured_right(measure: Any, product: Product, size: float) -> None:
+    estimate = six(measure(f"cogging={size}"))
+    (found,) = estimate.repeating
+    assert (found.quantity, found.per_turn) == ("cogging torque", 10)
+    read = QUANTITIES["cogging"].read(Context(estimate, product))
+    assert read.uncertainty is not None
+    assert read.value == found.amplitude == pytest.approx(size, abs=2 * read.uncertainty)
+    assert read.uncertainty < 0.02 * size
+    assert "10 times a turn" in read.note

@@ -32,7 +32,8 @@ class Taken:
         self.orders: list[Message] = []
         self.answers: list[Answer] = []
 
-    def __call__(self, order: Message, answer: Answer) -> None:
+    def __call__(self, order: Message, answer: Answer, who: str) -> None:
+        assert who == "controller at 127.0.0.1"
         self.orders.append(order)
         self.answers.append(answer)
         answer({"event": "accepted"})
@@ -197,7 +198,7 @@ def test_strangers_take_no_place_from_clients(guarded: Orders) -> None:
 def test_the_example_for_a_controller_runs(tmp_path: Path) -> None:
     """The page's own program, as a reader would copy it, against answers of the page's form."""
 
-    def judged(order: Message, answer: Answer) -> None:
+    def judged(order: Message, answer: Answer, who: str) -> None:
         tag = {"id": order["id"], "serial": order["serial"]}
         answer({"event": "accepted", "waiting": 0, **tag})
         answer({"event": "verdict", "outcome": "PASS", "ends": True, **tag})

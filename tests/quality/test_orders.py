@@ -54,7 +54,7 @@ class Deaf:
 
 @pytest.fixture
 def server() -> Iterator[Orders]:
-    def take(order: Message, answer: Answer) -> None:
+    def take(order: Message, answer: Answer, who: str) -> None:
         if order["order"] == "inspect":
             answer({"event": "accepted"})
         else:

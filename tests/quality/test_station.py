@@ -163,7 +163,13 @@ def test_a_shift_goes_into_the_history_once(tmp_path: Path) -> None:
         wait_for(lambda: all((one / "in-history").exists() for one in folders))
     with open_history(book) as history:
         rows = history.results()
-    assert {row.serial: row.operator for row in rows} == {"D000001": "anna", "D000002": "ben"}
+        names = {row.serial: history.name_of(row.operator) for row in rows}
+        trail = history.trail()
+        assert history.verify().problems == ()
+    assert names == {"D000001": "anna", "D000002": "ben"}
+    assert [(one["subject"], one["outcome"], one["who"], one["station"]) for one in trail] == [
+        (serial, "accepted", "controller at 127.0.0.1", "line-1") for serial in sorted(names)
+    ]
     assert {row.station for row in rows} == {"line-1"}
     (folder,) = shift.glob("D000001_*")
     test = json.loads((folder / "openhtf.json").read_text(encoding="utf-8"))

@@ -15,7 +15,7 @@ from motorid.errors import DataError
 from motorid.estimate.assembly import doubt, plot_data, untold
 from motorid.estimate.assembly.measured_levels import brushes_of, measured_levels
 from motorid.estimate.assembly.refusal import refused
-from motorid.estimate.diagnosis import rank, reach, remarks, residual_remarks
+from motorid.estimate.diagnosis import rank, reach, remarks, repeating_remarks, residual_remarks
 from motorid.estimate.diagnosis.facts import steady_levels
 from motorid.estimate.diagnosis.repair import repaired
 from motorid.estimate.diagnosis.suspects import suspects
@@ -215,6 +215,7 @@ def unjudged(
         nominal_v=voltage,
         brushes=brushes,
         levels=measured_levels(named, curves, found.motor(), brushes),
+        repeating=repeating_remarks.repeating(records, solution),
         suspects=untold.suspects(found.undetected, solution),
     )
 

@@ -141,6 +141,20 @@ class MeasuredLevel:
 
 
 @dataclass(frozen=True)
+class Repeats:
+    """What the fit found to repeat ``per_turn`` times a turn of the rotor: its name and amplitude.
+
+    Root mean square over the runs, with the standard uncertainty that noise gives.
+    """
+
+    quantity: str
+    per_turn: int
+    amplitude: float
+    uncertainty: float
+    unit: str
+
+
+@dataclass(frozen=True)
 class SegmentRow:
     """One stretch of a capture as the segmenter named it; ``reason`` says why it is rejected."""
 
@@ -259,5 +273,6 @@ class Estimate(Look):
     nominal_v: float | None = None  # V, at which ``derived`` is
     brushes: Brushes | None = None  # what takes of that voltage
     levels: Sequence[MeasuredLevel] = ()
+    repeating: Sequence[Repeats] = ()
 
     __repr__ = Look.brief

@@ -8,9 +8,11 @@ from __future__ import annotations
 from motorid.quality.history.database import History, open_history
 from motorid.quality.history.query import Query
 from motorid.quality.history.records import CaptureRecord, MeasurementRecord, ResultRecord
+from motorid.quality.history.trail import Entry
 
 __all__ = [
     "CaptureRecord",
+    "Entry",
     "History",
     "MeasurementRecord",
     "Query",

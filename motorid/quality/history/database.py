@@ -3,45 +3,27 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from sqlalchemy import (
-    URL,
-    Connection,
-    Engine,
-    Row,
-    create_engine,
-    event,
-    func,
-    insert,
-    inspect,
-    select,
-)
-from sqlalchemy.engine import make_url
-from sqlalchemy.exc import (
-    ArgumentError,
-    IntegrityError,
-    NoSuchModuleError,
-    OperationalError,
-    ProgrammingError,
-    SQLAlchemyError,
-)
+from sqlalchemy import Connection, Engine, Row, func, insert, inspect, select
+from sqlalchemy.exc import IntegrityError, OperationalError, ProgrammingError
 
-from motorid import json_text
-from motorid.errors import DataError, UsageError
+from motorid.errors import DataError
 from motorid.limits import HISTORY, refuse_large
+from motorid.quality.history import engine, names, seals, steps, trail
 from motorid.quality.history import schema as s
-from motorid.quality.history import seals, steps
+from motorid.quality.history.engine import READING
+from motorid.quality.history.forgetting import Forgotten, forget
 from motorid.quality.history.query import Query, matches
 from motorid.quality.history.records import CaptureRecord, ResultRecord, digest
 
-PATIENCE_S = 60.0  # how long a writer waits for the others
 ATTEMPTS = 5
-UNREADABLE = (ValueError, TypeError, OverflowError, LookupError, AttributeError, ArithmeticError)
-READING = {"motorid_reading": True}
+T = TypeVar("T")
 
 
 def open_history(
@@ -63,73 +45,11 @@ def open_history(
         raise DataError(f"there is no history {text}: check the path")
     if "://" not in text and Path(text).exists():
         refuse_large(Path(text), HISTORY)
-    with _said(text):
-        engine = _engine(text, patience_s)
-        history = History(engine, text)
+    with engine.said(text):
+        made = engine.make(text, patience_s)
+        history = History(made, text)
         history._prepare(create or upgrade, upgrade)
     return history
-
-
-def _engine(text: str, patience_s: float | None) -> Engine:
-    try:
-        url = make_url(text if "://" in text else f"sqlite:///{Path(text)}")
-        engine = create_engine(
-            url,
-            json_serializer=json_text.dumps,
-            json_deserializer=json_text.loads,
-            connect_args=_bounds(url, patience_s) if patience_s else {},
-        )
-    except (ArgumentError, NoSuchModuleError, *UNREADABLE) as error:
-        raise UsageError(f"{text} is no database that SQLAlchemy knows: {error}") from None
-    except ModuleNotFoundError as error:
-        raise UsageError(
-            f"{url.drivername} needs the package {error.name}: pip install it"
-        ) from None
-    if engine.dialect.name == "sqlite":
-        _tune_sqlite(engine, patience_s or PATIENCE_S)
-    return engine
-
-
-def _bounds(url: URL, patience_s: float) -> dict[str, Any]:
-    """What makes PostgreSQL's client give up: no connection, no answer, a host that is gone."""
-    if url.get_backend_name() != "postgresql" or "options" in url.query:
-        return {}
-    most_ms = int(1e3 * patience_s)
-    return {
-        "connect_timeout": max(2, round(patience_s)),
-        "tcp_user_timeout": most_ms,
-        "options": f"-c statement_timeout={most_ms} -c lock_timeout={most_ms}",
-    }
-
-
-def _tune_sqlite(engine: Engine, patience_s: float) -> None:
-    """WAL, synced at every commit, and writers that queue instead of failing."""
-
-    @event.listens_for(engine, "connect")
-    def connected(connection: Any, _: Any) -> None:
-        connection.isolation_level = None  # the driver must not begin transactions of its own
-        connection.execute(f"PRAGMA busy_timeout = {int(patience_s * 1000)}")
-        connection.execute("PRAGMA foreign_keys = ON")
-        connection.execute("PRAGMA synchronous = FULL")
-
-    @event.listens_for(engine, "begin")
-    def begun(connection: Connection) -> None:
-        reading = connection.get_execution_options().get("motorid_reading")
-        # a transaction that turns from reader to writer could not wait for its turn
-        connection.exec_driver_sql("BEGIN" if reading else "BEGIN IMMEDIATE")
-
-
-@contextmanager
-def _said(where: str) -> Iterator[None]:
-    """A database's complaint as one sentence of ours.
-
-    A damaged one gives texts where numbers or dates were, and what reads them raises its own.
-    """
-    try:
-        yield
-    except (SQLAlchemyError, *UNREADABLE) as error:
-        cause = getattr(error, "orig", None) or error
-        raise DataError(f"the history {where} cannot be used: {cause}") from None
 
 
 class History:
@@ -156,13 +76,17 @@ class History:
 
         False where the history has it already. Raises DataError where it cannot be written.
         """
-        with _said(self.where):
+        return self._write(lambda connection: _add(connection, record))
+
+    def _write(self, write: Callable[[Connection], T]) -> T:
+        """What ``write`` returns, in one transaction that is on disk when this returns."""
+        with engine.said(self.where):
             if not self._made:  # opened to be read: an older one has no seals yet
                 self._prepare(True)
             for attempt in range(ATTEMPTS):
                 try:
                     with self.engine.begin() as connection:
-                        return _add(connection, record)
+                        return write(connection)
                 except IntegrityError:  # another process added the same text or result meanwhile
                     if attempt == ATTEMPTS - 1:
                         raise
@@ -171,7 +95,7 @@ class History:
     @contextmanager
     def reading(self) -> Iterator[Connection]:
         """A connection that sees one state of the database and holds nobody up."""
-        with _said(self.where), self.engine.connect() as connection:
+        with engine.said(self.where), self.engine.connect() as connection:
             yield connection.execution_options(**READING)
 
     def results(self, query: Query | None = None, *, last: int | None = None) -> list[Row[Any]]:
@@ -266,7 +190,49 @@ class History:
             if not inspect(connection).has_table(s.seals.name):
                 count = connection.scalar(select(func.count()).select_from(s.results))
                 return seals.Checked(0, int(count or 0), (), ())
-            return seals.verify(connection, anchors)
+            found = seals.verify(connection, anchors)
+            if not inspect(connection).has_table(s.trail.name):
+                return found
+            return replace(found, problems=(*found.problems, *trail.problems(connection)))
+
+    def note(self, entry: trail.Entry) -> bool:
+        """Adds an entry to the trail, on disk when this returns; False where it is there already.
+
+        Raises DataError where it cannot be written.
+        """
+        return bool(self._write(lambda connection: trail.add(connection, entry)))
+
+    def trail(self, *, station: str = "", serial: str = "", last: int = 50) -> list[dict[str, Any]]:
+        """The ``last`` entries, oldest first: at, station, action, outcome, who, serial, reason."""
+        with self.reading() as connection:
+            if not inspect(connection).has_table(s.trail.name):
+                return []
+            wanted = select(s.trail).order_by(s.trail.c.at.desc(), s.trail.c.position.desc())
+            if station:
+                wanted = wanted.where(s.trail.c.station == station)
+            if serial:
+                wanted = wanted.where(matches(s.trail.c.subject, serial))
+            rows = connection.execute(wanted.limit(last)).all()
+            return trail.shown(connection, rows[::-1])
+
+    def name_of(self, cited: str) -> str:
+        """The name of an operator that a result cites, as long as it is kept."""
+        with self.reading() as connection:
+            return names.name_of(connection, cited)
+
+    def forget_names(
+        self, by: str = "", days: int | None = None, now: datetime | None = None
+    ) -> Forgotten:
+        """Forgets the names that are older than the rule says; ``days`` becomes the rule first.
+
+        Both stand in the trail. Names that are part of an older seal stay; they are counted.
+        """
+        done = self._write(lambda connection: forget(connection, by, days, now))
+        if done.names and self.engine.dialect.name == "sqlite":
+            with engine.said(self.where), self.engine.connect() as connection:
+                raw: Any = connection.connection.dbapi_connection
+                raw.execute("PRAGMA wal_checkpoint(TRUNCATE)")  # the log holds them as well
+        return done
 
     def names(self) -> list[str]:
         """The quantities that any result has measured."""
@@ -312,7 +278,8 @@ def _add(connection: Connection, record: ResultRecord) -> bool:
         name: getattr(record, name)
         for name in ("kind", "serial", "product", "outcome", "marginal", "at", "station")
     }
-    row |= {"operator": record.operator, "note": record.note, "versions": dict(record.versions)}
+    row |= {"operator": names.cite(connection, record.operator, record.at)}
+    row |= {"note": record.note, "versions": dict(record.versions)}
     row |= {"limits": _keep(connection, record.limits)}
     row |= {"estimate": _keep(connection, record.estimate)}
     done = connection.execute(insert(s.results).values(key=key, **row))

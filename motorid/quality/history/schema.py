@@ -23,7 +23,7 @@ from sqlalchemy import (
 from sqlalchemy.types import TypeDecorator
 
 VERSION = "1"  # of the tables; another first number is refused
-STEP = "0002"  # the last of the steps in migrations/; see steps.py
+STEP = "0003"  # the last of the steps in migrations/; see steps.py
 
 
 class UtcDateTime(TypeDecorator[datetime]):
@@ -192,6 +192,33 @@ seals = Table(
     Column("station", NAME, primary_key=True),
     Column("position", Count, primary_key=True, autoincrement=False),
     Column("result", Count, nullable=False, unique=True),  # no foreign key: it outlives its result
+    Column("content", DIGEST, nullable=False),
+    Column("chain", DIGEST, nullable=False),
+)
+
+# Names of persons, beside the digests under which results and trail cite them; see names.py.
+names = Table(
+    "names",
+    metadata,
+    Column("digest", DIGEST, primary_key=True),
+    Column("name", LongWords, nullable=False),
+    Column("salt", DIGEST, nullable=False),
+    Column("at", UtcDateTime, nullable=False, index=True),  # of what cites it
+)
+
+# Who ordered what, and what was done to the history: a chain for each station; see trail.py.
+trail = Table(
+    "trail",
+    metadata,
+    Column("station", NAME, primary_key=True),
+    Column("position", Count, primary_key=True, autoincrement=False),
+    Column("key", DIGEST, nullable=False, unique=True),  # added once
+    Column("at", UtcDateTime, nullable=False),
+    Column("action", NAME, nullable=False),
+    Column("outcome", NAME, nullable=False),
+    Column("who", NAME, nullable=False),
+    Column("subject", LongWords, nullable=False),
+    Column("reason", LongWords, nullable=False),
     Column("content", DIGEST, nullable=False),
     Column("chain", DIGEST, nullable=False),
 )

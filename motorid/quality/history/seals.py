@@ -46,8 +46,7 @@ class Checked:
 
 def seal(connection: Connection, result: int, station: str) -> None:
     """Adds a result that was just written to its station's chain, in the same transaction."""
-    lock = select(s.meta.c.value).where(s.meta.c.name == UNSEALED).with_for_update()
-    connection.execute(lock)  # one writer at a time, where the database does not see to it itself
+    one_writer(connection)
     before = head(connection, station)
     content = content_of(connection, result)
     connection.execute(
@@ -59,6 +58,11 @@ def seal(connection: Connection, result: int, station: str) -> None:
             chain=digest(before.chain + content),
         )
     )
+
+
+def one_writer(connection: Connection) -> None:
+    """Waits for its turn, where the database does not see to it itself."""
+    connection.execute(select(s.meta.c.value).where(s.meta.c.name == UNSEALED).with_for_update())
 
 
 def head(connection: Connection, station: str) -> Head:
