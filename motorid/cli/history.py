@@ -256,7 +256,7 @@ def forget(where: str, days: int | None, by: str) -> None:
     """
     from motorid.quality.history import open_history
 
-    with open_history(where) as history:
+    with open_history(where, create=False) as history:
         done = history.forget_names(by, days)
     rule = f"for {done.days} days" if done.days else "for ever"
     click.echo(f"{done.names} names forgotten; names are kept {rule}")

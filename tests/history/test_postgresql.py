@@ -9,6 +9,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,11 @@ from sqlalchemy import create_engine
 from sqlalchemy.engine import make_url
 
 from motorid.errors import DataError
-from motorid.quality.history import Query, open_history, steps
+from motorid.quality.history import Entry, Query, open_history, steps
 from motorid.quality.history import schema as s
 from motorid.quality.history.export import rows
-from tests.history.records import UNSTEPPED, record
+from motorid.quality.history.names import FORGOTTEN
+from tests.history.records import BEGAN, UNSTEPPED, record
 from tests.history.test_history import run_stations
 from tests.history.test_steps import differences
 
@@ -92,6 +94,19 @@ def test_both_databases_answer_alike(postgresql: str, tmp_path: Path) -> None:
         assert [tuple(r) for r in server.series("R")] == [tuple(r) for r in file.series("R")]
         query = Query(serial="SN-0001?")
         assert server.count(query) == file.count(query) == 10
+
+
+def test_names_are_forgotten_on_a_server_too(postgresql: str) -> None:
+    with open_history(postgresql) as history:
+        history.add(record(500, operator="anna"))
+        history.note(Entry("order", "refused", "Zoë", "1", "SN-00501", "no\tpart", at=BEGAN))
+        assert history.trail()[0]["who"] == "Zoë"
+        assert not history.note(Entry("order", "refused", "Zoë", "1", "SN-00501", at=BEGAN))
+        assert history.verify().problems == ()
+        assert history.forget_names("quality", now=BEGAN + timedelta(days=400)).names == 2
+        assert history.verify().problems == ()
+        (row,) = history.results(Query(serial="SN-00500"))
+        assert history.name_of(row.operator) == FORGOTTEN
 
 
 def test_a_server_is_brought_up_to_date_only_when_asked(postgresql: str) -> None:

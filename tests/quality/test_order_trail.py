@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import os
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 
 from motorid.errors import DataError
-from motorid.quality.history import Entry
+from motorid.quality.history import Entry, open_history
+from motorid.quality.history.names import FORGOTTEN
+from motorid.quality.history.trail import ORDER
+from motorid.quality.product import Product
+from motorid.workflow.shift_history import ShiftHistory
 from motorid.workflow.trail import ADDING, FILE, MOST_REFUSED, OrderTrail, hand_over
 
 
@@ -102,3 +107,19 @@ def test_an_order_that_cannot_be_noted_is_not_accepted(
             trail.accepted("D2", "anna")
     trail.accepted("D3", "anna")
     assert [one.subject for one in handed(tmp_path)] == ["D1", "D3"]
+
+
+def test_a_shift_hands_its_trail_over_and_forgets_old_names(
+    tmp_path: Path, product: Product
+) -> None:
+    book, shift = tmp_path / "line.db", tmp_path / "shift"
+    shift.mkdir()
+    with open_history(book) as history:
+        history.note(Entry(ORDER, "accepted", "anna", "1", at=datetime(2020, 1, 1, tzinfo=UTC)))
+    OrderTrail(shift, "line-1").refused("D2", "ben", "D1 is in work")
+    assert ShiftHistory(str(book), product, {}).catch_up(shift) == ""
+    assert list(shift.iterdir()) == []
+    with open_history(book, create=False) as history:
+        seen = {one["who"]: one["action"] for one in history.trail()}
+        assert history.verify().problems == ()
+    assert seen == {FORGOTTEN: ORDER, "ben": ORDER, "": "forget names"}
