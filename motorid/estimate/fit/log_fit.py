@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.effects.unstated import default
-from motorid.estimate.fit import log_readings, log_second_order
+from motorid.estimate.fit import log_means, log_readings, log_second_order
 from motorid.estimate.fit.alternating_fit import vanished
-from motorid.estimate.fit.log_unknowns import Fit, like, moved, widened, with_rivals_of
+from motorid.estimate.fit.log_unknowns import Fit, like, moved, readings, widened, with_rivals_of
 from motorid.estimate.fit.multistart import MOST_TRIED, settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.fit.unstated_channels import told
@@ -75,7 +75,9 @@ def best(
         plain = _instead(plain, (records, again))
     gain = plain[1].objective - wider[1].objective
     if gain > sum(one.needed for one in heard):
-        wider = log_second_order.taken(wider, free, known, fixed)
+        filtered = log_second_order.taken(wider, free, known, fixed)
+        means = log_means.taken(wider, free, known, fixed)
+        wider = log_means.likelier(filtered, means, float(np.log(readings(wider[0]))))
         wider = log_readings.reconsidered(wider, free, known, fixed)
         for record in wider[0]:
             record.as_stamped = known

@@ -29,7 +29,7 @@ def like(before: Fit, records: list[MotorRecord], whole: bool = False) -> list[M
     """Records that begin with what others found; ``whole``: in whole samples."""
     for record, other, own in zip(records, before[0], before[1].own, strict=True):
         record.estimate(*(Instance(quantity) for quantity in UNSTATED))
-        record.find(_sizes_of(other, own, record, whole))
+        record.find(found_sizes(other, own, record, whole))
     return records
 
 
@@ -47,8 +47,8 @@ def readings(records: Sequence[MotorRecord]) -> int:
     return sum(len(m.values) for r in records for m in r.measured)
 
 
-def _sizes_of(
-    other: MotorRecord, own: Floats, record: MotorRecord, whole: bool
+def found_sizes(
+    other: MotorRecord, own: Floats, record: MotorRecord, whole: bool = False
 ) -> dict[Instance, Unknown]:
     """What another record of the same readings found, to begin a search with; none: nothing."""
     if not other.found:

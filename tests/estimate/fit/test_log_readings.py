@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -46,3 +47,27 @@ def test_a_current_behind_a_low_pass_of_second_order_tells_the_inductance(tmp_pa
         assert one.total is not None
         assert abs(one.value - true) < 4.0 * one.total, name
         assert one.value == pytest.approx(true, rel=0.2 if name == "L" else 0.02), name
+
+
+def over_samples(count: int) -> Callable[[Floats], Floats]:
+    """Means over that many samples of the log, before each stamp."""
+    width = count * EVERY
+    return lambda current: np.asarray(lfilter(np.full(width, 1.0 / width), [1.0], current))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [3, 7])
+def test_a_current_that_is_a_mean_over_several_samples_is_known_as_one(
+    tmp_path: Path, count: int
+) -> None:
+    found = fit([logged(tmp_path, i=over_samples(count))])
+    (named,) = (s for s in found.suspects if s.code == "current_averaged")
+    assert named.allowed
+    assert f"({count} samples of the log)" in named.evidence
+    for name in ("R", "K", "J"):
+        one = found.parameters[name]
+        assert one.value == pytest.approx(TRUTH[name], rel=0.01), name
+    L = found.parameters["L"]
+    if L.interval_95 is not None:
+        low, high = L.interval_95
+        assert low < TRUTH["L"] < high

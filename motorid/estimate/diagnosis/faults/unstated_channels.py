@@ -25,6 +25,7 @@ from motorid.estimate.solver.problem import Solution
 WORDS = {CURRENT: "current", POSITION: "position", SPEED: "speed", VOLTAGE: "voltage"}
 SURE = 3.0  # standard uncertainties beyond which a size is no chance
 WORTH_SAYING = 0.4  # samples
+LONGER = 1.5  # samples, than a mean since the reading before
 SMOOTHING = {
     CURRENT: CURRENT_SMOOTHING.name,
     SPEED: SPEED_SMOOTHING.name,
@@ -65,7 +66,26 @@ def suspects(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect
                 if size.worth_saying(period) and (last is None or size.seconds > last[0].seconds):
                     found[kind, size.channel] = size, period
     before = records[0].as_stamped
-    return [_said(kind, size, period, before) for (kind, _), (size, period) in found.items()]
+    said = [_said(kind, size, period, before) for (kind, _), (size, period) in found.items()]
+    return [*_averaged(records, before), *said]
+
+
+def _averaged(records: Sequence[MotorRecord], before: Mapping[str, float]) -> Iterator[Suspect]:
+    """A current that the fit takes for means over several samples."""
+    for record in records:
+        current, period = record.block(CURRENT), default.period_s(record)
+        if current is None or not default.unstated(record, current.channel, "aperture"):
+            continue
+        width_s = current.channel.window_s
+        if width_s > LONGER * period:
+            long = f"{1e3 * width_s:.3g} ms ({width_s / period:.2g} samples of the log)"
+            yield Suspect(
+                "current_averaged", "current",
+                f"the current reads as a running mean over {long}; the fit allows for it",
+                f"declare it: --aperture current={1e3 * width_s:.3g}ms",
+                "named", allowed=True, without=before,
+            )  # fmt: skip
+            return
 
 
 def lags(record: MotorRecord, sizes: Mapping[str, tuple[float, float]]) -> Iterator[Size]:
