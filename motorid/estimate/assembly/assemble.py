@@ -41,7 +41,7 @@ MODEL = "v = R i + L di/dt + K w; J dw/dt = K i - B w - T0 sign(w)"
 METHOD = "output-error maximum likelihood"
 UNCHANGED: Mapping[str, str] = {}
 MOST_REPAIRS = 3  # faults that a fit allows for, one after the other
-UNTOLD = 1e3  # times what a quantity is like, from which its uncertainty says nothing of it
+UNTOLD = 10.0  # times what a quantity is like, from which its uncertainty says nothing of it
 HIGH = 95  # percentile of a log's voltages that counts as its highest level
 
 
