@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.effects.unstated import default
-from motorid.estimate.fit import log_means, log_readings, log_second_order
+from motorid.estimate.fit import log_lags, log_means, log_readings, log_second_order
 from motorid.estimate.fit.alternating_fit import vanished
 from motorid.estimate.fit.log_unknowns import Fit, like, moved, readings, widened, with_rivals_of
 from motorid.estimate.fit.multistart import MOST_TRIED, settled
@@ -77,7 +77,9 @@ def best(
     if gain > sum(one.needed for one in heard):
         filtered = log_second_order.taken(wider, free, known, fixed)
         means = log_means.taken(wider, free, known, fixed)
-        wider = log_means.likelier(filtered, means, float(np.log(readings(wider[0]))))
+        lagged = log_lags.taken(wider, [record.capture for record in first], free, known, fixed)
+        price = float(np.log(readings(wider[0])))
+        wider = log_means.likelier(log_means.likelier(filtered, means, price), lagged, price)
         wider = log_readings.reconsidered(wider, free, known, fixed)
         for record in wider[0]:
             record.as_stamped = known

@@ -71,3 +71,24 @@ def test_a_current_that_is_a_mean_over_several_samples_is_known_as_one(
     if L.interval_95 is not None:
         low, high = L.interval_95
         assert low < TRUTH["L"] < high
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [1, 4])
+def test_a_current_that_is_late_by_whole_samples_is_taken_earlier(
+    tmp_path: Path, count: int
+) -> None:
+    """Its lag was found between samples, and the speed taken for a mean."""
+
+    def late(current: Floats) -> Floats:
+        return np.concatenate([np.full(count * EVERY, current[0]), current[: -count * EVERY]])
+
+    found = fit([logged(tmp_path, i=late)])
+    (named,) = (s for s in found.suspects if s.code == "current_lag" and s.strength == "named")
+    assert named.allowed
+    assert f"({count} samples of the log)" in named.evidence
+    for name, true in TRUTH.items():
+        one = found.parameters[name]
+        assert one.interval_95 is not None
+        assert one.interval_95[0] < true < one.interval_95[1], name
+        assert one.value == pytest.approx(true, rel=0.01), name

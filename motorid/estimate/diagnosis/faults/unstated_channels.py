@@ -18,6 +18,7 @@ from motorid.estimate.effects.unstated.current_lag import CURRENT_LAG
 from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
 from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
 from motorid.estimate.effects.unstated.voltage_smoothing import VOLTAGE_SMOOTHING
+from motorid.estimate.fit.log_lags import TAKEN
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Suspect
 from motorid.estimate.solver.problem import Solution
@@ -67,7 +68,16 @@ def suspects(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect
                     found[kind, size.channel] = size, period
     before = records[0].as_stamped
     said = [_said(kind, size, period, before) for (kind, _), (size, period) in found.items()]
-    return [*_averaged(records, before), *said]
+    return [*_averaged(records, before), *_taken_earlier(records, before), *said]
+
+
+def _taken_earlier(records: Sequence[MotorRecord], before: Mapping[str, float]) -> list[Suspect]:
+    """A current that the fit took earlier by whole samples."""
+    late = [
+        (record.capture.provenance.get(TAKEN, 0.0), default.period_s(record)) for record in records
+    ]
+    late_s, period_s = max(late)
+    return [_said("lag", Size(CURRENT, late_s, 0.0), period_s, before)] if late_s > 0.0 else []
 
 
 def _averaged(records: Sequence[MotorRecord], before: Mapping[str, float]) -> Iterator[Suspect]:
