@@ -2,10 +2,11 @@
 
     python bench/bench_verdicts.py [MOTORS=200] [FIRST=0] [--jobs 1] [--out FILE] [--table FILE ...]
 
-Draws motors with brush drop, stiction, cogging, windage and weak magnets or high friction, most of
-them near the lower limit of the speed. The oracle is the same motor without errors of the measuring
-chain, after a second at the product's voltage. Two rules are judged: the product's own, and its
-limits on speed alone, so that no other limit rejects what the speed should.
+Draws motors with brush drop, stiction, cogging, windage, a K that falls with current and weak
+magnets or high friction, most of them near the lower limit of the speed. The oracle is the same
+motor without errors of the measuring chain, after a second at the product's voltage. Two rules are
+judged: the product's own, and its limits on speed alone, so that no other limit rejects what the
+speed should.
 
 ``--out`` keeps a line a motor: the same call goes on where it was stopped, and a larger count adds.
 ``--table`` only prints what such files hold.
@@ -64,6 +65,8 @@ def drawn(number: int) -> dict[str, Any]:
         options["cogging"] = rng.uniform(0.0, 4e-4)
     if rng.random() < 0.4:
         options["quadratic"] = rng.uniform(0.0, 4e-10)
+    if rng.random() < 0.4:
+        options["reaction"] = rng.uniform(0.0, 0.1)
     return {name: f"{value:.6g}" for name, value in options.items()}
 
 
