@@ -12,7 +12,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from motorid.acquire import channels, clock_check
-from motorid.acquire.clock import Pair
+from motorid.acquire.clock import Clock, Pair
 from motorid.acquire.doubts import doubts
 from motorid.acquire.facts import wrong_descriptor, wrong_zero
 from motorid.acquire.header import check_kinds
@@ -208,8 +208,7 @@ class Assembler:
         arrays = self.timeline.arrays(self._taken(), dropped)
         identity = self.replies["identify"]
         wiring = Wiring(**self.header.get("wiring", {}))
-        stated = self.header.get("clock", {})
-        clock_hz, clock_uncertainty, _ = clock_of(identity, **stated, found=self._clock())
+        clock_hz, clock_uncertainty, _ = self._clock_in_force()
         return Capture(
             ticks=arrays.ticks,
             clock_hz=clock_hz,
@@ -274,11 +273,9 @@ class Assembler:
                 f"what has no place in the run is in the journal alone, which stays as .raw: "
                 f"{listed(unplaced)}"
             )
-        *_, clock = clock_of(
-            self.replies["identify"], **self.header.get("clock", {}), found=self._clock()
-        )
-        if clock:
-            found.append(clock)
+        *_, said = self._clock_in_force()
+        if said:
+            found.append(said)
         if self._zero() is None and self.replies.get("zero"):
             found.append(
                 "the board's reply to zero holds no readings: the nominal offsets are used"
@@ -290,13 +287,15 @@ class Assembler:
         zero = self.replies.get("zero")
         return zero if zero and not wrong_zero(zero) else None
 
-    def _clock(self) -> dict[str, float]:
-        """What this computer's clock showed of the board's; nothing where it tells nothing."""
-        host = self.header.get("host", {})
-        step_s = float(host.get("clock_resolution_s", 0.0)) if isinstance(host, Mapping) else 0.0
-        nominal_hz = self.replies["identify"]["clock_hz"]
-        found = clock_check.measured(*self._ticks, nominal_hz, step_s)
-        return asdict(found) if found else {}
+    def _clock(self) -> Clock | None:
+        """What this computer's clock showed of the board's; None where it tells nothing."""
+        step_s = float(self.header.get("host", {}).get("clock_resolution_s", 0.0))
+        return clock_check.measured(*self._ticks, self.replies["identify"]["clock_hz"], step_s)
+
+    def _clock_in_force(self) -> tuple[float, float, str]:
+        """As ``clock_of`` says it."""
+        stated = self.header.get("clock", {})
+        return clock_of(self.replies["identify"], **stated, found=self._clock())
 
     def _front_end(self) -> dict[str, Any]:
         """The facts that the board had stored; none where its firmware's own held."""
@@ -314,7 +313,7 @@ class Assembler:
             "zero": self._zero() or {},
             "check": self.marks.get("check", {}),
             **{key: self.marks[key] for key in (SUPPLY_BEFORE,) if key in self.marks},
-            **({"clock": clock} if (clock := self._clock()) else {}),
+            **({"clock": asdict(clock)} if (clock := self._clock()) else {}),
             "link": {
                 "bad_frames": self.bad_frames,
                 "blocks": len(timeline.blocks) if timeline else 0,
@@ -370,7 +369,7 @@ def clock_of(
     identity: Mapping[str, Any],
     rate: float = 1.0,
     uncertainty: float | None = None,
-    found: Mapping[str, Any] | None = None,
+    found: Clock | None = None,
 ) -> tuple[float, float, str]:
     """Ticks a second, their relative standard uncertainty, and a remark on them.
 

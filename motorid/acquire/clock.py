@@ -69,8 +69,8 @@ def _unwrapped(raw: NDArray[np.int64], expected: NDArray[np.float64]) -> NDArray
     return np.concatenate([[0.0], np.cumsum(steps + WRAP * np.maximum(wraps, 0))])
 
 
-def with_stated(found: Clock, stated: float) -> Clock:
-    """Together with what the board states: its nominal rate within ``stated`` (standard)."""
+def with_stated(found: Clock, stated: float, rate: float = 1.0) -> Clock:
+    """Together with what is stated: the ``rate`` within ``stated`` (standard)."""
     weights = found.uncertainty**-2, (stated or math.inf) ** -2
-    rate = (weights[0] * found.rate + weights[1]) / sum(weights)
-    return replace(found, rate=rate, uncertainty=sum(weights) ** -0.5)
+    both = (weights[0] * found.rate + weights[1] * rate) / sum(weights)
+    return replace(found, rate=both, uncertainty=sum(weights) ** -0.5)

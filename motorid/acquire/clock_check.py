@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import replace
 
-from motorid.acquire.clock import Clock, Pair, clock_of
+from motorid.acquire.clock import Clock, Pair, clock_of, with_stated
 from motorid.errors import DataError
 
 QUESTIONS = 5  # before a run, and as many after it
@@ -34,31 +34,27 @@ def measured(
     except DataError:
         return None
     stepped = step_s / math.sqrt(6) / found.span_s  # two ends, each within a step
-    return Clock(found.rate, math.hypot(found.uncertainty, stepped), found.span_s, found.pairs)
+    return replace(found, uncertainty=math.hypot(found.uncertainty, stepped))
 
 
-def in_force(
-    rate: float, uncertainty: float, found: Mapping[str, Any] | None
-) -> tuple[float, float, str]:
+def in_force(rate: float, uncertainty: float, found: Clock | None) -> tuple[float, float, str]:
     """Rate (true ticks a second over the nominal ones), its standard uncertainty, and a remark.
 
     ``rate`` and ``uncertainty`` are stated or calibrated; ``found`` is what this computer's clock
     showed. It counts where it contradicts what is stated, or knows better.
     """
-    if not found:
+    if found is None:
         return rate, uncertainty, ""
-    seen, u = float(found["rate"]), float(found["uncertainty"])
-    apart = seen - rate
+    apart, u = found.rate - rate, found.uncertainty
     limit = math.sqrt(3) * uncertainty + BEYOND * u  # the stated one is half a width
     if abs(apart) > max(WRONG, limit):
-        return rate, uncertainty, _unbelievable(seen)
+        return rate, uncertainty, _unbelievable(found.rate)
     if abs(apart) > limit:
-        return seen, u, _contradicted(apart, uncertainty, u)
+        return found.rate, u, _contradicted(apart, uncertainty, u)
     if u >= uncertainty:
         return rate, uncertainty, ""
-    weights = u**-2, uncertainty**-2
-    both = (weights[0] * seen + weights[1] * rate) / sum(weights)
-    return both, sum(weights) ** -0.5, ""
+    both = with_stated(found, uncertainty, rate)
+    return both.rate, both.uncertainty, ""
 
 
 def _contradicted(apart: float, stated: float, u: float) -> str:

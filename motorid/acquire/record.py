@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import platform
-import random
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
-from datetime import UTC, datetime
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -45,6 +42,7 @@ from motorid.acquire.plan import (
 from motorid.acquire.port import INSTRUMENTS, open_port
 from motorid.acquire.ports import serial_of
 from motorid.acquire.resets import BoardResetError
+from motorid.acquire.run_header import run_header
 from motorid.acquire.safety import check_program
 from motorid.acquire.signs import Sign, seen
 from motorid.acquire.tap import Watch, both, run_facts
@@ -53,8 +51,7 @@ from motorid.capture.model import SUPPLY, SUPPLY_BEFORE
 from motorid.errors import DataError, LinkError, MotoridError, RigError
 from motorid.program import Program
 from motorid.rig import Rig
-from motorid.rig_calibration import citation, refuse_other_board
-from motorid.version import __version__
+from motorid.rig_calibration import refuse_other_board
 from motorid.wire.enums import Fault, Mode
 
 Progress = Callable[[Live], None]
@@ -172,7 +169,7 @@ class _Recorder:
 
     def record(self, path: Path, force: bool, serial: str, note: str, *, checked: bool) -> None:
         """Measures and saves; raises afterwards what ended the run early."""
-        header = self.recorded or _header(self.rig, self.program, serial, note)
+        header = self.recorded or run_header(self.rig, self.program, serial, note)
         check_kinds(header, "what is told of this run")  # else its journal could not be read
         if force:
             make_way(path)
@@ -374,33 +371,3 @@ def _after(failure: Exception | None, error: MotoridError) -> Exception:
 
 def _where(samples: int, path: Path) -> str:
     return f"; {samples} samples are kept in {path}" if samples else ""
-
-
-def _header(rig: Rig, program: Program, serial: str, note: str) -> dict[str, Any]:
-    """What a journal says of the run that follows: all that its bytes do not."""
-    file = rig.calibrated
-    calibrated = {"calibration_file": citation(rig), "calibration_text": file.text} if file else {}
-    return calibrated | {
-        "created": datetime.now(UTC).isoformat(timespec="seconds"),
-        "motorid": __version__,
-        "first_request": random.randrange(1, 0xFFFF),  # noqa: S311 - unlike the last session's
-        "port": rig.port,
-        "rig_name": rig.name,
-        "rig": rig.text,
-        "wiring": asdict(rig.wiring) | {"supply_voltage_v": rig.supply_voltage_v or 0.0},
-        "voltage_sense": rig.voltage_sense,
-        "calibration": {name: asdict(one) for name, one in rig.calibration.items()},
-        "clock": {"rate": rig.clock_rate, "uncertainty": rig.clock_uncertainty},
-        "board_serial": rig.board_serial or serial_of(rig.port),
-        "program": program.to_dict(),
-        "ambient_c": rig.ambient_c,
-        "ambient_uncertainty_c": rig.ambient_uncertainty_c,
-        "serial": serial,
-        "note": note,
-        **({"settings": dict(rig.settings)} if rig.settings else {}),
-        "host": {
-            "python": platform.python_version(),
-            "system": platform.platform(terse=True),
-            "clock_resolution_s": clock_check.resolution_s(),
-        },
-    }

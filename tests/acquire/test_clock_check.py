@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from motorid.acquire.clock import Pair
+from motorid.acquire.clock import Clock, Pair
 from motorid.acquire.clock_check import in_force, measured
 from motorid.capture import store
 from tests.acquire.rigs import run, sim_rig
@@ -59,9 +59,9 @@ def test_a_board_that_answered_at_one_end_alone_tells_nothing(lacking: int) -> N
     assert measured(both[0], both[1], HZ, 0.0) is None
 
 
-def shown(rate: float, uncertainty: float) -> dict[str, float]:
+def shown(rate: float, uncertainty: float) -> Clock:
     """What a run showed."""
-    return {"rate": rate, "uncertainty": uncertainty}
+    return Clock(rate, uncertainty, 5.0, 10)
 
 
 def test_a_run_without_such_questions_goes_by_what_is_stated() -> None:

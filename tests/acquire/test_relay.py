@@ -189,7 +189,7 @@ def test_a_bad_relay_loses_blocks_and_says_so(fault: str, tmp_path: Path) -> Non
 
 @pytest.mark.slow
 def test_the_same_seed_gives_the_same_gaps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("motorid.acquire.record.random.randrange", lambda low, high: 77)
+    monkeypatch.setattr("motorid.acquire.run_header.random.randrange", lambda low, high: 77)
     gaps = [
         store.load(capture("drop:4e-4", tmp_path / f"{n}.h5", seed=seed)).gaps
         for n, seed in enumerate(("3", "3", "4"))

@@ -15,7 +15,7 @@ import tempfile
 from pathlib import Path
 from unittest import mock
 
-from motorid.acquire import record
+from motorid.acquire import record, run_header
 from motorid.wire.enums import EndReason, Fault
 from tests.faults.laws import LOSS_S, Outcome, Trial
 from tests.faults.scenarios import SCENARIOS, Scenario
@@ -35,7 +35,7 @@ def row(scenario: Scenario) -> str:
         folder.mkdir()
         home.mkdir()
         with (
-            mock.patch.object(record.random, "randrange", return_value=77),
+            mock.patch.object(run_header.random, "randrange", return_value=77),
             mock.patch.dict(os.environ, HOME=str(home)),
         ):
             trial = Trial(

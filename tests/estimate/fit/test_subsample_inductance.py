@@ -21,7 +21,8 @@ def searched(
 ) -> tuple[float | None, list[float]]:
     """What the search takes where ``worse(ln H)`` is chi-square, and all that it held."""
     record = SimpleNamespace(timeline=SimpleNamespace(period_s=PERIOD_S))
-    search: Any = subsample_inductance._Search([record], (), {}, {"R": ohms}, None)  # type: ignore
+    of: Any = subsample_inductance._Search  # of a record that has nothing but its grid
+    search = of([record], (), {}, {"R": ohms}, None)
     tried: list[float] = []
 
     def held(inductance_h: float) -> tuple[list[object], SimpleNamespace]:
