@@ -257,12 +257,12 @@ def forget(where: str, days: int | None, by: str) -> None:
     from motorid.quality.history import open_history
 
     with open_history(where, create=False) as history:
-        done = history.forget_names(by, days)
+        done, sealed = history.forget_names(by, days), history.sealed_names()
     rule = f"for {done.days} days" if done.days else "for ever"
     click.echo(f"{done.names} names forgotten; names are kept {rule}")
-    if done.sealed_in:
+    if sealed:
         click.echo(
-            f"{done.sealed_in} results from before step 0003 of the tables hold a name in their "
+            f"{sealed} results from before step 0003 of the tables hold a name in their "
             "seal: it stays"
         )
 

@@ -18,7 +18,7 @@ from motorid.workflow.trail import hand_over
 
 if TYPE_CHECKING:
     from motorid.quality.history import History
-    from motorid.quality.history.seals import Head
+    from motorid.quality.history.chain import Head
     from motorid.quality.product import Product
 
 PATIENCE_S = 20.0  # for the database to answer; what it does not take is added later
@@ -110,7 +110,7 @@ class ShiftHistory:
 
 def anchors(folder: Path) -> Iterator[Head]:
     """The heads of the chain that the inspections under ``folder`` keep. Raises DataError."""
-    from motorid.quality.history.seals import Head
+    from motorid.quality.history.chain import Head
 
     for mark in sorted(folder.rglob(MARK)):
         lines = mark.read_text(encoding="utf-8").splitlines()

@@ -60,7 +60,7 @@ def test_nobody_is_nobody(tmp_path: Path) -> None:
 def test_old_names_are_forgotten_and_every_seal_holds(place: Path) -> None:
     with open_history(place) as history:
         early = history.forget_names("quality", now=BEGAN + YEAR)
-        assert (early.names, early.days, early.sealed_in) == (0, 365, 0)
+        assert (early.names, early.days, history.sealed_names()) == (0, 365, 0)
         done = history.forget_names("quality", now=BEGAN + YEAR + timedelta(seconds=7))
         assert done.names == 4  # of motors 0, 1 and 2, and of the order
         assert operators(history) == [FORGOTTEN] * 3 + ["ben", "anna", "ben"]
@@ -162,7 +162,8 @@ def test_whatever_is_added_and_forgotten_in_any_order_stays_whole(
 def test_a_name_within_an_older_seal_stays_and_is_counted(place: Path) -> None:
     sql(place, "UPDATE results SET operator = 'anna' WHERE id < 3")  # as step 0002 wrote them
     with open_history(place) as history:
-        assert history.forget_names(now=BEGAN + 2 * YEAR).sealed_in == 2
+        history.forget_names(now=BEGAN + 2 * YEAR)
+        assert history.sealed_names() == 2
         assert operators(history)[:3] == ["anna", "anna", FORGOTTEN]
 
 

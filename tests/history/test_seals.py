@@ -13,8 +13,9 @@ import pytest
 from motorid import json_text
 from motorid.cli.main import run
 from motorid.quality.history import History, open_history
-from motorid.quality.history.seals import Head, content_of
-from motorid.quality.history.seals import digest as sha256
+from motorid.quality.history.chain import Head
+from motorid.quality.history.records import digest as sha256
+from motorid.quality.history.seals import content_of
 from tests.history.records import UNSTEPPED, record
 
 

@@ -15,10 +15,11 @@ from sqlalchemy.exc import IntegrityError, OperationalError, ProgrammingError
 
 from motorid.errors import DataError
 from motorid.limits import HISTORY, refuse_large
-from motorid.quality.history import engine, names, seals, steps, trail
+from motorid.quality.history import chain, engine, names, seals, steps, trail
 from motorid.quality.history import schema as s
+from motorid.quality.history.chain import Head
 from motorid.quality.history.engine import READING
-from motorid.quality.history.forgetting import Forgotten, forget
+from motorid.quality.history.forgetting import Forgotten, forget, sealed_in
 from motorid.quality.history.query import Query, matches
 from motorid.quality.history.records import CaptureRecord, ResultRecord, digest
 
@@ -179,12 +180,12 @@ class History:
         with self.reading() as connection:
             return list(connection.execute(wanted))
 
-    def head(self, station: str) -> seals.Head:
+    def head(self, station: str) -> Head:
         """The end of a station's chain of seals."""
         with self.reading() as connection:
-            return seals.head(connection, station)
+            return chain.head(connection, s.seals, station)
 
-    def verify(self, anchors: Sequence[seals.Head] = ()) -> seals.Checked:
+    def verify(self, anchors: Sequence[Head] = ()) -> seals.Checked:
         """Whether the results are those that were added; see ``seals``."""
         with self.reading() as connection:
             if not inspect(connection).has_table(s.seals.name):
@@ -218,14 +219,14 @@ class History:
     def name_of(self, cited: str) -> str:
         """The name of an operator that a result cites, as long as it is kept."""
         with self.reading() as connection:
-            return names.name_of(connection, cited)
+            return names.names_of(connection, [cited])[cited]
 
     def forget_names(
         self, by: str = "", days: int | None = None, now: datetime | None = None
     ) -> Forgotten:
         """Forgets the names that are older than the rule says; ``days`` becomes the rule first.
 
-        Both stand in the trail. Names that are part of an older seal stay; they are counted.
+        Both stand in the trail. Names that are part of an older seal stay: see ``sealed_names``.
         """
         done = self._write(lambda connection: forget(connection, by, days, now))
         if done.names and self.engine.dialect.name == "sqlite":
@@ -233,6 +234,11 @@ class History:
                 raw: Any = connection.connection.dbapi_connection
                 raw.execute("PRAGMA wal_checkpoint(TRUNCATE)")  # the log holds them as well
         return done
+
+    def sealed_names(self) -> int:
+        """How many results hold the name of their operator in their seal, where it stays."""
+        with self.reading() as connection:
+            return sealed_in(connection)
 
     def names(self) -> list[str]:
         """The quantities that any result has measured."""

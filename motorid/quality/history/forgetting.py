@@ -20,13 +20,10 @@ MOST_DAYS = 36_500
 
 @dataclass(frozen=True)
 class Forgotten:
-    """How many names were; for how many ``days`` they are kept (FOR_EVER); and in how many results
-    they stay, since they are part of an older seal.
-    """
+    """How many names were; for how many ``days`` they are kept (FOR_EVER)."""
 
     names: int
     days: int
-    sealed_in: int
 
 
 def forget(connection: Connection, by: str, days: int | None, now: datetime | None) -> Forgotten:
@@ -47,7 +44,7 @@ def forget(connection: Connection, by: str, days: int | None, now: datetime | No
         count = connection.execute(delete(s.names).where(s.names.c.at < before)).rowcount
         if count:
             _note(connection, trail.FORGET, by, before.isoformat(), f"{count} names", now)
-    return Forgotten(count, kept, _sealed_in(connection))
+    return Forgotten(count, kept)
 
 
 def _note(
@@ -64,8 +61,8 @@ def _kept_days(connection: Connection) -> int:
     return int(said)
 
 
-def _sealed_in(connection: Connection) -> int:
-    """Results from before names were kept beside the seals."""
+def sealed_in(connection: Connection) -> int:
+    """How many results hold a name in their seal: from before names were kept beside it."""
     operator = s.results.c.operator
     plain = operator.not_like(f"{CITED}%") & (operator != "")
     return int(connection.scalar(select(func.count()).select_from(s.results).where(plain)) or 0)

@@ -10,7 +10,7 @@ and every seal still holds. Each citation has a salt of its own: two of one pers
 from __future__ import annotations
 
 import secrets
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from datetime import datetime
 
 from sqlalchemy import Connection, insert, select
@@ -32,13 +32,12 @@ def cite(connection: Connection, name: str, at: datetime) -> str:
     return CITED + found
 
 
-def name_of(connection: Connection, cited: str) -> str:
-    """The name that is cited, FORGOTTEN, or the text itself where it is no citation."""
-    if not cited.startswith(CITED):
-        return cited
-    wanted = select(s.names.c.name).where(s.names.c.digest == cited.removeprefix(CITED))
-    found = connection.scalar(wanted)
-    return FORGOTTEN if found is None else str(found)
+def names_of(connection: Connection, cited: Collection[str]) -> dict[str, str]:
+    """By citation: the name, FORGOTTEN, or the text itself where it is no citation."""
+    digests = [one.removeprefix(CITED) for one in cited if one.startswith(CITED)]
+    wanted = select(s.names.c.digest, s.names.c.name).where(s.names.c.digest.in_(digests))
+    known = {CITED + row.digest: str(row.name) for row in connection.execute(wanted)}
+    return {one: known.get(one, FORGOTTEN if one.startswith(CITED) else one) for one in cited}
 
 
 def problems(connection: Connection, forgotten_before: datetime | None) -> Iterator[str]:

@@ -1,11 +1,9 @@
 """A chain of digests over the results of each station, so that a later change of them shows.
 
-    chain(n) = SHA-256(chain(n - 1), content(n))
-
-The content is every column of a result, its measurements and its captures. Whoever can write the
-database can write the chain anew, so heads are kept outside of it as well: ``verify`` holds them
-against the chain, which also shows a tail that was cut off. Results from before there were seals
-are counted, and are marked unsealed.
+The chain is chain.py's. The content is every column of a result, its measurements and its captures.
+Whoever can write the database can write the chain anew, so heads are kept outside of it as well:
+``verify`` holds them against the chain, which also shows a tail that was cut off. Results from
+before there were seals are counted, and are marked unsealed.
 """
 
 from __future__ import annotations
@@ -18,20 +16,12 @@ from typing import Any
 from sqlalchemy import Connection, func, insert, select
 
 from motorid import json_text
+from motorid.quality.history import chain
 from motorid.quality.history import schema as s
+from motorid.quality.history.chain import Head
 from motorid.quality.history.records import digest
 
 UNSEALED = "unsealed"  # in meta: how many results there were before the first seal, and the last id
-START = "0" * 64
-
-
-@dataclass(frozen=True)
-class Head:
-    """The end of a station's chain: how many results it has sealed, and their digest."""
-
-    station: str
-    position: int
-    chain: str
 
 
 @dataclass(frozen=True)
@@ -47,29 +37,13 @@ class Checked:
 def seal(connection: Connection, result: int, station: str) -> None:
     """Adds a result that was just written to its station's chain, in the same transaction."""
     one_writer(connection)
-    before = head(connection, station)
-    content = content_of(connection, result)
-    connection.execute(
-        insert(s.seals).values(
-            station=station,
-            position=before.position + 1,
-            result=result,
-            content=content,
-            chain=digest(before.chain + content),
-        )
-    )
+    link = chain.head(connection, s.seals, station).link(content_of(connection, result))
+    connection.execute(insert(s.seals).values(result=result, **link))
 
 
 def one_writer(connection: Connection) -> None:
     """Waits for its turn, where the database does not see to it itself."""
     connection.execute(select(s.meta.c.value).where(s.meta.c.name == UNSEALED).with_for_update())
-
-
-def head(connection: Connection, station: str) -> Head:
-    """The end of a station's chain."""
-    wanted = select(s.seals).where(s.seals.c.station == station)
-    last = connection.execute(wanted.order_by(s.seals.c.position.desc()).limit(1)).first()
-    return Head(station, 0, START) if last is None else Head(station, last.position, last.chain)
 
 
 def content_of(connection: Connection, result: int) -> str:
@@ -105,8 +79,16 @@ def verify(connection: Connection, anchors: Iterable[Head] = ()) -> Checked:
 
     ``anchors`` are heads that were kept elsewhere when they were the newest.
     """
-    rows = connection.execute(select(s.seals).order_by(s.seals.c.station, s.seals.c.position)).all()
-    problems = [*_chains(connection, rows), *_without_seal(connection, {r.result for r in rows})]
+    rows = chain.rows(connection, s.seals)
+    problems = [
+        *chain.broken(
+            rows,
+            lambda row: f"result {row.result}",
+            lambda row: content_of(connection, row.result),
+            "seals",
+        ),
+        *_without_seal(connection, {row.result for row in rows}),
+    ]
     known = {(row.station, row.position): row.chain for row in rows}
     for one in anchors:
         if known.get((one.station, one.position)) != one.chain:
@@ -122,24 +104,6 @@ def verify(connection: Connection, anchors: Iterable[Head] = ()) -> Checked:
 
 def _ids(connection: Connection) -> set[int]:
     return set(connection.scalars(select(s.results.c.id)))
-
-
-def _chains(connection: Connection, rows: Iterable[Any]) -> Iterator[str]:
-    last = Head("", 0, START)
-    for row in rows:
-        if row.station != last.station:
-            last = Head(row.station, 0, START)
-        where = f"station {row.station or 'without a name'}, result {row.result}"
-        if row.position != last.position + 1:
-            yield f"{where}: {row.position - last.position - 1} seals before it were deleted"
-        elif row.chain != digest(last.chain + row.content):
-            yield f"{where}: its seal does not follow from the one before: it was edited"
-        found = content_of(connection, row.result)
-        if not found:
-            yield f"{where}: it was deleted"
-        elif found != row.content:
-            yield f"{where}: it was edited after it was sealed"
-        last = Head(row.station, row.position, row.chain)
 
 
 def _without_seal(connection: Connection, sealed: set[int]) -> Iterator[str]:

@@ -14,7 +14,7 @@ from typing import Any
 from sqlalchemy import Connection, insert, select
 
 from motorid import json_text
-from motorid.quality.history import names, seals
+from motorid.quality.history import chain, names, seals
 from motorid.quality.history import schema as s
 from motorid.quality.history.records import digest
 
@@ -49,28 +49,9 @@ def add(connection: Connection, entry: Entry) -> bool:
         return False
     row = {name: getattr(entry, name) for name in SAID if name != "who"}
     row["who"] = names.cite(connection, entry.who, entry.at)
-    before = head(connection, entry.station)
-    content = _content(row)
-    connection.execute(
-        insert(s.trail).values(
-            station=entry.station,
-            position=before.position + 1,
-            key=key,
-            content=content,
-            chain=digest(before.chain + content),
-            **row,
-        )
-    )
+    link = chain.head(connection, s.trail, entry.station).link(_content(row))
+    connection.execute(insert(s.trail).values(key=key, **link, **row))
     return True
-
-
-def head(connection: Connection, station: str) -> seals.Head:
-    """The end of a station's chain."""
-    wanted = select(s.trail).where(s.trail.c.station == station)
-    last = connection.execute(wanted.order_by(s.trail.c.position.desc()).limit(1)).first()
-    if last is None:
-        return seals.Head(station, 0, seals.START)
-    return seals.Head(station, last.position, last.chain)
 
 
 def _content(row: Any) -> str:
@@ -87,22 +68,16 @@ def forgotten_before(connection: Connection) -> datetime | None:
 
 def problems(connection: Connection) -> Iterator[str]:
     """Entries that were edited, deleted or inserted, and names likewise."""
-    last = seals.Head("", 0, seals.START)
-    rows = connection.execute(select(s.trail).order_by(s.trail.c.station, s.trail.c.position))
-    for row in rows:
-        if row.station != last.station:
-            last = seals.Head(row.station, 0, seals.START)
-        where = f"station {row.station or 'without a name'}, entry {row.position} of the trail"
-        if row.position != last.position + 1:
-            yield f"{where}: {row.position - last.position - 1} entries before it were deleted"
-        elif row.chain != digest(last.chain + row.content):
-            yield f"{where}: it does not follow from the one before: it was edited"
-        if row.content != _content(row._mapping):
-            yield f"{where}: it was edited after it was sealed"
-        last = seals.Head(row.station, row.position, row.chain)
+    yield from chain.broken(
+        chain.rows(connection, s.trail),
+        lambda row: f"entry {row.position} of the trail",
+        lambda row: _content(row._mapping),
+        "entries",
+    )
     yield from names.problems(connection, forgotten_before(connection))
 
 
 def shown(connection: Connection, entries: Sequence[Any]) -> list[dict[str, Any]]:
     """Rows of the trail as a person reads them, with names as far as they are kept."""
-    return [{**row._mapping, "who": names.name_of(connection, row.who)} for row in entries]
+    known = names.names_of(connection, {row.who for row in entries})
+    return [{**row._mapping, "who": known[row.who]} for row in entries]
