@@ -6,14 +6,13 @@ itself: it names them, and each is ordered again.
 
 from __future__ import annotations
 
-import contextlib
-import os
 import threading
 from pathlib import Path
 
 from motorid import json_text
 from motorid.capture.whole import write_whole
 from motorid.errors import DataError
+from motorid.workflow import durable_lines
 
 FILE = "orders.jsonl"  # in a shift's folder; one line for each order accepted, one for each judged
 
@@ -47,19 +46,7 @@ class KeptOrders:
 
     def _append(self, line: dict[str, str]) -> None:
         with self._lock:
-            size = self.path.stat().st_size if self.path.exists() else 0
-            try:
-                with self.path.open("ab") as file:
-                    file.write(json_text.dumps(line).encode() + b"\n")
-                    file.flush()
-                    os.fsync(file.fileno())
-            except OSError as error:
-                with contextlib.suppress(OSError):  # half a line would spoil the next one
-                    os.truncate(self.path, size)
-                raise DataError(
-                    f"{self.path} cannot be written ({error.strerror or error}), so no order can "
-                    "be accepted: make room, or mend the disk"
-                ) from None
+            durable_lines.append(self.path, line)
             self._note(line)
 
     def _note(self, line: dict[str, str]) -> None:

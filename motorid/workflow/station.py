@@ -9,7 +9,7 @@ import contextlib
 import queue
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -96,14 +96,15 @@ class Station:
     def scanned(self, typed: str) -> None:
         """One serial number from the operator; behind a space, why the motor is tested again."""
         serial, retest = self._parts(typed)
+        who = self.line.who.operator
         try:
-            refuse_serial(self.line.product, serial)
-            if self._enter(serial):
-                self.ignored += 1  # a scanner that bounced, or a hand before the verdict
-                return
-            before = self._keep(serial, retest, self.line.who.operator)
+            with self._noting(serial, who):
+                refuse_serial(self.line.product, serial)
+                if self._enter(serial):
+                    self.ignored += 1  # a scanner that bounced, or a hand before the verdict
+                    return
+                before = self._keep(serial, retest, who)
         except MotoridError as error:
-            self._refused(serial, self.line.who.operator, error)
             self._orders.put(Refusal(str(error)))
             return
         self._orders.put(Order(serial, lambda message: None, retest=retest, before=before))
@@ -116,10 +117,15 @@ class Station:
         serial, _, retest = typed.partition(" ")
         return serial, retest.strip()
 
-    def _refused(self, serial: str, who: str, error: MotoridError) -> None:
-        """Notes it, where the disk takes it: what was refused was also said to be."""
-        with contextlib.suppress(DataError):
-            self.trail.refused(serial, who, str(error))
+    @contextlib.contextmanager
+    def _noting(self, serial: str, who: str) -> Iterator[None]:
+        """Keeps a refusal in the trail, where the disk takes it, and lets it through."""
+        try:
+            yield
+        except MotoridError as error:
+            with contextlib.suppress(DataError):
+                self.trail.refused(serial, who, str(error))
+            raise
 
     def take(self, order: Message, answer: Answer, who: str = "") -> None:
         """One order from a line controller; see docs/line-controller.md."""
@@ -127,7 +133,9 @@ class Station:
         try:
             match order["order"]:
                 case "inspect":
-                    self._inspect_next(order, answer, tag, who)
+                    serial, retest = str(order.get("serial", "")), str(order.get("reason", ""))
+                    with self._noting(serial, who):
+                        self._accept(serial, retest, answer, tag, who)
                 case "status":
                     answer({"event": "status", **tag, **self.status()})
                 case "last":
@@ -136,14 +144,6 @@ class Station:
                     raise DataError(f"there is no order {other!r}; they are {', '.join(KNOWN)}")
         except MotoridError as error:
             answer({"event": "error", **tag, "message": str(error)})
-
-    def _inspect_next(self, order: Message, answer: Answer, tag: dict[str, Any], who: str) -> None:
-        serial, retest = str(order.get("serial", "")), str(order.get("reason", ""))
-        try:
-            self._accept(serial, retest, answer, tag, who)
-        except MotoridError as error:
-            self._refused(serial, who, error)
-            raise
 
     def _accept(
         self, serial: str, retest: str, answer: Answer, tag: dict[str, Any], who: str

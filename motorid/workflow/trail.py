@@ -6,9 +6,7 @@ no disk, and the trail says how many were left out.
 
 from __future__ import annotations
 
-import contextlib
 import math
-import os
 import secrets
 import threading
 import time
@@ -20,6 +18,7 @@ from typing import TYPE_CHECKING
 from motorid import json_text
 from motorid.errors import DataError
 from motorid.visible import on_one_line
+from motorid.workflow import durable_lines
 
 if TYPE_CHECKING:
     from motorid.quality.history import Entry
@@ -55,7 +54,7 @@ class OrderTrail:
     def accepted(self, serial: str, who: str, reason: str = "") -> None:
         """On disk when this returns. Raises DataError where it cannot be."""
         with _TURN:
-            self._write(self._line("accepted", serial, who, reason))
+            durable_lines.append(self.path, self._line("accepted", serial, who, reason))
 
     def refused(self, serial: str, who: str, why: str) -> None:
         """As ``accepted``, of some a minute; how many more there were is said with the next."""
@@ -70,7 +69,7 @@ class OrderTrail:
             if self._left_out:
                 why += f" (and {self._left_out} refusals before it that are not listed)"
                 self._left_out = 0
-            self._write(self._line("refused", serial, who, why))
+            durable_lines.append(self.path, self._line("refused", serial, who, why))
 
     def _line(self, outcome: str, serial: str, who: str, reason: str) -> dict[str, str]:
         return {
@@ -82,21 +81,6 @@ class OrderTrail:
             "reason": _kept(reason, 2 * LONGEST),
             "key": secrets.token_hex(16),
         }
-
-    def _write(self, line: dict[str, str]) -> None:
-        size = self.path.stat().st_size if self.path.exists() else 0
-        try:
-            with self.path.open("ab") as file:
-                file.write(json_text.dumps(line).encode() + b"\n")
-                file.flush()
-                os.fsync(file.fileno())
-        except OSError as error:
-            with contextlib.suppress(OSError):  # half a line would spoil the next one
-                os.truncate(self.path, size)
-            raise DataError(
-                f"{self.path} cannot be written ({error.strerror or error}), so no order can be "
-                "taken: make room, or mend the disk"
-            ) from None
 
 
 def _kept(text: str, longest: int) -> str:
