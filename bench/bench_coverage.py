@@ -2,6 +2,7 @@
 
 python bench/bench_coverage.py --rigs 2000 --out coverage.jsonl   go on where the file ends
 python bench/bench_coverage.py --tables coverage.jsonl --causes   the tables of what is there
+python bench/bench_coverage.py --effects --parts bound auto       motors with iron or windage
 
 Every rig is drawn by its own seed, so a study can be stopped, resumed and repeated rig by rig. One
 JSON line a rig. See docs/coverage.md.
@@ -28,7 +29,7 @@ from bench.coverage.rigs import NEUTRAL
 from bench.coverage.score import How, score
 
 Row = dict[str, Any]
-PARTS = ("bound", "fit", "naive", "better")
+PARTS = ("bound", "fit", "naive", "auto")
 
 
 def stored(path: Path) -> list[Row]:
@@ -87,6 +88,9 @@ def main() -> int:
         "--without", action="append", default=[], choices=tuple(NEUTRAL), help="take an effect out"
     )
     parser.add_argument(
+        "--effects", action="store_true", help="one to three of iron, windage and load friction"
+    )
+    parser.add_argument(
         "--tables", type=Path, nargs="+", help="sum up these files together instead of running"
     )
     parser.add_argument("--causes", action="store_true", help="what drives the misses")
@@ -97,7 +101,7 @@ def main() -> int:
             folder = args.captures or Path(passing)
             folder.mkdir(parents=True, exist_ok=True)
             keep = args.captures is not None
-            how = How(folder, tuple(args.parts), tuple(args.without), keep)
+            how = How(folder, tuple(args.parts), tuple(args.without), args.effects, keep)
             study(args.out, seeds, args.jobs, how)
     rows = merged(args.tables or [args.out])
     print(tables.summary(rows))

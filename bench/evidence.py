@@ -57,6 +57,12 @@ def _coverage(rigs: str) -> tuple[Command, ...]:
     )
 
 
+def _effects(rigs: str) -> tuple[Command, ...]:
+    rows = f"out/evidence/effects-{rigs}-{{commit}}.jsonl"
+    drawn = ("--effects", "--parts", "bound", "auto", "--first", "3000", "--rigs", rigs)
+    return (_bench("coverage", *drawn, "--out", rows),)
+
+
 FUZZED = ("wire", "rig", "csv", "journal", "board", "fit", "hdf5", "mat")
 EXACT = ("--captures", "12", "--count", "1000", "--seeds", "1", "--motor", "faulhaber")
 PARTS = (
@@ -73,6 +79,8 @@ PARTS = (
           _bench("false_alarms", "--count", "1"))),
     Part("wider", "wider models named and sized",
          (_bench("wider"),), (_bench("wider", "brush", "--seeds", "1"),)),
+    Part("effects", "the same on 500 drawn motors with iron, windage or friction under load",
+         _effects("500"), _effects("1")),
     Part("foreign", "intervals on plants of others: 60 rigs of ngspice and 40 of MuJoCo",
          tuple(_bench("foreign_plants", "--kind", kind, "--rigs", rigs, *more)
                for kind, rigs in (("spice", "30"), ("mujoco", "20"))

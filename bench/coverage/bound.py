@@ -2,7 +2,8 @@
 
 Fisher information of the six parameters and of everything else that is unknown about the readings,
 each with the prior that its stated uncertainty gives; and again with a brush drop that nobody
-knows, as the wider model has it. The voltage is a source of unknown level behind an unknown
+knows, as the wider model has it. Where the motor has iron, windage or friction that follows load,
+their sizes are unknown as well. The voltage is a source of unknown level behind an unknown
 resistance in each part of the program, as read by its own noisy channel. Noise is the declared
 noise of the converter with its rounding; an encoder's count is one reading for as long as it stays.
 Derivatives are central differences of the exact response at the truth; no code of
@@ -19,8 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SUPPLY, VOLTAGE, Capture, Channel
+from motorid.motor import wide
 from motorid.motor.reading import Output, Quantity, Stretch
 from motorid.motor.response import Response
+from motorid.motor.wide import WideResponse
 from motorid.program import StepKind
 
 Floats = NDArray[np.float64]
@@ -57,17 +60,24 @@ class Brush:
 
 
 NO_DROP = Brush()
+SHAPES = ("reaction_bend", "saturation_current", "eddy_time")  # known to a factor of e
 
 
 class Twin:
     """The averaged model of one run at the truth, as a function of named changes."""
 
     def __init__(
-        self, capture: Capture, truth: Mapping[str, float], series_ohm: float, brush: Brush
+        self,
+        capture: Capture,
+        truth: Mapping[str, float],
+        series_ohm: float,
+        brush: Brush,
+        added: Mapping[str, float],
     ) -> None:
         self.capture, self.truth, self.series = capture, truth, series_ohm
-        self.brush = brush
+        self.brush, self.added = brush, added
         self._amperes: Floats | None = None
+        self._steps: NDArray[np.uint8] | None = None
         self.period = capture.period_s
         self.parts = _parts(capture)
         self.supply = capture.wiring.supply_voltage_v
@@ -104,8 +114,7 @@ class Twin:
             wide = clock * sensed.aperture_s
             outputs += [Output(Quantity.CURRENT, wide, late), Output(Quantity.SPEED, wide, late)]
         motor = [self.truth[name] * (1.0 + get(name, 0.0)) for name in NAMES]
-        response = Response(clock * self.period, volts, outputs, stretches)
-        rows = response(motor)
+        rows = self._rows(clock * self.period, volts, outputs, stretches, motor, change)
         out = {
             CURRENT: rows[0] * (1 + get("current gain", 0.0)) + get("current offset", 0.0),
             POSITION: rows[1] + get("origin", 0.0),
@@ -113,6 +122,27 @@ class Twin:
         if sensed is not None:
             out[VOLTAGE] = self._sensed(rows[2], rows[3], source, stretches, motor[2], change)
         return out
+
+    def _rows(
+        self,
+        period_s: float,
+        volts: Floats,
+        outputs: Sequence[Output],
+        stretches: Sequence[Stretch],
+        six: Sequence[float],
+        change: Mapping[str, float],
+    ) -> Floats:
+        """The response of the six, or with what the motor has besides."""
+        if not self.added:
+            return Response(period_s, volts, outputs, stretches)(six)
+        response = WideResponse(period_s, volts, outputs, stretches)
+        sizes = {name: v * (1.0 + change.get(name, 0.0)) for name, v in self.added.items()}
+        motor = [*six, *(sizes.get(name, 0.0) for name in wide.NAMES[len(six) :])]
+        if self._steps is None:
+            response.plan(motor)
+            self._steps = response.levels
+        response.levels = self._steps
+        return response(motor)
 
     def _dropped(
         self, volts: Floats, stretches: Sequence[Stretch], change: Mapping[str, float]
@@ -213,6 +243,7 @@ def unknowns(captures: Sequence[Capture], twins: Sequence[Twin], late_s: float) 
         Unknown("voltage gain", STEP, gain),
         Unknown("brush drop", STEP * top),
         Unknown("brush bend", STEP, BEND_SD),
+        *(Unknown(name, STEP, 1.0 if name in SHAPES else FREE) for name in twins[0].added),
     ]
     if sensed is not None:
         found += [Unknown("source", STEP * twins[0].truth["R"])]
@@ -237,18 +268,20 @@ def relative_bound(
     truth: Mapping[str, float],
     late_s: float = 0.0,
     brush: Brush = NO_DROP,
+    added: Mapping[str, float] | None = None,
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Smallest relative standard deviation of R, L, K, B, J and T0 that these data allow.
 
     Twice: for brushes known to drop nothing, and for an unknown drop. ``late_s``: stated standard
-    uncertainty of the delays of current and voltage.
+    uncertainty of the delays of current and voltage. ``added``: fields of ``motor.wide`` (SI) that
+    the motor has besides the six.
     """
     wiring = captures[0].wiring
     sensed = captures[0].get(VOLTAGE)
     where = sensed.sense if sensed is not None else "supply"
     both = wiring.lead_resistance_ohm + wiring.bridge_resistance_ohm
     series = {"terminals": 0.0, "bridge": wiring.lead_resistance_ohm}.get(str(where), both)
-    twins = [Twin(capture, truth, series, brush) for capture in captures]
+    twins = [Twin(capture, truth, series, brush, added or {}) for capture in captures]
     things = unknowns(captures, twins, late_s)
     rows = [_columns(c, t, things, k) for k, (c, t) in enumerate(zip(captures, twins, strict=True))]
     priors = np.array([0.0 if np.isinf(u.prior_sd) else (u.size / u.prior_sd) ** 2 for u in things])

@@ -15,6 +15,7 @@ import numpy as np
 
 from bench.coverage.motors import Drawn, draw_motor
 from bench.coverage.programs import Reach, reach, runs
+from bench.iron import Iron, draw_iron
 from motorid.rig import Rig
 from motorid.rig_file import parse
 from motorid.rig_keys import CALIBRATION
@@ -75,11 +76,32 @@ class Bench:
     drawn: Drawn
     options: OwnMotor
     stated: Stated
+    iron: Iron
     rigs: tuple[Rig, ...]  # one for each run; they differ in their program alone
 
+    @property
+    def added(self) -> dict[str, float]:
+        """What its motor has besides the six parameters, as fields of ``motor.wide`` (SI)."""
+        stall = self.drawn.motor.stall_current_a
+        bend, half = self.iron.bend * stall, stall / 2
+        sizes = {
+            "quadratic": self.options.quadratic,
+            "load_friction": self.iron.load_friction,
+            "reaction": self.iron.reaction / (math.hypot(stall, bend) - bend),
+            "saturation": self.iron.saturation * (1.0 + (half / stall) ** 2),
+            "eddy": self.iron.eddy,
+        }
+        shapes = {"reaction": ("reaction_bend", bend), "saturation": ("saturation_current", half),
+                  "eddy": ("eddy_time", self.iron.eddy_s)}  # fmt: skip
+        found = {name: size for name, size in sizes.items() if size}
+        return found | dict(shape for name, shape in shapes.items() if name in found)
 
-def draw_bench(seed: int, without: Sequence[str] = ()) -> Bench:
-    """The rig of that seed; ``without`` names effects of NEUTRAL that it shall not have."""
+
+def draw_bench(seed: int, without: Sequence[str] = (), effects: bool = False) -> Bench:
+    """The rig of that seed; ``without`` names effects of NEUTRAL that it shall not have.
+
+    With ``effects`` its motor has one, two or three of those of ``bench.iron`` besides.
+    """
     rng = np.random.default_rng([seed, 20])
     drawn = draw_motor(rng)
     share = 1.0 if drawn.power_w < 30 else float(rng.uniform(0.5, 1.0))
@@ -88,11 +110,29 @@ def draw_bench(seed: int, without: Sequence[str] = ()) -> Bench:
     options = _draw_options(rng, seed, drawn, stated, within)
     for effect in without:
         options = replace(options, **NEUTRAL[effect])
+    iron = draw_iron(np.random.default_rng([seed, 78])) if effects else Iron()
+    options = _with_iron(options, iron)
     programs = runs(drawn, within, stated.decay)
     rate = _rate_hz(rng, options, sum(p.duration_s for p in programs))
     text = _rig_text(seed, stated, options, within, rate)
     rigs = tuple(parse(text + p.text, f"rig {seed}") for p in programs)
-    return Bench(seed, drawn, options, stated, rigs)
+    return Bench(seed, drawn, options, stated, iron, rigs)
+
+
+def _with_iron(options: OwnMotor, iron: Iron) -> OwnMotor:
+    """The simulated rig with these effects."""
+    motor = options.preset
+    idle = motor.voltage_v / motor.torque_constant_nm_a
+    return replace(
+        options,
+        reaction=iron.reaction,
+        reaction_bend=iron.bend * motor.stall_current_a if iron.reaction else None,
+        saturation=iron.saturation,
+        eddy=iron.eddy,
+        eddy_time=iron.eddy_s,
+        quadratic=iron.windage * motor.viscous_nm_s / idle,
+        load_friction=iron.load_friction,
+    )
 
 
 def _pick(rng: np.random.Generator, choices: tuple[Any, ...], weights: tuple[float, ...]) -> Any:

@@ -15,9 +15,11 @@ from bench.coverage.naive import forget_chain
 from bench.coverage.rigs import Bench, draw_bench
 from bench.coverage.runs import Runs, kept, record, save
 from bench.coverage.tables import COLD
+from bench.iron import present
 from motorid.capture.model import Capture
 from motorid.errors import MotoridError
-from motorid.estimate.results.estimate import AUTO, SIX, Parameter
+from motorid.estimate.assembly.doubt import grown
+from motorid.estimate.results.estimate import AUTO, SIX, Estimate, Parameter
 from motorid.identify import fit
 
 Row = dict[str, Any]
@@ -27,13 +29,15 @@ Row = dict[str, Any]
 class How:
     """How rigs are scored: in which ``folder`` captures go and stay, and without which effects.
 
-    ``parts`` of a record that are made: "bound", "fit", "naive", and "better", what a report
-    recommends: the better model's answer where one is offered, else the six parameters' again.
+    ``parts`` of a record that are made: "bound", "fit", "naive", and "auto": "headline", the six
+    parameters as a report states them, and "better", what it recommends, the better model's answer
+    where one is offered. ``effects``: motors have some of those of ``bench.iron``.
     """
 
     folder: Path
     parts: tuple[str, ...] = ("bound", "fit", "naive")
     without: tuple[str, ...] = ()
+    effects: bool = False
     keep: bool = False
 
 
@@ -41,7 +45,7 @@ def score(seed: int, how: How) -> Row:
     """The record of the rig of that seed. Never raises: what went wrong is in it."""
     row: Row = {"seed": seed}
     try:
-        bench = draw_bench(seed, how.without)
+        bench = draw_bench(seed, how.without, how.effects)
         row |= _drawn(bench)
         runs = _runs(bench, how)
         row |= {"truth": dict(runs.truth), "winding_c": runs.winding_c}
@@ -49,11 +53,12 @@ def score(seed: int, how: How) -> Row:
         if "bound" in how.parts:
             late = bench.options.delay_uncertainty
             brush = Brush(bench.options.brush_drop, bench.drawn.brush_current_a)
-            row["bound"], row["wide_bound"] = relative_bound(runs.captures, runs.truth, late, brush)
+            found = relative_bound(runs.captures, runs.truth, late, brush, bench.added)
+            row["bound"], row["wide_bound"] = found
         if "fit" in how.parts:
             row["fit"] = _fitted(runs.captures, runs)
-        if "better" in how.parts:
-            row["better"] = _fitted(runs.captures, runs, AUTO)
+        if "auto" in how.parts:
+            row |= _by_both(runs.captures, runs)
         if "naive" in how.parts:
             row["naive"] = _fitted([forget_chain(c) for c in runs.captures], runs)
     except MotoridError as error:
@@ -74,23 +79,56 @@ def _runs(bench: Bench, how: How) -> Runs:
     return runs
 
 
-def _fitted(captures: Sequence[Capture], runs: Runs, model: str = SIX) -> Row:
+def _fitted(captures: Sequence[Capture], runs: Runs) -> Row:
+    """What the six parameters alone say."""
     began = time.process_time()
+    estimate = _estimate(captures, SIX)
+    if not isinstance(estimate, Estimate):
+        return estimate
+    return _said(estimate, runs) | {"seconds": round(time.process_time() - began, 3)}
+
+
+def _by_both(captures: Sequence[Capture], runs: Runs) -> Row:
+    """The headline, and what the report recommends."""
+    estimate = _estimate(captures, AUTO)
+    if not isinstance(estimate, Estimate):
+        return {"headline": estimate, "better": estimate}
+    better, headline = estimate.alternative, _said(estimate, runs)
+    if better is None:
+        return {"headline": headline, "better": headline}
+    values = _parameters({**better.parameters, **better.at_25}, runs)
+    return {"headline": headline, "better": {"terms": list(better.terms), "parameters": values}}
+
+
+def _estimate(captures: Sequence[Capture], model: str) -> Estimate | Row:
     try:
-        estimate = fit(captures, model=model)
+        return fit(captures, model=model)
     except MotoridError as error:
         return {"refused": f"{type(error).__name__}: {error}"}
     except Exception as error:
         return {"crashed": "".join(traceback.format_exception(error))[-2000:]}
-    better = estimate.alternative
-    answer = better or estimate
+
+
+def _said(estimate: Estimate, runs: Runs) -> Row:
+    """Values, remarks and budgets. ``bare``: those whose interval would miss the truth if no
+    finding had widened it.
+    """
+    values = _parameters({**estimate.parameters, **estimate.at_25}, runs)
     return {
-        "seconds": round(time.process_time() - began, 3),
-        "terms": [] if better is None else list(better.terms),
-        "parameters": _parameters({**answer.parameters, **answer.at_25}, runs),
+        "parameters": values,
+        "bare": [name for name in NAMES if _misses_bare(estimate, name, values.get(name, {}))],
         "diagnostics": [d.code for d in estimate.diagnostics],
         "budget": {name: dict(shares) for name, shares in estimate.budget.items()},
     }
+
+
+def _misses_bare(estimate: Estimate, name: str, value: Row) -> bool:
+    p = estimate.parameters[name]
+    if value.get("off") is None or p.interval_95 is None:
+        return False
+    half = (p.interval_95[1] - p.interval_95[0]) / 2.0 - grown(p, estimate.budget.get(name, {}))
+    assert p.value is not None
+    return bool(abs(value["off"]) * abs(p.value / (1.0 + value["off"])) > half)
 
 
 def _parameters(found: Mapping[str, Parameter], runs: Runs) -> Row:
@@ -128,6 +166,7 @@ def _drawn(bench: Bench) -> Row:
         "decay": said.decay,
         "by_duty": any(step.kind.name == "DRIVE_DUTY" for step in board.program.steps),
         "window": "instant" if options.phase is not None else "mean",
+        "effects": list(present(bench.iron)),
         "feature": {
             "log power": math.log10(bench.drawn.power_w),
             "brush drop / V": options.brush_drop / motor.voltage_v,

@@ -17,37 +17,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bench.coverage.motors import draw_motor
+from bench.iron import EFFECTS, MECHANICAL, Iron, draw_iron
 from motorid.capture.model import Sense
 from motorid.program import Decay, Program, Step, StepKind
 
 CLOCK_HZ = 16e6
 NAMES = ("R", "L", "K", "B", "J", "T0")
-EFFECTS = ("reaction", "saturation", "eddy", "windage", "load friction")
-MECHANICAL = ("windage", "load friction")
 TAU_S = (0.008, 0.04)  # mechanical; a load brings a light rotor there
 SETTLING = 3.0  # of these at each level
 REST_S, COAST_S = 0.03, 0.3
 DAMPING = 4.0  # 1/ζ² of the supply's inductance
-
-
-@dataclass(frozen=True)
-class Iron:
-    """What the six parameters lack. Shares are of the value at no current or no-load speed."""
-
-    reaction: float = 0.0  # of K, lost at the stall current
-    bend: float = 0.1  # of the stall current, over which that sets in
-    saturation: float = 0.0  # of dλ/di, lost at the stall current
-    eddy: float = 0.0  # of L, beside a resistance
-    eddy_s: float = 1e-4
-    windage: float = 0.0  # quadratic over viscous torque at no-load speed
-    load_friction: float = 0.0  # of |K i|
-    ripple: float = 0.0  # of K, amplitude
-    ripple_per_turn: int = 10
 
 
 @dataclass(frozen=True)
@@ -122,7 +106,7 @@ def draw(seed: int, *, effects: bool = False, pwm: bool = True, iron: bool = Tru
              "J": tau * K**2 / R, "T0": motor.coulomb_nm}  # fmt: skip
     ripple = float(rng.uniform(0.002, 0.01))
     commutations = motor.commutator_segments * (1 + motor.commutator_segments % 2)
-    shape = _iron(rng, EFFECTS if iron else MECHANICAL) if effects else Iron()
+    shape = draw_iron(rng, EFFECTS if iron else MECHANICAL) if effects else Iron()
     shape = replace(shape, ripple=ripple * (seed % 2 if iron else 0), ripple_per_turn=commutations)
     rate = float(rng.choice((5000, 10_000)))
     pwm_hz = float(rng.choice((10_000, 20_000), p=(0.7, 0.3))) if pwm else 0.0
@@ -166,25 +150,6 @@ def draw(seed: int, *, effects: bool = False, pwm: bool = True, iron: bool = Tru
         | {"voltage_v": supply_v},
         program=_program(tau, rate, 0.0 if pwm else supply_v),
     )
-
-
-def _iron(rng: np.random.Generator, names: tuple[str, ...]) -> Iron:
-    """One, two or three of these effects, of the sizes that real motors have."""
-    sizes = {
-        "reaction": {"reaction": rng.uniform(0.02, 0.1), "bend": rng.uniform(0.02, 0.5)},
-        "saturation": {"saturation": rng.uniform(0.2, 0.55)},
-        "eddy": {"eddy": rng.uniform(0.3, 0.5), "eddy_s": 10 ** rng.uniform(-4.52, -3.52)},
-        "windage": {"windage": rng.uniform(0.1, 0.5)},
-        "load friction": {"load_friction": rng.uniform(0.01, 0.05)},
-    }
-    chosen = rng.choice(names, size=min(int(rng.integers(1, 4)), len(names)), replace=False)
-    return Iron(**{k: float(v) for name in chosen for k, v in sizes[str(name)].items()})
-
-
-def present(iron: Iron) -> tuple[str, ...]:
-    """The names of EFFECTS that it has."""
-    sizes = asdict(iron)
-    return tuple(name for name in EFFECTS if sizes[name.replace(" ", "_")])
 
 
 def _channel(

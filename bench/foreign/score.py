@@ -13,6 +13,7 @@ from typing import Any
 from bench.coverage.tables import interval_of_share
 from bench.foreign import chain, drawn, joint, spice
 from bench.foreign.drawn import NAMES, Rig
+from bench.iron import present
 from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.errors import MotoridError
@@ -62,7 +63,7 @@ def score(seed: int, how: How) -> Row:
     rig = how.rig(seed)
     row: Row = {
         "seed": seed, "power_w": rig.power_w, "sense": rig.sense, "ripple": rig.iron.ripple,
-        "effects": list(drawn.present(rig.iron)),
+        "effects": list(present(rig.iron)),
     }  # fmt: skip
     try:
         found = fit([captured(rig, how)], model=AUTO)

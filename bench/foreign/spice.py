@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.foreign.chain import Trace
-from bench.foreign.drawn import Iron, Rig
+from bench.foreign.drawn import Rig
+from bench.iron import Iron
 from motorid.program import Step, StepKind
 
 Floats = NDArray[np.float64]

@@ -11,8 +11,9 @@ import pytest
 
 from bench.foreign import drawn, joint, spice
 from bench.foreign.chain import Trace, capture, seconds
-from bench.foreign.drawn import Iron, Rig
+from bench.foreign.drawn import Rig
 from bench.foreign.score import How, line, score, table
+from bench.iron import Iron, present
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE
 
 LEFT = 3e-3  # of the largest angular momentum or flux, which a plant's integrator may miss
@@ -105,7 +106,7 @@ def test_what_is_wrong_of_a_converter_is_in_its_readings() -> None:
 @pytest.mark.parametrize("seed", range(1, 20))
 def test_a_drawn_rig_says_of_itself_what_its_uncertainties_allow(seed: int) -> None:
     rig = drawn.draw(seed, effects=True)
-    assert 1 <= len(drawn.present(rig.iron)) <= 3
+    assert 1 <= len(present(rig.iron)) <= 3
     assert abs(rig.stated_bridge_ohm - rig.bridge_ohm) < 4 * rig.bridge_u
     assert abs(rig.voltage.true_gain - 1) < 4 * rig.voltage.gain_u
     assert rig == drawn.draw(seed, effects=True)

@@ -1,0 +1,62 @@
+"""Drawn motors with iron, windage or friction under load, and what could be known of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from bench.coverage.bound import NAMES, relative_bound
+from bench.coverage.rigs import draw_bench
+from bench.coverage.runs import record
+from bench.iron import TERMS, present
+from motorid.estimate.model.extended_terms import TERMS as KNOWN
+
+SEEDS = range(3000, 3012)
+
+
+def test_every_effect_is_a_term_of_the_wider_model() -> None:
+    assert set(TERMS.values()) <= set(KNOWN)
+
+
+def test_the_rig_is_the_same_but_for_its_effects() -> None:
+    for seed in SEEDS:
+        with_effects, plain = draw_bench(seed, effects=True), draw_bench(seed)
+        assert 1 <= len(present(with_effects.iron)) <= 3
+        assert not present(plain.iron)
+        assert not plain.added
+        assert with_effects.stated == plain.stated
+        fields = ("reaction", "reaction_bend", "saturation", "eddy", "eddy_time", "quadratic")
+        same = {name: getattr(plain.options, name) for name in (*fields, "load_friction")}
+        assert replace(with_effects.options, **same) == plain.options
+
+
+def test_what_the_bound_knows_of_an_effect_is_what_the_simulator_does() -> None:
+    for seed in SEEDS:
+        bench = draw_bench(seed, effects=True)
+        motor, added, iron = bench.drawn.motor, bench.added, bench.iron
+        stall, idle = motor.stall_current_a, motor.voltage_v / motor.torque_constant_nm_a
+        if iron.reaction:
+            bend = added["reaction_bend"]
+            assert added["reaction"] * (math.hypot(stall, bend) - bend) == pytest.approx(
+                iron.reaction
+            )
+        if iron.saturation:
+            share = stall**2 / (stall**2 + added["saturation_current"] ** 2)
+            assert added["saturation"] * share == pytest.approx(iron.saturation)
+        if iron.windage:
+            torque = added["quadratic"] * idle**2
+            assert torque == pytest.approx(iron.windage * motor.viscous_nm_s * idle)
+
+
+@pytest.mark.slow
+def test_an_effect_of_unknown_size_leaves_less_to_know(tmp_path: Path) -> None:
+    bench = draw_bench(3005, effects=True)
+    assert present(bench.iron) == ("load friction",)
+    runs = record(bench, tmp_path)
+    with_it, _ = relative_bound(runs.captures, runs.truth, added=bench.added)
+    without, _ = relative_bound(runs.captures, runs.truth)
+    assert all(with_it[name] > 0.999 * without[name] for name in NAMES)
+    assert with_it["J"] > (1.0 + 2e-5) * without["J"]  # its gains leave less to lose
