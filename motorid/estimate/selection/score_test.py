@@ -191,12 +191,13 @@ def sums_of(changes: Floats, line: Linearised) -> Sums:
     """Of columns (q, n) of one record."""
     lengths = [part.stop - part.start for part in line.slices]
     table = changes / np.repeat(line.sigmas, lengths)
-    p, own = line.orthogonal.shape[1], line.own.T
+    free, information = line.cleared()
+    p, own = line.orthogonal.shape[1], free.T
     rows = np.concatenate([line.orthogonal.T, own, line.residual[None]])
     products, squares = gram(table, rows), gram(table, table)
     shared, explained, pull = products[:, :p], products[:, p:-1], products[:, -1]
     if len(own):
-        inverse = covariance_of(line.own_information)
+        inverse = covariance_of(information)
         squares = squares - explained @ inverse @ explained.T
         pull = pull - explained @ inverse @ project(own, line.residual)
     return Sums(squares, shared, pull)

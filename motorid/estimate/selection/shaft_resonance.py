@@ -171,8 +171,9 @@ def _has(record: MotorRecord, nuisance: str) -> bool:
 
 def _explained(line: Linearised, residual: Floats) -> float:
     """What the record's own nuisances take of it."""
-    own = line.own.T
+    free, information = line.cleared()
+    own = free.T
     if not len(own):
         return 0.0
     pull = project(own, residual)
-    return float(pull @ covariance_of(line.own_information) @ pull)
+    return float(pull @ covariance_of(information) @ pull)

@@ -159,7 +159,7 @@ def _solution(search: Concentrated, at: Point, converged: bool) -> Solution:
     normals = search.normals(at, known)
     frame = search.frame
     information = np.diag(frame.precision.astype(np.float64))
-    eliminated = []
+    eliminated, stuck = [], []
     blocks = [tuple(record.blocks) for record in search.records]  # as they are now
     for k, normal in enumerate(normals):
         held = search.own[k].blocked(at.own[k], normal.go)
@@ -168,6 +168,7 @@ def _solution(search: Concentrated, at: Point, converged: bool) -> Solution:
             found = by_rows(*search.weighed_slopes(at, known, k), search.own[k].precision, held)
         information = information + found.left
         eliminated.append(found)
+        stuck.append(tuple(np.flatnonzero(held).tolist()))
     at_bound = (at.shared <= frame.lower) | (at.shared >= frame.upper)
     covariance = bounded_inverse(information, at_bound)
     own_covariance = [e.inverse + e.follows @ covariance @ e.follows.T for e in eliminated]
@@ -178,7 +179,9 @@ def _solution(search: Concentrated, at: Point, converged: bool) -> Solution:
         own_covariance=tuple(own_covariance),
         information=information,
         at_bound=at_bound,
-        linearise=partial(_linearised, search, at, known, [e.follows for e in eliminated], blocks),
+        linearise=partial(
+            _linearised, search, at, known, [e.follows for e in eliminated], stuck, blocks
+        ),
         objective=at.objective,
         evaluations=search.evaluations,
         converged=converged,
@@ -191,9 +194,10 @@ def _linearised(
     at: Point,
     known: Derivatives,
     follows: Sequence[Floats],
+    held: Sequence[tuple[int, ...]],
     blocks: Sequence[tuple[Block, ...]],
 ) -> tuple[Linearised, ...]:
-    """Every record at a point; ``follows`` (m, p): by how much its nuisances do."""
+    """Every record at a point; ``follows`` (m, p): by how much its nuisances do, but those held."""
     out = []
     for k in range(len(blocks)):
         edges = np.cumsum([0, *(len(r) for r in at.residuals[k])])
@@ -208,6 +212,7 @@ def _linearised(
                 blocks=blocks[k],
                 slices=tuple(slice(int(a), int(b)) for a, b in pairwise(edges)),
                 sigmas=at.sigmas[k],
+                held=held[k],
             )
         )
     return tuple(out)

@@ -82,11 +82,24 @@ class Linearised:
     blocks: tuple[Block, ...]
     slices: tuple[slice, ...]
     sigmas: Floats
+    held: tuple[int, ...] = ()  # nuisances at a bound and pulled further out: they follow nothing
 
     @property
     def own_information(self) -> Floats:
         """(m, m) of the record's nuisances, the shared parameters held, priors and all."""
-        return gram(self.own.T, self.own.T) + np.diag(self.own_precision)
+        return self._information(self.own)
+
+    def cleared(self) -> tuple[Floats, Floats]:
+        """Derivatives (n, m) of the nuisances that ``orthogonal`` is cleared of, those held as
+        nothing, and their information (m, m)."""
+        own = self.own
+        if self.held:
+            own = own.copy()
+            own[:, list(self.held)] = 0.0
+        return own, self._information(own)
+
+    def _information(self, own: Floats) -> Floats:
+        return gram(own.T, own.T) + np.diag(self.own_precision)
 
 
 @dataclass(frozen=True)

@@ -169,3 +169,26 @@ def test_lent_derivatives_are_taken_anew_of_a_nuisance_that_moved_nothing() -> N
     assert before.own[0][0] == 0.0
     assert lent.own[0][0] == pytest.approx(alone.own[0][0], abs=0.002)
     assert lent.evaluations - before.evaluations < alone.evaluations
+
+
+def test_a_nuisance_that_is_free_takes_its_part_of_every_derivative() -> None:
+    (line,) = maximise(SHARED, [Line(200, 3.0)]).records
+    free, information = line.cleared()
+    assert line.held == ()
+    np.testing.assert_allclose(free.T @ line.orthogonal, 0.0, atol=1e-9 * 200)
+    np.testing.assert_allclose(information, line.own_information)
+
+
+def test_a_nuisance_that_is_held_at_its_bound_follows_nothing() -> None:
+    """The readings ask for c = -3, and c cannot be below 0."""
+    record = Line(200, -3.0)
+    record.unknowns = (Unknown("c", 0.0, lower=0.0),)
+    solution = maximise(SHARED, [record])
+    (line,) = solution.records
+    assert solution.own[0][0] == 0.0
+    assert line.held == (0,)
+    assert np.any(line.own)
+    free, information = line.cleared()
+    assert not np.any(free)
+    assert not np.any(information)
+    np.testing.assert_allclose(line.orthogonal, line.shared)
