@@ -21,6 +21,7 @@ from motorid.estimate.fit import (
     log_second_order,
 )
 from motorid.estimate.signals.intersample_voltage import LOOSE, MEANS, Rival
+from motorid.estimate.solver.problem import Solution, Unknown
 from tests.estimate.fit.made_fits import (
     LAG,
     NAMES,
@@ -248,3 +249,130 @@ def test_an_early_current_is_not_taken_later(monkeypatch: pytest.MonkeyPatch) ->
     assert lags_tried(monkeypatch, -3.0, {})[0] == []
     _, before, taken = lags_tried(monkeypatch, 3.0, {3: 100.0})
     assert taken is before
+
+
+# readings of a log: in which order ways are asked for
+
+
+def test_ways_are_asked_for_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    best, loose = fit(10.0), fit(9.0, "loose")
+
+    def averaged(before: object, name: str, _: object) -> object:
+        asked.append(f"{name} of {before[1].objective:g}")  # type: ignore[index]
+        return {100.0: best, 9.0: loose, 10.0: best}[before[1].objective]  # type: ignore[index]
+
+    monkeypatch.setattr(log_readings, "_averaged", averaged)
+    monkeypatch.setattr(log_readings, "_loosened", lambda before, _: loose)
+    monkeypatch.setattr(log_readings, "motion", lambda _: "a motion")
+    records = [record(capture="run")]
+    found: object = log_readings.taken(records, solution(100.0), ("K", "R"), {}, {})
+    assert asked == ["speed of 100", "speed of 9", "current of 9"]
+    assert found is loose
+    asked.clear()
+    monkeypatch.setattr(log_readings, "_loosened", lambda before, _: before)
+    log_readings.taken(records, solution(100.0), ("K", "R"), {}, {})
+    assert asked == ["speed of 100", "current of 10"]
+
+
+def test_without_a_motion_nothing_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(log_readings, "_averaged", lambda *_: "asked")
+    monkeypatch.setattr(log_readings, "motion", lambda _: None)
+    records = [record(capture="run")]
+    before = solution(100.0)
+    assert log_readings.taken(records, before, ("K",), {}, {}) == (records, before)
+    monkeypatch.setattr(log_readings, "motion", lambda _: "a motion")
+    assert log_readings.taken(records, before, ("R", "L"), {}, {}) == (records, before)
+
+
+@pytest.mark.parametrize(("gain", "taken"), [(3 * 6.9, False), (3 * 6.92, True)])
+def test_moments_of_jumps_must_pay_for_each_of_them(
+    gain: float, taken: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three unknowns more, at ln 1000 = 6.908 each."""
+    monkeypatch.setattr(log_readings, "_asks", lambda *_: True)
+    measured = [SimpleNamespace(values=np.zeros(1000))]
+    one = record(measured=measured, capture="run", unknowns=("offset",))
+    before = [one], replace(solution(100.0), own=(np.zeros(1),))
+    loose = [record(measured=measured, unknowns=("offset", 1, 2, 3))], solution(100.0 - gain)
+    asked: list[object] = []
+
+    def again(captures: object, shape: str, near: object) -> object:
+        asked.append((captures, shape, near))
+        return loose
+
+    found: object = log_readings._loosened(before, again)  # type: ignore[arg-type]
+    assert asked == [(["run"], LOOSE, before)]
+    assert found is (loose if taken else before)
+    monkeypatch.setattr(log_readings, "_asks", lambda *_: False)
+    assert log_readings._loosened(before, again) is before  # type: ignore[arg-type]
+
+
+class Found:
+    """A record that notes what it is asked to estimate and to find."""
+
+    def __init__(self, capture: object, free: object, fixed: object, shape: str) -> None:
+        self.capture, self.shape, self.sizes = capture, shape, dict[object, object]()
+        self.found, self.instances, self.unknowns = dict[object, object](), (), ()
+        self.measured = [SimpleNamespace(values=np.zeros(1000))]
+        self.rivals = ()
+
+    def estimate(self, *instances: object) -> None:
+        self.asked = instances
+
+    def find(self, sizes: dict[object, object]) -> None:
+        self.sizes |= sizes
+
+
+def test_a_mean_is_as_late_as_the_low_pass_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A mean over T is late by T/2, a low-pass by its time constant: the lag has the rest."""
+    monkeypatch.setattr(log_means, "MotorRecord", Found)
+    monkeypatch.setattr(log_means, "settled", lambda *_: solution(5.0))
+    monkeypatch.setattr(log_means, "widened", lambda _r, _f, _s, found: found)
+    monkeypatch.setattr(type(LAG), "unknown", lambda one, _: Unknown(one.name, 0.0, prior_sd=1e-4))
+    current = Channel(CURRENT, "A", np.zeros(4))
+    capture = Capture(np.arange(4), 1e3, {CURRENT: current})
+    last, own = known((LAG, 0.5e-3, 1e-3), (SMOOTHING, 2e-3, 1e-3), found=[SMOOTHING])
+    last.capture = capture
+    still, none = known((LAG, 0.2e-3, 1e-3), (SMOOTHING, -1e-3, 1e-3))
+    still.capture = capture
+    before = [last, still], replace(solution(9.0), own=(own, none))
+    records, found = log_means._over(before, 7e-3, NAMES, {}, {})
+    one, other = records
+    assert found.objective == 5.0
+    assert one.capture.channels[CURRENT].window_s == 7e-3
+    assert other.capture is capture
+    lag = one.sizes[LAG]
+    late_s = 0.5e-3 + 2e-3 - 7e-3 / 2
+    assert (lag.start, lag.prior_sd) == pytest.approx((late_s, abs(late_s)))
+    assert SMOOTHING not in one.sizes
+    assert other.sizes == {}
+
+
+def test_second_orders_are_begun_from_two_bends_and_half_the_inductance(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    began: list[tuple[float, float, float]] = []
+
+    def settled(records: list[Found], _free: object, start: dict[str, float]) -> Solution:
+        (unknown,) = records[0].sizes.values()
+        began.append((unknown.start, unknown.prior_sd, start["L"]))  # type: ignore[attr-defined]
+        return solution(100.0)
+
+    monkeypatch.setattr(log_second_order, "MotorRecord", Found)
+    monkeypatch.setattr(log_second_order, "like", lambda _, records: records)
+    monkeypatch.setattr(log_second_order, "settled", settled)
+    monkeypatch.setattr(log_second_order, "widened", lambda _r, _f, _s, found: found)
+    monkeypatch.setattr(type(LAG), "unknown", lambda self, _: Unknown(self.name, 0.0))
+    last, own = known((SMOOTHING, 2e-3, 1e-3), found=[SMOOTHING])
+    last.capture, last.measured = "run", [SimpleNamespace(values=np.zeros(1000))]
+    before = [last], replace(solution(100.0), own=(own,))
+    assert log_second_order.taken(before, NAMES, {}, {}) is before
+    assert began == [pytest.approx((0.3 * 2e-3, 2e-3, 2.0)), pytest.approx((0.7 * 2e-3, 2e-3, 1.0))]
+    began.clear()
+    log_second_order.taken(before, ("R", "K"), {"L": 3.0}, {})
+    assert [L for *_, L in began] == [2.0, 2.0]
+    began.clear()
+    unsure, own = known((SMOOTHING, 2e-3, 1e-3))
+    log_second_order.taken(([unsure], replace(solution(1.0), own=(own,))), NAMES, {}, {})
+    assert began == []
