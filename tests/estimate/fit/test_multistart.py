@@ -354,3 +354,45 @@ def test_a_motion_that_no_lag_explains_is_refused(monkeypatch: pytest.MonkeyPatc
         doubted(monkeypatch, [60.0] * 6, misfits=True)
     found, _, _ = doubted(monkeypatch, [60.0] * 6, misfits=True, supported=False)
     assert found[1].objective == 50.0  # the refusal says more
+
+
+# an inductance that is held
+
+
+def test_a_held_inductance_is_no_unknown_and_judges_the_source_from_the_start(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    seen: dict[str, Any] = {}
+
+    def maximise(unknowns: Any, _records: Any, **how: Any) -> Solution:
+        seen["bounds"] = {u.name: (u.start, u.lower, u.upper) for u in unknowns}
+        return solution(7.0)
+
+    def in_turn(_r: Any, _f: Any, start: Any, found: Solution, held: float) -> Solution:
+        seen["start"], seen["held"] = dict(start), held
+        return found
+
+    one = record()
+    one.decide = lambda decided: seen.update(decided=decided)
+    one.retake_sources = lambda values, own: seen.update(judged=values.tolist(), own=own.tolist())
+    unknowns = [Unknown(name, value, 0.0) for name, value in START.items()]
+    monkeypatch.setattr(alternating_fit, "unknowns_of", lambda *_: unknowns)
+    monkeypatch.setattr(alternating_fit, "maximise", maximise)
+    monkeypatch.setattr(alternating_fit, "in_turn", in_turn)
+    found = alternating_fit.with_inductance([one], PARAMETERS, START, solution(9.0, R=3.0), 1e-3)
+    assert found.objective == 7.0
+    assert seen["judged"] == [3.0, 1e-3, 0.05, 4e-5, 2e-5, 6e-3]
+    assert seen["own"] == []
+    assert seen["bounds"]["L"] == (1e-3, 1e-3, 1e-3)
+    assert seen["bounds"]["R"] == (2.0, 0.0, np.inf)
+    assert (seen["start"]["L"], seen["held"]) == (1e-3, 1e-3)
+    assert seen["decided"] is False
+    alternating_fit.with_sources([one], PARAMETERS, START)
+    assert seen["bounds"]["L"] == (4e-3, 0.0, np.inf)
+
+
+def test_a_source_is_the_same_but_for_rounding() -> None:
+    subject = record()
+    for moved, same in ((0.0, True), (0.9e-9, True), (1.1e-9, False)):
+        subject.volts = np.array([1.0, -10.0]) + 10.0 * moved * np.array([0.0, 1.0])
+        assert alternating_fit._same(np.array([1.0, -10.0]), subject) is same
