@@ -96,3 +96,14 @@ def test_a_sum_of_lags_has_the_variance_of_a_sum_and_of_what_may_hide() -> None:
     assert [one.place(k) for k in range(3)] == [6, 7, 8]
     alike = made([0.5, 0.1], (None,), np.array([[1.0, 3.0, 0], [3.0, 1.0, 0], [0, 0, 1.0]]))
     assert alike.lag_variance == pytest.approx(8.0)
+
+
+@pytest.mark.parametrize(("onset", "shown"), [(0.5, True), (0.0, False)])
+def test_an_onset_is_shown_where_a_reading_lies_before_it(onset: float, shown: bool) -> None:
+    time = 0.1 * np.arange(60)
+    values = 3.0 * (1.0 - np.exp(-np.maximum(time - onset, 0.0) / 0.8))
+    found = exponential_fit._start(exponential_fit.Record(time, values))
+    assert found.shown is shown
+    between = 3.0 * (1.0 - np.exp(-np.maximum(time - 0.05, 0.0) / 0.8))
+    half = exponential_fit._start(exponential_fit.Record(time, between))
+    assert (half.onset_s, half.shown) == (pytest.approx(0.05), True)
