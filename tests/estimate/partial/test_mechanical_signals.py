@@ -263,7 +263,10 @@ def test_rows_know_their_stretch_and_their_capture() -> None:
     some = rows.only(rows.capture == 1)
     assert len(some) == int((rows.capture == 1).sum())
     assert set(some.stretch.tolist()) == {2}
-    assert len(build([made(np.zeros(300))], 0.05)) == 0
+    none = build([made(np.zeros(300))], 0.05)
+    assert len(none) == 0
+    assert none.matrix.shape == rows.matrix[:0].shape
+    assert none.shapes.shape == rows.shapes[:0].shape
 
 
 def test_further_frictions_are_in_units_of_a_speed() -> None:
