@@ -8,13 +8,8 @@ from tests.import_statements import imported
 
 ROOM = "motorid/estimate"
 BY_FITS_ALONE: dict[str, str] = {
-    "motorid.estimate.fit.start_values_without_motion": "fits of voltage and current begin there",
-    "motorid.estimate.fit.log_readings": "fits of logs by boards hold which readings are means",
-    "motorid.estimate.fit.log_second_order": "fits of filtered logs hold the size that it finds",
     "motorid.estimate.model.extended_capture_model": "each term is held to an integrator by fits",
     "motorid.estimate.model.reconstructed_voltage": "each source and loss in it has its own test",
-    "motorid.estimate.selection.forward_selection": "whole fits hold which terms are chosen",
-    "motorid.estimate.selection.joint_start": "whole fits with two terms begin there",
     "motorid.estimate.selection.predicted_gain": "whole fits hold which terms are chosen",
 }
 """At most MOST modules that whole fits test well enough, each with the reason."""

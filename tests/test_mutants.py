@@ -158,6 +158,22 @@ def test_tests_that_cover_the_line_come_first_then_their_files() -> None:
     assert KNOWN.covering(unknown) == []
 
 
+def test_tests_of_some_folders_or_files_may_be_taken_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = ["tests/a/test_x.py", "tests/ab/test_y.py", "tests/test_z.py"]
+    noted: list[list[str]] = []
+    monkeypatch.setattr(coverage_map, "test_files", lambda: names)
+    monkeypatch.setattr(coverage_map, "test_digest", lambda name: name)
+    monkeypatch.setattr(coverage_map, "_sources", lambda: iter(()))
+    monkeypatch.setattr(
+        coverage_map, "_noted", lambda files, _: noted.append(list(files)) or ({}, {})
+    )
+    for among in (("tests",), ("tests/a",), ("tests/a", "tests/test_z.py")):
+        coverage_map.brought_up_to_date(tmp_path / f"{len(noted)}.json", "", among)
+    assert noted == [names, names[:1], [names[0], names[2]]]
+
+
 def test_the_budget_takes_the_first_tests_and_at_least_one() -> None:
     seconds = {"a": 5.0, "b": 2.0, "c": 1.0}
     assert trial.within(["a", "b", "c"], seconds, 7.0) == ["a", "b"]

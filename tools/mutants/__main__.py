@@ -3,7 +3,8 @@
 Mutants are drawn by a seed. Each is tried by the tests that cover its line, in a copy of the
 repository in out/mutants. Answers and the map of lines are kept there: a second run tries only what
 changed. ``--tests "not slow"`` leaves slow tests out; the map is then noted in minutes.
-``--among tests/estimate tests/frozen`` tries these rooms' tests alone: a lower bound of what dies.
+``--among tests/estimate tests/frozen`` tries the tests of these folders, or files, alone: a lower
+bound of what dies.
 """
 
 from __future__ import annotations
@@ -95,8 +96,8 @@ def asked(arguments: Sequence[str]) -> argparse.Namespace:
     add("--count", type=int, default=60, help="mutants a room (60)")
     add("--seed", type=int, default=1)
     add("--tests", default="", metavar="MARKER", help='pytest -m, as "not slow"')
-    add("--among", nargs="+", default=["tests"], metavar="FOLDER",
-        help="tests of these folders alone: kills no fewer than it says")  # fmt: skip
+    add("--among", nargs="+", default=["tests"], metavar="PLACE",
+        help="tests of these folders or files alone: kills no fewer than it says")  # fmt: skip
     add("--budget", type=float, default=60.0, metavar="SECONDS",
         help="of tests for one mutant, as long as they take when all is well (60)")  # fmt: skip
     add("--json", type=Path, metavar="FILE", help="writes the result there")

@@ -119,13 +119,14 @@ def loaded(path: Path) -> Map:
 def brought_up_to_date(path: Path, marker: str, among: tuple[str, ...] = ("tests",)) -> Map:
     """The map, after running the tests that changed or that ran a source that changed.
 
-    Of the tests in the folders ``among``; ``marker`` as of ``pytest -m``.
+    Of the tests in the folders or files ``among``; ``marker`` as of ``pytest -m``.
     """
     old = loaded(path)
     now = {name: digest((TREE / name).read_bytes()) for name in _sources()}
     changed = {name for name, was in old.sources.items() if now.get(name) != was}
     stale = {file_of(test) for test, lines in old.lines.items() if changed & lines.keys()}
-    tests = [name for name in test_files() if name.startswith(tuple(f"{one}/" for one in among))]
+    folders = tuple(f"{one}/" for one in among)
+    tests = [name for name in test_files() if name in among or name.startswith(folders)]
     current = {name: test_digest(name) for name in tests}
     again = [name for name in current if name in stale or old.tests.get(name) != current[name]]
     if again:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from bench.spoilt import made
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture
+from motorid.estimate.assembly import refusal
 from motorid.estimate.model.unexplained import Unexplained
-from motorid.estimate.results.estimate import Estimate
+from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter
 from motorid.estimate.results.status import Status
 from motorid.identify import fit
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
+from tests.report.example import estimate as example
 
 MOST_EVALUATIONS = 10_000  # a good fit takes a tenth of it; a search without a bound ten times
 
@@ -100,3 +104,36 @@ def test_misfit_is_judged_by_the_readings(
     share: float, beyond: float, declared: bool, refused: bool
 ) -> None:
     assert Unexplained(CURRENT, share, beyond, declared).contradicts is refused
+
+
+@pytest.mark.parametrize(
+    ("share", "times"),
+    [
+        (0.49, "70% of the readings"),
+        (99.0, "995% of the readings"),
+        (121.0, "11 times the readings"),
+    ],
+)
+def test_a_refusal_says_how_much_is_left_of_which_channel(share: float, times: str) -> None:
+    worst: Any = SimpleNamespace(channel="terminal_voltage", share=share)
+    said = refusal._said(worst).message
+    assert f"what the model leaves of the terminal voltage is {times} (rms; at most" in said
+
+
+def test_what_was_given_stays_and_the_rest_has_no_value() -> None:
+    before = example()
+    given = Parameter("K", "N·m/A", 0.05, 0.0, 0.0, 0.0, (0.05, 0.05), Status.FIXED)
+    others = tuple(Diagnostic(code, "info", "so") for code in (*refusal.OF_VALUES, "lost_samples"))
+    before = replace(
+        before, parameters={**before.parameters, "K": given}, diagnostics=others,
+        budget={"R": {"noise": 1.0}},
+    )  # fmt: skip
+    worst: Any = SimpleNamespace(channel="current", share=4.0)
+    found = refusal.refused(before, worst)
+    assert found.parameters["K"] is given
+    for name, p in found.parameters.items():
+        if name != "K":
+            assert (p.name, p.value, p.status) == (name, None, Status.NOT_SUPPORTED)
+            assert p.unit == before.parameters[name].unit
+    assert (found.derived, found.nuisance, found.budget) == ({}, {}, {})
+    assert [d.code for d in found.diagnostics] == ["not_supported", "lost_samples"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -141,3 +142,179 @@ def test_without_a_current_a_fit_begins_at_the_solution_alone() -> None:
     assert len(starts) == 1
     assert starts[0].values == pytest.approx(list(MOTOR.values()))
     assert math.isfinite(starts[0].objective)
+
+
+class Fits:
+    """Instead of fits with a fault's size: F of each hypothesis, and how far it moves R."""
+
+    def __init__(
+        self, monkeypatch: pytest.MonkeyPatch, usual: float, excess: float = 2.0,
+        **each: tuple[float, float],
+    ) -> None:  # fmt: skip
+        self.usual, self.each = usual, each
+        self.rivals: list[Any] = []
+        self.began: list[Any] = []
+        self.enough: list[float] = []
+        monkeypatch.setattr(misfit, "residuals", lambda *_: [])
+        monkeypatch.setattr(misfit, "excess", lambda *_: excess)
+        monkeypatch.setattr(rank, "refit", self.refit)
+        monkeypatch.setattr(rank, "_rivals", lambda *given: self.asked(*given))
+        monkeypatch.setattr(rank, "_starts", lambda *_: ["usual starts"])
+        self.least = 0.0
+
+    def asked(self, _records: Any, _solution: Any, least: float) -> list[Any]:
+        self.least = least
+        return self.rivals
+
+    def refit(
+        self, _records: Any, starts: Any, h: Any = None, size: Any = (), enough: float = 0.0
+    ) -> Refit:
+        self.began.append(starts)
+        self.enough.append(enough)
+        F, moves = self.each[h] if h else (self.usual, 0.0)
+        values = np.array([v * (1 + moves * (n == "R")) for n, v in MOTOR.items()])
+        return Refit(values, np.array(size), F, solution())
+
+
+def readings(*counts: float) -> Any:
+    measured = [SimpleNamespace(block=SimpleNamespace(count=n)) for n in counts]
+    return [SimpleNamespace(measured=measured)]
+
+
+def test_each_rival_is_fitted_and_the_one_that_explains_most_comes_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    fits = Fits(monkeypatch, 5000.0, late=(4000.0, 0.1), slips=(3500.0, -0.2))
+    fits.rivals = [("late", (1.0,), None, False), ("slips", (2.0,), ["its own"], True)]
+    one, two = rank.trials(readings(600.0, 400.0), solution())
+    assert [t.hypothesis for t in (one, two)] == ["slips", "late"]
+    assert (one.gain, two.gain) == pytest.approx((1.5, 1.0))
+    assert (one.share, two.share) == pytest.approx((0.75, 0.5))
+    assert one.shift["R"] == pytest.approx(-0.2)
+    assert set(one.shift) == {"R", "L", "K", "J", "T0"}  # B is hardly ever well known
+    assert (one.seen, two.seen) == (True, False)
+    assert fits.began == [["usual starts"], ["usual starts"], ["its own"]]
+    assert fits.least == pytest.approx(rank.WORTH * 1000.0)
+    assert fits.enough == pytest.approx([rank.NEAR * 2.0 * 1000.0] * 3)
+
+
+def test_nothing_is_fitted_where_there_is_little_to_explain_or_no_rival(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    calm = Fits(monkeypatch, 5000.0, excess=0.09, late=(4000.0, 0.1))
+    calm.rivals = [("late", (1.0,), None, False)]
+    assert rank.trials(readings(1000.0), solution()) == []
+    assert calm.began == []
+    more = Fits(monkeypatch, 5000.0, excess=0.11, late=(4000.0, 0.1))
+    more.rivals = calm.rivals
+    assert len(rank.trials(readings(1000.0), solution())) == 1
+    none = Fits(monkeypatch, 5000.0)
+    assert rank.trials(readings(1000.0), solution()) == []
+    assert none.began == []
+
+
+def test_a_parameter_that_the_usual_fit_has_at_nothing_has_no_share(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    fits = Fits(monkeypatch, 5000.0, late=(4000.0, 0.1))
+    fits.rivals = [("late", (1.0,), None, False)]
+    monkeypatch.setitem(MOTOR, "T0", 0.0)
+    (found,) = rank.trials(readings(1000.0), solution())
+    assert "T0" not in found.shift
+
+
+def rivals(
+    monkeypatch: pytest.MonkeyPatch, gains: Sequence[float], least: float = 10.0,
+    seen: bool = False, lacks: float = 0.0,
+) -> list[tuple[Any, Any, Any, bool]]:  # fmt: skip
+    """Hypotheses of such gains, by a screen that is given; and one of the blocks."""
+
+    def score(name: Any) -> Any:
+        gain = lacks if name == "model" else gains[name]
+        return SimpleNamespace(hypothesis=name, gain=gain, size=("size", name))
+
+    start = SimpleNamespace(size="its size", motor={"R": 7.0})
+    blocks = SimpleNamespace(seen=lambda _: ("slips", start) if seen else None)
+    module = SimpleNamespace(hypotheses=lambda _: range(len(gains)))
+    monkeypatch.setattr(rank, "SEEN", (blocks,))
+    monkeypatch.setattr(rank, "SCREENED", (module,))
+    monkeypatch.setattr(rank, "Screen", lambda *_: SimpleNamespace(best=score))
+    monkeypatch.setattr(rank, "model_alternatives", SimpleNamespace(hypotheses=lambda _: ["model"]))
+    records: Any = [SimpleNamespace(timeline=SimpleNamespace(period_s=1e-4))]
+    return list(rank._rivals(records, solution(), least))
+
+
+def test_rivals_promise_enough_and_a_share_of_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert [r[0] for r in rivals(monkeypatch, [9.0, 200.0, 11.0, 21.0])] == [1, 3]
+    assert [r[0] for r in rivals(monkeypatch, [9.0, 50.0, 11.0])] == [1, 2]
+    assert [r[0] for r in rivals(monkeypatch, [50.0, 60.0, 70.0, 80.0, 90.0])] == [4, 3, 2, 1]
+    for hypothesis, size, begin, by_blocks in rivals(monkeypatch, [50.0]):
+        assert (hypothesis, size, begin, by_blocks) == (0, ("size", 0), None, False)
+
+
+def test_what_the_blocks_show_begins_with_its_own_motor(monkeypatch: pytest.MonkeyPatch) -> None:
+    ((hypothesis, size, begin, by_blocks),) = rivals(monkeypatch, [1.0], seen=True)
+    assert (hypothesis, size, by_blocks) == ("slips", "its size", True)
+    assert begin is not None
+    own, usual = begin
+    assert own.values[0] == 7.0
+    assert usual.values == pytest.approx(list(MOTOR.values()))
+
+
+def test_what_the_model_lacks_is_tried_where_a_fault_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert rivals(monkeypatch, [1.0], lacks=50.0) == []
+    found = rivals(monkeypatch, [20.0], lacks=50.0)
+    assert [r[0] for r in found] == [0, "model"]
+    assert len(found[1][2]) == 1
+    assert [r[0] for r in rivals(monkeypatch, [20.0], lacks=9.0)] == [0]
+
+
+def test_each_runs_readings_say_of_which_run_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("lost_samples", "lost_rows", "repeated_readings", "current_zero",
+                 "current_limited_supply"):  # fmt: skip
+        module = SimpleNamespace(suspects=lambda *_, code=name: [suspect(code)])
+        monkeypatch.setattr(rank, name, module)
+    one: Any = SimpleNamespace(capture=None, timeline=None)
+    alone, both = rank.direct([one]), rank.direct([one, one])
+    assert [s.evidence for s in alone] == ["so"] * 5
+    assert [s.evidence for s in both] == ["so (run 1)"] * 5 + ["so (run 2)"] * 5
+    assert len({s.code for s in alone}) == 5
+
+
+def accused(
+    monkeypatch: pytest.MonkeyPatch, seen: Sequence[Suspect], found: Trial | None,
+    odd: int | None = None,
+) -> tuple[tuple[Suspect, ...], rank.Convicted | None]:  # fmt: skip
+    monkeypatch.setattr(rank, "direct", lambda _: list(seen))
+    monkeypatch.setattr(rank.unstated_channels, "suspects", lambda *_: [])
+    records: Any = ["one", "two", "three"]
+    some = records if odd is None else records[odd : odd + 1]
+    monkeypatch.setattr(rank, "_odd_one_out", lambda *_: (some, solution(), odd))
+    monkeypatch.setattr(rank, "tried", lambda *_: found)
+    return rank.suspects(records, solution())
+
+
+def test_a_convicted_fault_is_named_after_what_the_readings_show(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    harmless = suspect("supply_limited")
+    said, convicted = accused(monkeypatch, [harmless], trial())
+    assert said[0] is harmless
+    assert convicted is not None
+    assert said[1] is convicted.suspect
+    assert convicted.records == (0, 1, 2)
+    assert "(run" not in convicted.suspect.evidence
+    _, convicted = accused(monkeypatch, [], trial(), odd=1)
+    assert convicted is not None
+    assert convicted.records == (1,)
+    assert convicted.suspect.evidence.endswith("(run 2)")
+
+
+def test_nothing_is_tried_where_the_readings_spoil_the_fit_or_say_it_already(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    lost = suspect("samples_dropped")
+    assert accused(monkeypatch, [lost], trial()) == ((lost,), None)
+    same = replace(suspect("current_lag"), allowed=True)
+    assert accused(monkeypatch, [same], trial()) == ((same,), None)
+    assert accused(monkeypatch, [], None) == ((), None)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motorid.capture.model import CURRENT, Wiring
+from motorid.capture.model import CURRENT, Gap, Wiring
 from motorid.estimate.diagnosis import data_remarks, remarks
 from motorid.estimate.effects.brush_and_heating import BENT, DROP
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
@@ -188,3 +188,53 @@ def test_readings_at_the_end_of_a_range_and_used_one_by_one() -> None:
     assert found["saturated"].severity == "warning"
     assert found["voltage_readings"].message.startswith("in 1 driven parts in run 2 ")
     assert found["voltage_readings"].severity == "info"
+
+
+def test_a_capture_without_a_channel_has_none_of_its_readings_left_out() -> None:
+    capture = replace(clean_capture(FAULHABER), channels={})
+    line = SimpleNamespace(lost=0, past=None, jitter=0.0, coarser=1.0, period_s=1e-4, parts=())
+    one = record(
+        timeline=line, capture=capture, sources=(), sensed=SimpleNamespace(resolution=0.01)
+    )
+    assert data_remarks.of_capture(one, "") == []
+
+
+def gapped(*gaps: tuple[int, int], program: bool = False) -> int:
+    """Samples of a log that only came at a slower pace."""
+    known = tuple(Gap(index, samples, "") for index, samples in gaps)
+    capture = replace(clean_capture(FAULHABER), gaps=known)
+    return data_remarks._slower(capture if program else replace(capture, program=None))
+
+
+def test_a_logger_that_went_on_more_slowly_has_lost_nothing() -> None:
+    slow = [(k, 3) for k in range(100, 110)]
+    assert gapped(*slow) == 30
+    assert gapped(*slow, (500, 3)) == 30  # one pause by itself is a loss
+    assert gapped((50, 7), *slow, (110, 4)) == 30
+    assert gapped((100, 3), (101, 3)) == 6
+    assert gapped((100, 3), (102, 3)) == 0
+    assert gapped((100, 3)) == 0
+    assert gapped(*slow, program=True) == 0
+
+
+def test_a_current_that_stops_is_said_with_its_share_and_its_levels() -> None:
+    parts = (
+        part(StepKind.DRIVE_DUTY, 0.3, discontinuous=True), part(StepKind.DRIVE_DUTY, 0.8),
+        part(StepKind.DRIVE_DUTY, -0.3, discontinuous=True),
+    )  # fmt: skip
+    timeline = SimpleNamespace(parts=parts, stopped=np.arange(10) < 4)
+    bare = replace(clean_capture(FAULHABER), channels={})
+    one = record(driven=np.arange(10) < 8, timeline=timeline, capture=bare)
+    said = only(data_remarks.stopping([one, one]))
+    assert "in 50 % of the driven time (levels -0.3, 0.3): there" in said.message
+    assert "left out" not in said.message
+    flowing = record(driven=np.ones(10, bool), capture=bare,
+                     timeline=SimpleNamespace(parts=parts, stopped=np.zeros(10, bool)))  # fmt: skip
+    assert data_remarks.stopping([flowing]) == []
+
+
+def test_only_the_voltage_of_a_log_is_unknown_between_stamps() -> None:
+    with_program = record(sensed=SimpleNamespace(waveform=None))
+    log = record(sensed=SimpleNamespace(waveform="read"))
+    assert data_remarks.unseen_voltage([with_program]) == []
+    assert only(data_remarks.unseen_voltage([with_program, log])).severity == "warning"

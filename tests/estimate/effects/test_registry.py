@@ -114,3 +114,8 @@ def test_what_channels_show_is_linear(quantity: InfluenceQuantity, size: float) 
         usual = subject.fitted(POINT, start(subject))
         for d, y, moved in zip(slope, usual, by(subject, quantity, place, size), strict=True):
             assert moved == pytest.approx(y + size * d, rel=1e-9, abs=1e-9 * np.abs(y).max())
+
+
+def test_what_a_capture_has_many_of_is_not_listed_one_by_one() -> None:
+    """Courses by order, levels, jumps and turns by part say nothing of the motor or its rig."""
+    assert {q.name for q in REGISTRY if q.places is not None and q.listed} == set()

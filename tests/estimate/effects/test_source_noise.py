@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
+from motorid.capture.model import SUPPLY, Capture, Channel
 from motorid.estimate.effects.reference.temperature import (
     AMBIENT_TEMPERATURE,
     COPPER_COEFFICIENT,
@@ -13,6 +18,8 @@ from motorid.estimate.effects.reference.temperature import (
 )
 from motorid.estimate.effects.source_noise import SourceNoise
 from motorid.estimate.signals.step_transient import HEAD
+from motorid.estimate.signals.time_grid import Part, Timeline
+from motorid.program import StepKind
 from tests.estimate.effects.benches import POINT, record
 
 
@@ -48,3 +55,61 @@ def test_temperatures_act_on_no_reading() -> None:
     for quantity in (AMBIENT_TEMPERATURE, SELF_HEATING, COPPER_COEFFICIENT, MAGNET_COEFFICIENT):
         assert quantity.acts == ()
         assert quantity.prior(record("diodes"), 0) is None
+
+
+# parts that are given
+
+
+def given(
+    parts: list[Part], volts: np.ndarray, emf: bool = True, commanded: bool = False,
+    supply: np.ndarray | None = None,
+) -> SourceNoise:  # fmt: skip
+    line = Timeline(1e-4, len(volts), np.arange(len(volts)), tuple(parts), 0.0)
+    sensed: Any = SimpleNamespace(volts=volts, shows_emf=emf, commanded=commanded)
+    channels = {} if supply is None else {SUPPLY: Channel(SUPPLY, "V", supply)}
+    return SourceNoise(Capture(np.arange(len(volts)) * 100, 1e6, channels), line, sensed)
+
+
+N = 4000
+IDLE, DRIVEN = Part(0, N, StepKind.COAST), Part(N, 2 * N, StepKind.DRIVE_DUTY, 0.5)
+
+
+def loud(idle: float, driven: float) -> np.ndarray:
+    rng = np.random.default_rng(3)
+    return np.r_[idle * rng.standard_normal(N), 6.0 + driven * rng.standard_normal(N)]
+
+
+def test_the_voltage_jumps_by_what_it_scatters_more_than_when_open() -> None:
+    noise = given([IDLE, DRIVEN], loud(0.03, 0.05))
+    assert noise._jitter(1, None) == pytest.approx(0.04, rel=0.05)
+    assert given([IDLE, DRIVEN], loud(0.03, 0.05), emf=False)._jitter(1, None) == pytest.approx(
+        0.05, rel=0.05
+    )
+    alone = given([Part(0, N, StepKind.BRAKE), DRIVEN], loud(0.03, 0.05))
+    assert alone._jitter(1, None) == pytest.approx(0.05, rel=0.05)
+
+
+def test_readings_that_scatter_as_much_when_open_may_hide_a_tenth_of_their_variance() -> None:
+    noise = given([IDLE, DRIVEN], loud(0.05, 0.05))
+    assert noise._jitter(1, None) == pytest.approx(np.sqrt(0.1) * 0.05, rel=0.05)
+
+
+def test_a_source_that_was_told_says_what_it_scatters_by() -> None:
+    source: Any = SimpleNamespace(noise=0.07)
+    noise = given([IDLE, DRIVEN], loud(0.0, 0.05))
+    assert noise._noise(1, source) == 0.07
+    assert noise._noise(1, None) == pytest.approx(0.05, rel=0.05)
+    short = given([IDLE, replace(DRIVEN, stop=N + HEAD + 2)], loud(0.0, 0.05))
+    assert short._noise(1, None) == 0.0
+
+
+def test_commanded_volts_scatter_as_the_supply_that_they_are_made_by() -> None:
+    volts = Part(N, 2 * N, StepKind.DRIVE_VOLTS, -6.0)
+    rng = np.random.default_rng(4)
+    supply = 12.0 + 0.1 * rng.standard_normal(2 * N)
+    noise = given([IDLE, volts], loud(0.0, 0.0), commanded=True, supply=supply)
+    assert noise._noise(1, None) == pytest.approx(6.0 * 0.1 / 12.0, rel=0.05)
+    unknown = given([IDLE, volts], loud(0.0, 0.5), commanded=True)
+    assert unknown._noise(1, None) == 0.0
+    measured = given([IDLE, volts], loud(0.0, 0.5), supply=supply)
+    assert measured._noise(1, None) == pytest.approx(0.5, rel=0.05)

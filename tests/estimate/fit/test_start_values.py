@@ -139,3 +139,90 @@ def test_without_motion_there_is_no_inertia(both: list[Signals]) -> None:
         mechanical([replace(both[0], angle=0.0 * both[0].angle)])
     with pytest.raises(DataError, match="does not follow the current"):
         mechanical([replace(s, current=-s.current) for s in both])
+
+
+# windows
+
+
+def even(n: int = 200, angle: np.ndarray | None = None) -> Signals:
+    """A steady drive of one part."""
+    turned = 0.01 * np.arange(float(n)) if angle is None else angle
+    return Signals(PERIOD_S, np.full(n, 6.0), np.full(n, 0.5), turned, None, (0, n), (False,), 0.3)
+
+
+def test_windows_of_the_voltage_double_up_to_a_quarter_of_their_part() -> None:
+    """∫v, ∫i, Δi, Δangle over the root of their time, which says how long each is."""
+    s = even(401)
+    rows = np.array(list(start_values._voltage_windows(s)))
+    lengths = np.rint((rows[:, 1] / 0.5) ** 2 / PERIOD_S).astype(int)
+    assert lengths.tolist() == [1, 2, 4, 8, 16, 32, 64, 100, 100, 73]
+    assert lengths.sum() == 400
+    assert rows[:, 0] == pytest.approx((6.0 - 0.3 * 0.5) / 0.5 * rows[:, 1])
+    assert rows[:, 3] == pytest.approx(0.01 / PERIOD_S / 0.5 * rows[:, 1])
+    short = even(4)
+    assert len(list(start_values._voltage_windows(short))) == 3
+    opened = replace(s, open=(True,))
+    assert list(start_values._voltage_windows(opened)) == []
+
+
+def test_a_part_begins_where_the_one_before_it_ended() -> None:
+    s = replace(even(401), edges=(0, 201, 401), open=(False, True))
+    rows = list(start_values._voltage_windows(s))
+    assert sum((row[1] / 0.5) ** 2 / PERIOD_S for row in rows) == pytest.approx(200)
+    s = replace(s, open=(True, False))
+    rows = list(start_values._voltage_windows(s))
+    assert sum((row[1] / 0.5) ** 2 / PERIOD_S for row in rows) == pytest.approx(200)
+
+
+def test_the_top_speed_is_of_a_window_and_not_of_one_reading() -> None:
+    still = np.cumsum(np.r_[np.zeros(100), np.full(100, 0.02), np.zeros(100)])
+    assert start_values._top_speed(even(300, still)) == pytest.approx(0.02 / PERIOD_S)
+    jump = np.r_[np.zeros(150), np.full(150, 0.06)]  # over six readings
+    assert start_values._top_speed(even(300, jump)) == pytest.approx(0.06 / (6 * PERIOD_S))
+    assert start_values._top_speed(even(2001, -0.01 * np.arange(2001.0))) == pytest.approx(100.0)
+    assert start_values._top_speed(even(6)) == 0.0
+    assert start_values._top_speed(even(7)) > 0.0
+
+
+def test_windows_of_the_torque_are_of_a_motor_that_surely_turns_one_way() -> None:
+    rows = np.array(list(start_values._torque_windows(even(481), 0.04)))
+    time = (rows[:, 3] ** 2).tolist()
+    assert time == pytest.approx([20 * PERIOD_S] * len(rows))
+    assert rows[:, 0] == pytest.approx(0.04 * 0.5 * rows[:, 3])
+    assert rows[:, 1] == pytest.approx(0.0, abs=1e-9)
+    assert rows[:, 2] == pytest.approx(100.0 * rows[:, 3])
+    back = np.array(list(start_values._torque_windows(even(481, -0.01 * np.arange(481.0)), 0.04)))
+    assert back[:, 3] == pytest.approx(-rows[:, 3])
+    turns = np.abs(np.arange(481.0) - 240) * 0.01
+    both = np.array(list(start_values._torque_windows(even(481, turns), 0.04)))
+    assert len(both) < len(rows)  # not the one in which it turns round
+    assert set(np.sign(both[:, 3])) == {1.0, -1.0}
+    assert list(start_values._torque_windows(even(481, np.zeros(481)), 0.04)) == []
+
+
+@pytest.mark.parametrize(("share", "counts"), [(0.5e-3, False), (2e-3, True)])
+def test_a_motor_that_hardly_turns_may_be_held_by_friction(share: float, counts: bool) -> None:
+    fast, slow = np.arange(240.0) * 0.01, np.arange(241.0) * 0.01 * share
+    angle = np.r_[fast, fast[-1] + slow]
+    late = [r for r in start_values._torque_windows(even(481, angle), 0.04)
+            if r[2] / r[3] < 5e-3 * 100.0]  # fmt: skip
+    assert bool(late) is counts
+
+
+def test_a_measured_speed_is_its_mean_about_a_mark() -> None:
+    speed = np.arange(100.0)
+    s = replace(even(100), speed=speed)
+    assert start_values._speed_at(s, 50, 20) == pytest.approx(50.0)
+    bent = replace(s, speed=speed**2)
+    assert start_values._speed_at(bent, 50, 20) == pytest.approx(np.mean(speed[45:56] ** 2))
+    assert start_values._speed_at(even(100), 50, 20) == pytest.approx(100.0)
+
+
+def test_of_all_sets_of_columns_the_best_that_is_positive_is_taken() -> None:
+    from scipy.optimize import nnls
+
+    rng = np.random.default_rng(2)
+    for _ in range(20):
+        columns, target = rng.standard_normal((30, 3)), rng.standard_normal(30)
+        found = start_values._non_negative(columns, target)
+        assert found == pytest.approx(nnls(columns, target)[0], abs=1e-9)

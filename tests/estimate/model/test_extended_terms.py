@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from motorid.estimate.model.extended_terms import ADDED, TERMS, Scales
+from motorid.errors import UsageError
+from motorid.estimate.model.extended_terms import ADDED, TERMS, Scales, parse, unknown
 
 SIZES = Scales(
     volts=12.0, current=3.0, speed=400.0, torque=0.02, resistance=4.0, inertia=1e-6,
@@ -78,3 +79,36 @@ def test_bounds_keep_a_motor_a_motor() -> None:
     assert (ADDED["d_T0"].lower, ADDED["d_T0"].upper) == (-1.0, 1.0)
     for size in ("V_b", "T_lc", "T_s", "T_c", "k_K", "Ks", "b", "a_K", "k_w"):
         assert ADDED[size].lower == 0.0
+
+
+def test_what_is_positive_and_may_be_of_any_size_is_searched_by_its_logarithm() -> None:
+    """Where a term bends, and how stiff a shaft is. A size may be nothing, without a logarithm."""
+    bends = {name for term in TERMS.values() for name in term.shapes}
+    assert {name for name, added in ADDED.items() if added.log} == {*bends, "Ks"}
+    assert not any(ADDED[name].log for term in TERMS.values() for name in term.sizes)
+
+
+def test_an_unknown_is_searched_as_its_parameter_is_described() -> None:
+    for name, added in ADDED.items():
+        made = unknown(name, 0.5, SIZES, None)
+        assert (made.name, made.start, made.log) == (name, 0.5, added.log)
+        assert (made.lower, made.upper) == (added.lower, added.upper)
+        assert made.scale == pytest.approx(SIZES.of(name))
+        assert (made.prior_mean, made.prior_sd) == (0.0, float("inf"))
+    known = unknown("i_b", 0.5, SIZES, (-3.0, 0.7))
+    assert (known.prior_mean, known.prior_sd) == (-3.0, 0.7)
+
+
+def test_terms_are_named_once_each_and_others_are_refused_with_the_nearest() -> None:
+    assert parse("eddy+cogging+eddy") == (TERMS["eddy"], TERMS["cogging"])
+    with pytest.raises(UsageError, match=r'no model "coging".*cogging'):
+        parse("eddy+coging")
+
+
+def test_a_phase_is_of_the_terms_that_turn_with_the_rotor() -> None:
+    for term in TERMS.values():
+        phased = term.phased(0.7)
+        assert list(phased.values()) == ([0.7] if term.phase else [])
+        assert bool(term.per_turn) <= bool(term.phase)
+    assert TERMS["ripple"].sizes == ("k_K", "k_R")
+    assert TERMS["brush-drop"].sizes == ("V_b",)

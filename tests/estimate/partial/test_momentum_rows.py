@@ -157,3 +157,50 @@ def test_an_open_motor_is_its_own_tachometer(constant: float | None) -> None:
 
 def test_a_record_in_time_is_no_table() -> None:
     assert not steady_state_table.suits([swinging()])
+
+
+def test_three_runs_that_differ_widen_what_they_tell() -> None:
+    """Leaving out one run at a time shows how runs differ; two runs do not."""
+    one = rows(0.02)
+    brakes = 0.1 * B * one.matrix[:, 1]
+    moved = [
+        replace(one, capture=np.full(len(one), k), stretch=one.stretch + 100 * k,
+                drive=one.drive + k * brakes) for k in range(3)
+    ]  # fmt: skip
+
+    def regressed(count: int) -> block_bootstrap_regression.Regression:
+        names = modulating_functions.Rows.__dataclass_fields__
+        joined = modulating_functions.Rows(
+            *(np.concatenate([getattr(part, name) for part in moved[:count]]) for name in names)
+        )
+        wanted = np.array([1, 1, 1, 0], dtype=bool)
+        return block_bootstrap_regression.solve(joined, wanted, np.zeros(4), 0.05)
+
+    alone = [block_bootstrap_regression.solve(m, np.array([1, 1, 1, 0], bool), np.zeros(4), 0.05)
+             .coefficients[1] for m in moved]  # fmt: skip
+    mean = float(np.mean(alone))
+    left_out = [(sum(alone) - x) / 2 for x in alone]
+    jackknife = np.sqrt(2 / 3 * sum((x - mean) ** 2 for x in left_out))
+    assert regressed(3).sigma[1] == pytest.approx(jackknife, rel=0.05)
+    assert regressed(2).sigma[1] < 0.5 * jackknife
+
+
+def test_a_variance_is_widened_where_the_other_is_larger() -> None:
+    mine = np.array([[4.0, 1.0, 0.0], [1.0, 9.0, 0.0], [0.0, 0.0, 0.0]])
+    theirs = np.diag([16.0, 1.0, 5.0])
+    found = block_bootstrap_regression._at_least(mine, theirs)
+    assert found == pytest.approx(np.array([[16.0, 2.0, 0.0], [2.0, 9.0, 0.0], [0.0, 0.0, 0.0]]))
+
+
+def test_at_a_bound_a_variance_is_what_it_would_be_without_it() -> None:
+    found = rows(noise=0.02)
+    less = replace(found, drive=found.drive - found.matrix @ np.array([0.0, 1.5 * B, 0.0, 0.0]))
+    wanted = np.array([1, 1, 1, 0], dtype=bool)
+    one = block_bootstrap_regression.solve(less, wanted, np.zeros(4), 0.05)
+    free = block_bootstrap_regression._estimate(
+        less, block_bootstrap_regression.blocks(less), wanted, np.zeros(4)
+    )
+    assert one.coefficients[1] == 0.0
+    assert one.sigma[1] == pytest.approx(np.sqrt(free[1][1, 1]))
+    assert one.freedom == len(np.unique(block_bootstrap_regression.blocks(less))) - 1
+    assert one.residual == pytest.approx(less.drive - less.matrix @ one.coefficients)

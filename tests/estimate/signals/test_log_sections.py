@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from motorid.capture.model import Capture, Channel
+from motorid.capture.model import Capture, Channel, Gap
+from motorid.estimate.results.estimate import Diagnostic
+from motorid.estimate.signals import log_sections
 from motorid.estimate.signals.log_sections import FEWEST, PAUSE, driven, unbroken
 from motorid.estimate.signals.opened_bridge import Opening
 
@@ -61,3 +65,47 @@ def test_a_rest_after_the_bridge_opened_is_left_out() -> None:
     capture = moving(True, True, False)
     kept = driven(capture, [Opening(110, 210, 210)])
     assert [(piece.ticks[0], len(piece)) for piece in kept] == [(0, 110)]
+
+
+def opened(*openings: Opening, path: str = "") -> list[Diagnostic]:
+    """What is said of a moving log of three stretches whose bridge was open there."""
+    capture = replace(moving(True, True, True, each=200), path=path or None)
+    capture = replace(capture, ticks=1000 * np.arange(600))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(log_sections, "openings", lambda _: list(openings))
+        return log_sections.left_out([capture])
+
+
+def test_what_an_open_bridge_leaves_out_is_said_with_its_times_and_its_share() -> None:
+    (said,) = opened(Opening(150, 300, 270), path="run.csv")
+    assert (said.code, said.severity) == ("bridge_open", "info")
+    assert said.message.startswith("the bridge was open in run.csv at 0.15 to 0.269 s: no current")
+    assert "20 % of the samples are left out" in said.message
+    many = [Opening(60 * k + 40, 60 * k + 50, 60 * k + 50) for k in range(9)]
+    (several,) = opened(*many)
+    assert f" and {9 - log_sections.LISTED} more: no current" in several.message
+    assert opened() == []
+
+
+def test_a_bridge_that_opens_too_often_leaves_nothing_and_moves_everything() -> None:
+    (said,) = opened(*(Opening(8 * k + 4, 8 * k + 8, 8 * k + 8) for k in range(74)))
+    assert said.severity == "warning"
+    assert "no stretch between is long enough to fit" in said.message
+    assert said.moves == dict.fromkeys(("R", "L", "K", "B", "J", "T0"), np.inf)
+
+
+def test_a_part_of_a_capture_keeps_the_gaps_within_it() -> None:
+    capture = replace(log(100), gaps=tuple(Gap(k, 1, "lost") for k in (20, 40, 60, 80)))
+    found = log_sections.part(capture, 20, 80)
+    assert len(found) == 60
+    assert [gap.index for gap in found.gaps] == [20, 40]
+    assert found.ticks[0] == capture.ticks[20]
+
+
+def test_a_rest_before_a_drive_belongs_to_it() -> None:
+    capture = moving(True, True, True)
+    kept = driven(capture, [Opening(110, 210, 150)])
+    assert [(len(piece), int(piece.ticks[0])) for piece in kept] == [
+        (110, int(capture.ticks[0])), (150, int(capture.ticks[150])),
+    ]  # fmt: skip
+    assert driven(capture, []) == [capture]

@@ -249,3 +249,30 @@ def test_the_offset_of_a_supply_is_unknown_of_every_voltage() -> None:
     heard = sense(replace(seen, channels={**seen.channels, VOLTAGE: stated}), lay(seen))
     assert heard is not None
     assert heard.gain_uncertainty == 3e-3  # rest shows the offset of the terminals
+
+
+def test_what_dead_time_took_of_the_readings_is_no_resistance() -> None:
+    """v0 - r i - lost: what is lost is put back before the slope is taken."""
+    fast = 2.0 * np.exp(-np.arange(N) / 5)
+    one = capture(6.0 - 0.2 * fast - 0.1 * fast)
+    line = lay(one)
+    current = np.concatenate([np.zeros(100), fast])
+    none = np.zeros(line.count, dtype=bool)
+    bare = sense(one, line)
+    assert bare is not None
+    lossy = replace(bare, lost_shown=np.concatenate([np.zeros(100), 0.1 * fast]))
+    assert source_resistance(lossy, current, line.parts, none, (0.0, np.inf)) == pytest.approx(0.2)
+    assert source_resistance(bare, current, line.parts, none, (0.0, np.inf)) == pytest.approx(0.3)
+
+
+def test_a_resistance_is_the_prior_where_no_part_is_drawn_and_never_negative() -> None:
+    fast = 2.0 * np.exp(-np.arange(N) / 5)
+    one = capture(6.0 + 0.2 * fast)
+    line = lay(one)
+    current, none = np.concatenate([np.zeros(100), fast]), np.zeros(line.count, dtype=bool)
+    read = sense(one, line)
+    assert read is not None
+    assert source_resistance(read, current, line.parts, none, (0.0, np.inf)) == 0.0
+    stopped = [replace(part, discontinuous=True) for part in line.parts]
+    assert source_resistance(read, current, stopped, none, (0.7, 0.1)) == 0.7
+    assert source_resistance(read, current, line.parts, ~none, (0.7, 0.1)) == 0.7

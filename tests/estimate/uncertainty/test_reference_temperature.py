@@ -20,9 +20,11 @@ from motorid.capture.model import CURRENT, VOLTAGE, Capture, Channel, Stated
 from motorid.capture.table import read_table
 from motorid.errors import DataError
 from motorid.estimate.effects import winding_temperature
-from motorid.estimate.effects.winding_temperature import Coefficients, self_heating
+from motorid.estimate.effects.reference.temperature import AMBIENT_TEMPERATURE, SELF_HEATING
+from motorid.estimate.effects.winding_temperature import BOUND, Coefficients, self_heating
 from motorid.estimate.results.estimate import Estimate, Parameter, Rise
 from motorid.estimate.results.status import Status
+from motorid.estimate.uncertainty import reference_temperature
 from motorid.estimate.uncertainty.reference_temperature import at_25, warmth_of
 from motorid.identify import fit
 from motorid.rig import Rig
@@ -253,3 +255,44 @@ def test_what_a_rigs_text_does_not_tell_is_said(text: str, said: str) -> None:
 def test_no_figure_of_a_motor_is_infinite() -> None:
     with pytest.raises(DataError, match="winding_s of the motor is inf"):
         Stated(thermal={"winding_s": math.inf})
+
+
+def test_the_largest_of_its_own_causes_says_how_to_narrow_it() -> None:
+    shares = {AMBIENT_TEMPERATURE.name: 0.01, SELF_HEATING.name: 0.02}
+    said = reference_temperature._joined("so", shares)
+    assert said == f"so; to narrow it, {SELF_HEATING.remedy}"
+    nothing = dict.fromkeys(shares, 0.0)
+    assert reference_temperature._joined("so", nothing) == "so"
+
+
+@pytest.mark.parametrize(
+    ("inputs", "ambient"),
+    [
+        ([{"ambient_c": 20.0, "ambient_uncertainty_c": 0.5}, {"ambient_c": 24.0}],
+         (22.0, 0.5, True)),
+        ([{"ambient_c": 20.0}, {}], (22.5, 25.0 / 12**0.5, False)),
+        ([], (22.5, 25.0 / 12**0.5, False)),
+    ],
+)  # fmt: skip
+def test_the_ambient_is_that_of_all_runs_or_of_any_room(
+    inputs: list[dict[str, float]], ambient: tuple[float, float, bool]
+) -> None:
+    assert reference_temperature.ambient_of(inputs) == pytest.approx(ambient)
+
+
+def test_what_the_temperature_rests_on_is_said() -> None:
+    given = [{"ambient_c": 21.0, "ambient_uncertainty_c": 0.5}]
+    rise = Rise(4.0, 1.0, 30.0, "by the motor's thermal figures")
+    assert reference_temperature.words(given, rise) == (
+        "ambient 21 °C ± 0.98 K; self-heating 4 ± 2 K, by the motor's thermal figures, from 30 J"
+    )
+    exact = reference_temperature.words([{"ambient_c": 21.0}], Rise(4.0, 1.0, 30.0, BOUND))
+    assert exact.startswith(f"ambient 21 °C, as exact; self-heating none to 8 K, {BOUND}")
+    assert "not given, so anything from 10 to 35 °C" in reference_temperature.words([{}], rise)
+
+
+def test_a_winding_is_above_the_reference_by_ambient_and_rise_and_magnets_by_ambient() -> None:
+    rise = Rise(4.0, 1.0, 30.0, "")
+    found = warmth_of([{"ambient_c": 21.0, "ambient_uncertainty_c": 0.5}], rise)
+    assert (found.winding, found.magnets) == (0.0, -4.0)
+    assert (found.ambient_uncertainty, found.rise_uncertainty) == (0.5, 1.0)

@@ -149,3 +149,14 @@ def test_a_chain_without_a_fault_shows_none(seen: Callable[..., object]) -> None
 def test_a_supply_without_a_limit_shows_no_sag() -> None:
     assert current_limited_supply.sag(record("measured")) is None
     assert current_limited_supply.suspects(record("measured")) == []
+
+
+def test_what_the_model_lacks_is_looked_for_within_what_it_may_be() -> None:
+    for name in ("measured", "log"):
+        for one in model_alternatives.hypotheses([record(name)]):
+            ((size,),) = one.sizes
+            assert 0.0 < size < one.upper[0] == -one.lower[0]
+            assert one.scale == (size,)
+    volts = float(np.abs(record("measured").volts).max())
+    drop = by_code(model_alternatives.hypotheses([record("measured")]), "brush_drop")
+    assert (drop.sizes[0][0], drop.upper[0]) == pytest.approx((0.02 * volts, 0.1 * volts))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from motorid.capture.model import CURRENT, POSITION, VOLTAGE
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
+from motorid.capture.units import unit_of
 from motorid.estimate.diagnosis.faults import scale_errors
 from motorid.estimate.results.estimate import Parameter
 from motorid.estimate.results.status import Status
@@ -122,6 +124,91 @@ def test_leads_add_resistance_and_never_take_any_away() -> None:
 )
 def test_a_factor_has_its_usual_name_or_is_told(factor: float, words: str) -> None:
     assert scale_errors.SPEED.words(factor) == words
+
+
+QUANTITY = {"current": CURRENT, "voltage": VOLTAGE, "speed": SPEED, "position": POSITION}
+SPELT = {"degrees": "deg", "turns": "turn"}
+TIMES = {"two times too low": 2.0, "four times too low": 4.0, "two times too high": 0.5,
+         "four times too high": 0.25}  # fmt: skip
+
+
+def test_the_usual_factors_are_those_of_the_units_that_they_name() -> None:
+    for cause in scale_errors.CAUSES:
+        for factor, words in cause.usual.items():
+            unit = re.fullmatch(r"the (\w+) is in (\S+), read as (\S+)", words)
+            if unit is None:
+                (due,) = (times for said, times in TIMES.items() if said in words)
+                assert factor == due
+                continue
+            name = QUANTITY[unit[1]]
+            true, read = (unit_of(name, SPELT.get(u, u)) for u in unit.groups()[1:])
+            assert factor == pytest.approx(read.scale / true.scale), words
+            assert cause.words(factor * 1.1) == words
+            assert cause.words(factor * 1.2) != words
+
+
+def parameter(value: float | None, u: float = 0.0, status: Status = Status.ESTIMATED) -> Parameter:
+    return Parameter("", "", value, u, 0.0, u, None, status)
+
+
+def test_departures_are_logarithms_with_the_spread_of_motors_and_of_the_fit() -> None:
+    fitted = {
+        "R": parameter(3.0, 0.3), "L": parameter(None), "K": parameter(0.02, 0.0, Status.FIXED),
+        "J": parameter(4e-6, 4e-7),
+    }  # fmt: skip
+    plate = {"R": 2.0, "L": 1e-3, "K": 0.02, "J": 2e-6}
+    found = scale_errors.departures(fitted, plate)
+    assert set(found) == {"R", "J"}
+    assert found["R"] == pytest.approx((math.log(1.5), math.hypot(0.08, 0.1)))
+    assert found["J"] == pytest.approx((math.log(2.0), math.hypot(0.15, 0.1)))
+
+
+def test_a_no_load_current_is_that_of_the_friction_at_the_plates_voltage() -> None:
+    K, B, T0, R, V = 0.05, 4e-5, 6e-3, 2.0, 12.0
+    fitted = {n: parameter(v, 0.1 * v) for n, v in (("K", K), ("B", B), ("T0", T0), ("R", R))}
+    speed = (K * V - R * T0) / (K * K + R * B)
+    amperes = (T0 + B * speed) / K
+    (found,) = (v for n, v in scale_errors.departures(fitted, {"V": V, "I0": 0.2}).items())
+    assert found == pytest.approx((math.log(amperes / 0.2), math.hypot(0.4, 0.1)))
+    assert scale_errors.departures(fitted, {"I0": 0.2}) == {}
+
+
+def test_a_motor_may_run_below_its_voltage_and_not_far_above() -> None:
+    assert scale_errors.departures({}, {"V": 12.0}, 11.0) == {}
+    assert scale_errors.departures({}, {"V": 12.0}, 24.0)["V"] == pytest.approx(
+        (math.log(2.0), 1.0)
+    )
+    assert not scale_errors.absurd({}, {"V": 12.0}, 12.0 * 29.0)
+    assert scale_errors.absurd({}, {"V": 12.0}, 12.0 * 31.0)
+
+
+def test_a_plate_is_read_as_far_as_it_has_figures() -> None:
+    table = {
+        "resistance_ohm": 2, "inductance_h": 1e-3, "torque_constant_nm_a": 0.05,
+        "inertia_kg_m2": 0.0, "no_load_current_a": "?", "voltage_v": 12.0, "maker": "x",
+    }  # fmt: skip
+    assert scale_errors.read_nameplate(table) == {"R": 2.0, "L": 1e-3, "K": 0.05, "V": 12.0}
+
+
+@pytest.mark.parametrize(("share", "blames"), [(0.029, False), (0.031, True), (-0.031, True)])
+def test_a_disc_must_differ_by_more_than_it_is_unsure(share: float, blames: bool) -> None:
+    """Three of its standard uncertainties, 0.8 % by the fits and 0.6 % by the disc."""
+    without = parameter(1e-5, 0.0)
+    with_disc = parameter(1e-5 + 1e-5 * math.exp(share), 0.008e-5)
+    assert bool(scale_errors.by_disc(without, with_disc, 1e-5, 0.006e-5)) is blames
+
+
+def test_a_disc_that_is_fitted_as_less_than_nothing_says_nothing() -> None:
+    assert scale_errors.by_disc(parameter(2e-5), parameter(1e-5), 1e-5) == ()
+    assert scale_errors.by_disc(parameter(None), parameter(1e-5), 1e-5) == ()
+    assert scale_errors.by_disc(parameter(1e-5), parameter(None), 1e-5) == ()
+
+
+def test_moves_undo_the_scale() -> None:
+    verdict = scale_errors.Verdict(scale_errors.SPEED, 2.0, 0.0)
+    moves = scale_errors._moves(verdict, {"K": parameter(0.05), "J": parameter(4e-6),
+                                          "R": parameter(2.0), "B": parameter(None)})  # fmt: skip
+    assert moves == pytest.approx({"K": 0.05 * (2.0 - 1.0), "J": 4e-6 * (4.0 - 1.0)})
 
 
 SLOW = {  # L is lost, and looked for; or the fit has no motor to find

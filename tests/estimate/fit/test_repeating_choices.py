@@ -1,0 +1,197 @@
+"""Which orders of a rotor are taken, and when not to look at all: on records that are given."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motorid.estimate.effects.influence_quantity import Instance
+from motorid.estimate.effects.rotor.cogging import COGGING
+from motorid.estimate.effects.rotor.encoder_error import ENCODER_ERROR
+from motorid.estimate.effects.rotor.k_ripple import K_RIPPLE
+from motorid.estimate.effects.rotor.r_ripple import R_RIPPLE
+from motorid.estimate.effects.rotor.repeating import of_order, order
+from motorid.estimate.fit import repeating
+from motorid.estimate.model.angle_spectrum import TURN
+
+Slopes = dict[Instance, Any]
+
+
+def slopes(quantity: Any, periods: int) -> Slopes:
+    return {one: {} for one in of_order(quantity, periods)}
+
+
+class Rotor:
+    """A record about a solution, whose counts and courses are given."""
+
+    def __init__(self, counts: list[list[int]], turns: float = 20.0, gear: float = 1.0) -> None:
+        self.counts, self.turns, self.record = counts, turns, SimpleNamespace(gear=gear)
+        self.slopes: Slopes = {}
+        self.left = "left"
+        self.lines = SimpleNamespace(fitted=lambda known: (None, known), line="line")
+        self.response = SimpleNamespace(
+            slopes=lambda n: {**slopes(K_RIPPLE, n), **slopes(R_RIPPLE, n), **slopes(COGGING, n)},
+            encoder_error=lambda n: slopes(ENCODER_ERROR, n),
+        )
+
+    def counted(self) -> Any:
+        return self.counts.pop(0) if self.counts else []
+
+    def sights(self, period: float) -> Any:
+        return period
+
+    def take(self, more: Slopes) -> None:
+        self.slopes |= more
+
+
+class Given:
+    """By how much F falls with each kind and order, of 1000 readings."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, **falls: float) -> None:
+        self.falls = falls
+        self.periods = list[float]()
+        self.peaks = list[float]()
+        monkeypatch.setattr(repeating, "fall", self.fall)
+        monkeypatch.setattr(repeating, "periods_a_turn", self.counts)
+
+    def counts(self, channels: Any, peak: float) -> list[int]:
+        self.peaks.append(peak)
+        return list(channels[0])
+
+    def fall(self, _line: Any, _before: Any, after: Slopes, sights: float) -> tuple[float, float]:
+        self.periods.append(sights)
+        new = list(after)[-1]
+        names = {
+            K_RIPPLE: "ripple",
+            R_RIPPLE: "ripple",
+            COGGING: "cogging",
+            ENCODER_ERROR: "encoder",
+        }
+        return self.falls.get(f"{names.get(new.quantity, 'ripple')}_{order(new)}", 0.0), 1000.0
+
+
+def taken(rotor: Rotor) -> set[tuple[str, int]]:
+    repeating._take([rotor])  # type: ignore[list-item]
+    return {(one.quantity.name, order(one)) for one in rotor.slopes}
+
+
+RIPPLE_COST = 10.0 + 4 * np.log(1000.0)  # K and R, each with a phase
+COGGING_COST = 10.0 + 2 * np.log(1000.0)
+
+
+@pytest.mark.parametrize(("more", "found"), [(-0.1, False), (0.1, True)])
+def test_an_order_must_pay_for_its_unknowns_and_a_margin(
+    more: float, found: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Given(monkeypatch, ripple_10=RIPPLE_COST + more)
+    assert bool(taken(Rotor([[10]]))) is found
+    Given(monkeypatch, cogging_10=COGGING_COST + more)
+    assert bool(taken(Rotor([[10]]))) is found
+
+
+def test_it_is_a_ripple_or_cogging_whichever_pays_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    Given(monkeypatch, ripple_10=RIPPLE_COST + 30.0, cogging_10=COGGING_COST + 29.0)
+    assert {name for name, _ in taken(Rotor([[10]]))} == {K_RIPPLE.name, R_RIPPLE.name}
+    Given(monkeypatch, ripple_10=RIPPLE_COST + 30.0, cogging_10=COGGING_COST + 31.0)
+    assert {name for name, _ in taken(Rotor([[10]]))} == {COGGING.name}
+
+
+def test_orders_are_taken_one_after_the_other_the_strongest_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    given = Given(monkeypatch, ripple_10=200.0, cogging_20=300.0, cogging_5=90.0, ripple_7=500.0)
+    rotor = Rotor([[10, 20, 5, 7], [10, 20, 5], [5, 20], [30]])
+    assert {n for _, n in taken(rotor)} == {20, 10, 5}
+    assert min(given.periods) == pytest.approx(TURN / 30)
+    assert TURN / 7 not in given.periods  # the three strongest of a round are looked at
+
+
+def test_no_more_than_four_orders_of_a_motor(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = Given(monkeypatch, **{f"cogging_{n}": 500.0 for n in (10, 11, 12, 13, 14, 15)})
+    rotor = Rotor([[n] for n in (10, 11, 12, 13, 14, 15)])
+    assert len({n for _, n in taken(rotor)}) == repeating.ORDERS
+    assert len(given.peaks) == repeating.ORDERS
+
+
+def test_a_count_that_was_taken_is_not_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = Given(monkeypatch, cogging_10=500.0)
+    taken(Rotor([[10], [10]]))
+    assert len([p for p in given.periods if p == pytest.approx(TURN / 10)]) == 2  # of both kinds
+
+
+@pytest.mark.parametrize(("turns", "peak"), [(5.1, repeating.PEAK), (4.9, repeating.NO_PEAK)])
+def test_in_few_turns_a_count_leaks_into_its_neighbours(
+    turns: float, peak: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = Given(monkeypatch)
+    taken(Rotor([[10]], turns))
+    assert given.peaks == [peak]
+
+
+def test_an_encoder_errs_once_or_twice_in_its_own_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    cost = 10.0 + 2 * np.log(1000.0)
+    given = Given(monkeypatch, encoder_1=cost + 0.1, encoder_2=cost - 0.1)
+    assert taken(Rotor([], gear=3.0)) == {(ENCODER_ERROR.name, 1)}
+    assert given.periods == pytest.approx([3.0 * TURN, 3.0 * TURN / 2])
+
+
+def looked(
+    monkeypatch: pytest.MonkeyPatch, turns: float = 20.0, tells: bool = True, taken: bool = True,
+    bent: bool = True,
+) -> Any:  # fmt: skip
+    class Turning:
+        def __init__(self, record: Any, *_: Any) -> None:
+            self.record, self.turns = record, turns
+            self.slopes = {"one": {}} if taken else {}
+            self.sizes = np.array([0.25])
+            self.lines = SimpleNamespace(rows=lambda _: np.ones((1, 3)))
+
+        def bend(self) -> Any:
+            return {"current": 1.0} if bent else None
+
+        def course(self) -> str:
+            return "course"
+
+    record = SimpleNamespace(asked=None)
+    record.estimate = lambda *names: setattr(record, "asked", names)
+    monkeypatch.setattr(repeating, "_Turning", Turning)
+    monkeypatch.setattr(repeating, "_take", lambda _: None)
+    monkeypatch.setattr(repeating, "replace", lambda solution, **new: (record, new))
+    monkeypatch.setattr(repeating, "covariance_of", lambda _: None)
+    block = SimpleNamespace(floor=1.0)
+    line = SimpleNamespace(blocks=[block], sigmas=np.array([1.1 if tells else 1.0]))
+    solution: Any = SimpleNamespace(
+        records=[line], information=None, values=None, own=[np.array([9.0])], derivatives=None
+    )
+    records: Any = [record]
+    return repeating.with_repeating(records, solution)
+
+
+def test_what_was_taken_becomes_unknowns_at_their_sizes(monkeypatch: pytest.MonkeyPatch) -> None:
+    record, new = looked(monkeypatch)
+    assert record.asked == ("one",)
+    assert new["own"][0].tolist() == [9.0, 0.25]
+    assert (record.repeating.slopes, record.repeating.bend) == ({"one": {}}, {"current": 1.0})
+    assert record.repeating.course == "course"
+
+
+def test_nothing_is_taken_where_nothing_can_be_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert looked(monkeypatch, tells=False) is None
+    assert looked(monkeypatch, turns=0.99) is None
+    assert looked(monkeypatch, turns=1.01) is not None
+    assert looked(monkeypatch, taken=False) is None
+    assert looked(monkeypatch, bent=False) is None
+
+
+def test_a_ripple_is_heavy_beyond_what_straight_lines_describe() -> None:
+    ripple = list(of_order(K_RIPPLE, 10))
+    other = list(of_order(COGGING, 10))
+    record: Any = SimpleNamespace(instances=[*ripple, *other])
+    for a, b, heavy in ((0.03, 0.0399, False), (0.03, 0.0401, True), (0.0, 0.049, False)):
+        solution: Any = SimpleNamespace(own=[np.array([a, b, 9.0, 9.0])])
+        assert repeating.is_heavy([record], solution) is heavy
+    none: Any = SimpleNamespace(own=[np.array([9.0, 9.0])])
+    assert not repeating.is_heavy([SimpleNamespace(instances=other)], none)  # type: ignore[list-item]

@@ -1,0 +1,336 @@
+"""The answer of six parameters with a better model beside it: what matters, what is said, what is
+tried, on answers that are given.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motorid.errors import DataError
+from motorid.estimate.model.extended_terms import TERMS
+from motorid.estimate.results.estimate import PARAMETERS, Parameter, TermTrial
+from motorid.estimate.results.status import Status
+from motorid.estimate.selection import entry
+from motorid.estimate.selection.evidence import Evidence
+from motorid.estimate.selection.forward_selection import Selection, Trial
+from motorid.estimate.solver.problem import Solution, Unknown
+from tests.report.example import estimate
+
+MOTOR = {"R": 2.0, "L": 4e-3, "K": 0.05, "B": 4e-5, "J": 2e-5, "T0": 6e-3}
+DROP, HEAT, SIDED, COGS = (
+    TERMS[name] for name in ("brush-drop", "heating", "direction", "cogging")
+)
+
+
+def parameter(value: float | None, half: float = 0.1, name: str = "R") -> Parameter:
+    if value is None:
+        return Parameter(name, "", None, None, None, None, None, Status.NOT_IDENTIFIABLE)
+    interval = (value - half, value + half)
+    return Parameter(name, "", value, half / 2, 0.0, half / 2, interval, Status.ESTIMATED)
+
+
+def solution(**values: float) -> Solution:
+    found = {**MOTOR, **values}
+    n = len(found)
+    return Solution(
+        tuple(Unknown(name, value) for name, value in found.items()),
+        np.array(list(found.values())), (), (), np.eye(n), np.zeros(n, dtype=bool), tuple, 0.0, 1,
+        True,
+    )  # fmt: skip
+
+
+def test_half_an_interval_matters_or_a_hundredth_of_the_value() -> None:
+    found = entry.reach({
+        "R": parameter(2.0, 0.01), "K": parameter(2.0, 0.5), "T0": parameter(0.0, 0.3),
+        "L": parameter(None), "J": parameter(-2.0, 0.5), "B": parameter(1.0, 0.0),
+    })  # fmt: skip
+    assert found == pytest.approx({"R": 0.005, "K": 0.02, "T0": 0.15, "J": 0.02, "B": math.inf})
+
+
+def moved(value: float, interval: tuple[float, float] | None, *terms: Any) -> dict[str, float]:
+    """Of R = 2 ± 0.1, where the better model has another value and interval."""
+    one = estimate()
+    other = replace(parameter(value), interval_95=interval)
+    parameters = {"R": parameter(2.0), "L": parameter(None)}
+    better: Any = SimpleNamespace(parameters={"R": other, "L": parameter(1.0)})
+    return entry._moved(replace(one, parameters=parameters, alternative=better), terms or (SIDED,))
+
+
+def test_an_interval_grows_to_cover_that_of_the_better_model() -> None:
+    assert moved(2.2, (2.15, 2.25)) == pytest.approx({"R": 0.15})
+    assert moved(1.8, (1.7, 1.9)) == pytest.approx({"R": 0.2})
+    assert moved(2.2, None) == pytest.approx({"R": 0.1})
+    assert moved(2.04, (1.5, 2.5)) == {}  # the value stays
+    assert moved(2.06, (2.0, 2.12)) == pytest.approx({"R": 1.001 * 0.05})
+    assert moved(2.06, (2.0, 2.09)) == {}  # it is covered already
+    assert moved(2.2, (2.15, 2.25), DROP, HEAT) == {}  # the six parameters allow for it
+    assert moved(2.2, (2.15, 2.25), DROP, SIDED) == pytest.approx({"R": 0.15})
+    assert entry._moved(replace(estimate(), alternative=None), (SIDED,)) == {}
+
+
+def test_what_was_found_is_said_by_whether_the_six_allow_for_it() -> None:
+    better: Any = SimpleNamespace(parameters={}, asked=False)
+    bare = replace(estimate(), alternative=better, parameters={}, combinations={}, derived={})
+    fitted: Any = SimpleNamespace(terms=(SIDED, COGS))
+    said = entry._said(bare, fitted).diagnostics[0]
+    assert (said.code, said.severity) == ("better_model", "warning")
+    assert said.message == (
+        f"the residuals show {SIDED.title} and {COGS.title}: the six parameters do without it and "
+        "are biased, so use those of the better model"
+    )
+    fitted.terms = (DROP,)
+    said = entry._said(bare, fitted).diagnostics[0]
+    assert said.severity == "info"
+    assert "the six parameters allow for it" in said.message
+    better.asked = True
+    said = entry._said(bare, fitted).diagnostics[0]
+    assert (said.code, said.severity) == ("model_asked", "info")
+    assert said.message == f"beside it, as asked: a model with {DROP.title}"
+
+
+def test_what_was_tried_or_had_no_room_is_said_by_name() -> None:
+    one = estimate()
+    before = len(one.diagnostics)
+    tried = TermTrial("cogging", "", (), 1.0, 2.0, 3.0, None, 4.0, False)
+    found = entry._with_trials(one, [tried, replace(tried, term="eddy"), tried])
+    assert len(found.diagnostics) == before + 1
+    said = found.diagnostics[-1]
+    assert (said.code, said.severity) == ("model_tried", "info")
+    assert said.message.startswith("a model with cogging, eddy was tried")
+    assert entry._with_trials(one, []) is one
+    found = entry._with_left_out(one, [COGS, SIDED, COGS])
+    said = found.diagnostics[-1]
+    assert (said.code, said.severity) == ("search_ended", "warning")
+    assert "before it tried cogging, direction: name one" in said.message
+    assert said.message.endswith("--model cogging")
+    assert entry._with_left_out(one, []) is one
+
+
+def test_a_trial_is_stated_by_what_was_gained_for_what_was_needed() -> None:
+    evidence = Evidence(90.0, 3.0, 20.0, 7.0, 4.0)
+    stated = entry._stated(Trial(COGS, (SIDED,), evidence, 2.5, True))
+    assert stated == TermTrial(
+        "cogging", COGS.title, ("direction",), 30.0, 20.0, 7.0, 4.0, 2.5, True
+    )
+
+
+def test_terms_that_repeat_with_the_rotor_come_after_the_others_and_ripple_first() -> None:
+    ripple = TERMS["ripple"]
+    assert entry._stages([COGS, DROP, ripple, SIDED]) == [(DROP, SIDED), (ripple,), (COGS,)]
+    assert entry._stages([COGS]) == [(COGS,)]
+    assert entry._stages([DROP]) == [(DROP,)]
+
+
+def test_of_the_stages_the_widest_counts_whose_last_term_stands_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    stages: Any = [SimpleNamespace(terms=("a",)), SimpleNamespace(terms=("a", "b"))]
+    monkeypatch.setattr(entry, "finished", lambda stage: stage)
+    monkeypatch.setattr(entry, "findings", lambda stage, *_: len(stage.terms))
+    monkeypatch.setattr(entry, "stands_out", lambda _, term: term == "a")
+    assert entry._known(stages, {}, ()) == (stages[0], 1)
+    monkeypatch.setattr(entry, "stands_out", lambda _, term: True)
+    assert entry._known(stages, {}, ()) == (stages[1], 2)
+    monkeypatch.setattr(entry, "stands_out", lambda *_: False)
+    assert entry._known(stages, {}, ()) is None
+
+
+class Looked:
+    """What is looked for, on given selections."""
+
+    def __init__(
+        self, monkeypatch: pytest.MonkeyPatch, *selections: Selection, loss: bool = True,
+        stands_out: bool = True, heavy: bool = False,
+    ) -> None:  # fmt: skip
+        self.left, self.but, self.bare = list(selections), list[Any](), list[Any]()
+        monkeypatch.setattr(entry, "carry_loss", lambda _: loss)
+        monkeypatch.setattr(entry, "is_heavy", lambda *_: heavy)
+        monkeypatch.setattr(entry, "loss_stands_out", lambda *_: stands_out)
+        monkeypatch.setattr(entry, "select", self.select)
+        monkeypatch.setattr(entry, "_bare", self.without)
+        self.found, self.narrow = entry.looked_for([], solution(R=9.0), {"T0": 0.0}, {"R": 1.0})
+
+    def select(self, _r: Any, _s: Any, values: Any, matters: Any, but: Any) -> Selection:
+        assert matters == {"R": 1.0}
+        self.but.append(tuple(but))
+        return self.left.pop(0)
+
+    def without(self, _r: Any, values: Any, _h: Any, lossy: bool, anew: bool) -> Any:
+        self.bare.append((lossy, anew))
+        return ([], solution(), values)
+
+
+def chosen(*terms: Any, left_out: Any = ()) -> Selection:
+    stages: Any = tuple(SimpleNamespace(terms=(t,)) for t in terms)
+    return Selection(
+        stages, tuple(Trial(t, (), Evidence(1.0, 1.0, 1.0), 1.0) for t in terms), left_out
+    )
+
+
+NONE = Selection((), (), ())
+
+
+def test_terms_are_looked_for_beside_what_the_captures_have_unknowns_of(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    looked = Looked(monkeypatch, chosen(SIDED))
+    assert looked.but == [entry.ALLOWED]
+    assert looked.bare == []
+    assert looked.narrow[2] == {**MOTOR, "R": 9.0}
+    assert Looked(monkeypatch, NONE, loss=False).but == [()]
+
+
+def test_a_loss_that_stands_out_is_looked_for_by_its_own_terms(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    first = replace(NONE, trials=chosen(SIDED).trials, left_out=(COGS,))
+    looked = Looked(monkeypatch, first, chosen(DROP, left_out=(HEAT,)))
+    assert looked.but[1] == tuple(t for t in TERMS.values() if t not in entry.ALLOWED)
+    assert looked.bare == [(True, False)]
+    assert [s.terms for s in looked.found.stages] == [(DROP,)]
+    assert [t.term for t in looked.found.trials] == [SIDED, DROP]
+    assert looked.found.left_out == (COGS, HEAT)
+    assert Looked(monkeypatch, NONE, stands_out=False).bare == []
+    assert Looked(monkeypatch, NONE, loss=False).bare == []
+
+
+def test_what_repeats_heavily_is_looked_for_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert Looked(monkeypatch, chosen(SIDED), heavy=True).bare == [(False, True)]
+    assert Looked(monkeypatch, NONE, NONE, heavy=True).bare == [(False, True), (True, True)]
+
+
+@pytest.mark.parametrize(
+    ("terms", "loss", "repeats", "heavy", "bare"),
+    [
+        ((SIDED,), True, False, False, None),
+        ((DROP,), True, False, False, (True, False)),
+        ((DROP,), False, False, False, None),
+        ((COGS,), False, True, False, (False, True)),
+        ((COGS,), False, False, True, None),
+        ((SIDED,), False, True, True, (False, True)),
+        ((SIDED,), False, True, False, None),
+        ((DROP, COGS), True, True, False, (True, True)),
+    ],
+)
+def test_named_terms_begin_from_a_fit_that_leaves_them_what_they_explain(
+    terms: Any, loss: bool, repeats: bool, heavy: bool, bare: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    records: Any = [SimpleNamespace(repeating=SimpleNamespace(slopes="slopes" if repeats else ""))]
+    monkeypatch.setattr(entry, "carry_loss", lambda _: loss)
+    monkeypatch.setattr(entry, "is_heavy", lambda *_: heavy)
+    monkeypatch.setattr(entry, "_bare", lambda _r, _v, _h, lossy, anew: (lossy, anew))
+    now: Any = "solution"
+    found = entry._narrow(records, now, MOTOR, {}, terms)
+    assert found == (bare if bare is not None else (records, now, MOTOR))
+
+
+def test_a_bare_fit_whose_inductance_goes_is_fitted_with_the_one_that_was_known(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made: list[Any] = []
+    asked: list[Any] = []
+
+    def record(capture: Any, free: Any, held: Any) -> Any:
+        made.append(SimpleNamespace(capture=capture, free=free, held=held))
+        return made[-1]
+
+    def held(records: Any, free: Any, known: Any, near: Any, henry: float) -> Any:
+        asked.append((records, tuple(free), known, henry))
+        return solution(L=3e-3)
+
+    monkeypatch.setattr(entry, "MotorRecord", record)
+    monkeypatch.setattr(entry, "lossless", lambda capture: f"lossless {capture}")
+    monkeypatch.setattr(
+        entry, "repeat_as", lambda bare, _: [vars(r).update(repeats=True) for r in bare]
+    )
+    monkeypatch.setattr(entry.multistart, "solve", lambda *_: solution(R=5.0))
+    monkeypatch.setattr(entry, "vanished", lambda *_: True)
+    monkeypatch.setattr(entry, "with_inductance", held)
+    records: Any = [SimpleNamespace(capture="run", foretold="told")]
+    values = {**MOTOR, "T_lc": 1.0}
+    bare, found, known = entry._bare(records, values, {"B": 0.0}, True, False)
+    assert bare[0].capture == "lossless run"
+    assert bare[0].foretold == "told"
+    assert bare[0].repeats
+    assert asked == [(bare, ("R", "L", "K", "J", "T0"), MOTOR, MOTOR["L"])]
+    assert known == {**MOTOR, "L": 3e-3}
+    bare, found, _ = entry._bare(records, values, {"L": 0.0}, False, True)
+    assert bare[0].capture == "run"
+    assert not hasattr(bare[0], "repeats")
+    assert dict(zip(PARAMETERS, found.values, strict=True))["R"] == 5.0  # a held one cannot go
+
+
+@pytest.mark.parametrize(
+    ("term", "why"),
+    [
+        (COGS, "do not repeat with the rotor's angle"), (SIDED, "the motor turns one way"),
+        (TERMS["ke-kt"], "scale together; hold one"),
+    ],
+)  # fmt: skip
+def test_a_term_that_the_captures_cannot_tell_is_refused(
+    term: Any, why: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(entry, "plain", lambda *_: "white")
+    monkeypatch.setattr(entry, "starts", lambda *_: {})
+    monkeypatch.setattr(entry, "sizes_by_name", lambda *_: [{}])
+    with pytest.raises(DataError, match=why):
+        entry._starts([], solution(), MOTOR, (), (term,))
+    start, _ = entry._starts([], solution(), MOTOR, (), (DROP,))
+    assert start == MOTOR  # what does not show yet may show beside the others
+
+
+def test_terms_begin_where_straight_lines_see_them_beside_those_that_are_there(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[Any] = []
+
+    def starts(_r: Any, white: Any, _v: Any, terms: Any) -> Any:
+        asked.append((white, list(terms)))
+        return {COGS: ({"T_c": 1.0}, ({"phase": 0.5}, {"phase": 0.7})), DROP: ({"V_b": 2.0}, ())}
+
+    monkeypatch.setattr(entry, "plain", lambda *_: "white")
+    monkeypatch.setattr(entry, "starts", starts)
+    monkeypatch.setattr(entry, "sizes_by_name", lambda *_: [{"a": 1.0}, {"a": 2.0}])
+    start, own = entry._starts([], solution(), {"R": 3.0}, (SIDED,), (SIDED, COGS, DROP)[1:])
+    assert asked == [("white", [COGS, DROP])]
+    assert start == {"R": 3.0, "T_c": 1.0, "V_b": 2.0}
+    assert own == [{"a": 1.0, "phase": 0.5}, {"a": 2.0, "phase": 0.7}]
+
+
+def closed(
+    monkeypatch: pytest.MonkeyPatch, whole: list[str], cut: list[str], left: float = 0.0,
+    converged: bool = True, fails: bool = False,
+) -> Any:  # fmt: skip
+    def solved(captures: Any, *_: Any) -> Any:
+        if fails and captures is whole:
+            raise DataError("no start")
+        return f"records of {captures}", replace(solution(), converged=converged)
+
+    monkeypatch.setattr(entry, "unbroken", lambda _: whole)
+    monkeypatch.setattr(entry, "pieces", lambda _: cut)
+    monkeypatch.setattr(entry.joint_fit, "solved", solved)
+    monkeypatch.setattr(entry.misfit, "residuals", lambda *_: [])
+    monkeypatch.setattr(entry.misfit, "excess", lambda *_: left)
+    captures, records, _ = entry._closed([], {}, ())
+    assert records == f"records of {captures}"
+    return captures
+
+
+def test_stretches_with_an_open_bridge_are_cut_where_a_connected_motor_does_not_fit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    whole, cut = ["abcdef"], ["ab", "ef"]
+    assert closed(monkeypatch, whole, cut, left=0.09) is whole
+    assert closed(monkeypatch, whole, cut, left=0.11) is cut
+    assert closed(monkeypatch, whole, cut, converged=False) is cut
+    assert closed(monkeypatch, whole, cut, fails=True) is cut
+    shorter = ["abcd"]
+    assert closed(monkeypatch, whole, shorter, left=0.09) is whole
+    same = ["ghijkl"]
+    assert closed(monkeypatch, whole, same, left=0.09) is same

@@ -1,0 +1,256 @@
+"""Which terms are fitted, which of them goes on, and when a search ends: on fits that are given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motorid.estimate.model.extended_terms import TERMS, Term
+from motorid.estimate.selection import forward_selection as forward
+from motorid.estimate.selection.evidence import Evidence, Price
+from motorid.estimate.selection.forward_selection import Trial
+from motorid.estimate.selection.score_test import Candidate
+
+NAMES = ("direction", "quadratic-load", "cogging", "brush-drop")
+A, B, C, D = (TERMS[name] for name in NAMES)
+GOOD, BAD = Evidence(99.0, 1.0, 20.0, 9.0), Evidence(9.0, 1.0, 20.0, 9.0)
+REACH = {"R": 0.1, "K": 2.0}
+
+
+def candidate(term: Term, gain: float = 100.0, **shift: float) -> Candidate:
+    return Candidate(term, gain, shift, {term.size: 1.0})
+
+
+def trial(term: Term, moves: float = 2.0, evidence: Evidence = GOOD) -> Trial:
+    return Trial(term, (), evidence, moves)
+
+
+def test_a_term_earns_its_place_where_the_data_support_it_and_it_matters() -> None:
+    assert trial(A).earns
+    assert not trial(A, moves=1.0).earns
+    assert not trial(A, evidence=BAD).earns
+    assert trial(A, moves=0.0).goes_on
+    assert not trial(A, evidence=BAD).goes_on
+
+
+def test_a_move_counts_in_units_of_what_matters() -> None:
+    one = candidate(A, R=-0.03, K=0.5, L=9.0)
+    assert forward._moves(one, REACH) == pytest.approx(0.3)
+    assert forward._moves(candidate(A), REACH) == 0.0
+    assert not forward._matters(candidate(A, R=0.05), REACH)  # half of what matters
+    assert forward._matters(candidate(A, R=0.051), REACH)
+
+
+def test_the_search_goes_on_beside_what_earns_its_place_or_hides_others() -> None:
+    fits = [SimpleNamespace(name=n) for n in "abc"]
+    harmless = trial(A, moves=0.1, evidence=Evidence(50.0, 1.0, 20.0, 9.0))
+    gains = trial(B, moves=0.1, evidence=Evidence(70.0, 1.0, 20.0, 9.0))
+    found: list[Any] = list(zip(fits, [harmless, trial(C), gains], strict=True))
+    assert forward._next(found) == (fits[1], True)
+    assert forward._next([found[0], found[2]]) == (fits[2], False)
+    assert forward._next([(fits[0], trial(A, evidence=BAD))]) is None
+    assert forward._next([]) is None
+
+
+def test_rivals_explain_and_move_much_the_same_as_the_first() -> None:
+    first = candidate(A, 100.0, R=0.2)
+    near = candidate(B, 50.0, R=0.041)
+    weak, still = candidate(C, 49.0, R=0.2), candidate(D, 90.0, R=0.039)
+    rivals, rest = forward._rivals([first, weak, near, still], REACH)
+    assert [c.term for c in rivals] == [A, B]
+    assert [c.term for c in rest] == [C, D]
+    stronger = candidate(C, 300.0, R=0.051)
+    harmless = candidate(D, 300.0, R=0.03)
+    rivals, rest = forward._rivals([candidate(A, 100.0, R=0.9), stronger, harmless], REACH)
+    assert [c.term for c in rivals] == [C, A]
+    assert [c.term for c in rest] == [D]
+
+
+def test_three_rivals_at_most_and_those_that_promise_most() -> None:
+    each = [candidate(t, g, R=1.0) for t, g in zip((A, B, C, D), (60, 90, 100, 80), strict=True)]
+    rivals, rest = forward._rivals(each, REACH)
+    assert [c.term for c in rivals] == [C, B, D]
+    assert [c.term for c in rest] == [A]
+
+
+def test_a_fit_begins_where_straight_lines_see_its_parameters() -> None:
+    now: Any = SimpleNamespace(values={"R": 2.0, "K": 0.5, "T0": 0.0})
+    lines = Candidate(A, 9.0, {"R": 1.0, "K": -4.0, "T0": 3.0}, {}, (), (np.zeros((1, 2)),))
+    found = forward._shifted(now, lines)
+    assert found["R"] == pytest.approx(2.0 * np.exp(0.5))
+    assert found["K"] == pytest.approx(0.5 / np.e)  # by a factor of e at most
+    assert found["T0"] == 0.0
+    assert forward._shifted(now, candidate(A, R=1.0)) == now.values  # no straight line
+    assert now.values["R"] == 2.0
+
+
+def asked(
+    monkeypatch: pytest.MonkeyPatch, screened: Sequence[Candidate], foreseen: Sequence[Term],
+    but: Sequence[Term] = (),
+) -> list[Term]:  # fmt: skip
+    names: list[Sequence[str]] = []
+
+    def screen(*arguments: Any) -> list[Candidate]:
+        names.append(arguments[-1])
+        return list(screened)
+
+    monkeypatch.setattr(forward, "plain", lambda *_: SimpleNamespace(objective=500.0))
+    monkeypatch.setattr(forward, "screen", screen)
+    monkeypatch.setattr(forward, "springs", lambda *_: [])
+    monkeypatch.setattr(forward, "_is_foreseen", lambda _n, _w, c: c.term in foreseen)
+    now: Any = SimpleNamespace(records=(), solution=None, values={}, taken=())
+    found, white = forward._asked(now, REACH, but)
+    assert white == 500.0
+    assert not {b.name for b in but} & set(names[0])
+    return [c.term for c in found]
+
+
+def test_what_promises_enough_and_matters_is_asked_for_the_largest_move_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    each = [candidate(A, 31.0, R=0.06), candidate(B, 29.0, R=0.9), candidate(C, 40.0, R=0.2)]
+    assert asked(monkeypatch, each, [A, B, C]) == [C, A]
+    small = [candidate(A, 900.0, R=0.01), candidate(B, 1001.0, R=0.01)]
+    assert asked(monkeypatch, small, [A, B]) == [B]  # a gross one is fitted whatever it moves
+    assert asked(monkeypatch, each, [A, B, C], [D]) == [C, A]
+
+
+def test_what_a_harmless_one_may_hide_is_a_reason_to_fit_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """C matters, and no fit is foreseen to support it yet."""
+    each = [candidate(A, 40.0, R=0.01), candidate(C, 40.0, R=0.2)]
+    assert asked(monkeypatch, each, [A]) == [A]
+    assert asked(monkeypatch, each[:1], [A]) == []
+
+
+def test_what_has_no_straight_lines_cannot_be_foreseen() -> None:
+    now: Any = None
+    assert forward._is_foreseen(now, now, candidate(A))
+
+
+class Fits:
+    """Instead of fits: each term's F when rough, its evidence, and by how much it moves R."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, **each: tuple[float, Evidence, float]):
+        self.each, self.begun, self.weighed = each, list[str](), list[str]()
+        monkeypatch.setattr(forward, "_begun", lambda _, c: self.begin(c.term.name))
+        monkeypatch.setattr(forward, "weigh", self.weigh)
+        monkeypatch.setattr(forward, "priced", lambda rough, _: Price(rough.F, 1, 0.0))
+
+    def begin(self, name: str) -> Any:
+        self.begun.append(name)
+        records = [SimpleNamespace(simulated=10), SimpleNamespace(simulated=7)]
+        F = self.each[name.replace("-", "_")][0]
+        rough = SimpleNamespace(F=F, solution=SimpleNamespace(objective=F))
+
+        def nearly(_: Any) -> Any:
+            records[0].simulated += 5
+            moves = self.each[name.replace("-", "_")][2]
+            return SimpleNamespace(
+                records=records, values={"R": 2.0 + moves, "K": 1.0}, terms=(name,), solution=None
+            )
+
+        return SimpleNamespace(records=records, followed=lambda: rough, nearly=nearly, name=name)
+
+    def weigh(self, _f: Any, _t: Any, _s: Any, term: Term) -> Evidence:
+        self.weighed.append(term.name)
+        return self.each[term.name.replace("-", "_")][1]
+
+
+def rounds(
+    monkeypatch: pytest.MonkeyPatch, waiting: Sequence[Candidate], most: float = 1e9
+) -> tuple[list[Trial], forward._Search]:
+    monkeypatch.setattr(forward, "_asked", lambda *_: (list(waiting), 500.0))
+    search = forward._Search(REACH, (), most)
+    now: Any = SimpleNamespace(values={"R": 2.0, "K": 1.0}, taken=(), solution=None)
+    return [t for _, t in search.round(now)], search
+
+
+def test_rivals_are_all_fitted_roughly_and_judged_from_the_best_until_one_earns(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    fits = Fits(
+        monkeypatch, direction=(400.0, GOOD, 0.5), quadratic_load=(300.0, BAD, 0.5),
+        cogging=(350.0, GOOD, -0.5),
+    )  # fmt: skip
+    waiting = [candidate(t, 100.0, R=1.0) for t in (A, B, C)]
+    found, search = rounds(monkeypatch, waiting)
+    assert fits.begun == ["direction", "quadratic-load", "cogging"]
+    assert [(t.term, t.earns) for t in found] == [(B, False), (C, True)]
+    assert found[1].moves == pytest.approx(5.0)
+    assert search.spent == 3 * 10 + 2 * 5
+
+
+def test_a_rough_fit_that_keeps_none_of_its_promise_is_not_finished(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    fits = Fits(monkeypatch, direction=(471.0, GOOD, 0.5), cogging=(469.0, BAD, 0.5))
+    found, _ = rounds(monkeypatch, [candidate(t, 100.0, R=1.0) for t in (A, C)])
+    assert fits.weighed == ["cogging"]
+    assert [t.term for t in found] == [C]
+
+
+def test_when_the_responses_are_spent_the_others_are_left_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    Fits(monkeypatch, direction=(300.0, BAD, 0.5))
+    waiting = [candidate(A, 100.0, R=1.0), candidate(C, 45.0, R=0.051), candidate(D, 40.0, R=0.04)]
+    found, search = rounds(monkeypatch, waiting, most=14.0)
+    assert [t.term for t in found] == [A]
+    assert search.left_out == [C]  # D moves too little to matter
+
+
+def test_responses_are_counted_of_the_busiest_capture() -> None:
+    records: Any = [SimpleNamespace(simulated=n) for n in (3, 9, 5)]
+    assert forward.evaluations(records) == 9
+
+
+def selected(
+    monkeypatch: pytest.MonkeyPatch, *each: Sequence[tuple[Term, float, Evidence]]
+) -> tuple[forward.Selection, list[Any]]:
+    """What is selected where the rounds give these trials; and what each was added to."""
+    left, seen = list(each), []
+
+    def one_round(_: Any, now: Any) -> Any:
+        seen.append(now.taken)
+        found = []
+        for term, moves, evidence in left.pop(0) if left else ():
+            terms = (*now.taken, term)
+            fitted = SimpleNamespace(records=(), solution=None, values={}, terms=terms)
+            found.append((fitted, Trial(term, now.taken, evidence, moves)))
+        return found
+
+    monkeypatch.setattr(forward._Search, "round", one_round)
+    monkeypatch.setattr(forward, "evaluations", lambda _: 10)
+    monkeypatch.setattr(forward.Revision, "of", lambda _, fitted: fitted)
+    nothing: Any = None
+    return forward.select([], nothing, {}, REACH), seen
+
+
+def test_terms_are_taken_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    found, seen = selected(monkeypatch, [(A, 2.0, GOOD)], [(B, 2.0, BAD), (C, 3.0, GOOD)])
+    assert [s.terms for s in found.stages] == [(A,), (A, C)]
+    assert seen == [(), (A,), (A, C)]
+    assert [(t.term, t.taken) for t in found.trials] == [(A, True), (B, False), (C, True)]
+
+
+def test_one_that_moves_nothing_is_part_of_the_answer_only_beside_another(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    found, _ = selected(monkeypatch, [(A, 0.1, GOOD)], [(C, 3.0, GOOD)])
+    assert [s.terms for s in found.stages] == [(A, C)]
+    assert [t.taken for t in found.trials] == [True, True]
+    alone, seen = selected(monkeypatch, [(A, 0.1, GOOD)], [(C, 3.0, BAD)])
+    assert alone.stages == ()
+    assert not any(t.taken for t in alone.trials)
+    assert seen == [(), (A,)]
+
+
+def test_a_search_has_five_rounds_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, seen = selected(monkeypatch, *[[(A, 2.0, GOOD)]] * 9)
+    assert len(seen) == forward.ROUNDS

@@ -1,0 +1,309 @@
+"""Older terms looked at again: which stay, which go, which give way to another; on given fits."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motorid.estimate.model.extended_terms import TERMS, Term
+from motorid.estimate.selection import evidence, revision
+from motorid.estimate.selection.evidence import Evidence, Price
+from motorid.estimate.selection.revision import Revision
+from motorid.estimate.selection.score_test import Candidate
+from motorid.estimate.solver.problem import Solution, Unknown
+
+OLD, OTHER, LAST = TERMS["direction"], TERMS["quadratic-load"], TERMS["cogging"]
+DROP, HEAT = TERMS["brush-drop"], TERMS["heating"]
+GOOD, BAD = (
+    Evidence(99.0, 1.0, 20.0, 9.0, evaluations=7),
+    Evidence(9.0, 1.0, 20.0, 9.0, evaluations=7),
+)
+
+
+def fit(*terms: Term) -> Any:
+    """As far as a revision looks at a fit."""
+    free = tuple(n for t in terms for n in t.free)
+    return SimpleNamespace(
+        terms=terms, free=free, solution="solution", records=[SimpleNamespace(simulated=3)],
+        values=dict.fromkeys(free, 1.0),
+    )  # fmt: skip
+
+
+class Given:
+    """Sizes of terms, evidence for them, and F of fits that would replace one."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, **sizes: float) -> None:
+        self.monkeypatch, self.sizes = monkeypatch, sizes
+        self.evidence = dict[str, Evidence]()
+        self.weighed, self.begun = list[tuple[str, ...]](), list[tuple[str, ...]]()
+        self.paid = dict[tuple[str, ...], float]()
+        self.screened = list[Candidate]()
+        for name in ("weigh", "size_of", "screen", "priced"):
+            monkeypatch.setattr(revision, name, getattr(self, name))
+        monkeypatch.setattr(revision, "_begun", self.begin)
+        monkeypatch.setattr(revision, "plain", lambda *_: "white")
+        monkeypatch.setattr(revision, "replace", lambda fitted, **_: fitted)
+
+    def size_of(self, _s: Any, k: int, _shapes: Any) -> float:
+        return self.sizes[self.free[k]]
+
+    def of(
+        self, fitted: Any, most: float = 1e9, but: tuple[Term, ...] = ()
+    ) -> tuple[Any, Revision]:
+        self.free = fitted.free
+        looked = Revision(but, most)
+        return looked.of(fitted), looked
+
+    def weigh(self, _f: Any, rest: Any, _s: Any, term: Term) -> Evidence:
+        self.weighed.append((term.name, *(t.name for t in rest)))
+        return self.evidence[term.name]
+
+    def begin(self, _f: Any, terms: Any, _candidate: Any = None) -> Any:
+        names = tuple(t.name for t in terms)
+        self.begun.append(names)
+        rough = fit(*terms)
+        return SimpleNamespace(
+            records=[SimpleNamespace(simulated=5)], roughly=lambda: rough, followed=lambda: rough,
+            nearly=lambda one: one,
+        )  # fmt: skip
+
+    def screen(self, *given: Any) -> list[Candidate]:
+        self.names = given[-1]
+        return self.screened
+
+    def priced(self, fitted: Any, _term: Term) -> Price:
+        return Price(self.paid[tuple(t.name for t in fitted.terms)], 1, 10.0)
+
+
+def candidate(term: Term, gain: float) -> Candidate:
+    return Candidate(term, gain, {}, {})
+
+
+def test_a_term_of_a_clear_size_is_not_asked_about(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = Given(monkeypatch, d_T0=12.1, T_c=0.0)
+    given.screened = []
+    given.paid = {("direction", "cogging"): 100.0}
+    fitted = fit(OLD, LAST)
+    found, looked = given.of(fitted)
+    assert found is fitted
+    assert given.weighed == []
+    assert looked.spent == 5  # of the fit without it
+
+
+@pytest.mark.parametrize(("weight", "kept"), [(GOOD, True), (BAD, False)])
+def test_a_faint_one_stays_where_the_data_support_it_beside_the_others(
+    weight: Evidence, kept: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = Given(monkeypatch, d_T0=11.9, T_c=0.0)
+    given.evidence = {"direction": weight}
+    given.paid = {("direction", "cogging"): 100.0}
+    found, looked = given.of(fit(OLD, LAST))
+    assert given.weighed == [("direction", "cogging")]
+    assert found.terms == ((OLD, LAST) if kept else (LAST,))
+    assert looked.spent == 7 + 5
+
+
+def test_another_takes_its_place_where_it_leaves_clearly_less(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    given = Given(monkeypatch, d_T0=20.0, T_c=0.0)
+    given.screened = [candidate(OLD, 100.0), candidate(OTHER, 51.0), candidate(DROP, 60.0),
+                      candidate(HEAT, 90.0), candidate(LAST, 99.0)]  # fmt: skip
+    given.paid = {
+        ("direction", "cogging"): 100.0, ("cogging", "quadratic-load"): 89.0,
+        ("cogging", "brush-drop"): 88.0, ("cogging", "heating"): 1.0,
+    }  # fmt: skip
+    found, looked = given.of(fit(OLD, LAST))
+    assert given.begun == [("cogging",), ("cogging", "quadratic-load"), ("cogging", "brush-drop")]
+    assert found.terms == (LAST, DROP)  # the better of the two that are tried
+    assert looked.spent == 15
+    given.paid |= {("cogging", "quadratic-load"): 91.0, ("cogging", "brush-drop"): 90.0}
+    same = fit(OLD, LAST)
+    assert given.of(same)[0] is same
+
+
+def test_a_rival_must_promise_half_of_what_the_term_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = Given(monkeypatch, d_T0=20.0, T_c=0.0)
+    given.screened = [candidate(OLD, 100.0), candidate(OTHER, 49.0)]
+    given.paid = {("direction", "cogging"): 100.0, ("cogging", "quadratic-load"): 1.0}
+    fitted = fit(OLD, LAST)
+    assert given.of(fitted)[0] is fitted
+    given.screened = [candidate(OTHER, 1.0)]  # nothing of its own is left
+    assert given.of(fitted)[0].terms == (LAST, OTHER)
+
+
+def test_what_is_not_looked_for_is_not_screened(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = Given(monkeypatch, d_T0=20.0, T_c=0.0)
+    given.paid = {("direction", "cogging"): 100.0}
+    given.of(fit(OLD, LAST), but=(DROP,))
+    assert "brush-drop" not in given.names
+    assert "cogging" not in given.names
+    assert "quadratic-load" in given.names
+
+
+def test_where_the_responses_are_spent_nothing_is_exchanged(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    given = Given(monkeypatch, d_T0=3.0, T_lc=20.0, T_c=0.0)
+    given.evidence = {"direction": GOOD}
+    fitted = fit(OLD, OTHER, LAST)
+    found, looked = given.of(fitted, most=6.0)
+    assert (found, given.begun, looked.spent) == (fitted, [], 7)
+
+
+def test_a_fit_without_a_term_begins_without_its_parameters(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: dict[str, Any] = {}
+    monkeypatch.setattr(revision, "begin", lambda *a, **k: asked.update(k, terms=a[2]))
+    monkeypatch.setattr(revision, "sizes_by_name", lambda *_: [{"own": 1.0}])
+    values = {"R": 2.0, "J": 3.0, "d_T0": 0.1, "T_c": 5.0, "N_c": 7.0, "B": 0.0}
+    fitted: Any = SimpleNamespace(
+        terms=(OLD, LAST), free=("R", "J", "d_T0", "T_c"), values=values, records=(), solution=None
+    )
+    revision._begun(fitted, (OLD,))
+    assert asked["start"] == {"R": 2.0, "J": 3.0, "d_T0": 0.1, "B": 0.0}
+    assert asked["fixed"] == {"B": 0.0}
+    assert asked["own"] == [{"own": 1.0}]
+    more = Candidate(OTHER, 9.0, {}, {"T_lc": 4.0}, ({"phase": 2.0},))
+    revision._begun(fitted, (OLD, OTHER), more)
+    assert asked["start"] == {"R": 2.0, "J": 3.0, "d_T0": 0.1, "B": 0.0, "T_lc": 4.0}
+    assert asked["own"] == [{"own": 1.0, "phase": 2.0}]
+
+
+# sizes and prices of solutions
+
+
+def solution(objective: float = 100.0) -> Solution:
+    return Solution(
+        (Unknown("a", 1.0), Unknown("b", 1.0, log=True)), np.array([0.3, 2.0]), (), (),
+        np.diag([400.0, 100.0]), np.zeros(2, dtype=bool), tuple, objective, 1, True,
+    )  # fmt: skip
+
+
+def test_a_price_is_f_and_schwarzs_cost_of_each_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(evidence, "inflation", lambda _: 2.0)
+    block = SimpleNamespace(count=300.0)
+    line: Any = SimpleNamespace(blocks=[block, block], residual=np.zeros(1), slices=())
+    rough: Any = SimpleNamespace(
+        solution=SimpleNamespace(objective=50.0, records=[line]), records=["one", "two"]
+    )
+    each = 2.0 * np.log(600.0 / 2.0)
+    shared = evidence.priced(rough, OTHER)
+    assert shared.unknowns == 1
+    assert shared.paid == pytest.approx(50.0 + each)
+    assert shared.open == pytest.approx(2.0 * evidence.MARGIN)
+    phased = evidence.priced(rough, LAST)  # a phase of each record
+    assert phased.unknowns == 3
+    assert phased.paid == pytest.approx(50.0 + 3 * each)
+
+
+def weighed(
+    monkeypatch: pytest.MonkeyPatch, gain: float, sizes: tuple[float, float], records: int = 1,
+    left_out: tuple[float, float] = (0.0, 0.0),
+) -> Evidence:  # fmt: skip
+    wider = SimpleNamespace(
+        solution=SimpleNamespace(own=[np.zeros(2)] * records), free=("R", *DROP.free),
+        records=[SimpleNamespace(simulated=9)] * records,
+    )  # fmt: skip
+    null = SimpleNamespace(
+        solution=SimpleNamespace(own=[np.zeros(1)] * records), free=("R",),
+        records=[SimpleNamespace(simulated=4), SimpleNamespace(simulated=6)],
+    )  # fmt: skip
+    asked: list[int] = []
+
+    def found(_w: Any, _n: Any, more: int) -> Evidence:
+        asked.append(more)
+        return Evidence(gain, 2.0, 20.0)
+
+    def size_of(_s: Any, k: int, shapes: Any = ()) -> float:
+        assert k == 1
+        assert list(shapes) in ([], [2])
+        return sizes[bool(len(shapes))]
+
+    monkeypatch.setattr(evidence, "_nested", lambda *_: null)
+    monkeypatch.setattr(evidence, "evidence", found)
+    monkeypatch.setattr(evidence, "size_of", size_of)
+    monkeypatch.setattr(evidence, "_left_out", lambda one: left_out[one is wider])
+    weigh: Any = evidence.weigh
+    out = weigh(wider, (), None, DROP)
+    assert asked == [2 + records]  # two shared, and one of each record
+    assert out.evaluations == 6
+    return out
+
+
+def test_a_size_that_its_shape_leaves_open_is_taken_at_that_shape_where_much_is_gained(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert weighed(monkeypatch, 300.0, (4.1, 50.0)).size == 4.1
+    assert weighed(monkeypatch, 201.0, (3.9, 50.0)).size == 50.0
+    assert weighed(monkeypatch, 199.0, (3.9, 50.0)).size == 3.9
+
+
+def test_captures_are_left_out_where_there_are_several_and_it_suffices(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert weighed(monkeypatch, 300.0, (9.0, 9.0)).left_out is None
+    several = weighed(monkeypatch, 300.0, (9.0, 9.0), 3, (70.0, 55.0))
+    assert several.left_out == pytest.approx(15.0)
+    assert weighed(monkeypatch, 30.0, (9.0, 9.0), 3, (70.0, 55.0)).left_out is None
+
+
+def test_each_capture_is_judged_by_what_the_others_say_of_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """One Newton step with its part of information and slope taken out, at most a factor of e."""
+    rng = np.random.default_rng(5)
+    columns = [rng.standard_normal((50, 2)) for _ in range(10)]
+    left = [rng.standard_normal(50) for _ in range(10)]
+    lines = [SimpleNamespace(orthogonal=c, residual=r) for c, r in zip(columns, left, strict=True)]
+    information = sum(c.T @ c for c in columns)
+    fitted: Any = SimpleNamespace(
+        records=list(range(10)), solution=SimpleNamespace(records=lines, information=information)
+    )
+    steps: dict[int, np.ndarray] = {}
+
+    def alone(_f: Any, record: int, step: np.ndarray) -> float:
+        steps[record] = step
+        return 2.0
+
+    monkeypatch.setattr(evidence, "_alone", alone)
+    assert evidence._left_out(fitted) == 2.0 * evidence.FOLDS
+    assert sorted(steps) == list(range(evidence.FOLDS))
+    rest = information - columns[3].T @ columns[3]
+    assert steps[3] == pytest.approx(-np.linalg.solve(rest, columns[3].T @ left[3]))
+    far = SimpleNamespace(orthogonal=columns[0], residual=1e4 * columns[0][:, 0])
+    fitted.solution.records = [far]
+    fitted.records = [0]
+    evidence._left_out(fitted)
+    assert steps[0][0] == -1.0
+
+
+def test_a_capture_alone_has_the_others_parameters_and_its_own_nuisances(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[Any] = []
+
+    def maximise(unknowns: Any, records: Any) -> Any:
+        asked.append((unknowns, records))
+        return SimpleNamespace(objective=4.0)
+
+    unknowns = [Unknown("R", 2.0, 0.0, log=True), Unknown("B", 0.5, 0.0, scale=3.0),
+                Unknown("T0", 0.0, 0.0, scale=3.0)]  # fmt: skip
+    monkeypatch.setattr(evidence, "unknowns_of", lambda *_: unknowns)
+    monkeypatch.setattr(evidence, "maximise", maximise)
+    monkeypatch.setattr(evidence, "merged", lambda *_: {})
+    fitted: Any = SimpleNamespace(start={}, solution=None, free=())
+    nothing: Any = "record"
+    assert evidence._alone(fitted, nothing, np.array([0.5, 0.25, -1.0])) == 4.0
+    ((pinned, records),) = asked
+    assert records == ["record"]
+    R, B, T0 = pinned
+    assert R.start == pytest.approx(2.0 * np.exp(0.5))
+    assert (R.upper - R.lower) == pytest.approx(2 * evidence.PINNED * R.start, rel=1e-3)
+    assert B.start == pytest.approx(0.75)
+    assert (B.upper - B.lower) == pytest.approx(2 * evidence.PINNED * 3.0, rel=1e-3)
+    assert T0.start == 0.0  # not below its bound
