@@ -41,6 +41,7 @@ CURRENT_GAIN, VOLTAGE_GAIN = (2e-4, 2e-3), (1e-4, 1e-3)  # standard: calibrated 
 NONLINEARITY, DRIFT = (1e-3, 1e-2), (1e-4, 2e-3)  # standard
 DRIFT_TIME_S, ECCENTRICITY_RAD = (0.1, 5.0), (2e-4, 5e-3)
 SHAPES: tuple[Curve, ...] = ("cubic", "s")  # that the simulator can be
+WAYS = ("declared", "undeclared")
 
 
 @dataclass(frozen=True)
@@ -156,12 +157,11 @@ def _scored(found: Estimate, truth: Mapping[str, float]) -> Row:
             "status": p.status,
             "lines": {line: shares[line] for line in LINES if line in shares},
         }
-    told = [line for line in LINES if any(name.startswith(line) for name in found.nuisance)]
-    return {"parameters": out, "estimated": told}
+    return {"parameters": out}
 
 
 def tables(rows: Sequence[Row]) -> list[str]:
-    """How many intervals hold, how wide they are, and which line is how often the largest."""
+    """How many intervals hold, and how wide they are."""
     good = [
         r for r in rows if all("parameters" in r.get(k, {}) for k in ("declared", "undeclared"))
     ]
@@ -170,23 +170,24 @@ def tables(rows: Sequence[Row]) -> list[str]:
         "| parameter | hold, declared | hold, undeclared | half width, declared / undeclared |"
     )
     lines.append("|---|---|---|---|")
-    both: dict[str, list[bool]] = {"declared": [], "undeclared": []}
     for name in PARAMETERS:
         pairs = [
-            [row[k]["parameters"][name] for k in both]
+            [row[way]["parameters"][name] for way in WAYS]
             for row in good
-            if all(name in row[k]["parameters"] for k in both)
+            if all(name in row[way]["parameters"] for way in WAYS)
         ]
-        for k, side in zip(both, zip(*pairs, strict=True), strict=True):
-            both[k] += [one["holds"] for one in side]
         wider = float(np.median([a["half"] / b["half"] for a, b in pairs]))
         cells = [_share([one["holds"] for one in side]) for side in zip(*pairs, strict=True)]
         lines.append(f"| {name} | {cells[0]} | {cells[1]} | {wider:.2f} |")
-    lines.append(f"| all | {_share(both['declared'])} | {_share(both['undeclared'])} | |")
-    for line in LINES:
-        told = sum(line in row["declared"]["estimated"] for row in good)
-        lines += ["", f"{line}: estimated in {told} of {len(good)}"]
+    for kind in ("all", *SHAPES):
+        cells = [_share([h for r in good if kind in ("all", r["shape"]) for h in _held(r[k])])
+                 for k in WAYS]  # fmt: skip
+        lines.append(f"| {kind} | {cells[0]} | {cells[1]} | |")
     return lines
+
+
+def _held(scored: Row) -> list[bool]:
+    return [one["holds"] for one in scored["parameters"].values()]
 
 
 def _share(held: Sequence[bool]) -> str:
