@@ -68,6 +68,9 @@ EXACT = ("--captures", "12", "--count", "1000", "--seeds", "1", "--motor", "faul
 PARTS = (
     Part("coverage", "how often intervals hold the truth, on 2,000 drawn rigs",
          _coverage("2000"), _coverage("1")),
+    Part("chain", "intervals with a bent sensor, a drifting reference, an eccentric encoder",
+         (_bench("chain", "--rigs", "200", "--out", "out/evidence/chain-{commit}.jsonl"),),
+         (_bench("chain", "--rigs", "1"),)),
     Part("exactness", "the fit against the Cramér-Rao bound, and its response's cost",
          (_bench("exactness"),), (_bench("exactness", *EXACT),)),
     Part("suspects", "faults of the measuring chain called by name, and false alarms",

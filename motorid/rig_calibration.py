@@ -168,7 +168,7 @@ def apply(rig: Rig, file: CalibrationFile) -> Rig:
 
 
 def _merged(
-    rig: Rig, file: CalibrationFile, name: str, given: Mapping[str, float]
+    rig: Rig, file: CalibrationFile, name: str, given: Mapping[str, Any]
 ) -> dict[str, Calibration]:
     own, plain = rig.calibration.get(name, Calibration()), Calibration()
     for key in given:

@@ -6,9 +6,9 @@ import difflib
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-from motorid.capture.model import Wiring
+from motorid.capture.model import CURRENT, Curve, Wiring
 from motorid.errors import MotoridError, RigError
 from motorid.program import Decay, Program, Step, StepKind, climbs
 from motorid.rig_keys import (
@@ -34,12 +34,21 @@ TOP = ("name", "port", "board_serial", "front_end")
 def load(name_or_path: str) -> Rig:
     """The rig of a preset's name or of a file, with its calibration file. Raises RigError."""
     path = find(name_or_path)
-    return _calibrated(load_plain(path), path)
+    return _calibrated(_with_front_end(load_plain(path)), path)
 
 
 def load_plain(path: Path) -> Rig:
     """The rig of a file as it stands, whatever calibration lies beside it. Raises RigError."""
     return parse(read_text(path, "a rig file", RigError), str(path))
+
+
+def _with_front_end(rig: Rig) -> Rig:
+    """With what the front end that it names says of its sensor and no board holds."""
+    if not rig.front_end:
+        return rig
+    from motorid.rig_front_end import load_front_end
+
+    return load_front_end(rig.front_end, Path(rig.folder) if rig.folder else None).under(rig)
 
 
 def _calibrated(rig: Rig, path: Path) -> Rig:
@@ -132,6 +141,7 @@ class _Reader:
                 f"{limits.supply_min_v:g} and limits.supply_max_v = {limits.supply_max_v:g}: "
                 "correct the one that is wrong"
             )
+        self._whole(rig)
         if len(set(rig.sampling.channels)) < len(rig.sampling.channels):
             raise self.fail("sampling.channels names a channel twice")
         if not rig.wiring.counts_per_turn and not rig.port.startswith(NO_BOARD):
@@ -139,6 +149,25 @@ class _Reader:
                 "wiring.counts_per_turn is missing: the speed limit and the position need it "
                 "(counts, four a line, of one turn of the encoder's shaft)"
             )
+
+    def _whole(self, rig: Rig) -> None:
+        """A drift has its time, a non-linearity its shape, and it is the current's."""
+        wiring = rig.wiring
+        if _parted(wiring.reference_drift, wiring.reference_time_s):
+            raise self.fail(
+                "wiring.reference_drift and wiring.reference_time_s go together: by which share "
+                "the converter's reference may drift in a run, and over how many seconds"
+            )
+        for name, known in rig.calibration.items():
+            said = f"calibration.{name}.nonlinearity"
+            stated = (known.nonlinearity, known.nonlinearity_shape, known.full_scale)
+            if name != CURRENT and stated != (None, None, None):
+                raise self.fail(f"{said} is of the current alone: take it out")
+            if _parted(known.nonlinearity, known.nonlinearity_shape):
+                raise self.fail(
+                    f"{said} and {said}_shape go together: a share of full scale, and one of "
+                    f"{', '.join(get_args(Curve))}"
+                )
 
     def table(self, table: Any, keys: Mapping[str, Key], name: str) -> dict[str, Any]:
         """The values of one table, checked. Raises RigError naming the key."""
@@ -223,6 +252,11 @@ class _Reader:
             return Step(kind, step["duration_s"])
         decay = Decay[step.get("decay", "synchronous_slow").upper()]
         return Step(kind, step["duration_s"], step[level_key], decay)
+
+
+def _parted(size: float | None, of: float | str | None) -> bool:
+    """A size without what it needs, or that without a size; a size of 0 needs nothing."""
+    return (bool(size) and not of) or (bool(of) and size is None)
 
 
 def find(name_or_path: str) -> Path:

@@ -8,12 +8,26 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from motorid.capture.model import CURRENT
 from motorid.errors import RigError
-from motorid.rig_keys import Flag, Key, List, Number, Text, read_table, show
+from motorid.rig_keys import (
+    BENT,
+    CURVE,
+    DRIFT,
+    DRIFT_TIME,
+    Flag,
+    Key,
+    List,
+    Number,
+    Text,
+    read_table,
+    show,
+)
+from motorid.rig_model import Calibration, Rig
 from motorid.toml_file import dotted, packaged, read_text, tables_of, unknown
 from motorid.wire.enums import Bridge, Sensor
 from motorid.wire.hashes import front_end_hash
@@ -32,12 +46,19 @@ _TOP: Mapping[str, Key] = {
     "sources": List(Text()),
 }
 _SECTIONS: Mapping[str, Mapping[str, Key]] = {
-    "converter": {"reference_v": Number(0.5, 10), "reference_uncertainty": _SHARE},
+    "converter": {
+        "reference_v": Number(0.5, 10),
+        "reference_uncertainty": _SHARE,
+        "reference_drift": DRIFT,
+        "reference_time_s": DRIFT_TIME,
+    },
     "current": {
         "volts_per_ampere": Number(-1e3, 1e3),
         "zero_v": Number(0, 10),
         "zero_uncertainty_v": Number(0, 5),
         "gain_uncertainty": _SHARE,
+        "nonlinearity": BENT,
+        "nonlinearity_shape": CURVE,
         "most_a": Number(1e-3, 4e6),
         "filter_s": _FILTER,
     },
@@ -49,15 +70,23 @@ _SECTIONS: Mapping[str, Mapping[str, Key]] = {
         "filter_s": _FILTER,
     },
 }
-_OPTIONAL = ("sources", "supply_divider", "filter_s", "bridge", "ratiometric")
+_DRIFT = ("reference_drift", "reference_time_s")
+_BENT = ("nonlinearity", "nonlinearity_shape")
+_OPTIONAL = ("sources", "supply_divider", "filter_s", "bridge", "ratiometric", *_DRIFT, *_BENT)
 
 
 @dataclass(frozen=True)
 class FrontEnd:
-    """One front end. ``facts``: the fields of write_front_end; ``text``: the file."""
+    """One front end. ``facts``: the fields of write_front_end; ``text``: the file.
+
+    ``drift`` of the reference and ``bent``, the non-linearity of the current's sensor, by the names
+    of ``Wiring`` and ``Calibration``: no board holds them.
+    """
 
     facts: Mapping[str, Any]
     text: str
+    drift: Mapping[str, Any] = field(default_factory=dict)
+    bent: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -68,6 +97,16 @@ class FrontEnd:
     def hash(self) -> int:
         """The hash that a board tells which holds these facts."""
         return front_end_hash(self.facts)
+
+    def under(self, rig: Rig) -> Rig:
+        """The rig with what no board holds of it, as far as the rig says nothing itself."""
+        wiring, channels = rig.wiring, dict(rig.calibration)
+        if self.drift and wiring.reference_drift is None:
+            wiring = replace(wiring, **self.drift)
+        own = channels.get(CURRENT, Calibration())
+        if self.bent and own.nonlinearity is None:
+            channels[CURRENT] = replace(own, **self.bent)
+        return replace(rig, wiring=wiring, calibration=channels)
 
 
 def presets() -> tuple[str, ...]:
@@ -95,7 +134,14 @@ def parse(text: str, where: str = "front end") -> FrontEnd:
         name: _read(document.get(name, {}), _SECTIONS[name], name, where) for name in _SECTIONS
     }
     _consistent(top, parts, where)
-    return FrontEnd(_facts(top, parts, where), text)
+    converter, current = parts["converter"], parts["current"]
+    bent = {key: current[key] for key in _BENT if key in current}
+    return FrontEnd(
+        _facts(top, parts, where),
+        text,
+        drift={key: converter[key] for key in _DRIFT if key in converter},
+        bent=bent | {"full_scale": current["most_a"]} if bent else {},
+    )
 
 
 def _read(table: Any, keys: Mapping[str, Key], section: str, where: str) -> dict[str, Any]:
@@ -120,6 +166,14 @@ def _consistent(top: dict[str, Any], parts: dict[str, dict[str, Any]], where: st
             f"{where}: current.zero_v lies at an end of the range, where a {top['sensor']} shows "
             'one sign alone: set sensor = "magnitude", or correct the zero'
         )
+    for keys, table, section in (
+        (_DRIFT, parts["converter"], "converter"),
+        (_BENT, current, "current"),
+    ):
+        if 0 < sum(key in table for key in keys) < len(keys):
+            raise RigError(
+                f"{where}: {section}.{keys[0]} and {section}.{keys[1]} go together: state both"
+            )
     if volts["lift_v"] > MOST_LIFT * reference:
         raise RigError(f"{where}: voltage.lift_v leaves no range below converter.reference_v")
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, get_args
 
-from motorid.capture.model import CURRENT, POSITION, SUPPLY, VOLTAGE
+from motorid.capture.model import CURRENT, POSITION, SUPPLY, VOLTAGE, Curve
 from motorid.errors import RigError
 from motorid.program import StepKind
 from motorid.toml_file import dotted, unknown
@@ -75,6 +75,8 @@ Key = Number | Text | Flag | List
 _OHM, _SHARE = Number(0, 1e4), Number(0, 1)
 _DURATION = Number(1e-6, 1e6)
 _DECAY = Text(("synchronous_slow", "diode", "fast"))
+CURVE = Text(get_args(Curve))
+BENT, DRIFT, DRIFT_TIME = Number(0, 0.5), Number(0, 0.5), Number(1e-6, 1e6)
 
 SECTIONS: Mapping[str, Mapping[str, Key]] = {
     "wiring": {
@@ -91,6 +93,9 @@ SECTIONS: Mapping[str, Mapping[str, Key]] = {
         "supply_voltage_v": Number(0.1, 1e3),
         "brush_drop_v": Number(0, 1e2),
         "brush_drop_uncertainty_v": Number(0, 1e2),
+        "encoder_eccentricity_rad": Number(0, 0.5),
+        "reference_drift": DRIFT,
+        "reference_time_s": DRIFT_TIME,
     },
     "limits": {
         "current_a": Number(1e-3, 1e4),
@@ -151,6 +156,9 @@ CALIBRATION: Mapping[str, Key] = {
     "offset_uncertainty": Number(0, 1e4),
     "delay_uncertainty_s": Number(0, 1),
     "offset": Number(-1e6, 1e6),
+    "nonlinearity": BENT,
+    "nonlinearity_shape": CURVE,
+    "full_scale": Number(1e-6, 1e6),
 }
 CALIBRATION_FILE: Mapping[str, Key] = {  # of [calibration] itself
     "file": Text(),

@@ -9,7 +9,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Stated, Wiring
+from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Curve, Stated, Wiring
 from motorid.program import Program
 
 ANALOGUE = (CURRENT, VOLTAGE, SUPPLY)
@@ -66,6 +66,9 @@ class Calibration:
     offset_uncertainty: float | None = None  # standard, in the channel's SI unit
     delay_uncertainty_s: float = 0.0  # standard; the board takes its delay for exact
     offset: float | None = None  # counts, of a channel that a run does not zero
+    nonlinearity: float | None = None  # standard, share of full scale; of the current alone
+    nonlinearity_shape: Curve | None = None
+    full_scale: float | None = None  # A; None: the converter's range
 
 
 @dataclass(frozen=True)

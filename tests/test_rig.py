@@ -65,6 +65,36 @@ def test_every_preset_loads(name: str) -> None:
         ("rate_hz = 10000", 'rate_hz = 1e4\nchannels = ["current", "current"]', "twice"),
         ("rate_hz = 10000", "rate_hz = 1e4\n[calibration.volts]\ngain = 1", "the nearest is"),
         ("rate_hz = 10000", "rate_hz = 1e4\n[program]\nlevels_v = []", "a list of 1 to 200"),
+        (
+            "counts_per_turn",
+            "reference_drift = 1e-3\ncounts_per_turn",
+            "reference_time_s go together",
+        ),
+        (
+            "counts_per_turn",
+            "reference_time_s = 2\ncounts_per_turn",
+            "reference_time_s go together",
+        ),
+        (
+            "rate_hz = 10000",
+            "rate_hz = 1e4\n[calibration.current]\nnonlinearity = 0.01",
+            "nonlinearity_shape go together",
+        ),
+        (
+            "rate_hz = 10000",
+            'rate_hz = 1e4\n[calibration.current]\nnonlinearity_shape = "s"',
+            "nonlinearity_shape go together",
+        ),
+        (
+            "rate_hz = 10000",
+            'rate_hz = 1e4\n[calibration.current]\nnonlinearity = 0.01\nnonlinearity_shape = "z"',
+            "must be one of bow, cubic, s",
+        ),
+        (
+            "rate_hz = 10000",
+            "rate_hz = 1e4\n[calibration.terminal_voltage]\nfull_scale = 10",
+            "is of the current alone",
+        ),
         ("rate_hz = 10000", "rate_hz = 1e4\n[program]\ndrive_s = 1", "exactly one of levels_v"),
         ("rate_hz = 10000", "rate_hz = 1e4\n[program]\nsteps = [3]", "steps[0]] must be a table"),
     ],
@@ -74,6 +104,13 @@ def test_a_wrong_file_is_one_sentence_naming_it(old: str, new: str, says: str) -
         parse(MINIMAL.replace(old, new), "bench.toml")
     assert says in str(caught.value)
     assert str(caught.value).startswith("bench.toml: ")
+
+
+def test_a_stated_nothing_needs_no_time_and_no_shape() -> None:
+    """It says that there is none, whatever a front end's file says."""
+    text = MINIMAL.replace("counts_per_turn", "reference_drift = 0\ncounts_per_turn")
+    rig = parse(text + "\n[calibration.current]\nnonlinearity = 0\n")
+    assert rig.wiring.reference_drift == rig.calibration["current"].nonlinearity == 0.0
 
 
 def test_programs_step_by_step() -> None:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from motorid.capture.model import Wiring
 from motorid.errors import RigError
+from motorid.rig import Calibration, load_rig
 from motorid.rig_front_end import load_front_end, parse, presets
 from motorid.sim.front_end import is_sound
 from motorid.wire.codec import Command, decode, encode_command
@@ -56,6 +59,42 @@ def test_what_follows_the_reference_has_not_its_error() -> None:
     assert fixed["current_zero_uncertainty"] == round(1e4 * math.hypot(0.02, 0.03 * 2.5))
 
 
+BENT = """[current]
+nonlinearity = 0.002
+nonlinearity_shape = "s"
+"""
+DRIFTS = """[converter]
+reference_drift = 1e-3
+reference_time_s = 4
+"""
+
+
+def test_what_no_board_holds_goes_to_the_rig_that_names_the_file() -> None:
+    text = GOOD.replace("[current]\n", BENT).replace("[converter]\n", DRIFTS)
+    found = parse(text)
+    assert found.hash == parse(GOOD).hash  # the board holds the same
+    rig = found.under(load_rig("sim"))
+    current = rig.calibration["current"]
+    assert (current.nonlinearity, current.nonlinearity_shape) == (0.002, "s")
+    assert current.full_scale == 12.5  # of the sensor's range
+    assert (rig.wiring.reference_drift, rig.wiring.reference_time_s) == (1e-3, 4.0)
+    own = replace(
+        load_rig("sim"),
+        calibration={"current": Calibration(gain=1.1, nonlinearity=0.0)},
+        wiring=Wiring(reference_drift=0.0),
+    )
+    assert found.under(own) == own
+    assert parse(GOOD).under(own) == own
+
+
+def test_a_rig_takes_them_from_the_file_that_it_names(tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text(GOOD.replace("[current]\n", BENT))
+    (tmp_path / "bench.toml").write_text('front_end = "own.toml"\n' + load_rig("sim").text)
+    rig = load_rig(str(tmp_path / "bench.toml"))
+    assert rig.calibration["current"].full_scale == 12.5
+    assert rig.wiring.reference_drift is None
+
+
 def test_two_filters_one_behind_the_other_are_one_of_second_order() -> None:
     facts = parse(GOOD).facts
     assert (facts["current_filter"], facts["current_filter2"]) == (320, 148)  # of 100 ns
@@ -84,6 +123,8 @@ def test_two_filters_one_behind_the_other_are_one_of_second_order() -> None:
         ("gain_uncertainty = 0.04", "gain_uncertainty = 4", "current.gain_uncertainty must lie"),
         ("filter_s = [22e-6, 10e-6]", "filter_s = [6e-3, 6e-3]", "larger than a board can hold"),
         ("[voltage]", "[volts]", "the nearest is voltage"),
+        ("most_a", "nonlinearity = 0.1\nmost_a", "current.nonlinearity_shape go together"),
+        ("[current]", "reference_time_s = 2\n[current]", "reference_time_s go together"),
     ],
 )
 def test_a_mistake_costs_one_sentence(old: str, new: str, said: str) -> None:

@@ -38,6 +38,10 @@ def capture() -> Capture:
         noise=2e-3,
         gain_uncertainty=0.002,
         offset_uncertainty=1e-4,
+        nonlinearity=0.003,
+        nonlinearity_shape="bow",
+        full_scale=3.0,
+        ratiometric=True,
         raw_min=-2048,
         raw_max=2047,
     )
@@ -48,7 +52,14 @@ def capture() -> Capture:
         clock_hz=16e6,
         clock_uncertainty=29e-6,
         channels={c.name: c for c in (current, voltage, position)},
-        wiring=Wiring(bridge_resistance_ohm=0.1, counts_per_turn=2048, pwm_hz=20e3),
+        wiring=Wiring(
+            bridge_resistance_ohm=0.1,
+            counts_per_turn=2048,
+            pwm_hz=20e3,
+            reference_drift=1e-3,
+            reference_time_s=2.0,
+            encoder_eccentricity_rad=2e-3,
+        ),
         program=Program((Step(StepKind.DRIVE_VOLTS, 0.1, 3.3, Decay.DIODE),)),
         phases=(Phase(0, 1 << 40),),
         gaps=(Gap(17, 3, "lost on the link"),),
@@ -190,6 +201,9 @@ HOSTILE: dict[str, Callable[[h5py.File], object]] = {
     "scale is 'x'": lambda f: f["samples/current"].attrs.__setitem__("scale", "x"),
     "has no scale": lambda f: f["samples/current"].attrs.__delitem__("scale"),
     "kind is 'odd'": lambda f: f["samples/current"].attrs.__setitem__("kind", "odd"),
+    "nonlinearity_shape is 'z'": lambda f: f["samples/current"].attrs.__setitem__(
+        "nonlinearity_shape", "z"
+    ),
     "program is not text": lambda f: replace(f, "program", data=3),
     "program version": lambda f: replace(f, "program", data='{"version": 9}'),
     "not a readable capture": lambda f: replace(f, "program", data="[" * 10**5),

@@ -20,7 +20,16 @@ from motorid.acquire.journal import JournalReader, Kind, Record
 from motorid.acquire.plan import is_fast
 from motorid.acquire.timeline import Timeline
 from motorid.capture.facts import of_provenance
-from motorid.capture.model import NOTES, POSITION, SUPPLY_BEFORE, Capture, Channel, Phase, Wiring
+from motorid.capture.model import (
+    CURRENT,
+    NOTES,
+    POSITION,
+    SUPPLY_BEFORE,
+    Capture,
+    Channel,
+    Phase,
+    Wiring,
+)
 from motorid.errors import DataError, UsageError
 from motorid.program import Program
 from motorid.rig import Calibration
@@ -338,7 +347,9 @@ class Assembler:
         if is_fast(self.replies["read_config"]["sample_period_ticks"], self.replies["identify"]):
             counts = *counts[:2], max(counts[2], fact["noise"])  # zero was measured in a stream
         sense = self.header.get("voltage_sense", "terminals")
-        return channels.analogue(name, raw, fact, known, counts, sense)
+        found = channels.analogue(name, raw, fact, known, counts, sense)
+        follows = bool(self._front_end().get("front_end", {}).get("ratiometric", 0))
+        return replace(found, ratiometric=follows and name == CURRENT)
 
 
 def assemble(journal: JournalReader) -> Capture:

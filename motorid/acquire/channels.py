@@ -54,8 +54,23 @@ def analogue(
         raw_min=float(fact["raw_min"]),
         raw_max=float(fact["raw_max"]),
         sense=sense.get(name),
+        **_bent(fact, known, scale, offset),
         **_timing(fact),
     )
+
+
+def _bent(
+    fact: Mapping[str, Any], known: Calibration, scale: float, offset: float
+) -> dict[str, Any]:
+    """The sensor's non-linearity as stated; of the converter's range where no full scale is."""
+    if not known.nonlinearity:
+        return {}
+    ends = (abs(scale * (fact[end] - offset)) for end in ("raw_min", "raw_max"))
+    return {
+        "nonlinearity": known.nonlinearity,
+        "nonlinearity_shape": known.nonlinearity_shape,
+        "full_scale": known.full_scale or float(max(ends)),
+    }
 
 
 def zeroed(name: str, zero: Mapping[str, Any]) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, get_args
 
-from motorid.capture.model import SUPPLY_BEFORE, Sense
+from motorid.capture.model import SUPPLY_BEFORE, Curve, Sense
 from motorid.errors import DataError
 
 LARGEST = 1e300
@@ -39,6 +39,11 @@ def _sense(value: Any) -> bool:
     return value in get_args(Sense)
 
 
+def _fact(value: Any) -> bool:
+    """Of a channel's calibration: a number, or the shape of its sensor's non-linearity."""
+    return _maybe(value) or value in get_args(Curve)
+
+
 def _plain(value: Any) -> bool:
     """JSON that can be written again."""
     if isinstance(value, Mapping):
@@ -66,7 +71,7 @@ KINDS: Mapping[str, Callable[[Any], bool]] = {
     **dict.fromkeys(("ambient_c", "ambient_uncertainty_c"), _maybe),
     **dict.fromkeys(("wiring", "clock"), _table(_maybe)),
     **dict.fromkeys(("program", "calibration_file", "settings", "host"), _table(_plain)),
-    "calibration": _table(_table(_maybe)),
+    "calibration": _table(_table(_fact)),
     "voltage_sense": _sense,
     "wire_steps": _counts,
     "check": _table(_plain),

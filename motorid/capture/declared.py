@@ -1,4 +1,5 @@
-"""What a person states of an imported channel: its low-pass, its delay, its readings' aperture.
+"""What a person states of an imported channel: its low-pass, its delay, its readings' aperture,
+its sensor's non-linearity.
 
 Numbers are seconds; texts carry a unit: ``20Hz,2``, ``5ms``, ``128ms,around``.
 """
@@ -11,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal, cast, get_args
 
-from motorid.capture.model import BUTTERWORTH, FACTS, Channel, Fact
+from motorid.capture.model import BUTTERWORTH, CURRENT, FACTS, Channel, Curve, Fact
 from motorid.errors import UsageError, nearest
 
 Given = Mapping[str, float | str]  # by quantity: seconds, or a text with a unit
@@ -23,6 +24,7 @@ _SECONDS = {"": 1.0, "s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6,
 _HERTZ = {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6}
 LONGEST_S = 1e6  # of a delay, a filter or an aperture: beyond any capture
 INSTANT = "instant"
+MOST_SHARE = 0.5  # of full scale, or of a reference: beyond it nothing is measured
 _AHEAD = {"before": 0.0, "around": 0.5, "after": 1.0}  # share of an aperture behind its stamp
 
 
@@ -46,6 +48,15 @@ class Aperture:
     def ahead_s(self) -> float:
         """How far it reaches beyond the stamp."""
         return _AHEAD[self.place] * self.seconds
+
+
+@dataclass(frozen=True)
+class Nonlinearity:
+    """As of ``Channel``: a standard uncertainty in shares of ``full_scale``, and its course."""
+
+    share: float = 0.0
+    shape: Curve | None = None
+    full_scale: float = 0.0
 
 
 def duration(option: str, quantity: str, given: float | str, *, negative: bool = False) -> float:
@@ -95,6 +106,49 @@ def low_pass(quantity: str, given: float | str) -> LowPass:
     if not unit and number and isinstance(given, str):
         raise UsageError(f"{said}: is it Hz or seconds? Give the unit, such as {such_as}")
     return LowPass(_seconds(said, such_as, size), order)
+
+
+def nonlinearity(quantity: str, given: str) -> Nonlinearity:
+    """Of ``0.003,s,20``: a share of full scale, its course, the full scale (A).
+
+    Raises UsageError on what is none, or of another quantity than the current.
+    """
+    said, courses = f"--nonlinearity {quantity}={given}", get_args(Curve)
+    if quantity != CURRENT:
+        raise UsageError(f"{said}: only the current's sensor has one")
+    share, _, rest = given.partition(",")
+    shape, _, full = rest.partition(",")
+    found = Nonlinearity(_bare(share), cast(Curve, shape.strip()), _bare(full))
+    if (
+        found.shape in courses
+        and 0.0 <= found.share <= MOST_SHARE
+        and 0.0 < found.full_scale < math.inf
+    ):
+        return found
+    raise UsageError(
+        f"{said}: give a share of full scale, its course ({', '.join(courses)}) and the full "
+        f"scale in A, such as --nonlinearity {CURRENT}=0.003,s,20"
+    )
+
+
+def drift(given: str) -> dict[str, float]:
+    """Of ``0.001,2s``: by which share a reference may drift in a run, and over how many seconds; by
+    the names of ``Wiring``.
+
+    Raises UsageError on what is none.
+    """
+    said, such_as = f"--reference-drift {given}", "--reference-drift 0.001,2s"
+    share, _, time = given.partition(",")
+    number, seconds = _bare(share), _seconds(said, such_as, time)
+    if not (0.0 <= number <= MOST_SHARE and seconds > 0.0):
+        raise UsageError(f"{said}: give a share and a time above 0, such as {such_as}")
+    return {"reference_drift": number, "reference_time_s": seconds}
+
+
+def _bare(text: str) -> float:
+    """A number without a unit; NaN where it is none."""
+    found = _WITH_UNIT.match(text)
+    return float(found[1]) if found is not None and not found[2] else math.nan
 
 
 def _seconds(said: str, such_as: str, text: float | str, negative: bool = False) -> float:

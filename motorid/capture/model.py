@@ -21,6 +21,7 @@ Floats = NDArray[np.float64]
 Kind = Literal["instant", "mean"]
 Sense = Literal["terminals", "bridge", "supply", "command"]
 Fact = Literal["gain", "offset", "delay", "filter", "aperture"]
+Curve = Literal["bow", "cubic", "s"]
 
 FACTS: tuple[Fact, ...] = get_args(Fact)  # of a channel, which somebody states or nobody does
 BUTTERWORTH = 0.5**0.5  # damping of a filter of second order whose cut-off is 1/(2 pi filter_s)
@@ -59,6 +60,8 @@ class Channel:
     size of one count (0 for continuous data). ``noise`` is the declared standard deviation of a
     reading (SI; 0: unknown). Uncertainties are standard ones: ``gain_uncertainty`` relative, the
     others SI. ``undeclared`` are the facts that nobody stated: their numbers are no knowledge.
+    ``nonlinearity`` of the course ``nonlinearity_shape`` is a standard uncertainty in shares of
+    ``full_scale`` (SI). A ``ratiometric`` sensor follows the converter's reference.
     """
 
     name: str
@@ -83,6 +86,10 @@ class Channel:
     raw_max: float = np.inf
     sense: Sense | None = None  # voltages only: where it is measured
     unsigned: bool = False  # the instrument reports a magnitude
+    nonlinearity: float = 0.0
+    nonlinearity_shape: Curve | None = None
+    full_scale: float = 0.0  # 0: not stated
+    ratiometric: bool = False
 
     @property
     def window_s(self) -> float:
@@ -144,6 +151,9 @@ class Wiring:
     bridge_drop_uncertainty_v: float = 0.0  # standard
     brush_drop_v: float | None = None  # of the motor, over both brushes; None: not declared
     brush_drop_uncertainty_v: float = 0.0  # standard
+    encoder_eccentricity_rad: float = 0.0  # amplitude of its error once a turn of its own shaft
+    reference_drift: float | None = None  # standard, relative, in a run; None: not declared
+    reference_time_s: float = 0.0  # over which that drift sets in
 
 
 @dataclass(frozen=True)

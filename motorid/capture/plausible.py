@@ -33,6 +33,8 @@ CHANNEL: Mapping[str, Range] = {
     "delay_uncertainty_s": (0.0, 1e3),
     "filter_s": (0.0, 1e6),
     "filter_damping": (0.1, 10.0),
+    "nonlinearity": (0.0, 1e3),
+    "full_scale": (0.0, MOST),
 }
 WIRING: Mapping[str, Range] = {
     "bridge_resistance_ohm": (0.0, 1e6),
@@ -48,6 +50,9 @@ WIRING: Mapping[str, Range] = {
     "bridge_drop_uncertainty_v": (0.0, 1e3),
     "brush_drop_v": (0.0, 1e3),
     "brush_drop_uncertainty_v": (0.0, 1e3),
+    "encoder_eccentricity_rad": (0.0, 10.0),
+    "reference_drift": (0.0, 1.0),
+    "reference_time_s": (0.0, 1e9),
 }
 CONDITIONS: Mapping[str, Range] = {
     "clock_hz": CLOCK_HZ,

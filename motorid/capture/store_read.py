@@ -21,6 +21,7 @@ from motorid.capture.model import (
     QUANTITIES,
     Capture,
     Channel,
+    Curve,
     Fact,
     Gap,
     Kind,
@@ -41,7 +42,9 @@ from motorid.errors import DataError, MotoridError
 from motorid.limits import CAPTURE
 from motorid.program import Program
 
-TEXTS = frozenset({"unit", "kind", "sense", "undeclared"})  # attributes; all others are numbers
+TEXTS = frozenset(
+    {"unit", "kind", "sense", "undeclared", "nonlinearity_shape"}
+)  # attributes; all others are numbers
 ENDLESS = {"raw_min": -math.inf, "raw_max": math.inf}  # of a reading that never saturates
 MAX_TEXT = CAPTURE.cell or 0  # bytes
 
@@ -138,7 +141,8 @@ class _Reader(Guard):
     def channel(self, samples: h5py.Group, name: str) -> Channel:
         raw = self.column(samples, name)
         facts = self.present(samples[name], CHANNEL_FIELDS)
-        for key, allowed in (("kind", get_args(Kind)), ("sense", get_args(Sense))):
+        for key, words in (("kind", Kind), ("sense", Sense), ("nonlinearity_shape", Curve)):
+            allowed = get_args(words)
             if key in facts and facts[key] not in allowed:
                 raise DataError(f"samples/{name}: {key} is {facts[key]!r}: the file is damaged")
         if not facts.get("scale"):
@@ -149,7 +153,8 @@ class _Reader(Guard):
         facts["filter_order"] = int(order)
         facts["undeclared"] = self.undeclared(facts.get("undeclared", ""), name)
         facts.setdefault("unit", "")
-        facts["unsigned"] = bool(facts.get("unsigned", False))
+        for key in ("unsigned", "ratiometric"):
+            facts[key] = bool(facts.get(key, False))
         return Channel(name=name, raw=raw, **facts)
 
     def undeclared(self, text: str, name: str) -> tuple[Fact, ...]:

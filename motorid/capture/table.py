@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from motorid.capture import table_checks as checks
 from motorid.capture.columns import Columns, Source
-from motorid.capture.declared import without_early_readings
+from motorid.capture.declared import drift, without_early_readings
 from motorid.capture.facts import IMPORTED, kept
 from motorid.capture.formats import source_of
 from motorid.capture.mapping import ROW, ChannelMap, Formula, parse_maps
@@ -56,6 +56,7 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
     path, chosen = Path(path), TableOptions(**given)
     mapped = parse_maps(maps, chosen.counts_per_turn)
     insist_options(chosen, mapped)
+    drifting = drift(chosen.reference_drift) if chosen.reference_drift else {}
     source = source_of(path, chosen)
     formulas = _formulas(source, mapped, chosen.constants)
     notes = [*chosen.notes, *checks.header_notes(mapped, formulas, source.header_units)]
@@ -79,6 +80,8 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
             counts_per_turn=chosen.counts_per_turn,
             bridge_resistance_ohm=chosen.bridge_resistance,
             bridge_resistance_uncertainty_ohm=chosen.bridge_resistance_uncertainty,
+            encoder_eccentricity_rad=chosen.eccentricity,
+            **drifting,
         ),
         gaps=() if static else checks.gaps(clock.ticks, notes),
         ambient_c=ambient,

@@ -10,9 +10,10 @@ import numpy as np
 
 from motorid.capture import declared
 from motorid.capture.csv_marks import GROUPERS
-from motorid.capture.declared import Given
+from motorid.capture.declared import Given, Nonlinearity
 from motorid.capture.mapping import SHORTHAND, ChannelMap
-from motorid.capture.model import FACTS, Channel, Fact, Sense, Stated
+from motorid.capture.model import FACTS, POSITION, Channel, Fact, Sense, Stated
+from motorid.capture.units import LINEAR
 from motorid.errors import UsageError, nearest
 
 _NO_SEPARATOR = "\"'\r\n\0+-.0123456789eE"  # what cells or lines are made of
@@ -28,6 +29,7 @@ class TableOptions:
     filter: Given = field(default_factory=dict)  # "20Hz", "8ms", "20Hz,2"
     gain_uncertainty: Mapping[str, float] = field(default_factory=dict)  # standard, relative
     offset_uncertainty: Mapping[str, float] = field(default_factory=dict)  # standard, SI
+    nonlinearity: Mapping[str, str] = field(default_factory=dict)  # of the current: "0.003,s,20"
     constants: Mapping[str, float] = field(default_factory=dict)  # names that maps may use
     unsigned: Sequence[str] = ()  # quantities that the file holds as magnitudes
     separator: str | None = None
@@ -40,6 +42,8 @@ class TableOptions:
     sense: str = "terminals"  # of the voltage
     bridge_resistance: float = 0.0  # ohm between a commanded or supply voltage and the motor
     bridge_resistance_uncertainty: float = 0.0  # standard
+    eccentricity: float = 0.0  # rad, amplitude of the encoder's error once a turn
+    reference_drift: str = ""  # of the converters in a run, standard: "0.001,2s"
     start_s: float = -np.inf  # of the file's own time
     stop_s: float = np.inf
     ambient_c: float | None = None
@@ -57,6 +61,7 @@ def insist_options(chosen: TableOptions, mapped: Mapping[str, ChannelMap]) -> No
         "--delay": chosen.delay,
         "--delay-uncertainty": chosen.delay_uncertainty,
         "--filter": chosen.filter,
+        "--nonlinearity": chosen.nonlinearity,
     }
     for option, given in texts.items():
         for name in given:
@@ -71,6 +76,9 @@ def insist_options(chosen: TableOptions, mapped: Mapping[str, ChannelMap]) -> No
             _insist_mapped(option, name, mapped)
             if not 0 <= number < np.inf:
                 raise UsageError(f"{option} {name}={number:g}: give {what}, 0 or more")
+    turns = POSITION in mapped and mapped[POSITION].unit.si not in LINEAR
+    if chosen.eccentricity and not turns:
+        raise UsageError("--eccentricity is of an encoder, and no angle is mapped: leave it out")
     separator, decimal = chosen.separator, chosen.decimal
     if separator is not None and (
         len(separator) != 1 or not separator.isascii() or separator in _NO_SEPARATOR
@@ -111,6 +119,8 @@ def as_stated(channel: Channel, chosen: TableOptions, *, counted: bool = False) 
         return {SHORTHAND.get(name, name): one for name, one in option.items()}.get(channel.name)
 
     name, doubt = channel.name, given(chosen.delay_uncertainty)
+    curve = given(chosen.nonlinearity)
+    bent = declared.nonlinearity(name, curve) if curve else Nonlinearity()
     by_fact: dict[Fact, Any] = {
         "gain": given(chosen.gain_uncertainty) if not counted else 0.0,
         "offset": given(chosen.offset_uncertainty),
@@ -132,6 +142,9 @@ def as_stated(channel: Channel, chosen: TableOptions, *, counted: bool = False) 
         filter_s=smooth.time_s,
         filter_order=smooth.order,
         filter_damping=smooth.damping,
+        nonlinearity=bent.share,
+        nonlinearity_shape=bent.shape,
+        full_scale=bent.full_scale,
         undeclared=tuple(fact for fact in FACTS if by_fact[fact] is None),
     )
     return replace(found, delay_s=found.delay_s + found.filter_delay_s)
@@ -146,5 +159,6 @@ def stated_options(chosen: TableOptions) -> dict[str, dict[str, float | str]]:
         "filter": chosen.filter,
         "gain_uncertainty": chosen.gain_uncertainty,
         "offset_uncertainty": chosen.offset_uncertainty,
+        "nonlinearity": chosen.nonlinearity,
     }
     return {option: dict(given) for option, given in said.items() if given}

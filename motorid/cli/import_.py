@@ -92,6 +92,24 @@ SaidT = tuple[tuple[str, str], ...]
     help="Standard uncertainty of a quantity's offset, in SI units. Repeatable.",
 )
 @click.option(
+    "--nonlinearity",
+    multiple=True,
+    type=Statement("current=0.003,s,20"),
+    help="Of the current's sensor: standard uncertainty as a share of full scale, its course (bow, "
+    "s, cubic), and the full scale in A.",
+)
+@click.option(
+    "--reference-drift",
+    metavar="SHARE,TIME",
+    help="By which share the converters' reference may drift in a run (standard uncertainty), and "
+    "over which time: 0.001,2s.",
+)
+@click.option(
+    "--eccentricity",
+    type=Between(0, 0.5),
+    help="Amplitude of the encoder's error once a turn, in rad of its shaft.",
+)
+@click.option(
     "--constant",
     multiple=True,
     type=Assignment("gtau=35.15"),
@@ -151,6 +169,9 @@ def command(
     low_pass: SaidT,
     gain_uncertainty: PairsT,
     offset_uncertainty: PairsT,
+    nonlinearity: SaidT,
+    reference_drift: str | None,
+    eccentricity: float | None,
     constant: PairsT,
     unsigned: tuple[str, ...],
     sense: str | None,
@@ -196,6 +217,9 @@ def command(
         "filter": dict(low_pass),
         "gain_uncertainty": dict(gain_uncertainty),
         "offset_uncertainty": dict(offset_uncertainty),
+        "nonlinearity": dict(nonlinearity),
+        "reference_drift": reference_drift,
+        "eccentricity": eccentricity,
         "constants": dict(constant),
         "unsigned": unsigned,
         "separator": separator,

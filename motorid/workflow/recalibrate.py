@@ -119,4 +119,5 @@ def _channel(capture: Capture, channel: Channel, rig: Rig) -> Channel:
     if says.offset is not None and not channels.zeroed(channel.name, known.get("zero", {})):
         offset = says.offset
     counts = (offset, channel.offset_uncertainty / size, channel.noise / size)
-    return channels.analogue(channel.name, channel.raw, fact, says, counts, rig.voltage_sense)
+    new = channels.analogue(channel.name, channel.raw, fact, says, counts, rig.voltage_sense)
+    return replace(new, ratiometric=channel.ratiometric)

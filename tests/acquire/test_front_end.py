@@ -10,11 +10,12 @@ import pytest
 
 from motorid.acquire import front_end, record
 from motorid.acquire.board import Board
+from motorid.acquire.header import check_kinds
 from motorid.capture import store
 from motorid.capture.model import CURRENT, POSITION, VOLTAGE
-from motorid.errors import RigError, UsageError
+from motorid.errors import DataError, RigError, UsageError
 from motorid.program import StepKind
-from motorid.rig import Rig
+from motorid.rig import Calibration, Rig
 from motorid.rig_front_end import FrontEnd, load_front_end, parse
 from motorid.sim.front_end import compiled
 from motorid.sim.port import SimPort, open_sim
@@ -140,3 +141,37 @@ def test_a_driver_that_cannot_open_brakes_where_it_would_coast(
     assert StepKind.COAST not in {step.kind for step in kept.program.steps}
     assert [s.duration_s for s in kept.program.steps] == [s.duration_s for s in bench.program.steps]
     assert kept.provenance["check"]["coast_v"] is None
+
+
+@pytest.mark.slow
+def test_the_rest_of_the_chain_goes_from_rig_to_capture(tmp_path: Path) -> None:
+    """The journal's header carries it, so that a recovered run has it too."""
+    rig = sim_rig()
+    bent = Calibration(nonlinearity=0.002, nonlinearity_shape="bow")
+    wiring = replace(
+        rig.wiring, reference_drift=1e-3, reference_time_s=2.0, encoder_eccentricity_rad=2e-3
+    )
+    rig = replace(rig, wiring=wiring, calibration={CURRENT: bent})
+    found = store.load(record.capture(rig, rig.program, tmp_path / "run.h5"))
+    current = found.channels[CURRENT]
+    assert (current.nonlinearity, current.nonlinearity_shape) == (0.002, "bow")
+    ends = current.scale * (np.array([current.raw_min, current.raw_max]) - current.offset)
+    assert current.full_scale == pytest.approx(np.abs(ends).max())
+    assert found.channels[VOLTAGE].nonlinearity == 0.0
+    assert found.wiring.reference_drift == 1e-3
+    assert found.wiring.encoder_eccentricity_rad == 2e-3
+
+
+@pytest.mark.slow
+def test_a_sensor_that_follows_the_reference_is_kept_as_such(bench: Rig, tmp_path: Path) -> None:
+    facts = wired()
+    front_end.store(bench.port, FrontEnd({**facts.facts, "ratiometric": 1}, ""))
+    kept = store.load(record.capture(bench, bench.program, tmp_path / "run.h5"))
+    assert {n for n, c in kept.channels.items() if c.ratiometric} == {CURRENT}
+
+
+def test_a_header_whose_shape_is_none_is_damaged() -> None:
+    good = {"calibration": {CURRENT: {"nonlinearity": 0.1, "nonlinearity_shape": "s"}}}
+    check_kinds(good, "header")
+    with pytest.raises(DataError, match="header is damaged: calibration"):
+        check_kinds({"calibration": {CURRENT: {"nonlinearity_shape": "z"}}}, "header")

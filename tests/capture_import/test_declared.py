@@ -86,6 +86,54 @@ def test_an_import_of_an_older_format_states_what_is_not_zero() -> None:
     assert channels[SPEED].undeclared == ("gain", "offset", "filter")
 
 
+def test_the_rest_of_a_chain_is_stated_by_options(tmp_path: Path) -> None:
+    capture = imported(
+        tmp_path, nonlinearity={CURRENT: "0.003, s, 20"}, reference_drift="0.001,500ms"
+    )
+    current = capture.channels[CURRENT]
+    known = current.nonlinearity, current.nonlinearity_shape, current.full_scale
+    assert known == (0.003, "s", 20.0)
+    assert (capture.wiring.reference_drift, capture.wiring.reference_time_s) == (0.001, 0.5)
+    assert capture.provenance["declared"]["nonlinearity"] == {CURRENT: "0.003, s, 20"}
+    silent = imported(tmp_path)
+    assert silent.channels[CURRENT].nonlinearity_shape is silent.wiring.reference_drift is None
+
+
+@pytest.mark.parametrize(
+    ("option", "said", "says"),
+    [
+        ("nonlinearity", {"current": "0.003"}, "its course (bow, cubic, s) and the full scale"),
+        ("nonlinearity", {"current": "0.3%,s,20"}, "its course (bow, cubic, s)"),
+        ("nonlinearity", {"current": "0.003,z,20"}, "its course (bow, cubic, s)"),
+        ("nonlinearity", {"current": "0.003,s,0"}, "its course (bow, cubic, s)"),
+        ("nonlinearity", {"current": "0.003,s,20,1"}, "its course (bow, cubic, s)"),
+        ("nonlinearity", {"speed": "0.003,s,20"}, "only the current's sensor"),
+        ("nonlinearity", {"voltage": "0.003,s,20"}, "no such map"),
+        ("reference_drift", "0.001", "such as --reference-drift 0.001,2s"),
+        ("reference_drift", "0.1%,2s", "give a share and a time"),
+        ("reference_drift", "0.001,0s", "give a share and a time"),
+        ("reference_drift", "0.001,2parsec", "is not a unit"),
+        ("eccentricity", 0.002, "no angle is mapped"),
+    ],
+)
+def test_a_mistake_in_it_costs_one_sentence(
+    tmp_path: Path, option: str, said: Any, says: str
+) -> None:
+    with pytest.raises(UsageError) as caught:
+        imported(tmp_path, **{option: said})
+    assert says in str(caught.value)
+    assert option.replace("_", "-") in str(caught.value)
+
+
+def test_an_encoder_s_eccentricity_is_of_an_angle(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t,x\n" + "".join(f"{k},{3 * k}\n" for k in range(40)), encoding="utf-8")
+    found = read_table(path, ["time=t:ms", "position=x:deg"], eccentricity=0.002)
+    assert found.wiring.encoder_eccentricity_rad == 0.002
+    with pytest.raises(UsageError, match="no angle is mapped"):
+        read_table(path, ["time=t:ms", "position=x:mm"], eccentricity=0.002)
+
+
 # -- the texts
 @pytest.mark.parametrize(
     ("said", "found"),

@@ -36,7 +36,7 @@ WIRED = tuple(f.name for f in fields(Wiring))
 FACTS = (
     "scale", "offset", "aperture_s", "delay_s", "pwm_phase", "resolution", "noise",
     "gain_uncertainty", "offset_uncertainty", "delay_uncertainty_s", "filter_s",
-    "filter_damping",
+    "filter_damping", "nonlinearity", "full_scale",
 )  # fmt: skip
 
 

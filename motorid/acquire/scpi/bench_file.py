@@ -47,6 +47,7 @@ _CHANNEL: Mapping[str, Key] = {
     "sense": Text(("terminals", "bridge")),
     "gain_uncertainty": Number(0, 1),
     "offset_uncertainty": Number(0, 1e4),
+    "nonlinearity": Text(),
     "delay": Text(),
     "delay_uncertainty": Text(),
     "filter": Text(),
@@ -218,7 +219,10 @@ def _channels(
 def _channel(
     name: str, table: Mapping[str, Any], recorded: bool, dialect: Dialect, where: str
 ) -> Source:
-    facts = ("gain_uncertainty", "offset_uncertainty", "delay", "delay_uncertainty", "filter")
+    facts = (
+        *("gain_uncertainty", "offset_uncertainty", "nonlinearity"),
+        *("delay", "delay_uncertainty", "filter"),
+    )
     sources = tuple(table.get("sources", ())) or ((table["source"],) if "source" in table else ())
     if (len(sources) == 2) != (name == POSITION) and (sources or recorded):
         raise RigError(

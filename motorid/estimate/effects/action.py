@@ -267,6 +267,23 @@ class Reading(Unsimulated):
             shown[self.block] = self.shown(shown[self.block], size * self.share(subject))
 
 
+@dataclass(frozen=True)
+class Added(Unsimulated):
+    """What the channel of a block shows beside a series (n,), in proportion to its size.
+
+    ``course`` (n,) of subject, place and series, for a unit of size.
+    """
+
+    block: str
+    course: Callable[[Any, int, Floats], Floats]
+
+    def show(self, shown: dict[str, Floats], subject: Any, one: Any, size: float) -> None:
+        """The block shows more."""
+        series = shown.get(self.block)
+        if series is not None:
+            shown[self.block] = series + size * self.course(subject, one.place, series)
+
+
 class AlongAngle(Unsimulated):
     """What every channel shows of what repeats with the rotor, in proportion to its size.
 

@@ -12,6 +12,7 @@ from motorid.estimate.effects.iron.armature_reaction import ARMATURE_REACTION
 from motorid.estimate.effects.iron.saturation import SATURATION
 from motorid.estimate.effects.reading.current_filter import CURRENT_FILTER
 from motorid.estimate.effects.reading.current_gain import CURRENT_GAIN
+from motorid.estimate.effects.reading.current_nonlinearity import CURRENT_NONLINEARITY
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.effects.reading.driven_current_offset import DRIVEN_CURRENT_OFFSET
 from motorid.estimate.effects.reading.motion_gain import MOTION_GAIN
@@ -24,6 +25,7 @@ from motorid.estimate.effects.reference.temperature import (
     SELF_HEATING,
 )
 from motorid.estimate.effects.rotor.cogging import COGGING
+from motorid.estimate.effects.rotor.encoder_eccentricity import ENCODER_ECCENTRICITY
 from motorid.estimate.effects.rotor.encoder_error import ENCODER_ERROR
 from motorid.estimate.effects.rotor.k_ripple import K_RIPPLE
 from motorid.estimate.effects.rotor.r_ripple import R_RIPPLE
@@ -34,6 +36,7 @@ from motorid.estimate.effects.source.dead_time_turn import DEAD_TIME_TURN
 from motorid.estimate.effects.source.diode_drops import DIODE_DROPS
 from motorid.estimate.effects.source.duty_of_volts import DUTY_OF_VOLTS
 from motorid.estimate.effects.source.held_inductance import HELD_INDUCTANCE
+from motorid.estimate.effects.source.reference_drift import REFERENCE_DRIFT
 from motorid.estimate.effects.source.source_level import SOURCE_LEVEL
 from motorid.estimate.effects.source.voltage_gain import VOLTAGE_GAIN
 from motorid.estimate.effects.source.voltage_noise import VOLTAGE_NOISE
@@ -86,11 +89,14 @@ CAPTURED = (
     INITIAL_CURRENT,
     SOURCE_LEVEL,
     COAST_START,
+    ENCODER_ECCENTRICITY,
     # lines of the budget, as far as they are declared
     CURRENT_GAIN,
+    CURRENT_NONLINEARITY,
     CURRENT_FILTER,
     VOLTAGE_GAIN,
     MOTION_GAIN,
+    REFERENCE_DRIFT,
     CLOCK,
     CURRENT_DELAY,
     VOLTAGE_DELAY,

@@ -29,7 +29,7 @@ def declared(capture: Capture) -> Capture:
     channels = {
         CURRENT: replace(
             now[CURRENT], gain_uncertainty=0.01, offset_uncertainty=1e-3, delay_uncertainty_s=2e-6,
-            filter_s=5e-6,
+            filter_s=5e-6, nonlinearity=2e-3, nonlinearity_shape="s", full_scale=20.0,
         ),
         POSITION: replace(now[POSITION], gain_uncertainty=1e-3, delay_uncertainty_s=1e-6),
         VOLTAGE: replace(
@@ -38,7 +38,9 @@ def declared(capture: Capture) -> Capture:
         ),
     }  # fmt: skip
     wiring = Wiring(lead_resistance_ohm=0.1, lead_resistance_uncertainty_ohm=0.02,
-                    supply_voltage_v=SUPPLY_V, pwm_hz=PWM_HZ, dead_time_s=1e-6)  # fmt: skip
+                    supply_voltage_v=SUPPLY_V, pwm_hz=PWM_HZ, dead_time_s=1e-6,
+                    encoder_eccentricity_rad=2e-3, reference_drift=1e-3,
+                    reference_time_s=0.05)  # fmt: skip
     return replace(capture, channels=channels, wiring=wiring, clock_uncertainty=1e-4)
 
 
