@@ -134,8 +134,7 @@ def _widened(
     if max(move for _, move in moved) <= SHARE * half:
         return _Widened(p, {})
     more = math.hypot(*(move for _, move in moved))
-    before = sum(u**2 for line, u in budget.items() if line.startswith(FINDING))
-    already = half * (1.0 - math.sqrt(max(1.0 - before / p.total**2, 0.0))) if p.total else 0.0
+    already = grown(p, budget)
     note = _note(p, moved, more)
     share, more = more, math.hypot(already, more) - already  # others were settled before
     factor = half / p.total if p.total > 0.0 and half > 0.0 else NORMAL_95
@@ -157,6 +156,15 @@ def _widened(
         ),
         lines,
     )
+
+
+def grown(p: Parameter, budget: Mapping[str, float]) -> float:
+    """By how much findings that were settled before have widened the half of its interval."""
+    if p.interval_95 is None or not p.total:
+        return 0.0
+    before = sum(u**2 for line, u in budget.items() if line.startswith(FINDING))
+    half = (p.interval_95[1] - p.interval_95[0]) / 2.0
+    return half * (1.0 - math.sqrt(max(1.0 - before / p.total**2, 0.0)))
 
 
 def _note(p: Parameter, moved: Sequence[tuple[str, float]], more: float) -> str:

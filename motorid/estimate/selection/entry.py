@@ -6,13 +6,14 @@ model's too, and it is doubtful.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from motorid.capture.model import Capture
 from motorid.errors import DataError
 from motorid.estimate.assembly.assemble import answered
-from motorid.estimate.assembly.doubt import settled
+from motorid.estimate.assembly.doubt import grown, settled
 from motorid.estimate.diagnosis import misfit, rank
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.effects.brush_and_heating import lossless
@@ -345,8 +346,8 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
 
 
 def _moved(estimate: Estimate, terms: Sequence[Term]) -> dict[str, float]:
-    """By how much an interval must grow to cover the better model's, where that moves the value by
-    half of it or more.
+    """The moves by which intervals grow to cover the better model's, where that moves the value, or
+    reaches beyond them, by half of them or more.
 
     Nothing where the six parameters allow for what it has.
     """
@@ -362,6 +363,8 @@ def _moved(estimate: Estimate, terms: Sequence[Term]) -> dict[str, float]:
         counts = HALF * (high - low) / 2.0
         least, most = other.interval_95 or (other.value, other.value)
         lacking = max(low - least, most - high)
-        if lacking > 0.0 and abs(other.value - p.value) > counts:
-            out[name] = max(lacking, COUNTED * counts)
+        if lacking > 0.0 and max(abs(other.value - p.value), lacking) > counts:
+            before = grown(p, estimate.budget.get(name, {}))
+            move = math.sqrt(lacking * (lacking + 2.0 * before))  # findings add in squares
+            out[name] = max(move, COUNTED * counts)
     return out

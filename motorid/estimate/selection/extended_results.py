@@ -23,7 +23,7 @@ from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import budget, errors_in_variables, intervals
 from motorid.estimate.uncertainty.findings import scattered
 from motorid.estimate.uncertainty.intervals import Findings
-from motorid.estimate.uncertainty.undetected import told, undetected
+from motorid.estimate.uncertainty.undetected import beside, undetected
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -
     return Findings(
         fitted.solution,
         scattered(fitted.solution, fitted.records, unseen),
-        {**budget.propagated(fitted.solution, fitted.records), **told(lines)},
+        {**budget.propagated(fitted.solution, fitted.records), **beside(lines)},
         held_values(fix, without),
         without,
         undetected=lines,

@@ -19,13 +19,15 @@ from motorid.estimate.selection.shaft_resonance import springs
 from motorid.estimate.selection.trigger import HINT
 from motorid.estimate.solver.problem import Solution
 
-WORTH = 30.0  # of chi-square that a term must promise to be fitted
+WORTH = 5.0  # of chi-square in white noise: a term that promises less is not looked at
+HIDING = 30.0  # the same, from which one that no fit is foreseen to support may hide others
 GROSS = 1000.0  # of chi-square: fitted whatever it moves
 REFITTED = 3
 ROUNDS = 5
-MOST = 3.0  # times the responses of the six-parameter fit, after which no other fit begins
+MOST = 4.0  # times the responses of the six-parameter fit, after which no other fit begins
 RIVAL = 0.5  # of a promise, from which another is tried beside it
 ALIKE = 0.2  # the same of what it moves
+LITTLE = 0.05  # of a term's size, from which a search begins that failed from the whole of it
 
 
 @dataclass(frozen=True)
@@ -154,9 +156,7 @@ class _Search:
 
         Those that leave more than ``most`` of F keep none of their promise.
         """
-        begun = [(c, _begun(now, c)) for c in rivals]
-        found = [(c, b, b.followed()) for c, b in begun]
-        self.spent += sum(evaluations(b.records) for _, b in begun)
+        found = [(c, *self._rough(now, c, most)) for c in rivals]
         tried = [(c, b, rough) for c, b, rough in found if rough is not None]
         for k in in_order([priced(rough, candidate.term) for candidate, _, rough in tried]):
             candidate, start, rough = tried[k]
@@ -170,6 +170,18 @@ class _Search:
             moves = (abs(then[n] - now.values[n]) / r for n, r in self.reach.items())
             yield fitted, Trial(candidate.term, now.taken, evidence, max(moves, default=0.0))
 
+    def _rough(self, now: _Model, candidate: Candidate, most: float) -> tuple[Begun, Fitted | None]:
+        """A rough fit from where straight lines see it; where that leaves more than ``most``, from
+        little of the term beside what is known, which a search can only improve.
+        """
+        for one in (candidate, _little(candidate)):
+            begun = _begun(now, one)
+            rough = begun.followed()
+            self.spent += evaluations(begun.records)
+            if rough is not None and rough.solution.objective <= most:
+                break
+        return begun, rough
+
 
 def _asked(
     now: _Model, reach: Mapping[str, float], but: Sequence[Term]
@@ -181,7 +193,7 @@ def _asked(
     tried = screen(*bare, now.taken, names)
     tried += [] if TERMS["two-masses"] in but else springs(*bare, now.taken)
     likely = [c for c in tried if c.gain > WORTH and _is_foreseen(now, white, c)]
-    hidden = any(_matters(c, reach) and c.gain > WORTH and c not in likely for c in tried)
+    hidden = any(_matters(c, reach) and c.gain > HIDING and c not in likely for c in tried)
     asked = [c for c in likely if hidden or c.gain > GROSS or _matters(c, reach)]
     return sorted(asked, key=lambda c: -_moves(c, reach)), white.objective
 
@@ -231,6 +243,13 @@ def _shifted(now: _Model, candidate: Candidate) -> dict[str, float]:
         if value > 0.0 and candidate.changes:
             out[name] = value * float(np.exp(np.clip(shift / value, -1.0, 1.0)))
     return out
+
+
+def _little(candidate: Candidate) -> Candidate:
+    """Little of it, beside parameters that are where they were."""
+    size = candidate.term.size
+    start = {**candidate.start, size: LITTLE * candidate.start[size]}
+    return replace(candidate, start=start, shift={})
 
 
 def _begun(now: _Model, candidate: Candidate) -> Begun:

@@ -23,7 +23,7 @@ from motorid.estimate.solver.problem import Derivatives, Solution, Unknown
 
 Floats = NDArray[np.float64]
 
-ENOUGH = 1.0  # of chi-square
+ENOUGH = 0.01  # of chi-square: one that is almost a parameter gains it in small steps
 
 
 class Straight(MotorRecord):

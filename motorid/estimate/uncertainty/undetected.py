@@ -26,6 +26,7 @@ from motorid.estimate.uncertainty.covariance import covariance_of
 Floats = NDArray[np.float64]
 
 UNTOLD = 0.1  # of a prior: where more of it stays open, these data do not tell the effect
+BESIDE = 0.5  # the same beside an effect that was found: what can be told of both is less
 FARTHEST = 1.0  # of it: a larger size is for other causes to explain
 UNBOUNDED = 50.0  # of a logarithm, by which no reading tells it: any more says the same
 FOUND = 4.0  # standard deviations of a size that is seen
@@ -97,6 +98,17 @@ def told(found: Sequence[Undetected]) -> dict[str, Floats]:
     return {one.quantity.name: one.shift for one in found if not (one.untold or one.seen)}
 
 
+def beside(found: Sequence[Undetected]) -> dict[str, Floats]:
+    """The same lines of a model that has an effect already, which takes much of what the readings
+    tell of others. One that is seen has its size: no model with it was accepted.
+    """
+    return {
+        one.quantity.name: one.shift * float(np.hypot(1.0, one.seen))
+        for one in found
+        if one.open <= BESIDE
+    }
+
+
 def _possible(record: MotorRecord) -> Iterator[tuple[Instance, Unknown]]:
     for quantity in used(Use.UNDETECTED):
         for one in instances(quantity, record):
@@ -106,9 +118,10 @@ def _possible(record: MotorRecord) -> Iterator[tuple[Instance, Unknown]]:
 
 
 def _sums(column: Floats, line: Linearised) -> _Sums:
-    own = line.own.T
+    free, information = line.cleared()
+    own = free.T
     taken, pulled = project(own, column), project(own, line.residual)
-    follows = covariance_of(line.own_information) if len(own) else np.zeros((0, 0))
+    follows = covariance_of(information) if len(own) else np.zeros((0, 0))
     return _Sums(
         square(column) - float(taken @ follows @ taken),
         project(line.orthogonal.T, column),
