@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from bench.foreign import cases
 from bench.foreign.plant import Drive, turn
-from motorid.capture.model import Capture
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.capture.table import read_table
 from motorid.errors import DataError
 from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.partial import locked_rotor
 from motorid.estimate.partial.locked_rotor import is_noise
 from motorid.identify import fit
 
@@ -80,3 +82,89 @@ def test_motion_in_noise_shows_in_means() -> None:
     assert not is_noise(noise + 0.2, origin=False)
     assert not is_noise(noise + np.where(np.arange(2000) % 500 < 250, 0.3, -0.3), origin=False)
     assert not is_noise(np.zeros(2000), origin=False)
+
+
+# what shows a motion, and what a current
+
+
+def made(n: int = 64, program: Any = None, **series: Any) -> Capture:
+    units = {CURRENT: "A", SPEED: "rad/s", POSITION: "rad", VOLTAGE: "V"}
+    channels = {
+        name: y if isinstance(y, Channel) else Channel(name, units[name], np.asarray(y, float))
+        for name, y in series.items()
+    }
+    return Capture(np.arange(n) * 1000, 1e6, channels, program=program)
+
+
+RNG = np.random.default_rng(6)
+
+
+def test_a_motion_that_reads_one_value_throughout_is_none() -> None:
+    one = made(current=RNG.standard_normal(64), speed=np.full(64, 3.0), position=np.arange(64.0))
+    (kept,) = locked_rotor.without_constant_motion([one])
+    assert set(kept.channels) == {CURRENT, POSITION}
+    holed = made(speed=np.where(np.arange(64) % 2, 3.0, np.nan))
+    assert set(locked_rotor.without_constant_motion([holed])[0].channels) == set()
+    missing = made(speed=np.full(64, np.nan))
+    assert set(locked_rotor.without_constant_motion([missing])[0].channels) == set()
+    board = made(speed=np.full(64, 3.0), program=object())
+    assert locked_rotor.without_constant_motion([board]) == [board]
+    moving = made(speed=np.arange(64.0))
+    assert locked_rotor.without_constant_motion([moving]) == [moving]
+
+
+def test_noise_has_no_more_in_its_means_than_between_neighbours() -> None:
+    white = RNG.standard_normal(4096)
+    assert locked_rotor.is_noise(white, origin=False)
+    assert not locked_rotor.is_noise(white + 0.5, origin=False)
+    assert locked_rotor.is_noise(white + 0.5, origin=True)
+    wander = white + 0.3 * np.sin(2 * np.pi * np.arange(4096) / 1000)
+    assert not locked_rotor.is_noise(wander, origin=True)
+    assert not locked_rotor.is_noise(np.zeros(64), origin=False)
+    assert not locked_rotor.is_noise(white[:7], origin=False)
+    gaps = np.where(np.arange(4096) % 5, white, np.nan)
+    assert locked_rotor.is_noise(gaps, origin=False)
+
+
+def test_means_of_noise_stay_below_a_bound_once_in_thousands() -> None:
+    for seed in range(50):
+        noise = np.random.default_rng(seed).standard_normal(512)
+        assert locked_rotor.is_noise(noise, origin=False)
+
+
+def test_a_current_flows_where_it_is_more_than_noise_or_goes_with_the_voltage() -> None:
+    n = 4096
+    noise, swing = 0.1 * RNG.standard_normal(n), np.where(np.arange(n) % 512 < 256, 1.0, -1.0)
+    still = made(n, current=noise, terminal_voltage=swing)
+    assert not locked_rotor._draws_current(still)
+    hidden = made(n, current=noise + 0.012 * swing, terminal_voltage=swing)
+    assert locked_rotor._draws_current(hidden)
+    assert locked_rotor._draws_current(made(n, current=noise + 0.1, terminal_voltage=swing))
+    assert locked_rotor._draws_current(made(n, current=noise))  # nothing to compare it with
+
+
+def test_a_log_at_rest_has_a_current_and_a_motion_of_noise_alone() -> None:
+    noise = RNG.standard_normal(256)
+    assert locked_rotor._is_log_at_rest(made(256, current=noise, speed=noise))
+    assert locked_rotor._is_log_at_rest(made(256, current=noise, position=noise + 40.0))
+    assert not locked_rotor._is_log_at_rest(made(256, current=noise, speed=noise + 40.0))
+    assert not locked_rotor._is_log_at_rest(made(256, current=noise))
+    assert not locked_rotor._is_log_at_rest(made(256, speed=noise))
+    both = made(256, current=noise, speed=noise, position=np.arange(256.0))
+    assert not locked_rotor._is_log_at_rest(both)
+    magnitude = Channel(CURRENT, "A", noise, unsigned=True)
+    assert not locked_rotor._is_log_at_rest(made(256, current=magnitude, speed=noise))
+    coarse = Channel(CURRENT, "A", np.where(noise > 0, 1.0, 0.0), resolution=0.7)
+    assert not locked_rotor._is_log_at_rest(made(256, current=coarse, speed=noise))
+    fine = Channel(CURRENT, "A", np.where(noise > 0, 1.0, 0.0), resolution=0.6)
+    assert locked_rotor._is_log_at_rest(made(256, current=fine, speed=noise))
+    assert not locked_rotor._is_log_at_rest(made(256, current=noise, speed=noise, program=object()))
+
+
+def test_a_friction_that_holds_the_rotor_is_twice_what_its_current_gives() -> None:
+    runs = [made(current=[1.0] * 63 + [-3.0]), made(current=[np.nan] + [2.0] * 63)]
+    assert locked_rotor.still_motor(runs, {}) == {"K": 1.0, "B": 0.0, "J": 1.0, "T0": 6.0}
+    held = locked_rotor.still_motor(runs, {"K": 0.05, "R": 2.0})
+    assert held["T0"] == pytest.approx(0.3)
+    assert held["R"] == 2.0
+    assert locked_rotor._peak(held) == pytest.approx(3.0)
