@@ -101,8 +101,8 @@ void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out) {
         describe_supply(out);
         break;
     }
-    out->aperture_ns = TICKS_TO_NS(WINDOW_TICKS);
-    out->delay_ns = TICKS_TO_NS(MEAN_DELAY((uint32_t)channel)) + out->filter_ns;
+    out->aperture_ns = TICKS_TO_NS(READING_TICKS);
+    out->delay_ns = TICKS_TO_NS(MEAN_DELAY) + out->filter_ns;
 }
 
 /* An input has the number of its channel. */

@@ -4,6 +4,7 @@
  * which lasts longer than the main loop sleeps. */
 #include "board.h"
 #include "chip.h"
+#include "port.h"
 #include "usb.h"
 
 enum { RING = 256, KEPT = 64 };
@@ -55,10 +56,16 @@ static bool uart_read(uint8_t *byte) {
     return true;
 }
 
+static void speak_over(bool usb) {
+    over_usb = usb;
+    port.min_sample_period_ticks = usb ? FAST_LINK_TICKS : SLOW_LINK_TICKS;
+}
+
 /* A host that opens the port before any other has spoken is told what was said before it came. */
 static void greet_over_usb(void) {
     if (!heard && usb_is_opened()) {
-        heard = over_usb = true;
+        heard = true;
+        speak_over(true);
     }
     if (over_usb && kept.sent < kept.length) {
         kept.sent = (uint8_t)(kept.sent + usb_write(kept.bytes + kept.sent, (uint16_t)(kept.length - kept.sent)));
@@ -72,7 +79,7 @@ bool link_read(uint8_t *byte) {
     if (found) {
         kept.length = heard ? kept.length : 0;
         heard = true;
-        over_usb = !uart;
+        speak_over(!uart);
     }
     return found;
 }

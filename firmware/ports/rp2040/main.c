@@ -17,7 +17,7 @@ static void unlock(port_lock before) {
     __asm__ volatile("msr primask, %0" ::"r"((uint32_t)before) : "memory");
 }
 
-const struct port port = {
+struct port port = {
     .board = "motorid-pico",
     .clock_hz = CLOCK_HZ,
     .clock_uncertainty_ppm = 50, /* a crystal */
@@ -25,9 +25,9 @@ const struct port port = {
     .dead_time_ns = BRIDGE_DEAD_TIME_NS,
     .decay_modes = 1u << WIRE_DECAY_SYNCHRONOUS_SLOW,
     .channels = 15u,
-    .min_sample_period_ticks = WINDOW_TICKS,
-    .sample_period_step_ticks = WINDOW_TICKS,
-    .idle_sample_period_ticks = WINDOW_TICKS,
+    .min_sample_period_ticks = SLOW_LINK_TICKS, /* link.c changes it */
+    .sample_period_step_ticks = PWM_TICKS,
+    .idle_sample_period_ticks = READING_TICKS,
     .burst_sample_period_ticks = ROUND_TICKS,
     .burst_bytes = BURST_BYTES,
     .encoder_edge_ceiling_hz = 1000000,
