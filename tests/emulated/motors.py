@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import motorid
+from motorid.estimate.results.estimate import Estimate
 from motorid.sim.motor import find_motor
 from motorid.workflow.record import bench, capture_runs
 
@@ -92,6 +93,30 @@ def truth(motor: str) -> dict[str, float]:
     return dict(zip(NAMES, values, strict=True))
 
 
+def fitted(
+    folder: Path,
+    board: str,
+    motor: str,
+    seed: int = 1,
+    more: str = "",
+    rate_hz: float = RATE_HZ,
+) -> Estimate:
+    """Capture one run and fit it, as ``motorid run`` does; ``more`` as in ``rig_text``."""
+    path = folder / f"{board}-{motor}.toml"
+    path.write_text(rig_text(board, motor, seed, more, rate_hz), encoding="utf-8")
+    (capture,) = capture_runs(bench(str(path)), folder / f"{board}-{motor}.h5")
+    return motorid.fit(capture)
+
+
+def figures(motor: str, estimate: Estimate) -> dict[str, Figure]:
+    """Its six parameters beside the truth."""
+    found = estimate.parameters
+    return {
+        name: Figure(true, found[name].value, SURE * found[name].total)
+        for name, true in truth(motor).items()
+    }
+
+
 def identify(
     folder: Path,
     board: str,
@@ -100,12 +125,5 @@ def identify(
     more: str = "",
     rate_hz: float = RATE_HZ,
 ) -> dict[str, Figure]:
-    """Capture one run and fit it, as ``motorid run`` does; ``more`` as in ``rig_text``."""
-    path = folder / f"{board}-{motor}.toml"
-    path.write_text(rig_text(board, motor, seed, more, rate_hz), encoding="utf-8")
-    (capture,) = capture_runs(bench(str(path)), folder / f"{board}-{motor}.h5")
-    found = motorid.fit(capture).parameters
-    return {
-        name: Figure(true, found[name].value, SURE * found[name].total)
-        for name, true in truth(motor).items()
-    }
+    """The same of a run, as ``fitted`` captures it."""
+    return figures(motor, fitted(folder, board, motor, seed, more, rate_hz))

@@ -25,8 +25,7 @@ static volatile bool news, failed;
 static uint32_t turn; /* the input that the window begins with that is done next */
 static uint32_t latest; /* the channel of the window that was done last */
 static uint32_t total[INPUTS_CONVERTED]; /* of each input's conversions in the latest windows */
-/* What of a window is still needed when its turn comes again: by how far it is from the window's beginning to
- * an input's first conversion. */
+/* What of a window is still needed when its turn comes again: by the slot of an input's first conversion in it. */
 static struct {
     uint32_t sum[INPUTS_CONVERTED], last[INPUTS_CONVERTED];
     uint32_t position, position_before; /* of the encoder, at its end and a reading's time earlier */
@@ -93,21 +92,22 @@ static int16_t reading_of(uint32_t thirds) {
     return (int16_t)((thirds * READING_FACTOR + READING_HALF) >> READING_SHIFT);
 }
 
-/* An input's conversions of three windows begin `late` slots after those of the input that comes first. As many
- * thirds of the last one are left out and of the one before the first are put in. These two met the same phase
- * of the PWM, so that the mean is moved to the same time as the others and meets the same phases as before. */
+/* Three windows are 75 slots, and an input's first conversion is `late` slots into them: 0, 1 or 2. As many thirds
+ * of its last one are left out and of the one before its first are put in. These two met the same phase of the
+ * PWM, so that the mean is moved to the time of those that are not late, and meets the same phases as before. */
 static void read_window(const volatile uint16_t *conversion, int16_t raw[INPUTS_CONVERTED]) {
     uint32_t input = turn;
-    for (uint32_t late = 0; late < INPUTS_CONVERTED; late++) {
-        const uint32_t last = conversion[CONVERSIONS - INPUTS_CONVERTED + late];
+    for (uint32_t slot = 0; slot < INPUTS_CONVERTED; slot++) { /* its first in this window, the third */
+        const uint32_t late = slot > 0 ? slot - 1u : INPUTS_CONVERTED - 1u;
+        const uint32_t last = linear(conversion[CONVERSIONS - INPUTS_CONVERTED + late]);
         uint32_t sum = 0;
-        for (uint32_t n = late; n < CONVERSIONS; n += INPUTS_CONVERTED) {
-            sum += conversion[n];
+        for (uint32_t n = slot; n < CONVERSIONS; n += INPUTS_CONVERTED) {
+            sum += linear(conversion[n]);
         }
-        total[input] += sum - kept[turn].sum[late];
-        raw[input] = reading_of(INPUTS_CONVERTED * total[input] + late * (kept[turn].last[late] - last));
-        kept[turn].sum[late] = sum;
-        kept[turn].last[late] = last;
+        total[input] += sum - kept[turn].sum[slot];
+        raw[input] = reading_of(INPUTS_CONVERTED * total[input] + late * (kept[turn].last[slot] - last));
+        kept[turn].sum[slot] = sum;
+        kept[turn].last[slot] = last;
         input = input + 1u < INPUTS_CONVERTED ? input + 1u : 0;
     }
 }
@@ -134,9 +134,9 @@ void sampling_burst_reading(const uint8_t *bytes, uint8_t n, struct reading *out
     memcpy(code, bytes + (size_t)n * sizeof code, sizeof code);
     memcpy(&position, bytes + 2u * WINDOWS * CONVERSIONS, 4);
     memcpy(&before, bytes + 2u * WINDOWS * CONVERSIONS + 4, 4);
-    out->raw[WIRE_CHANNEL_CURRENT] = reading_of(code[0] * THIRDS);
-    out->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = reading_of(code[1] * THIRDS);
-    out->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = reading_of(code[2] * THIRDS);
+    out->raw[WIRE_CHANNEL_CURRENT] = reading_of(linear(code[0]) * THIRDS);
+    out->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = reading_of(linear(code[1]) * THIRDS);
+    out->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = reading_of(linear(code[2]) * THIRDS);
     const int32_t moved = (int32_t)(position - before);
     out->position = before + (uint32_t)(moved * (int32_t)(n + 1) / (int32_t)ROUNDS);
 }
