@@ -16,6 +16,7 @@ EDGES_HZ = 200_000.0  # beside the motor's own
 PERIOD_S = 50e-6
 INTERRUPT_S = PERIOD_S / 2  # from a window's end to that of its interrupt
 VOLTS = 6.0
+LONGEST = 400_000  # samples of a step: its ticks are 32 bits
 CHECKS = {
     "voltage_limit_mv": 30_000,
     "inputs_required": 3,
@@ -55,8 +56,8 @@ def stream(seconds: float) -> Stream:
         emulator.times()
         samples = round(seconds / client.seconds(1))
         limit = round(1000 * seconds) + 1000
-        step = client.hold(samples, VOLTS)
-        record = client.start(step, channels=THREE, run_time_limit_ms=limit, **CHECKS)
+        steps = [client.hold(min(left, LONGEST), VOLTS) for left in range(samples, 0, -LONGEST)]
+        record = client.start(*steps, channels=THREE, run_time_limit_ms=limit, **CHECKS)
         client.payloads.clear()
         client.follow(record)
         size = sum(map(len, client.payloads))

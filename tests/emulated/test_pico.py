@@ -24,6 +24,8 @@ WATCHDOG_S = 0.2
 EDGES_HZ = 1e6
 PERIOD_S = 50e-6
 READS_WITHIN_V = 0.05
+CYCLE_S = 8e-9
+INSTRUCTIONS = 20  # in which the start code opens the bridge
 
 
 @pytest.fixture(autouse=True)
@@ -135,6 +137,7 @@ def test_two_volts_of_a_large_supply_read_as_what_the_motor_gets(link: str, volt
         client = Client(board.port)
         client.bring_up()
         client.settings["sample_period_ticks"] = client.identity["min_sample_period_ticks"]
+        client.configure()
         zero = client.get("zero", samples=500)["voltage_offset"]  # as every capture begins
         emulator(client).set("locked", 1.0)
         record = client.start(client.drive(600, volts / emulator(client).facts()["bus"]))
@@ -221,6 +224,21 @@ def test_a_start_without_a_reset_becomes_a_reset(client: Client) -> None:
     assert not emulator(client).facts()["enabled"]
     assert emulator(client).facts()["resets"] == 1
     assert greet_again(client)["reset_cause"] is ResetCause.WATCHDOG
+
+
+def test_the_start_code_opens_the_bridge_before_the_reset(client: Client) -> None:
+    """It does so by itself, in its first instructions: memory is not yet what main would find."""
+    begin(client)
+    board = emulator(client)
+    board.set("wander", 1)
+    for _ in range(INSTRUCTIONS):
+        board.advance_to(board.now + CYCLE_S)
+        if not board.facts()["enabled"]:
+            break
+    assert not board.facts()["enabled"]
+    assert board.facts()["resets"] == 0
+    client.wait(100e-6)
+    assert board.facts()["resets"] == 1
 
 
 def test_a_driver_that_reports_a_fault_is_opened(client: Client) -> None:

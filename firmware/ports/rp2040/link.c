@@ -23,6 +23,7 @@ static struct { /* hello, which is said before a host can have found us on its U
 
 void link_begin(void) {
     reset_release(BIT(RESET_UART0));
+    REG(PAD(TX_PIN)) = PAD_4_MA;
     REG(PAD(RX_PIN)) = PAD_INPUT | PAD_UP | PAD_SCHMITT;
     REG(GPIO_CTRL(TX_PIN)) = FUNCTION_UART;
     REG(GPIO_CTRL(RX_PIN)) = FUNCTION_UART;
@@ -32,8 +33,8 @@ void link_begin(void) {
     REG(UART_IFLS) = 0; /* an eighth of the queue */
     REG(UART_CR) = ON | TRANSMIT | RECEIVE;
     REG(UART_IMSC) = RECEIVED | WAITED;
-    REG(NVIC_PRIORITY(IRQ_UART_0)) = IRQ_PRIORITY; /* the word's first byte is this interrupt's */
-    REG(NVIC_ENABLE) = BIT(IRQ_UART_0);
+    REG(NVIC_PRIORITY(IRQ_UART_0)) = (uint32_t)IRQ_PRIORITY << (8 * (IRQ_UART_0 % 4)); /* the word's others are unused */
+    chip_enable_interrupt(IRQ_UART_0);
     usb_begin();
 }
 

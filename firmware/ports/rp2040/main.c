@@ -1,9 +1,16 @@
 /* main.c: the board as the core sees it. */
 #include "analog.h"
 #include "board.h"
+#include "flash.h"
 #include "journal.h"
 #include "port.h"
 #include "timing.h"
+
+#ifdef RP2350
+#define BOARD_NAME "motorid-pico2"
+#else
+#define BOARD_NAME "motorid-pico"
+#endif
 
 int main(void);
 
@@ -18,7 +25,7 @@ static void unlock(port_lock before) {
 }
 
 struct port port = {
-    .board = "motorid-pico",
+    .board = BOARD_NAME,
     .clock_hz = CLOCK_HZ,
     .clock_uncertainty_ppm = 50, /* a crystal */
     .pwm_hz = CLOCK_HZ / PWM_TICKS,
@@ -70,6 +77,7 @@ int main(void) {
     encoder_begin();
     link_begin();
     memory_begin();
+    flash_begin();
     journal_begin();
     core_init();
     reset_start_watchdog();

@@ -15,8 +15,6 @@ enum { CHANNELS = 2, PLACES = 2 };
 enum { RING_BITS = 8, ROW = (1 << RING_BITS) / 2 / PLACES }; /* the ring's bytes; conversions to a place */
 _Static_assert(CONVERSIONS <= ROW, "a window fits");
 _Static_assert(CHANNELS * PLACES > WINDOWS, "a reading's windows stand while the next one comes");
-enum { DMA_EN = 1 << 0, DMA_HALFWORDS = 1 << 2, DMA_WRITE_ON = 1 << 5, DMA_RING_WRITES = 1 << 10 };
-enum { RING_SIZE_AT = 6, CHAIN_AT = 11, REQUEST_AT = 15 };
 
 static volatile uint16_t window[CHANNELS][PLACES][ROW] __attribute__((aligned(CHANNELS << RING_BITS)));
 static uint32_t place[CHANNELS]; /* where each writes next */
@@ -35,8 +33,8 @@ static struct {
 
 static void channel_begin(uint32_t channel, bool start) {
     const uint32_t control = DMA_EN | DMA_HALFWORDS | DMA_WRITE_ON | DMA_RING_WRITES
-                             | (uint32_t)RING_BITS << RING_SIZE_AT | (1u - channel) << CHAIN_AT
-                             | (uint32_t)DREQ_ADC << REQUEST_AT;
+                             | (uint32_t)RING_BITS << DMA_RING_SIZE_AT | (1u - channel) << DMA_CHAIN_AT
+                             | (uint32_t)DREQ_ADC << DMA_REQUEST_AT;
     REG(DMA_READ(channel)) = ADC_FIFO;
     REG(DMA_WRITE(channel)) = (uint32_t)(uintptr_t)window[channel][0];
     REG(DMA_COUNT(channel)) = CONVERSIONS;
@@ -64,7 +62,7 @@ void sampling_begin(void) {
     channel_begin(0, true);
     REG(DMA_INTS0) = BIT(0) | BIT(1);
     REG(DMA_INTE0) = BIT(0) | BIT(1);
-    REG(NVIC_ENABLE) = BIT(IRQ_DMA_0); /* of the highest priority, as reset left it */
+    chip_enable_interrupt(IRQ_DMA_0); /* of the highest priority, as reset left it */
     const uint32_t start = REG(ADC_CS) | BIT(ADC_START_MANY);
     while (REG(PWM_CTR(LEVEL_SLICE)) >= START_TICKS) {
     }
