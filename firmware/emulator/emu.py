@@ -67,7 +67,9 @@ class Analog:
     wide: tuple[float, float]  # codes that the four wide ones of an RP2040 take (E11): least, most
 
 
-AVR = Analog(16e6, 1024, 4.096, 4.096 / 16, False, 58.75e-6, 22e-6, 4.5 / 3**0.5, 0.7, 0.5, (0.0, 0.0))
+AVR = Analog(
+    16e6, 1024, 4.096, 4.096 / 16, False, 58.75e-6, 22e-6, 4.5 / 3**0.5, 0.7, 0.5, (0.0, 0.0)
+)
 RP2040 = Analog(125e6, 4096, 3.0, 0.0, True, 12.5e-6, 4.7e-6, 2.0, 0.0, 1.5, (7.0, 11.0))
 
 
