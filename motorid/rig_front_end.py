@@ -35,6 +35,8 @@ from motorid.wire.hashes import front_end_hash
 GAIN_UNIT, ZERO_UNIT_V, FILTER_UNIT_S = 1e-5, 1e-4, 1e-7  # of the wire
 U16 = (1 << 16) - 1
 NAME_LETTERS = 16
+BOARDS = ("uno", "mega", "pico")  # a Nano is an Uno
+FAMILY = "motorid-"  # before the name that such a board tells
 MOST_LIFT = 0.75  # of the reference
 _SHARE = Number(0, 0.6)  # what the wire holds: 65535 of 1e-5
 _FILTER = List(Number(1e-7, 6e-3), 2)  # time constants, one behind the other
@@ -43,6 +45,7 @@ _TOP: Mapping[str, Key] = {
     "sensor": Text(tuple(one.name.lower() for one in Sensor)),
     "ratiometric": Flag(),
     "bridge": Text(tuple(one.name.lower() for one in Bridge)),
+    "boards": List(Text(BOARDS)),
     "sources": List(Text()),
 }
 _SECTIONS: Mapping[str, Mapping[str, Key]] = {
@@ -72,19 +75,25 @@ _SECTIONS: Mapping[str, Mapping[str, Key]] = {
 }
 _DRIFT = ("reference_drift", "reference_time_s")
 _BENT = ("nonlinearity", "nonlinearity_shape")
-_OPTIONAL = ("sources", "supply_divider", "filter_s", "bridge", "ratiometric", *_DRIFT, *_BENT)
+_OPTIONAL = (
+    *("sources", "supply_divider", "filter_s", "bridge", "boards", "ratiometric"),
+    *_DRIFT,
+    *_BENT,
+)
 
 
 @dataclass(frozen=True)
 class FrontEnd:
     """One front end. ``facts``: the fields of write_front_end; ``text``: the file.
 
+    ``boards``: those whose converter and wiring it is for; empty: it does not say.
     ``drift`` of the reference and ``bent``, the non-linearity of the current's sensor, by the names
     of ``Wiring`` and ``Calibration``: no board holds them.
     """
 
     facts: Mapping[str, Any]
     text: str
+    boards: tuple[str, ...] = ()
     drift: Mapping[str, Any] = field(default_factory=dict)
     bent: Mapping[str, Any] = field(default_factory=dict)
 
@@ -97,6 +106,16 @@ class FrontEnd:
     def hash(self) -> int:
         """The hash that a board tells which holds these facts."""
         return front_end_hash(self.facts)
+
+    def misfit(self, board: str) -> str:
+        """Why it does not belong to the board that tells this name, or ""."""
+        known = board.removeprefix(FAMILY)
+        if not self.boards or known not in BOARDS or known in self.boards:
+            return ""
+        return (
+            f"the front end {self.name} is that of {' or '.join(self.boards)}, and {board} has "
+            "another reference and other dividers"
+        )
 
     def under(self, rig: Rig) -> Rig:
         """The rig with what no board holds of it, as far as the rig says nothing itself."""
@@ -139,6 +158,7 @@ def parse(text: str, where: str = "front end") -> FrontEnd:
     return FrontEnd(
         _facts(top, parts, where),
         text,
+        tuple(top.get("boards", ())),
         drift={key: converter[key] for key in _DRIFT if key in converter},
         bent=bent | {"full_scale": current["most_a"]} if bent else {},
     )

@@ -113,8 +113,10 @@ void blocks_finish(struct blocks *b) {
 
 /* ------------------------------------------------------------------ consumer */
 
+bool blocks_are_waiting(const struct blocks *b) { return b->filled != b->freed; }
+
 const uint8_t *blocks_next(struct blocks *b, uint16_t *length) {
-    if (b->filled == b->freed) {
+    if (!blocks_are_waiting(b)) {
         return NULL;
     }
     atomic_signal_fence(memory_order_acquire); /* the block is read after the count */

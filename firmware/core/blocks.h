@@ -54,6 +54,9 @@ void blocks_add(struct blocks *b, const struct reading *now, uint32_t tick);
 /* The run is over: hand over what is part-filled. Producer, or with it locked out. */
 void blocks_finish(struct blocks *b);
 
+/* Whether there is a frame to send. Consumer. */
+bool blocks_are_waiting(const struct blocks *b);
+
 /* The next frame to send and its length; NULL when there is none. Consumer. */
 const uint8_t *blocks_next(struct blocks *b, uint16_t *length);
 

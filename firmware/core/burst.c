@@ -12,12 +12,20 @@ static uint16_t room(void) {
     return (uint16_t)((CORE_BLOCK_BYTES - CORE_BURST_BLOCK_BYTES) / port.burst_bytes);
 }
 
+uint32_t burst_watch_ticks(void) {
+    uint32_t ticks = port.min_sample_period_ticks;
+    while (ticks % port.burst_sample_period_ticks != 0) {
+        ticks += port.min_sample_period_ticks;
+    }
+    return ticks;
+}
+
 /* The first period has one sample of the run, its last; see burst_send(). */
 uint16_t burst_most(void) {
     if (port.burst_sample_period_ticks == 0) {
         return 0;
     }
-    const uint32_t fast = port.min_sample_period_ticks / port.burst_sample_period_ticks;
+    const uint32_t fast = burst_watch_ticks() / port.burst_sample_period_ticks;
     return (uint16_t)((room() - 1u) * fast);
 }
 

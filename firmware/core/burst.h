@@ -15,6 +15,9 @@ struct burst {
     uint32_t next;    /* sample to be sent next; the main loop's */
 };
 
+/* The watch period: the least common multiple of a burst's period and a stream's shortest. */
+uint32_t burst_watch_ticks(void);
+
 /* Samples that a fast burst keeps; 0 where the board has none. */
 uint16_t burst_most(void);
 

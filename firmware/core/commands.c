@@ -121,11 +121,11 @@ static uint8_t check_config(const wire_configure_t *c) {
     return limits_hold ? check_features(c) : WIRE_STATUS_BAD_VALUE;
 }
 
-/* A fast burst is looked at, guarded and stepped at the shortest period of a stream. */
+/* A fast burst is looked at, guarded and stepped once in its watch period. */
 static void take_config(void) {
     const wire_configure_t *const config = &core.config;
     const bool fast = is_fast(config);
-    const uint32_t period = fast ? port.min_sample_period_ticks : config->sample_period_ticks;
+    const uint32_t period = fast ? burst_watch_ticks() : config->sample_period_ticks;
     const uint8_t bridge = front_end_bridge(); /* unlocked: memory may be slow */
     core.configured = true;
     program_clear(&core.program);

@@ -25,11 +25,11 @@ struct port {
     uint8_t decay_modes;               /* bit n: WIRE_DECAY_ n is available */
     uint8_t channels;                  /* bit n: WIRE_CHANNEL_ n is measured; current and position
                                         * always are */
-    uint32_t min_sample_period_ticks;
+    uint32_t min_sample_period_ticks;  /* may be another one over another link, from read() on */
     uint32_t sample_period_step_ticks; /* ticks of one PWM period, as a rule */
     uint32_t idle_sample_period_ticks; /* until the first configure */
-    uint32_t burst_sample_period_ticks; /* of a fast burst: min_sample_period_ticks is a whole
-                                         * number of them, at most 255; 0: there is none */
+    uint32_t burst_sample_period_ticks; /* of a fast burst, at most 255 of them in the least common
+                                         * multiple with min_sample_period_ticks; 0: there is none */
     uint16_t burst_bytes;              /* that burst_keep() fills */
     uint32_t encoder_edge_ceiling_hz;
     uint32_t position_delay_ns;        /* from when the encoder is read to the sample's tick */
@@ -46,9 +46,9 @@ struct port {
     /* ---- fast burst; both unused without a burst_sample_period_ticks.
      * What of that descriptor is otherwise in a fast burst: kind, aperture, delay, bits, noise. */
     void (*describe_burst)(uint8_t channel, wire_describe_channel_reply_t *out);
-    /* The sample period that ended was min_sample_period_ticks long, and the readings of a fast
-     * burst in it were taken beside the one for core_sample(): put what is needed of them into
-     * `burst_bytes` bytes. During core_sample(), so it should be quick. */
+    /* The sample period that ended was that multiple, and the readings of a fast burst in it were taken
+     * beside the one for core_sample(): put what is needed of them into `burst_bytes` bytes. During
+     * core_sample(), so it should be quick. */
     void (*burst_keep)(uint8_t *bytes);
     /* And take reading n out of those bytes, the oldest is 0. From the main loop, after the run. */
     void (*burst_reading)(const uint8_t *bytes, uint8_t n, struct reading *out);
@@ -105,7 +105,7 @@ struct port {
     uint32_t (*boot_id)(void);    /* another number after every reset */
 };
 
-/* Constant, but for the host's port, whose facts come from its command line, and tests. */
+/* Constant, but for the host's port, whose facts come from its command line, a port of two links, and tests. */
 #ifndef PORT_CONST
 #define PORT_CONST const
 #endif

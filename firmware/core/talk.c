@@ -183,8 +183,11 @@ static void tell(bool ending) {
 /* ------------------------------------------------------------------ sending */
 
 /* Find something to send: replies first, then events, then samples, then the word of the end. A run
- * that ends in the meantime has ended for the next call: its fault and last samples go first. */
+ * that ends in the meantime has ended for the next call: its fault and last samples go first. So samples that
+ * were not there before this look at the end wait for the next one. */
 static enum source choose(void) {
+    const bool waiting = blocks_are_waiting(&core.blocks);
+    atomic_signal_fence(memory_order_seq_cst);
     const bool ending = core.run.ending;
     atomic_signal_fence(memory_order_acquire); /* what is told of the end is read after it */
     if (link.reply_length > 0) {
@@ -195,7 +198,7 @@ static enum source choose(void) {
     if (link.event_length == 0) {
         tell(ending);
     }
-    if (link.event_length == 0 && (core.config.mode == WIRE_MODE_STREAM || ending)) {
+    if (link.event_length == 0 && ((core.config.mode == WIRE_MODE_STREAM && waiting) || ending)) {
         if (ending && core.burst.fast > 0) {
             burst_send(&core.burst, core.run.start_tick,
                        core.run.reason == WIRE_END_REASON_COMPLETED);

@@ -325,8 +325,8 @@ typedef struct {
     uint16_t max_host_silence_ms;
     /* samples buffered for the link (stream) or kept (burst) */
     uint16_t buffer_samples;
-    /* sample period of a fast burst, a whole fraction of min_sample_period_ticks; 0: there is none */
-    /* [tick] */
+    /* sample period of a fast burst; its watch period is the least common multiple with */
+    /* min_sample_period_ticks; 0: there is none [tick] */
     uint32_t burst_sample_period_ticks;
     /* samples that a fast burst keeps */
     uint16_t burst_samples;

@@ -64,11 +64,13 @@ class Analog:
     offset_lsb: float  # standard, common to the inputs
     mismatch_lsb: float  # between inputs of one converter
     noise_lsb: float
-    wide_codes: float  # that each of the four wide ones of an RP2040 takes (E11)
+    wide: tuple[float, float]  # codes that the four wide ones of an RP2040 take (E11): least, most
 
 
-AVR = Analog(16e6, 1024, 4.096, 4.096 / 16, False, 58.75e-6, 22e-6, 4.5 / 3**0.5, 0.7, 0.5, 0.0)
-RP2040 = Analog(125e6, 4096, 3.0, 0.0, True, 12.5e-6, 4.7e-6, 2.0, 0.0, 1.5, 9.0)
+AVR = Analog(
+    16e6, 1024, 4.096, 4.096 / 16, False, 58.75e-6, 22e-6, 4.5 / 3**0.5, 0.7, 0.5, (0.0, 0.0)
+)
+RP2040 = Analog(125e6, 4096, 3.0, 0.0, True, 12.5e-6, 4.7e-6, 2.0, 0.0, 1.5, (7.0, 11.0))
 
 
 def analog(board: str) -> Analog:
@@ -239,11 +241,12 @@ def parameters(setting: Setting) -> dict[str, float]:
         values[f"offset[{n}]"] = float(
             shift if options.offset_error is None else options.offset_error
         )
+    for n, width in enumerate(rng.uniform(*parts.wide, 4)):
+        values[f"wide[{n}]"] = float(width)
     values |= {
         "clock_hz": chain.clock_hz * parts.clock_hz / CLOCK_HZ,
         "reference": parts.reference_v,
         "codes": parts.codes,
-        "wide_codes": parts.wide_codes,
         "differential": float(parts.differential),
         "shunt": setting.shunt_ohm * SHUNT_GAIN,
         "zero": parts.reference_v / 2,

@@ -148,21 +148,26 @@ static double input_volts(const struct rig *r, int input) {
     return input == CURRENT ? p->zero + p->shunt * amperes : p->lift + seen / p->divider;
 }
 
-/* RP2040-E11: the codes 512, 1536, 2560 and 3584 each take what nine others do, and all others are that
+/* RP2040-E11: the codes 512, 1536, 2560 and 3584 each take what about nine others do, and all others are that
  * much narrower, so that the ends stay. */
-static double through_wide_codes(double code, double width) {
+static double through_wide_codes(double code, const double width[RIG_WIDE]) {
     enum { CODES = 4096, FIRST = 512, STEP = 1024 };
-    const double narrow = (CODES - 4.0 * width) / (CODES - 4.0);
+    double narrow = CODES;
+    for (int n = 0; n < RIG_WIDE; n++) {
+        narrow -= width[n];
+    }
+    narrow /= CODES - RIG_WIDE;
     double begin = 0.0, from = 0.0; /* of a stretch of narrow codes: where the input is, and its code */
-    for (int wide = FIRST; wide < CODES; wide += STEP) {
+    for (int n = 0; n < RIG_WIDE; n++) {
+        const int wide = FIRST + n * STEP;
         const double end = begin + (wide - from) * narrow;
         if (code < end) {
             break;
         }
-        if (code < end + width) {
+        if (code < end + width[n]) {
             return wide;
         }
-        begin = end + width;
+        begin = end + width[n];
         from = wide + 1.0;
     }
     return from + (code - begin) / narrow;
@@ -172,8 +177,8 @@ int rig_convert(struct rig *r, uint64_t cycle, int input) {
     rig_advance(r, cycle);
     double lsb = input_volts(r, input) / r->par.reference * r->par.codes + r->par.offset[input]
                  + r->par.noise * normal(r);
-    if (r->par.wide_codes > 0.0) {
-        lsb = through_wide_codes(lsb, r->par.wide_codes);
+    if (r->par.wide[0] > 0.0) {
+        lsb = through_wide_codes(lsb, r->par.wide);
     }
     return (int)fmin(fmax(floor(lsb + 0.5), 0.0), r->par.codes - 1.0);
 }

@@ -12,12 +12,14 @@
 
 enum { TERMINAL_A, CURRENT, TERMINAL_B, SUPPLY, RIG_INPUTS }; /* the converter's inputs */
 
+enum { RIG_WIDE = 4 };
+
 struct rig_params {
     plant_params plant;
     double clock_hz;   /* true */
     double reference;  /* V, of the converter */
     double codes;      /* that it has: 1024 of 10 bits */
-    double wide_codes; /* how many codes the four wide ones of an RP2040 take each (E11); 0: none are */
+    double wide[RIG_WIDE]; /* how many codes the wide ones of an RP2040 take (E11); the first is 0: none are */
     double shunt;      /* V of the sensor's output to an ampere */
     double zero;       /* V of that output without current */
     double driver;     /* enum driver */

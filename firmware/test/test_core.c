@@ -256,6 +256,40 @@ static void an_interrupt_may_strike_at_any_moment(void) {
     }
 }
 
+/* ------------------------------------------------------------------ a fault goes ahead of the samples that wait */
+
+static int moments_left; /* at which an interrupt may strike, before it does */
+
+static void trip_at_its_moment(void) {
+    if (moments_left-- == 0) {
+        fake.locked = true;
+        fake.now.raw[WIRE_CHANNEL_CURRENT] = 4095;
+        fake_sample();
+        fake.locked = false;
+    }
+}
+
+/* Samples wait, some in a block that is not full. The first frame that is begun after the trip is the fault. */
+static void a_fault_overtakes_the_samples_that_wait(void) {
+    enum { MOMENTS = 200 };
+    bool struck = true;
+    for (int moment = 0; struck; moment++) {
+        uint8_t payload[WIRE_MAX_PAYLOAD];
+        CHECK(moment < MOMENTS); /* a poll has fewer, else this ends never */
+        SURE(fake_begin(1000));
+        fake_settle();
+        fake_samples(10); /* no block is full, and none is old */
+        fake.out_begin = fake.out_end;
+        moments_left = moment;
+        fake.interrupt = trip_at_its_moment;
+        (void)core_poll();
+        fake.interrupt = NULL;
+        struck = core_state() == WIRE_STATE_FAULTED;
+        fake_settle();
+        CHECK(!struck || (fake_heard(payload) > 0 && payload[0] == WIRE_EVENT_FAULT_CODE));
+    }
+}
+
 /* A command comes in just as the run ends: it is either refused, or waits for done. */
 static void a_command_may_come_as_the_run_ends(void) {
     const uint8_t clear[] = {WIRE_CLEAR_PROGRAM_CODE, 0x10, 0x20};
@@ -333,6 +367,7 @@ const struct test core_tests[] = {
     TEST(ticks_wrap_in_a_run),
     TEST(a_step_of_the_longest_kind_ends_on_its_tick),
     TEST(an_interrupt_may_strike_at_any_moment),
+    TEST(a_fault_overtakes_the_samples_that_wait),
     TEST(a_command_may_come_as_the_run_ends),
     {0},
 };

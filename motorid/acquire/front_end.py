@@ -98,14 +98,19 @@ def show(url: str) -> Iterator[str]:
     return iter(_with(url, lambda board: _told(board, board.ask("read_front_end"))))
 
 
-def store(url: str, front_end: FrontEnd) -> list[str]:
+def store(url: str, front_end: FrontEnd, any_board: bool = False) -> list[str]:
     """Stores facts in the board behind a port, and reads them back.
 
-    Raises RigError where it keeps none or refuses them, LinkError where the board is lost, or holds
-    others afterwards.
+    ``any_board``: those of another kind of board as well. Raises RigError where they are, where the
+    board keeps none or refuses them; LinkError where it is lost, or holds others afterwards.
     """
 
     def put(board: Board) -> list[str]:
+        if not any_board and (problem := front_end.misfit(str(board.identity["board"]))):
+            raise RigError(
+                f"{problem}: choose one that is made for it (motorid board list), or store this "
+                "with --any-board, if that is what is wired"
+            )
         _ready(board)
         board.ask("write_front_end", timeout_s=STORES_S, **front_end.facts)
         facts = board.ask("read_front_end")

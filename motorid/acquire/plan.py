@@ -127,7 +127,8 @@ def is_fast(period: int, identity: Mapping[str, Any]) -> bool:
 
 def step_ticks(period: int, identity: Mapping[str, Any]) -> int:
     """What the durations of steps are multiples of: where the board's guard looks."""
-    return max(period, int(identity["min_sample_period_ticks"]))
+    least = int(identity["min_sample_period_ticks"])
+    return math.lcm(period, least) if is_fast(period, identity) else period
 
 
 def differing(sent: Mapping[str, Any], read: Mapping[str, Any], minor: int) -> str | None:

@@ -39,7 +39,8 @@ def show(port: str) -> None:
 @command.command("set", epilog=example("motorid board set acs712-20 --port /dev/ttyACM0"))
 @click.argument("front_end", metavar="NAME|FILE")
 @click.option("--port", required=True, help=PORT_HELP)
-def set_(front_end: str, port: str) -> int:
+@click.option("--any-board", is_flag=True, help="Store it though it is another kind of board's.")
+def set_(front_end: str, port: str, any_board: bool) -> int:
     """Store a front end in a board: one that comes with motorid, or a file of your own.
 
     It is stored in a board that is not yet configured, and survives resets. A loss of power
@@ -48,7 +49,7 @@ def set_(front_end: str, port: str) -> int:
     from motorid.acquire.front_end import store
     from motorid.rig_front_end import load_front_end
 
-    for line in store(port, load_front_end(front_end)):
+    for line in store(port, load_front_end(front_end), any_board):
         click.echo(line)
     return EXIT_DONE
 

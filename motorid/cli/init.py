@@ -14,7 +14,8 @@ from motorid.cli.options import example, force_option
 from motorid.cli.values import Between, Named, Whole, finite
 from motorid.errors import EXIT_DONE, RigError
 
-BOARDS = ("uno", "nano", "mega", "other")
+BOARDS = ("uno", "nano", "mega", "pico", "other")
+SENSORS = {"pico": "pico-ina240"}  # that is asked for first; others: an ACS712
 DRIVERS = (
     "l298n", "l6203", "bts7960", "vnh5019", "tb6612fng", "drv8871", "drv8833",
     "half-bridges", "in-in", "pwm-dir", "pwm-dir-bare",
@@ -106,6 +107,11 @@ class Perhaps(click.ParamType[float | None]):
 @click.option("--resistance", type=Between(1e-3, 1e5), help="Ohm of the motor, if known.")
 @click.option("--rpm", type=Between(1.0, 1e6), help="No-load speed on the label, a minute.")
 @click.option("--most", type=Between(1e-3, 1e4), help="Largest current in A, if less is wanted.")
+@click.option(
+    "--reference",
+    type=Between(0.5, 10.0),
+    help="V by a meter at the board's reference, where that is its supply.",
+)
 @click.option("--offline", is_flag=True, help="Write the files, and ask no board.")
 @click.option("--pulse/--no-pulse", default=None, help="Drive the check pulse, or do not ask.")
 @click.option("-y", "--yes", is_flag=True, help="Ask nothing; the motor moves with --pulse only.")
@@ -185,7 +191,8 @@ def _answers(given: dict[str, Any], ask: Ask | None) -> Any:
 
     board = need("board", "Board", click.Choice(BOARDS), "uno")
     driver = need("driver", "Driver", click.Choice(DRIVERS), "l298n")
-    sensor = need("sensor", "Current sensor (motorid board list names them)", Part(), "acs712-05")
+    usual = SENSORS.get(board, "acs712-05")
+    sensor = need("sensor", "Current sensor (motorid board list names them)", Part(), usual)
     counts = need("counts", "Encoder counts of a turn (four a line)", Whole(min=1, max=100_000_000))
     supply = need("supply", "Supply of the motor, V", Between(0.5, 800.0))
     motor = need("motor", "Motor, as its label says", str)
@@ -203,4 +210,17 @@ def _answers(given: dict[str, Any], ask: Ask | None) -> Any:
         no_load_rpm=may("rpm", "No-load speed on its label, turns a minute"),
         resistance_ohm=may("resistance", "Resistance by a meter at its terminals, ohm"),
         most_a=given["most"],
+        reference_v=_reference(sensor, may) if given["reference"] is None else given["reference"],
     )
+
+
+def _reference(sensor: str, may: Callable[[str, str], float | None]) -> float | None:
+    """Asked for where it is a supply: it scales every reading."""
+    from motorid.rig_front_end import load_front_end
+    from motorid.workflow.kit_front_end import is_a_supply
+
+    front_end = load_front_end(sensor)
+    if not is_a_supply(front_end):
+        return None
+    nominal = front_end.facts["reference_v"]
+    return may("reference", f"V by a meter at the board's reference, about {nominal:g}")

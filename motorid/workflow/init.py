@@ -19,22 +19,23 @@ from motorid.acquire.signs import Sign, SignError
 from motorid.capture.model import CURRENT, SUPPLY
 from motorid.errors import UsageError
 from motorid.rig import Rig, load_rig
-from motorid.workflow.kit import EDGES_HZ, Answers, Kit, kit
+from motorid.rig_front_end import FAMILY
+from motorid.workflow.kit import FAMILIES, Able, Answers, Kit, kit
 
 AUTO, VIRTUAL = "auto", ("sim://", "emu://")  # boards that forget when they are closed
-NAMES = {"uno": "motorid-uno", "nano": "motorid-uno", "mega": "motorid-mega"}
+NAMES = {board: f"{FAMILY}{family}" for board, family in FAMILIES.items()}
 FAR = 0.25  # of the applied voltage, by which the terminals' reading is worth a word
 SUPPLY_FAR = 0.1  # of the supply as stated
 
 
 @dataclass(frozen=True)
 class Bench:
-    """Where the files are, and what they say. ``edges_hz``: that the board counts."""
+    """Where the files are, what they say, and what the board can."""
 
     path: Path
     said: Answers
     kit: Kit
-    edges_hz: int
+    able: Able
 
     @property
     def front_end_path(self) -> Path:
@@ -55,21 +56,27 @@ def prepare(said: Answers, path: Path, *, force: bool, ask_board: bool) -> Bench
     """
     if path.suffix != ".toml":
         raise UsageError(f"{path}: a rig file ends in .toml: name it so")
-    edges_hz = EDGES_HZ
+    able = said.able
     if ask_board:
         who = identity_of(said.port)
-        wanted, edges_hz = NAMES.get(said.board), int(who["encoder_edge_ceiling_hz"])
+        wanted, able = NAMES.get(said.board), _told(said, who)
         if wanted is not None and not said.port.startswith("sim://") and who["board"] != wanted:
             raise UsageError(
                 f"{said.port}: {who['board']} answers, and not a {said.board}: name the right board"
             )
-    bench = Bench(path, said, kit(said, path.stem, "", edges_hz), edges_hz)
+    bench = Bench(path, said, kit(said, path.stem, "", able), able)
     named = "" if said.port.startswith(VIRTUAL) else bench.front_end_path.name
-    bench = replace(bench, kit=kit(said, path.stem, named, edges_hz))
+    bench = replace(bench, kit=kit(said, path.stem, named, able))
     there = [one for one in (path, bench.front_end_path) if one.exists()]
     if there and not force:
         raise UsageError(f"{there[0]} is there already: name another with -o, or use --force")
     return bench
+
+
+def _told(said: Answers, who: Fields) -> Able:
+    """By the board's own word; over a slow link its rate is lower."""
+    fastest = float(who["clock_hz"]) / float(who["min_sample_period_ticks"])
+    return Able(int(who["encoder_edge_ceiling_hz"]), min(said.able.rate_hz, fastest))
 
 
 def write(bench: Bench) -> None:
@@ -98,7 +105,7 @@ def turned_round(bench: Bench) -> Bench:
     """With the encoder counted the other way."""
     said = replace(bench.said, encoder_reversed=not bench.said.encoder_reversed)
     named = bench.kit.rig.front_end
-    return replace(bench, said=said, kit=kit(said, bench.path.stem, named, bench.edges_hz))
+    return replace(bench, said=said, kit=kit(said, bench.path.stem, named, bench.able))
 
 
 def verdict(bench: Bench, turn_round: Callable[[str], bool]) -> Iterator[str]:

@@ -3,24 +3,34 @@
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 
 from motorid import json_text
 from motorid.errors import UsageError
 from motorid.rig_file import parse as parse_rig
 from motorid.rig_front_end import FrontEnd, load_front_end
-from motorid.rig_front_end import parse as parse_front_end
 from motorid.rig_model import Rig
 from motorid.wire.enums import Sensor
+from motorid.workflow.kit_front_end import FARTHEST, made
 
-BOARDS = ("uno", "nano", "mega", "other")
-RATE_HZ, EDGES_HZ = 4000.0, 40_000  # of Uno, Nano and Mega
+BOARDS = ("uno", "nano", "mega", "pico", "other")
+FAMILIES = {"uno": "uno", "nano": "uno", "mega": "mega", "pico": "pico"}  # of front ends
 SUPPLY_ROOM = 0.2  # of the supply: by which it may be off before the board trips
 SPEED_ROOM = 1.3  # of the no-load speed at the supply
 CURRENT_ROOM = 0.9  # of the current limit: the largest V/R of the program
 UNKNOWN_SPEED = 1000.0  # rad/s, where nobody tells the no-load speed
 LEVELS = (0.3, 0.5, 0.75)  # of the highest level
+
+
+@dataclass(frozen=True)
+class Able:
+    """What a board can: encoder edges a second, and samples a second that are worth their bytes."""
+
+    edges_hz: int = 40_000
+    rate_hz: float = 4000.0
+
+
+AVR, PICO = Able(), Able(1_000_000, 20_000.0)
 
 
 @dataclass(frozen=True)
@@ -70,6 +80,12 @@ class Answers:
     most_a: float | None = None
     encoder_reversed: bool = False
     ambient_c: float = 22.0
+    reference_v: float | None = None  # measured, where it is a supply
+
+    @property
+    def able(self) -> Able:
+        """What such a board can, as long as it has not said so itself."""
+        return PICO if self.board == "pico" else AVR
 
 
 @dataclass(frozen=True)
@@ -80,11 +96,11 @@ class Kit:
     front_end: FrontEnd
 
 
-def kit(said: Answers, name: str, front_end_file: str, edges_hz: int = EDGES_HZ) -> Kit:
+def kit(said: Answers, name: str, front_end_file: str, able: Able = AVR) -> Kit:
     """The rig file ``name`` and its front-end file.
 
     ``front_end_file``: its name, as the rig file has it; "" where the rig shall name none.
-    ``edges_hz``: encoder edges a second that the board counts.
+    ``able``: what the board can.
     Raises UsageError where the parts do not fit together, RigError where one is no part at all.
     """
     if not said.motor.isprintable():
@@ -95,17 +111,23 @@ def kit(said: Answers, name: str, front_end_file: str, edges_hz: int = EDGES_HZ)
             f"the sensor {said.sensor} shows no sign of the current, which a fit needs: choose one "
             "that sits in a motor lead, such as acs712-05"
         )
-    front_end = parse_front_end(_with_bridge(sensor.text, driver.bridge), front_end_file or "front")
+    family = FAMILIES.get(said.board)
+    if family and (problem := sensor.misfit(f"motorid-{family}")):
+        raise UsageError(f"{problem}: choose one for a {said.board}")
+    _check_reference(said, sensor)
+    front_end = made(said.sensor, driver.bridge, said.reference_v, front_end_file or "front")
     most_a = _most_a(said, driver, front_end)
-    text = _rig_text(said, driver, most_a, name, front_end_file, edges_hz)
+    text = _rig_text(said, driver, most_a, name, front_end_file, able)
     return Kit(parse_rig(text, name), front_end)
 
 
-def _with_bridge(text: str, bridge: str) -> str:
-    """A front-end file that names these inputs of the driver."""
-    line = f'bridge = "{bridge}"'
-    changed, found = re.subn(r"(?m)^bridge\s*=.*$", line, text)
-    return changed if found else re.sub(r"(?m)^(sensor\s*=.*)$", rf"\1\n{line}", text, count=1)
+def _check_reference(said: Answers, sensor: FrontEnd) -> None:
+    nominal = float(sensor.facts["reference_v"])
+    if said.reference_v is not None and abs(said.reference_v / nominal - 1) > FARTHEST:
+        raise UsageError(
+            f"a reference of {said.reference_v:g} V is far from the {nominal:g} V of "
+            f"{said.sensor}: measure at the board's reference pin, with the board running"
+        )
 
 
 def _most_a(said: Answers, driver: Driver, front_end: FrontEnd) -> float:
@@ -151,9 +173,9 @@ def _top_v(said: Answers, most_a: float) -> float:
 
 
 def _rig_text(
-    said: Answers, driver: Driver, most_a: float, name: str, front_end_file: str, edges_hz: int
+    said: Answers, driver: Driver, most_a: float, name: str, front_end_file: str, able: Able
 ) -> str:
-    top, speed = _top_v(said, most_a), _most_speed(said, edges_hz)
+    top, speed = _top_v(said, most_a), _most_speed(said, able.edges_hz)
     levels = ", ".join(f"{top * share:.3g}" for share in LEVELS)
     low, high = said.supply_v * (1 - SUPPLY_ROOM), said.supply_v * (1 + SUPPLY_ROOM)
     drop = (
@@ -191,7 +213,7 @@ run_time_s = 30
 voltage_v = {said.motor_v:g}
 {known}
 [sampling]
-rate_hz = {RATE_HZ:g}
+rate_hz = {able.rate_hz:g}
 channels = ["current", "terminal_voltage", "position"]
 
 [program]                        # climbs from rest, each ended by a coast to rest

@@ -110,6 +110,17 @@ def test_a_board_without_facts_says_so_and_is_told_how(tmp_path: Path) -> None:
     assert "refuses to drive" in next(front_end.show(rig.port))
 
 
+def test_facts_of_another_kind_of_board_are_refused_unless_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rig = sim_rig()
+    monkeypatch.setattr("motorid.sim.identity.NAME", "motorid-pico")
+    with pytest.raises(RigError, match="acs712-20 is that of uno or mega, and motorid-pico"):
+        front_end.store(rig.port, load_front_end("acs712-20"))
+    assert front_end.store(rig.port, load_front_end("acs712-20"), any_board=True)
+    assert front_end.store(rig.port, load_front_end("pico-ina240"))
+
+
 def test_an_older_board_keeps_none() -> None:
     with pytest.raises(RigError, match="keeps no facts of its front end"):
         front_end.store(sim_rig("minor=2").port, load_front_end("acs712-20"))

@@ -53,7 +53,7 @@ def test_questions_are_asked_again_until_the_answer_is_one(
 ) -> None:
     answer(
         monkeypatch, "other", "l298x", "l298n", "nobody", "acs712-05", "-3", "2048", "12",
-        "A-max 22", "", "fast", "10200", "", "y",
+        "A-max 22", "", "fast", "10200", "", "4.93", "y",
     )  # fmt: skip
     assert run(["init", "--port", BENCH]) == 0
     said = capsys.readouterr().out
@@ -62,6 +62,7 @@ def test_questions_are_asked_again_until_the_answer_is_one(
     for word in ("signs    right", "counts  ", "current ", "zero    ", "voltage ", "supply  "):
         assert word in said
     assert load_rig("bench.toml").nameplate.resistance_ohm is None
+    assert load_front_end("bench-front-end.toml").facts["reference_v"] == pytest.approx(4.93)
 
 
 @pytest.mark.parametrize("lines", [(), ("uno", "l298n"), ("uno", "l298n", "acs712-05", "64", "12")])
@@ -77,7 +78,7 @@ def test_without_a_yes_the_motor_stands(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(init, "verdict", lambda *_: pytest.fail("it drove"))
-    answer(monkeypatch, "n")
+    answer(monkeypatch, "", "n")
     assert run(["init", "--port", BENCH, *PARTS, *MOTOR, "--resistance", "5.5"]) == 0
     assert run(["init", "--port", BENCH, *ALL, "--force"]) == 0
 
@@ -126,6 +127,8 @@ WRONG: dict[str, tuple[tuple[str, ...], str]] = {
     "too fine an encoder": ((*ALL, "--counts", "20480000"), "edges a second, and the board counts"),
     "another motor's supply": ((*ALL, "--volts", "100"), "does not fit a motor of 100 V"),
     "no rig file": ((*ALL, "-o", "bench.txt"), "a rig file ends in .toml"),
+    "a reference of another pin": ((*ALL, "--reference", "3.3"), "far from the 5 V of acs712-05"),
+    "another board's sensor": ((*ALL, "--board", "pico"), "acs712-05 is that of uno or mega"),
     "a label of control characters": ((*ALL, "--motor", "a\x07b"), "cannot be printed"),
 }
 
@@ -145,7 +148,8 @@ def test_every_driver_and_sensor_that_it_offers_makes_files_that_are_read() -> N
     assert kit.BOARDS == page.BOARDS
     for driver, facts in kit.DRIVERS.items():
         for sensor in presets():
-            said = Answers("uno", "x", driver, sensor, 64, 12.0, 'a "12 V" motor', 12.0)
+            board = "pico" if "pico" in load_front_end(sensor).boards else "uno"
+            said = Answers(board, "x", driver, sensor, 64, 12.0, 'a "12 V" motor', 12.0)
             if load_front_end(sensor).facts["sensor"] == Sensor.MAGNITUDE:
                 with pytest.raises(UsageError, match="no sign"):
                     kit.kit(said, "bench", "front.toml")
@@ -154,6 +158,36 @@ def test_every_driver_and_sensor_that_it_offers_makes_files_that_are_read() -> N
             assert made.front_end.facts["bridge"] == Bridge[facts.bridge.upper()]
             assert made.rig.limits.current_a <= facts.most_a
             assert made.rig.front_end == "front.toml"
+
+
+def test_a_pico_is_set_up_for_its_own_rate_and_sensor(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    answer(monkeypatch, "pico", "drv8871", "", "2000", "12", "a motor", "12", "", "", "", "", "")
+    assert run(["init", "--offline"]) == 0
+    rig, front_end = load_rig("bench.toml"), load_front_end("bench-front-end.toml")
+    assert rig.sampling.rate_hz == 20_000
+    assert (front_end.name, front_end.facts["bridge"]) == ("pico-ina240", Bridge.IN_IN)
+    assert "V by a meter" not in capsys.readouterr().out  # an LM4040 is no supply
+
+
+def test_a_measured_reference_scales_what_follows_it() -> None:
+    """A ratiometric sensor's zero and gain, and the lift; other gains and dividers stay."""
+    for sensor, volts in (("acs712-05", 4.8), ("pico-3v3-ina240", 3.2)):
+        board = "pico" if sensor.startswith("pico") else "uno"
+        said = Answers(board, "x", "l298n", sensor, 64, 12.0, "a motor", 12.0, reference_v=volts)
+        old, new = (
+            load_front_end(sensor).facts,
+            kit.kit(said, "bench", "front.toml").front_end.facts,
+        )
+        share = volts / old["reference_v"]
+        assert new["reference_v"] == volts
+        assert new["current_zero_v"] == pytest.approx(share * old["current_zero_v"], rel=1e-5)
+        assert new["lift_v"] == pytest.approx(share * old["lift_v"], rel=1e-5)
+        gain = share if old["ratiometric"] else 1.0
+        assert new["current_v_a"] == pytest.approx(gain * old["current_v_a"], rel=1e-5)
+        assert new["voltage_divider"] == old["voltage_divider"]
+        assert new["voltage_gain_uncertainty"] < 0.5 * old["voltage_gain_uncertainty"]
 
 
 def as_wired(board: SimPort) -> str:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import motorid
+from motorid.estimate.results.estimate import Estimate
 from motorid.sim.motor import find_motor
 from motorid.workflow.record import bench, capture_runs
 
@@ -14,6 +15,7 @@ MOTORS = ("dunkermotoren-gr42", "maxon-re35", "pittman-14204s004")
 NAMES = ("R", "L", "K", "B", "J", "T0")
 MOST = {"R": 0.02, "L": 0.05, "K": 0.02, "B": 0.05, "J": 0.02, "T0": 0.05}
 COUNTS_PER_TURN = 256
+RATE_HZ = 4000.0
 SURE = 1.96
 MOST_A = 50.0  # that any board accepts as a limit
 EXACT = "&gain_error=0&voltage_gain_error=0&offset_error=0&clock_ppm=0&noise=0.3"
@@ -38,7 +40,7 @@ class Figure:
         return self.half / self.truth
 
 
-def rig_text(board: str, motor: str, seed: int, more: str = "") -> str:
+def rig_text(board: str, motor: str, seed: int, more: str = "", rate_hz: float = RATE_HZ) -> str:
     """A rig file: the motor does not warm up, so that R and K have one true value each.
 
     ``more``: further options of the URL.
@@ -69,7 +71,7 @@ inductance_h = {m.inductance_h}
 torque_constant_nm_a = {m.torque_constant_nm_a}
 inertia_kg_m2 = {m.inertia_kg_m2}
 [sampling]
-rate_hz = 4000
+rate_hz = {rate_hz}
 channels = ["current", "terminal_voltage", "position"]
 [conditions]
 ambient_c = 25
@@ -91,15 +93,37 @@ def truth(motor: str) -> dict[str, float]:
     return dict(zip(NAMES, values, strict=True))
 
 
-def identify(
-    folder: Path, board: str, motor: str, seed: int = 1, more: str = ""
-) -> dict[str, Figure]:
+def fitted(
+    folder: Path,
+    board: str,
+    motor: str,
+    seed: int = 1,
+    more: str = "",
+    rate_hz: float = RATE_HZ,
+) -> Estimate:
     """Capture one run and fit it, as ``motorid run`` does; ``more`` as in ``rig_text``."""
     path = folder / f"{board}-{motor}.toml"
-    path.write_text(rig_text(board, motor, seed, more), encoding="utf-8")
+    path.write_text(rig_text(board, motor, seed, more, rate_hz), encoding="utf-8")
     (capture,) = capture_runs(bench(str(path)), folder / f"{board}-{motor}.h5")
-    found = motorid.fit(capture).parameters
+    return motorid.fit(capture)
+
+
+def figures(motor: str, estimate: Estimate) -> dict[str, Figure]:
+    """Its six parameters beside the truth."""
+    found = estimate.parameters
     return {
         name: Figure(true, found[name].value, SURE * found[name].total)
         for name, true in truth(motor).items()
     }
+
+
+def identify(
+    folder: Path,
+    board: str,
+    motor: str,
+    seed: int = 1,
+    more: str = "",
+    rate_hz: float = RATE_HZ,
+) -> dict[str, Figure]:
+    """The same of a run, as ``fitted`` captures it."""
+    return figures(motor, fitted(folder, board, motor, seed, more, rate_hz))

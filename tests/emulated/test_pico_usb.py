@@ -17,6 +17,7 @@ FOUND_S = 0.1
 DEVICE, CONFIGURATION, INTERFACE, ENDPOINT, OF_CLASS = 1, 2, 4, 5, 0x24
 COMMUNICATION, DATA = 2, 10
 UART_BYTES_S = 100e3  # 1 Mbaud
+WATCH_TICKS = 18_750  # of a fast burst: three PWM periods
 STREAM_BYTES_S = 132e3  # 20 kHz of three channels
 
 
@@ -70,7 +71,7 @@ def test_it_carries_more_than_a_stream_of_20_khz_needs(board: Any) -> None:
     """A fast burst, which is sent when it is over."""
     client = Client(board.port)
     client.bring_up()
-    step = client.drive(1, 0.2) | {"ticks": 300 * client.identity["min_sample_period_ticks"]}
+    step = client.drive(1, 0.2) | {"ticks": 300 * WATCH_TICKS}
     emulator = board.port.board
     lengths: list[int] = []
     take = emulator.take

@@ -194,7 +194,7 @@ static void set_facts(const struct options *o) {
     memory_compile(o);
     port.burst_sample_period_ticks = (uint32_t)o->burst_sample_period_ticks;
     if (port.burst_sample_period_ticks != 0) {
-        const uint32_t fast = port.min_sample_period_ticks / port.burst_sample_period_ticks;
+        const uint32_t fast = burst_watch_ticks() / port.burst_sample_period_ticks;
         port.burst_bytes = (uint16_t)(fast * sizeof(struct reading));
     }
 }

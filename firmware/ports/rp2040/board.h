@@ -52,8 +52,8 @@ void sampling_set_period(uint32_t ticks);
 /* A window has completed since this was last asked, and none was ever late. */
 bool sampling_has_news(void);
 void sampling_interrupt(void);
-/* See port.h. A window's conversions, and the encoder's count at its end and at the end of the one before. */
-#define BURST_BYTES (2u * CONVERSIONS + 2u * 4u)
+/* See port.h. A reading's conversions, and the encoder's count at its end and at the end of the one before. */
+#define BURST_BYTES (2u * WINDOWS * CONVERSIONS + 2u * 4u)
 void sampling_burst_keep(uint8_t *bytes);
 void sampling_burst_reading(const uint8_t *bytes, uint8_t n, struct reading *out);
 

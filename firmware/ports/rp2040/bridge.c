@@ -58,7 +58,7 @@ void bridge_begin(void) {
         REG(PWM_CTR(slice)) = 0;
     }
     REG(PWM_EN) = BIT(LEVEL_SLICE) | BIT(ENABLE_SLICE);
-    REG(NVIC_ENABLE) = BIT(IRQ_PINS); /* of the samples' priority, as reset left it */
+    chip_enable_interrupt(IRQ_PINS); /* of the samples' priority, as reset left it */
 }
 
 void bridge_open(void) {

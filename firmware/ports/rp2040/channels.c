@@ -6,19 +6,19 @@
 #include "channels.h"
 #include "timing.h"
 
-#define CODES 4096.0f
-#define RANGE (CODES * COUNTS_A_CODE) /* that the reference reads as */
-#define FULL ((int16_t)((CODES - 1.0f) * COUNTS_A_CODE))
-#define END ((int16_t)(4.0f * COUNTS_A_CODE)) /* of the range: a mean that near to it is saturated */
+#define RANGE ((float)LINEAR_STEPS * COUNTS_A_STEP) /* that the reference reads as */
+#define FULL ((int16_t)((float)(LINEAR_STEPS - 1u) * COUNTS_A_STEP))
+#define END ((int16_t)(4.0f * COUNTS_A_STEP)) /* of the range: a mean that near to it is saturated */
 #define SYNCHRONISED_MEAN 65535u
 #define ROUND_NOISE 0.29f
 
-/* Converter, in steps of 12 bits: standard uncertainty of its zero, and noise of a conversion. Four codes are
- * as wide as nine (RP2040-E11). So readings between two of them are off by up to 4.5 steps, and their
- * differences are too large by up to 0.9 %: the uncertainties are those of even distributions. */
+/* Converter, in steps: standard uncertainty of its zero, and noise of a conversion. A code that should be as wide
+ * as nine may be so by 2 more or less. Within it nothing is resolved, so a reading there is off by up to 5.5 steps;
+ * and differences of readings that span one are off by up to 2 in 1000. The uncertainties are those of even
+ * distributions. */
 #define OFFSET_LSB 2.0f
-#define WIDE_CODES_LSB 2.6f
-#define WIDE_CODES_GAIN 0.005f
+#define WIDE_CODES_LSB (WIDER_BY > 0u ? 3.2f : 0.0f)
+#define WIDE_CODES_GAIN (WIDER_BY > 0u ? 0.0012f : 0.0f)
 #define NOISE_LSB 1.5f
 
 #define FACT(field) WIRE_WRITE_FRONT_END_AT_##field
@@ -80,13 +80,13 @@ static void describe_supply(wire_describe_channel_reply_t *out) {
 
 void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out) {
     const float zero = sqrtf(OFFSET_LSB * OFFSET_LSB + WIDE_CODES_LSB * WIDE_CODES_LSB);
-    const float noise = NOISE_LSB * COUNTS_A_CODE;
+    const float noise = NOISE_LSB * COUNTS_A_STEP;
     out->unit = WIRE_UNIT_VOLT;
     out->kind = WIRE_CHANNEL_KIND_MEAN;
-    out->bits = 15; /* 25 conversions of 12 bits */
+    out->bits = 15; /* 25 conversions of 12 bits, and steps of 1/7.94 */
     out->pwm_phase_permille = SYNCHRONISED_MEAN;
     out->gain_uncertainty = gain_uncertainty(FACT(VOLTAGE_GAIN_UNCERTAINTY));
-    out->offset_uncertainty = zero * COUNTS_A_CODE;
+    out->offset_uncertainty = zero * COUNTS_A_STEP;
     out->noise = sqrtf(noise * noise / (float)ROUNDS + ROUND_NOISE * ROUND_NOISE);
     out->raw_min = END;
     out->raw_max = (int16_t)(FULL - END);
@@ -101,8 +101,8 @@ void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out) {
         describe_supply(out);
         break;
     }
-    out->aperture_ns = TICKS_TO_NS(WINDOW_TICKS);
-    out->delay_ns = TICKS_TO_NS(MEAN_DELAY((uint32_t)channel)) + out->filter_ns;
+    out->aperture_ns = TICKS_TO_NS(READING_TICKS);
+    out->delay_ns = TICKS_TO_NS(MEAN_DELAY) + out->filter_ns;
 }
 
 /* An input has the number of its channel. */
@@ -111,5 +111,5 @@ void channels_describe_burst(uint8_t channel, wire_describe_channel_reply_t *out
     out->bits = 12;
     out->aperture_ns = 0;
     out->delay_ns = TICKS_TO_NS(ROUND_DELAY((uint32_t)channel)) + out->filter_ns;
-    out->noise = NOISE_LSB * COUNTS_A_CODE;
+    out->noise = NOISE_LSB * COUNTS_A_STEP;
 }

@@ -7,7 +7,6 @@ enum { XOSC_RANGE = 0xAA0, XOSC_ENABLE = 0xFAB000, XOSC_STABLE = 31, XOSC_WAIT =
 enum { PLL_CS = 0, PLL_PWR = 4, PLL_FBDIV = 8, PLL_PRIM = 12 };
 enum { PLL_LOCK = 31, PLL_PD = 1 << 0, PLL_POSTDIVPD = 1 << 3, PLL_VCOPD = 1 << 5 };
 enum { FROM_XOSC = 2, FROM_AUX = 1, ENABLE = 1 << 11 };
-enum { TICK_ENABLE = 1 << 9 };
 
 static void wait_for(uint32_t address, uint32_t bits) {
     while ((REG(address) & bits) != bits) {
@@ -21,6 +20,16 @@ static void pll_begin(uint32_t pll, uint32_t multiply, uint32_t divide1, uint32_
     wait_for(pll + PLL_CS, BIT(PLL_LOCK));
     REG(pll + PLL_PRIM) = divide1 << 16 | divide2 << 12;
     REG_CLEAR(pll + PLL_PWR) = PLL_POSTDIVPD;
+}
+
+/* The watchdog's microsecond, of the crystal. */
+static void tick_begin(void) {
+#ifdef RP2350
+    REG(TICKS + 0x34) = CRYSTAL_MHZ;
+    REG(TICKS + 0x30) = 1;
+#else
+    REG(WATCHDOG + 0x2C) = CRYSTAL_MHZ | 1 << 9;
+#endif
 }
 
 void clocks_begin(void) {
@@ -39,5 +48,5 @@ void clocks_begin(void) {
     REG(CLK_PERI_CTRL) = ENABLE;
     REG(CLK_USB_CTRL) = ENABLE;
     REG(CLK_ADC_CTRL) = ENABLE;
-    REG(WATCHDOG_TICK) = CRYSTAL_MHZ | TICK_ENABLE;
+    tick_begin();
 }

@@ -1,4 +1,4 @@
-/* flash.c: commands to the flash chip by its own interface, a byte at a time. Chips of every maker know these.
+/* flash.c: commands to the flash chip, a byte at a time. Chips of every maker know these.
  *
  * All that runs stands in RAM, so that interrupts go on while the chip erases or writes. Meanwhile it cannot
  * be read: a processor that went astray to the start code finds nothing there, and the watchdog resets it. The
@@ -9,56 +9,23 @@
 #include <string.h>
 
 #include "chip.h"
-#include "flash_reading.h"
 
-#define INTERFACE(at) REG((uint32_t)SSI + (at))
-enum { FRAMES_OF_8 = 7 << 16 }; /* of CTRLR0; sends and receives */
-enum { CAN_SEND = 1 << 1, HAS_RECEIVED = 1 << 3 };
 enum { WRITE_STATUS_BUSY = 1 };
 enum { PROGRAM = 0x02, READ_STATUS = 0x05, ENABLE_WRITING = 0x06, ERASE_SECTOR = 0x20,
        READ_NUMBER = 0x4B };
-enum { ADDRESSED = 4, LONGEST = 8, BEFORE_NUMBER = 5 }; /* the interface's queues hold 16 */
-
-static void read_at_addresses(void) {
-    INTERFACE(SSI_SSIENR) = 0;
-    INTERFACE(SSI_BAUDR) = READING_BAUDR;
-    INTERFACE(SSI_CTRLR0) = READING_CTRLR0;
-    INTERFACE(SSI_CTRLR1) = READING_CTRLR1;
-    INTERFACE(SSI_SPI_CTRLR0) = READING_SPI_CTRLR0;
-    INTERFACE(SSI_SSIENR) = 1;
-}
-
-/* The chip is selected by force, for the interface lets go of it whenever an interrupt makes us late. */
-static void exchange(uint8_t *bytes, uint32_t count) {
-    INTERFACE(SSI_SSIENR) = 0;
-    INTERFACE(SSI_CTRLR0) = FRAMES_OF_8;
-    INTERFACE(SSI_SSIENR) = 1;
-    REG(QSPI_SELECT_CTRL) = OUTPUT_LOW;
-    for (uint32_t n = 0; n < count; n++) {
-        while (!(INTERFACE(SSI_SR) & CAN_SEND)) {
-        }
-        INTERFACE(SSI_DR0) = bytes[n];
-    }
-    for (uint32_t n = 0; n < count; n++) {
-        while (!(INTERFACE(SSI_SR) & HAS_RECEIVED)) {
-        }
-        bytes[n] = (uint8_t)INTERFACE(SSI_DR0);
-    }
-    REG(QSPI_SELECT_CTRL) = 0;
-    read_at_addresses();
-}
+enum { ADDRESSED = 4, LONGEST = 8, BEFORE_NUMBER = 5 }; /* an RP2040's queues hold 16 */
 
 static void command(uint8_t code, uint32_t at, uint32_t word, uint32_t count) {
     uint8_t enable[1] = {ENABLE_WRITING};
     uint8_t bytes[LONGEST] = {code,          (uint8_t)(at >> 16),  (uint8_t)(at >> 8),    (uint8_t)at,
                               (uint8_t)word, (uint8_t)(word >> 8), (uint8_t)(word >> 16), (uint8_t)(word >> 24)};
-    exchange(enable, sizeof enable);
-    exchange(bytes, count);
+    flash_exchange(enable, sizeof enable);
+    flash_exchange(bytes, count);
 }
 
 bool flash_is_ready(void) {
     uint8_t bytes[2] = {READ_STATUS, 0};
-    exchange(bytes, sizeof bytes);
+    flash_exchange(bytes, sizeof bytes);
     return !(bytes[1] & WRITE_STATUS_BUSY);
 }
 
@@ -66,7 +33,7 @@ uint32_t flash_word(uint32_t at) { return REG(FLASH_UNCACHED + at); }
 
 void flash_number(uint8_t number[FLASH_NUMBER_BYTES]) {
     uint8_t bytes[BEFORE_NUMBER + FLASH_NUMBER_BYTES] = {READ_NUMBER};
-    exchange(bytes, sizeof bytes);
+    flash_exchange(bytes, sizeof bytes);
     memcpy(number, bytes + BEFORE_NUMBER, FLASH_NUMBER_BYTES);
 }
 

@@ -8,6 +8,10 @@
 enum { FLASH_SECTOR = 4096, FLASH_NUMBER_BYTES = 8 };
 #define FLASH_BLANK 0xFFFFFFFFu
 
+/* Of the chip's interface: it can be read at addresses from now on; sends bytes and receives as many. */
+void flash_begin(void);
+void flash_exchange(uint8_t *bytes, uint32_t count);
+
 /* What was begun last is over. */
 bool flash_is_ready(void);
 

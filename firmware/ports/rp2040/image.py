@@ -1,8 +1,9 @@
-"""Makes the file that a Pico's boot drive takes: python image.py IN.bin OUT.uf2
+"""Makes the file that a Pico's boot drive takes: python image.py IN.bin OUT.uf2 [rp2040|rp2350]
 
 ``IN.bin`` is flash from its beginning, as objcopy writes it. The CRC that the chip's boot ROM asks
-for is put behind the 252 bytes of the second boot stage. RP2040 data sheet, 2.8.1.3.1; UF2 as
-microsoft/uf2 describes it.
+for is put behind the 252 bytes of the second boot stage: RP2040 data sheet, 2.8.1.3.1. That of an
+RP2350 asks for a block of words that start.S has: its data sheet, 5.9. UF2 as microsoft/uf2
+describes it.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ FLASH_AT = 0x10000000
 PAGE_BYTES = 256
 DATA_BYTES = 476  # of a block, most of them unused
 MAGIC = 0x0A324655, 0x9E5D5157, 0x0AB16F30
-FAMILY_RP2040 = 0xE48BFF56
+FAMILIES = {"rp2040": 0xE48BFF56, "rp2350": 0xE48BFF59}  # of the latter, secure Arm
+DEFAULT = "rp2040"
 HAS_FAMILY = 0x2000
 POLYNOMIAL = 0x04C11DB7
 
@@ -38,7 +40,7 @@ def sealed(flash: bytes) -> bytes:
     return flash[:BOOT2_BYTES] + struct.pack("<I", crc32(flash[:BOOT2_BYTES])) + flash[256:]
 
 
-def uf2(flash: bytes) -> bytes:
+def uf2(flash: bytes, chip: str = DEFAULT) -> bytes:
     """One block of 512 bytes for each page of 256."""
     pages = [flash[at : at + PAGE_BYTES] for at in range(0, len(flash), PAGE_BYTES)]
     blocks = []
@@ -51,7 +53,7 @@ def uf2(flash: bytes) -> bytes:
             PAGE_BYTES,
             number,
             len(pages),
-            FAMILY_RP2040,
+            FAMILIES[chip],
         )
         blocks.append(head + page.ljust(DATA_BYTES, b"\0") + struct.pack("<I", MAGIC[2]))
     return b"".join(blocks)
@@ -59,7 +61,9 @@ def uf2(flash: bytes) -> bytes:
 
 def main() -> int:
     source, target = map(Path, sys.argv[1:3])
-    target.write_bytes(uf2(sealed(source.read_bytes())))
+    chip = sys.argv[3] if len(sys.argv) > 3 else DEFAULT
+    flash = source.read_bytes()
+    target.write_bytes(uf2(sealed(flash) if chip == DEFAULT else flash, chip))
     return 0
 
 

@@ -4,6 +4,7 @@
  * which lasts longer than the main loop sleeps. */
 #include "board.h"
 #include "chip.h"
+#include "port.h"
 #include "usb.h"
 
 enum { RING = 256, KEPT = 64 };
@@ -22,6 +23,7 @@ static struct { /* hello, which is said before a host can have found us on its U
 
 void link_begin(void) {
     reset_release(BIT(RESET_UART0));
+    REG(PAD(TX_PIN)) = PAD_4_MA;
     REG(PAD(RX_PIN)) = PAD_INPUT | PAD_UP | PAD_SCHMITT;
     REG(GPIO_CTRL(TX_PIN)) = FUNCTION_UART;
     REG(GPIO_CTRL(RX_PIN)) = FUNCTION_UART;
@@ -31,8 +33,8 @@ void link_begin(void) {
     REG(UART_IFLS) = 0; /* an eighth of the queue */
     REG(UART_CR) = ON | TRANSMIT | RECEIVE;
     REG(UART_IMSC) = RECEIVED | WAITED;
-    REG(NVIC_PRIORITY(IRQ_UART_0)) = IRQ_PRIORITY; /* the word's first byte is this interrupt's */
-    REG(NVIC_ENABLE) = BIT(IRQ_UART_0);
+    REG(NVIC_PRIORITY(IRQ_UART_0)) = (uint32_t)IRQ_PRIORITY << (8 * (IRQ_UART_0 % 4)); /* the word's others are unused */
+    chip_enable_interrupt(IRQ_UART_0);
     usb_begin();
 }
 
@@ -55,10 +57,16 @@ static bool uart_read(uint8_t *byte) {
     return true;
 }
 
+static void speak_over(bool usb) {
+    over_usb = usb;
+    port.min_sample_period_ticks = usb ? FAST_LINK_TICKS : SLOW_LINK_TICKS;
+}
+
 /* A host that opens the port before any other has spoken is told what was said before it came. */
 static void greet_over_usb(void) {
     if (!heard && usb_is_opened()) {
-        heard = over_usb = true;
+        heard = true;
+        speak_over(true);
     }
     if (over_usb && kept.sent < kept.length) {
         kept.sent = (uint8_t)(kept.sent + usb_write(kept.bytes + kept.sent, (uint16_t)(kept.length - kept.sent)));
@@ -72,7 +80,7 @@ bool link_read(uint8_t *byte) {
     if (found) {
         kept.length = heard ? kept.length : 0;
         heard = true;
-        over_usb = !uart;
+        speak_over(!uart);
     }
     return found;
 }

@@ -1,9 +1,16 @@
 /* main.c: the board as the core sees it. */
 #include "analog.h"
 #include "board.h"
+#include "flash.h"
 #include "journal.h"
 #include "port.h"
 #include "timing.h"
+
+#ifdef RP2350
+#define BOARD_NAME "motorid-pico2"
+#else
+#define BOARD_NAME "motorid-pico"
+#endif
 
 int main(void);
 
@@ -17,17 +24,17 @@ static void unlock(port_lock before) {
     __asm__ volatile("msr primask, %0" ::"r"((uint32_t)before) : "memory");
 }
 
-const struct port port = {
-    .board = "motorid-pico",
+struct port port = {
+    .board = BOARD_NAME,
     .clock_hz = CLOCK_HZ,
     .clock_uncertainty_ppm = 50, /* a crystal */
     .pwm_hz = CLOCK_HZ / PWM_TICKS,
     .dead_time_ns = BRIDGE_DEAD_TIME_NS,
     .decay_modes = 1u << WIRE_DECAY_SYNCHRONOUS_SLOW,
     .channels = 15u,
-    .min_sample_period_ticks = WINDOW_TICKS,
-    .sample_period_step_ticks = WINDOW_TICKS,
-    .idle_sample_period_ticks = WINDOW_TICKS,
+    .min_sample_period_ticks = SLOW_LINK_TICKS, /* link.c changes it */
+    .sample_period_step_ticks = PWM_TICKS,
+    .idle_sample_period_ticks = READING_TICKS,
     .burst_sample_period_ticks = ROUND_TICKS,
     .burst_bytes = BURST_BYTES,
     .encoder_edge_ceiling_hz = 1000000,
@@ -70,6 +77,7 @@ int main(void) {
     encoder_begin();
     link_begin();
     memory_begin();
+    flash_begin();
     journal_begin();
     core_init();
     reset_start_watchdog();

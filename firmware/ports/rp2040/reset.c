@@ -4,7 +4,8 @@
  *   watchdog, by time                 the watchdog: the main loop hung, or a sample was late
  *   watchdog, by force                with our note a crash, told as the watchdog; else software
  *   run pin                           external
- *   power-on or brown-out detector    power-on: the chip does not tell them apart
+ *   brown-out detector                brown-out; an RP2040 says power-on
+ *   power-on                          power-on
  *
  * The watchdog's scratch registers outlast the resets that it makes itself.
  */
@@ -12,9 +13,8 @@
 #include "chip.h"
 #include "stack_guard.h"
 
-enum { PERIOD_MS = 200, COUNTS_A_MS = 2000 }; /* it counts twice a microsecond: RP2040-E1 */
+enum { PERIOD_MS = 200 };
 enum { BY_TIME = 1 << 0, BY_FORCE = 1 << 1 };
-enum { ALL_BUT_OSCILLATORS = 0x1FFFC };
 enum { NOTE = 0, NUMBER = 1, RUNS = 2 }; /* scratch registers; the boot ROM looks at 4 to 7 */
 #define CRASHED 0xC4A5ED01u /* in start.S, too */
 #define RAN 0x51DE0A5Eu
@@ -59,7 +59,7 @@ void reset_start_watchdog(void) {
     REG_SET(WATCHDOG_CTRL) = BIT(WATCHDOG_ENABLE);
 }
 
-void reset_feed_watchdog(void) { REG(WATCHDOG_LOAD) = PERIOD_MS * COUNTS_A_MS; }
+void reset_feed_watchdog(void) { REG(WATCHDOG_LOAD) = PERIOD_MS * WATCHDOG_COUNTS_A_MS; }
 
 void reset_note(bool runs) { REG(WATCHDOG_SCRATCH(RUNS)) = runs ? RAN : 0u; }
 
@@ -75,10 +75,13 @@ uint8_t reset_cause(void) {
     if (reason & BY_FORCE) {
         return crashed || ran ? WIRE_RESET_CAUSE_WATCHDOG : WIRE_RESET_CAUSE_SOFTWARE;
     }
-    if (power & BIT(HAD_RUN)) {
+    if (power & HAD_RUN_PIN) {
         return WIRE_RESET_CAUSE_EXTERNAL;
     }
-    return (power & BIT(HAD_POR)) ? WIRE_RESET_CAUSE_POWER_ON : WIRE_RESET_CAUSE_UNKNOWN;
+    if (power & HAD_BROWN_OUT) {
+        return WIRE_RESET_CAUSE_BROWN_OUT;
+    }
+    return (power & HAD_POWER_ON) ? WIRE_RESET_CAUSE_POWER_ON : WIRE_RESET_CAUSE_UNKNOWN;
 }
 
 /* A count in the scratch register, and noise of the ring oscillator where there is none. */

@@ -2,7 +2,7 @@
  *
  * The converter runs by itself through its three inputs, and two DMA channels take turns in carrying a
  * window's conversions to memory; each begins the other. Either writes round and round in memory of its own,
- * so that one whose interrupt never comes spoils nothing else.
+ * which holds its latest two, so that one whose interrupt never comes spoils nothing else.
  */
 #include <string.h>
 
@@ -11,28 +11,32 @@
 #include "chip.h"
 #include "timing.h"
 
-enum { RING_BITS = 8, RING = 1 << (RING_BITS - 1) }; /* of bytes, and conversions in so many */
-_Static_assert(CONVERSIONS <= RING, "a window fits");
-enum { CHANNELS = 2 };
-enum { DMA_EN = 1 << 0, DMA_HALFWORDS = 1 << 2, DMA_WRITE_ON = 1 << 5, DMA_RING_WRITES = 1 << 10 };
-enum { RING_SIZE_AT = 6, CHAIN_AT = 11, REQUEST_AT = 15 };
+enum { CHANNELS = 2, PLACES = 2 };
+enum { RING_BITS = 8, ROW = (1 << RING_BITS) / 2 / PLACES }; /* the ring's bytes; conversions to a place */
+_Static_assert(CONVERSIONS <= ROW, "a window fits");
+_Static_assert(CHANNELS * PLACES > WINDOWS, "a reading's windows stand while the next one comes");
 
-static volatile uint16_t window[CHANNELS][RING] __attribute__((aligned(CHANNELS << RING_BITS)));
+static volatile uint16_t window[CHANNELS][PLACES][ROW] __attribute__((aligned(CHANNELS << RING_BITS)));
+static uint32_t place[CHANNELS]; /* where each writes next */
 static volatile uint32_t windows_a_sample = 1, windows_left = 1;
 static volatile bool news, failed;
-static struct { /* the latest */
-    const volatile uint16_t *conversions;
-    uint32_t position, position_before;
-} done;
+static uint32_t turn; /* the input that the window begins with that is done next */
+static uint32_t latest; /* the channel of the window that was done last */
+static uint32_t total[INPUTS_CONVERTED]; /* of each input's conversions in the latest windows */
+/* What of a window is still needed when its turn comes again: by the slot of an input's first conversion in it. */
+static struct {
+    uint32_t sum[INPUTS_CONVERTED], last[INPUTS_CONVERTED];
+    uint32_t position, position_before; /* of the encoder, at its end and a reading's time earlier */
+} kept[WINDOWS];
 
 /* ------------------------------------------------------------------ setting up */
 
 static void channel_begin(uint32_t channel, bool start) {
     const uint32_t control = DMA_EN | DMA_HALFWORDS | DMA_WRITE_ON | DMA_RING_WRITES
-                             | (uint32_t)RING_BITS << RING_SIZE_AT | (1u - channel) << CHAIN_AT
-                             | (uint32_t)DREQ_ADC << REQUEST_AT;
+                             | (uint32_t)RING_BITS << DMA_RING_SIZE_AT | (1u - channel) << DMA_CHAIN_AT
+                             | (uint32_t)DREQ_ADC << DMA_REQUEST_AT;
     REG(DMA_READ(channel)) = ADC_FIFO;
-    REG(DMA_WRITE(channel)) = (uint32_t)(uintptr_t)window[channel];
+    REG(DMA_WRITE(channel)) = (uint32_t)(uintptr_t)window[channel][0];
     REG(DMA_COUNT(channel)) = CONVERSIONS;
     REG(start ? DMA_CTRL_TRIGGER(channel) : DMA_CTRL(channel)) = control;
 }
@@ -58,7 +62,7 @@ void sampling_begin(void) {
     channel_begin(0, true);
     REG(DMA_INTS0) = BIT(0) | BIT(1);
     REG(DMA_INTE0) = BIT(0) | BIT(1);
-    REG(NVIC_ENABLE) = BIT(IRQ_DMA_0); /* of the highest priority, as reset left it */
+    chip_enable_interrupt(IRQ_DMA_0); /* of the highest priority, as reset left it */
     const uint32_t start = REG(ADC_CS) | BIT(ADC_START_MANY);
     while (REG(PWM_CTR(LEVEL_SLICE)) >= START_TICKS) {
     }
@@ -67,7 +71,12 @@ void sampling_begin(void) {
     REG(ADC_CS) = start;
 }
 
-void sampling_set_period(uint32_t ticks) { windows_a_sample = windows_left = ticks / WINDOW_TICKS; }
+/* The next sample ends a window whose turn is the last. So do all others of a fast burst, which keeps rounds. */
+void sampling_set_period(uint32_t ticks) {
+    windows_a_sample = ticks / PWM_TICKS;
+    const uint32_t beyond = (turn + windows_a_sample) % WINDOWS;
+    windows_left = windows_a_sample + (WINDOWS - beyond) % WINDOWS;
+}
 
 bool sampling_has_news(void) {
     const bool was = news && !failed;
@@ -77,41 +86,55 @@ bool sampling_has_news(void) {
 
 /* ------------------------------------------------------------------ a window */
 
-/* 25 conversions of 12 bits become eight times their mean. */
-static int16_t reading_of(uint32_t sum) {
-    return (int16_t)((sum * READING_FACTOR + (1u << (READING_SHIFT - 1u))) >> READING_SHIFT);
+static int16_t reading_of(uint32_t thirds) {
+    return (int16_t)((thirds * READING_FACTOR + READING_HALF) >> READING_SHIFT);
 }
 
-static void read_window(const volatile uint16_t *conversion, int16_t raw[3]) {
-    uint32_t current = 0, terminals = 0, supply = 0;
-    for (uint32_t n = 0; n < CONVERSIONS; n += INPUTS_CONVERTED) {
-        current += conversion[n];
-        terminals += conversion[n + 1];
-        supply += conversion[n + 2];
+/* Three windows are 75 slots, and an input's first conversion is `late` slots into them: 0, 1 or 2. As many thirds
+ * of its last one are left out and of the one before its first are put in. These two met the same phase of the
+ * PWM, so that the mean is moved to the time of those that are not late, and meets the same phases as before. */
+static void read_window(const volatile uint16_t *conversion, int16_t raw[INPUTS_CONVERTED]) {
+    uint32_t input = turn;
+    for (uint32_t slot = 0; slot < INPUTS_CONVERTED; slot++) { /* its first in this window, the third */
+        const uint32_t late = slot > 0 ? slot - 1u : INPUTS_CONVERTED - 1u;
+        const uint32_t last = linear(conversion[CONVERSIONS - INPUTS_CONVERTED + late]);
+        uint32_t sum = 0;
+        for (uint32_t n = slot; n < CONVERSIONS; n += INPUTS_CONVERTED) {
+            sum += linear(conversion[n]);
+        }
+        total[input] += sum - kept[turn].sum[slot];
+        raw[input] = reading_of(INPUTS_CONVERTED * total[input] + late * (kept[turn].last[slot] - last));
+        kept[turn].sum[slot] = sum;
+        kept[turn].last[slot] = last;
+        input = input + 1u < INPUTS_CONVERTED ? input + 1u : 0;
     }
-    raw[WIRE_CHANNEL_CURRENT] = reading_of(current);
-    raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = reading_of(terminals);
-    raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = reading_of(supply);
 }
 
 /* ------------------------------------------------------------------ a fast burst */
 
+/* Three windows: the channels took turns, and the latest place of each is not the one it writes next. */
 void sampling_burst_keep(uint8_t *bytes) {
-    memcpy(bytes, (const void *)(uintptr_t)done.conversions, 2u * CONVERSIONS);
-    memcpy(bytes + 2u * CONVERSIONS, &done.position, 4);
-    memcpy(bytes + 2u * CONVERSIONS + 4, &done.position_before, 4);
+    const uint32_t other = 1u - latest;
+    const volatile uint16_t *const windows[WINDOWS] = {
+        window[latest][place[latest]], window[other][1u - place[other]], window[latest][1u - place[latest]]};
+    for (uint32_t n = 0; n < WINDOWS; n++) {
+        memcpy(bytes, (const void *)(uintptr_t)windows[n], 2u * CONVERSIONS);
+        bytes += 2u * CONVERSIONS;
+    }
+    memcpy(bytes, &kept[turn].position, 4);
+    memcpy(bytes + 4, &kept[turn].position_before, 4);
 }
 
-/* The encoder is read once a window: between, the count is taken to grow evenly. */
+/* The encoder is read once a window, and two of three are not kept: between, the count is taken to grow evenly. */
 void sampling_burst_reading(const uint8_t *bytes, uint8_t n, struct reading *out) {
     uint16_t code[INPUTS_CONVERTED];
     uint32_t position, before;
     memcpy(code, bytes + (size_t)n * sizeof code, sizeof code);
-    memcpy(&position, bytes + 2u * CONVERSIONS, 4);
-    memcpy(&before, bytes + 2u * CONVERSIONS + 4, 4);
-    out->raw[WIRE_CHANNEL_CURRENT] = reading_of(code[0] * ROUNDS);
-    out->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = reading_of(code[1] * ROUNDS);
-    out->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = reading_of(code[2] * ROUNDS);
+    memcpy(&position, bytes + 2u * WINDOWS * CONVERSIONS, 4);
+    memcpy(&before, bytes + 2u * WINDOWS * CONVERSIONS + 4, 4);
+    out->raw[WIRE_CHANNEL_CURRENT] = reading_of(linear(code[0]) * THIRDS);
+    out->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = reading_of(linear(code[1]) * THIRDS);
+    out->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = reading_of(linear(code[2]) * THIRDS);
     const int32_t moved = (int32_t)(position - before);
     out->position = before + (uint32_t)(moved * (int32_t)(n + 1) / (int32_t)ROUNDS);
 }
@@ -140,18 +163,20 @@ void sampling_interrupt(void) {
     struct reading now;
     now.position = encoder_read();
     const uint32_t over = REG(DMA_INTS0) & (BIT(0) | BIT(1));
-    const uint32_t channel = (over & BIT(0)) ? 0 : 1;
+    latest = (over & BIT(0)) ? 0 : 1;
+    const volatile uint16_t *const conversions = window[latest][place[latest]];
+    place[latest] = 1u - place[latest];
     REG(DMA_INTS0) = over;
-    REG(DMA_WRITE(channel)) = (uint32_t)(uintptr_t)window[channel];
+    REG(DMA_WRITE(latest)) = (uint32_t)(uintptr_t)window[latest][place[latest]];
     if (failed || over == (BIT(0) | BIT(1)) || (REG(ADC_FCS) & BIT(ADC_OVER))) {
         fail();
         return;
     }
-    done.conversions = window[channel];
-    done.position_before = done.position;
-    done.position = now.position;
-    read_window(window[channel], now.raw);
+    kept[turn].position_before = kept[turn].position;
+    kept[turn].position = now.position;
+    read_window(conversions, now.raw);
     take(&now);
+    turn = turn + 1u < WINDOWS ? turn + 1u : 0;
     reset_check_stack();
     reset_note(core_state() == WIRE_STATE_RUNNING);
     if (REG(PWM_CTR(LEVEL_SLICE)) < START_TICKS) { /* a PWM period has begun meanwhile */

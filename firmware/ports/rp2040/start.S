@@ -3,21 +3,22 @@
  *
  * A reset leaves the PWM in reset. Where it is not, a program that went astray came here by itself: the bridge
  * is opened before anything else, and the watchdog makes a reset (reset.c reads the note). */
+#ifdef RP2350
+#include "chip_rp2350.h"
+#else
+#include "chip_rp2040.h"
+#endif
 #include "stack_guard.h"
 
-    .cpu cortex-m0plus
     .syntax unified
     .thumb
 
-    .equ RESETS_RESET, 0x4000C000
-    .equ PWM_AT, 14
-    .equ LEVELS_CTRL, 0x40014084 /* of GP16; 8 bytes on each that of GP17 and of GP18, enable */
-    .equ PWM_BUT_LOW, 0x204
-    .equ PSM_WDSEL, 0x40010008
-    .equ ALL_BUT_OSCILLATORS, 0x1FFFC
-    .equ WATCHDOG_NOTE, 0x4005800C
+    .equ LEVELS_CTRL, IO_BANK0 + 0x84 /* of GP16; 8 bytes on each that of GP17 and of GP18, enable */
+    .equ PWM_BUT_LOW, 4 | 2 << OUTPUT_OVERRIDE_AT
+    .equ PSM_WDSEL, PSM + 8
+    .equ WATCHDOG_NOTE, WATCHDOG + 0x0C
     .equ CRASHED, 0xC4A5ED01
-    .equ WATCHDOG_CTRL_SET, 0x4005A000
+    .equ WATCHDOG_CTRL_SET, WATCHDOG + 0x2000
     .equ TRIGGER, 0x80000000
 
     .section .first, "a"
@@ -25,15 +26,24 @@
 first_vectors:
     .word stack_top
     .word start
+#ifdef RP2350
+    /* What the boot ROM looks for in the first 4 kB in place of a second stage: an image to execute, secure, of
+     * the Arm cores of an RP2350, with its vectors at its beginning. It is the only block of its loop. */
+    .word 0xFFFFDED3
+    .word 0x10210142
+    .word 0x000001FF
+    .word 0
+    .word 0xAB123579
+#endif
 
     .section .start, "ax"
     .global start
     .thumb_func
 start:
     cpsid i
-    ldr r0, =RESETS_RESET
+    ldr r0, =RESETS
     ldr r1, [r0]
-    lsrs r1, r1, #PWM_AT + 1
+    lsrs r1, r1, #RESET_PWM + 1
     bcs from_reset
     ldr r0, =LEVELS_CTRL
     ldr r1, =PWM_BUT_LOW
@@ -51,6 +61,10 @@ start:
     str r1, [r0]
 0:  b 0b
 from_reset:
+#ifdef RP2350
+    ldr r0, =stack_bottom
+    msr msplim, r0 /* beyond it a push faults */
+#endif
     ldr r0, =stack_top
     msr msp, r0
     ldr r0, =image_from

@@ -18,10 +18,11 @@ __attribute__((naked)) void vectors_fault(void) {
 
 typedef void (*vector)(void);
 
-enum { SYSTEM = 16, INTERRUPTS = 32 };
+enum { SYSTEM = 16 };
+_Static_assert(4 * (SYSTEM + INTERRUPTS) <= VECTOR_TABLE_BYTES, "the table is aligned to its size");
 
 /* Unused ones are faults too: nothing here enables them. */
-__attribute__((section(".vectors"), used, aligned(256))) const vector vectors[SYSTEM + INTERRUPTS] = {
+__attribute__((section(".vectors"), used, aligned(VECTOR_TABLE_BYTES))) const vector vectors[SYSTEM + INTERRUPTS] = {
     [0] = (vector)(void *)stack_top,
     [1] = start,
     [2 ... SYSTEM + IRQ_DMA_0 - 1] = vectors_fault,
