@@ -165,3 +165,11 @@ _.upgrade
 
 # motorid/workflow/tls_link.py: io.BufferedReader calls it
 _.readinto
+
+# motorid/workflow/mqtt/witness.py: paho's client reads or calls them
+_.connect_timeout
+_.on_connect
+_.on_connect_fail
+_.on_disconnect
+_.on_message
+_.on_publish

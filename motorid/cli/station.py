@@ -27,6 +27,8 @@ from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
     from motorid.report.screen import Screen
+    from motorid.workflow.check import Line
+    from motorid.workflow.mqtt.witness import MqttWitness
 
 DEFAULT_LISTEN = "127.0.0.1:7410"
 
@@ -37,6 +39,7 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
         "motorid station --product sim-disc --rig sim-line -o shift",
         "motorid station --product m17.toml --rig bench.toml --listen 7500 -o shift",
         "motorid station --product m17.toml --rig bench.toml --page 7412 -o shift",
+        "motorid station --product m17.toml --rig bench.toml --station line-1 --mqtt mqtt.toml",
     ),
 )
 @product_option
@@ -78,6 +81,12 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
 @click.option("--history", help="History that gets the verdicts: a file, or a URL.")
 @click.option("--station", "name", default="", help="This station's name in records and history.")
 @click.option("--operator", default="", help="Who works here, for records and history.")
+@click.option(
+    "--mqtt",
+    "broker",
+    type=Named(exists=True, dir_okay=False, path_type=Path),
+    help="Settings file of the MQTT broker that gets state and verdicts.",
+)
 def command(
     product_name: str,
     rig_name: str,
@@ -96,6 +105,7 @@ def command(
     history: str | None,
     name: str,
     operator: str,
+    broker: Path | None,
 ) -> int:
     """Inspect motor after motor: scan a serial number, see PASS, FAIL or INVALID.
 
@@ -126,7 +136,11 @@ def command(
         kept = ShiftHistory(history, product, {"station": name}) if history else None
         board = OperatorPage(line, name, show) if page else None
         shown = board.show if board else show
-        station = Station(line, shown, kept, depth, board.judged if board else None)
+        mqtt = _mqtt(broker, name, line) if broker else None
+        witnesses = [one for one in (board, mqtt) if one is not None]
+        station = Station(line, shown, kept, depth, witnesses)
+        if mqtt:
+            stack.enter_context(mqtt.running(station.note))
         if board and page:
             where = live.Listen(page, allow_remote, certificate, key, "--page")
             stack.enter_context(board.served(station, where, scans=allow_drive))
@@ -142,6 +156,13 @@ def command(
                 orders.stop()
     click.echo(f"\nshift ended: {dict(station.counts)}", err=True)
     return EXIT_DONE
+
+
+def _mqtt(settings: Path, name: str, line: Line) -> MqttWitness:
+    from motorid.workflow.mqtt.settings import read_broker
+    from motorid.workflow.mqtt.witness import MqttWitness
+
+    return MqttWitness(read_broker(settings), name, line.product.name, line.folder)
 
 
 def _typed() -> Iterator[str]:

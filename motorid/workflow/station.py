@@ -20,6 +20,7 @@ from motorid.workflow.history_worker import HistoryWorker
 from motorid.workflow.kept_orders import KeptOrders
 from motorid.workflow.second_tests import Judged, newest_first, refuse_repeat, together
 from motorid.workflow.trail import OrderTrail
+from motorid.workflow.witness import Witness
 
 if TYPE_CHECKING:
     from motorid.workflow.orders import Answer, Message
@@ -33,7 +34,6 @@ USUAL_LATE = 3  # verdicts that wait for the history: more are said
 ASKING = ("reason", "release")  # rules of a product by which a second test may need a reason
 KNOWN = ("inspect", "status", "last")
 Show = Callable[[Screen], None]
-Heard = Callable[[Inspection], None]
 
 
 @dataclass(frozen=True)
@@ -67,11 +67,11 @@ class Station:
         show: Show,
         history: ShiftHistory | None = None,
         depth: int = 1,
-        judged: Heard | None = None,
+        witnesses: Sequence[Witness] = (),
     ) -> None:
         self.line, self.depth, self._draw = line, depth, show
-        self.history = HistoryWorker(history, line.folder, self._note) if history else None
-        self.judged = judged  # told of each inspection, before its screen is shown
+        self.history = HistoryWorker(history, line.folder, self.note) if history else None
+        self.witnesses = witnesses
         self.counts: Counter[str] = Counter()
         self.first: Counter[str] = Counter()  # of motors that were never judged before
         self.ignored = 0  # scans that came while a motor was in work
@@ -192,7 +192,7 @@ class Station:
         if self.history is not None:
             elsewhere = self.history.judged(serial)
             if elsewhere is None:
-                self._note(f"The history does not answer: who else tested {serial} is unknown.")
+                self.note(f"The history does not answer: who else tested {serial} is unknown.")
         return together(newest_first(self.line.folder, serial), elsewhere or [])
 
     def status(self) -> dict[str, Any]:
@@ -208,6 +208,7 @@ class Station:
             "counts": {name: self.counts[name] for name in OUTCOMES},
             "first_tests": {name: self.first[name] for name in OUTCOMES},
             **self._of_history(),
+            **{name: part for one in self.witnesses for name, part in one.status().items()},
         }
 
     def _not_judged(self) -> list[str]:
@@ -231,7 +232,7 @@ class Station:
         """Ends ``run`` once what waits is done."""
         self._orders.put(None)
 
-    def _note(self, said: str) -> None:
+    def note(self, said: str) -> None:
         """A sentence for the operator, below what is shown when nothing is measured."""
         self._orders.put(said)
 
@@ -244,6 +245,7 @@ class Station:
         said = f"{len(finished)} unfinished inspections were judged. " if finished else ""
         for one in finished:
             self.kept.done(one.verdict.serial)
+            self._witness(one)
         if lost := self.kept.waiting():
             said += f"Ordered before and never judged: {_some(lost)}. Order or scan them again."
         self.show(self._ready(said))
@@ -273,14 +275,16 @@ class Station:
 
     def _inspect(self, order: Order) -> None:
         self.measuring = order.serial
-        self.show(Screen("RUN", (order.serial,), "Keep your hands off the motor: it turns."))
+        hands_off = "Keep your hands off the motor: it turns."
+        self.show(Screen("RUN", (order.serial,), hands_off, serial=order.serial))
         tag = {**(order.tag or {}), "ends": True}
         try:
             done = self.line.inspect(order.serial, retest=order.retest)
         except MotoridError as error:  # the disk: nothing can be kept, so nothing is said of it
             self._leave(order.serial)
             order.answer({"event": "error", **tag, "message": str(error)})
-            self.show(Screen("INVALID", (order.serial, str(error)), "Call maintenance."))
+            lines = (order.serial, str(error))
+            self.show(Screen("INVALID", lines, "Call maintenance.", serial=order.serial))
             return
         finally:
             self.measuring = ""
@@ -292,8 +296,7 @@ class Station:
         if not order.before:
             self.first[outcome] += 1
         order.answer({"event": "verdict", **tag, **summary(done), "test": order.before + 1})
-        if self.judged is not None:
-            self.judged(done)
+        self._witness(done)
         if self.history is not None:
             self.history.take(done.folder)
         self.show(of_verdict(done.verdict, self._tally(done)))
@@ -302,6 +305,12 @@ class Station:
         """Draws a screen, and keeps it for what is to be added."""
         self._shown = screen
         self._draw(screen)
+        for witness in self.witnesses:
+            witness.shown(screen)
+
+    def _witness(self, done: Inspection) -> None:
+        for witness in self.witnesses:
+            witness.judged(done)
 
     def _add_line(self, said: str) -> None:
         self.show(_with_line(self._shown, said))

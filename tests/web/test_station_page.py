@@ -42,7 +42,7 @@ class Shift:
     def __init__(self, line: Line) -> None:
         self.shown: list[Screen] = []
         self.page = OperatorPage(line, "Line 3", self.shown.append)
-        self.station = Station(line, self.page.show, judged=self.page.judged)
+        self.station = Station(line, self.page.show, witnesses=[self.page])
 
     @property
     def origin(self) -> str:
