@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from motorid.rig import Rig
     from motorid.web.address import Address
     from motorid.web.hub import Hub
+    from motorid.workflow.access import Tokens
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 PAGE, TERMINAL = "page", "terminal"
@@ -64,6 +65,7 @@ class Listen:
     certificate: Path | None
     key: Path | None
     option: str = "--listen"
+    tokens: Tokens | None = None
 
     def address(self) -> Address:
         """Raises UsageError where it may not be served there."""
@@ -75,6 +77,7 @@ class Listen:
             certificate=self.certificate,
             key=self.key,
             option=self.option,
+            tokens=self.tokens,
         )
 
 

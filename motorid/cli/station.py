@@ -65,10 +65,10 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
 @live.operator_options
 @click.option("--allow-remote", is_flag=True, help="Let these name more than this computer.")
 @click.option(
-    "--token",
+    "--tokens",
     "token_file",
     type=live.pem_file,
-    help="File with the token that a line controller says first.",
+    help="File of tokens and roles; a line controller says one of them first.",
 )
 @click.option(
     "--queue",
@@ -115,8 +115,9 @@ def command(
     """
     from motorid.cli.operator_page import OperatorPage
     from motorid.quality.product import load_product
+    from motorid.workflow.access import Tokens
     from motorid.workflow.check import Line, Who
-    from motorid.workflow.orders import Orders, read_token
+    from motorid.workflow.orders import Orders
     from motorid.workflow.record import bench
     from motorid.workflow.shift_history import ShiftHistory
     from motorid.workflow.station import Station, reader
@@ -128,10 +129,12 @@ def command(
     address = live.Listen(listen, allow_remote, certificate, key).address()
     if token_file is None and not address.loopback and not no_listen:
         raise click.UsageError(
-            f"--listen {listen} goes over a network, so orders need a token: add --token FILE "
-            "(`openssl rand -hex 16 > token` makes one)."
+            f"--listen {listen} goes over a network, so orders need a token: add --tokens FILE "
+            "(`motorid token add FILE --role operator --name line` makes one)."
         )
-    token = read_token(token_file) if token_file else ""
+    tokens = Tokens(token_file) if token_file else None
+    if tokens is not None:
+        tokens.all()  # raises for what is none
     with Line(rig, product, output, Who(name, operator)) as line, contextlib.ExitStack() as stack:
         kept = ShiftHistory(history, product, {"station": name}) if history else None
         board = OperatorPage(line, name, show) if page else None
@@ -142,10 +145,10 @@ def command(
         if mqtt:
             stack.enter_context(mqtt.running(station.note))
         if board and page:
-            where = live.Listen(page, allow_remote, certificate, key, "--page")
+            where = live.Listen(page, allow_remote, certificate, key, "--page", tokens)
             stack.enter_context(board.served(station, where, scans=allow_drive))
         place = address.host, address.port
-        orders = None if no_listen else Orders(place, station.take, token, address.tls)
+        orders = None if no_listen else Orders(place, station.take, tokens, address.tls)
         try:
             if orders is not None:
                 click.echo(f"listening on {address.host}:{orders.port}", err=True)

@@ -23,7 +23,7 @@ from motorid.workflow.mqtt.outbox import MARK, Outbox
 from motorid.workflow.mqtt.settings import PASSWORD, Broker, read_broker
 from motorid.workflow.mqtt.witness import MqttWitness
 from tests.plant.certificates import pair
-from tests.plant.consumer import consuming, wait_for
+from tests.plant.consumer import consuming, valid, wait_for
 from tests.plant.mosquitto import ABSENT, PROGRAM, Mosquitto, broker
 from tests.quality.controller import Controller
 from tests.quality.test_station import running
@@ -242,12 +242,15 @@ def test_a_station_that_is_killed_sends_what_it_had_not(tmp_path: Path) -> None:
     mosquitto, shift = Mosquitto(tmp_path), tmp_path / "shift"
     said = tmp_path / "mqtt.toml"
     said.write_text(f'url = "mqtt://127.0.0.1:{mosquitto.port}"\nacknowledged = true\n')
-    options = ("--station", "line-1", "--mqtt", str(said))
+    options = ("--station", "line-1", "--mqtt", str(said), "--history", str(tmp_path / "line.db"))
     with running(shift, *options) as (_, port):
         controller = Controller(port)
         controller.ask(order="inspect", serial="D000001")
         told = controller.hear()
         assert told["outcome"] == "PASS"
+        valid(told, "order-answer")
+        for order in ("status", "last", "history"):
+            valid(controller.ask(order=order, serial="D000001"), "order-answer")
         wait_for(lambda: controller.ask(order="status")["mqtt"]["unacknowledged"] == 1)
         assert controller.ask(order="status")["mqtt"]["trouble"]
     mosquitto.start()  # the station was killed

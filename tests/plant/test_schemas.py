@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import jsonschema
@@ -24,6 +25,11 @@ def test_each_is_a_schema(name: str) -> None:
     found = schemas.schema(name)
     jsonschema.Draft202012Validator.check_schema(found)
     assert found["$id"].startswith(f"urn:motorid:{name}:")
+
+
+def test_the_page_lists_each() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "schemas.md").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"^\| `([\w-]+)` \|", page, re.MULTILINE)) == list(schemas.names())
 
 
 @pytest.mark.slow
