@@ -173,3 +173,12 @@ _.on_connect_fail
 _.on_disconnect
 _.on_message
 _.on_publish
+
+# motorid/workflow/opcua: asyncua calls or reads them
+_.get_user
+_.check_validity
+_.Serial
+_.Outcome
+_.Key
+_.Reasons
+_.Severity

@@ -26,9 +26,11 @@ from motorid.cli.values import Named, Whole
 from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
+    from motorid.quality.product import Product
     from motorid.report.screen import Screen
     from motorid.workflow.check import Line
     from motorid.workflow.mqtt.witness import MqttWitness
+    from motorid.workflow.opcua.witness import OpcUaWitness
 
 DEFAULT_LISTEN = "127.0.0.1:7410"
 
@@ -87,6 +89,7 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
     type=Named(exists=True, dir_okay=False, path_type=Path),
     help="Settings file of the MQTT broker that gets state and verdicts.",
 )
+@click.option("--opcua", metavar="[HOST:]PORT", help="Serve the station there by OPC UA.")
 def command(
     product_name: str,
     rig_name: str,
@@ -106,6 +109,7 @@ def command(
     name: str,
     operator: str,
     broker: Path | None,
+    opcua: str | None,
 ) -> int:
     """Inspect motor after motor: scan a serial number, see PASS, FAIL or INVALID.
 
@@ -140,10 +144,14 @@ def command(
         board = OperatorPage(line, name, show) if page else None
         shown = board.show if board else show
         mqtt = _mqtt(broker, name, line) if broker else None
-        witnesses = [one for one in (board, mqtt) if one is not None]
+        served = live.Listen(opcua or "", allow_remote, certificate, key, "--opcua", tokens)
+        server = _opcua(served, name, product) if opcua else None
+        witnesses = [one for one in (board, mqtt, server) if one is not None]
         station = Station(line, shown, kept, depth, witnesses)
         if mqtt:
             stack.enter_context(mqtt.running(station.note))
+        if server:
+            stack.enter_context(server.running(station))
         if board and page:
             where = live.Listen(page, allow_remote, certificate, key, "--page", tokens)
             stack.enter_context(board.served(station, where, scans=allow_drive))
@@ -152,6 +160,8 @@ def command(
         try:
             if orders is not None:
                 click.echo(f"listening on {address.host}:{orders.port}", err=True)
+            if server:
+                click.echo(f"opcua on {server.place.url}", err=True)
             reader(station, _typed(), ends=no_listen or sys.stdin.isatty())
             station.run()
         finally:
@@ -166,6 +176,17 @@ def _mqtt(settings: Path, name: str, line: Line) -> MqttWitness:
     from motorid.workflow.mqtt.witness import MqttWitness
 
     return MqttWitness(read_broker(settings), name, line.product.name, line.folder)
+
+
+def _opcua(listen: live.Listen, name: str, product: Product) -> OpcUaWitness:
+    from motorid.workflow.opcua.witness import OpcUaWitness, Place
+
+    address = listen.address()
+    if not address.loopback and listen.tokens is None:
+        raise click.UsageError(f"--opcua {listen.text} goes over a network: add --tokens FILE.")
+    address.bind().close()  # before the address space is built, which takes seconds
+    secured = (listen.certificate, listen.key, listen.tokens)
+    return OpcUaWitness(Place(address.host, address.port, *secured), name, product)
 
 
 def _typed() -> Iterator[str]:
