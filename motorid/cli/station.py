@@ -89,6 +89,11 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
     type=Named(exists=True, dir_okay=False, path_type=Path),
     help="Settings file of the MQTT broker that gets state and verdicts.",
 )
+@click.option(
+    "--trusted",
+    type=Named(exists=True, dir_okay=False, path_type=Path),
+    help="File of trusted keys: refuse limits that none of them signed.",
+)
 @click.option("--opcua", metavar="[HOST:]PORT", help="Serve the station there by OPC UA.")
 def command(
     product_name: str,
@@ -109,6 +114,7 @@ def command(
     name: str,
     operator: str,
     broker: Path | None,
+    trusted: Path | None,
     opcua: str | None,
 ) -> int:
     """Inspect motor after motor: scan a serial number, see PASS, FAIL or INVALID.
@@ -129,6 +135,8 @@ def command(
     if page is None and allow_drive:
         raise click.UsageError("--allow-drive is for --page.")
     product = load_product(product_name)
+    if trusted is not None:
+        _refuse_unsigned(product, product_name, trusted)
     rig = warned(bench(rig_name, port=port, speed=speed))
     address = live.Listen(listen, allow_remote, certificate, key).address()
     if token_file is None and not address.loopback and not no_listen:
@@ -169,6 +177,16 @@ def command(
                 orders.stop()
     click.echo(f"\nshift ended: {dict(station.counts)}", err=True)
     return EXIT_DONE
+
+
+def _refuse_unsigned(product: Product, name: str, trusted: Path) -> None:
+    from motorid.quality.signed import read_trusted
+
+    if problem := read_trusted(trusted).problem(product.signature, product.digest):
+        raise click.UsageError(
+            f"the limits of {name} do not count: {problem}. A trusted key signs them by "
+            "`motorid product sign`."
+        )
 
 
 def _mqtt(settings: Path, name: str, line: Line) -> MqttWitness:
