@@ -43,7 +43,7 @@ def operator_options(command: Command) -> Command:
     for option in (
         click.option("--key", type=pem_file, help="The certificate's key, a PEM file."),
         click.option(
-            "--certificate", type=pem_file, help="Serve page and orders by TLS, with this."
+            "--certificate", type=pem_file, help="Encrypt page, orders and OPC UA, with this."
         ),
         click.option("--allow-drive", is_flag=True, help="Let the page scan serial numbers."),
         click.option(

@@ -38,7 +38,7 @@ BEGINS_S = 120.0  # for the address space; two seconds as a rule
 ENDS_S = 10.0
 LONGEST = 200  # characters of a serial number or a reason
 NOBODY = Caller("opcua")
-_calling: contextvars.ContextVar[Caller] = contextvars.ContextVar("calling", default=NOBODY)
+_calling: contextvars.ContextVar[Caller | None] = contextvars.ContextVar("calling", default=None)
 
 
 @dataclass(frozen=True)
@@ -157,10 +157,13 @@ class OpcUaWitness(Witness):
         """The method: an order by the rules of all orders. It waits for disk and history."""
         if len(serial) > LONGEST or len(reason) > LONGEST:
             return False, f"a serial number and a reason have at most {LONGEST} characters"
+        caller = _calling.get() or NOBODY
+        if self.place.tokens is not None and not caller.role:
+            return False, "this station wants a token first"  # never a right by default
         answers: list[Message] = []
         order = {"order": "inspect", "serial": serial, "reason": reason}
         assert self.station is not None
-        await asyncio.to_thread(self.station.take, order, answers.append, _calling.get())
+        await asyncio.to_thread(self.station.take, order, answers.append, caller)
         first = answers[0]
         return first["event"] == "accepted", str(first.get("message", ""))
 
@@ -203,7 +206,7 @@ class Rules:
 
     def check_validity(self, user: Any, action: Any, body: Any) -> bool:
         """See asyncua's PermissionRuleset."""
-        _calling.set(getattr(user, "caller", NOBODY))
+        _calling.set(getattr(user, "caller", None))
         return bool(self.usual.check_validity(user, action, body))
 
 
