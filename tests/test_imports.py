@@ -12,7 +12,18 @@ import pytest
 from tests.import_statements import imported, names
 
 PACKAGE = Path(__file__).resolve().parent.parent / "motorid"
-BASE = {"look", "errors", "toml", "version", "visible", "json", "csv", "reading", "limits"}
+BASE = {
+    "look",
+    "errors",
+    "toml",
+    "version",
+    "visible",
+    "json",
+    "csv",
+    "reading",
+    "limits",
+    "schemas",
+}
 DATA = BASE | {"program", "capture"}
 FIT = DATA | {"motor", "segment", "estimate", "plan", "search", "identify"}
 DRIVE = DATA | {"rig", "wire", "sim", "acquire"}
@@ -25,6 +36,7 @@ MAY_IMPORT = {
     "visible": set[str](),
     "json": {"errors", "visible", "reading", "limits"},
     "csv": {"visible"},
+    "schemas": {"json"},
     "reading": {"errors", "visible"},
     "wire": BASE,
     "program": BASE,
@@ -43,7 +55,7 @@ MAY_IMPORT = {
     "sim": DATA | {"rig", "wire"},
     "acquire": DRIVE,
     "workflow": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
-    "web": DRIVE,
+    "web": DRIVE | {"workflow"},  # whose roles hold on a page as well
     "api": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
     "cli": DRIVE | FIT | {"calibration", "export", "quality", "report", "web", "workflow"},
 }

@@ -49,7 +49,7 @@ wanted_packages() {
     has clang || echo clang "libclang-rt-$(clang_version)-dev"
     has ngspice || echo ngspice
     has tmux || echo tmux
-    has ngspice || echo ngspice
+    has mosquitto || [ -x /usr/sbin/mosquitto ] || echo mosquitto
     ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || has initdb || echo postgresql
 }
 

@@ -165,3 +165,20 @@ _.upgrade
 
 # motorid/workflow/tls_link.py: io.BufferedReader calls it
 _.readinto
+
+# motorid/workflow/mqtt/witness.py: paho's client reads or calls them
+_.connect_timeout
+_.on_connect
+_.on_connect_fail
+_.on_disconnect
+_.on_message
+_.on_publish
+
+# motorid/workflow/opcua: asyncua calls or reads them
+_.get_user
+_.check_validity
+_.Serial
+_.Outcome
+_.Key
+_.Reasons
+_.Severity

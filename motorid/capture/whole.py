@@ -10,17 +10,19 @@ from pathlib import Path
 from motorid.errors import DataError, UsageError
 
 TRIAL_BYTES = 4096
+USUAL = 0o666  # what open() asks for
 
 
-def write_whole(path: Path, data: bytes, *, force: bool = False) -> None:
+def write_whole(path: Path, data: bytes, *, force: bool = False, mode: int = USUAL) -> None:
     """Writes ``data`` to ``path`` through a synced sibling: whole, or not at all.
 
+    ``mode``: who may read and write it, as far as the system's mask allows that.
     Raises UsageError when ``path`` exists (unless ``force``), DataError when the disk refuses.
     """
     refuse_existing(path, force)
     sibling = _sibling(path)
     try:
-        with open(sibling, "wb") as file:
+        with open(sibling, "wb", opener=lambda name, flags: os.open(name, flags, mode)) as file:
             file.write(data)
             file.flush()
             os.fsync(file.fileno())

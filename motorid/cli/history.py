@@ -276,21 +276,31 @@ def forget(where: str, days: int | None, by: str) -> None:
     type=Named(exists=True, file_okay=False, path_type=Path),
     help="Folders of inspections, which keep the heads of the chain. Repeatable.",
 )
-def verify(where: str, folders: tuple[Path, ...]) -> int:
+@click.option(
+    "--trusted",
+    type=Named(exists=True, dir_okay=False, path_type=Path),
+    help="File of trusted keys: name results whose limits none of them signed.",
+)
+def verify(where: str, folders: tuple[Path, ...], trusted: Path | None) -> int:
     """Find edited, deleted and inserted results, by the chain of digests.
 
     With --inspections also a tail that was cut off, or a chain that was written anew. Exit code 4
     where anything is found. Results from before there were seals are counted as unsealed.
     """
     from motorid.quality.history import open_history
+    from motorid.quality.signed import read_trusted
     from motorid.workflow.shift_history import anchors
 
+    keys = read_trusted(trusted) if trusted else None
     heads = [head for folder in folders for head in anchors(folder)]
     with open_history(where, create=False) as history:
         found = history.verify(heads)
+        unsigned = list(history.unsigned(keys)) if keys else []
     click.echo(f"{found.sealed} sealed results, {found.unsealed} unsealed, {len(heads)} anchors")
     for head in found.heads:
         click.echo(f"head of {head.station or 'no station'}: {head.position} {head.chain}")
     for problem in found.problems:
         click.echo(f"DAMAGED {problem}")
-    return EXIT_DATA if found.problems else EXIT_DONE
+    for problem in unsigned:
+        click.echo(f"UNSIGNED {problem}")
+    return EXIT_DATA if found.problems or unsigned else EXIT_DONE

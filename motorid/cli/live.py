@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from motorid.rig import Rig
     from motorid.web.address import Address
     from motorid.web.hub import Hub
+    from motorid.workflow.access import Tokens
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 PAGE, TERMINAL = "page", "terminal"
@@ -42,7 +43,7 @@ def operator_options(command: Command) -> Command:
     for option in (
         click.option("--key", type=pem_file, help="The certificate's key, a PEM file."),
         click.option(
-            "--certificate", type=pem_file, help="Serve page and orders by TLS, with this."
+            "--certificate", type=pem_file, help="Encrypt page, orders and OPC UA, with this."
         ),
         click.option("--allow-drive", is_flag=True, help="Let the page scan serial numbers."),
         click.option(
@@ -64,6 +65,7 @@ class Listen:
     certificate: Path | None
     key: Path | None
     option: str = "--listen"
+    tokens: Tokens | None = None
 
     def address(self) -> Address:
         """Raises UsageError where it may not be served there."""
@@ -75,6 +77,7 @@ class Listen:
             certificate=self.certificate,
             key=self.key,
             option=self.option,
+            tokens=self.tokens,
         )
 
 

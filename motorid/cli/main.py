@@ -36,6 +36,8 @@ COMMANDS = {
     ),
     "check": ("check", "Measure and judge one motor by a product's limits."),
     "station": ("station", "Inspect motor after motor, by an operator or a line."),
+    "product": ("product", "Sign a product's limits with a named key."),
+    "token": ("token", "Tokens of a station's users: add, list, remove; with roles."),
     "gauge": ("gauge", "Study the gauge itself: R&R, golden motor, verdicts, stations."),
     "trend": ("trend", "Control charts, capability and drift of measurements; alarms."),
     "risk": ("risk", "Consumer's and producer's risks of a limit and its rule."),
@@ -57,7 +59,17 @@ COMMANDS = {
 TASKS = {
     "Measure": ("run", "plan", "capture", "scope", "recover", "calibrate"),
     "Look and fit": ("import", "segment", "fit", "motors", "compare", "export", "verify"),
-    "Inspect motors": ("check", "station", "gauge", "trend", "risk", "power", "history"),
+    "Inspect motors": (
+        "check",
+        "station",
+        "product",
+        "token",
+        "gauge",
+        "trend",
+        "risk",
+        "power",
+        "history",
+    ),
     "Set up": (
         "init",
         "ports",

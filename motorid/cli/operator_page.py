@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from motorid.workflow.witness import Witness
+
 if TYPE_CHECKING:
     from motorid.cli.live import Listen
     from motorid.report.screen import Screen
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 READY = "READY"
 
 
-class OperatorPage:
+class OperatorPage(Witness):
     """Shows each screen on ``terminal`` and, while it is served, on a page.
 
     The page gets the samples of each run from ``line``.
@@ -38,7 +40,7 @@ class OperatorPage:
         line.watch = tap.begin
 
     def judged(self, done: Inspection) -> None:
-        """One motor more; see ``Station``."""
+        """See ``Witness``."""
         self.board.judged(done)
 
     def show(self, screen: Screen) -> None:

@@ -26,7 +26,11 @@ from motorid.cli.values import Named, Whole
 from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
+    from motorid.quality.product import Product
     from motorid.report.screen import Screen
+    from motorid.workflow.check import Line
+    from motorid.workflow.mqtt.witness import MqttWitness
+    from motorid.workflow.opcua.witness import OpcUaWitness
 
 DEFAULT_LISTEN = "127.0.0.1:7410"
 
@@ -37,6 +41,7 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
         "motorid station --product sim-disc --rig sim-line -o shift",
         "motorid station --product m17.toml --rig bench.toml --listen 7500 -o shift",
         "motorid station --product m17.toml --rig bench.toml --page 7412 -o shift",
+        "motorid station --product m17.toml --rig bench.toml --station line-1 --mqtt mqtt.toml",
     ),
 )
 @product_option
@@ -62,10 +67,10 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
 @live.operator_options
 @click.option("--allow-remote", is_flag=True, help="Let these name more than this computer.")
 @click.option(
-    "--token",
+    "--tokens",
     "token_file",
     type=live.pem_file,
-    help="File with the token that a line controller says first.",
+    help="File of tokens and roles; a line controller says one of them first.",
 )
 @click.option(
     "--queue",
@@ -78,6 +83,18 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
 @click.option("--history", help="History that gets the verdicts: a file, or a URL.")
 @click.option("--station", "name", default="", help="This station's name in records and history.")
 @click.option("--operator", default="", help="Who works here, for records and history.")
+@click.option(
+    "--mqtt",
+    "broker",
+    type=Named(exists=True, dir_okay=False, path_type=Path),
+    help="Settings file of the MQTT broker that gets state and verdicts.",
+)
+@click.option(
+    "--trusted",
+    type=Named(exists=True, dir_okay=False, path_type=Path),
+    help="File of trusted keys: refuse limits that none of them signed.",
+)
+@click.option("--opcua", metavar="[HOST:]PORT", help="Serve the station there by OPC UA.")
 def command(
     product_name: str,
     rig_name: str,
@@ -96,6 +113,9 @@ def command(
     history: str | None,
     name: str,
     operator: str,
+    broker: Path | None,
+    trusted: Path | None,
+    opcua: str | None,
 ) -> int:
     """Inspect motor after motor: scan a serial number, see PASS, FAIL or INVALID.
 
@@ -105,8 +125,9 @@ def command(
     """
     from motorid.cli.operator_page import OperatorPage
     from motorid.quality.product import load_product
+    from motorid.workflow.access import Tokens
     from motorid.workflow.check import Line, Who
-    from motorid.workflow.orders import Orders, read_token
+    from motorid.workflow.orders import Orders
     from motorid.workflow.record import bench
     from motorid.workflow.shift_history import ShiftHistory
     from motorid.workflow.station import Station, reader
@@ -114,27 +135,41 @@ def command(
     if page is None and allow_drive:
         raise click.UsageError("--allow-drive is for --page.")
     product = load_product(product_name)
+    if trusted is not None:
+        _refuse_unsigned(product, product_name, trusted)
     rig = warned(bench(rig_name, port=port, speed=speed))
     address = live.Listen(listen, allow_remote, certificate, key).address()
     if token_file is None and not address.loopback and not no_listen:
         raise click.UsageError(
-            f"--listen {listen} goes over a network, so orders need a token: add --token FILE "
-            "(`openssl rand -hex 16 > token` makes one)."
+            f"--listen {listen} goes over a network, so orders need a token: add --tokens FILE "
+            "(`motorid token add FILE --role operator --name line` makes one)."
         )
-    token = read_token(token_file) if token_file else ""
+    tokens = Tokens(token_file) if token_file else None
+    if tokens is not None:
+        tokens.all()  # raises for what is none
     with Line(rig, product, output, Who(name, operator)) as line, contextlib.ExitStack() as stack:
         kept = ShiftHistory(history, product, {"station": name}) if history else None
         board = OperatorPage(line, name, show) if page else None
         shown = board.show if board else show
-        station = Station(line, shown, kept, depth, board.judged if board else None)
+        mqtt = _mqtt(broker, name, line) if broker else None
+        served = live.Listen(opcua or "", allow_remote, certificate, key, "--opcua", tokens)
+        server = _opcua(served, name, product) if opcua else None
+        witnesses = [one for one in (board, mqtt, server) if one is not None]
+        station = Station(line, shown, kept, depth, witnesses)
+        if mqtt:
+            stack.enter_context(mqtt.running(station.note))
+        if server:
+            stack.enter_context(server.running(station))
         if board and page:
-            where = live.Listen(page, allow_remote, certificate, key, "--page")
+            where = live.Listen(page, allow_remote, certificate, key, "--page", tokens)
             stack.enter_context(board.served(station, where, scans=allow_drive))
         place = address.host, address.port
-        orders = None if no_listen else Orders(place, station.take, token, address.tls)
+        orders = None if no_listen else Orders(place, station.take, tokens, address.tls)
         try:
             if orders is not None:
                 click.echo(f"listening on {address.host}:{orders.port}", err=True)
+            if server:
+                click.echo(f"opcua on {server.place.url}", err=True)
             reader(station, _typed(), ends=no_listen or sys.stdin.isatty())
             station.run()
         finally:
@@ -142,6 +177,34 @@ def command(
                 orders.stop()
     click.echo(f"\nshift ended: {dict(station.counts)}", err=True)
     return EXIT_DONE
+
+
+def _refuse_unsigned(product: Product, name: str, trusted: Path) -> None:
+    from motorid.quality.signed import read_trusted
+
+    if problem := read_trusted(trusted).problem(product.signature, product.digest):
+        raise click.UsageError(
+            f"the limits of {name} do not count: {problem}. A trusted key signs them by "
+            "`motorid product sign`."
+        )
+
+
+def _mqtt(settings: Path, name: str, line: Line) -> MqttWitness:
+    from motorid.workflow.mqtt.settings import read_broker
+    from motorid.workflow.mqtt.witness import MqttWitness
+
+    return MqttWitness(read_broker(settings), name, line.product.name, line.folder)
+
+
+def _opcua(listen: live.Listen, name: str, product: Product) -> OpcUaWitness:
+    from motorid.workflow.opcua.witness import OpcUaWitness, Place
+
+    address = listen.address()
+    if not address.loopback and listen.tokens is None:
+        raise click.UsageError(f"--opcua {listen.text} goes over a network: add --tokens FILE.")
+    address.bind().close()  # before the address space is built, which takes seconds
+    secured = (listen.certificate, listen.key, listen.tokens)
+    return OpcUaWitness(Place(address.host, address.port, *secured), name, product)
 
 
 def _typed() -> Iterator[str]:

@@ -34,7 +34,7 @@ def judge(estimate: Estimate, limits: Product, *, serial: str = "") -> Verdict:
         named,
         (*(c for c in conditions if c is not None), *_supported(context), *measured),
         estimate.inputs,
-        {**estimate.versions, "motorid": __version__, "product": limits.digest},
+        {**estimate.versions, "motorid": __version__, **limits.cited},
     )
 
 
@@ -59,7 +59,7 @@ def not_measured(product: Product, serial: str, reason: str) -> Verdict:
         "measurement", "measurement", limit, Reading("1", problem=reason), Outcome.INVALID,
         reason=reason,
     )  # fmt: skip
-    versions = {"motorid": __version__, "product": product.digest}
+    versions = {"motorid": __version__, **product.cited}
     return Verdict(product.name, serial, (missing,), (), versions)
 
 
@@ -80,7 +80,7 @@ def not_running(
     sound = _condition("rig_sound", "the rig was shown to be sound", unsound)
     return Verdict(
         product.name, serial, (sound, dead), (),
-        {"motorid": __version__, "product": product.digest},
+        {"motorid": __version__, **product.cited},
     )  # fmt: skip
 
 

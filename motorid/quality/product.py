@@ -6,13 +6,14 @@ import hashlib
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from motorid.errors import MotoridError, UsageError, nearest
 from motorid.estimate.results.estimate import SIX
 from motorid.program import Decay, Program, Step, StepKind
+from motorid.quality import signed
 from motorid.quality.guard_band import RULES, Rule
 from motorid.quality.limits import Limit
 from motorid.quality.quantities import QUANTITIES, quantity
@@ -88,11 +89,19 @@ class Product:
     self_test: SelfTest = SelfTest()
     model: str = SIX  # whose parameters are judged: SIX, or the better model's where there is one
     text: str = field(default="", repr=False)
+    signature: str = field(default="", repr=False)  # of a named key; see signed.py
 
     @property
     def digest(self) -> str:
         """SHA-256 of the file: which limits a verdict was by."""
         return hashlib.sha256(self.text.encode()).hexdigest()
+
+    @property
+    def cited(self) -> dict[str, str]:
+        """What a verdict says of it among its versions."""
+        return {"product": self.digest} | (
+            {"product_signature": self.signature} if self.signature else {}
+        )
 
 
 def load_product(name_or_path: str | Path) -> Product:
@@ -101,7 +110,8 @@ def load_product(name_or_path: str | Path) -> Product:
     Raises UsageError, naming file and key, when it is absent, unreadable or absurd.
     """
     path = _find(str(name_or_path))
-    return parse(read_text(path, "a product file", UsageError), str(path))
+    found = parse(read_text(path, "a product file", UsageError), str(path))
+    return replace(found, signature=signed.beside(path))
 
 
 def presets() -> tuple[str, ...]:

@@ -1,14 +1,13 @@
-"""The estimate as JSON, by the published schema ``estimate.schema.json`` beside this file."""
+"""The estimate as JSON, by the published schema ``motorid/schemas/estimate.schema.json``."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from importlib import resources
 from typing import Any
 
 import numpy as np
 
-from motorid import json_text
+from motorid import json_text, schemas
 from motorid.estimate.results.estimate import (
     Alternative,
     ChannelFit,
@@ -29,9 +28,7 @@ SCHEMA = "motorid-estimate-2"
 
 def schema() -> dict[str, Any]:
     """The JSON Schema (2020-12) of what ``to_dict`` returns."""
-    text = resources.files("motorid.report").joinpath("estimate.schema.json").read_text("utf-8")
-    loaded: dict[str, Any] = json_text.loads(text)
-    return loaded
+    return schemas.schema("estimate")
 
 
 def dumps(estimate: Estimate) -> str:

@@ -39,12 +39,13 @@ MOST_REASONS = 4
 
 @dataclass(frozen=True)
 class Screen:
-    """What is shown: the word, what stands under it, and the next step."""
+    """What is shown: the word, what stands under it, and the next step; of which motor."""
 
     word: str
     lines: tuple[str, ...]
     next_step: str
     footer: str = ""
+    serial: str = ""
 
 
 def of_verdict(verdict: Verdict, footer: str = "") -> Screen:
@@ -56,7 +57,7 @@ def of_verdict(verdict: Verdict, footer: str = "") -> Screen:
     lines += reasons[:MOST_REASONS]
     if len(reasons) > MOST_REASONS:
         lines.append(f"and {len(reasons) - MOST_REASONS} more")
-    return Screen(str(verdict.outcome), tuple(lines), NEXT[verdict.outcome], footer)
+    return Screen(str(verdict.outcome), tuple(lines), NEXT[verdict.outcome], footer, verdict.serial)
 
 
 def render(screen: Screen, *, width: int = 80, colour: bool = False, clear: bool = False) -> str:

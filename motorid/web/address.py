@@ -9,7 +9,8 @@ import ssl
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from motorid.errors import UsageError
+from motorid.errors import DataError, UsageError
+from motorid.workflow.access import Caller, Tokens
 
 DEFAULT_LISTEN = "127.0.0.1:7411"
 LOOPBACK_NAMES = ("localhost",)
@@ -17,13 +18,17 @@ LOOPBACK_NAMES = ("localhost",)
 
 @dataclass(frozen=True)
 class Address:
-    """A place to listen, its token, and its certificate where it is reached through TLS."""
+    """A place to listen, its token, and its certificate where it is reached through TLS.
+
+    ``token`` is new for each start; ``tokens`` are those of persons, if any.
+    """
 
     host: str
     port: int
     tls: ssl.SSLContext | None = None
     token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
     option: str = "--listen"  # which names it, for what is said
+    tokens: Tokens | None = None
 
     @property
     def scheme(self) -> str:
@@ -34,6 +39,15 @@ class Address:
     def loopback(self) -> bool:
         """Whether only this computer reaches it."""
         return ipaddress.ip_address(self.host).is_loopback
+
+    def caller(self, token: str) -> Caller | None:
+        """Whose token that is; None: nobody's."""
+        if secrets.compare_digest(token.encode("utf-8", "replace"), self.token.encode()):
+            return Caller()
+        try:
+            return self.tokens.caller(token) if self.tokens is not None else None
+        except DataError:
+            return None  # whoever has broken the file is not let in by it
 
     def bind(self) -> socket.socket:
         """A socket that holds the place. Raises UsageError where another program has it."""
@@ -83,6 +97,7 @@ def parse_listen(
     certificate: Path | None = None,
     key: Path | None = None,
     option: str = "--listen",
+    tokens: Tokens | None = None,
 ) -> Address:
     """The address of ``[HOST:]PORT``, which ``option`` named. Raises UsageError.
 
@@ -107,7 +122,9 @@ def parse_listen(
             "two PEM files (`openssl req -x509 -newkey rsa:2048 -nodes -days 365 -keyout key.pem "
             "-out cert.pem` makes a pair)"
         )
-    return Address(str(address), int(port), _context(certificate, key), option=option)
+    return Address(
+        str(address), int(port), _context(certificate, key), option=option, tokens=tokens
+    )
 
 
 def _context(certificate: Path | None, key: Path | None) -> ssl.SSLContext | None:

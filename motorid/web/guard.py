@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import secrets
 from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
 from urllib.parse import urlsplit
 
 from motorid.web.address import Address
+from motorid.workflow.access import Caller
 
 Scope = MutableMapping[str, Any]
 Receive = Callable[[], Awaitable[MutableMapping[str, Any]]]
 Send = Callable[[MutableMapping[str, Any]], Awaitable[None]]
 App = Callable[[Scope, Receive, Send], Awaitable[None]]
 HTTP, SOCKET, LIFESPAN = "http", "websocket", "lifespan"
+CALLER = "motorid caller"  # in the scope that a page's own code sees
 REFUSED = 1008  # a websocket's code of a broken rule
 WORDS = (
     b"motorid shows this page to who opens its whole address, with the token, as the program "
@@ -43,11 +44,12 @@ class Guard:
         if scope["type"] == LIFESPAN:
             await self.app(scope, receive, send)
             return
-        path = self._admitted(scope)
-        if path is None:
+        admitted = self._admitted(scope)
+        if admitted is None:
             await _refuse(scope, receive, send)
             return
-        inner = {**scope, "path": path, "raw_path": path.encode(), "root_path": ""}
+        path, caller = admitted
+        inner = {**scope, "path": path, "raw_path": path.encode(), "root_path": "", CALLER: caller}
 
         async def sealed(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
@@ -56,8 +58,8 @@ class Guard:
 
         await self.app(inner, receive, sealed if scope["type"] == HTTP else send)
 
-    def _admitted(self, scope: Scope) -> str | None:
-        """The path after the token; None where the request is not admitted."""
+    def _admitted(self, scope: Scope) -> tuple[str, Caller] | None:
+        """The path after the token, and whose it is; None where the request is not admitted."""
         hosts, origins = _values(scope, b"host"), _values(scope, b"origin")
         if len(hosts) != 1 or not self.address.admits_host(_name(hosts[0])):
             return None
@@ -65,10 +67,10 @@ class Guard:
         if origins != own and (origins or scope["type"] == SOCKET):
             return None  # a browser names the page that opens a socket: it must be ours
         token, slash, rest = scope["path"].removeprefix("/").partition("/")
-        known = self.address.token.encode()
-        if not secrets.compare_digest(token.encode("utf-8", "replace"), known) or not slash:
+        caller = self.address.caller(token)
+        if caller is None or not slash:
             return None
-        return f"/{rest}"
+        return f"/{rest}", caller
 
 
 def _values(scope: Scope, name: bytes) -> list[str]:

@@ -77,4 +77,4 @@ def _pulse(asked: dict[str, Any]) -> Program:
 
 def live_app(hub: Hub, desk: Desk | None = None) -> App:
     """The page of ``hub``. Without a ``desk`` it only watches."""
-    return app_of(hub, START, None if desk is None else lambda: Hand(desk))
+    return app_of(hub, START, None if desk is None else lambda caller: Hand(desk))

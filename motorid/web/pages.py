@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from motorid import json_text
 from motorid.errors import MotoridError
-from motorid.web.guard import App
+from motorid.web.guard import CALLER, App
 from motorid.web.hub import Hub, Viewer
 from motorid.web.server import beside
+from motorid.workflow.access import Caller
 
 if TYPE_CHECKING:
     from starlette.requests import Request
@@ -45,13 +46,13 @@ class Talker(Protocol):
         """The page is closed."""
 
 
-def app_of(hub: Hub, start: str, talker: Callable[[], Talker] | None) -> App:
+def app_of(hub: Hub, start: str, talker: Callable[[Caller], Talker] | None) -> App:
     """The page ``start`` of ``hub``. Without a ``talker`` it only watches."""
     from starlette.applications import Starlette
     from starlette.routing import Route, WebSocketRoute
 
     async def talk(socket: WebSocket) -> None:
-        await _talk(socket, hub, talker() if talker is not None else None)
+        await _talk(socket, hub, talker(socket.scope[CALLER]) if talker is not None else None)
 
     async def file(request: Request) -> Response:
         return _file(request.path_params.get("name", start))

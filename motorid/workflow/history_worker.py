@@ -33,6 +33,9 @@ class Book(Protocol):
     def judged(self, serial: str) -> list[Mapping[str, Any]]:
         """What it holds of a motor. Raises DataError."""
 
+    def story(self, serial: str) -> Mapping[str, Any]:
+        """Results and trail of a motor. Raises DataError."""
+
 
 class HistoryWorker:
     """Adds what ``take`` is given to ``shift``, in order. ``tell`` hears what a person should know.

@@ -6,18 +6,17 @@ import contextlib
 import io
 import itertools
 import queue
-import secrets
 import socket
 import socketserver
 import ssl
 import sys
 import threading
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 from motorid import json_text
-from motorid.errors import UsageError
+from motorid.errors import DataError, UsageError
+from motorid.workflow.access import Caller, Tokens
 from motorid.workflow.tls_link import TlsLink
 
 LONGEST_LINE = 65_536
@@ -27,17 +26,16 @@ MOST_ANSWERS = 64  # that a client may leave unread, beside what its connection 
 POLL_S = 0.1  # until it hears that it is to end
 HELLO = "hello"
 IDLE_S, TRY_S, TRIES = 60, 15, 4  # a peer whose machine is gone is noticed after two minutes
-SHORTEST_TOKEN = 16  # characters
 LAST_WORDS_S = 1.0  # for a client to take its last answers
 Message = dict[str, Any]
 Answer = Callable[[Message], None]
-Take = Callable[[Message, Answer, str], None]  # an order, where its answers go, who gives it
+Take = Callable[[Message, Answer, Caller], None]  # an order, where its answers go, who gives it
 
 
 class Orders(socketserver.ThreadingTCPServer):
     """Takes orders from line controllers; each connection has a thread. ``port`` is the one bound.
 
-    With ``token`` a connection begins with ``{"order": "hello", "token": ...}``. Where all places
+    With ``tokens`` a connection begins with ``{"order": "hello", "token": ...}``. Where all places
     are taken, the connection that has said nothing for longest makes way, unless it waits for a
     verdict. Who has not shown the token yet is a stranger and takes no place from a client.
     Raises UsageError where the address is taken.
@@ -50,10 +48,10 @@ class Orders(socketserver.ThreadingTCPServer):
         self,
         address: tuple[str, int],
         take: Take,
-        token: str = "",
+        tokens: Tokens | None = None,
         tls: ssl.SSLContext | None = None,
     ) -> None:
-        self.take, self.token, self.tls = take, token, tls
+        self.take, self.tokens, self.tls = take, tokens, tls
         self._lock = threading.Lock()
         self._clients: dict[_Client, int] = {}  # and when each was last heard, by count
         self._strangers: dict[_Client, None] = {}  # oldest first; as many as clients at most
@@ -137,14 +135,14 @@ class _Client(socketserver.StreamRequestHandler):
                 self.link = TlsLink(self.connection, self.server.tls)
                 self.rfile = io.BufferedReader(self.link)
             self.writer.start()
-            if self.server.token and not self.knows_the_token():
+            if (caller := self.greeted()) is None:
                 return
             if not self.server.admit(self):
                 self.refuse(f"{MOST_CLIENTS} connections wait already")
                 return
-            if self.server.token:
+            if self.server.tokens is not None:
                 self.answer({"event": HELLO})
-            self.serve()
+            self.serve(caller.at(self.client_address[0]))
         except (OSError, ValueError):
             return  # it has gone, or speaks no TLS; its orders are carried out and on disk
         finally:
@@ -159,9 +157,9 @@ class _Client(socketserver.StreamRequestHandler):
             self.link.close()
             super().finish()
 
-    def serve(self) -> None:
+    def serve(self, caller: Caller) -> None:
         while (order := self.next_order()) is not None:
-            self.server.take(order, self.answer, f"controller at {self.client_address[0]}")
+            self.server.take(order, self.answer, caller)
 
     def next_order(self) -> Message | None:
         """The next line's; None where there is none, or none that is an order: that is answered."""
@@ -175,16 +173,21 @@ class _Client(socketserver.StreamRequestHandler):
             self.refuse(str(error))
             return None
 
-    def knows_the_token(self) -> bool:
-        """Whether the first line is a greeting with it; who knows it not gets a sentence."""
-        first = self.next_order()
-        if first is None:
-            return False
-        said = str(first.get("token", "")).encode("utf-8", "replace")
-        if first["order"] != HELLO or not secrets.compare_digest(said, self.server.token.encode()):
-            self.refuse('this station wants its token first: {"order": "hello", "token": "..."}')
-            return False
-        return True
+    def greeted(self) -> Caller | None:
+        """Who is there, by the first line; who shows no token gets a sentence."""
+        if self.server.tokens is None:
+            return Caller("controller")
+        if (first := self.next_order()) is None:
+            return None
+        try:
+            caller = self.server.tokens.caller(str(first.get("token", "")))
+        except DataError as error:
+            self.refuse(f"the station cannot read its tokens ({error})")
+            return None
+        if first["order"] != HELLO or caller is None:
+            self.refuse('this station wants a token first: {"order": "hello", "token": "..."}')
+            return None
+        return caller
 
     def refuse(self, why: str) -> None:
         self.answer({"event": "error", "message": why})
@@ -222,21 +225,6 @@ def keep_alive(link: socket.socket) -> None:
     ):
         if (option := getattr(socket, name, None)) is not None:
             link.setsockopt(socket.IPPROTO_TCP, option, value)
-
-
-def read_token(path: Path) -> str:
-    """The token in a file: its first line. Raises UsageError where it is none."""
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, ValueError) as error:
-        raise UsageError(f"--token {path} cannot be read ({error})") from None
-    token = lines[0].strip() if lines else ""
-    if len(token) < SHORTEST_TOKEN or len(json_text.dumps(token)) > LONGEST_VALUE:
-        raise UsageError(
-            f"--token {path}: its first line is no token of {SHORTEST_TOKEN} to 190 characters: "
-            "`openssl rand -hex 16` makes one"
-        )
-    return token
 
 
 def read_order(line: bytes) -> Message:

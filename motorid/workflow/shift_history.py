@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from motorid.quality.product import Product
 
 PATIENCE_S = 20.0  # for the database to answer; what it does not take is added later
+MOST_TOLD = 50  # results, and entries of the trail
+SAID_OF_ORDERS = ("station", "action", "outcome", "who", "reason")
 MARK = "in-history"  # in an inspection's folder: the history has it
 
 
@@ -79,6 +81,30 @@ class ShiftHistory:
                 for row in history.results(asked)
                 if row.serial == serial  # a number may hold what is a wildcard there
             ]
+
+    def story(self, serial: str) -> dict[str, Any]:
+        """Results and trail of a motor, the latest of each, oldest first."""
+        from motorid.quality.history import Query, open_history
+
+        with open_history(self.where, create=False, patience_s=PATIENCE_S) as history:
+            rows = history.results(Query(serial=serial), last=MOST_TOLD)
+            trail = history.trail(serial=serial, last=MOST_TOLD)
+        return {
+            "results": [
+                {
+                    "time": row.at.isoformat(), "serial": row.serial, "outcome": row.outcome,
+                    "kind": row.kind, "product": row.product, "station": row.station,
+                }
+                for row in rows
+            ],
+            "trail": [
+                {
+                    "time": one["at"].isoformat(), "serial": one["subject"],
+                    **{name: one[name] for name in SAID_OF_ORDERS},
+                }
+                for one in trail
+            ],
+        }  # fmt: skip
 
     def _add(self, history: History, folder: Path) -> None:
         """The verdict as it was shown, at its time; then the mark, with the head of the chain."""

@@ -13,13 +13,16 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from motorid.errors import DataError, MotoridError
+from motorid.errors import DataError, MotoridError, UsageError
 from motorid.report.screen import Screen, of_verdict
+from motorid.workflow import access
+from motorid.workflow.access import Caller
 from motorid.workflow.check import Inspection, Line, Who, refuse_serial, resume
 from motorid.workflow.history_worker import HistoryWorker
 from motorid.workflow.kept_orders import KeptOrders
 from motorid.workflow.second_tests import Judged, newest_first, refuse_repeat, together
 from motorid.workflow.trail import OrderTrail
+from motorid.workflow.witness import Witness
 
 if TYPE_CHECKING:
     from motorid.workflow.orders import Answer, Message
@@ -31,9 +34,15 @@ OUTCOMES = ("PASS", "FAIL", "INVALID")
 MOST_NAMED = 5  # serial numbers in a sentence
 USUAL_LATE = 3  # verdicts that wait for the history: more are said
 ASKING = ("reason", "release")  # rules of a product by which a second test may need a reason
-KNOWN = ("inspect", "status", "last")
+NEEDS = {  # what a role must allow, by order
+    "inspect": access.INSPECT,
+    "status": access.WATCH,
+    "last": access.WATCH,
+    "history": access.READ,
+    "end": access.END,
+}
+NOBODY = Caller()
 Show = Callable[[Screen], None]
-Heard = Callable[[Inspection], None]
 
 
 @dataclass(frozen=True)
@@ -67,11 +76,11 @@ class Station:
         show: Show,
         history: ShiftHistory | None = None,
         depth: int = 1,
-        judged: Heard | None = None,
+        witnesses: Sequence[Witness] = (),
     ) -> None:
         self.line, self.depth, self._draw = line, depth, show
-        self.history = HistoryWorker(history, line.folder, self._note) if history else None
-        self.judged = judged  # told of each inspection, before its screen is shown
+        self.history = HistoryWorker(history, line.folder, self.note) if history else None
+        self.witnesses = witnesses
         self.counts: Counter[str] = Counter()
         self.first: Counter[str] = Counter()  # of motors that were never judged before
         self.ignored = 0  # scans that came while a motor was in work
@@ -93,12 +102,14 @@ class Station:
         if ends:
             self.end()
 
-    def scanned(self, typed: str) -> None:
+    def scanned(self, typed: str, caller: Caller | None = None) -> None:
         """One serial number from the operator; behind a space, why the motor is tested again."""
         serial, retest = self._parts(typed)
-        who = self.line.who.operator
+        caller = caller or Caller(self.line.who.operator)
+        who = caller.who
         try:
             with self._noting(serial, who):
+                _refuse_role(caller, "inspect")
                 refuse_serial(self.line.product, serial)
                 if self._enter(serial):
                     self.ignored += 1  # a scanner that bounced, or a hand before the verdict
@@ -127,23 +138,38 @@ class Station:
                 self.trail.refused(serial, who, str(error))
             raise
 
-    def take(self, order: Message, answer: Answer, who: str = "") -> None:
+    def take(self, order: Message, answer: Answer, caller: Caller = NOBODY) -> None:
         """One order from a line controller; see docs/line-controller.md."""
         tag = {"id": order["id"]} if "id" in order else {}
+        serial, retest = str(order.get("serial", "")), str(order.get("reason", ""))
         try:
-            match order["order"]:
-                case "inspect":
-                    serial, retest = str(order.get("serial", "")), str(order.get("reason", ""))
-                    with self._noting(serial, who):
-                        self._accept(serial, retest, answer, tag, who)
-                case "status":
-                    answer({"event": "status", **tag, **self.status()})
-                case "last":
-                    answer({"event": "verdict", **tag, **self.last(str(order.get("serial", "")))})
-                case other:
-                    raise DataError(f"there is no order {other!r}; they are {', '.join(KNOWN)}")
+            name = order["order"]
+            if name not in NEEDS:
+                raise DataError(f"there is no order {name!r}; they are {', '.join(NEEDS)}")
+            if name == "inspect":
+                with self._noting(serial, caller.who):
+                    _refuse_role(caller, name)
+                    self._accept(serial, retest, answer, tag, caller.who)
+                return
+            _refuse_role(caller, name)
+            answer({**self._told(name, serial, caller), **tag})
         except MotoridError as error:
             answer({"event": "error", **tag, "message": str(error)})
+
+    def _told(self, name: str, serial: str, caller: Caller) -> dict[str, Any]:
+        """The answer to an order that moves nothing. Raises MotoridError."""
+        match name:
+            case "status":
+                return {"event": "status", **self.status()}
+            case "last":
+                return {"event": "verdict", **self.last(serial)}
+            case "history":
+                if self.history is None:
+                    raise DataError("this station has no history: it was begun without --history")
+                return {"event": "history", "serial": serial, **self.history.shift.story(serial)}
+        self.trail.accepted("", caller.who, "the end of the shift")
+        self.end()
+        return {"event": "ends"}
 
     def _accept(
         self, serial: str, retest: str, answer: Answer, tag: dict[str, Any], who: str
@@ -192,7 +218,7 @@ class Station:
         if self.history is not None:
             elsewhere = self.history.judged(serial)
             if elsewhere is None:
-                self._note(f"The history does not answer: who else tested {serial} is unknown.")
+                self.note(f"The history does not answer: who else tested {serial} is unknown.")
         return together(newest_first(self.line.folder, serial), elsewhere or [])
 
     def status(self) -> dict[str, Any]:
@@ -208,6 +234,7 @@ class Station:
             "counts": {name: self.counts[name] for name in OUTCOMES},
             "first_tests": {name: self.first[name] for name in OUTCOMES},
             **self._of_history(),
+            **{name: part for one in self.witnesses for name, part in one.status().items()},
         }
 
     def _not_judged(self) -> list[str]:
@@ -231,7 +258,7 @@ class Station:
         """Ends ``run`` once what waits is done."""
         self._orders.put(None)
 
-    def _note(self, said: str) -> None:
+    def note(self, said: str) -> None:
         """A sentence for the operator, below what is shown when nothing is measured."""
         self._orders.put(said)
 
@@ -244,6 +271,7 @@ class Station:
         said = f"{len(finished)} unfinished inspections were judged. " if finished else ""
         for one in finished:
             self.kept.done(one.verdict.serial)
+            self._witness(one)
         if lost := self.kept.waiting():
             said += f"Ordered before and never judged: {_some(lost)}. Order or scan them again."
         self.show(self._ready(said))
@@ -273,14 +301,15 @@ class Station:
 
     def _inspect(self, order: Order) -> None:
         self.measuring = order.serial
-        self.show(Screen("RUN", (order.serial,), "Keep your hands off the motor: it turns."))
+        serial = order.serial
+        self.show(Screen("RUN", (serial,), "Keep your hands off the motor: it turns.", "", serial))
         tag = {**(order.tag or {}), "ends": True}
         try:
             done = self.line.inspect(order.serial, retest=order.retest)
         except MotoridError as error:  # the disk: nothing can be kept, so nothing is said of it
             self._leave(order.serial)
             order.answer({"event": "error", **tag, "message": str(error)})
-            self.show(Screen("INVALID", (order.serial, str(error)), "Call maintenance."))
+            self.show(Screen("INVALID", (serial, str(error)), "Call maintenance.", "", serial))
             return
         finally:
             self.measuring = ""
@@ -292,8 +321,7 @@ class Station:
         if not order.before:
             self.first[outcome] += 1
         order.answer({"event": "verdict", **tag, **summary(done), "test": order.before + 1})
-        if self.judged is not None:
-            self.judged(done)
+        self._witness(done)
         if self.history is not None:
             self.history.take(done.folder)
         self.show(of_verdict(done.verdict, self._tally(done)))
@@ -302,6 +330,12 @@ class Station:
         """Draws a screen, and keeps it for what is to be added."""
         self._shown = screen
         self._draw(screen)
+        for witness in self.witnesses:
+            witness.shown(screen)
+
+    def _witness(self, done: Inspection) -> None:
+        for witness in self.witnesses:
+            witness.judged(done)
 
     def _add_line(self, said: str) -> None:
         self.show(_with_line(self._shown, said))
@@ -324,6 +358,11 @@ class Station:
         if self.history is not None and (late := self.history.waiting()) > USUAL_LATE:
             counts += f"   {late} verdicts wait for the history"
         return f"{counts}   {spent:.2f} s   Ctrl-D ends the shift"
+
+
+def _refuse_role(caller: Caller, order: str) -> None:
+    if not caller.may(NEEDS[order]):
+        raise UsageError(f"the role {caller.role} may not give the order {order}")
 
 
 def _with_line(screen: Screen, said: str) -> Screen:

@@ -16,13 +16,13 @@ from typing import Any
 import pytest
 
 from motorid.cli.main import run
-from motorid.errors import UsageError
 from motorid.web.address import parse_listen
-from motorid.workflow.orders import MOST_CLIENTS, Answer, Message, Orders, read_token
+from motorid.workflow.access import Caller, Tokens
+from motorid.workflow.orders import MOST_CLIENTS, Answer, Message, Orders
 from tests.web.test_guard import certificate
 
 PAGE = Path(__file__).parents[2] / "docs" / "line-controller.md"
-TOKEN = "0123456789abcdef0123"
+NOT_SO = "0123456789abcdef0123"
 
 
 class Taken:
@@ -32,8 +32,8 @@ class Taken:
         self.orders: list[Message] = []
         self.answers: list[Answer] = []
 
-    def __call__(self, order: Message, answer: Answer, who: str) -> None:
-        assert who == "controller at 127.0.0.1"
+    def __call__(self, order: Message, answer: Answer, caller: Caller) -> None:
+        assert caller == Caller("line (operator) at 127.0.0.1", "operator")
         self.orders.append(order)
         self.answers.append(answer)
         answer({"event": "accepted"})
@@ -45,8 +45,18 @@ def taken() -> Taken:
 
 
 @pytest.fixture
-def guarded(taken: Taken) -> Iterator[Orders]:
-    orders = Orders(("127.0.0.1", 0), taken, TOKEN)
+def tokens(tmp_path: Path) -> Tokens:
+    return Tokens(tmp_path / "tokens.json")
+
+
+@pytest.fixture
+def hello(tokens: Tokens) -> dict[str, str]:
+    return {"order": "hello", "token": tokens.add("line", "operator")}
+
+
+@pytest.fixture
+def guarded(taken: Taken, tokens: Tokens, hello: dict[str, str]) -> Iterator[Orders]:
+    orders = Orders(("127.0.0.1", 0), taken, tokens)
     yield orders
     orders.stop()
 
@@ -57,9 +67,11 @@ def pair(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 @pytest.fixture
-def secure(taken: Taken, pair: tuple[Path, Path]) -> Iterator[Orders]:
+def secure(
+    taken: Taken, tokens: Tokens, hello: dict[str, str], pair: tuple[Path, Path]
+) -> Iterator[Orders]:
     tls = parse_listen("0", certificate=pair[0], key=pair[1]).tls
-    orders = Orders(("127.0.0.1", 0), taken, TOKEN, tls)
+    orders = Orders(("127.0.0.1", 0), taken, tokens, tls)
     yield orders
     orders.stop()
 
@@ -82,42 +94,42 @@ def heard(port: int, *lines: Any, trusts: Path | None = None) -> list[dict[str, 
     return found
 
 
-HELLO = {"order": "hello", "token": TOKEN}
 INSPECT = {"order": "inspect", "serial": "D1"}
 
 
-def test_a_token_opens_the_connection(guarded: Orders, taken: Taken) -> None:
-    assert heard(guarded.port, HELLO, INSPECT) == [{"event": "hello"}, {"event": "accepted"}]
+def test_a_token_opens_the_connection(guarded: Orders, taken: Taken, hello: dict[str, str]) -> None:
+    assert heard(guarded.port, hello, INSPECT) == [{"event": "hello"}, {"event": "accepted"}]
     assert taken.orders == [INSPECT]
 
 
 @pytest.mark.parametrize(
     "first",
-    [INSPECT, {"order": "hello"}, {"order": "hello", "token": "ä" + TOKEN[1:]}, [1],
-     {"order": "hello", "token": TOKEN[:-1]}, {"order": "hello", "token": None}],
+    [INSPECT, {"order": "hello"}, {"order": "hello", "token": "ä" + NOT_SO[1:]}, [1],
+     {"order": "hello", "token": NOT_SO}, {"order": "hello", "token": None}],
 )  # fmt: skip
 def test_without_it_nothing_is_taken(guarded: Orders, taken: Taken, first: Any) -> None:
     answers = heard(guarded.port, first, INSPECT, INSPECT)
     assert [one["event"] for one in answers] == ["error"]
-    assert TOKEN not in answers[0]["message"]
     assert taken.orders == []
 
 
-def test_orders_over_tls(secure: Orders, taken: Taken, pair: tuple[Path, Path]) -> None:
-    said = heard(secure.port, HELLO, *[INSPECT] * 50, trusts=pair[0])
+def test_orders_over_tls(
+    secure: Orders, taken: Taken, pair: tuple[Path, Path], hello: dict[str, str]
+) -> None:
+    said = heard(secure.port, hello, *[INSPECT] * 50, trusts=pair[0])
     assert said == [{"event": "hello"}, *[{"event": "accepted"}] * 50]
     assert len(taken.orders) == 50
 
 
 def test_a_verdict_comes_while_the_client_only_listens(
-    secure: Orders, taken: Taken, pair: tuple[Path, Path]
+    secure: Orders, taken: Taken, pair: tuple[Path, Path], hello: dict[str, str]
 ) -> None:
     """The station's reader waits for the next order meanwhile, on the same connection."""
     context = ssl.create_default_context(cafile=str(pair[0]))
     context.check_hostname = False
     plain = socket.create_connection(("127.0.0.1", secure.port), timeout=60)
     with context.wrap_socket(plain) as link, link.makefile("rwb") as file:
-        for line in (HELLO, INSPECT):
+        for line in (hello, INSPECT):
             file.write(json.dumps(line).encode() + b"\n")
             file.flush()
             file.readline()
@@ -129,23 +141,13 @@ def test_a_verdict_comes_while_the_client_only_listens(
 
 def test_who_speaks_no_tls_is_told_nothing(secure: Orders, taken: Taken) -> None:
     with socket.create_connection(("127.0.0.1", secure.port), timeout=60) as link:
-        link.sendall(json.dumps(HELLO).encode() + b"\n")
+        link.sendall(json.dumps(INSPECT).encode() + b"\n")
         said = b""
         with contextlib.suppress(ConnectionError):
             while more := link.recv(4096):
                 said += more
     assert b"{" not in said  # an alert of TLS at most
     assert taken.orders == []
-
-
-@pytest.mark.parametrize("text", ["", "short\n", "x" * 300])
-def test_a_token_that_is_none(text: str, tmp_path: Path) -> None:
-    path = tmp_path / "token"
-    path.write_text(text)
-    with pytest.raises(UsageError, match="no token of 16 to 190 characters"):
-        read_token(path)
-    path.write_text(f" {TOKEN} \nand more\n")
-    assert read_token(path) == TOKEN
 
 
 @pytest.mark.parametrize(
@@ -184,9 +186,9 @@ class Open:
 
 
 @pytest.mark.slow
-def test_strangers_take_no_place_from_clients(guarded: Orders) -> None:
+def test_strangers_take_no_place_from_clients(guarded: Orders, hello: dict[str, str]) -> None:
     clients = [Open(guarded.port) for _ in range(MOST_CLIENTS)]
-    assert {one.ask(HELLO)["event"] for one in clients} == {"hello"}
+    assert {one.ask(hello)["event"] for one in clients} == {"hello"}
     strangers = [Open(guarded.port) for _ in range(MOST_CLIENTS + 1)]
     assert strangers[0].file.readline() == b""  # it made way for the last of them
     assert {one.ask({"order": "status"})["event"] for one in clients} == {"accepted"}
@@ -198,7 +200,7 @@ def test_strangers_take_no_place_from_clients(guarded: Orders) -> None:
 def test_the_example_for_a_controller_runs(tmp_path: Path) -> None:
     """The page's own program, as a reader would copy it, against answers of the page's form."""
 
-    def judged(order: Message, answer: Answer, who: str) -> None:
+    def judged(order: Message, answer: Answer, caller: Caller) -> None:
         tag = {"id": order["id"], "serial": order["serial"]}
         answer({"event": "accepted", "waiting": 0, **tag})
         answer({"event": "verdict", "outcome": "PASS", "ends": True, **tag})

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from motorid.workflow.access import Caller
 from motorid.workflow.orders import (
     MOST_CLIENTS,
     Answer,
@@ -54,7 +55,7 @@ class Deaf:
 
 @pytest.fixture
 def server() -> Iterator[Orders]:
-    def take(order: Message, answer: Answer, who: str) -> None:
+    def take(order: Message, answer: Answer, caller: Caller) -> None:
         if order["order"] == "inspect":
             answer({"event": "accepted"})
         else:

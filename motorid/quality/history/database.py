@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from sqlalchemy import Connection, Engine, Row, func, insert, inspect, select
 from sqlalchemy.exc import IntegrityError, OperationalError, ProgrammingError
@@ -23,7 +23,11 @@ from motorid.quality.history.forgetting import Forgotten, forget, sealed_in
 from motorid.quality.history.query import Query, matches
 from motorid.quality.history.records import CaptureRecord, ResultRecord, digest
 
+if TYPE_CHECKING:
+    from motorid.quality.signed import Trusted
+
 ATTEMPTS = 5
+SIGNATURE = "product_signature"  # among a result's versions: who signed its limits
 T = TypeVar("T")
 
 
@@ -195,6 +199,21 @@ class History:
             if not inspect(connection).has_table(s.trail.name):
                 return found
             return replace(found, problems=(*found.problems, *trail.problems(connection)))
+
+    def unsigned(self, trusted: Trusted) -> Iterator[str]:
+        """Results whose limits no trusted key has signed, in sentences."""
+        r = s.results
+        wanted = select(r.c.id, r.c.station, r.c.limits, r.c.versions).where(
+            r.c.limits.is_not(None)
+        )
+        with self.reading() as connection:
+            for row in connection.execution_options(yield_per=1000).execute(
+                wanted.order_by(r.c.id)
+            ):
+                cited = str((row.versions or {}).get(SIGNATURE, ""))
+                if problem := trusted.problem(cited, row.limits):
+                    where = f"station {row.station or 'without a name'}, result {row.id}"
+                    yield f"{where}, limits {row.limits[:12]}: {problem}"
 
     def note(self, entry: trail.Entry) -> bool:
         """Adds an entry to the trail, on disk when this returns; False where it is there already.

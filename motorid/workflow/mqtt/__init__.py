@@ -1,0 +1,1 @@
+"""A station at an MQTT broker: its state, its verdicts until a consumer has them; docs/mqtt.md."""
