@@ -3,6 +3,7 @@
 python bench/bench_coverage.py --rigs 2000 --out coverage.jsonl   go on where the file ends
 python bench/bench_coverage.py --tables coverage.jsonl --causes   the tables of what is there
 python bench/bench_coverage.py --effects --parts bound auto       motors with iron or windage
+python bench/bench_coverage.py --cluster local:4   on a Dask cluster; workers start in this folder
 
 Every rig is drawn by its own seed, so a study can be stopped, resumed and repeated rig by rig. One
 JSON line a rig. See docs/coverage.md.
@@ -16,8 +17,6 @@ import os
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +26,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from bench.coverage import tables
 from bench.coverage.rigs import NEUTRAL
 from bench.coverage.score import How, score
+from motorid.workflow.task import Result, Task
+from motorid.workflow.tasks import Workers, answers
 
 Row = dict[str, Any]
 PARTS = ("bound", "fit", "naive", "auto")
@@ -44,17 +45,20 @@ def stored(path: Path) -> list[Row]:
     return rows
 
 
-def scored(seeds: list[int], jobs: int, how: How) -> Iterator[Row]:
-    """The records of these rigs, in order."""
-    one = partial(score, how=how)
-    if jobs == 1:
-        yield from map(one, seeds)
-        return
-    with ProcessPoolExecutor(jobs) as pool:
-        yield from pool.map(one, seeds)
+def scored(seeds: list[int], jobs: Workers, how: How) -> Iterator[Row]:
+    """The records of these rigs, as they finish."""
+    tasks = {seed: Task(one, (seed, how), {"rig": seed}) for seed in seeds}
+    for _, found in answers(tasks, jobs):
+        yield json.loads(found["row"])
 
 
-def study(path: Path, seeds: Iterable[int], jobs: int, how: How) -> None:
+def one(seed: int, how: How) -> Result:
+    """A rig's record as text, which keeps what is not finite."""
+    how.folder.mkdir(parents=True, exist_ok=True)  # also where a worker has another disk
+    return {"row": json.dumps(score(seed, how=how))}
+
+
+def study(path: Path, seeds: Iterable[int], jobs: Workers, how: How) -> None:
     """Adds the records that ``path`` still lacks."""
     done = {row["seed"] for row in stored(path)}
     todo = [seed for seed in seeds if seed not in done]
@@ -79,6 +83,7 @@ def main() -> int:
     parser.add_argument("--rigs", type=int, default=2000)
     parser.add_argument("--first", type=int, default=0, help="seed of the first rig")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--cluster", help="a Dask cluster in place of --jobs, as of motorid fit")
     parser.add_argument("--out", type=Path, default=Path("coverage.jsonl"))
     parser.add_argument("--captures", type=Path, help="folder in which captures stay")
     parser.add_argument(
@@ -102,7 +107,7 @@ def main() -> int:
             folder.mkdir(parents=True, exist_ok=True)
             keep = args.captures is not None
             how = How(folder, tuple(args.parts), tuple(args.without), args.effects, keep)
-            study(args.out, seeds, args.jobs, how)
+            study(args.out, seeds, args.cluster or args.jobs, how)
     rows = merged(args.tables or [args.out])
     print(tables.summary(rows))
     if args.causes:

@@ -40,21 +40,32 @@ def canonical(document: Mapping[str, Any]) -> str:
 
 def read(path: Path, what: str) -> dict[str, Any]:
     """The document in ``path``, which is to be ``what``. Raises DataError, also where damaged."""
-    document = parse(path, what)
-    _check(document, path)
-    return document
+    found = parse(path, what)
+    _check(found, str(path))
+    return found
 
 
 def parse(path: Path, what: str) -> dict[str, Any]:
     """As ``read``, whatever its digest says."""
     refuse_large(path, JSON)
+    return _object(read_file(path, DataError, JSON.file, what), str(path), what)
+
+
+def document(data: bytes, where: str, what: str) -> dict[str, Any]:
+    """As ``read``, of bytes that were read from ``where``."""
+    found = _object(data, where, what)
+    _check(found, where)
+    return found
+
+
+def _object(data: bytes, where: str, what: str) -> dict[str, Any]:
     try:
-        document = json_text.loads(read_file(path, DataError, JSON.file, what))
+        found = json_text.loads(data)
     except json_text.JsonError as error:
-        raise DataError(f"{path} is damaged, or is not {what}: it is not JSON: {error}") from None
-    if not isinstance(document, dict):
-        raise DataError(f"{path} is damaged, or is not {what}: it is not a JSON object")
-    return document
+        raise DataError(f"{where} is damaged, or is not {what}: it is not JSON: {error}") from None
+    if not isinstance(found, dict):
+        raise DataError(f"{where} is damaged, or is not {what}: it is not a JSON object")
+    return found
 
 
 def carries_digest(document: Mapping[str, Any]) -> bool:
@@ -62,7 +73,7 @@ def carries_digest(document: Mapping[str, Any]) -> bool:
     return MEMBER in document
 
 
-def _check(document: Mapping[str, Any], path: Path) -> None:
+def _check(document: Mapping[str, Any], path: str) -> None:
     if not carries_digest(document):
         if MINOR in document:
             raise DataError(f"{path} is damaged: its digest is missing")

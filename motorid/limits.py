@@ -120,10 +120,16 @@ BYTES_A_SECOND = 4 * MB  # of a child's allowance of the processor
 
 def refuse_large(path: Path, limits: Limits, error: type[MotoridError] = DataError) -> None:
     """Raises ``error`` unless ``path`` is a regular file of no more than its reader's size."""
-    found = file_size(path, error)
+    refuse_size(str(path), file_size(path, error), limits, error)
+
+
+def refuse_size(
+    name: str, found: int, limits: Limits = CAPTURE, error: type[MotoridError] = DataError
+) -> None:
+    """Raises ``error`` where ``name`` has more bytes than its reader takes."""
     if found > limits.file:
         raise error(
-            f"{on_one_line(str(path))} has {size(found)}; a file of its kind ({limits.what}) "
+            f"{on_one_line(name)} has {size(found)}; a file of its kind ({limits.what}) "
             f"may have {size(limits.file)}"
         )
 

@@ -19,6 +19,7 @@ from motorid.capture import store_layout
 from motorid.quality import records
 from motorid.quality.history import schema
 from motorid.report import agreement, json_, power
+from motorid.storage import pack
 from motorid.version import __version__
 from motorid.wire import spec
 
@@ -95,6 +96,7 @@ def test_the_table_of_versions_is_that_of_the_code() -> None:
         "capture": f"{store_layout.MAJOR}.{store_layout.MINOR}",
         "program": str(program.VERSION),
         "journal": journal.MAGIC.decode().split()[-1],
+        "index of a pack": pack.SCHEMA.rpartition("-")[2],
         "calibration file": rig_calibration.FORMAT.split()[-1],
         "wire": f"{wire.major}.{wire.minor}",
         "history": schema.VERSION,

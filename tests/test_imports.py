@@ -49,15 +49,18 @@ MAY_IMPORT = {
     "search": FIT - {"plan"} | {"search"},
     "identify": FIT - {"plan"} | {"search"},
     "plan": FIT | {"rig"},
+    "storage": DATA,
     "quality": FIT | {"quality"},
     "report": FIT | {"quality", "report"},
     "export": DATA | {"estimate"},
     "sim": DATA | {"rig", "wire"},
     "acquire": DRIVE,
-    "workflow": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
+    "workflow": DRIVE | FIT | {"calibration", "quality", "report", "storage", "workflow"},
     "web": DRIVE | {"workflow"},  # whose roles hold on a page as well
     "api": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
-    "cli": DRIVE | FIT | {"calibration", "export", "quality", "report", "web", "workflow"},
+    "cli": DRIVE
+    | FIT
+    | {"calibration", "export", "quality", "report", "storage", "web", "workflow"},
 }
 
 

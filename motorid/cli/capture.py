@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -16,7 +17,10 @@ from motorid.cli.options import (
     warned,
     wrote,
 )
-from motorid.cli.values import Named
+from motorid.cli.values import Kept
+
+if TYPE_CHECKING:
+    from motorid.storage.place import File
 
 
 @click.command(
@@ -33,8 +37,8 @@ from motorid.cli.values import Named
     "-o",
     "--output",
     required=True,
-    type=Named(dir_okay=False, path_type=Path),
-    help="Capture file; --repeat 3 writes NAME-1.h5 to NAME-3.h5.",
+    type=Kept(dir_okay=False, path_type=Path),
+    help="Capture file, or its URL (s3://...); --repeat 3 writes NAME-1.h5 to NAME-3.h5.",
 )
 @click.option(
     "--burst",
@@ -51,7 +55,7 @@ def command(
     serial: str,
     note: str,
     speed: str | None,
-    output: Path,
+    output: File,
     burst: bool,
     where: str | None,
     listen: str,
@@ -70,19 +74,24 @@ def command(
     what fits.
     """
     from motorid.cli.progress import ProgressLine
-    from motorid.workflow import record
+    from motorid.storage.place import Url
+    from motorid.workflow import record, spool
 
     if where != live.PAGE and (allow_remote or certificate or key):
         raise click.UsageError(
             "--allow-remote, --certificate and --key are for the page of --live."
         )
-    make_way(output, repeat, force)
+    path, kept = spool.first(output), output.parent if isinstance(output, Url) else None
+    if kept:
+        for one in record.numbered(path, repeat):
+            spool.refuse_existing(kept / one.name, force=force)
+    make_way(path, repeat, force)
     rig = warned(record.bench(rig_name, port=port, speed=speed))
     address = live.Listen(listen, allow_remote, certificate, key)
     with live.capture_view(where, rig, address, serial) as view, ProgressLine() as progress:
         paths = record.capture_runs(
             record.bursting(rig) if burst else rig,
-            output,
+            path,
             repeat=repeat,
             force=force,
             serial=serial,
@@ -92,4 +101,4 @@ def command(
             watch=view.watch if view else None,
         )
     for path in paths:
-        wrote(path)
+        wrote(path, kept / path.name if kept else None, force=force)

@@ -13,17 +13,20 @@ import click
 from motorid.cli.names import RIG
 from motorid.cli.options import (
     example,
-    expand,
+    places,
     port_option,
     product_option,
     speed_option,
+    warn,
     warned,
 )
 from motorid.cli.streams import paint
-from motorid.cli.values import Named
+from motorid.cli.values import Kept
+from motorid.errors import DataError
 from motorid.visible import visible
 
 if TYPE_CHECKING:
+    from motorid.storage.place import File, Url
     from motorid.workflow.check import Inspection
 
 
@@ -54,8 +57,9 @@ if TYPE_CHECKING:
 @click.option(
     "-o",
     "--output",
-    type=Named(file_okay=False, path_type=Path),
-    help="Folder that gets a folder for each inspection  [default: inspections, when measuring]",
+    type=Kept(file_okay=False, path_type=Path),
+    help="Folder (or s3://...) that gets a folder for each inspection  [default: inspections, when "
+    "measuring]",
 )
 @click.option("--history", help="Add the verdict to this history (file, or a database's URL).")
 @click.option("--json", "as_json", is_flag=True, help="Print the verdict as JSON.")
@@ -66,7 +70,7 @@ def command(
     speed: str | None,
     serial: str,
     captures: tuple[str, ...],
-    output: Path | None,
+    output: File | None,
     history: str | None,
     as_json: bool,
 ) -> int:
@@ -77,14 +81,17 @@ def command(
     """
     from motorid.quality import records
     from motorid.quality.product import load_product
+    from motorid.storage.place import Url
+    from motorid.workflow import spool
 
     product = load_product(product_name)
+    folder = spool.first(output) if output else None
     if captures:
         from motorid.rig import load_rig
         from motorid.workflow.check import judge_stored
 
         again = load_rig(rig_name) if rig_name else None
-        done = judge_stored(expand(captures), product, serial, output, rig=again)
+        done = judge_stored(places(captures), product, serial, folder, rig=again)
     else:
         if not rig_name:
             raise click.UsageError("name a --rig to measure, or a --capture to judge.")
@@ -94,17 +101,32 @@ def command(
 
         rig = warned(bench(rig_name, port=port, speed=speed))
         scanned = serial or _scan(as_json)
-        with Line(rig, product, output or Path("inspections")) as line, ProgressLine() as progress:
+        with Line(rig, product, folder or Path("inspections")) as line, ProgressLine() as progress:
             done = line.inspect(scanned, progress=progress)
     if history:
         from motorid.workflow.history import remember_inspection
 
-        remember_inspection(history, done, product, expand(captures))
+        kept = output / done.folder.name if isinstance(output, Url) and done.folder else None
+        remember_inspection(history, done, product, places(captures), kept=kept)
+    if isinstance(output, Url) and folder:
+        _upload(folder, output)
     if as_json:
         click.echo(records.to_json(done.verdict), nl=False)
     else:
         paint(sys.stdout, f"{_page(done)}\n")
     return done.exit_code
+
+
+def _upload(folder: Path, to: Url) -> None:
+    """What is in the spool, this inspection and earlier ones; the verdict stands anyway."""
+    from motorid.workflow.uploads import Uploads
+
+    try:
+        said = Uploads(to).catch_up(folder)
+    except DataError as error:
+        warn(f"the inspection is safe in {folder}; it is uploaded by the next one ({error})")
+    else:
+        click.echo(f"{to}: {said}", err=True)
 
 
 def _scan(quiet: bool) -> str:

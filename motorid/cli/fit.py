@@ -14,10 +14,10 @@ from motorid.cli.options import (
     INSTANT,
     cluster_option,
     example,
-    expand,
     fit_options,
     force_option,
     nameplate_option,
+    places,
     search_options,
 )
 from motorid.cli.paged import Paged
@@ -28,6 +28,7 @@ from motorid.errors import EXIT_DONE
 if TYPE_CHECKING:
     from motorid.capture.model import Stated
     from motorid.rig import Rig
+    from motorid.storage.place import Place
 
 
 @click.command(
@@ -145,16 +146,16 @@ def command(
         "nameplate": _stated(nameplate),
     }
     search: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-    if history or cluster or jobs is not None or any(Path(name).is_dir() for name in files):
+    if history or cluster or jobs is not None or _has_many(files):
         if as_json or output is None:
             raise click.UsageError("many fits go to a folder: give -o, and no --json.")
         alone = next((name for name in search if name != "model"), "")
         if alone:
             raise click.UsageError(f"--{alone} goes with one fit, not with many.")
-        places = _of_history(history, serial, since) if history else expand(files)
+        captures = _of_history(history, serial, since) if history else places(files)
         if strict:
             raise click.UsageError("--strict goes with one fit: fits.csv has each one's status.")
-        _fit_many(places, output, force, {**options, **search, "jobs": cluster or jobs or 1})
+        _fit_many(captures, output, force, {**options, **search, "jobs": cluster or jobs or 1})
         return EXIT_DONE
     from motorid.cli.progress import Working
     from motorid.workflow import fit as workflow
@@ -162,13 +163,20 @@ def command(
     if output:
         workflow.check_writable(output, force=force)
     with Working("fitting"):
-        estimate = workflow.fit_files(expand(files), **options, **search)
+        estimate = workflow.fit_files(places(files), **options, **search)
     click.echo(workflow.as_json(estimate) if as_json else paged(workflow.as_text(estimate)))
     if output:
         for path in workflow.write_report(estimate, output, force=force):
             click.echo(f"wrote {path}", err=True)
     code = workflow.exit_code(estimate, strict=strict)
     return code if output or code != EXIT_DONE else None
+
+
+def _has_many(files: tuple[str, ...]) -> bool:
+    from motorid.storage.captures import is_many
+    from motorid.storage.place import place
+
+    return any(is_many(place(name)) for name in files)
 
 
 def _rig(name: str | None) -> Rig | None:
@@ -190,13 +198,13 @@ def _ambient(degrees: float | None, uncertainty: float | None) -> tuple[float, f
     return None if degrees is None else (degrees, uncertainty or 0.0)
 
 
-def _of_history(history: str, serial: str, since: datetime | None) -> list[Path]:
+def _of_history(history: str, serial: str, since: datetime | None) -> list[Place]:
     from motorid.workflow.many import captures_of_history
 
     return captures_of_history(history, serial=serial, since=since)
 
 
-def _fit_many(places: list[Path], output: Path, force: bool, options: Mapping[str, Any]) -> None:
+def _fit_many(places: list[Place], output: Path, force: bool, options: Mapping[str, Any]) -> None:
     from motorid.cli.compare import TaskBar
     from motorid.workflow import many
 

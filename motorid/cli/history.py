@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterable
 from datetime import datetime
 from pathlib import Path
@@ -9,13 +10,21 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from motorid.cli.options import INSTANT, example, expand, force_option, product_option
-from motorid.cli.values import Named, Whole
+from motorid.cli.options import (
+    INSTANT,
+    cluster_option,
+    example,
+    force_option,
+    places,
+    product_option,
+)
+from motorid.cli.values import JOBS, Kept, Named, Whole
 from motorid.errors import EXIT_DATA, EXIT_DONE
 
 if TYPE_CHECKING:
     from motorid.quality.history import Query
-    from motorid.workflow.history import Judged
+    from motorid.storage.place import Place
+    from motorid.workflow.rejudge import Judged
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -107,16 +116,14 @@ def add(where: str, files: tuple[str, ...], product_name: str, station: str, ope
     """
     from motorid.quality.history import open_history
     from motorid.quality.product import load_product
-    from motorid.workflow import history as workflow
+    from motorid.storage.captures import captures_in
     from motorid.workflow.check import WARM_UP
-    from motorid.workflow.many import captures_in
+    from motorid.workflow.rejudge import judge_into
 
     product = load_product(product_name)
-    paths = [path for path in captures_in(expand(files)) if path.name != WARM_UP]
+    found = [place for place in captures_in(places(files)) if place.name != WARM_UP]
     with open_history(where) as history:
-        return _say(
-            workflow.judge_into(history, product, paths, station=station, operator=operator)
-        )
+        return _say(judge_into(history, product, found, station=station, operator=operator))
 
 
 @command.command("rejudge")
@@ -126,19 +133,38 @@ def add(where: str, files: tuple[str, ...], product_name: str, station: str, ope
     "--captures",
     "folders",
     multiple=True,
-    type=Named(exists=True, file_okay=False, path_type=Path),
-    help="Look here, by name and SHA-256, for captures that have moved. Repeatable.",
+    type=Kept(exists=True, path_type=Path),
+    help="Look here, by SHA-256, for captures that have moved: a folder, packs, or s3://... of "
+    "either. Repeatable.",
 )
+@click.option("--jobs", type=JOBS, default=1, show_default=True, help="Processes that fit.")
+@cluster_option
 @query_options
-def rejudge(where: str, product_name: str, folders: tuple[Path, ...], **fields: Any) -> int:
-    """Judge the captures of old results by today's limits; the old results stay."""
+def rejudge(
+    where: str,
+    product_name: str,
+    folders: tuple[Place, ...],
+    jobs: int,
+    cluster: str | None,
+    **fields: Any,
+) -> int:
+    """Judge the captures of old results by today's limits; the old results stay.
+
+    What is judged is in the history at once, so an interrupted command goes on where it stopped.
+    """
+    from motorid.cli.compare import TaskBar
     from motorid.quality.history import open_history
     from motorid.quality.product import load_product
-    from motorid.workflow import history as workflow
+    from motorid.workflow import rejudge as workflow
 
-    product = load_product(product_name)
+    product, query = load_product(product_name), _query(fields)
+    bar = None if sys.stdout.isatty() else TaskBar()  # where each motor's line is not to be seen
     with open_history(where, create=False) as history:
-        return _say(workflow.rejudge(history, product, _query(fields), folders=folders))
+        return _say(
+            workflow.rejudge(
+                history, product, query, folders=folders, jobs=cluster or jobs, progress=bar
+            )
+        )
 
 
 def _say(judged: Iterable[Judged]) -> int:

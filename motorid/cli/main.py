@@ -43,6 +43,7 @@ COMMANDS = {
     "risk": ("risk", "Consumer's and producer's risks of a limit and its rule."),
     "power": ("power", "How large a defect must be to be found, by simulation."),
     "history": ("history", "The database of results: trace, judge again, export."),
+    "archive": ("archive", "Captures in packs, by day and station: pack, find, delete."),
     "verify": ("verify", "Say of each file whether it is still what was written."),
     "compare": ("compare", "Many methods on the same captures; the review's tables."),
     "motors": ("motors", "Several motors on one page: what differs, and all curves."),
@@ -69,6 +70,7 @@ TASKS = {
         "risk",
         "power",
         "history",
+        "archive",
     ),
     "Set up": (
         "init",

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from motorid.cli.names import FILES
-from motorid.cli.options import cluster_option, example, expand, force_option, jobs_option
+from motorid.cli.options import cluster_option, example, force_option, jobs_option, places
 from motorid.cli.values import Named
 from motorid.errors import EXIT_DONE
 
@@ -42,7 +42,7 @@ def command(
     from motorid.workflow.motors_files import motors_to_files
 
     found, made = motors_to_files(
-        expand(files), output, jobs=cluster or jobs, force=force, progress=TaskBar
+        places(files), output, jobs=cluster or jobs, force=force, progress=TaskBar
     )
     for line in said(found):
         click.echo(line)

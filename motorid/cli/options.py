@@ -17,6 +17,7 @@ from motorid.cli.values import JOBS, Whole, finite
 
 if TYPE_CHECKING:
     from motorid.rig import Rig
+    from motorid.storage.place import Place, Url
 
 EXAMPLE_WIDTH = 74  # columns, of a terminal with 80
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -93,6 +94,17 @@ def expand(files: tuple[str, ...]) -> list[Path]:
     return paths
 
 
+def places(files: tuple[str, ...]) -> list[Place]:
+    """As ``expand``, with URLs of an object store and files of packs among them."""
+    from motorid.storage.place import place
+
+    found: list[Place] = []
+    for file in files:
+        named = place(file)
+        found += expand((file,)) if isinstance(named, Path) else [named]
+    return found
+
+
 def warned(rig: Rig) -> Rig:
     """``rig``, after saying on stderr what a person should know of it before it drives a motor.
 
@@ -111,12 +123,16 @@ def warn(sentence: str) -> None:
     click.echo(folded(f"motorid: warning: {sentence}"), err=True)
 
 
-def wrote(path: Path) -> None:
-    """Says that a capture is in ``path``, and what is wrong with it."""
-    from motorid.workflow import record
+def wrote(path: Path, kept: Url | None = None, *, force: bool = False) -> None:
+    """Says that a capture is in ``path``, and what is wrong with it.
+
+    ``kept``: where it is in an object store, after it was brought there.
+    """
+    from motorid.workflow import record, spool
 
     remarks = record.remarks(path)  # reads it: nothing is said to be written that is not there
-    click.echo(f"wrote {path}", err=True)
+    place = spool.deliver(path, kept, force=force) if kept else path
+    click.echo(f"wrote {place}", err=True)
     for remark in remarks:
         click.echo(folded(f"note: {remark}"), err=True)
 

@@ -22,12 +22,13 @@ from motorid.cli.options import (
     warned,
 )
 from motorid.cli.streams import paint
-from motorid.cli.values import Named, Whole
+from motorid.cli.values import Kept, Whole
 from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
     from motorid.quality.product import Product
     from motorid.report.screen import Screen
+    from motorid.storage.place import File
     from motorid.workflow.check import Line
     from motorid.workflow.mqtt.witness import MqttWitness
     from motorid.workflow.opcua.witness import OpcUaWitness
@@ -51,10 +52,10 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
 @click.option(
     "-o",
     "--output",
-    type=Named(file_okay=False, path_type=Path),
+    type=Kept(file_okay=False, path_type=Path),
     default=Path("inspections"),
     show_default=True,
-    help="Folder that gets a folder for each inspection.",
+    help="Folder (or s3://...) that gets a folder for each inspection.",
 )
 @click.option(
     "--listen",
@@ -100,7 +101,7 @@ def command(
     rig_name: str,
     port: str | None,
     speed: str | None,
-    output: Path,
+    output: File,
     listen: str,
     no_listen: bool,
     page: str | None,
@@ -122,15 +123,21 @@ def command(
     Serial numbers come from a scanner that types, the keyboard, or a line controller over TCP.
     Ctrl-D ends the shift. Captures and results are on disk before a verdict is shown; a station
     that was killed judges what it left unfinished when it starts again.
+
+    To an object store (s3://...) inspections go behind the cycle, from a folder of this computer
+    that keeps them: MOTORID_SPOOL. A store that cannot be reached stops no motor.
     """
     from motorid.cli.operator_page import OperatorPage
     from motorid.quality.product import load_product
+    from motorid.storage.place import Url
+    from motorid.workflow import spool
     from motorid.workflow.access import Tokens
     from motorid.workflow.check import Line, Who
     from motorid.workflow.orders import Orders
     from motorid.workflow.record import bench
     from motorid.workflow.shift_history import ShiftHistory
     from motorid.workflow.station import Station, reader
+    from motorid.workflow.uploads import Uploads
 
     if page is None and allow_drive:
         raise click.UsageError("--allow-drive is for --page.")
@@ -147,15 +154,17 @@ def command(
     tokens = Tokens(token_file) if token_file else None
     if tokens is not None:
         tokens.all()  # raises for what is none
-    with Line(rig, product, output, Who(name, operator)) as line, contextlib.ExitStack() as stack:
-        kept = ShiftHistory(history, product, {"station": name}) if history else None
+    folder, store = spool.first(output), output if isinstance(output, Url) else None
+    with Line(rig, product, folder, Who(name, operator)) as line, contextlib.ExitStack() as stack:
+        kept = ShiftHistory(history, product, {"station": name}, store) if history else None
         board = OperatorPage(line, name, show) if page else None
         shown = board.show if board else show
         mqtt = _mqtt(broker, name, line) if broker else None
         served = live.Listen(opcua or "", allow_remote, certificate, key, "--opcua", tokens)
         server = _opcua(served, name, product) if opcua else None
         witnesses = [one for one in (board, mqtt, server) if one is not None]
-        station = Station(line, shown, kept, depth, witnesses)
+        uploads = Uploads(store) if store else None
+        station = Station(line, shown, kept, depth, witnesses, uploads)
         if mqtt:
             stack.enter_context(mqtt.running(station.note))
         if server:

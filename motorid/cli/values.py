@@ -73,6 +73,17 @@ class Named(click.Path):
         return super().convert(value, param, ctx)
 
 
+class Kept(Named):
+    """The same, or a URL of an object store."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        from motorid.storage.place import file, is_url
+
+        if isinstance(value, str) and is_url(value):
+            return file(value)
+        return super().convert(value, param, ctx)
+
+
 def _finite(
     kind: click.ParamType[float],
     value: float,

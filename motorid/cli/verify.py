@@ -8,22 +8,25 @@ from typing import TYPE_CHECKING
 import click
 
 from motorid.cli.options import example
+from motorid.cli.values import Kept
 from motorid.errors import EXIT_DATA, EXIT_DONE
 from motorid.visible import on_one_line
 
 if TYPE_CHECKING:
+    from motorid.storage.place import File
     from motorid.workflow.verify import Finding
 
 
 @click.command("verify", epilog=example("motorid verify m17.h5 m17", "motorid verify --json line"))
-@click.argument("paths", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("paths", nargs=-1, required=True, type=Kept(path_type=Path))
 @click.option("--json", "as_json", is_flag=True, help="Print the findings as JSON.")
-def command(paths: tuple[Path, ...], as_json: bool) -> int:
+def command(paths: tuple[File, ...], as_json: bool) -> int:
     """Say of each file whether it is still what was written.
 
     A capture, an estimate and a verdict carry the SHA-256 of their content, a journal one of its
-    records. A folder is searched for such files, with its folders. One line a file: sound, carries
-    no digest (older files), cut short (a journal's end is missing) or damaged, and where.
+    records, the index of a pack one of each file in it. A folder is searched for such files, with
+    its folders; captures and packs may be in an object store. One line a file: sound, carries no
+    digest (older files), cut short (a journal's end is missing) or damaged, and where.
 
     Exit codes: 0, 4 where a file is damaged, 2 where a path is not there.
     """

@@ -23,9 +23,11 @@ if TYPE_CHECKING:
     from motorid.acquire.port import Port
     from motorid.acquire.record import Progress
     from motorid.acquire.tap import Watch
+    from motorid.capture.model import Capture
     from motorid.quality.product import Product
     from motorid.quality.verdict import Verdict
     from motorid.rig import Rig
+    from motorid.storage.place import Place
 
 CAPTURE, WARM_UP = "capture.h5", "warm-up.h5"
 LONGEST_NAME = 200  # of a station or a person
@@ -204,34 +206,47 @@ def finish(
 
 
 def judge_files(
-    paths: Sequence[Path], product: Product, serial: str = "", *, rig: Rig | None = None
+    paths: Sequence[Place], product: Product, serial: str = "", *, rig: Rig | None = None
 ) -> tuple[Verdict, float]:
     """The verdict on stored captures of one motor, and the seconds that loading and fit took.
 
     ``rig``: re-analyse them under this one, with its calibration, in place of their own.
     Captures that cannot be fitted give INVALID; a file that is none raises DataError.
     """
-    from motorid.capture import store
+    from motorid.storage.captures import load
+
+    start = time.perf_counter()
+    captures = [load(path) for path in paths]
+    loaded_s = time.perf_counter() - start
+    verdict, fit_s = judge_captures(captures, product, serial, rig=rig)
+    return verdict, loaded_s + fit_s
+
+
+def judge_captures(
+    captures: Sequence[Capture], product: Product, serial: str = "", *, rig: Rig | None = None
+) -> tuple[Verdict, float]:
+    """As ``judge_files``, for captures that are loaded already."""
     from motorid.estimate.results.estimate import SIX
     from motorid.quality.judge import judge, not_measured
     from motorid.workflow.fit import fit_captures
 
     start = time.perf_counter()
-    captures = [store.load(path) for path in paths]
     stored = next((str(s) for c in captures if (s := c.provenance.get("serial"))), "")
     if serial and stored and serial != stored:
-        raise UsageError(f"{paths[0]} is of motor {stored}, not of {serial}: name the right one")
+        raise UsageError(
+            f"{captures[0].path} is of motor {stored}, not of {serial}: name the right one"
+        )
     try:
         estimate = fit_captures(captures, rig=rig, model=SIX)  # limits are on these
     except DataError as error:
         verdict = not_measured(product, serial or stored, str(error))
         return verdict, time.perf_counter() - start
-    taken = time.perf_counter() - start
-    return judge(estimate, product, serial=serial or stored), taken
+    fit_s = time.perf_counter() - start
+    return judge(estimate, product, serial=serial or stored), fit_s
 
 
 def judge_stored(
-    paths: Sequence[Path],
+    paths: Sequence[Place],
     product: Product,
     serial: str,
     output: Path | None,

@@ -11,17 +11,19 @@ import contextlib
 import logging
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from motorid.errors import LinkError, UsageError
+from motorid.storage.place import Member
 from motorid.version import __version__
 
 if TYPE_CHECKING:
     from motorid.workflow.task import Result, Task
 
+Key = TypeVar("Key", bound=Hashable)
 LOCAL = "local:"
 SCHEMES = ("tcp://", "tls://")
 WINDOW = 2000  # tasks that the scheduler holds at a time: memory stays flat over millions
@@ -47,15 +49,16 @@ def check_address(address: str) -> str:
 
 
 def answered(
-    missing: Mapping[Path, Task], address: str, patience_s: float = PATIENCE_S
-) -> Iterator[tuple[Path, Result | Failure]]:
-    """Each task's path with its Result, or with why there is none, in the order they finish.
+    missing: Mapping[Key, Task], address: str, patience_s: float = PATIENCE_S
+) -> Iterator[tuple[Key, Result | Failure]]:
+    """Each task's key with its Result, or with why there is none, in the order they finish.
 
     A task whose worker died is tried once more, alone. Raises UsageError without Dask, LinkError
     where the cluster cannot be reached, or is lost for ``patience_s``; what was answered until
     then was yielded.
     """
-    left, suspects = dict(missing), dict[Path, Any]()
+    left: dict[Key, Task] = dict(missing)
+    suspects: dict[Key, Task] = {}
     idle = 0
     with _cluster(address) as where:
         while left or suspects:
@@ -64,12 +67,12 @@ def answered(
             before = len(left) + len(suspects)
             try:
                 with _client(where, patience_s) as client:
-                    for path, found in _round(client, batch, patience_s):
-                        task = (suspects if alone else left).pop(path)
+                    for key, found in _round(client, batch, patience_s):
+                        task = (suspects if alone else left).pop(key)
                         if isinstance(found, Failure) and found.died and not alone:
-                            suspects[path] = task
+                            suspects[key] = task
                         else:
-                            yield path, found
+                            yield key, found
             except _lost():
                 pass  # what is left is sent again, once a scheduler answers
             except LinkError as error:
@@ -91,30 +94,30 @@ class Failure:
 
 
 def _round(
-    client: Any, left: Mapping[Path, Task], patience_s: float
-) -> Iterator[tuple[Path, Result | Failure]]:
+    client: Any, left: Mapping[Key, Task], patience_s: float
+) -> Iterator[tuple[Key, Result | Failure]]:
     """One attempt at all that is left. Ends early where the scheduler forgot its futures."""
     distributed: Any = import_module("distributed")
     waiting = iter(list(left.items()))
-    places: dict[Any, Path] = {}
+    keys: dict[Any, Key] = {}
     finished = distributed.as_completed(loop=client.loop)
 
     def send(count: int) -> None:
-        for path, task in (pair for pair, _ in zip(waiting, range(count), strict=False)):
+        for key, task in (pair for pair, _ in zip(waiting, range(count), strict=False)):
             future = client.submit(
                 _remote, task.work, _absolute(task.arguments), __version__, pure=False
             )
-            places[future] = path
+            keys[future] = key
             finished.add(future)
 
     send(WINDOW)
     looked = alive = time.monotonic()
-    while places:
+    while keys:
         batch = finished.next_batch(block=False)
         for future in batch:
-            path = places.pop(future)
+            key = keys.pop(future)
             if future.status not in ("cancelled", "lost"):  # else another round sends it again
-                yield path, _of(future)
+                yield key, _of(future)
         send(len(batch))
         if batch:
             continue
@@ -157,14 +160,15 @@ def _remote(work: Callable[..., Result], arguments: tuple[Any, ...], version: st
 
 def _absolute(arguments: tuple[Any, ...]) -> tuple[Any, ...]:
     """Paths as another process finds them, from whatever folder it was started in."""
-    return tuple(
-        Path(os.path.abspath(one))
-        if isinstance(one, Path)
-        else _absolute(one)
-        if isinstance(one, tuple)
-        else one
-        for one in arguments
-    )
+    return tuple(map(_anywhere, arguments))
+
+
+def _anywhere(one: Any) -> Any:
+    if isinstance(one, Path):
+        return Path(os.path.abspath(one))
+    if isinstance(one, Member):
+        return Member(_anywhere(one.pack), one.inner)
+    return _absolute(one) if isinstance(one, tuple) else one
 
 
 @contextlib.contextmanager

@@ -17,13 +17,14 @@ if TYPE_CHECKING:
     from motorid.capture.model import Capture, Stated
     from motorid.estimate.results.estimate import Diagnostic, Estimate
     from motorid.rig import Rig
+    from motorid.storage.place import Place
 
 ESTIMATE_FILE = "estimate.json"
 REPORT_FILE = "report.html"
 
 
 def fit_files(
-    paths: Sequence[Path],
+    paths: Sequence[Place],
     *,
     rig: Rig | None = None,
     fix: Mapping[str, float],
@@ -42,9 +43,9 @@ def fit_files(
     Raises DataError where a file is no capture or holds too little, UsageError on a bad option,
     RigError where the rig is not of these captures.
     """
-    from motorid.capture import store
+    from motorid.storage.captures import load
 
-    captures = [store.load(path) for path in paths]
+    captures = [load(path) for path in paths]
     return fit_captures(
         captures, rig=rig, ambient=ambient, nameplate=nameplate, fix=fix, without=without,
         method=method, **search,

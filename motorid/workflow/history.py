@@ -1,39 +1,30 @@
-"""Verdicts into the history, traces through it, and old captures judged by today's limits."""
+"""Verdicts into the history, and traces through it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motorid.errors import DataError, MotoridError
+from motorid.errors import DataError
+from motorid.storage.captures import load, sha256_of
+from motorid.storage.place import place
 
 if TYPE_CHECKING:
-    from motorid.quality.history import History, Query
-    from motorid.quality.history.records import Kind
+    from motorid.capture.model import Capture
+    from motorid.quality.history import History
+    from motorid.quality.history.records import Kind, ResultRecord
     from motorid.quality.product import Product
     from motorid.quality.verdict import Verdict
+    from motorid.storage.place import Place, Url
     from motorid.workflow.check import Inspection
-
-
-@dataclass(frozen=True)
-class Judged:
-    """One motor, judged into the history. ``before``: its outcome until now; "" for none."""
-
-    serial: str
-    path: str
-    before: str
-    after: str
-    reasons: tuple[str, ...]
-    new: bool
-    failure: str = ""
 
 
 def remember(
     history: History,
     verdict: Verdict,
-    captures: Sequence[Path],
+    captures: Sequence[Place],
     product: Product,
     *,
     kind: Kind = "check",
@@ -43,14 +34,19 @@ def remember(
 
     ``rest``: station, operator, note, at (see ``ResultRecord``). It is on disk when this returns.
     """
-    from motorid.capture import store
+    loaded = [load(path) for path in captures]
+    return history.add(record_of(verdict, loaded, product, kind=kind, **rest))
+
+
+def record_of(
+    verdict: Verdict, captures: Sequence[Capture], product: Product, *, kind: Kind, **rest: Any
+) -> ResultRecord:
+    """What the history keeps of a verdict on ``captures``; see ``remember``."""
     from motorid.quality.history.records import from_verdict
 
-    loaded = [store.load(path) for path in captures]
     if seen := _seen_anew(verdict):
         rest["note"] = "; ".join(part for part in (rest.get("note", ""), seen) if part)
-    record = from_verdict(verdict, loaded, kind=kind, limits=product.text, **rest)
-    return history.add(record)
+    return from_verdict(verdict, captures, kind=kind, limits=product.text, **rest)
 
 
 def _seen_anew(verdict: Verdict) -> str:
@@ -62,79 +58,27 @@ def _seen_anew(verdict: Verdict) -> str:
 
 
 def remember_inspection(
-    where: str, done: Inspection, product: Product, captures: Sequence[Path] = (), **rest: Any
+    where: str,
+    done: Inspection,
+    product: Product,
+    captures: Sequence[Place] = (),
+    *,
+    kept: Url | None = None,
+    **rest: Any,
 ) -> bool:
-    """Adds what came of one motor to the history at ``where``; ``captures`` if not its own one."""
+    """Adds what came of one motor to the history at ``where``; ``captures`` if not its own one.
+
+    ``kept``: the folder in an object store that its own folder is copied to.
+    """
     from motorid.quality.history import open_history
     from motorid.workflow.check import CAPTURE
 
     own = [done.folder / CAPTURE] if done.folder else []
-    paths = captures or [path for path in own if path.exists()]
+    loaded = [load(path) for path in captures or [path for path in own if path.exists()]]
+    if kept is not None and not captures:
+        loaded = [replace(one, path=str(kept / CAPTURE)) for one in loaded]
     with open_history(where) as history:
-        return remember(history, done.verdict, paths, product, **rest)
-
-
-def judge_into(
-    history: History, product: Product, paths: Sequence[Path], **rest: Any
-) -> Iterator[Judged]:
-    """Judges each capture and adds the verdict, one after the other."""
-    for path in paths:
-        yield _judged(history, product, [path], "", "check", rest)
-
-
-def rejudge(
-    history: History, product: Product, query: Query, *, folders: Sequence[Path] = ()
-) -> Iterator[Judged]:
-    """Judges the captures of the results that ``query`` chooses by today's ``product``.
-
-    Captures are found where they were recorded, or by name under ``folders``; another SHA-256
-    than the recorded one is a failure. The old results stay as they are.
-    """
-    seen: set[tuple[str, ...]] = set()
-    for row in history.results(query)[::-1]:  # the newest outcome of a capture is the one before
-        cited = history.captures_of(row.id)
-        hashes = tuple(capture.sha256 for capture in cited)
-        if not cited or hashes in seen:
-            continue
-        seen.add(hashes)
-        try:
-            paths = [_found(capture, folders) for capture in cited]
-        except DataError as error:
-            yield Judged(row.serial, cited[0].path, row.outcome, "", (), False, str(error))
-            continue
-        yield _judged(history, product, paths, row.outcome, "rejudged", {"station": row.station})
-
-
-def _found(capture: Any, folders: Sequence[Path]) -> Path:
-    """The file of a capture, and no other."""
-    from motorid.workflow.many import sha256_of
-
-    there = Path(capture.path)
-    elsewhere = (p for folder in folders for p in sorted(folder.rglob(there.name)))
-    for path in [there, *elsewhere]:
-        if path.is_file() and sha256_of(path) == capture.sha256:
-            return path
-    changed = "has other bytes now" if there.is_file() else "is not there any more"
-    raise DataError(f"the capture {there} {changed}: say by --captures where captures are kept")
-
-
-def _judged(
-    history: History,
-    product: Product,
-    paths: Sequence[Path],
-    before: str,
-    kind: Kind,
-    rest: dict[str, Any],
-) -> Judged:
-    from motorid.workflow.check import judge_files
-
-    try:
-        verdict, _ = judge_files(paths, product)
-        new = remember(history, verdict, paths, product, kind=kind, **rest)
-    except MotoridError as error:
-        return Judged("", str(paths[0]), before, "", (), False, str(error))
-    outcome = str(verdict.outcome)
-    return Judged(verdict.serial, str(paths[0]), before, outcome, verdict.reasons, new)
+        return history.add(record_of(done.verdict, loaded, product, kind="check", **rest))
 
 
 def trace(history: History, what: str) -> str:
@@ -142,11 +86,8 @@ def trace(history: History, what: str) -> str:
 
     Raises DataError where the history knows nothing of it.
     """
-    from motorid.workflow.many import sha256_of
-
-    path = Path(what)
-    if path.is_file():
-        captures = history.captures(sha256=sha256_of(path))
+    if _is_file(found := place(what)):
+        captures = history.captures(sha256=sha256_of(found))
     else:
         captures = history.captures(serial=what)
         if not captures and len(what) >= 6:
@@ -154,6 +95,10 @@ def trace(history: History, what: str) -> str:
     if not captures:
         raise DataError(f"the history {history.where} knows no motor and no capture {what!r}")
     return "\n\n".join("\n".join(_trace(history, capture)) for capture in captures)
+
+
+def _is_file(found: Place) -> bool:
+    return found.is_file() if isinstance(found, Path) else True
 
 
 def _trace(history: History, capture: Any) -> Iterator[str]:

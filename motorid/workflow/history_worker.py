@@ -1,34 +1,22 @@
-"""A shift's history in a thread of its own: a database that hangs costs the line nothing.
-
-Each verdict is on disk before it comes here. What the history does not take keeps no mark in its
-folder, so nothing is lost where the queue is full, the database silent or the station killed.
-"""
+"""A shift's history in a thread of its own: a database that hangs costs the line nothing."""
 
 from __future__ import annotations
 
-import contextlib
 import queue
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
 from motorid.errors import MotoridError
+from motorid.workflow import behind
+from motorid.workflow.behind import Behind, Tell
 
-MOST_WAITING = 1000  # verdicts; further ones wait in their folders alone
 ANSWERS_S = 0.1  # for the history to say what it knows of a motor: the line waits no longer
-LAST_WORDS_S = 10.0  # for what waits at the end of a shift
-Tell = Callable[[str], None]
 
 
-class Book(Protocol):
+class Book(behind.Book, Protocol):
     """Where verdicts go: ``ShiftHistory``."""
-
-    def take(self, folder: Path) -> str:
-        """Adds one inspection; what went wrong, in a sentence, or nothing."""
-
-    def catch_up(self, folder: Path) -> str:
-        """Adds what is missing; a sentence of it, or nothing. Raises DataError."""
 
     def judged(self, serial: str) -> list[Mapping[str, Any]]:
         """What it holds of a motor. Raises DataError."""
@@ -37,41 +25,16 @@ class Book(Protocol):
         """Results and trail of a motor. Raises DataError."""
 
 
-class HistoryWorker:
-    """Adds what ``take`` is given to ``shift``, in order. ``tell`` hears what a person should know.
+class HistoryWorker(Behind):
+    """Adds verdicts to a history, and asks it what it knows of a motor."""
 
-    ``folder`` holds the shift's inspections; what an earlier one left out is added first, and what
-    this one had to leave out as soon as the history answers again. ``tell`` is called from the
-    worker's thread.
-    """
+    what, where, does = "verdicts", "in the history", "adds"
 
-    def __init__(self, shift: Book, folder: Path, tell: Tell, most: int = MOST_WAITING) -> None:
-        self.shift, self.folder, self.tell = shift, folder, tell
+    def __init__(self, shift: Book, folder: Path, tell: Tell, *rest: int) -> None:
+        super().__init__(shift, folder, tell, *rest)
+        self.shift = shift
         self.patience_s = ANSWERS_S
-        self.trouble = ""  # why the latest verdict is not in the history; "" when it is
-        self._jobs: queue.Queue[Path | None] = queue.Queue(most)
-        self._behind = True  # whether folders may hold what the history lacks
-        self._unfinished = 0
-        self._lock = threading.Lock()
-        self._thread = threading.Thread(target=self._work, name="history", daemon=True)
         self._asking = threading.Thread()  # none yet
-
-    def start(self) -> None:
-        """Begins with what earlier shifts left out."""
-        self._thread.start()
-
-    def take(self, folder: Path | None) -> None:
-        """An inspection whose records are on disk; never waits."""
-        if folder is None:
-            return
-        with self._lock:
-            self._unfinished += 1
-        try:
-            self._jobs.put_nowait(folder)
-        except queue.Full:
-            self._behind = True
-            with self._lock:
-                self._unfinished -= 1
 
     def judged(
         self, serial: str, patience_s: float | None = None
@@ -96,39 +59,3 @@ class HistoryWorker:
             return found.get(timeout=self.patience_s if patience_s is None else patience_s)
         except queue.Empty:
             return None
-
-    def waiting(self) -> int:
-        """Verdicts that were given and are not in the history yet, the one in work among them."""
-        return self._unfinished
-
-    def close(self, patience_s: float = LAST_WORDS_S) -> str:
-        """Ends once what waits is added; what is left to the next shift, in a sentence."""
-        with contextlib.suppress(queue.Full):
-            self._jobs.put(None, timeout=patience_s)
-            self._thread.join(patience_s)
-        left = self.waiting()
-        if not left:
-            return ""
-        return f"{left} verdicts are not in the history yet: the next shift adds them"
-
-    def _work(self) -> None:
-        self._catch_up()
-        while (folder := self._jobs.get()) is not None:
-            self.trouble = self.shift.take(folder)
-            with self._lock:
-                self._unfinished -= 1
-            if self.trouble:
-                self._behind = True
-                self.tell(self.trouble)
-            elif self._behind:
-                self._catch_up()
-
-    def _catch_up(self) -> None:
-        try:
-            said = self.shift.catch_up(self.folder)
-        except (MotoridError, OSError) as error:
-            said = self.trouble = f"earlier verdicts are not in the history yet ({error})"
-        else:
-            self._behind = False
-        if said:
-            self.tell(said)

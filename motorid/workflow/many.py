@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,17 +15,19 @@ from motorid import csv_text
 from motorid.capture.whole import refuse_existing, write_whole
 from motorid.errors import DataError, MotoridError
 from motorid.estimate.results.estimate import AUTO
-from motorid.reading import open_file
+from motorid.storage.captures import captures_in as captures_in
+from motorid.storage.captures import load
+from motorid.storage.captures import sha256_of as sha256_of
+from motorid.storage.place import place
 from motorid.version import __version__
 from motorid.workflow.recalibrate import cited
 from motorid.workflow.tasks import Progress, Result, Task, Workers, run_all
 
 if TYPE_CHECKING:
     from motorid.rig import Rig
+    from motorid.storage.place import Place
 
 RUNS, TABLE = "runs", "fits.csv"
-SUFFIX = ".h5"
-CHUNK = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -45,26 +46,9 @@ class Fitted:
     seconds: float
 
 
-def captures_in(places: Sequence[Path]) -> list[Path]:
-    """The capture files among ``places``; a folder stands for those in it, at any depth.
-
-    Raises DataError where a folder holds none.
-    """
-    found: list[Path] = []
-    for place in places:
-        if not place.is_dir():
-            found.append(place)
-            continue
-        inside = sorted(p for p in place.rglob(f"*{SUFFIX}") if not p.name.startswith("."))
-        if not inside:
-            raise DataError(f"the folder {place} holds no capture ({SUFFIX}): name another")
-        found += inside
-    return list(dict.fromkeys(found))
-
-
 def captures_of_history(
     where: str, *, serial: str = "", since: datetime | None = None
-) -> list[Path]:
+) -> list[Place]:
     """Where the history says that the captures of these motors are.
 
     Raises DataError where it knows none.
@@ -73,14 +57,14 @@ def captures_of_history(
 
     with open_history(where, create=False) as history:
         rows = history.captures(serial=serial)
-    found = [Path(r.path) for r in rows if since is None or (r.created and r.created >= since)]
+    found = [place(r.path) for r in rows if since is None or (r.created and r.created >= since)]
     if not found:
         raise DataError(f"the history {where} knows no such capture: widen the query")
     return list(dict.fromkeys(found))
 
 
 def fit_many(
-    paths: Sequence[Path],
+    paths: Sequence[Place],
     folder: Path,
     *,
     fix: Mapping[str, float] | None = None,
@@ -118,36 +102,21 @@ def fit_many(
     return [_fitted(path, answers[path]) for path in paths]
 
 
-def _sha256(path: Path) -> str | MotoridError:
+def _sha256(path: Place) -> str | MotoridError:
     try:
         return sha256_of(path)
     except DataError as error:
         return error
 
 
-def sha256_of(path: Path) -> str:
-    """The digest of a file's bytes. Raises DataError where they cannot be read."""
-    digest = hashlib.sha256()
-    try:
-        with open_file(path, DataError) as file:
-            while piece := file.read(CHUNK):
-                digest.update(piece)
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read: {error.strerror or error}") from None
-    return digest.hexdigest()
-
-
-def _fit(path: Path, sha256: str, options: Mapping[str, Any], rig: Rig | None) -> Result:
+def _fit(path: Place, sha256: str, options: Mapping[str, Any], rig: Rig | None) -> Result:
     """One capture's answer as plain data; whatever goes wrong is its failure and nobody else's."""
-    from motorid.capture import store
     from motorid.workflow.fit import fit_captures
 
     began = time.perf_counter()
     result: Result = {"sha256": sha256, "serial": "", "values": {}, "findings": [], "failure": ""}
     try:
-        capture = store.load(path)
-        if capture.sha256 != sha256:
-            raise DataError(f"{path} changed while it was fitted: run again")
+        capture = load(path, sha256)
         result["serial"] = str(capture.provenance.get("serial", ""))
         estimate = fit_captures([capture], rig=rig, **options)
         result["values"] = _values({**estimate.parameters, **estimate.at_25, **estimate.derived})
@@ -177,8 +146,10 @@ def _failed(sha256: str, says: str) -> Result:
     return found | {"failure": says, "seconds": 0.0}
 
 
-def _fitted(path: Path, result: Result) -> Fitted:
-    said = str(result["failure"]).replace(os.path.abspath(path), str(path))  # as a worker named it
+def _fitted(path: Place, result: Result) -> Fitted:
+    said = str(result["failure"])
+    if isinstance(path, Path):
+        said = said.replace(os.path.abspath(path), str(path))  # as a worker named it
     fields = {**result, "findings": tuple(result["findings"]), "failure": said}
     return Fitted(path=str(path), **fields)
 
@@ -202,7 +173,7 @@ def _cells(fit: Fitted, names: Sequence[str]) -> Iterator[Any]:
 
 
 def fit_to_files(
-    places: Sequence[Path],
+    places: Sequence[Place],
     folder: Path,
     *,
     force: bool = False,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from motorid import csv_text
@@ -13,6 +12,8 @@ from motorid.capture import store
 from motorid.capture.model import Capture
 from motorid.errors import DataError
 from motorid.estimate.results.estimate import PARAMETERS
+from motorid.storage.captures import load
+from motorid.storage.place import Place
 from motorid.workflow.many import Fitted
 
 REAL = 2.0  # standard uncertainties of a difference
@@ -41,7 +42,7 @@ class Difference:
         return abs(self.share) > REAL * self.u
 
 
-def motors(paths: Sequence[Path], fits: Sequence[Fitted]) -> list[Motor]:
+def motors(paths: Sequence[Place], fits: Sequence[Fitted]) -> list[Motor]:
     """Each fit with its capture, named by serial number or file, every name once."""
     found = [_read(path) for path in paths]
     names = [fit.serial or path.stem for path, fit in zip(paths, fits, strict=True)]
@@ -51,9 +52,9 @@ def motors(paths: Sequence[Path], fits: Sequence[Fitted]) -> list[Motor]:
     ]
 
 
-def _read(path: Path) -> tuple[Capture | None, str]:
+def _read(path: Place) -> tuple[Capture | None, str]:
     try:
-        capture = store.load(path)
+        capture = load(path)
     except DataError:
         return None, ""
     known = store.describe(capture)

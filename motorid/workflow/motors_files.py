@@ -8,6 +8,7 @@ from pathlib import Path
 from motorid.capture.whole import refuse_existing, write_whole
 from motorid.errors import DataError
 from motorid.estimate.results.estimate import SIX
+from motorid.storage.place import Place
 from motorid.workflow.many import captures_in, fit_many
 from motorid.workflow.motors import Motor, motors, table
 from motorid.workflow.motors_html import page
@@ -18,7 +19,7 @@ PAGE, TABLE = "motors.html", "motors.csv"
 
 
 def motors_to_files(
-    places: Sequence[Path],
+    places: Sequence[Place],
     folder: Path,
     *,
     jobs: Workers = -1,

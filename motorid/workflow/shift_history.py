@@ -7,7 +7,7 @@ stops no line: the folder keeps no mark, and the next shift makes up for it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +15,13 @@ from motorid import json_seal, json_text
 from motorid.errors import DataError, MotoridError
 from motorid.workflow.check import CAPTURE, VERDICT, serial_of
 from motorid.workflow.trail import hand_over
+from motorid.workflow.uploads import place_of
 
 if TYPE_CHECKING:
     from motorid.quality.history import History
     from motorid.quality.history.chain import Head
     from motorid.quality.product import Product
+    from motorid.storage.place import Url
 
 PATIENCE_S = 20.0  # for the database to answer; what it does not take is added later
 MOST_TOLD = 50  # results, and entries of the trail
@@ -29,11 +31,15 @@ MARK = "in-history"  # in an inspection's folder: the history has it
 
 @dataclass(frozen=True)
 class ShiftHistory:
-    """``where``: a file, or a database's URL; ``rest``: station, operator (see ResultRecord)."""
+    """``where``: a file, or a database's URL; ``rest``: station, operator (see ResultRecord).
+
+    ``store``: the folder of an object store that the inspections go to.
+    """
 
     where: str
     product: Product
     rest: Mapping[str, Any]
+    store: Url | None = None
 
     def take(self, folder: Path) -> str:
         """Adds the inspection in ``folder``. What went wrong, in a sentence, or nothing."""
@@ -114,6 +120,9 @@ class ShiftHistory:
         stored = json_seal.read(folder / VERDICT, "a verdict")
         paths = [folder / CAPTURE] if (folder / CAPTURE).exists() else []
         captures = [store.load(path) for path in paths]
+        if self.store is not None:
+            there = place_of(folder, self.store)
+            captures = [replace(one, path=str(there / CAPTURE)) for one in captures]
         try:
             record = from_stored(stored, captures, limits=self.product.text, **self.rest)
         except (KeyError, TypeError, ValueError) as error:

@@ -17,11 +17,13 @@ from motorid.errors import DataError, MotoridError, UsageError
 from motorid.report.screen import Screen, of_verdict
 from motorid.workflow import access
 from motorid.workflow.access import Caller
+from motorid.workflow.behind import Behind
 from motorid.workflow.check import Inspection, Line, Who, refuse_serial, resume
 from motorid.workflow.history_worker import HistoryWorker
 from motorid.workflow.kept_orders import KeptOrders
 from motorid.workflow.second_tests import Judged, newest_first, refuse_repeat, together
 from motorid.workflow.trail import OrderTrail
+from motorid.workflow.uploads import Uploads, UploadWorker
 from motorid.workflow.witness import Witness
 
 if TYPE_CHECKING:
@@ -77,9 +79,12 @@ class Station:
         history: ShiftHistory | None = None,
         depth: int = 1,
         witnesses: Sequence[Witness] = (),
+        uploads: Uploads | None = None,
     ) -> None:
         self.line, self.depth, self._draw = line, depth, show
         self.history = HistoryWorker(history, line.folder, self.note) if history else None
+        self.uploads = UploadWorker(uploads, line.folder, self.note) if uploads else None
+        self._behind: list[Behind] = [one for one in (self.history, self.uploads) if one]
         self.witnesses = witnesses
         self.counts: Counter[str] = Counter()
         self.first: Counter[str] = Counter()  # of motors that were never judged before
@@ -233,7 +238,7 @@ class Station:
             "rig": self.line.rig.name,
             "counts": {name: self.counts[name] for name in OUTCOMES},
             "first_tests": {name: self.first[name] for name in OUTCOMES},
-            **self._of_history(),
+            **self._of_behind(),
             **{name: part for one in self.witnesses for name, part in one.status().items()},
         }
 
@@ -241,10 +246,13 @@ class Station:
         """Ordered before this shift began, without a verdict since."""
         return [one for one in self.kept.waiting() if one not in self._in_work]
 
-    def _of_history(self) -> dict[str, Any]:
-        if self.history is None:
-            return {}
-        return {"history": {"waiting": self.history.waiting(), "trouble": self.history.trouble}}
+    def _of_behind(self) -> dict[str, Any]:
+        named = {"history": self.history, "store": self.uploads}
+        return {
+            name: {"waiting": one.waiting(), "trouble": one.trouble}
+            for name, one in named.items()
+            if one is not None
+        }
 
     def last(self, serial: str) -> dict[str, Any]:
         """The newest verdict on a motor, from disk. Raises DataError where there is none."""
@@ -275,13 +283,14 @@ class Station:
         if lost := self.kept.waiting():
             said += f"Ordered before and never judged: {_some(lost)}. Order or scan them again."
         self.show(self._ready(said))
-        if self.history is not None:
-            self.history.start()
+        for worker in self._behind:
+            worker.start()
         try:
             self._serve()
         finally:
-            if self.history is not None and (left := self.history.close()):
-                self._add_line(left)
+            for worker in self._behind:
+                if left := worker.close():
+                    self._add_line(left)
 
     def _serve(self) -> None:
         while True:
@@ -322,8 +331,8 @@ class Station:
             self.first[outcome] += 1
         order.answer({"event": "verdict", **tag, **summary(done), "test": order.before + 1})
         self._witness(done)
-        if self.history is not None:
-            self.history.take(done.folder)
+        for one in self._behind:
+            one.take(done.folder)
         self.show(of_verdict(done.verdict, self._tally(done)))
 
     def show(self, screen: Screen) -> None:
@@ -355,8 +364,9 @@ class Station:
         counts = "  ".join(f"{name} {self.counts[name]}" for name in OUTCOMES)
         if self.ignored:
             counts += f"   {self.ignored} scans ignored: scan after the verdict"
-        if self.history is not None and (late := self.history.waiting()) > USUAL_LATE:
-            counts += f"   {late} verdicts wait for the history"
+        for one in self._behind:
+            if (late := one.waiting()) > USUAL_LATE:
+                counts += f"   {late} {one.what} are not {one.where} yet"
         return f"{counts}   {spent:.2f} s   Ctrl-D ends the shift"
 
 

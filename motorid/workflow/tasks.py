@@ -6,9 +6,9 @@ again and an equal one does not.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 from motorid import json_text
 from motorid.capture.whole import write_whole
@@ -18,6 +18,7 @@ from motorid.workflow.task import Task as Task
 
 Progress = Callable[[int, int], None]  # done, total
 Workers = int | str  # processes (-1: one a core), or a cluster as ``--cluster`` names it
+Key = TypeVar("Key", bound=Hashable)
 
 
 def run_all(
@@ -25,9 +26,8 @@ def run_all(
 ) -> list[Result]:
     """Results in the order of the tasks; those that ``folder`` holds already are read, not run.
 
-    An interrupt keeps every result that was finished, and so does a cluster that is lost. A task
-    that no worker of a cluster survives gives its ``failed``, which is not kept; without one it
-    raises DataError. Raises LinkError where the cluster cannot be reached or is lost.
+    An interrupt keeps every result that was finished, and so does a cluster that is lost. What has
+    a ``failure`` is not kept: what one run cannot read, the next one may. Raises as ``answers``.
     """
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{task.digest}.json" for task in tasks]
@@ -35,46 +35,49 @@ def run_all(
     missing = {path: task for path, task in zip(paths, tasks, strict=True) if path not in found}
     if progress:
         progress(len(found), len(paths))
-    for path, result in _finished(missing, jobs):
+    for path, result in answers(missing, jobs):
+        if not result.get("failure"):
+            write_whole(path, json_text.dumps(result).encode(), force=True)
         found[path] = result
         if progress:
             progress(len(found), len(paths))
     return [found[path] for path in paths]
 
 
-def _finished(missing: Mapping[Path, Task], jobs: Workers) -> Any:
+def answers(tasks: Mapping[Key, Task], jobs: Workers) -> Iterator[tuple[Key, Result]]:
+    """Each task's key and result as they finish.
+
+    A task that no worker of a cluster survives gives its ``failed``; without one it raises
+    DataError. Raises LinkError where the cluster cannot be reached or is lost.
+    """
     if isinstance(jobs, str):
-        yield from _of_cluster(missing, jobs)
+        yield from _of_cluster(tasks, jobs)
         return
-    if jobs == 1 or len(missing) < 2:
-        yield from (_do(path, task) for path, task in missing.items())
+    if jobs == 1 or len(tasks) < 2:
+        yield from (_do(key, task) for key, task in tasks.items())
         return
     from joblib import Parallel, delayed
 
-    pool = Parallel(n_jobs=min(jobs, len(missing)), return_as="generator_unordered")
-    yield from pool(delayed(_do)(path, task) for path, task in missing.items())
+    pool = Parallel(n_jobs=min(jobs, len(tasks)), return_as="generator_unordered")
+    yield from pool(delayed(_do)(key, task) for key, task in tasks.items())
 
 
-def _of_cluster(missing: Mapping[Path, Task], address: str) -> Iterator[tuple[Path, Result]]:
+def _of_cluster(tasks: Mapping[Key, Task], address: str) -> Iterator[tuple[Key, Result]]:
     from motorid.workflow.cluster import Failure, answered, check_address
 
     check_address(address)
-    for path, found in answered(missing, address) if missing else ():
+    for key, found in answered(tasks, address) if tasks else ():
         if not isinstance(found, Failure):
-            if not found.get("failure"):  # a capture that one machine cannot read, another may
-                write_whole(path, json_text.dumps(found).encode(), force=True)
-            yield path, found
+            yield key, found
             continue
-        failed = missing[path].failed
+        failed = tasks[key].failed
         if failed is None:
             raise DataError(f"a task of the cluster failed: {found.says}; the others are kept")
-        yield path, failed(found.says)
+        yield key, failed(found.says)
 
 
-def _do(path: Path, task: Task) -> tuple[Path, Result]:
-    result = json_text.plain(task.work(*task.arguments))  # as it will be read again
-    write_whole(path, json_text.dumps(result).encode(), force=True)
-    return path, result
+def _do(key: Key, task: Task) -> tuple[Key, Result]:
+    return key, json_text.plain(task.work(*task.arguments))  # as it will be read again
 
 
 def _read(path: Path) -> Result | None:

@@ -5,20 +5,25 @@ from __future__ import annotations
 import os
 import tempfile
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from motorid import json_seal
 from motorid.errors import DataError, UsageError
 from motorid.reading import open_file
+from motorid.storage import pack
+from motorid.storage.place import PACK as PACK_SUFFIX
+from motorid.storage.place import File, Url
+from motorid.workflow.archive import sealed
 
 SCHEMA = "motorid-verify-1"
 SOUND, NO_DIGEST, CUT_SHORT, DAMAGED = "sound", "carries no digest", "cut short", "damaged"
 STATES = (SOUND, NO_DIGEST, CUT_SHORT, DAMAGED)
 CAPTURE, JOURNAL, DOCUMENT, HISTORY = "capture", "journal", "document", "history"
 BUNDLE = "bundle"  # a zip of a conformance run
+PACK = "pack"  # a zip of captures, with an index beside it
 _ZIP = b"PK\x03\x04"
 _HEADS = {
     b"\x89HDF\r\n\x1a\n": CAPTURE,
@@ -39,13 +44,16 @@ class Finding:
     where: str = ""
 
 
-def verify(paths: Iterable[Path]) -> Iterator[Finding]:
+def verify(paths: Iterable[File]) -> Iterator[Finding]:
     """What is to be said of each file, and of each of motorid's files in each folder, in order.
 
     Raises UsageError where a path is not there, as for every file that a person names to be read;
     DataError where it is a file that motorid does not write.
     """
     for path in paths:
+        if isinstance(path, Url):
+            yield from _stored(path)
+            continue
         if path.is_dir():
             yield from (_finding(one, kind) for one, kind in _within(path))
             continue
@@ -110,6 +118,8 @@ def _kind(path: Path) -> str:
     if head.startswith(_ZIP):
         from motorid.workflow.conformance.bundle import is_bundle
 
+        if pack.is_sealed(path):
+            return PACK
         return BUNDLE if is_bundle(path) else ""
     if is_journal(path):
         return JOURNAL
@@ -135,9 +145,14 @@ def _finding(path: Path, kind: str) -> Finding:
         DOCUMENT: _document,
         HISTORY: _history,
         BUNDLE: _bundle,
+        PACK: _pack,
     }
+    return _checked(path, kind, checks[kind])
+
+
+def _checked(path: Any, kind: str, check: Callable[[Any], Finding]) -> Finding:
     try:
-        return checks[kind](path)
+        return check(path)
     except DataError as error:
         return Finding(str(path), kind, DAMAGED, str(error).removeprefix(f"{path}: "))
 
@@ -182,6 +197,26 @@ def _history(path: Path) -> Finding:
     if where:
         return Finding(str(path), HISTORY, DAMAGED, where)
     return Finding(str(path), HISTORY, NO_DIGEST, "its structure and its texts are good")
+
+
+def _pack(path: File) -> Finding:
+    if where := pack.damage(path):
+        return Finding(str(path), PACK, DAMAGED, where)
+    index = pack.read_index(path)
+    said = f"{len(index.entries)} files of {index.station}, {index.day}"
+    return Finding(str(path), PACK, SOUND, said)
+
+
+def _stored(url: Url) -> Iterator[Finding]:
+    """Of an object store: each pack and each capture that ``url`` is, or has in it."""
+    from motorid.storage import captures
+
+    if url.suffix == captures.SUFFIX:
+        yield replace(_checked(captures.local(url), CAPTURE, _capture), path=str(url))
+        return
+    packs = [url] if url.suffix == PACK_SUFFIX else sealed(url)
+    for one in packs:
+        yield _checked(one, PACK, _pack)
 
 
 def _bundle(path: Path) -> Finding:

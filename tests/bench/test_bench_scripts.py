@@ -9,6 +9,7 @@ of more runs than it is given here. Not run:
   each of its rows is made of.
 - bench_dead_motors.py judges motors with faults for minutes; tests/quality/test_not_running.py has
   one of each.
+- bench_cluster.py starts three clusters of processes; tests/many/test_cluster.py has one.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from tests.conformance.boards import emulator_lacks
 pytestmark = pytest.mark.slow
 
 BENCH = Path(__file__).resolve().parents[2] / "bench"
-LEFT_OUT = {"plan", "emulated_motors", "dead_motors"}
+LEFT_OUT = {"plan", "emulated_motors", "dead_motors", "cluster"}
 MAY_MISS = {
     "branches",
     "cycle",

@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
-import sys
-import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from datetime import timedelta
@@ -14,8 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sqlalchemy import create_engine
-from sqlalchemy.engine import make_url
 
 from motorid.errors import DataError
 from motorid.quality.history import Entry, Query, open_history, steps
@@ -23,52 +16,22 @@ from motorid.quality.history import schema as s
 from motorid.quality.history.export import rows
 from motorid.quality.history.names import FORGOTTEN
 from tests.history.records import BEGAN, UNSTEPPED, record
+from tests.history.servers import Server, running
 from tests.history.test_history import run_stations
 from tests.history.test_steps import differences
 
 pytestmark = [pytest.mark.slow, pytest.mark.long]
 
 
-def programs() -> Path:
-    """The folder of initdb and pg_ctl; skips where there is none."""
-    if sys.platform == "win32":
-        pytest.skip("no PostgreSQL server on this machine that the test can start")
-    pytest.importorskip("psycopg", reason="no psycopg: pip install 'motorid[postgresql]'")
-    found = shutil.which("initdb")
-    folders = [Path(found).parent] if found else sorted(Path("/usr/lib/postgresql").glob("*/bin"))
-    if not folders:
-        pytest.skip("no PostgreSQL server on this machine")
-    return folders[-1]
-
-
-def run(words: list[str], as_user: dict[str, Any]) -> None:
-    subprocess.run(words, check=True, capture_output=True, cwd="/", **as_user)
-
-
 @pytest.fixture(scope="module")
-def postgresql() -> Iterator[str]:
-    """The URL of a server of our own, on a socket in a temporary folder."""
-    where = programs()
-    as_user: dict[str, Any] = {}
-    with tempfile.TemporaryDirectory(prefix="motorid-pg-") as folder:
-        if os.getuid() == 0:  # the server refuses to run as root
-            import pwd
+def server() -> Iterator[Server]:
+    with running() as found:
+        yield found
 
-            try:
-                owner = pwd.getpwnam("postgres")
-            except KeyError:
-                pytest.skip("no PostgreSQL server on this machine that root may start")
-            os.chown(folder, owner.pw_uid, owner.pw_gid)
-            as_user = {"user": owner.pw_uid, "group": owner.pw_gid}
-        data = f"{folder}/data"
-        run([str(where / "initdb"), "-D", data, "-U", "motorid", "-A", "trust", "-N"], as_user)
-        settings = f"-k {folder} -c listen_addresses='' -c fsync=off"
-        control = [str(where / "pg_ctl"), "-D", data, "-w"]
-        run([*control, "-l", f"{folder}/log", "-o", settings, "start"], as_user)
-        try:
-            yield f"postgresql+psycopg://motorid@/postgres?host={folder}"
-        finally:
-            run([*control, "-m", "immediate", "stop"], as_user)
+
+@pytest.fixture
+def postgresql(server: Server) -> str:
+    return server.url
 
 
 def test_stations_share_a_server(postgresql: str) -> None:
@@ -109,14 +72,9 @@ def test_names_are_forgotten_on_a_server_too(postgresql: str) -> None:
         assert history.name_of(row.operator) == FORGOTTEN
 
 
-def test_a_server_is_brought_up_to_date_only_when_asked(postgresql: str) -> None:
+def test_a_server_is_brought_up_to_date_only_when_asked(server: Server) -> None:
     """From before there were steps, and without seals; with its results, and once for all."""
-    address = make_url(postgresql).set(database="older")
-    engine = create_engine(postgresql, isolation_level="AUTOCOMMIT")
-    with engine.connect() as connection:
-        connection.exec_driver_sql("CREATE DATABASE older")
-    engine.dispose()
-    older = address.render_as_string(hide_password=False)
+    older = server.database("older")
     with open_history(older) as history:
         assert differences(history) == []
         history.add(record(1))
@@ -139,14 +97,9 @@ def test_a_server_is_brought_up_to_date_only_when_asked(postgresql: str) -> None
         open_history(older)
 
 
-def test_twenty_writers_lose_and_double_nothing(postgresql: str) -> None:
+def test_twenty_writers_lose_and_double_nothing(server: Server) -> None:
     """Each adds its motors and, as after a retry, those of its neighbour."""
-    address = make_url(postgresql).set(database="twenty")
-    engine = create_engine(postgresql, isolation_level="AUTOCOMMIT")
-    with engine.connect() as connection:
-        connection.exec_driver_sql("CREATE DATABASE twenty")
-    engine.dispose()
-    place = address.render_as_string(hide_password=False)
+    place = server.database("twenty")
 
     def write(writer: int) -> int:
         numbers = [*range(5 * writer, 5 * writer + 10)]

@@ -12,8 +12,12 @@ import pytest
 
 from motorid.cli.main import run
 from motorid.errors import DataError, LinkError, UsageError
+from motorid.quality.history import Query, open_history
+from motorid.quality.product import load_product
 from motorid.workflow import cluster
+from motorid.workflow import rejudge as rejudging
 from motorid.workflow.many import fit_many, table
+from motorid.workflow.rejudge import judge_into, rejudge
 from motorid.workflow.task import Result, Task
 from motorid.workflow.tasks import run_all
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
@@ -73,6 +77,32 @@ def test_fits_are_those_of_one_process_to_the_last_digit(threads: Cluster, tmp_p
     # what was fitted is kept, and what could not be read may be read another time
     assert len(list((tmp_path / "far" / "runs").iterdir())) == 2
     assert fit_many(paths[:2], tmp_path / "far", model="six", jobs="tcp://127.0.0.1:1") == far[:2]
+
+
+@pytest.mark.slow
+def test_old_captures_are_judged_again_and_an_interrupted_run_goes_on(
+    threads: Cluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Same results as one process, one of them done before; what is done is not fitted again."""
+    product = load_product("sim-disc")
+    places = captures(tmp_path)[:2]
+    tables = []
+    for name, jobs in (("near", 1), ("far", threads.scheduler_address)):
+        with open_history(tmp_path / f"{name}.db") as history:
+            assert all(one.new for one in judge_into(history, product, places))
+            first = rejudge(history, product, Query(), jobs=1)
+            assert next(first).new  # then it is interrupted
+            first.close()
+            found = list(rejudge(history, product, Query(kind="check"), jobs=jobs))
+            assert sorted(one.new for one in found) == [False, True]
+            assert {(one.before, one.after) for one in found} == {("INVALID", "INVALID")}
+            monkeypatch.setattr(rejudging, "_judged", broken)  # nothing is left to be fitted
+            again = list(rejudge(history, product, Query(kind="check"), jobs=jobs))
+            assert [one.new for one in again] == [False, False]
+            monkeypatch.undo()
+            tables.append(sorted((r.serial, r.kind, r.key) for r in history.results()))
+    assert tables[0] == tables[1]
+    assert len(tables[0]) == 4
 
 
 def test_only_paths_travel_and_never_what_is_in_the_files() -> None:

@@ -96,6 +96,25 @@ class ResultRecord:
         return digest(json_text.canonical(said))
 
 
+def to_plain(record: ResultRecord) -> dict[str, Any]:
+    """``record`` as data that JSON can carry."""
+    found: dict[str, Any] = json_text.loads(json_text.dumps(asdict(record)))
+    found["at"] = record.at.isoformat()
+    for said, capture in zip(found["captures"], record.captures, strict=True):
+        said["created"] = capture.created.isoformat() if capture.created else None
+    return found
+
+
+def from_plain(data: Mapping[str, Any]) -> ResultRecord:
+    """The record that ``to_plain`` made ``data`` of."""
+    measured = tuple(MeasurementRecord(**one) for one in data["measurements"])
+    captures = tuple(
+        CaptureRecord(**{**one, "created": _instant(one["created"])}) for one in data["captures"]
+    )
+    at = datetime.fromisoformat(data["at"])
+    return ResultRecord(**{**data, "measurements": measured, "captures": captures, "at": at})
+
+
 def digest(text: str) -> str:
     """SHA-256 of a text, in hexadecimal."""
     return hashlib.sha256(text.encode()).hexdigest()

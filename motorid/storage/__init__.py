@@ -1,0 +1,1 @@
+"""Where captures are kept: files, an object store, packs. ``captures`` is the door for readers."""
