@@ -165,3 +165,6 @@ _.upgrade
 
 # motorid/workflow/tls_link.py: io.BufferedReader calls it
 _.readinto
+
+# motorid/program.py: a rig file names it
+_.BRAKED

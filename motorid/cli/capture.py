@@ -16,6 +16,7 @@ from motorid.cli.options import (
     warned,
     wrote,
 )
+from motorid.cli.rotor import clamped_option, confirmed
 from motorid.cli.values import Named
 
 
@@ -29,6 +30,7 @@ from motorid.cli.values import Named
     ),
 )
 @capture_options
+@clamped_option
 @click.option(
     "-o",
     "--output",
@@ -51,6 +53,7 @@ def command(
     serial: str,
     note: str,
     speed: str | None,
+    clamped: bool,
     output: Path,
     burst: bool,
     where: str | None,
@@ -77,7 +80,7 @@ def command(
             "--allow-remote, --certificate and --key are for the page of --live."
         )
     make_way(output, repeat, force)
-    rig = warned(record.bench(rig_name, port=port, speed=speed))
+    rig = confirmed(warned(record.bench(rig_name, port=port, speed=speed)), clamped)
     address = live.Listen(listen, allow_remote, certificate, key)
     with live.capture_view(where, rig, address, serial) as view, ProgressLine() as progress:
         paths = record.capture_runs(
