@@ -67,7 +67,7 @@ def fit(
     """
     asked = () if model in (AUTO, SIX) else _asked(model)
     said = [remark for capture in captures if (remark := _gave_way(capture))]
-    still_captures = [_still(capture) for capture in captures]
+    still_captures = [stilled(capture) for capture in captures]
     still = locked_rotor.still_motor(still_captures, {**dict.fromkeys(without, 0.0), **fix})
     records, solution = joint_fit.solved(still_captures, still, ())
     six = locked_rotor.estimate(still_captures, records, solution, still, fix, without, WHY)
@@ -83,7 +83,7 @@ def fit(
         return six
     found = findings(fitted, still, without)
     better = alternative(fitted, found, records, solution, trials, asked=bool(asked))
-    return _with(six, _without_motion(better, fix, without))
+    return _with(six, _without_mechanics(better, fix, without))
 
 
 def _asked(model: str) -> tuple[Term, ...]:
@@ -120,7 +120,7 @@ def _gave_way(capture: Capture) -> Diagnostic | None:
     )  # fmt: skip
 
 
-def _still(capture: Capture) -> Capture:
+def stilled(capture: Capture) -> Capture:
     """Without the motion that there is not, and without the open terminals after a drive.
 
     There the field that the iron still holds shows, and the diodes.
@@ -199,7 +199,7 @@ def _trial(fitted: Fitted, term: Term, e: Evidence, moves: _Moves, taken: bool) 
     )  # fmt: skip
 
 
-def _without_motion(
+def _without_mechanics(
     better: Alternative, fix: Mapping[str, float], without: Sequence[str]
 ) -> Alternative:
     """What a rotor that is held does not show is not in the better model either."""
