@@ -95,6 +95,11 @@ def _fit(
         raise UsageError(
             f"the method ml takes no {', '.join(foreign)}: choose another by --method, such as nls"
         )
+    from motorid.estimate.selection import held_rotor
+
+    if held_rotor.suits(captures):
+        _check(known, without)
+        return held_rotor.fit(captures, known, without, SIX if model == "linear" else model)
     if current_transient_alone.suits(captures):
         _insist_on_six(model)
         _check(known, without)

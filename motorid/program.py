@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import IntEnum
+from enum import IntEnum, StrEnum
 from typing import Any
 
 from motorid.errors import UsageError
@@ -28,6 +28,15 @@ class Decay(IntEnum):
     SYNCHRONOUS_SLOW = 1
     DIODE = 2
     FAST = 3
+
+
+class Rotor(StrEnum):
+    """Whether a program wants the rotor held, and who says that it is."""
+
+    FREE = "free"
+    ASK = "ask"  # held; a person confirms it before each run
+    CLAMPED = "clamped"  # by a fixture, as the rig file or a person says
+    BRAKED = "braked"  # by a brake on the shaft, said likewise
 
 
 @dataclass(frozen=True)
@@ -56,24 +65,38 @@ class Step:
 
 @dataclass(frozen=True)
 class Program:
-    """What a run does from its first sample to its last."""
+    """What a run does from its first sample to its last.
+
+    ``rotor``: whether it may turn. ``energy_j``: the most I²R heat that a run may give the winding
+    while the rotor is held; None: no bound, as for a free one.
+    """
 
     steps: tuple[Step, ...]
+    rotor: Rotor = Rotor.FREE
+    energy_j: float | None = None
 
     @property
     def duration_s(self) -> float:
         """Length of the whole run in seconds."""
         return sum(step.duration_s for step in self.steps)
 
+    @property
+    def held(self) -> bool:
+        """The rotor is not to turn."""
+        return self.rotor is not Rotor.FREE
+
     def braked(self) -> Program:
         """The same with a brake for each coast: for a bridge that nothing opens."""
         coasts = {StepKind.COAST: StepKind.BRAKE}
-        return Program(tuple(replace(s, kind=coasts.get(s.kind, s.kind)) for s in self.steps))
+        steps = tuple(replace(s, kind=coasts.get(s.kind, s.kind)) for s in self.steps)
+        return replace(self, steps=steps)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for files and reports; ``from_dict`` reads it back."""
+        held = {"rotor": self.rotor.value, "energy_j": self.energy_j} if self.held else {}
         return {
             "version": VERSION,
+            **held,
             "steps": [
                 {
                     "kind": step.kind.name.lower(),
@@ -99,7 +122,9 @@ class Program:
                     Decay[s["decay"].upper()],
                 )
                 for s in data["steps"]
-            )
+            ),
+            Rotor(data.get("rotor", Rotor.FREE)),
+            data.get("energy_j"),
         )
 
 

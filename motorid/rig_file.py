@@ -9,22 +9,21 @@ from pathlib import Path
 from typing import Any, get_args
 
 from motorid.capture.model import CURRENT, Curve, Wiring
-from motorid.errors import MotoridError, RigError
-from motorid.program import Decay, Program, Step, StepKind, climbs
+from motorid.errors import RigError
+from motorid.program import Program
 from motorid.rig_keys import (
     CALIBRATION,
     CALIBRATION_FILE,
     CHANNELS,
     REQUIRED,
     SECTIONS,
-    STEP,
     Key,
     Text,
     read_table,
     show,
 )
 from motorid.rig_model import Calibration, Limits, Nameplate, Rig, Sampling
-from motorid.rig_program import coasting_s, default_program, settling_s
+from motorid.rig_steps import read_program
 from motorid.toml_file import packaged, read_text, tables_of, unknown
 
 NO_BOARD = "scpi://"  # instruments, which need no encoder
@@ -82,10 +81,10 @@ class _Reader:
 
     def rig(self, document: dict[str, Any], text: str) -> Rig:
         self._known(document, (*TOP, *SECTIONS, "calibration"), "")
-        steps, program = self._split_program(document)
         sections = {
-            name: self.table({**document, "program": program}.get(name, {}), keys, name)
+            name: self.table(document.get(name, {}), keys, name)
             for name, keys in SECTIONS.items()
+            if name != "program"
         }
         top = self.table(
             {key: document[key] for key in TOP if key in document},
@@ -96,20 +95,20 @@ class _Reader:
             for key in required:
                 if key not in sections[name]:
                     raise self.fail(f"{name}.{key} is missing: it has no safe default")
-        rig = self._build(top, sections, steps, self._calibration(document), text)
+        program = read_program(document, Nameplate(**sections["nameplate"]), self.where)
+        rig = self._build(top, sections, program, self._calibration(document), text)
         return self._with_age(rig, document)
 
     def _build(
         self,
         top: dict[str, Any],
         sections: dict[str, dict[str, Any]],
-        steps: list[Any] | None,
+        program: Program,
         calibration: dict[str, Calibration],
         text: str,
     ) -> Rig:
         wiring = sections["wiring"]
         apart = ("encoder_reversed", "voltage_sense", "supply_voltage_v")
-        nameplate = Nameplate(**sections["nameplate"])
         rig = Rig(
             name=top.get("name", Path(self.where).stem),
             port=top.get("port", ""),
@@ -118,9 +117,9 @@ class _Reader:
             folder=str(Path(self.where).parent),
             wiring=Wiring(**{f.name: wiring[f.name] for f in fields(Wiring) if f.name in wiring}),
             limits=Limits(**sections["limits"]),
-            nameplate=nameplate,
+            nameplate=Nameplate(**sections["nameplate"]),
             sampling=Sampling(**sections["sampling"]),
-            program=self._program(sections["program"], steps, nameplate),
+            program=program,
             **{k: v for k, v in wiring.items() if k in apart},
             **sections["conditions"],
             thermal=sections["thermal"],
@@ -193,65 +192,6 @@ class _Reader:
         table = {key: given[key] for key in CALIBRATION_FILE if key in given}
         found = self.table(table, CALIBRATION_FILE, "calibration")
         return replace(rig, **{f"calibration_{key}": value for key, value in found.items()})
-
-    def _split_program(self, document: dict[str, Any]) -> tuple[list[Any] | None, Any]:
-        """[[program.steps]] apart from the compact keys of [program]."""
-        table = document.get("program", {})
-        if not isinstance(table, dict) or "steps" not in table:
-            return None, table
-        if len(table) > 1:
-            other = next(key for key in table if key != "steps")
-            raise self.fail(f"program.{other} does not go with [[program.steps]]: keep one")
-        steps = table["steps"]
-        if not isinstance(steps, list) or not 0 < len(steps) <= 200:
-            raise self.fail("program.steps must be a list of 1 to 200 steps")
-        return steps, {}
-
-    def _program(
-        self, compact: dict[str, Any], steps: list[Any] | None, nameplate: Nameplate
-    ) -> Program:
-        try:
-            if steps is not None:
-                return Program(tuple(self._step(i, step) for i, step in enumerate(steps)))
-            return self._climbs(compact, nameplate) if compact else default_program(nameplate)
-        except RigError as error:
-            text = str(error)
-            raise error if text.startswith(self.where) else self.fail(text) from None
-        except MotoridError as error:
-            raise self.fail(f"[program]: {error}") from None
-
-    def _climbs(self, compact: dict[str, Any], nameplate: Nameplate) -> Program:
-        given = [key for key in ("levels_v", "levels_duty") if key in compact]
-        if len(given) != 1:
-            raise self.fail("[program] takes exactly one of levels_v and levels_duty")
-        levels = compact[given[0]]
-        return climbs(
-            levels,
-            kind=StepKind.DRIVE_VOLTS if given == ["levels_v"] else StepKind.DRIVE_DUTY,
-            drive_s=compact.get("drive_s", settling_s(nameplate)),
-            coast_s=[compact.get("coast_s", coasting_s(nameplate))] * len(levels),
-            rest_s=compact.get("rest_s", 0.05),
-            decay=Decay[compact.get("decay", "synchronous_slow").upper()],
-        )
-
-    def _step(self, index: int, table: Any) -> Step:
-        name = f"program.steps[{index}]"
-        step = self.table(table, STEP, name)
-        for key in ("kind", "duration_s"):
-            if key not in step:
-                raise self.fail(f"{name}.{key} is missing")
-        kind = StepKind[step["kind"].upper()]
-        level_key = {StepKind.DRIVE_VOLTS: "volts", StepKind.DRIVE_DUTY: "duty"}.get(kind)
-        for key in ("volts", "duty"):
-            if (key in step) != (key == level_key):
-                verb = "needs" if key == level_key else "takes no"
-                raise self.fail(f"{name}: a {step['kind']} step {verb} {key}")
-        if level_key is None:
-            if "decay" in step:
-                raise self.fail(f"{name}: a {step['kind']} step takes no decay")
-            return Step(kind, step["duration_s"])
-        decay = Decay[step.get("decay", "synchronous_slow").upper()]
-        return Step(kind, step["duration_s"], step[level_key], decay)
 
 
 def _parted(size: float | None, of: float | str | None) -> bool:

@@ -9,7 +9,8 @@ from typing import Any, Protocol, get_args
 
 from motorid.capture.model import CURRENT, POSITION, SUPPLY, VOLTAGE, Curve
 from motorid.errors import RigError
-from motorid.program import StepKind
+from motorid.excitation import TAPS
+from motorid.program import Rotor, StepKind
 from motorid.toml_file import dotted, unknown
 
 CHANNELS = (CURRENT, VOLTAGE, SUPPLY, POSITION)
@@ -29,6 +30,22 @@ class Number:
         if not self.low <= value <= self.high:  # NaN fails too
             raise ValueError(f"must lie between {self.low:g} and {self.high:g}, not {show(value)}")
         return float(value)
+
+
+@dataclass(frozen=True)
+class Whole:
+    """A whole number from ``low`` to ``high``."""
+
+    low: int
+    high: int
+
+    def read(self, value: Any) -> int:
+        """``value`` itself. Raises ValueError saying what was wanted."""
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise ValueError(f"must be a whole number, not {show(value)}")
+        if not self.low <= value <= self.high:
+            raise ValueError(f"must lie between {self.low} and {self.high}, not {show(value)}")
+        return value
 
 
 @dataclass(frozen=True)
@@ -71,7 +88,7 @@ class List:
         return tuple(self.item.read(one) for one in value)
 
 
-Key = Number | Text | Flag | List
+Key = Number | Whole | Text | Flag | List
 _OHM, _SHARE = Number(0, 1e4), Number(0, 1)
 _DURATION = Number(1e-6, 1e6)
 _DECAY = Text(("synchronous_slow", "diode", "fast"))
@@ -143,12 +160,24 @@ SECTIONS: Mapping[str, Mapping[str, Key]] = {
         "decay": _DECAY,
     },
 }
+HELD: Mapping[str, Key] = {  # of [program], beside steps or climbs
+    "rotor": Text(tuple(one.value for one in Rotor if one is not Rotor.FREE)),
+    "energy_j": Number(1e-6, 1e6),
+}
+PRBS, MULTISINE, SLOW_TURN = "prbs", "multisine", "slow_turn"
+SIGNALS = (PRBS, MULTISINE)  # for a rotor that is held
 STEP: Mapping[str, Key] = {
-    "kind": Text(tuple(kind.name.lower() for kind in StepKind)),
+    "kind": Text((*(kind.name.lower() for kind in StepKind), *SIGNALS, SLOW_TURN)),
     "duration_s": _DURATION,
     "volts": Number(-1e3, 1e3),
     "duty": Number(-1, 1),
     "decay": _DECAY,
+    "amplitude_v": Number(1e-3, 1e3),
+    "amplitude_duty": Number(1e-6, 1),
+    "bits": Whole(min(TAPS), max(TAPS)),
+    "tones": Whole(1, 100),
+    "points": Whole(4, 1000),
+    "turns": Number(0.1, 1e3),
 }
 CALIBRATION: Mapping[str, Key] = {
     "gain": Number(1e-3, 1e3),

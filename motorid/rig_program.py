@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from motorid.errors import RigError
 from motorid.program import Program, Step, StepKind, climbs
 from motorid.rig_model import Nameplate
@@ -50,3 +52,22 @@ def coasting_s(plate: Nameplate) -> float:
     if J is None or K is None or V is None or plate.no_load_current_a is None:
         return 1.5
     return round(min(max(1.7 * J * (V / K) / (K * plate.no_load_current_a), 0.1), 4.0), 4)
+
+
+def turning_s(plate: Nameplate, volts: float, turns: float, name: str) -> float:
+    """Seconds in which a motor surely turns so often from rest, at half the speed that the plate
+    lets expect. Raises RigError where the plate knows too little, or the motor may not turn.
+    """
+    R, K, idle = plate.resistance_ohm, plate.torque_constant_nm_a, plate.no_load_current_a
+    if R is None or K is None or idle is None:
+        raise RigError(
+            f"{name} needs duration_s, or resistance_ohm, torque_constant_nm_a and "
+            "no_load_current_a of the nameplate"
+        )
+    left = volts - R * idle
+    if not left > 0.0:
+        raise RigError(
+            f"{name}: {volts:g} V may not turn the motor, whose no-load current alone takes "
+            f"{R * idle:.3g} V: raise volts, or give duration_s"
+        )
+    return round(2.0 * turns * 2.0 * math.pi * K / left + settling_s(plate), 4)

@@ -182,3 +182,5 @@ _.Outcome
 _.Key
 _.Reasons
 _.Severity
+# motorid/program.py: a rig file names it
+_.BRAKED

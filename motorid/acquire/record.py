@@ -19,6 +19,7 @@ from motorid.acquire.encoder_scale import why_too_fast
 from motorid.acquire.front_end import check, drivable, refuse_coasts
 from motorid.acquire.guards import signs
 from motorid.acquire.header import check_kinds
+from motorid.acquire.held_rotor import MOVED, TravelWatch, board_limit, check_held
 from motorid.acquire.interrupt import Stop, interruptible
 from motorid.acquire.journal import journal_path
 from motorid.acquire.journal_writer import JournaledPort, JournalWriter
@@ -31,6 +32,7 @@ from motorid.acquire.link import Port
 from motorid.acquire.live import Live, LiveView
 from motorid.acquire.outputs import check_outputs
 from motorid.acquire.plan import (
+    WireProgram,
     check_burst,
     configuration,
     differing,
@@ -45,13 +47,14 @@ from motorid.acquire.resets import BoardResetError
 from motorid.acquire.run_header import run_header
 from motorid.acquire.safety import check_program
 from motorid.acquire.signs import Sign, seen
-from motorid.acquire.tap import Watch, both, run_facts
+from motorid.acquire.tap import Consume, Watch, both, run_facts
 from motorid.capture import store
 from motorid.capture.model import SUPPLY, SUPPLY_BEFORE
 from motorid.errors import DataError, LinkError, MotoridError, RigError
 from motorid.program import Program
 from motorid.rig import Rig
 from motorid.rig_calibration import refuse_other_board
+from motorid.wire.codec import SampleBlock
 from motorid.wire.enums import Fault, Mode
 
 Progress = Callable[[Live], None]
@@ -192,6 +195,8 @@ class _Recorder:
             raise _with(failure, _where(kept, path))
         if reason.startswith("fault"):
             fast = kept and reason == f"fault: {name_of(Fault, Fault.OVER_SPEED)}"
+            if fast and self.program.held:
+                raise RigError(f"{MOVED}{_where(kept, path)}")
             why = why_too_fast(self.rig, store.load(path)) if fast else ""
             text = f"{tripped(reason, told)}{why}{_where(kept, path)}"
             sign = SIGNS.get(reason.removeprefix("fault: "))
@@ -224,13 +229,14 @@ class _Recorder:
             serial = rig.board_serial or serial_of(rig.port)
             refuse_other_board(rig.calibrated, board.identity["board"], serial)
         board.make_ready()
-        config = configure(board, streaming(rig, board))
+        config = self._configure(board, streaming(rig, board))
         refuse_coasts(board, self.program)
         check_inputs(board, rig)
         zero = self._zero(board, journal, config)
         supply_v = check_supply(board, rig)
         self._say_contradictions(board, supply_v if SUPPLY in board.descriptors else None)
-        pulse = {} if checked else check_signs(board, rig, config, zero, supply_v, self.stop)
+        first = check_held if self.program.held else check_signs
+        pulse = {} if checked else first(board, rig, config, zero, supply_v, self.stop)
         if self.stop.requested:
             return "interrupted"
         bound = pulse.get("resistance_bound_ohm")
@@ -252,11 +258,32 @@ class _Recorder:
         self.measuring = True
         view = LiveView(rig, board, zero, wire, self.progress)
         watched = both(view.consume, self.watch, lambda: run_facts(rig, board, config, zero))
-        reason = drive(board, wire, config, self.stop, watched)
+        reason = self._drive(board, wire, config, watched)
         if reason == "completed":
             with contextlib.suppress(MotoridError):  # the run is whole, whatever comes now
                 board.ask_ticks(clock_check.QUESTIONS)
         return "interrupted" if self.stop.requested and reason == "stopped" else reason
+
+    def _drive(self, board: Board, wire: WireProgram, config: Fields, watched: Consume) -> str:
+        """The run; one whose rotor is to be held ends when it creeps away, too."""
+        if not self.program.held:
+            return drive(board, wire, config, self.stop, watched)
+        travel = TravelWatch(self.rig, self.stop)
+
+        def consume(block: SampleBlock) -> None:
+            travel.consume(block)
+            watched(block)
+
+        reason = drive(board, wire, config, travel, consume)
+        travel.insist()
+        return reason
+
+    def _configure(self, board: Board, rig: Rig, **more: int) -> Fields:
+        """Limits on the board; that on a rotor which is to be held among them."""
+        if self.program.held:
+            period = step_ticks(sample_period(rig, board.identity), board.identity)
+            more |= board_limit(rig, board.identity, period)
+        return configure(board, rig, **more)
 
     def _configure_run(self, board: Board, period: int) -> Fields:
         """For the program itself: a fast burst's own rate, and the board's sign check.
@@ -266,7 +293,7 @@ class _Recorder:
         if is_fast(period, board.identity):
             board.describe(Mode.BURST)
         more = signs(self.rig, board.identity, board.descriptors)
-        config = configure(board, self.rig, **more)
+        config = self._configure(board, self.rig, **more)
         board.check_same()  # which a configuration that was lost would have shown
         return config
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from motorid.acquire.held_program import check_heat, insist_on_rotor
 from motorid.errors import RigError
 from motorid.program import Program, StepKind
 from motorid.rig import Rig, settling_s
@@ -23,6 +24,7 @@ def check_program(
     ``resistance_ohm`` stands in where the nameplate names none, ``supply_v`` is measured. Without
     any resistance the currents are left for later: the caller comes back with a measured one.
     """
+    insist_on_rotor(program)
     limits = rig.limits
     if program.duration_s > limits.run_time_s:
         raise RigError(
@@ -32,6 +34,9 @@ def check_program(
     volts = [_volts(rig, step.kind, step.level, supply_v) for step in program.steps]
     _check_supply(rig, program, volts)
     _check_voltage(rig, volts)
+    if program.held:
+        _check_held(rig, program, volts, resistance_ohm)
+        return
     _check_speed(rig, volts)
     resistance = rig.nameplate.resistance_ohm or resistance_ohm
     if resistance is not None:
@@ -62,6 +67,27 @@ def _volts(rig: Rig, kind: StepKind, level: float, supply_v: float | None) -> fl
         case StepKind.DRIVE_VOLTS:
             return level
     return level * (supply_v or rig.supply_voltage_v or rig.limits.supply_max_v)
+
+
+def _check_held(
+    rig: Rig, program: Program, volts: list[float | None], resistance_ohm: float | None
+) -> None:
+    """Current and heat of a rotor that stands: v/R in every step, whatever came before it.
+
+    The smaller of the nameplate's resistance and the measured one counts.
+    """
+    known = [ohm for ohm in (rig.nameplate.resistance_ohm, resistance_ohm) if ohm is not None]
+    if not known:
+        return
+    for number, value in enumerate(volts):
+        peak = abs(value or 0.0) / min(known)
+        if peak > rig.limits.current_a:
+            raise RigError(
+                f"step {number} of the program ({value:g} V) could draw {peak:.3g} A through "
+                f"{min(known):.3g} ohm, and limits.current_a is {rig.limits.current_a:g}: lower "
+                "the level, or raise the limit"
+            )
+    check_heat(program, volts, min(known))
 
 
 def _check_supply(rig: Rig, program: Program, volts: list[float | None]) -> None:

@@ -11,6 +11,7 @@ from motorid.acquire.contacts import check_inputs
 from motorid.acquire.controls import Controls, Press
 from motorid.acquire.drive import drive, load, tripped
 from motorid.acquire.guards import signs
+from motorid.acquire.held_program import refuse_held
 from motorid.acquire.interrupt import Asked
 from motorid.acquire.link import Port
 from motorid.acquire.plan import WireProgram, sample_period, wire_program
@@ -139,6 +140,7 @@ class Scope:
     def _drive(self, program: Program, stop: Asked) -> str:
         """As a capture does, without a file; why it ended."""
         board, rig = self.board, self.rig
+        refuse_held(program, "the scope")
         check_program(rig, program)
         self.say(DRIVING, "checks, then the program")
         board.make_ready()

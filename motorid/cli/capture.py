@@ -17,6 +17,7 @@ from motorid.cli.options import (
     warned,
     wrote,
 )
+from motorid.cli.rotor import clamped_option, confirmed
 from motorid.cli.values import Kept
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     ),
 )
 @capture_options
+@clamped_option
 @click.option(
     "-o",
     "--output",
@@ -55,6 +57,7 @@ def command(
     serial: str,
     note: str,
     speed: str | None,
+    clamped: bool,
     output: File,
     burst: bool,
     where: str | None,
@@ -86,7 +89,7 @@ def command(
         for one in record.numbered(path, repeat):
             spool.refuse_existing(kept / one.name, force=force)
     make_way(path, repeat, force)
-    rig = warned(record.bench(rig_name, port=port, speed=speed))
+    rig = confirmed(warned(record.bench(rig_name, port=port, speed=speed)), clamped)
     address = live.Listen(listen, allow_remote, certificate, key)
     with live.capture_view(where, rig, address, serial) as view, ProgressLine() as progress:
         paths = record.capture_runs(

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from motorid.cli.names import RIG
 from motorid.cli.options import example, force_option, port_option
-from motorid.cli.values import Named
+from motorid.cli.values import Between, Named
 from motorid.errors import EXIT_DONE
+
+if TYPE_CHECKING:
+    from motorid.rig import Rig
 
 
 @click.command(
@@ -19,6 +24,7 @@ from motorid.errors import EXIT_DONE
         "motorid run --rig planned.toml -o out",
         "motorid plan --rig bench.toml --capture first.h5",
         "motorid plan --rig sim-line --product sim-disc",
+        "motorid plan --rig sim-re35 --iron --want L_1kHz=3% -o iron.toml",
     ),
 )
 @click.option(
@@ -40,6 +46,19 @@ from motorid.errors import EXIT_DONE
     type=Named(exists=True, dir_okay=False, path_type=Path),
     help="A first run of this motor on this rig: narrower than the nameplate.",
 )
+@click.option(
+    "--iron",
+    is_flag=True,
+    help="A PRBS for a rotor that is held: R, L at no current, L_1kHz, L_rated, L_pwm. "
+    "[default: R=1% L=2% L_1kHz=3%]",
+)
+@click.option(
+    "--energy",
+    "energy_j",
+    type=Between(1e-6, 1e6),
+    metavar="J",
+    help="Most I²R heat of one run of a held rotor. [default: 10]",
+)
 @click.option("--explain", is_flag=True, help="Only say what channels and program can tell.")
 @click.option(
     "-o",
@@ -54,6 +73,8 @@ def command(
     wants: tuple[str, ...],
     product_name: str | None,
     first: Path | None,
+    iron: bool,
+    energy_j: float | None,
     explain: bool,
     output: Path | None,
     force: bool,
@@ -68,7 +89,7 @@ def command(
     from motorid.report import plan as render
     from motorid.rig_file import find
     from motorid.workflow import plan as planning
-    from motorid.workflow import plan_file
+    from motorid.workflow import plan_file, plan_iron
     from motorid.workflow.record import bench
 
     rig = bench(rig_name, port=port)
@@ -79,9 +100,14 @@ def command(
         return None
     if output:
         refuse_existing(output, force)
-    plan = planning.plan_run(
-        rig, [w for text in wants for w in text.split()], first=first, product=product
-    )
+    asked = [w for text in wants for w in text.split()]
+    if iron or plan_iron.asks_for_iron(asked):
+        if product or first:
+            raise click.UsageError("--product and --capture do not go with a plan for the iron.")
+        return _iron(rig, rig_name, asked, energy_j, output, force)
+    if energy_j is not None:
+        raise click.UsageError("--energy goes with --iron.")
+    plan = planning.plan_run(rig, asked, first=first, product=product)
     click.echo(render.render(plan, rig.sampling.channels, len(plan.predictions)), nl=False)
     if output:
         text = (
@@ -92,3 +118,26 @@ def command(
         write_whole(output, text.encode(), force=force)
         click.echo(f"wrote {output}", err=True)
     return EXIT_DONE if output else None
+
+
+def _iron(
+    rig: Rig,
+    rig_name: str,
+    wants: Sequence[str],
+    energy_j: float | None,
+    output: Path | None,
+    force: bool,
+) -> int | None:
+    from motorid.capture.whole import write_whole
+    from motorid.report.plan_iron import render
+    from motorid.rig_file import find
+    from motorid.workflow import plan_iron
+
+    plan = plan_iron.plan_iron(rig, wants, energy_j)
+    click.echo(render(plan), nl=False)
+    if output is None:
+        return None
+    text = plan_iron.rig_text(rig, find(rig_name), plan, output)
+    write_whole(output, text.encode(), force=force)
+    click.echo(f"wrote {output}", err=True)
+    return EXIT_DONE

@@ -16,6 +16,7 @@ from motorid.cli.options import (
     warned,
     wrote,
 )
+from motorid.cli.rotor import clamped_option, confirmed
 from motorid.cli.streams import paged
 from motorid.cli.values import Named
 
@@ -28,6 +29,7 @@ from motorid.cli.values import Named
     ),
 )
 @capture_options
+@clamped_option
 @fit_options
 @click.option(
     "-o",
@@ -44,6 +46,7 @@ def command(
     serial: str,
     note: str,
     speed: str | None,
+    clamped: bool,
     fix: tuple[tuple[str, float], ...],
     without: tuple[str, ...],
     method: str,
@@ -60,7 +63,7 @@ def command(
 
     output = output or record.dated_folder(Path(), serial)
     fit.check_writable(output, force=force)
-    bench = warned(record.bench(rig_name, port=port, speed=speed))
+    bench = confirmed(warned(record.bench(rig_name, port=port, speed=speed)), clamped)
     path = record.capture_into(output)
     make_way(path, repeat, force)
     with ProgressLine() as progress:

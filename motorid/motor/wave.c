@@ -63,6 +63,13 @@ double wave_charge(const wave *w, double t)
     return w->rate == 0.0 || w->side ? 0.0 : flowing_charge(w, t);
 }
 
+double wave_mean_charge(const wave *w)
+{
+    if (w->rate == 0.0 || w->side) return 0.0;
+    const double from_on = (w->b - w->a) * (w->T - 2.0 * w->on) / 12.0;
+    return from_on - charge_from_on(w, since_on(w, 0.0));
+}
+
 /* ---- a current that stops ---------------------------------------------------------------- */
 
 /* Sweeps of Halley's method; its start is exact for a straight rise and fall. */

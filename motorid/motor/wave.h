@@ -29,6 +29,9 @@ double wave_current(const wave *w, double t);
 /* A s since the start of the period; over a whole one it is zero. */
 double wave_charge(const wave *w, double t);
 
+/* Mean of that charge over the period, the rise and the fall taken as straight. */
+double wave_mean_charge(const wave *w);
+
 /* One pulse of a current that stops: it rises from zero while the bridge is on, to `peak`, and
  * falls to zero at `end`. Where its mean is too large for that, it flows on: end is 0. */
 typedef struct {

@@ -9,6 +9,7 @@
 
 #define TURN 6.283185307179586
 #define CONTRACTS 0.5
+#define RIPPLE_SWEEPS 3
 #define MAX_EVENTS 16 /* in one step; more is chatter of rounding */
 
 /* ---- events ------------------------------------------------------------------------------- */
@@ -199,11 +200,35 @@ static void interval(wide_run *r, int n, int level)
     }
 }
 
+/* The mean current after the ripple changed by so much of the unsaturated inductance: the flux of
+ * the ripple is what does not follow the inductance. */
+static double after_ripple(const wide_run *r, double i, double jump)
+{
+    double next = i + jump;
+    for (int sweep = 0; sweep < RIPPLE_SWEEPS; sweep++)
+        next = i + jump / iron_inductance(r->motor, 0.5 * (i + next), 0.0);
+    return next;
+}
+
+/* The ripple of the stretch that begins, and what it adds to the averaged currents. At its frequency
+ * the eddies carry little of it, so that their resistance is in the winding's circuit. */
+static void change_ripple(wide_run *r, const mr_stretch *s)
+{
+    mr_motor circuit = r->six;
+    const wave last = r->taps.wave;
+    if (!s->discontinuous) circuit.R += eddy_resistance(r->motor);
+    const double jump = change_wave(&r->taps, &circuit, s);
+    r->now.x.x[WI] = after_ripple(r, left_over(&r->now.mode, r->now.x.x[WI]), jump);
+    if (r->motor->eddy != 0.0)
+        r->now.x.x[WEDDY] +=
+            (wave_mean_charge(&r->taps.wave) - wave_mean_charge(&last)) / r->motor->eddy_time;
+    r->swing = 0.5 * fabs(r->taps.wave.b - r->taps.wave.a);
+}
+
 static void begin_stretch(wide_run *r, const mr_stretch *s, int first)
 {
     const double emf = r->motor->K * (1.0 + r->motor->emf) * r->now.x.x[WW];
-    r->now.x.x[WI] = left_over(&r->now.mode, r->now.x.x[WI]) + change_wave(&r->taps, &r->six, s);
-    r->swing = 0.5 * fabs(r->taps.wave.b - r->taps.wave.a);
+    change_ripple(r, s);
     enter_stretch(&r->now.mode, s, r->motor->R, &r->now.x.x[WI]);
     if (s->discontinuous)
         r->now.x.x[WI] = (r->v[first] - emf) / r->now.mode.Rt;

@@ -25,8 +25,8 @@ def render(plan: Plan, channels: Sequence[str], spread: int) -> str:
     parts = [
         f"{head}\n{_steps(plan.program.steps)}",
         f"Planned for {spread} motors about {_motor(plan)}; {plan.tried} programs weighed.",
-        _table(plan.promises),
-        "\n".join(_wrapped(line) for line in _remarks(plan)),
+        table(plan.promises),
+        "\n".join(wrapped(line) for line in _remarks(plan)),
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -47,7 +47,7 @@ def explain(run: Excitation) -> str:
         lines.append(
             f"If the motor had no dry friction (T0 = 0), {', '.join(lost)} would be lost too."
         )
-    return "\n".join(_wrapped(line) for line in lines) + "\n"
+    return "\n".join(wrapped(line) for line in lines) + "\n"
 
 
 def _typical() -> dict[str, float]:
@@ -92,7 +92,7 @@ def _si(value: float, unit: str) -> str:
     return f"{value * factor:.3g} {name}".strip()
 
 
-def _table(promises: Sequence[Promise]) -> str:
+def table(promises: Sequence[Promise]) -> str:
     """Half widths of 95 % intervals: asked, promised for the worst motor, for the middle one."""
     rows: list[tuple[str, ...]] = [("", "asked", "worst motor", "this motor", "instrument", "")]
     rows += [
@@ -111,7 +111,7 @@ def _table(promises: Sequence[Promise]) -> str:
 
 
 def _reach(name: str, reach: float) -> str:
-    return percent(reach) if name in POSITIVE else _si(reach, UNITS[name])
+    return percent(reach) if name in POSITIVE or name not in UNITS else _si(reach, UNITS[name])
 
 
 def _remarks(plan: Plan) -> list[str]:
@@ -138,5 +138,5 @@ def _remarks(plan: Plan) -> list[str]:
     return out
 
 
-def _wrapped(text: str) -> str:
+def wrapped(text: str) -> str:
     return textwrap.fill(text, WIDTH, subsequent_indent="  ")

@@ -71,6 +71,8 @@ class Bench:
         encoder.angle = chain.encoder_angle
         encoder.eccentricity = options.eccentricity
         encoder.sign = 1
+        if options.clamped:
+            self.stall()
         self.set_period(idle_period(options, chain))
 
     # ------------------------------------------------------------------ set-up

@@ -48,6 +48,7 @@ class Options:
     speed: str = _choice("realtime", ("realtime", "max"), "pace; max runs on simulated time")
     fault: str = _text("", "faults, comma-separated: NAME[:VALUE][@SECONDS of the first run]")
     # motor
+    clamped: bool = _switch(False, "a fixture holds the rotor")
     ambient: float = _number(23.0, -40, 100, "°C; winding and housing start there")
     heating: bool = _switch(True, "winding and magnets warm up")
     stiction: float = _number(1.15, 1, 10, "breakaway torque over Coulomb torque")

@@ -63,15 +63,15 @@ def plan_run(
     else:
         demand = Demand(wanted(wants or USUAL, middle(spread)))
     _refuse_hidden([want.name for want in demand.wants], templates)
-    benches = _benches(rig, board, templates)
+    benches = benches_of(rig, board, templates)
     worst = _worst(rig, spread)
     return propose(
         benches,
         _top_volts(rig, spread, product),
-        _decay(board),
+        decay_of(board),
         motors(spread),
         demand,
-        lambda program, period: _allows(worst, program, board, period),
+        lambda program, period: allows(worst, program, board, period),
     )
 
 
@@ -83,7 +83,7 @@ def _known(rig: Rig, first: Path | None) -> tuple[Spread, Board, dict[str, Chann
 
     if first is None:
         board = ask(rig)
-        return of_nameplate(rig.nameplate), board, _templates(rig, board)
+        return of_nameplate(rig.nameplate), board, templates_of(rig, board)
     capture = store.load(first)
     told: Estimate = fit([capture])
     try:
@@ -136,7 +136,7 @@ def ask(rig: Rig) -> Board:
         port.close()
 
 
-def _templates(rig: Rig, board: Board) -> dict[str, Channel]:
+def templates_of(rig: Rig, board: Board) -> dict[str, Channel]:
     """Channels without readings, by the board's descriptors and the rig's calibration."""
     import numpy as np
 
@@ -160,7 +160,7 @@ def _templates(rig: Rig, board: Board) -> dict[str, Channel]:
     return found
 
 
-def _benches(rig: Rig, board: Board, templates: Mapping[str, Channel]) -> list[Bench]:
+def benches_of(rig: Rig, board: Board, templates: Mapping[str, Channel]) -> list[Bench]:
     """One for the rig's own rate, as far as the link carries it, and one for the fastest."""
     from motorid.acquire.assemble import clock_of
     from motorid.acquire.plan import sample_period
@@ -219,7 +219,7 @@ def _worst(rig: Rig, spread: Spread) -> Rig:
     )
 
 
-def _allows(rig: Rig, program: Program, board: Board, period: int) -> bool:
+def allows(rig: Rig, program: Program, board: Board, period: int) -> bool:
     """Whether ``motorid run`` would take it: by the same checks."""
     from motorid.acquire.plan import check_burst, wire_program
     from motorid.acquire.safety import check_program
@@ -247,7 +247,7 @@ def _top_volts(rig: Rig, spread: Spread, product: Product | None) -> float:
     return math.floor(min([*most, label] if label else most) * 1e3) / 1e3
 
 
-def _decay(board: Board) -> Decay:
+def decay_of(board: Board) -> Decay:
     """The first that the board has: synchronous is the one that hides nothing from a fit."""
     from motorid.program import Decay
 

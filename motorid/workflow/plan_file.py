@@ -11,6 +11,7 @@ from motorid.errors import MotoridError, UsageError
 
 if TYPE_CHECKING:
     from motorid.plan.propose import Plan
+    from motorid.plan.skeleton import Bench
     from motorid.program import Program, Step
     from motorid.quality.product import Product
     from motorid.rig import Rig
@@ -26,10 +27,18 @@ def rig_text(rig: Rig, source: Path, plan: Plan, target: Path) -> str:
 
     Raises UsageError where the file is written in a way that this cannot edit.
     """
+    text = with_program(rig.text, plan.program, f"`motorid plan --rig {source.name}`")
+    return checked(text, rig, source, target, plan.program, plan.bench)
+
+
+def checked(text: str, rig: Rig, source: Path, target: Path, program: Program, bench: Bench) -> str:
+    """``text`` with the bench's rate and the rig's calibration, once it reads as ``program``.
+
+    Raises UsageError where it does not.
+    """
     from motorid.rig_file import parse
 
-    text = with_program(rig.text, plan.program, f"`motorid plan --rig {source.name}`")
-    rate_hz = plan.bench.clock_hz / plan.bench.period_ticks
+    rate_hz = bench.clock_hz / bench.period_ticks
     if abs(rate_hz - rig.sampling.rate_hz) > 1e-3 * rate_hz:
         text = RATE.sub(rf"\g<1>{rate_hz:.9g}\g<2>", text, count=1)
     text = _calibrated(text, rig, source, target)
@@ -37,7 +46,7 @@ def rig_text(rig: Rig, source: Path, plan: Plan, target: Path) -> str:
         read = parse(text, str(target))
     except MotoridError as error:
         raise UsageError(f"the program could not be put into {source}: {error}") from None
-    if read.program != plan.program:
+    if read.program != program:
         raise UsageError(f"the program could not be put into {source}: it names one twice")
     return text
 
@@ -53,6 +62,11 @@ def product_text(product: Product, plan: Plan, target: Path) -> str:
 
 def with_program(text: str, program: Program, by: str) -> str:
     """TOML ``text`` with ``program`` in place of its own, or at its end."""
+    return with_block(text, [f"# by {by}", *(li for step in program.steps for li in _step(step))])
+
+
+def with_block(text: str, lines: list[str]) -> str:
+    """TOML ``text`` with these lines in place of its program, or at its end."""
     kept: list[str] = []
     place = None
     inside = False
@@ -62,7 +76,7 @@ def with_program(text: str, program: Program, by: str) -> str:
             place = len(kept) if inside and place is None else place
         if not inside:
             kept.append(line)
-    block = [f"# by {by}", *(line for step in program.steps for line in _step(step)), ""]
+    block = [*lines, ""]
     if place is None:
         kept += ["", *block[:-1]]
     else:

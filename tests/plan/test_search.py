@@ -15,7 +15,7 @@ from motorid.plan.shape import BRAKE, COAST, Frame, Stage, neighbours, seeds, st
 from motorid.plan.skeleton import Bench
 from motorid.plan.wants import USUAL, Demand, wanted
 from motorid.rig import load_rig
-from motorid.workflow.plan import _benches, _templates, ask
+from motorid.workflow.plan import ask, benches_of, templates_of
 
 DRAWS = 300
 TOP_V = 5.0
@@ -26,7 +26,7 @@ def search(wants: tuple[str, ...]) -> Search:
     rig = replace(rig, port=f"{rig.port}&speed=max")
     board = ask(rig)
     motor = middle(of_nameplate(rig.nameplate))
-    bench: Bench = _benches(rig, board, _templates(rig, board))[0]
+    bench: Bench = benches_of(rig, board, templates_of(rig, board))[0]
     frame = Frame(TOP_V, bench.period_s)
     return Search(bench, frame, [motor], Demand(wanted(wants, motor)), lambda p: p.duration_s < 3)
 

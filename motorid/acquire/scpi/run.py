@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from motorid.acquire.held_program import refuse_held
 from motorid.acquire.interrupt import Stop, interruptible
 from motorid.acquire.live import Live
 from motorid.acquire.outputs import check_outputs
@@ -58,6 +59,7 @@ def capture_all(
     """
     bench = of_rig(rig)
     refuse(rig, bench, program)
+    refuse_held(program, "a bench of instruments")
     check_program(rig, program)
     check_outputs(paths, rig, program, force=force)
     if say is not None:

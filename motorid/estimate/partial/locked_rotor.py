@@ -160,10 +160,11 @@ def estimate(
     still: Mapping[str, float],
     fix: Mapping[str, float],
     without: Sequence[str] = (),
+    held: str = "",
 ) -> Estimate:
     """R and L by the ``solution`` for a rotor that stood ``still``.
 
-    ``fix`` and ``without``: as a person gave them.
+    ``fix`` and ``without``: as a person gave them. ``held``: why it stood, where that was wanted.
 
     Raises DataError where the captures do not tell these either.
     """
@@ -175,11 +176,13 @@ def estimate(
     parameters = dict(found.parameters)
     if all(parameters[name].status.unknown for name in ELECTRICAL):
         raise DataError(NOTHING)
-    why = f"nothing shows that the rotor turned: its friction holds {_peak(still):.3g} A or more"
+    friction = f"its friction holds {_peak(still):.3g} A or more"
+    why = held or f"nothing shows that the rotor turned: {friction}"
     for name in MECHANICAL:
         if name not in fix and name not in without:
             parameters[name] = unknown(name, UNITS[name], f"{why}; let it turn")
-    said = Diagnostic("rotor_held", "warning", f"{why}. Such a run determines only R and L.")
+    text = f"{why}. Such a run determines only R and L."
+    said = Diagnostic("rotor_held", "info" if held else "warning", text)
     known = replace(
         found,
         parameters=parameters,
