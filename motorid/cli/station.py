@@ -169,6 +169,7 @@ def command(
             stack.enter_context(mqtt.running(station.note))
         if server:
             stack.enter_context(server.running(station))
+        station.settle()
         if board and page:
             where = live.Listen(page, allow_remote, certificate, key, "--page", tokens)
             stack.enter_context(board.served(station, where, scans=allow_drive))

@@ -30,6 +30,13 @@ ROLES: Mapping[str, frozenset[str]] = {
     "engineer": frozenset({WATCH, INSPECT, READ, END}),
     "auditor": frozenset({WATCH, READ}),
 }
+NEEDS = {  # what a role must allow, by order
+    "inspect": INSPECT,
+    "status": WATCH,
+    "last": WATCH,
+    "history": READ,
+    "end": END,
+}
 MOST_TOKENS = 1000
 PRIVATE = 0o600
 
@@ -48,6 +55,14 @@ class Caller:
     def at(self, place: str) -> Caller:
         """The same, with where the order came from."""
         return Caller(f"{self.who} at {place}", self.role)
+
+
+def refuse_order(caller: Caller, order: str) -> None:
+    """Raises DataError for what is no order, UsageError for one that the role does not allow."""
+    if order not in NEEDS:
+        raise DataError(f"there is no order {order!r}; they are {', '.join(NEEDS)}")
+    if not caller.may(NEEDS[order]):
+        raise UsageError(f"the role {caller.role} may not give the order {order}")
 
 
 @dataclass(frozen=True)

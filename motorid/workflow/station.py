@@ -13,10 +13,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from motorid.errors import DataError, MotoridError, UsageError
+from motorid.errors import DataError, MotoridError
 from motorid.report.screen import Screen, of_verdict
-from motorid.workflow import access
-from motorid.workflow.access import Caller
+from motorid.workflow.access import Caller, refuse_order
 from motorid.workflow.behind import Behind
 from motorid.workflow.check import Inspection, Line, Who, refuse_serial, resume
 from motorid.workflow.history_worker import HistoryWorker
@@ -36,13 +35,6 @@ OUTCOMES = ("PASS", "FAIL", "INVALID")
 MOST_NAMED = 5  # serial numbers in a sentence
 USUAL_LATE = 3  # verdicts that wait for the history: more are said
 ASKING = ("reason", "release")  # rules of a product by which a second test may need a reason
-NEEDS = {  # what a role must allow, by order
-    "inspect": access.INSPECT,
-    "status": access.WATCH,
-    "last": access.WATCH,
-    "history": access.READ,
-    "end": access.END,
-}
 NOBODY = Caller()
 Show = Callable[[Screen], None]
 
@@ -92,6 +84,7 @@ class Station:
         self._in_work: list[str] = []
         self._lock = threading.Lock()
         self.measuring = ""
+        self._settled, self._finished = False, 0  # of an earlier shift: judged, and how many
         self._orders: queue.Queue[Order | Refusal | str | None] = queue.Queue()
         self.kept = KeptOrders(line.folder)
         self.trail = OrderTrail(line.folder, line.who.station)
@@ -114,7 +107,7 @@ class Station:
         who = caller.who
         try:
             with self._noting(serial, who):
-                _refuse_role(caller, "inspect")
+                refuse_order(caller, "inspect")
                 refuse_serial(self.line.product, serial)
                 if self._enter(serial):
                     self.ignored += 1  # a scanner that bounced, or a hand before the verdict
@@ -149,14 +142,11 @@ class Station:
         serial, retest = str(order.get("serial", "")), str(order.get("reason", ""))
         try:
             name = order["order"]
-            if name not in NEEDS:
-                raise DataError(f"there is no order {name!r}; they are {', '.join(NEEDS)}")
-            if name == "inspect":
-                with self._noting(serial, caller.who):
-                    _refuse_role(caller, name)
+            with self._noting(serial, caller.who):
+                refuse_order(caller, name)
+                if name == "inspect":
                     self._accept(serial, retest, answer, tag, caller.who)
-                return
-            _refuse_role(caller, name)
+                    return
             answer({**self._told(name, serial, caller), **tag})
         except MotoridError as error:
             answer({"event": "error", **tag, "message": str(error)})
@@ -272,14 +262,25 @@ class Station:
 
     # ---- the thread of the board
 
-    def run(self) -> None:
-        """Inspects until ``end``. First it finishes what an earlier shift left unfinished."""
-        finished = resume(self.line.folder, self.line.product, self.line.who)
-        self.line.warm()
-        said = f"{len(finished)} unfinished inspections were judged. " if finished else ""
-        for one in finished:
+    def settle(self) -> None:
+        """Judges what an earlier shift left unfinished, once; best before the first order comes.
+
+        Else a motor whose verdict is still to be made would count as one that was never judged.
+        """
+        if self._settled:
+            return
+        for one in resume(self.line.folder, self.line.product, self.line.who):
+            self._finished += 1
             self.kept.done(one.verdict.serial)
             self._witness(one)
+        self._settled = True
+
+    def run(self) -> None:
+        """Inspects until ``end``. First it finishes what an earlier shift left unfinished."""
+        self.settle()
+        self.line.warm()
+        count = self._finished
+        said = f"{count} unfinished inspections were judged. " if count else ""
         if lost := self.kept.waiting():
             said += f"Ordered before and never judged: {_some(lost)}. Order or scan them again."
         self.show(self._ready(said))
@@ -368,11 +369,6 @@ class Station:
             if (late := one.waiting()) > USUAL_LATE:
                 counts += f"   {late} {one.what} are not {one.where} yet"
         return f"{counts}   {spent:.2f} s   Ctrl-D ends the shift"
-
-
-def _refuse_role(caller: Caller, order: str) -> None:
-    if not caller.may(NEEDS[order]):
-        raise UsageError(f"the role {caller.role} may not give the order {order}")
 
 
 def _with_line(screen: Screen, said: str) -> Screen:

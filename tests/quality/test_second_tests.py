@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -18,7 +19,7 @@ from motorid.quality.history.records import ResultRecord, from_stored
 from motorid.quality.product import Product, parse
 from motorid.report.screen import Screen
 from motorid.rig import Rig
-from motorid.workflow.check import Line
+from motorid.workflow.check import CAPTURE, VERDICT, Line
 from motorid.workflow.second_tests import together
 from motorid.workflow.shift_history import ShiftHistory
 from motorid.workflow.station import Station
@@ -73,6 +74,25 @@ def test_a_product_may_refuse_a_second_test(
     assert "was judged before (PASS" in said
     with pytest.raises(UsageError, match=r"serial\.repeat must be one of count, refuse"):
         parse(product.text.replace('example = "D000123"', 'repeat = "twice"'))
+
+
+@pytest.mark.slow
+def test_a_capture_that_a_killed_shift_left_counts_as_a_first_test(
+    line_rig: Rig, product: Product, good: Path, tmp_path: Path
+) -> None:
+    """Its verdict is made before the first order is taken."""
+    once = parse(
+        product.text.replace('example = "D000123"', 'example = "D000123"\nrepeat = "refuse"')
+    )
+    left = tmp_path / "D000001_20260101T080000"
+    left.mkdir()
+    shutil.copy(good, left / CAPTURE)
+    with Line(line_rig, once, tmp_path) as line:
+        station = Station(line, lambda screen: None)
+        station.settle()
+        assert (left / VERDICT).exists()
+        said = heard(station, order="inspect", serial="D000001")["message"]
+    assert "was judged before (PASS" in said
 
 
 @pytest.mark.slow
