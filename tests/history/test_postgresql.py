@@ -97,6 +97,25 @@ def test_a_server_is_brought_up_to_date_only_when_asked(server: Server) -> None:
         open_history(older)
 
 
+def test_a_backup_is_restored_with_every_seal(server: Server) -> None:
+    """What came after it is missed by the head that was kept elsewhere, and can be added again."""
+    place = server.database("kept")
+    with open_history(place) as history:
+        for number in range(20):
+            history.add(record(number, operator="anna"))
+        head = history.head("line-1")
+        server.copy("kept", "restored")
+        history.add(record(20))
+        later = history.head("line-1")
+    with open_history(place.replace("/kept?", "/restored?")) as history:
+        assert history.count() == 20
+        assert history.verify([head]).problems == ()
+        assert "the end was cut off" in history.verify([later]).problems[0]
+        assert not history.add(record(19))
+        assert history.add(record(20))
+        assert history.verify([head]).problems == ()
+
+
 def test_twenty_writers_lose_and_double_nothing(server: Server) -> None:
     """Each adds its motors and, as after a retry, those of its neighbour."""
     place = server.database("twenty")
