@@ -9,6 +9,7 @@ of more runs than it is given here. Not run:
   each of its rows is made of.
 - bench_dead_motors.py judges motors with faults for minutes; tests/quality/test_not_running.py has
   one of each.
+- bench_ingest.py starts a server; tests/history/test_postgresql_failures.py has twenty writers.
 - bench_cluster.py starts three clusters of processes; tests/many/test_cluster.py has one.
 """
 
@@ -30,7 +31,7 @@ from tests.conformance.boards import emulator_lacks
 pytestmark = pytest.mark.slow
 
 BENCH = Path(__file__).resolve().parents[2] / "bench"
-LEFT_OUT = {"plan", "emulated_motors", "dead_motors", "cluster"}
+LEFT_OUT = {"plan", "emulated_motors", "dead_motors", "cluster", "ingest"}
 MAY_MISS = {
     "branches",
     "cycle",

@@ -24,7 +24,8 @@ def programs() -> Path:
         pytest.skip("no PostgreSQL server on this machine that the test can start")
     pytest.importorskip("psycopg", reason="no psycopg: pip install 'motorid[postgresql]'")
     found = shutil.which("initdb")
-    folders = [Path(found).parent] if found else sorted(Path("/usr/lib/postgresql").glob("*/bin"))
+    usual = sorted(Path("/usr/lib/postgresql").glob("*/bin"))
+    folders = [Path(found).resolve().parent] if found else usual
     if not folders:
         pytest.skip("no PostgreSQL server on this machine")
     return folders[-1]
@@ -33,8 +34,8 @@ def programs() -> Path:
 class Server:
     """Its data in ``folder``, which it owns."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder, self.where = folder, programs()
+    def __init__(self, folder: Path, settings: str = "") -> None:
+        self.folder, self.where, self.settings = folder, programs(), settings
         self.as_user: dict[str, Any] = {}
         if os.getuid() == 0:  # the server refuses to run as root
             import pwd
@@ -51,9 +52,9 @@ class Server:
         command = [str(self.where / program), *words]
         subprocess.run(command, check=True, capture_output=True, cwd="/", **self.as_user)
 
-    def start(self, more: str = "") -> None:
+    def start(self) -> None:
         """Comes back once it answers, recovered if it was killed."""
-        settings = f"-k {self.folder} -c listen_addresses='' -c fsync=off {more}"
+        settings = f"-k {self.folder} -c listen_addresses='' -c fsync=off {self.settings}"
         self._run(
             "pg_ctl", "-D", f"{self.folder}/data", "-w", "-l", f"{self.folder}/log",
             "-o", settings, "start",
@@ -76,6 +77,14 @@ class Server:
         if self.runs:
             self._run("pg_ctl", "-D", f"{self.folder}/data", "-w", "-m", "immediate", "stop")
 
+    def copy(self, name: str, into: str) -> None:
+        """Backs up a database as its owner would, and restores it into another."""
+        dumped = f"{self.folder}/{name}.dump"
+        reached = ("-h", str(self.folder), "-U", "motorid")
+        self._run("pg_dump", *reached, "-Fc", "-f", dumped, name)
+        self.database(into)
+        self._run("pg_restore", *reached, "-d", into, "--exit-on-error", dumped)
+
     @property
     def url(self) -> str:
         """Of its first database."""
@@ -91,11 +100,11 @@ class Server:
 
 
 @contextmanager
-def running(folder: str | None = None) -> Iterator[Server]:
+def running(folder: str | None = None, settings: str = "") -> Iterator[Server]:
     """A server that runs, in ``folder`` or a temporary one."""
     programs()
     with tempfile.TemporaryDirectory(prefix="motorid-pg-", dir=folder) as made:
-        server = Server(Path(made))
+        server = Server(Path(made), settings)
         server.start()
         try:
             yield server

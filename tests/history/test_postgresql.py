@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from sqlalchemy.exc import ProgrammingError
 
 from motorid.errors import DataError
 from motorid.quality.history import Entry, Query, open_history, steps
@@ -95,6 +96,51 @@ def test_a_server_is_brought_up_to_date_only_when_asked(server: Server) -> None:
             connection.exec_driver_sql("UPDATE alembic_version SET version_num = '0099'")
     with pytest.raises(DataError, match="tables of step 0099"):
         open_history(older)
+
+
+def test_a_station_needs_no_more_than_the_page_grants(server: Server) -> None:
+    """And can neither change nor delete a result with it; a reader adds none."""
+    place = server.database("granted")
+    page = (Path(__file__).parents[2] / "docs" / "plant-operation.md").read_text(encoding="utf-8")
+    grants = page.partition("```sql\n")[2].partition("```")[0]
+    reading = "CREATE ROLE reader LOGIN; GRANT SELECT ON ALL TABLES IN SCHEMA public TO reader"
+    with open_history(place) as history, history.engine.begin() as connection:
+        for one in f"CREATE ROLE line LOGIN; {grants}; {reading}".split(";"):
+            if words := one.partition("--")[0].strip() or one.partition("\n")[2].strip():
+                connection.exec_driver_sql(words)
+    with open_history(place.replace("motorid@", "line@")) as history:
+        assert history.add(record(1, operator="anna"))
+        assert history.note(Entry("order", "accepted", "anna", "1", "SN-00001", at=BEGAN))
+        assert history.forget_names("quality", now=BEGAN + timedelta(days=400)).names == 2
+        for forbidden in ("UPDATE results SET outcome = 'PASS'", "DELETE FROM results"):
+            with (
+                pytest.raises(ProgrammingError, match="permission denied"),
+                history.engine.begin() as c,
+            ):
+                c.exec_driver_sql(forbidden)
+    with open_history(place.replace("motorid@", "reader@"), create=False) as history:
+        assert history.verify().problems == ()
+        with pytest.raises(DataError, match="permission denied"):
+            history.add(record(2))
+
+
+def test_a_backup_is_restored_with_every_seal(server: Server) -> None:
+    """What came after it is missed by the head that was kept elsewhere, and can be added again."""
+    place = server.database("kept")
+    with open_history(place) as history:
+        for number in range(20):
+            history.add(record(number, operator="anna"))
+        head = history.head("line-1")
+        server.copy("kept", "restored")
+        history.add(record(20))
+        later = history.head("line-1")
+    with open_history(place.replace("/kept?", "/restored?")) as history:
+        assert history.count() == 20
+        assert history.verify([head]).problems == ()
+        assert "the end was cut off" in history.verify([later]).problems[0]
+        assert not history.add(record(19))
+        assert history.add(record(20))
+        assert history.verify([head]).problems == ()
 
 
 def test_twenty_writers_lose_and_double_nothing(server: Server) -> None:
