@@ -29,7 +29,7 @@ from motorid.estimate.results.estimate import (
     Estimate,
     TermTrial,
 )
-from motorid.estimate.selection.entry import asked_for, reach
+from motorid.estimate.selection.entry import COUNTED, HALF, asked_for, reach
 from motorid.estimate.selection.evidence import Evidence, weigh
 from motorid.estimate.selection.extended_fit import Fitted
 from motorid.estimate.selection.extended_results import alternative, findings
@@ -230,12 +230,19 @@ def _with(six: Estimate, better: Alternative) -> Estimate:
 
 
 def _moves(six: Estimate, better: Alternative) -> dict[str, float]:
-    """By how much an interval lacks that of the better model."""
+    """By how much an interval must grow to cover that of the better model, where it does not and
+    the value moves by half of it or more.
+    """
     out = {}
     for name in locked_rotor.ELECTRICAL:
-        interval, other = six.parameters[name].interval_95, better.parameters[name].interval_95
-        if interval is not None and other is not None:
-            lacking = max(interval[0] - other[0], other[1] - interval[1])
-            if lacking > 0.0:
-                out[name] = lacking
+        p, other = six.parameters[name], better.parameters[name]
+        if p.value is None or p.interval_95 is None:
+            continue
+        if other.value is None or other.interval_95 is None:
+            continue
+        (low, high), (least, most) = p.interval_95, other.interval_95
+        counts = HALF * (high - low) / 2.0
+        lacking = max(low - least, most - high)
+        if lacking > 0.0 and abs(other.value - p.value) > counts:
+            out[name] = max(lacking, COUNTED * counts)
     return out

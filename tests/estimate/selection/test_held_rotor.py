@@ -98,8 +98,9 @@ def test_saturation_and_eddies_are_told_apart(time_s: float) -> None:
 def test_the_plain_value_of_l_is_doubtful_then() -> None:
     found = fit([captured(iron(1))], model="auto")
     assert found.parameters["L"].status == "doubtful"
-    low, high = found.parameters["L"].interval_95 or (0.0, 0.0)
-    assert low < L < high
+    for name, true in (("R", MOTOR.resistance_ohm), ("L", L)):
+        low, high = found.parameters[name].interval_95 or (0.0, 0.0)
+        assert low < true < high
     assert found.diagnostics[0].code == "better_model"
     assert not any(one.code == "saturation" for one in found.suspects)
 
