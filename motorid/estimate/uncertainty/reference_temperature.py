@@ -106,7 +106,7 @@ def _wrong_room(estimate: Estimate, warmth: Warmth, coefficients: Coefficients) 
         for name, p in stated.items()
         if p.value
     ]
-    taken = "stated" if given else "taken, since nobody stated one"
+    taken = "stated" if given else "taken for want of a stated one"
     return Suspect(
         WRONG_ROOM, "ambient temperature",
         "these data cannot reveal a wrong ambient temperature: a room that was "
