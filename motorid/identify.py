@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from motorid.estimate.results.estimate import Diagnostic, Estimate
 
 OPTIONAL = ("L", "B", "T0")  # what ``without`` may take out of the model
+ML = "ml"  # the method of the likelihood
 
 
 def fit(
@@ -18,7 +19,7 @@ def fit(
     *,
     fix: Mapping[str, float] | None = None,
     without: Sequence[str] = (),
-    method: str = "ml",
+    method: str = ML,
     **search: Any,
 ) -> Estimate:
     """The estimate that captures of one motor give together.
@@ -34,6 +35,7 @@ def fit(
     from motorid.errors import DataError
     from motorid.estimate.assembly.doubt import settled
     from motorid.estimate.diagnosis.facts.compare import findings
+    from motorid.estimate.diagnosis.facts.pwm_frequency import corrected
     from motorid.estimate.signals.upsampled_rows import own_readings
     from motorid.estimate.uncertainty.reference_temperature import with_reference
 
@@ -43,6 +45,11 @@ def fit(
         insist(capture)
     captures, between = zip(*map(own_readings, captures), strict=True)
     estimate = _fit(captures, fix, without, method, search)
+    if method == ML:
+        again, suspect = corrected(captures, estimate, lambda c: _fit(c, fix, without, ML, {}))
+        if suspect is not None:
+            captures, estimate = tuple(again), _fit(again, fix, without, ML, search)
+            estimate = replace(estimate, suspects=(suspect, *estimate.suspects))
     said = tuple(findings(captures, estimate, lambda c: _fit(c, fix, without, method, search)))
     said = (*filter(None, between), *_of_logs(captures, estimate), *said)
     estimate = with_reference(settled(estimate, said), captures)
@@ -84,7 +91,7 @@ def _fit(
 
     known = {name: float(value) for name, value in (fix or {}).items()}
     model = search.get("model", SIX)
-    if method != "ml":
+    if method != ML:
         from motorid.search.fit import fit as by_name
 
         _check(known, without)

@@ -225,7 +225,7 @@ MISTAKES = (
             traceless=("clock", "time_scale")),
     Mistake("room 20 K colder than stated", (r"ambient_\w+", r"temperature"),
             Rigged(edit=writes("conditions", ambient_c=45.0)),
-            traceless=("ambient", "temperature")),
+            traceless=("ambient_temperature",)),
     Mistake("current clipped at half of stall", (r"current_saturated", r"saturat"),
             Rigged(alter=read_as(CURRENT, stops_at_half))),
     Mistake("current's zero shifts while driven", (r"current_offset",),

@@ -17,7 +17,6 @@ HIDDEN = (
 )
 SCALES = {cause.code for cause in (*scale_errors.CAUSES, scale_errors.TIME_OF_POSITION)}
 BOUNDED = "These data cannot reveal a wrong scale of {what}: such errors leave no residual."
-AMBIENT = scale_errors.AMBIENT
 
 
 def as_sentences(estimate: Estimate, first: bool) -> list[str]:
@@ -40,13 +39,11 @@ def hidden(estimate: Estimate) -> str:
     """
     found = _of(estimate, "not excluded")
     scales = [s for s in found if s.code in SCALES]
-    warm = any(s.code == AMBIENT.code for s in found)
-    effects = [s for s in found if s.code not in {*SCALES, AMBIENT.code}]
+    effects = [s for s in found if s.code not in SCALES]
     said = []
     if scales:
         plated = any("nameplate" in s.evidence for s in scales)
-        what = _listed(scales) + (f", nor a wrong {AMBIENT.where}" if warm else "")
-        said.append((BOUNDED if plated else HIDDEN).format(what=what))
+        said.append((BOUNDED if plated else HIDDEN).format(what=_listed(scales)))
     said += [f"{sentence(s.evidence)} To reveal it, {s.action}." for s in effects]
     return " ".join(said)
 

@@ -15,7 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.effects.unstated import default
-from motorid.estimate.fit import log_lags, log_means, log_readings, log_second_order
+from motorid.estimate.fit import (
+    log_lags,
+    log_means,
+    log_readings,
+    log_second_order,
+    smoothed_voltage,
+)
 from motorid.estimate.fit.alternating_fit import vanished
 from motorid.estimate.fit.log_unknowns import Fit, like, moved, readings, widened, with_rivals_of
 from motorid.estimate.fit.multistart import MOST_TRIED, settled
@@ -50,6 +56,7 @@ def best(
 ) -> Fit:
     """The likeliest answer; ``first``: records of the smoothest shape, with their ``solution``."""
     captures = [record.capture for record in first]  # as their readings turn out to be
+    joined, joined_at = solution, merged(start, solution)
 
     def fresh(shape: Shape) -> list[MotorRecord]:
         return [MotorRecord(capture, free, fixed, shape) for capture in captures]
@@ -60,21 +67,26 @@ def best(
     heard = told(*plain)
     for record, one in zip(plain[0], heard, strict=True):
         record.left_open = (*one.shifts, one.step)
-    if not any(one.asked_for for one in heard) and not vanished(plain[1], plain[0]):
+    needed = sum(one.needed for one in heard)
+    smoothed = smoothed_voltage.begun(first, joined, free, joined_at, fixed)
+    better = any(plain[1].objective - fit[1].objective > needed for fit in smoothed)
+    asked = any(one.asked_for for one in heard) or vanished(plain[1], plain[0])
+    if not (asked or better):
         return plain
     known = merged(start, plain[1])
     records = like(plain, fresh(plain[0][0].shape))
     solution = widened(records, free, known, settled(records, free, known))
-    found = [(records, solution)]
+    found = [(records, solution), *smoothed]
+    records, solution = _likeliest(found)
     if any(record.found for record in records) or vanished(solution, records):
-        found = _begun_elsewhere((records, solution), free, known, fresh)
+        found += _begun_elsewhere((records, solution), free, known, fresh)[1:]
     wider = _likeliest(found)
     if not any(moved(record, own) for record, own in zip(wider[0], wider[1].own, strict=True)):
         records = [MotorRecord(r.capture, free, fixed, r.shape) for r in plain[0]]
         again = settled(records, free, merged(start, wider[1]))  # as likely without them
         plain = _instead(plain, (records, again))
     gain = plain[1].objective - wider[1].objective
-    if gain > sum(one.needed for one in heard):
+    if gain > needed:
         filtered = log_second_order.taken(wider, free, known, fixed)
         means = log_means.taken(wider, free, known, fixed)
         lagged = log_lags.taken(wider, [record.capture for record in first], free, known, fixed)

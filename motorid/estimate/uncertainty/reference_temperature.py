@@ -3,7 +3,8 @@
     R_25 = R / (1 + a (T − 25 °C)),    T = ambient + self-heating
 
 How warm I²R made the winding is winding.py's. What is unknown of that, or of the ambient, widens
-R_25 by a for each kelvin.
+R_25 by a for each kelvin. A stated ambient may be wrong by more, and no reading shows it: what 10 K
+would do is said of every such estimate.
 """
 
 from __future__ import annotations
@@ -28,12 +29,21 @@ from motorid.estimate.effects.winding_temperature import (
     self_heating,
     shown_by,
 )
-from motorid.estimate.results.estimate import UNITS, Alternative, Estimate, Parameter, Rise
+from motorid.estimate.results.estimate import (
+    UNITS,
+    Alternative,
+    Estimate,
+    Parameter,
+    Rise,
+    Suspect,
+)
 
 REFERENCE_C = 25.0
 NORMAL_95 = 1.959963984540054
 ROOM_C = (10.0, 35.0)  # where an ambient that nobody gave lies, evenly
 COLD = {"R": "R_25", "K": "K_25"}
+WARMER_K = 10.0  # than the ambient that was stated: what that would do is said
+WRONG_ROOM = "ambient_temperature"
 
 
 @dataclass(frozen=True)
@@ -80,8 +90,29 @@ def with_reference(estimate: Estimate, captures: Sequence[Capture]) -> Estimate:
         at_25=cold,
         rise=rise,
         budget=budget,
+        suspects=(*estimate.suspects, _wrong_room(estimate, warmth, coefficients)),
         alternative=_beside(estimate.alternative, estimate.inputs, rise, coefficients),
     )
+
+
+def _wrong_room(estimate: Estimate, warmth: Warmth, coefficients: Coefficients) -> Suspect:
+    """What no reading shows: an ambient that was not what somebody stated."""
+    ambient, _, given = ambient_of(estimate.inputs)
+    warmer = replace(warmth, winding=warmth.winding + WARMER_K, magnets=warmth.magnets + WARMER_K)
+    stated, _ = at_25(estimate.parameters, warmth, coefficients)
+    moved, _ = at_25(estimate.parameters, warmer, coefficients)
+    said = [
+        f"{name} by {100.0 * (float(moved[name].value or 0.0) / p.value - 1.0):+.2g} %"
+        for name, p in stated.items()
+        if p.value
+    ]
+    taken = "stated" if given else "taken for want of a stated one"
+    return Suspect(
+        WRONG_ROOM, "ambient temperature",
+        "these data cannot reveal a wrong ambient temperature: a room that was "
+        f"{WARMER_K:.0f} K warmer than the {ambient:.3g} °C {taken} would change {', '.join(said)}",
+        "measure the temperature beside the motor, before the run", "not excluded",
+    )  # fmt: skip
 
 
 def _beside(

@@ -25,7 +25,7 @@ from motorid.estimate.effects.winding_temperature import BOUND, Coefficients, se
 from motorid.estimate.results.estimate import Estimate, Parameter, Rise
 from motorid.estimate.results.status import Status
 from motorid.estimate.uncertainty import reference_temperature
-from motorid.estimate.uncertainty.reference_temperature import at_25, warmth_of
+from motorid.estimate.uncertainty.reference_temperature import ambient_of, at_25, warmth_of
 from motorid.identify import fit
 from motorid.rig import Rig
 from motorid.rig_file import parse
@@ -145,6 +145,20 @@ def test_the_estimate_has_r_25_its_causes_and_its_words(exact: Estimate) -> None
     assert math.hypot(*shares.values()) == pytest.approx(cold.total, rel=1e-6)
     assert "ambient 45 °C ± 2 K" in cold.note
     assert "K_25" not in exact.at_25
+
+
+def test_what_a_wrong_room_would_do_is_said(exact: Estimate) -> None:
+    """By the copper law: a winding that was 10 K warmer has less at 25 °C."""
+    said = next(s for s in exact.suspects if s.code == "ambient_temperature")
+    ambient, _, given = ambient_of(exact.inputs)
+    assert exact.rise is not None
+    above = ambient + exact.rise.kelvin - 25.0
+    share = (1.0 + Coefficients().copper_per_k * above) / (
+        1.0 + Coefficients().copper_per_k * (above + 10.0)
+    ) - 1.0
+    assert said.strength == "not excluded"
+    assert f"R_25 by {100.0 * share:+.2g} %" in said.evidence
+    assert ("for want of" in said.evidence) is not given
 
 
 def run(text: str, folder: Path, name: str) -> tuple[Capture, float]:

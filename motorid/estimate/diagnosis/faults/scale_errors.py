@@ -100,10 +100,6 @@ TIME_OF_SPEED = Cause("time_scale", "time", {"L": 1, "J": 1}, {}, COMPARE_CLOCKS
 TIME_OF_POSITION = Cause(
     "time_scale", "time", {"L": 1, "K": 1, "J": 3, "B": 2, "T0": 1}, {}, COMPARE_CLOCKS
 )
-AMBIENT = Cause(
-    "ambient_temperature", "ambient temperature", {}, {},
-    "measure the temperature beside the motor, before the run",
-)  # fmt: skip
 CAUSES = (SPEED, AMPERES, VOLTS, SERIES)
 ALL_CAUSES = (*CAUSES, WINDING)
 
@@ -138,7 +134,7 @@ def suspects(
         )
     return tuple(
         Suspect(c.code, c.where, _unseen(c, known), c.action, "not excluded")
-        for c in (*CAUSES, TIME_OF_POSITION if turned else TIME_OF_SPEED, AMBIENT)
+        for c in (*CAUSES, TIME_OF_POSITION if turned else TIME_OF_SPEED)
     )
 
 

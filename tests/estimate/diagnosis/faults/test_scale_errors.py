@@ -91,10 +91,10 @@ def test_a_stretched_time_obeys_both_laws_of_the_motor(
 
 
 def test_what_leaves_no_trace_is_listed_by_what_was_read() -> None:
-    """The scales, the clock and the room."""
+    """The scales and the clock."""
     fitted = {"J": Parameter("J", "", 4e-7, 0.0, 0.0, 4e-9, None, Status.ESTIMATED)}
     listed = {s.code: s for s in scale_errors.suspects(fitted, {}, turned=False)}
-    assert {"time_scale", "ambient_temperature", "speed_scale"} <= set(listed)
+    assert {"time_scale", "speed_scale"} <= set(listed)
     assert {s.strength for s in listed.values()} == {"not excluded"}
 
 
@@ -235,8 +235,7 @@ def test_a_nameplate_names_the_scale(case: Case, runs: Runs) -> None:
     estimate = fit([case.capture(runs)])
     bare = scale_errors.suspects(estimate.parameters, {})
     hidden = {s.code for s in bare if s.strength == "not excluded"}
-    unnamed = {scale_errors.TIME_OF_POSITION.code, scale_errors.AMBIENT.code}
-    assert hidden == {c.code for c in scale_errors.CAUSES} | unnamed
+    assert hidden == {c.code for c in (*scale_errors.CAUSES, scale_errors.TIME_OF_POSITION)}
     found = [s for s in estimate.suspects if s.code in hidden]
     assert [(s.code, s.strength) for s in found] == [(case.code, "named")]
 

@@ -1,0 +1,76 @@
+"""A PWM frequency that the board states wrongly: found by what it leaves of the current."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.mistakes.capture_cases import of_pwm, with_supply
+from bench.mistakes.captures import Rigged, answer, preset
+from motorid.capture.model import CURRENT
+from motorid.errors import DataError
+from motorid.estimate.diagnosis.facts import pwm_frequency
+from tests.exact_capture import FAULHABER, Plan, clean_capture
+
+NOISE = np.random.default_rng(3).standard_normal(400)
+SLOW = np.sin(np.arange(400) / 30.0)
+
+
+def left(slow: float) -> Any:
+    """An estimate whose current is left noise of 1 and so much of a slow misfit."""
+    curve = SimpleNamespace(
+        channel=CURRENT, measured=NOISE + slow * SLOW, fitted=np.zeros(len(NOISE))
+    )
+    parameters = {"R": SimpleNamespace(value=2.0)}
+    return SimpleNamespace(curves=(curve,), parameters=parameters)
+
+
+def capture(pwm_hz: float) -> Any:
+    plain = clean_capture(FAULHABER, Plan())
+    return replace(plain, wiring=replace(plain.wiring, pwm_hz=pwm_hz))
+
+
+def fits(right_hz: float) -> Any:
+    def fit(captures: Any) -> Any:
+        hertz = captures[0].wiring.pwm_hz
+        if hertz > 100e3:
+            raise DataError("no fit")
+        return left(0.0 if hertz == right_hz else 12.0)
+
+    return fit
+
+
+def test_the_frequency_that_explains_the_current_is_taken() -> None:
+    found, said = pwm_frequency.corrected([capture(80e3)], left(12.0), fits(20e3))
+    assert found[0].wiring.pwm_hz == 20e3
+    assert said is not None
+    assert said.allowed
+    assert "80 kHz" in said.evidence
+    assert "20 kHz" in said.evidence
+    assert said.without == {"R": 2.0}
+
+
+@pytest.mark.parametrize(("pwm_hz", "slow"), [(80e3, 12.0), (80e3, 1.0), (0.0, 12.0)])
+def test_none_is_taken_that_explains_no_more(pwm_hz: float, slow: float) -> None:
+    """No factor of two leads to the right one; the current is left its noise; there is no PWM."""
+    given = [capture(pwm_hz)]
+    found, said = pwm_frequency.corrected(given, left(slow), fits(33e3))
+    assert found is given
+    assert said is None
+
+
+@pytest.mark.slow
+def test_a_board_that_states_four_times_its_pwm(tmp_path: Path) -> None:
+    """L was 5 % off, 11 standard uncertainties, and friction was blamed."""
+    wrong = Rigged(hidden=lambda m: {"pwm": 20_000}, edit=with_supply, alter=of_pwm(80_000.0))
+    told = answer(wrong, "small", tmp_path)
+    assert any(said.startswith("pwm_contradicted") for said in told.accusations)
+    found = told.parameters["L"]
+    low, high = found["interval_95"]
+    assert low < preset("small").inductance_h < high
+    assert high - low < 0.1 * found["value"]
