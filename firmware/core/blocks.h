@@ -36,7 +36,7 @@ struct blocks {
     volatile uint8_t freed;         /* blocks sent; written by the consumer alone */
     uint32_t dropped;               /* samples; the producer's */
     uint32_t blocks_sent, samples_sent; /* the consumer's */
-    uint8_t memory[CORE_BLOCK_BYTES];
+    _Alignas(CORE_BLOCK_ALIGNMENT) uint8_t memory[CORE_BLOCK_BYTES];
 };
 
 /* Begin a run: `channels` as configure, blocks that fill in at most `age` samples (0: any time). */

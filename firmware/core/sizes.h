@@ -18,6 +18,11 @@
 #define CORE_BLOCK_BYTES (3 * 243)
 #endif
 
+/* Where it begins: a multiple of this address, for a port that keeps whole words of a fast burst. */
+#ifndef CORE_BLOCK_ALIGNMENT
+#define CORE_BLOCK_ALIGNMENT 1
+#endif
+
 /* Of that memory, the block in which a fast burst sends what the rest of it has kept. */
 #ifndef CORE_BURST_BLOCK_BYTES
 #define CORE_BURST_BLOCK_BYTES 83

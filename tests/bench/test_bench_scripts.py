@@ -7,6 +7,8 @@ of more runs than it is given here. Not run:
 - bench_plan.py plans a rig for 25 s of the processor; tests/plan/test_plan.py runs its ``confirm``.
 - bench_emulated_motors.py emulates at least five captures; tests/emulated/test_motors.py runs what
   each of its rows is made of.
+- bench_pico.py emulates a Pico for minutes; tests/emulated/test_pico_rates.py runs a shorter stream
+  and one of its motors.
 - bench_dead_motors.py judges motors with faults for minutes; tests/quality/test_not_running.py has
   one of each.
 - bench_ingest.py starts a server; tests/history/test_postgresql_failures.py has twenty writers.
@@ -31,7 +33,7 @@ from tests.conformance.boards import emulator_lacks
 pytestmark = pytest.mark.slow
 
 BENCH = Path(__file__).resolve().parents[2] / "bench"
-LEFT_OUT = {"plan", "emulated_motors", "dead_motors", "cluster", "ingest"}
+LEFT_OUT = {"plan", "emulated_motors", "dead_motors", "cluster", "ingest", "pico"}
 MAY_MISS = {
     "branches",
     "cycle",

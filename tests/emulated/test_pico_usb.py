@@ -113,6 +113,7 @@ def test_a_run_is_the_same_over_either_link() -> None:
         with opened(name, motor=MOTOR, noise=0) as board:
             client = Client(board.port)
             client.bring_up()
+            client.settings["sample_period_ticks"] = WATCH_TICKS  # which the UART carries, too
             client.wait(0.2 - board.port.now())
             record = client.run(client.drive(200, 0.5), client.coast(50))
             seen.append([list(record.channel(channel)) for channel in range(4)])

@@ -53,7 +53,11 @@ void sampling_set_period(uint32_t ticks);
 bool sampling_has_news(void);
 void sampling_interrupt(void);
 /* See port.h. A reading's conversions, and the encoder's count at its end and at the end of the one before. */
-#define BURST_BYTES (2u * WINDOWS * CONVERSIONS + 2u * 4u)
+#define BURST_BYTES (sizeof(struct burst_kept))
+struct burst_kept {
+    uint32_t conversions[WINDOWS][(CONVERSIONS + 1u) / 2u]; /* two to a word; the last has one */
+    uint32_t position, position_before;
+};
 void sampling_burst_keep(uint8_t *bytes);
 void sampling_burst_reading(const uint8_t *bytes, uint8_t n, struct reading *out);
 

@@ -4,8 +4,6 @@
  * window's conversions to memory; each begins the other. Either writes round and round in memory of its own,
  * which holds its latest two, so that one whose interrupt never comes spoils nothing else.
  */
-#include <string.h>
-
 #include "board.h"
 #include "channels.h"
 #include "chip.h"
@@ -114,28 +112,34 @@ static void read_window(const volatile uint16_t *conversion, int16_t raw[INPUTS_
 
 /* Three windows: the channels took turns, and the latest place of each is not the one it writes next. */
 void sampling_burst_keep(uint8_t *bytes) {
+    struct burst_kept *const to = (struct burst_kept *)(void *)bytes; /* CORE_BLOCK_ALIGNMENT */
     const uint32_t other = 1u - latest;
     const volatile uint16_t *const windows[WINDOWS] = {
         window[latest][place[latest]], window[other][1u - place[other]], window[latest][1u - place[latest]]};
-    for (uint32_t n = 0; n < WINDOWS; n++) {
-        memcpy(bytes, (const void *)(uintptr_t)windows[n], 2u * CONVERSIONS);
-        bytes += 2u * CONVERSIONS;
+    for (uint32_t row = 0; row < WINDOWS; row++) {
+        const volatile uint32_t *const words = (const volatile uint32_t *)(const volatile void *)windows[row];
+        for (uint32_t n = 0; n < (CONVERSIONS + 1u) / 2u; n++) {
+            to->conversions[row][n] = words[n];
+        }
     }
-    memcpy(bytes, &kept[turn].position, 4);
-    memcpy(bytes + 4, &kept[turn].position_before, 4);
+    to->position = kept[turn].position;
+    to->position_before = kept[turn].position_before;
 }
 
 /* The encoder is read once a window, and two of three are not kept: between, the count is taken to grow evenly. */
 void sampling_burst_reading(const uint8_t *bytes, uint8_t n, struct reading *out) {
-    uint16_t code[INPUTS_CONVERTED];
-    uint32_t position, before;
-    memcpy(code, bytes + (size_t)n * sizeof code, sizeof code);
-    memcpy(&position, bytes + 2u * WINDOWS * CONVERSIONS, 4);
-    memcpy(&before, bytes + 2u * WINDOWS * CONVERSIONS + 4, 4);
+    const struct burst_kept *const from = (const struct burst_kept *)(const void *)bytes;
+    uint32_t code[INPUTS_CONVERTED];
+    for (uint32_t input = 0; input < INPUTS_CONVERTED; input++) {
+        const uint32_t at = n * INPUTS_CONVERTED + input;
+        const uint32_t *const row = from->conversions[at / CONVERSIONS];
+        code[input] = row[at % CONVERSIONS / 2u] >> (at % CONVERSIONS % 2u * 16u) & 0xFFFFu;
+    }
+    const uint32_t before = from->position_before;
     out->raw[WIRE_CHANNEL_CURRENT] = reading_of(linear(code[0]) * THIRDS);
     out->raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = reading_of(linear(code[1]) * THIRDS);
     out->raw[WIRE_CHANNEL_SUPPLY_VOLTAGE] = reading_of(linear(code[2]) * THIRDS);
-    const int32_t moved = (int32_t)(position - before);
+    const int32_t moved = (int32_t)(from->position - before);
     out->position = before + (uint32_t)(moved * (int32_t)(n + 1) / (int32_t)ROUNDS);
 }
 
