@@ -78,7 +78,6 @@ class LazyGroup(click.Group):
                 formatter.write_heading(heading)
             for name in names:
                 formatter.write(_row(name, self.table[name][1], width, formatter.width) + "\n")
-        formatter.write("\n")
         formatter.write(f"motorid COMMAND {'/'.join(ctx.help_option_names)} shows its options; ")
         formatter.write("--version shows the version.\n")
 

@@ -123,9 +123,6 @@ def command(
     Serial numbers come from a scanner that types, the keyboard, or a line controller over TCP.
     Ctrl-D ends the shift. Captures and results are on disk before a verdict is shown; a station
     that was killed judges what it left unfinished when it starts again.
-
-    To an object store (s3://...) inspections go behind the cycle, from a folder of this computer
-    that keeps them: MOTORID_SPOOL. A store that cannot be reached stops no motor.
     """
     from motorid.cli.operator_page import OperatorPage
     from motorid.quality.product import load_product
