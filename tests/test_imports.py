@@ -43,7 +43,7 @@ MAY_IMPORT = {
     "sim": DATA | {"rig", "wire"},
     "acquire": DRIVE,
     "workflow": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
-    "web": DRIVE,
+    "web": DRIVE | FIT | {"quality", "report", "workflow"},
     "api": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
     "cli": DRIVE | FIT | {"calibration", "export", "quality", "report", "web", "workflow"},
 }

@@ -165,3 +165,8 @@ _.upgrade
 
 # motorid/workflow/tls_link.py: io.BufferedReader calls it
 _.readinto
+
+# motorid/quality/history/tallies.py: SQLAlchemy reads or calls them
+_.inherit_cache
+_._as_text
+_._as_date

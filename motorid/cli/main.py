@@ -41,6 +41,7 @@ COMMANDS = {
     "risk": ("risk", "Consumer's and producer's risks of a limit and its rule."),
     "power": ("power", "How large a defect must be to be found, by simulation."),
     "history": ("history", "The database of results: trace, judge again, export."),
+    "dashboard": ("dashboard", "Show a line's history on a page: yield, reasons, charts."),
     "verify": ("verify", "Say of each file whether it is still what was written."),
     "compare": ("compare", "Many methods on the same captures; the review's tables."),
     "motors": ("motors", "Several motors on one page: what differs, and all curves."),
@@ -57,7 +58,16 @@ COMMANDS = {
 TASKS = {
     "Measure": ("run", "plan", "capture", "scope", "recover", "calibrate"),
     "Look and fit": ("import", "segment", "fit", "motors", "compare", "export", "verify"),
-    "Inspect motors": ("check", "station", "gauge", "trend", "risk", "power", "history"),
+    "Inspect motors": (
+        "check",
+        "station",
+        "gauge",
+        "trend",
+        "risk",
+        "power",
+        "history",
+        "dashboard",
+    ),
     "Set up": (
         "init",
         "ports",

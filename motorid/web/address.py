@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import ipaddress
+import re
 import secrets
 import socket
 import ssl
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from motorid.errors import UsageError
 
 DEFAULT_LISTEN = "127.0.0.1:7411"
 LOOPBACK_NAMES = ("localhost",)
+TOKEN = re.compile("[A-Za-z0-9_-]+")
 
 
 @dataclass(frozen=True)
@@ -108,6 +110,16 @@ def parse_listen(
             "-out cert.pem` makes a pair)"
         )
     return Address(str(address), int(port), _context(certificate, key), option=option)
+
+
+def with_token(address: Address, token: str) -> Address:
+    """The same place with a token that stays. Raises UsageError for one that no address holds."""
+    if not TOKEN.fullmatch(token):
+        raise UsageError(
+            "the token stands in the page's address: letters, digits, - and _ alone "
+            "(`openssl rand -hex 16` makes one)"
+        )
+    return replace(address, token=token)
 
 
 def _context(certificate: Path | None, key: Path | None) -> ssl.SSLContext | None:

@@ -98,15 +98,15 @@ def rejudge(
             continue
         seen.add(hashes)
         try:
-            paths = [_found(capture, folders) for capture in cited]
+            paths = [found_capture(capture, folders) for capture in cited]
         except DataError as error:
             yield Judged(row.serial, cited[0].path, row.outcome, "", (), False, str(error))
             continue
         yield _judged(history, product, paths, row.outcome, "rejudged", {"station": row.station})
 
 
-def _found(capture: Any, folders: Sequence[Path]) -> Path:
-    """The file of a capture, and no other."""
+def found_capture(capture: Any, folders: Sequence[Path]) -> Path:
+    """The file of a capture, and no other. Raises DataError."""
     from motorid.workflow.many import sha256_of
 
     there = Path(capture.path)
