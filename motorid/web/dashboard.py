@@ -92,11 +92,27 @@ def dashboard_app(board: Dashboard) -> App:
 
     routes = [
         Route("/", _page(board.line), methods=["GET"]),
+        Route("/metrics", _metrics(board.history), methods=["GET"]),
         Route("/result/{number:int}", _page(board.result), methods=["GET"]),
         Route("/result/{number:int}/report/{place:int}", _page(board.report), methods=["GET"]),
     ]
     app: App = Starlette(routes=routes)
     return app
+
+
+def _metrics(history: History) -> Callable[[Request], Response]:
+    from motorid.web.metrics import exposition
+
+    def answer(_: Request) -> Response:
+        from starlette.responses import PlainTextResponse, Response
+
+        try:
+            text, kind = exposition(history)
+        except MotoridError as error:
+            return PlainTextResponse(f"{error}\n", 503)
+        return Response(text, media_type=None, headers={"content-type": kind})
+
+    return answer
 
 
 def _page(made: Callable[[Request], str]) -> Callable[[Request], Response]:

@@ -12,6 +12,7 @@ from urllib.request import Request, urlopen
 
 import numpy as np
 import pytest
+from prometheus_client.parser import text_string_to_metric_families
 
 from motorid.capture import store
 from motorid.errors import UsageError
@@ -151,6 +152,22 @@ def test_only_who_has_the_token_sees_it_and_errors_are_sentences(url: str) -> No
     assert len(rule) == 1
     assert "default-src 'none'" in rule[0]
     assert "frame-ancestors 'none'" in rule[0]
+
+
+def test_metrics_are_read_by_prometheus_own_parser(url: str) -> None:
+    found = {
+        family.name: family for family in text_string_to_metric_families(got(f"{url}metrics"))
+    }
+    tests = {
+        (one.labels["station"], one.labels["outcome"]): one.value
+        for one in found["motorid_tests"].samples
+        if one.name == "motorid_tests_total"
+    }
+    assert tests == {("line-0", "PASS"): 17, ("line-0", "FAIL"): 4, ("line-1", "PASS"): 21}
+    (reason,) = (one for one in found["motorid_reasons"].samples if one.name.endswith("_total"))
+    assert (reason.labels["quantity"], reason.labels["side"], reason.value) == ("R", "high", 4)
+    (last,) = found["motorid_last_test_timestamp_seconds"].samples
+    assert last.value == record(42).at.timestamp()
 
 
 def test_a_token_of_ones_own_stays_and_must_fit_into_an_address() -> None:
