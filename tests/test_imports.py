@@ -57,7 +57,7 @@ MAY_IMPORT = {
     "sim": DATA | {"rig", "wire"},
     "acquire": DRIVE,
     "workflow": DRIVE | FIT | {"calibration", "quality", "report", "storage", "workflow"},
-    "web": DRIVE | {"workflow"},  # whose roles hold on a page as well
+    "web": DRIVE | FIT | {"quality", "report", "storage", "workflow"},
     "api": DRIVE | FIT | {"calibration", "quality", "report", "workflow"},
     "cli": DRIVE
     | FIT

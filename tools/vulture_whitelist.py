@@ -184,3 +184,7 @@ _.Reasons
 _.Severity
 # motorid/program.py: a rig file names it
 _.BRAKED
+# motorid/quality/history/tallies.py: SQLAlchemy reads or calls them
+_.inherit_cache
+_._as_text
+_._as_date

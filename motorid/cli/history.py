@@ -103,6 +103,17 @@ def _brought(where: str, *, create: bool) -> None:
         click.echo(f"{where} has tables of step {after} now (before: {before or 'none'})")
 
 
+@command.command("recount")
+@WHERE
+def recount(where: str) -> None:
+    """Make the counts of each day anew from the results, where verify says that they differ."""
+    from motorid.quality.history import open_history
+
+    with open_history(where) as history:
+        history.recount()
+    click.echo(f"{where}: the counts of each day are those of its results")
+
+
 @command.command("add")
 @WHERE
 @click.argument("files", nargs=-1, required=True)

@@ -44,6 +44,7 @@ COMMANDS = {
     "power": ("power", "How large a defect must be to be found, by simulation."),
     "history": ("history", "The database of results: trace, judge again, export."),
     "archive": ("archive", "Captures in packs, by day and station: pack, find, delete."),
+    "dashboard": ("dashboard", "Show a line's history on a page: yield, reasons, charts."),
     "verify": ("verify", "Say of each file whether it is still what was written."),
     "compare": ("compare", "Many methods on the same captures; the review's tables."),
     "motors": ("motors", "Several motors on one page: what differs, and all curves."),
@@ -71,6 +72,7 @@ TASKS = {
         "power",
         "history",
         "archive",
+        "dashboard",
     ),
     "Set up": (
         "init",

@@ -8,11 +8,29 @@ from __future__ import annotations
 import base64
 import hashlib
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from html import escape
 from importlib import resources
 from string import Template
 
 from motorid.visible import visible
+
+
+@dataclass(frozen=True)
+class Link:
+    """A cell of a table that leads somewhere, or that holds a small picture as well."""
+
+    text: str
+    target: str = ""
+    picture: str = ""  # HTML
+
+    @property
+    def html(self) -> str:
+        """What stands in the cell."""
+        said = escape(self.text)
+        return (
+            f'<a href="{escape(self.target)}">{said}</a>' if self.target else said
+        ) + self.picture
 
 
 def page(title: str, body: Iterable[str]) -> str:
@@ -29,6 +47,15 @@ def page(title: str, body: Iterable[str]) -> str:
         digest=_digest(script),
     )
     return visible(whole)
+
+
+def policy() -> str:
+    """The page's own rule, as a server says it in a header."""
+    script = resources.files("motorid.report").joinpath("report.js").read_text("utf-8")
+    return (
+        f"default-src 'none'; style-src 'unsafe-inline'; script-src '{_digest(script)}'; "
+        "img-src data:"
+    )
 
 
 def _digest(script: str) -> str:
@@ -52,11 +79,11 @@ def figure(caption: str, *parts: str, aside: str = "") -> str:
     return f"<figure><figcaption>{escape(caption)}{more}</figcaption>{''.join(parts)}</figure>"
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") -> str:
-    """A table of plain text; columns after the first are numbers, set to the right."""
+def table(head: Sequence[str], rows: Iterable[Sequence[str | Link]], kind: str = "") -> str:
+    """A table of plain text and links; columns after the first are numbers, set to the right."""
     top = "".join(f"<th{_number(k)}>{escape(cell)}</th>" for k, cell in enumerate(head))
     lines = "".join(
-        "<tr>" + "".join(f"<td{_number(k)}>{escape(c)}</td>" for k, c in enumerate(row)) + "</tr>"
+        "<tr>" + "".join(f"<td{_number(k)}>{_cell(c)}</td>" for k, c in enumerate(row)) + "</tr>"
         for row in rows
     )
     return (
@@ -68,6 +95,10 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], kind: str = "") ->
 def paragraph(text: str, kind: str = "") -> str:
     """A paragraph of plain text; nothing for no text."""
     return f'<p class="{kind}">{escape(text)}</p>' if text else ""
+
+
+def _cell(cell: str | Link) -> str:
+    return cell.html if isinstance(cell, Link) else escape(cell)
 
 
 def _number(column: int) -> str:

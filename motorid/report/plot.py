@@ -115,6 +115,13 @@ class Plot:
         path = "".join(f"M{_n(a)} {_n(d)}h0" for a, d in zip(across, down, strict=True))
         self.shapes.append(f'<path class="dots {kind}" d="{path}"/>')
 
+    def links(self, x: Floats, y: Floats, targets: Sequence[str]) -> None:
+        """Where each point leads, for a pointer; a table beside it leads there by keyboard."""
+        across, down = self.x.share(x) * BOX, BOX - self.y.share(y) * BOX
+        for a, d, target in zip(across, down, targets, strict=False):
+            place = f'<path class="dots" d="M{_n(a)} {_n(d)}h0"/>'
+            self.shapes.append(f'<a href="{escape(target)}" tabindex="-1">{place}</a>')
+
     def band(self, begin: float, end: float, kind: str, text: str = "") -> None:
         """A shaded stretch of the x axis, with a word above it where there is room."""
         left, right = (float(v) for v in np.clip(self.x.share(np.array([begin, end])), 0, 1))

@@ -27,13 +27,14 @@ def headline(trend: Trend) -> str:
     return f"{trend.quantity}: {len(trend.values)} readings, {state}"
 
 
-def _scale(trend: Trend) -> tuple[str, float]:
+def scale(trend: Trend) -> tuple[str, float]:
+    """Unit of the readings as shown, and the factor to it."""
     return scaled_unit(trend.unit, float(np.max(np.abs(trend.values))))
 
 
 def chart_rows(trend: Trend) -> tuple[list[str], list[list[str]]]:
     """Head and rows of the charts' limits."""
-    unit, f = _scale(trend)
+    unit, f = scale(trend)
     head = ["chart", "points", f"centre, {unit}" if unit else "centre", "lower", "upper", "alarms"]
     return head, [
         [
@@ -87,7 +88,7 @@ def sentences(trend: Trend) -> list[str]:
 def _of_shape(trend: Trend, able: Capability) -> list[str]:
     said = []
     if able.percentiles is not None:
-        unit, f = _scale(trend)
+        unit, f = scale(trend)
         low, middle, high = (significant(value * f, 4) for value in able.percentiles)
         said.append(f"0.135 %, median, 99.865 %: {low}, {middle}, {high} {unit}".rstrip())
     if able.fit_p < NOT_NORMAL:
@@ -138,11 +139,11 @@ def _chart(chart: Chart) -> dict[str, Any]:
 def html(trend: Trend) -> str:
     """The whole page."""
     title = f"Trend of {trend.quantity}"
-    unit, _ = _scale(trend)
+    unit, _ = scale(trend)
     alarms = "".join(f'<li class="error">{escape(alarm)}</li>' for alarm in trend.alarms)
     parts = [STYLE, f"<h1>{escape(title)}</h1>", paragraph(headline(trend), "summary")]
     parts += [f'<ul class="findings">{alarms}</ul>'] if alarms else []
-    plots = [_plot(trend, chart, unit) for chart in trend.charts]
+    plots = [plot(trend, chart, unit) for chart in trend.charts]
     parts.append(section("Control charts", table(*chart_rows(trend)), *plots))
     if trend.capability is not None:
         parts.append(section("Capability", table(*index_rows(trend)), _histogram(trend, unit)))
@@ -150,32 +151,34 @@ def html(trend: Trend) -> str:
     return page(title, parts)
 
 
-def _plot(trend: Trend, chart: Chart, unit: str) -> str:
-    factor = _scale(trend)[1]
+def plot(trend: Trend, chart: Chart, unit: str, links: Sequence[str] = ()) -> str:
+    """One chart; ``links``: where each of its points leads."""
+    factor = scale(trend)[1]
     at = np.arange(len(chart.points), dtype=np.float64) + 1.0 + chart.first
     levels = np.array([chart.lower, chart.upper])
     label = f"{trend.quantity}, {unit}" if unit else trend.quantity
-    plot = Plot(
+    shown = Plot(
         axis([at], "point", margin=0.01),
         axis([chart.points, levels], label, factor),
         f"{chart.name} chart of {trend.quantity} with its control limits",
     )
     if chart.baseline < len(chart.points):
-        plot.band(0.0, at[chart.baseline - 1] + 0.5, "steady", "baseline")
-    plot.line(at, chart.points, "measured")
+        shown.band(0.0, at[chart.baseline - 1] + 0.5, "steady", "baseline")
+    shown.line(at, chart.points, "measured")
     if len(at) <= 400:
-        plot.dots(at, chart.points, "measured")
+        shown.dots(at, chart.points, "measured")
     hit = sorted({alarm.index for alarm in chart.alarms})
-    plot.dots(at[hit], chart.points[hit], "alarm")
-    plot.rule(chart.centre, "zero")
+    shown.dots(at[hit], chart.points[hit], "alarm")
+    shown.rule(chart.centre, "zero")
     for level in (chart.lower, chart.upper):
-        plot.rule(level)
+        shown.rule(level)
+    shown.links(at, chart.points, links)
     keys = legend([("measured", "point"), ("dots alarm", "completes a rule's pattern")])
-    return figure(f"{chart.name} chart", keys, plot.render(), aside="dashed: control limits")
+    return figure(f"{chart.name} chart", keys, shown.render(), aside="dashed: control limits")
 
 
 def _histogram(trend: Trend, unit: str) -> str:
-    able, factor = trend.capability, _scale(trend)[1]
+    able, factor = trend.capability, scale(trend)[1]
     assert able is not None
     limits: Sequence[float] = [v for v in (able.lower, able.upper) if v is not None]
     counts, edges = np.histogram(trend.values, bins="auto")

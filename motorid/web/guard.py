@@ -53,7 +53,9 @@ class Guard:
 
         async def sealed(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
-                message["headers"] = [*message.get("headers", ()), *HEADERS.items()]
+                own = list(message.get("headers", ()))
+                said = {name for name, _ in own}  # a page that says its own policy keeps it
+                message["headers"] = [*own, *(one for one in HEADERS.items() if one[0] not in said)]
             await send(message)
 
         await self.app(inner, receive, sealed if scope["type"] == HTTP else send)

@@ -87,7 +87,7 @@ def rejudge(
             continue
         seen.add(hashes)
         try:
-            places = tuple(_found(capture, moved) for capture in cited)
+            places = tuple(found_capture(capture, moved) for capture in cited)
         except MotoridError as error:
             yield Judged(row.serial, cited[0].path, row.outcome, "", (), False, str(error))
             continue
@@ -112,8 +112,8 @@ def _done(history: History, product: Product, hashes: tuple[str, ...]) -> Any:
     return None
 
 
-def _found(capture: Any, moved: Moved) -> Place:
-    """Where a capture is: nothing else is taken for it."""
+def found_capture(capture: Any, moved: Moved) -> Place:
+    """Where a capture is: nothing else is taken for it. Raises DataError."""
     there = place(capture.path)
     if not isinstance(there, Path):  # whoever fits it checks its digest
         return moved.find(capture.sha256, there.name) or there

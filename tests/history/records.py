@@ -13,6 +13,7 @@ UNSTEPPED = (
     "DROP TABLE alembic_version",
     "DROP TABLE names",
     "DROP TABLE trail",
+    "DROP TABLE tallies",
     "DELETE FROM meta WHERE name = 'names_kept_days'",
     *(f"DROP INDEX ix_results_{name}_id" for name in ("outcome", "station", "product")),
 )

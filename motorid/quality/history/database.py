@@ -10,12 +10,12 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from sqlalchemy import Connection, Engine, Row, func, insert, inspect, select
+from sqlalchemy import Connection, Engine, Row, Select, func, insert, inspect, select
 from sqlalchemy.exc import IntegrityError, OperationalError, ProgrammingError
 
 from motorid.errors import DataError
 from motorid.limits import HISTORY, refuse_large
-from motorid.quality.history import chain, engine, names, seals, steps, trail
+from motorid.quality.history import chain, engine, names, seals, steps, tallies, trail
 from motorid.quality.history import schema as s
 from motorid.quality.history.chain import Head
 from motorid.quality.history.engine import READING
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 ATTEMPTS = 5
 SIGNATURE = "product_signature"  # among a result's versions: who signed its limits
+MOST_OF_A_MOTOR = 200  # results shown of one serial number
 T = TypeVar("T")
 
 
@@ -103,14 +104,42 @@ class History:
         with engine.said(self.where), self.engine.connect() as connection:
             yield connection.execution_options(**READING)
 
-    def results(self, query: Query | None = None, *, last: int | None = None) -> list[Row[Any]]:
-        """Rows of the results table, oldest first; only the ``last`` ones if asked."""
+    def results(
+        self, query: Query | None = None, *, last: int | None = None, before: int | None = None
+    ) -> list[Row[Any]]:
+        """Rows of the results table, oldest first; only the ``last`` ones if asked.
+
+        ``before``: of smaller numbers than this one.
+        """
         wanted = (query or Query()).apply(select(s.results))
+        if before is not None:
+            wanted = wanted.where(s.results.c.id < before)
         with self.reading() as connection:
             if last is None:
                 return list(connection.execute(wanted))
             newest = wanted.order_by(None).order_by(s.results.c.id.desc()).limit(last)
             return list(connection.execute(newest))[::-1]
+
+    def result(self, number: int) -> Row[Any] | None:
+        """One result; None: there is no such."""
+        with self.reading() as connection:
+            return connection.execute(select(s.results).where(s.results.c.id == number)).first()
+
+    def same_motor(self, row: Row[Any]) -> list[Row[Any]]:
+        """Every result of the same serial number, oldest first, to the number of a page."""
+        wanted = select(s.results).where(s.results.c.serial == row.serial)
+        with self.reading() as connection:
+            return list(connection.execute(wanted.order_by(s.results.c.id).limit(MOST_OF_A_MOTOR)))
+
+    def places(self) -> tuple[list[str], list[str]]:
+        """The products and the stations of all checks."""
+        with self.reading() as connection:
+            return tallies.places(connection)
+
+    @property
+    def name(self) -> str:
+        """The place without a password, to be shown."""
+        return engine.shown(self.engine.url)
 
     def count(self, query: Query | None = None) -> int:
         """How many results."""
@@ -184,6 +213,25 @@ class History:
         with self.reading() as connection:
             return list(connection.execute(wanted))
 
+    def readings(self, query: Query, last: int, name: str = "") -> list[Row[Any]]:
+        """Rows (result, name, unit, value, low, high), by time: of the ``last`` results.
+
+        ``name``: of those that have measured this quantity, and of it alone.
+        """
+        m, r = s.measurements.c, s.results.c
+        of_these = [*query.conditions(), m.value.is_not(None)]
+        if name:
+            of_these.append(m.name == name)
+        there = select(m.result).where(m.result == r.id, *of_these).correlate(s.results).exists()
+        newest = select(r.id).where(*query.conditions(), there).order_by(r.at.desc(), r.id.desc())
+        chosen = r.id.in_(select(newest.limit(last).subquery().c.id))
+        wanted = select(m.result, m.name, m.unit, m.value, m.low, m.high).join(
+            s.results, r.id == m.result
+        )
+        with self.reading() as connection:
+            found: Select[Any] = wanted.where(chosen, *of_these).order_by(r.at, r.id)
+            return list(connection.execute(found))
+
     def head(self, station: str) -> Head:
         """The end of a station's chain of seals."""
         with self.reading() as connection:
@@ -196,6 +244,8 @@ class History:
                 count = connection.scalar(select(func.count()).select_from(s.results))
                 return seals.Checked(0, int(count or 0), (), ())
             found = seals.verify(connection, anchors)
+            if not found.problems and tallies.kept(connection):  # else they follow from those
+                found = replace(found, problems=tuple(tallies.problems(connection)))
             if not inspect(connection).has_table(s.trail.name):
                 return found
             return replace(found, problems=(*found.problems, *trail.problems(connection)))
@@ -214,6 +264,10 @@ class History:
                 if problem := trusted.problem(cited, row.limits):
                     where = f"station {row.station or 'without a name'}, result {row.id}"
                     yield f"{where}, limits {row.limits[:12]}: {problem}"
+
+    def recount(self) -> None:
+        """Makes the day's counts anew from the results; see ``tallies``."""
+        self._write(tallies.recount)
 
     def note(self, entry: trail.Entry) -> bool:
         """Adds an entry to the trail, on disk when this returns; False where it is there already.
@@ -320,6 +374,7 @@ def _add(connection: Connection, record: ResultRecord) -> bool:
         ]
         connection.execute(insert(s.measurements), rows)
     seals.seal(connection, result, record.station)
+    tallies.add(connection, result, record)
     return True
 
 

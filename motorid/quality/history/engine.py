@@ -40,6 +40,11 @@ def make(text: str, patience_s: float | None) -> Engine:
     return engine
 
 
+def shown(url: URL) -> str:
+    """A database's name for a page: no host, no user, no password."""
+    return url.database or url.drivername
+
+
 def _bounds(url: URL, patience_s: float) -> dict[str, Any]:
     """What makes PostgreSQL's client give up: no connection, no answer, a host that is gone."""
     if url.get_backend_name() != "postgresql" or "options" in url.query:

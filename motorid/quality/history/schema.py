@@ -23,7 +23,7 @@ from sqlalchemy import (
 from sqlalchemy.types import TypeDecorator
 
 VERSION = "1"  # of the tables; another first number is refused
-STEP = "0003"  # the last of the steps in migrations/; see steps.py
+STEP = "0004"  # the last of the steps in migrations/; see steps.py
 
 
 class UtcDateTime(TypeDecorator[datetime]):
@@ -221,4 +221,18 @@ trail = Table(
     Column("reason", LongWords, nullable=False),
     Column("content", DIGEST, nullable=False),
     Column("chain", DIGEST, nullable=False),
+)
+
+# The day's counts of what each station judged; see tallies.py.
+tallies = Table(
+    "tallies",
+    metadata,
+    Column("day", Words(10), primary_key=True),
+    Column("product", NAME, primary_key=True),
+    Column("station", NAME, primary_key=True),
+    Column("what", Words(16), primary_key=True),
+    Column("outcome", Words(16), primary_key=True),
+    Column("name", NAME, primary_key=True),
+    Column("side", Words(16), primary_key=True),
+    Column("count", Count, nullable=False),
 )
