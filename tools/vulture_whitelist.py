@@ -188,3 +188,6 @@ _.BRAKED
 _.inherit_cache
 _._as_text
 _._as_date
+
+# motorid/web/metrics.py: prometheus_client calls it
+_.collect

@@ -22,7 +22,7 @@ from motorid.cli.options import (
     warned,
 )
 from motorid.cli.streams import paint
-from motorid.cli.values import Kept, Whole
+from motorid.cli.values import Kept, Named, Whole
 from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
