@@ -191,7 +191,7 @@ def _held(scored: Row) -> list[bool]:
 
 
 def _share(held: Sequence[bool]) -> str:
-    return f"{sum(held)} of {len(held)} ({np.mean(held):.1%})"
+    return f"{sum(held)} of {len(held)}" + (f" ({np.mean(held):.1%})" if held else "")
 
 
 def main() -> None:

@@ -126,7 +126,7 @@ def one(seed: int, folder: Path, emulate: bool = False) -> dict[str, Any]:
         "uno", port, DRIVER, SENSOR, COUNTS, known["supply"], "drawn", known["volts"],
         resistance_ohm=1.1 * known["ohm"], no_load_rpm=known["rpm"], ambient_c=25.0,
     )  # fmt: skip
-    rig = kit(said, "kit", "", 40_000).rig
+    rig = kit(said, "kit", "").rig
     options = parse_url(url)
     motor = options.specimen
     truth = {

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 @click.option(
     "--burst",
     is_flag=True,
-    help="Sample as fast as the board can, for some milliseconds, from its memory.",
+    help="Sample as fast as the board can, from its memory.",
 )
 @live.capture_option
 @live.page_options
@@ -72,9 +72,8 @@ def command(
     Begins with a short weak pulse that checks signs, encoder and current. Ctrl-C stops the motor
     and keeps what was measured.
 
-    --burst samples faster than the link could carry, for the inductance of a motor whose current
-    settles fast. The program must fit the board's memory; one that does not is refused, and told
-    what fits.
+    --burst samples faster than the link carries, for the inductance of a fast motor. A program that
+    the board's memory does not hold is refused.
     """
     from motorid.cli.progress import ProgressLine
     from motorid.storage.place import Url

@@ -81,12 +81,14 @@ class Perhaps(click.ParamType[float | None]):
     show_default=True,
     help="The board's port; auto: the one board that is plugged in.",
 )
-@click.option("--board", type=click.Choice(BOARDS), help="Which board it is.")
+@click.option(
+    "--board", type=click.Choice(BOARDS), metavar="NAME", help="uno, nano, mega, pico or other."
+)
 @click.option(
     "--driver",
     type=click.Choice(DRIVERS),
     metavar="NAME",
-    help="l298n, bts7960, drv8871, in-in, pwm-dir ...: a wrong name lists all.",
+    help="l298n, bts7960, in-in ...: a wrong name lists all.",
 )
 @click.option("--sensor", type=Part(), help="Current sensor: of motorid board list, or a file.")
 @click.option(

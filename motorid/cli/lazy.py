@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import inspect
 import textwrap
 from collections.abc import Mapping
 from importlib import import_module
@@ -67,19 +68,21 @@ class LazyGroup(click.Group):
         ]
         return names or click.Command.shell_complete(self, ctx, incomplete)
 
+    def format_help_text(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Right below the usage: one page must hold all."""
+        with formatter.indentation():
+            formatter.write_text(inspect.cleandoc(self.help or ""))
+
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """The commands by task, without empty lines between them: one page must hold all."""
+        """The commands by task, without empty lines between them."""
         grouped = {name for names in self.tasks.values() for name in names}
         rest = tuple(name for name in self.table if name not in grouped)
         width = max(map(len, self.table))
-        formatter.write_paragraph()
         for heading, names in (*self.tasks.items(), (OTHERS, rest)):
             if names:
                 formatter.write_heading(heading)
             for name in names:
                 formatter.write(_row(name, self.table[name][1], width, formatter.width) + "\n")
-        formatter.write(f"motorid COMMAND {'/'.join(ctx.help_option_names)} shows its options; ")
-        formatter.write("--version shows the version.\n")
 
 
 def _row(name: str, summary: str, column: int, width: int) -> str:

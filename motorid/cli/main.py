@@ -92,6 +92,8 @@ TASKS = {
     cls=LazyGroup,
     table=COMMANDS,
     tasks=TASKS,
+    options_metavar="[-h | --version]",
+    subcommand_metavar="COMMAND [-h | ARGS...]",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 @click.version_option(__version__, prog_name="motorid")

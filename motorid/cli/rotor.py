@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 clamped_option = click.option(
     "--clamped",
     is_flag=True,
-    help="The rotor is clamped: for a program that needs that, such as a PRBS.",
+    help="The rotor is clamped, as a PRBS needs it.",
 )
 QUESTION = (
     "The program drives the motor to and fro while its rotor is held. A free rotor would jump. "

@@ -21,6 +21,7 @@ from motorid.cli.options import (
     speed_option,
     warned,
 )
+from motorid.cli.paged import Paged
 from motorid.cli.streams import paint
 from motorid.cli.values import Kept, Named, Whole
 from motorid.errors import EXIT_DONE
@@ -38,6 +39,12 @@ DEFAULT_LISTEN = "127.0.0.1:7410"
 
 @click.command(
     "station",
+    cls=Paged,
+    common=(
+        *("product_name", "rig_name", "port", "output", "listen", "no_listen", "page"),
+        *("allow_drive", "certificate", "key", "allow_remote", "token_file", "history"),
+        *("name", "operator", "broker", "opcua"),
+    ),
     epilog=example(
         "motorid station --product sim-disc --rig sim-line -o shift",
         "motorid station --product m17.toml --rig bench.toml --listen 7500 -o shift",

@@ -26,9 +26,13 @@ from pathlib import Path
 
 import pytest
 
+from bench import line_history
 from bench.foreign import spice
+from motorid.quality.history import open_history
 from tests import chromium
 from tests.conformance.boards import emulator_lacks
+from tests.history.servers import programs
+from tests.plant.mosquitto import ABSENT, PROGRAM
 
 pytestmark = pytest.mark.slow
 
@@ -325,6 +329,36 @@ def test_history() -> None:
     assert "100 results, ms | 200 results, ms | 400 results, ms" in table
     for question in ("list --serial", "list --outcome FAIL", "list", "trend --last 100"):
         assert found(rf"\| {question} \|( [\d.]+ \|){{3}} -?[\d.]+ \|", table)
+
+
+def test_dashboard(tmp_path: Path) -> None:
+    place = tmp_path / "line.db"
+    with open_history(place) as history:
+        line_history.fill(history, 200)
+    table = run("dashboard", str(place))
+    assert "200 results: CPU, wall, ms" in table
+    for question in ("the line's page", "from within a day", "of a motor", "trend --last 100"):
+        assert found(rf"\| {question} \| [\d.]+, [\d.]+ \|", table)
+
+
+def test_chain_fits_a_rig_with_and_without_what_its_file_states(tmp_path: Path) -> None:
+    rows = tmp_path / "chain.jsonl"
+    text = run("chain", "--rigs", "1", "--out", str(rows))
+    assert "1 rigs fitted both ways, of 1" in text
+    for name in SIX:
+        assert float(cells(name, text)[-1]) > 1.0, name  # what is stated widens the interval
+    assert text == run("chain", "--tables", str(rows))
+
+
+@pytest.mark.long
+def test_plant_loses_and_doubles_nothing() -> None:
+    programs()
+    if PROGRAM is None:
+        pytest.skip(ABSENT)
+    text = run("plant", "--stations", "1", "--inspections", "1", "--replay", "20", "--every", "3")
+    assert "1 stations, 1 motors" in text
+    assert "20 results by reference" in text
+    assert "0 faults" in text
 
 
 def test_kit(tmp_path: Path) -> None:

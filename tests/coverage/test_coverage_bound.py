@@ -47,7 +47,7 @@ def test_the_bounds_derivatives_are_the_plants(name: str, tmp_path: Path) -> Non
     middle = record(quiet(bench), tmp_path)
     capture = middle.captures[0]
     bridge = bench.options.bridge_resistance or 0.0
-    twin = Twin(capture, middle.truth, bridge, Brush())
+    twin = Twin(capture, middle.truth, bridge, Brush(), {})
     high, low = twin.readings({name: change}), twin.readings({name: -change})
     for channel in (CURRENT, POSITION):
         plant = up.captures[0].channels[channel].values - down.captures[0].channels[channel].values

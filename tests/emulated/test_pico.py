@@ -169,6 +169,16 @@ def test_a_sample_takes_half_its_period_at_most(fastest: Client) -> None:
     assert 0 < board.times()["sample"] <= INTERRUPT_S
 
 
+def test_at_its_highest_rate_the_reading_that_trips_is_the_last_sample(fastest: Client) -> None:
+    """There is none between samples; tests/conformance/test_trips.py tries slower ones."""
+    limit = fastest.identity["max_current_ma"] // 25
+    record = fastest.run(fastest.drive(2000), current_limit_ma=limit)
+    raw = record.channel(Channel.CURRENT)
+    assert record.one("fault")["value"] == raw[-1]
+    over = [abs(fastest.value(Channel.CURRENT, sample)) * 1000 > limit for sample in raw]
+    assert over == [False] * (len(raw) - 1) + [True]
+
+
 def test_a_hang_ends_with_an_open_bridge_and_says_so(client: Client) -> None:
     begin(client)
     first = client.identity["boot_id"]

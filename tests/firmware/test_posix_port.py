@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -57,7 +58,9 @@ def suite(device: str, modules: Sequence[Path], folder: Path, *more: str) -> str
     """What pytest says of these modules of the conformance suite on that device."""
     command = [sys.executable, "-m", "pytest", *map(str, modules), "-q", "-p", "no:xdist"]
     words = ["-k", "device", "--device", device, "-o", f"cache_dir={folder}", "--tb=short", *more]
-    done = subprocess.run([*command, *words], capture_output=True, text=True, cwd=ROOT)
+    # this pytest's own options: with one more -q there is no count to read
+    env = {name: value for name, value in os.environ.items() if name != "PYTEST_ADDOPTS"}
+    done = subprocess.run([*command, *words], capture_output=True, text=True, cwd=ROOT, env=env)
     return done.stdout
 
 

@@ -43,7 +43,8 @@ def environment(repo_root: Path, tmp_path: Path) -> dict[str, str]:
     rig = tmp_path / "fast.toml"
     rig.write_text("\n".join(lines), encoding="utf-8")
     names = {"MOTORID_RIG": str(rig), "MOTORID_SERIAL": "D000123"}
-    return {**os.environ, **names, "MOTORID_RECORDS": str(tmp_path)}
+    own = {key: value for key, value in os.environ.items() if key != "PYTEST_ADDOPTS"}
+    return {**own, **names, "MOTORID_RECORDS": str(tmp_path)}
 
 
 @pytest.mark.slow

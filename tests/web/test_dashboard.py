@@ -162,7 +162,7 @@ def test_metrics_are_read_by_prometheus_own_parser(url: str) -> None:
         for one in found["motorid_tests"].samples
         if one.name == "motorid_tests_total"
     }
-    assert tests == {("line-0", "PASS"): 17, ("line-0", "FAIL"): 4, ("line-1", "PASS"): 21}
+    assert tests == {("line-0", "PASS"): 16, ("line-0", "FAIL"): 4, ("line-1", "PASS"): 22}
     (reason,) = (one for one in found["motorid_reasons"].samples if one.name.endswith("_total"))
     assert (reason.labels["quantity"], reason.labels["side"], reason.value) == ("R", "high", 4)
     (last,) = found["motorid_last_test_timestamp_seconds"].samples

@@ -17,8 +17,8 @@
  * and differences of readings that span one are off by up to 2 in 1000. The uncertainties are those of even
  * distributions. */
 #define OFFSET_LSB 2.0f
-#define WIDE_CODES_LSB (WIDER_BY > 0u ? 3.2f : 0.0f)
-#define WIDE_CODES_GAIN (WIDER_BY > 0u ? 0.0012f : 0.0f)
+#define WIDE_CODES_LSB (WIDER_BY != 0u ? 3.2f : 0.0f)
+#define WIDE_CODES_GAIN (WIDER_BY != 0u ? 0.0012f : 0.0f)
 #define NOISE_LSB 1.5f
 
 #define FACT(field) WIRE_WRITE_FRONT_END_AT_##field

@@ -17,8 +17,8 @@ typedef void (*rom_function)(void);
 typedef rom_function (*rom_look_up)(uint32_t code, uint32_t mask);
 
 static void call(char first, char second) {
-    const rom_look_up look_up = (rom_look_up)(uintptr_t)*(const volatile uint16_t *)ROM_LOOK_UP;
-    look_up((uint32_t)first | (uint32_t)second << 8, OF_SECURE_ARM)();
+    const uintptr_t look_up = *(const volatile uint16_t *)ROM_LOOK_UP;
+    ((rom_look_up)look_up)((uint32_t)first | (uint32_t)second << 8, OF_SECURE_ARM)();
 }
 
 void flash_begin(void) {

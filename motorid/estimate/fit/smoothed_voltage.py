@@ -28,10 +28,13 @@ from motorid.estimate.fit.log_unknowns import Fit, widened
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.intersample_voltage import JOINED, Shape
+from motorid.estimate.signals.time_grid import IRREGULAR
 from motorid.estimate.solver.problem import Solution
 
 RISES = (0.3, 1.0, 3.0)  # L/R in samples of a log, to begin with
 LEAST = 0.4  # samples: a shorter low-pass needs no start of its own
+BEGUN = 0.5  # of a change: one that was as large a sample before began then
+JUMPS = 0.05  # of the square of all changes; behind a low-pass of 20 samples they are .1 of it
 SLOWEST = 0.95  # of a change that goes on: a low-pass of 20 samples
 SMOOTH: Shape = "curved"  # as a low-pass leaves it
 OTHERS: tuple[Shape, ...] = (JOINED, "held")
@@ -47,12 +50,15 @@ def begun(
     fixed: Mapping[str, float],
 ) -> list[Fit]:
     """Fits with such low-passes; none: somebody states it, the voltage's readings show none, or
-    none would leave the delay.
+    none would leave the delay, or the stamps are irregular, so that what a jump's next reading
+    shows is a matter of its stamp.
 
     ``first``: records of a joined voltage with their ``solution``, all channels as stamped; its
     parameters are ``known``.
     """
     if "L" not in free or any(LOW_PASS.unknown(record) is None for record in first):
+        return []
+    if any(record.timeline.jitter > IRREGULAR for record in first):
         return []
     period_s = max(default.period_s(record) for record in first)
     goes_on = max(_goes_on(record) for record in first)
@@ -81,15 +87,21 @@ def begun(
 def _goes_on(record: MotorRecord) -> float:
     """By what share of its last change the voltage changes on, where it jumps: exp(-T/V) behind a
     low-pass V, at samples T apart; about nothing where it jumps at once.
+
+    A change that began before is no jump: a voltage that goes up and down by itself shows none.
     """
     waveform = record.sensed.waveform
     if waveform is None:
         return 0.0
     rises = np.diff(waveform.volts)
     jumps = waveform.steps_off - 1
-    jumps = jumps[jumps + 1 < len(rises)]
+    jumps = jumps[(jumps > 0) & (jumps + 1 < len(rises))]
+    every = float(rises[jumps] @ rises[jumps])
+    jumps = jumps[rises[jumps - 1] * rises[jumps] < BEGUN * rises[jumps] ** 2]
     total = float(rises[jumps] @ rises[jumps])
-    return float(rises[jumps] @ rises[jumps + 1]) / total if total else 0.0
+    if total <= JUMPS * every:
+        return 0.0
+    return float(rises[jumps] @ rises[jumps + 1]) / total
 
 
 def _delay_s(record: MotorRecord, own: np.ndarray, known: Mapping[str, float]) -> float:

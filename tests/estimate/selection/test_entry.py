@@ -66,7 +66,8 @@ def test_an_interval_grows_to_cover_that_of_the_better_model() -> None:
     assert moved(2.2, (2.15, 2.25)) == pytest.approx({"R": 0.15})
     assert moved(1.8, (1.7, 1.9)) == pytest.approx({"R": 0.2})
     assert moved(2.2, None) == pytest.approx({"R": 0.1})
-    assert moved(2.04, (1.5, 2.5)) == {}  # the value stays
+    assert moved(2.04, (1.5, 2.5)) == pytest.approx({"R": 0.4})  # the value stays, and is open
+    assert moved(2.04, (1.86, 2.14)) == {}  # by less than half of the interval
     assert moved(2.06, (2.0, 2.12)) == pytest.approx({"R": 1.001 * 0.05})
     assert moved(2.06, (2.0, 2.09)) == {}  # it is covered already
     assert moved(2.2, (2.15, 2.25), DROP, HEAT) == {}  # the six parameters allow for it

@@ -15,6 +15,7 @@ from motorid.estimate.selection import score_test, shaft_resonance, trigger
 from motorid.estimate.selection.evidence import MARGIN, Evidence, evidence, size_of
 from motorid.estimate.selection.score_derivatives import Probe
 from motorid.estimate.solver.levenberg_marquardt import maximise
+from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import log_scatter
 from motorid.estimate.uncertainty.covariance import statistical
 from tests.estimate.effects.benches import FAULHABER, POINT, measured, start
@@ -73,14 +74,18 @@ def test_a_loss_that_is_noise_asks_for_nothing() -> None:
     records[0].retake_sources(POINT, start(records[0]))  # now what it loses has a course
     solution = maximise(unknowns_of(records, PARAMETERS, FAULHABER), records)
     assert trigger.carry_loss(records)
-    reach = {name: 0.05 * value for name, value in FAULHABER.items()}
-    assert not trigger.loss_stands_out(records, solution, reach)
-    # one that is a hundred deviations does, wherever it moves a parameter
-    own = solution.own[0].copy()
     k = [u.name for u in records[0].unknowns].index("brush drop")
-    own[k] = 100.0 * float(np.sqrt(solution.own_covariance[0][k, k]))
-    large = replace(solution, own=(own,))
-    assert trigger.loss_stands_out(records, large, dict.fromkeys(FAULHABER, 0.0))
+
+    def lost(deviations: float) -> Solution:
+        own = np.zeros_like(solution.own[0])
+        own[k] = deviations * float(np.sqrt(solution.own_covariance[0][k, k]))
+        return replace(solution, own=(own,))
+
+    anywhere = dict.fromkeys(FAULHABER, 0.0)
+    assert not trigger.loss_stands_out(records, lost(1.0), anywhere)
+    # one that is a hundred deviations does, wherever it moves a parameter
+    large = lost(100.0)
+    assert trigger.loss_stands_out(records, large, anywhere)
     # and does not where it moves each by much less than matters
     assert not trigger.loss_stands_out(records, large, dict.fromkeys(FAULHABER, 1e9))
 

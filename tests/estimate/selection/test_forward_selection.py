@@ -112,7 +112,7 @@ def asked(
 def test_what_promises_enough_and_matters_is_asked_for_the_largest_move_first(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    each = [candidate(A, 31.0, R=0.06), candidate(B, 29.0, R=0.9), candidate(C, 40.0, R=0.2)]
+    each = [candidate(A, 5.1, R=0.06), candidate(B, 4.9, R=0.9), candidate(C, 40.0, R=0.2)]
     assert asked(monkeypatch, each, [A, B, C]) == [C, A]
     small = [candidate(A, 900.0, R=0.01), candidate(B, 1001.0, R=0.01)]
     assert asked(monkeypatch, small, [A, B]) == [B]  # a gross one is fitted whatever it moves
@@ -126,6 +126,7 @@ def test_what_a_harmless_one_may_hide_is_a_reason_to_fit_it(
     each = [candidate(A, 40.0, R=0.01), candidate(C, 40.0, R=0.2)]
     assert asked(monkeypatch, each, [A]) == [A]
     assert asked(monkeypatch, each[:1], [A]) == []
+    assert asked(monkeypatch, [each[0], candidate(C, 29.0, R=0.2)], [A]) == []
 
 
 def test_what_has_no_straight_lines_cannot_be_foreseen() -> None:
@@ -189,7 +190,7 @@ def test_rivals_are_all_fitted_roughly_and_judged_from_the_best_until_one_earns(
 def test_a_rough_fit_that_keeps_none_of_its_promise_is_not_finished(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    fits = Fits(monkeypatch, direction=(471.0, GOOD, 0.5), cogging=(469.0, BAD, 0.5))
+    fits = Fits(monkeypatch, direction=(496.0, GOOD, 0.5), cogging=(494.0, BAD, 0.5))
     found, _ = rounds(monkeypatch, [candidate(t, 100.0, R=1.0) for t in (A, C)])
     assert fits.weighed == ["cogging"]
     assert [t.term for t in found] == [C]

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, Capture
 from motorid.errors import DataError
 from motorid.estimate.results.estimate import Curve, Estimate, Suspect
+from motorid.estimate.results.status import Status
 
 Floats = NDArray[np.float64]
 Fit = Callable[[Sequence[Capture]], Estimate]
@@ -34,8 +35,11 @@ def corrected(
     captures: Sequence[Capture], estimate: Estimate, fit: Fit
 ) -> tuple[Sequence[Capture], Suspect | None]:
     """The captures with the frequency that explains the readings, and what is said of it; as they
-    came and None where none does clearly better. ``fit`` fits six parameters.
+    came and None where none does clearly better, or where no motor explains the readings, since
+    fits of what is no motor are slow. ``fit`` fits six parameters.
     """
+    if _refused(estimate):
+        return captures, None
     stated = {capture.wiring.pwm_hz for capture in captures}
     if len(stated) != 1 or not all(stated) or not any(map(_misfits, estimate.curves)):
         return captures, None
@@ -52,6 +56,10 @@ def corrected(
     if best is captures:
         return captures, None
     return best, _said(pwm_hz, best[0].wiring.pwm_hz, gain, estimate)
+
+
+def _refused(estimate: Estimate) -> bool:
+    return all(p.status is Status.NOT_SUPPORTED for p in estimate.parameters.values())
 
 
 def _said(stated_hz: float, found_hz: float, gain: float, before: Estimate) -> Suspect:

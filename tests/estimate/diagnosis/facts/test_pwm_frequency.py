@@ -15,18 +15,19 @@ from bench.mistakes.captures import Rigged, answer, preset
 from motorid.capture.model import CURRENT
 from motorid.errors import DataError
 from motorid.estimate.diagnosis.facts import pwm_frequency
+from motorid.estimate.results.status import Status
 from tests.exact_capture import FAULHABER, Plan, clean_capture
 
 NOISE = np.random.default_rng(3).standard_normal(400)
 SLOW = np.sin(np.arange(400) / 30.0)
 
 
-def left(slow: float) -> Any:
+def left(slow: float, status: Status = Status.ESTIMATED) -> Any:
     """An estimate whose current is left noise of 1 and so much of a slow misfit."""
     curve = SimpleNamespace(
         channel=CURRENT, measured=NOISE + slow * SLOW, fitted=np.zeros(len(NOISE))
     )
-    parameters = {"R": SimpleNamespace(value=2.0)}
+    parameters = {"R": SimpleNamespace(value=2.0, status=status)}
     return SimpleNamespace(curves=(curve,), parameters=parameters)
 
 
@@ -62,6 +63,12 @@ def test_none_is_taken_that_explains_no_more(pwm_hz: float, slow: float) -> None
     found, said = pwm_frequency.corrected(given, left(slow), fits(33e3))
     assert found is given
     assert said is None
+
+
+def test_none_is_looked_for_where_no_motor_explains_the_readings() -> None:
+    given = [capture(80e3)]
+    refused = left(12.0, Status.NOT_SUPPORTED)
+    assert pwm_frequency.corrected(given, refused, fits(20e3)) == (given, None)
 
 
 @pytest.mark.slow
