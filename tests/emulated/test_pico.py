@@ -14,7 +14,8 @@ from motorid.wire.enums import Channel, Fault, Mode, ResetCause, State
 from motorid.workflow.record import bench, bursting, capture_runs
 from tests.conformance.boards import ROOT, opened, pico_lacks
 from tests.conformance.client import Client
-from tests.emulated.pico_stream import CHECKS, INTERRUPT_S
+from tests.emulated.pico_stream import CHECKS, INTERRUPT_S, THREE, VOLTS
+from tests.emulated.pico_stream import EDGES_HZ as EDGES_HZ_MORE
 
 pytestmark = pytest.mark.slow
 MOTOR = "dunkermotoren-gr42"
@@ -22,6 +23,7 @@ OPENS_WITHIN_S = 20e-6  # from the end of the window that showed the limit passe
 WATCH_TICKS = 18_750  # of a fast burst: three PWM periods
 WATCHDOG_S = 0.2
 EDGES_HZ = 1e6
+SPEED_LIMIT = 2000  # counts/s of the motor
 PERIOD_S = 50e-6
 READS_WITHIN_V = 0.05
 CYCLE_S = 8e-9
@@ -105,6 +107,37 @@ def test_an_over_current_opens_the_bridge_within_20_us(client: Client, current_m
     record = client.run(client.drive(2000, 0.6), current_limit_ma=current_ma)
     times = emulator(client).times()
     assert Fault(record.one("fault")["fault"]) is Fault.OVER_CURRENT
+    assert times["openings"] == 1
+    assert 0 < times["opened"] <= OPENS_WITHIN_S
+
+
+def test_an_over_speed_opens_the_bridge_within_20_us(client: Client) -> None:
+    emulator(client).times()
+    record = client.run(client.drive(4000, 0.6), speed_limit_counts_s=SPEED_LIMIT)
+    times = emulator(client).times()
+    assert Fault(record.one("fault")["fault"]) is Fault.OVER_SPEED
+    assert times["openings"] == 1
+    assert 0 < times["opened"] <= OPENS_WITHIN_S
+
+
+@pytest.mark.parametrize(
+    ("limit", "fault"),
+    [
+        ({"current_limit_ma": 500}, Fault.OVER_CURRENT),
+        ({"speed_limit_counts_s": int(EDGES_HZ_MORE) + SPEED_LIMIT}, Fault.OVER_SPEED),
+    ],
+)
+def test_at_its_highest_rate_with_all_loads_a_trip_is_no_later(
+    fastest: Client, limit: dict[str, int], fault: Fault
+) -> None:
+    """20 kHz over USB, volts held, every check, 200,000 edges a second beside the motor's."""
+    board = emulator(fastest)
+    board.set("inputs", 3)
+    board.set("extra_edges", EDGES_HZ_MORE)
+    board.times()
+    record = fastest.run(fastest.hold(8000, VOLTS), channels=THREE, **CHECKS, **limit)
+    times = board.times()
+    assert Fault(record.one("fault")["fault"]) is fault
     assert times["openings"] == 1
     assert 0 < times["opened"] <= OPENS_WITHIN_S
 
