@@ -32,7 +32,8 @@ PERIPHERALS = {
 
 # The port's files that reach registers, and hold no floating-point number.
 DRIVING = (
-    "bridge", "clocks", "encoder", "sample", "link", "reset", "flash_qmi", "usb", "usb_control",
+    "bridge", "clocks", "encoder", "sample", "link", "reset", "flash_qmi", "usb", "usb_buffers",
+    "usb_control", "usb_data",
 )  # fmt: skip
 
 

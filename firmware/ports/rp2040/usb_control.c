@@ -1,10 +1,10 @@
 /* usb_control.c: what the host asks of the device as such: descriptors, address, configuration, the port's line. */
-#include <stddef.h>
+#include "usb_control.h"
 
-#include "board.h"
 #include "chip.h"
 #include "usb.h"
 #include "usb_buffers.h"
+#include "usb_data.h"
 #include "usb_descriptors.h"
 
 enum { CONTROL_BUFFER = 0x100 };
@@ -78,7 +78,7 @@ static void answer_standard(uint8_t request, uint16_t value, uint16_t index, uin
         break;
     case SET_CONFIGURATION:
         configured = (uint8_t)value;
-        usb_open_data();
+        usb_open_data(configured);
         acknowledge();
         break;
     case GET_CONFIGURATION:
@@ -163,7 +163,5 @@ void usb_control_forget(void) {
     control.left = 0;
     control.sends = control.receives = control.ends_short = false;
 }
-
-bool usb_control_is_configured(void) { return configured != 0; }
 
 bool usb_is_opened(void) { return opened; }
