@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import asdict, replace
-from enum import IntEnum
 from typing import Any
 
 from numpy.typing import NDArray
@@ -42,6 +40,7 @@ from motorid.wire.codec import (
     SampleBlock,
     decode,
     mask_channels,
+    name_of,
 )
 from motorid.wire.enums import Channel as WireChannel
 from motorid.wire.enums import EndReason, Fault, ResetCause, Status
@@ -302,9 +301,9 @@ class Assembler:
         return clock_check.measured(*self._ticks, self.replies["identify"]["clock_hz"], step_s)
 
     def _clock_in_force(self) -> tuple[float, float, str]:
-        """As ``clock_of`` says it."""
+        """As ``clock_check.of_identity`` says it."""
         stated = self.header.get("clock", {})
-        return clock_of(self.replies["identify"], **stated, found=self._clock())
+        return clock_check.of_identity(self.replies["identify"], **stated, found=self._clock())
 
     def _front_end(self) -> dict[str, Any]:
         """The facts that the board had stored; none where its firmware's own held."""
@@ -374,31 +373,3 @@ def assemble(journal: JournalReader) -> Capture:
 def listed(unplaced: Mapping[str, int]) -> str:
     """Samples without a place, in words."""
     return ", ".join(f"{count} {reason}" for reason, count in unplaced.items())
-
-
-def clock_of(
-    identity: Mapping[str, Any],
-    rate: float = 1.0,
-    uncertainty: float | None = None,
-    found: Clock | None = None,
-) -> tuple[float, float, str]:
-    """Ticks a second, their relative standard uncertainty, and a remark on them.
-
-    Calibrated, or the board's own; ``found``: what the run's own pairs of tick and time showed.
-    """
-    stated = identity["clock_uncertainty_ppm"] * 1e-6 / math.sqrt(3)
-    known = stated if uncertainty is None else uncertainty
-    rate, known, remark = clock_check.in_force(rate, known, found)
-    return identity["clock_hz"] * rate, known, remark
-
-
-def _low(value: IntEnum) -> str:
-    return value.name.lower()
-
-
-def name_of(enum: type[IntEnum], number: int) -> str:
-    """An enumeration's name, or its number where a newer board says what we do not know."""
-    try:
-        return _low(enum(number))
-    except ValueError:
-        return str(number)

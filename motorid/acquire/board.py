@@ -6,7 +6,6 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from motorid.acquire.assemble import name_of
 from motorid.acquire.facts import wrong_descriptor, wrong_identity, wrong_zero
 from motorid.acquire.link import Port
 from motorid.acquire.resets import BoardResetError, reset_error
@@ -19,6 +18,7 @@ from motorid.wire.codec import (
     SampleBlock,
     decode,
     encode_command,
+    name_of,
 )
 from motorid.wire.enums import Channel, Mode, State, Status
 from motorid.wire.framing import DELIMITER, BadFrame, Decoder, encode

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from motorid.acquire.clock import Clock, Pair, clock_of, with_stated
 from motorid.errors import DataError
@@ -55,6 +56,22 @@ def in_force(rate: float, uncertainty: float, found: Clock | None) -> tuple[floa
         return rate, uncertainty, ""
     both = with_stated(found, uncertainty, rate)
     return both.rate, both.uncertainty, ""
+
+
+def of_identity(
+    identity: Mapping[str, Any],
+    rate: float = 1.0,
+    uncertainty: float | None = None,
+    found: Clock | None = None,
+) -> tuple[float, float, str]:
+    """Ticks a second, their relative standard uncertainty, and a remark on them.
+
+    Calibrated, or the board's own; ``found``: what the run's own pairs of tick and time showed.
+    """
+    stated = identity["clock_uncertainty_ppm"] * 1e-6 / math.sqrt(3)
+    known = stated if uncertainty is None else uncertainty
+    rate, known, remark = in_force(rate, known, found)
+    return identity["clock_hz"] * rate, known, remark
 
 
 def _contradicted(apart: float, stated: float, u: float) -> str:

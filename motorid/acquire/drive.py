@@ -5,13 +5,12 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable
 
-from motorid.acquire.assemble import name_of
 from motorid.acquire.board import AskedToStopError, Board, Fields
 from motorid.acquire.interrupt import Asked
 from motorid.acquire.plan import WireProgram
 from motorid.acquire.resets import reset_error
 from motorid.errors import DataError, LinkError
-from motorid.wire.codec import Event, SampleBlock
+from motorid.wire.codec import Event, SampleBlock, name_of
 from motorid.wire.enums import Channel, EndReason, Fault, Input, Mode, State
 from motorid.wire.spec import load as load_spec
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.acquire.assemble import name_of
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.drive import drive, load, tripped
 from motorid.acquire.interrupt import Asked
@@ -20,7 +19,7 @@ from motorid.capture.model import CURRENT, POSITION, VOLTAGE
 from motorid.errors import RigError
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Rig, settling_s
-from motorid.wire.codec import mask_channels
+from motorid.wire.codec import mask_channels, name_of
 from motorid.wire.enums import Fault
 
 MOVED = 4  # encoder counts, more than an edge's flicker

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from motorid.acquire import clock_check
-from motorid.acquire.assemble import NoPlaceError, NoSamplesError, name_of
+from motorid.acquire.assemble import NoPlaceError, NoSamplesError
 from motorid.acquire.bench_facts import contradictions
 from motorid.acquire.board import Board, Fields
 from motorid.acquire.check import check_signs, check_supply, check_zero
@@ -54,7 +54,7 @@ from motorid.errors import DataError, LinkError, MotoridError, RigError
 from motorid.program import Program
 from motorid.rig import Rig
 from motorid.rig_calibration import refuse_other_board
-from motorid.wire.codec import SampleBlock
+from motorid.wire.codec import SampleBlock, name_of
 from motorid.wire.enums import Fault, Mode
 
 Progress = Callable[[Live], None]

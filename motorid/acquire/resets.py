@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from motorid.acquire.assemble import name_of
 from motorid.errors import LinkError
+from motorid.wire.codec import name_of
 from motorid.wire.enums import ResetCause
 
 ADVICE: Mapping[int, str] = {

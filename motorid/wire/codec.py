@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from enum import IntEnum
 from functools import lru_cache
 from typing import Any, ClassVar
 
@@ -151,6 +152,14 @@ def mask_channels(mask: int) -> tuple[Channel, ...]:
 
 
 # ---------------------------------------------------------------- decoding
+
+
+def name_of(enum: type[IntEnum], number: int) -> str:
+    """An enumeration's name, or its number where a newer board says what we do not know."""
+    try:
+        return enum(number).name.lower()
+    except ValueError:
+        return str(number)
 
 
 def decode(payload: bytes) -> Command | Reply | Event | SampleBlock:

@@ -162,12 +162,12 @@ def templates_of(rig: Rig, board: Board) -> dict[str, Channel]:
 
 def benches_of(rig: Rig, board: Board, templates: Mapping[str, Channel]) -> list[Bench]:
     """One for the rig's own rate, as far as the link carries it, and one for the fastest."""
-    from motorid.acquire.assemble import clock_of
+    from motorid.acquire.clock_check import of_identity
     from motorid.acquire.plan import sample_period
     from motorid.plan.skeleton import Bench
 
     identity = board.identity
-    clock_hz, uncertainty, _ = clock_of(identity, rig.clock_rate, rig.clock_uncertainty)
+    clock_hz, uncertainty, _ = of_identity(identity, rig.clock_rate, rig.clock_uncertainty)
     wiring = replace(
         rig.wiring,
         pwm_hz=float(identity["pwm_hz"]),

@@ -40,12 +40,12 @@ def recalibrated(capture: Capture, rig: Rig) -> Capture:
 
 
 def _under(capture: Capture, rig: Rig) -> Capture:
-    from motorid.acquire.assemble import clock_of
     from motorid.acquire.clock import Clock
+    from motorid.acquire.clock_check import of_identity
 
     known = capture.provenance
     seen = Clock(**known["clock"]) if "clock" in known else None
-    clock_hz, clock_uncertainty, _ = clock_of(
+    clock_hz, clock_uncertainty, _ = of_identity(
         known["identity"], rig.clock_rate, rig.clock_uncertainty, seen
     )
     return replace(

@@ -42,12 +42,12 @@ def encoder(bench: Bench) -> Tables:
 
 def clock(bench: Bench) -> Tables:
     """The board's clock against this computer's."""
-    from motorid.acquire.assemble import clock_of as clock_hz
+    from motorid.acquire.clock_check import of_identity
 
     settings = bench.settings
     with bench.session("free") as session:
         pairs = session.ticks(settings.clock_s, settings.clock_pairs)
-        nominal, stated, _ = clock_hz(session.board.identity)
+        nominal, stated, _ = of_identity(session.board.identity)
     measured = clock_of([Pair(*one) for one in pairs], nominal, settings.host_uncertainty)
     found = with_stated(measured, stated)
     bench.person.say(
