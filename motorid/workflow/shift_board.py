@@ -11,7 +11,8 @@ from motorid.errors import DataError
 from motorid.quality.product import Product
 from motorid.report.screen import Screen
 from motorid.workflow.check import VERDICT, Inspection
-from motorid.workflow.station import OUTCOMES, Station
+from motorid.workflow.station import Station
+from motorid.workflow.station_words import OUTCOMES
 
 LAST = 10
 

@@ -10,17 +10,19 @@ import queue
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from motorid.errors import DataError, MotoridError
 from motorid.report.screen import Screen, of_verdict
+from motorid.workflow import station_words
 from motorid.workflow.access import Caller, refuse_order
 from motorid.workflow.behind import Behind
 from motorid.workflow.check import Inspection, Line, Who, refuse_serial, resume
 from motorid.workflow.history_worker import HistoryWorker
 from motorid.workflow.kept_orders import KeptOrders
 from motorid.workflow.second_tests import Judged, newest_first, refuse_repeat, together
+from motorid.workflow.station_words import OUTCOMES, summary, with_line
 from motorid.workflow.trail import OrderTrail
 from motorid.workflow.uploads import Uploads, UploadWorker
 from motorid.workflow.witness import Witness
@@ -31,9 +33,6 @@ if TYPE_CHECKING:
 
 MOST_WAITING = 100  # orders, the one that is measured among them
 POLL_S = 0.2  # so that Ctrl-C is heard where a wait on a queue does not hear it
-OUTCOMES = ("PASS", "FAIL", "INVALID")
-MOST_NAMED = 5  # serial numbers in a sentence
-USUAL_LATE = 3  # verdicts that wait for the history: more are said
 ASKING = ("reason", "release")  # rules of a product by which a second test may need a reason
 NOBODY = Caller()
 Show = Callable[[Screen], None]
@@ -88,7 +87,7 @@ class Station:
         self._orders: queue.Queue[Order | Refusal | str | None] = queue.Queue()
         self.kept = KeptOrders(line.folder)
         self.trail = OrderTrail(line.folder, line.who.station)
-        self._shown = self._ready()
+        self._shown = station_words.ready(line.product)
 
     # ---- any thread
 
@@ -279,11 +278,8 @@ class Station:
         """Inspects until ``end``. First it finishes what an earlier shift left unfinished."""
         self.settle()
         self.line.warm()
-        count = self._finished
-        said = f"{count} unfinished inspections were judged. " if count else ""
-        if lost := self.kept.waiting():
-            said += f"Ordered before and never judged: {_some(lost)}. Order or scan them again."
-        self.show(self._ready(said))
+        left = station_words.left_over(self._finished, self.kept.waiting())
+        self.show(station_words.ready(self.line.product, left))
         for worker in self._behind:
             worker.start()
         try:
@@ -303,7 +299,7 @@ class Station:
                 case None:
                     return
                 case Refusal():  # the next one takes its place
-                    self._draw(_with_line(self._shown, job.why))
+                    self._draw(with_line(self._shown, job.why))
                 case str():
                     self._add_line(job)
                 case Order():
@@ -312,14 +308,14 @@ class Station:
     def _inspect(self, order: Order) -> None:
         self.measuring = order.serial
         serial = order.serial
-        self.show(Screen("RUN", (serial,), "Keep your hands off the motor: it turns.", "", serial))
+        self.show(station_words.running(serial))
         tag = {**(order.tag or {}), "ends": True}
         try:
             done = self.line.inspect(order.serial, retest=order.retest)
         except MotoridError as error:  # the disk: nothing can be kept, so nothing is said of it
             self._leave(order.serial)
             order.answer({"event": "error", **tag, "message": str(error)})
-            self.show(Screen("INVALID", (serial, str(error)), "Call maintenance.", "", serial))
+            self.show(station_words.not_kept(serial, error))
             return
         finally:
             self.measuring = ""
@@ -334,7 +330,8 @@ class Station:
         self._witness(done)
         for one in self._behind:
             one.take(done.folder)
-        self.show(of_verdict(done.verdict, self._tally(done)))
+        tally = station_words.tally(self.counts, self.ignored, self._behind, done)
+        self.show(of_verdict(done.verdict, tally))
 
     def show(self, screen: Screen) -> None:
         """Draws a screen, and keeps it for what is to be added."""
@@ -348,45 +345,12 @@ class Station:
             witness.judged(done)
 
     def _add_line(self, said: str) -> None:
-        self.show(_with_line(self._shown, said))
+        self.show(with_line(self._shown, said))
 
     def _leave(self, serial: str) -> None:
         with self._lock:
             if serial in self._in_work:
                 self._in_work.remove(serial)
-
-    def _ready(self, said: str = "") -> Screen:
-        product = self.line.product
-        lines = [product.title, *([said] if said else [])]
-        return Screen("READY", tuple(lines), "Put a motor in and scan its serial number.")
-
-    def _tally(self, done: Inspection) -> str:
-        spent = sum(done.seconds.values())
-        counts = "  ".join(f"{name} {self.counts[name]}" for name in OUTCOMES)
-        if self.ignored:
-            counts += f"   {self.ignored} scans ignored: scan after the verdict"
-        for one in self._behind:
-            if (late := one.waiting()) > USUAL_LATE:
-                counts += f"   {late} {one.what} are not {one.where} yet"
-        return f"{counts}   {spent:.2f} s   Ctrl-D ends the shift"
-
-
-def _with_line(screen: Screen, said: str) -> Screen:
-    return replace(screen, lines=(*screen.lines, said))
-
-
-def summary(done: Inspection) -> dict[str, Any]:
-    """What a line controller is told."""
-    verdict = done.verdict
-    return {
-        "serial": verdict.serial,
-        "outcome": str(verdict.outcome),
-        "marginal": verdict.marginal,
-        "reasons": list(verdict.reasons),
-        "exit_code": done.exit_code,
-        "folder": str(done.folder),
-        "seconds": {name: round(value, 4) for name, value in done.seconds.items()},
-    }
 
 
 def reader(station: Station, lines: Iterable[str], *, ends: bool) -> threading.Thread:
@@ -396,8 +360,3 @@ def reader(station: Station, lines: Iterable[str], *, ends: bool) -> threading.T
     )
     thread.start()
     return thread
-
-
-def _some(serials: Sequence[str]) -> str:
-    more = f" and {len(serials) - MOST_NAMED} more" if len(serials) > MOST_NAMED else ""
-    return ", ".join(serials[:MOST_NAMED]) + more

@@ -25,6 +25,7 @@ from motorid.quality.verdict import Outcome
 from motorid.report import screen as screens
 from motorid.report.screen import Screen
 from motorid.rig import load_rig
+from motorid.workflow import station_words
 from motorid.workflow.check import Inspection, Line, write_records
 from motorid.workflow.shift_board import LAST, ShiftBoard
 from motorid.workflow.station import Station
@@ -207,11 +208,12 @@ def test_what_is_no_serial_number_moves_nothing(serial: object, tmp_path: Path) 
 
 def test_every_sentence_of_the_station_is_there_in_german() -> None:
     page = (PAGES / "words.js").read_text(encoding="utf-8")
-    source = (Path(screens.__file__).parents[1] / "workflow" / "station.py").read_text("utf-8")
-    steps = [
-        *screens.NEXT.values(),
-        *re.findall(r'Screen\([^"]*"[A-Z]+".*?"([A-Z][^"]*\.)"(?:\)|, "", serial)', source),
+    shown = [
+        station_words.ready(product()),
+        station_words.running("17"),
+        station_words.not_kept("17", OSError()),
     ]
+    steps = [*screens.NEXT.values(), *(screen.next_step for screen in shown)]
     assert len(steps) >= 6
     assert [one for one in steps if f'"{one}":' not in page] == []
     english, german = (
