@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from motorid.cli import live
-from motorid.cli.options import example
-from motorid.cli.values import Between, Kept
+from motorid.cli.options import example, moved_option
+from motorid.cli.values import Between
 from motorid.errors import EXIT_DONE
 
 if TYPE_CHECKING:
@@ -30,14 +30,7 @@ POLL_S = 0.2
     ),
 )
 @click.argument("where", metavar="HISTORY")
-@click.option(
-    "--captures",
-    "folders",
-    multiple=True,
-    type=Kept(exists=True, path_type=Path),
-    help="Look here, by SHA-256, for captures that have moved: a folder, packs, or s3://... of "
-    "either. Repeatable.",
-)
+@moved_option
 @click.option(
     "--tokens",
     "token_file",

@@ -15,10 +15,11 @@ from motorid.cli.options import (
     cluster_option,
     example,
     force_option,
+    moved_option,
     places,
     product_option,
 )
-from motorid.cli.values import JOBS, Kept, Named, Whole
+from motorid.cli.values import JOBS, Named, Whole
 from motorid.errors import EXIT_DATA, EXIT_DONE
 
 if TYPE_CHECKING:
@@ -140,14 +141,7 @@ def add(where: str, files: tuple[str, ...], product_name: str, station: str, ope
 @command.command("rejudge")
 @WHERE
 @product_option
-@click.option(
-    "--captures",
-    "folders",
-    multiple=True,
-    type=Kept(exists=True, path_type=Path),
-    help="Look here, by SHA-256, for captures that have moved: a folder, packs, or s3://... of "
-    "either. Repeatable.",
-)
+@moved_option
 @click.option("--jobs", type=JOBS, default=1, show_default=True, help="Processes that fit.")
 @cluster_option
 @query_options

@@ -13,7 +13,7 @@ import click
 
 from motorid.cli.names import PORT, PRODUCT, RIG
 from motorid.cli.streams import folded
-from motorid.cli.values import JOBS, Whole, finite
+from motorid.cli.values import JOBS, Kept, Whole, finite
 
 if TYPE_CHECKING:
     from motorid.rig import Rig
@@ -208,6 +208,14 @@ cluster_option = click.option(
     metavar="ADDRESS",
     callback=_cluster,
     help="A Dask cluster in place of --jobs: tcp://HOST:PORT, or local:N for N processes here.",
+)
+moved_option = click.option(
+    "--captures",
+    "folders",
+    multiple=True,
+    type=Kept(exists=True, path_type=Path),
+    help="Look here, by SHA-256, for captures that have moved: a folder, packs, or s3://... of "
+    "either. Repeatable.",
 )
 port_option = click.option(
     "--port",

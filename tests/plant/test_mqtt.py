@@ -22,7 +22,7 @@ from motorid.workflow.mqtt import outbox
 from motorid.workflow.mqtt.outbox import MARK, Outbox
 from motorid.workflow.mqtt.settings import PASSWORD, Broker, read_broker
 from motorid.workflow.mqtt.witness import MqttWitness
-from tests.plant.certificates import pair
+from tests.certificates import pair
 from tests.plant.consumer import consuming, valid, wait_for
 from tests.plant.mosquitto import ABSENT, PROGRAM, Mosquitto, broker
 from tests.quality.controller import Controller

@@ -13,11 +13,12 @@ import pytest
 from motorid.cli.main import run
 from motorid.workflow.access import Tokens
 from motorid.workflow.opcua.units import CODES, NO_CODE, unit_id
-from tests.plant.certificates import pair
+from tests.certificates import pair
 from tests.plant.mosquitto import free_port
 from tests.quality.controller import Controller
 from tests.quality.test_station import running
 
+STATION = "urn:motorid:station"
 CLIENT = Path(__file__).with_name("opcua_client.py")
 
 
@@ -60,8 +61,8 @@ def test_security_and_roles(tmp_path: Path) -> None:
     """An encrypted channel and a token; without either nothing is done."""
     port, shift, tokens = free_port(), tmp_path / "shift", Tokens(tmp_path / "tokens.json")
     roles = {role: tokens.add(role, role) for role in ("operator", "auditor")}
-    pem, key = pair(tmp_path)
-    mine = pair(tmp_path, "client", "urn:motorid:client")
+    pem, key = pair(tmp_path, uri=STATION)
+    mine = pair(tmp_path, "client", uri="urn:motorid:client")
     secured = ("--security", str(mine[0]), str(mine[1]), str(pem))
     options = ("--certificate", str(pem), "--key", str(key), "--tokens", str(tokens.path))
     with running(shift, "--opcua", str(port), *options):
@@ -98,7 +99,7 @@ def test_where_it_may_not_listen(
     import socket
 
     with socket.create_server(("127.0.0.1", 0)) as taken:
-        pem, key = pair(tmp_path)
+        pem, key = pair(tmp_path, uri=STATION)
         words = {
             "PAIR": ["--certificate", str(pem), "--key", str(key)],
             "TAKEN": [str(taken.getsockname()[1])],

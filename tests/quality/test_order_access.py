@@ -19,7 +19,7 @@ from motorid.cli.main import run
 from motorid.web.address import parse_listen
 from motorid.workflow.access import Caller, Tokens
 from motorid.workflow.orders import MOST_CLIENTS, Answer, Message, Orders
-from tests.web.test_guard import certificate
+from tests import certificates
 
 PAGE = Path(__file__).parents[2] / "docs" / "line-controller.md"
 NOT_SO = "0123456789abcdef0123"
@@ -63,7 +63,7 @@ def guarded(taken: Taken, tokens: Tokens, hello: dict[str, str]) -> Iterator[Ord
 
 @pytest.fixture(scope="module")
 def pair(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    return certificate(tmp_path_factory.mktemp("pem"))
+    return certificates.pair(tmp_path_factory.mktemp("pem"))
 
 
 @pytest.fixture

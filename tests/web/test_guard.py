@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import datetime
 from collections.abc import MutableMapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ import pytest
 from motorid.errors import UsageError
 from motorid.web.address import Address, parse_listen
 from motorid.web.guard import Guard
+from tests.certificates import pair
 
 TOKEN = "right-token"
 HOST = "127.0.0.1:7411"
@@ -128,37 +128,8 @@ def test_a_port_alone_is_loopback() -> None:
     assert one.url(7500) == f"http://127.0.0.1:7500/{one.token}/"
 
 
-def certificate(folder: Path, password: bytes = b"") -> tuple[Path, Path]:
-    """A self-signed pair in PEM."""
-    from cryptography import x509
-    from cryptography.hazmat.primitives import hashes, serialization
-    from cryptography.hazmat.primitives.asymmetric import ec
-
-    key = ec.generate_private_key(ec.SECP256R1())
-    name = x509.Name([x509.NameAttribute(x509.NameOID.COMMON_NAME, "bench")])
-    begin = datetime.datetime(2026, 1, 1, tzinfo=datetime.UTC)
-    made = (
-        x509.CertificateBuilder()
-        .subject_name(name)
-        .issuer_name(name)
-        .public_key(key.public_key())
-        .serial_number(1)
-        .not_valid_before(begin)
-        .not_valid_after(begin + datetime.timedelta(days=36500))
-        .sign(key, hashes.SHA256())
-    )
-    lock: Any = serialization.NoEncryption()
-    if password:
-        lock = serialization.BestAvailableEncryption(password)
-    form = serialization.PrivateFormat.PKCS8
-    files = folder / "cert.pem", folder / "key.pem"
-    files[0].write_bytes(made.public_bytes(serialization.Encoding.PEM))
-    files[1].write_bytes(key.private_bytes(serialization.Encoding.PEM, form, lock))
-    return files
-
-
 def test_beyond_this_computer_it_takes_tls(tmp_path: Path) -> None:
-    cert, key = certificate(tmp_path)
+    cert, key = pair(tmp_path)
     one = parse_listen("0.0.0.0:7411", remote=True, certificate=cert, key=key)
     assert one.url(7411).startswith("https://")
     assert not one.url(7411).startswith("https://0.")
@@ -168,12 +139,12 @@ def test_beyond_this_computer_it_takes_tls(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("spoilt", ["absent", "swapped", "password", "no key"])
 def test_a_certificate_that_does_not_serve(spoilt: str, tmp_path: Path) -> None:
-    cert, key = certificate(tmp_path, b"secret" if spoilt == "password" else b"")
-    pair: dict[str, tuple[Path, Path | None]] = {
+    cert, key = pair(tmp_path, password=b"secret" if spoilt == "password" else b"")
+    pairs: dict[str, tuple[Path, Path | None]] = {
         "absent": (tmp_path / "none.pem", key),
         "swapped": (key, cert),
         "no key": (cert, None),
     }
-    one, other = pair.get(spoilt, (cert, key))
+    one, other = pairs.get(spoilt, (cert, key))
     with pytest.raises(UsageError, match="key"):
         parse_listen("7411", certificate=one, key=other)

@@ -25,8 +25,8 @@ from motorid.web.pages import FILES
 from motorid.web.server import Server
 from tests.acquire.rigs import sim_rig
 from tests.acquire.test_strips import FACTS, Tap, block
+from tests.certificates import pair
 from tests.web.served import Served, scope, served
-from tests.web.test_guard import certificate
 
 PATIENCE_S = 60.0
 LONG = Program((Step(StepKind.DRIVE_VOLTS, 15.0, 2.0, Decay.SYNCHRONOUS_SLOW),))
@@ -80,7 +80,7 @@ def test_its_address_is_taken_only_once() -> None:
 
 @pytest.mark.slow
 def test_it_speaks_tls(tmp_path: Path) -> None:
-    cert, key = certificate(tmp_path)
+    cert, key = pair(tmp_path)
     address = parse_listen("0", certificate=cert, key=key)
     with Server(lambda: live_app(Hub(Tap(), {})), address) as server:
         trusting = ssl.create_default_context(cafile=cert)
