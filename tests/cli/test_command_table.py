@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import re
+import shutil
 import sqlite3
 import tomllib
 from pathlib import Path
@@ -37,45 +38,53 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.fixture
-def here(capture: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+@pytest.fixture(scope="module")
+def made(capture: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the files that the lines name."""
-    monkeypatch.chdir(tmp_path)
+    folder = tmp_path_factory.mktemp("made")
     for name in ("run.h5", "other.h5"):
-        (tmp_path / name).write_bytes(capture.read_bytes())
-    (tmp_path / "cut.h5.journal").write_bytes(journal_path(capture).read_bytes())
-    (tmp_path / "uno.hex").write_text(hex_of(b"motorid-uno"), encoding="ascii")
-    (tmp_path / "bench.toml").write_text(
+        (folder / name).write_bytes(capture.read_bytes())
+    (folder / "cut.h5.journal").write_bytes(journal_path(capture).read_bytes())
+    (folder / "uno.hex").write_text(hex_of(b"motorid-uno"), encoding="ascii")
+    (folder / "bench.toml").write_text(
         find("sim").read_text(encoding="utf-8").replace("sim://?", "sim://?speed=max&"),
         encoding="utf-8",
     )
-    (tmp_path / "empty.h5").touch()
-    (tmp_path / "torn.h5.journal").write_bytes(b"motorid journal 1\nH")
+    (folder / "empty.h5").touch()
+    (folder / "torn.h5.journal").write_bytes(b"motorid journal 1\nH")
     readings = "part,operator,R,R_ref\n" + "".join(
         f"{part},{operator},{2.5 + n / 20 + 0.002 * k + 0.001 * (operator == 'y')},{2.5 + n / 20}\n"
         for n, part in enumerate("ABCDE")
         for operator in "xy"
         for k in range(3)
     )
-    (tmp_path / "readings.csv").write_text(readings, encoding="utf-8")
+    (folder / "readings.csv").write_text(readings, encoding="utf-8")
     own = readings.replace("\nA,y", "\nF,y").replace("\nB,y", "\nG,y")
-    (tmp_path / "own.csv").write_text(own, encoding="utf-8")
+    (folder / "own.csv").write_text(own, encoding="utf-8")
     verdicts = "part,operator,rating,truth\n" + "".join(
         f"{part},{operator},{'FAIL' if part + operator in 'AxAyBx' else 'PASS'},"
         f"{'FAIL' if part == 'A' else 'PASS'}\n"
         for part in "ABCDE"
         for operator in "xy"
     )
-    (tmp_path / "verdicts.csv").write_text(verdicts, encoding="utf-8")
+    (folder / "verdicts.csv").write_text(verdicts, encoding="utf-8")
     rows = "".join(f"{k / 100},{1 + k % 3},{5 + k % 2},{100 + k}\n" for k in range(50))
-    (tmp_path / "log.csv").write_text("t,i,u,n\n" + rows, encoding="utf-8")
+    (folder / "log.csv").write_text("t,i,u,n\n" + rows, encoding="utf-8")
     for name, changed in (("estimate", {}), ("doubtful", {"K": {"status": "doubtful"}})):
         text = json_text.dumps(document(**changed))
-        (tmp_path / f"{name}.json").write_text(text, encoding="utf-8")
-    with open_history(tmp_path / "line.db") as history:
+        (folder / f"{name}.json").write_text(text, encoding="utf-8")
+    with open_history(folder / "line.db") as history:
         history.add(record(1))
-    with sqlite3.connect(tmp_path / "line.db") as db:
+    with sqlite3.connect(folder / "line.db") as db:
         db.execute("pragma journal_mode=delete")
+    return folder
+
+
+@pytest.fixture
+def here(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of them for one line alone."""
+    shutil.copytree(made, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
