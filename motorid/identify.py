@@ -36,6 +36,7 @@ def fit(
     from motorid.estimate.assembly.doubt import settled
     from motorid.estimate.diagnosis.facts.compare import findings
     from motorid.estimate.diagnosis.facts.pwm_frequency import corrected
+    from motorid.estimate.fit.rough_fit import departures
     from motorid.estimate.signals.upsampled_rows import own_readings
     from motorid.estimate.uncertainty.reference_temperature import with_reference
 
@@ -46,10 +47,12 @@ def fit(
     captures, between = zip(*map(own_readings, captures), strict=True)
     estimate = _fit(captures, fix, without, method, search)
     if method == ML:
-        again, suspect = corrected(captures, estimate, lambda c: _fit(c, fix, without, ML, {}))
-        if suspect is not None:
-            captures, estimate = tuple(again), _fit(again, fix, without, ML, search)
-            estimate = replace(estimate, suspects=(suspect, *estimate.suspects))
+        captures, estimate = corrected(
+            captures,
+            estimate,
+            lambda c: _fit(c, fix, without, ML, search),
+            lambda c, values: departures(c, values, fix or {}, without),
+        )
     said = tuple(findings(captures, estimate, lambda c: _fit(c, fix, without, method, search)))
     said = (*filter(None, between), *_of_logs(captures, estimate), *said)
     estimate = with_reference(settled(estimate, said), captures)

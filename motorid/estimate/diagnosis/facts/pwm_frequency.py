@@ -3,14 +3,14 @@
 The current's swing within a period, what a bridge's dead time takes of it, and the stretch without
 a current at a low duty all go with the period. A frequency that is wrong by a power of two, as a
 divider of a timer is, leaves the readings far more than the right one does. Where the fit leaves
-the current more than its noise, it is made again with such frequencies, and the answer is that of
-one that explains the readings.
+the current more than its noise, a rough search tries such frequencies, and the fit is made again
+with the best of them. The answer is that of one that explains the readings.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,44 +18,80 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture
 from motorid.errors import DataError
-from motorid.estimate.results.estimate import Curve, Estimate, Suspect
+from motorid.estimate.results.estimate import PARAMETERS, Curve, Estimate, Suspect
 from motorid.estimate.results.status import Status
 
 Floats = NDArray[np.float64]
 Fit = Callable[[Sequence[Capture]], Estimate]
+Glance = Callable[[Sequence[Capture], Mapping[str, float]], Sequence[Floats]]
 
 CODE = "pwm_contradicted"
 FACTORS = (0.25, 0.5, 2.0, 4.0)
 MISFIT = 2.0  # residuals in units of their noise, from which it is looked for
 CLEAR = 1.0  # mean fall of the logarithm of the residuals, over all readings
+LIKELY = 0.2  # of it at a glance, from which a supposition is worth a fit
 SOME = 16  # readings of a curve
 
 
 def corrected(
-    captures: Sequence[Capture], estimate: Estimate, fit: Fit
-) -> tuple[Sequence[Capture], Suspect | None]:
-    """The captures with the frequency that explains the readings, and what is said of it; as they
-    came and None where none does clearly better, or where no motor explains the readings, since
-    fits of what is no motor are slow. ``fit`` fits six parameters.
+    captures: Sequence[Capture],
+    estimate: Estimate,
+    fit: Fit,
+    glance: Glance,
+) -> tuple[Sequence[Capture], Estimate]:
+    """The captures with the frequency that explains the readings, and their estimate, which says
+    so; both as they came where none does clearly better, or where no motor explains the readings,
+    since fits of what is no motor are slow.
+
+    ``glance`` gives what a rough search from the estimate's values leaves of the readings; where
+    every parameter is known, only the frequency by which it leaves least is worth a fit.
     """
     if _refused(estimate):
-        return captures, None
+        return captures, estimate
     stated = {capture.wiring.pwm_hz for capture in captures}
     if len(stated) != 1 or not all(stated) or not any(map(_misfits, estimate.curves)):
-        return captures, None
+        return captures, estimate
     (pwm_hz,) = stated
-    best, gain = captures, CLEAR
-    for factor in FACTORS:
-        tried = [replace(c, wiring=replace(c.wiring, pwm_hz=factor * pwm_hz)) for c in captures]
+    before = [_left(curve) for curve in estimate.curves]
+    best, found, gain = captures, estimate, CLEAR
+    for tried in _worth_a_fit([_at(captures, factor * pwm_hz) for factor in FACTORS],
+                              captures, estimate, glance):  # fmt: skip
         try:
             other = fit(tried)
         except DataError:  # at that frequency the readings have no fit
             continue
-        if _gain(estimate, other) > gain:
-            best, gain = tried, _gain(estimate, other)
+        if (better := _gain(before, [_left(curve) for curve in other.curves])) > gain:
+            best, found, gain = tried, other, better
     if best is captures:
-        return captures, None
-    return best, _said(pwm_hz, best[0].wiring.pwm_hz, gain, estimate)
+        return captures, estimate
+    said = _said(pwm_hz, best[0].wiring.pwm_hz, gain, estimate)
+    return best, replace(found, suspects=(said, *found.suspects))
+
+
+def _at(captures: Sequence[Capture], pwm_hz: float) -> Sequence[Capture]:
+    return tuple(replace(c, wiring=replace(c.wiring, pwm_hz=pwm_hz)) for c in captures)
+
+
+def _worth_a_fit(
+    others: Sequence[Sequence[Capture]],
+    captures: Sequence[Capture],
+    estimate: Estimate,
+    glance: Glance,
+) -> Sequence[Sequence[Capture]]:
+    """Of the suppositions: the best at a glance, if it is better than none; all without values."""
+    values = {n: p.value for n, p in estimate.parameters.items() if p.value is not None}
+    if not {*PARAMETERS} <= {*values}:
+        return others
+    before = glance(captures, values)
+    best, gain = None, LIKELY
+    for other in others:
+        try:
+            better = _gain(before, glance(other, values))
+        except DataError:
+            continue
+        if better > gain:
+            best, gain = other, better
+    return [] if best is None else [best]
 
 
 def _refused(estimate: Estimate) -> bool:
@@ -83,19 +119,17 @@ def _misfits(curve: Curve) -> bool:
     return float(np.sqrt(np.mean(left**2))) > MISFIT * noise
 
 
-def _gain(before: Estimate, after: Estimate) -> float:
+def _gain(before: Sequence[Floats], after: Sequence[Floats]) -> float:
     """Mean fall of the logarithm of the residuals' size, each reading alike."""
     total = count = 0.0
-    for one, other in zip(before.curves, after.curves, strict=False):
-        n = len(one.measured)
-        total += n * (_size(one) - _size(other))
-        count += n
+    for one, other in zip(before, after, strict=False):
+        total += len(one) * (_size(one) - _size(other))
+        count += len(one)
     return total / count if count else 0.0
 
 
-def _size(curve: Curve) -> float:
-    """The logarithm of its residuals' root mean square."""
-    left = _left(curve)
+def _size(left: Floats) -> float:
+    """The logarithm of the residuals' root mean square."""
     return 0.5 * math.log(max(float(np.mean(left**2)) if len(left) else 0.0, 1e-300))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,11 +15,21 @@ from bench.mistakes.captures import Rigged, answer, preset
 from motorid.capture.model import CURRENT
 from motorid.errors import DataError
 from motorid.estimate.diagnosis.facts import pwm_frequency
+from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.results.status import Status
 from tests.exact_capture import FAULHABER, Plan, clean_capture
 
 NOISE = np.random.default_rng(3).standard_normal(400)
 SLOW = np.sin(np.arange(400) / 30.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Told:
+    """What is read of an estimate."""
+
+    curves: tuple[Any, ...]
+    parameters: Any
+    suspects: tuple[Any, ...] = ()
 
 
 def left(slow: float, status: Status = Status.ESTIMATED) -> Any:
@@ -28,7 +38,7 @@ def left(slow: float, status: Status = Status.ESTIMATED) -> Any:
         channel=CURRENT, measured=NOISE + slow * SLOW, fitted=np.zeros(len(NOISE))
     )
     parameters = {"R": SimpleNamespace(value=2.0, status=status)}
-    return SimpleNamespace(curves=(curve,), parameters=parameters)
+    return Told((curve,), parameters)
 
 
 def capture(pwm_hz: float) -> Any:
@@ -46,10 +56,14 @@ def fits(right_hz: float) -> Any:
     return fit
 
 
+def no_glance(captures: Any, values: Any) -> Any:
+    raise AssertionError("not every parameter has a value")
+
+
 def test_the_frequency_that_explains_the_current_is_taken() -> None:
-    found, said = pwm_frequency.corrected([capture(80e3)], left(12.0), fits(20e3))
+    found, estimate = pwm_frequency.corrected([capture(80e3)], left(12.0), fits(20e3), no_glance)
     assert found[0].wiring.pwm_hz == 20e3
-    assert said is not None
+    (said,) = estimate.suspects
     assert said.allowed
     assert "80 kHz" in said.evidence
     assert "20 kHz" in said.evidence
@@ -59,16 +73,52 @@ def test_the_frequency_that_explains_the_current_is_taken() -> None:
 @pytest.mark.parametrize(("pwm_hz", "slow"), [(80e3, 12.0), (80e3, 1.0), (0.0, 12.0)])
 def test_none_is_taken_that_explains_no_more(pwm_hz: float, slow: float) -> None:
     """No factor of two leads to the right one; the current is left its noise; there is no PWM."""
-    given = [capture(pwm_hz)]
-    found, said = pwm_frequency.corrected(given, left(slow), fits(33e3))
-    assert found is given
-    assert said is None
+    given, before = [capture(pwm_hz)], left(slow)
+    found = pwm_frequency.corrected(given, before, fits(33e3), no_glance)
+    assert found[0] is given
+    assert found[1] is before
 
 
 def test_none_is_looked_for_where_no_motor_explains_the_readings() -> None:
     given = [capture(80e3)]
     refused = left(12.0, Status.NOT_SUPPORTED)
-    assert pwm_frequency.corrected(given, refused, fits(20e3)) == (given, None)
+    assert pwm_frequency.corrected(given, refused, fits(20e3), no_glance) == (given, refused)
+
+
+def known(slow: float) -> Any:
+    """``left`` of an estimate that gives all six values."""
+    values = {name: SimpleNamespace(value=2.0, status=Status.ESTIMATED) for name in PARAMETERS}
+    return replace(left(slow), parameters=values)
+
+
+@pytest.mark.parametrize("shown", [20e3, 40e3])
+def test_one_fit_is_made_where_a_glance_tells_the_likeliest(shown: float) -> None:
+    """And that fit, not the glance, decides."""
+    seen = []
+
+    def glance(captures: Any, values: Any) -> Any:
+        assert values == dict.fromkeys(PARAMETERS, 2.0)
+        hertz = captures[0].wiring.pwm_hz
+        if hertz > 100e3:
+            raise DataError("no fit")
+        return [NOISE + (9.0 if hertz == shown else 12.0) * SLOW]
+
+    def fit(captures: Any) -> Any:
+        seen.append(captures[0].wiring.pwm_hz)
+        return fits(20e3)(captures)
+
+    found, estimate = pwm_frequency.corrected([capture(80e3)], known(12.0), fit, glance)
+    assert seen == [shown]
+    assert found[0].wiring.pwm_hz == (20e3 if shown == 20e3 else 80e3)
+    assert bool(estimate.suspects) == (shown == 20e3)
+
+
+def test_no_fit_is_made_where_a_glance_shows_nothing() -> None:
+    given, before = [capture(80e3)], known(12.0)
+    found = pwm_frequency.corrected(
+        given, before, fits(20e3), lambda captures, values: [NOISE + 12.0 * SLOW]
+    )
+    assert found == (given, before)
 
 
 @pytest.mark.slow

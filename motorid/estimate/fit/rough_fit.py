@@ -1,0 +1,43 @@
+"""What a rough search leaves of the readings: which of some suppositions is worth a whole fit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.capture.model import Capture
+from motorid.estimate.fit.alternating_fit import ROUGH, ROUGH_PASSES, again
+from motorid.estimate.fit.parameter_bounds import held_values, searched, unknowns_of
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.signals.log_sections import pieces
+from motorid.estimate.solver.levenberg_marquardt import maximise
+
+Floats = NDArray[np.float64]
+
+
+def departures(
+    captures: Sequence[Capture],
+    start: Mapping[str, float],
+    fix: Mapping[str, float],
+    without: Sequence[str],
+) -> list[Floats]:
+    """Measured less fitted in SI units, one array per channel of each capture.
+
+    From ``start`` values of all six; there are no other starts. Raises DataError where a capture
+    cannot be fitted.
+    """
+    held = held_values(fix, without)
+    free = searched(held)
+    records = [MotorRecord(capture, free, held) for capture in pieces(captures)]
+    solution = maximise(unknowns_of(records, free, start), records, enough=ROUGH)
+    for _ in range(ROUGH_PASSES):
+        for record, own in zip(records, solution.own, strict=True):
+            record.retake_sources(solution.values, own)
+        solution = again(records, free, start, solution, ROUGH)
+    return [
+        left
+        for record, own in zip(records, solution.own, strict=True)
+        for left in record.departures(solution.values, own)
+    ]
