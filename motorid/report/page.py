@@ -80,10 +80,15 @@ def figure(caption: str, *parts: str, aside: str = "") -> str:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str | Link]], kind: str = "") -> str:
-    """A table of plain text and links; columns after the first are numbers, set to the right."""
-    top = "".join(f"<th{_number(k)}>{escape(cell)}</th>" for k, cell in enumerate(head))
+    """A table of plain text and links; columns after the first are numbers, set to the right, and
+    one without a heading holds words.
+    """
+    kinds = [_of_column(k, name) for k, name in enumerate(head)]
+    top = "".join(f"<th{of}>{escape(name)}</th>" for of, name in zip(kinds, head, strict=True))
     lines = "".join(
-        "<tr>" + "".join(f"<td{_number(k)}>{_cell(c)}</td>" for k, c in enumerate(row)) + "</tr>"
+        "<tr>"
+        + "".join(f"<td{of}>{_cell(c)}</td>" for of, c in zip(kinds, row, strict=True))
+        + "</tr>"
         for row in rows
     )
     return (
@@ -101,5 +106,7 @@ def _cell(cell: str | Link) -> str:
     return cell.html if isinstance(cell, Link) else escape(cell)
 
 
-def _number(column: int) -> str:
-    return ' class="num"' if column else ""
+def _of_column(place: int, heading: str) -> str:
+    if not place:
+        return ""
+    return ' class="num"' if heading else ' class="wrap"'
