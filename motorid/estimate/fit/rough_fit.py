@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import Capture
 from motorid.estimate.fit.alternating_fit import ROUGH, ROUGH_PASSES, again
 from motorid.estimate.fit.parameter_bounds import held_values, searched, unknowns_of
+from motorid.estimate.fit.start_values import begun
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.log_sections import pieces
 from motorid.estimate.solver.levenberg_marquardt import maximise
@@ -25,12 +26,13 @@ def departures(
 ) -> list[Floats]:
     """Measured less fitted in SI units, one array per channel of each capture.
 
-    From ``start`` values of all six; there are no other starts. Raises DataError where a capture
-    cannot be fitted.
+    From ``start`` values, and those of a fit where they lack one; there are no other starts. Raises
+    DataError where a capture cannot be fitted.
     """
     held = held_values(fix, without)
     free = searched(held)
     records = [MotorRecord(capture, free, held) for capture in pieces(captures)]
+    start = {**begun(records, held)[0], **start}
     solution = maximise(unknowns_of(records, free, start), records, enough=ROUGH)
     for _ in range(ROUGH_PASSES):
         for record, own in zip(records, solution.own, strict=True):

@@ -22,6 +22,11 @@ def test_from_beside_the_truth_it_finds_the_truth() -> None:
     assert share(start, {}).max() < 1e-3
 
 
+def test_values_that_are_not_known_are_found() -> None:
+    start = {name: value for name, value in FAULHABER.items() if name in ("R", "K", "J")}
+    assert share(start, {}).max() < 1e-3
+
+
 @pytest.mark.parametrize("name", ["K", "J"])
 def test_what_is_held_wrong_leaves_more(name: str) -> None:
     wrong = {name: 1.1 * FAULHABER[name]}

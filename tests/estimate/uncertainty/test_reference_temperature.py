@@ -49,7 +49,7 @@ voltage_v = 6
 ambient_c = 31
 ambient_uncertainty_c = 0.5
 [sampling]
-rate_hz = 2000
+rate_hz = 8000
 [program]
 levels_v = [[6], [6]]
 drive_s = 1.0

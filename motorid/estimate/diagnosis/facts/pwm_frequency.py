@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture
 from motorid.errors import DataError
-from motorid.estimate.results.estimate import PARAMETERS, Curve, Estimate, Suspect
+from motorid.estimate.results.estimate import Curve, Estimate, Suspect
 from motorid.estimate.results.status import Status
 
 Floats = NDArray[np.float64]
@@ -44,7 +44,7 @@ def corrected(
     since fits of what is no motor are slow.
 
     ``glance`` gives what a rough search from the estimate's values leaves of the readings; where
-    every parameter is known, only the frequency by which it leaves least is worth a fit.
+    R, K and J are known, only the frequency by which it leaves least is worth a fit.
     """
     if _refused(estimate):
         return captures, estimate
@@ -80,7 +80,7 @@ def _worth_a_fit(
 ) -> Sequence[Sequence[Capture]]:
     """Of the suppositions: the best at a glance, if it is better than none; all without values."""
     values = {n: p.value for n, p in estimate.parameters.items() if p.value is not None}
-    if not {*PARAMETERS} <= {*values}:
+    if not {"R", "K", "J"} <= {*values}:
         return others
     before = glance(captures, values)
     best, gain = None, LIKELY
