@@ -54,7 +54,7 @@ frozen: $(READY_TO_TEST)
 
 mutants: $(READY_TO_TEST)
 	$(PY) -m tools.mutants $(if $(COUNT),--count $(COUNT)) $(if $(ROOMS),--rooms $(ROOMS)) \
-	    $(if $(TESTS),--tests $(TESTS))
+	    $(if $(TESTS),--tests $(TESTS)) $(if $(THEN),--then $(THEN)) $(if $(SEED),--seed $(SEED))
 
 fuzz: $(READY_TO_TEST)
 	@set -e; for target in wire rig csv look journal board fit hdf5 mat; do echo "== $$target"; \

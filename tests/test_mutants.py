@@ -158,6 +158,36 @@ def test_tests_that_cover_the_line_come_first_then_their_files() -> None:
     assert KNOWN.covering(unknown) == []
 
 
+def test_the_tests_of_the_file_come_first_and_among_them_those_that_run_little(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    lines = {
+        "tests/wire/test_a.py::broad": {"motorid/wire/a.py": [2], "motorid/wire/b.py": [1, 2]},
+        "tests/wire/test_a.py::narrow": {"motorid/wire/a.py": [2]},
+        "tests/x/test_importer.py::narrow": {"motorid/wire/a.py": [1, 2]},
+        "tests/wire/test_other.py::quick": {"motorid/wire/a.py": [2]},
+        "tests/x/test_far.py::quick": {"motorid/wire/a.py": [2]},
+    }
+    seconds = {test: 0.1 if "quick" in test else 3.0 for test in lines}
+    monkeypatch.setattr(coverage_map, "importing", lambda path: {"tests/x/test_importer.py"})
+    assert Map(seconds, lines, {}, {}).covering(at(2)) == [
+        "tests/wire/test_a.py::narrow", "tests/wire/test_a.py::broad",
+        "tests/x/test_importer.py::narrow", "tests/wire/test_other.py::quick",
+        "tests/x/test_far.py::quick",
+    ]  # fmt: skip
+
+
+def test_what_survives_one_round_of_tests_meets_the_next() -> None:
+    killed = Answer("killed", "test_a.py::one", 2, 5, "digest")
+    lived, unseen = Answer("survived", "", 3, 4), Answer("uncovered")
+    later = iter([lived, killed, unseen])
+    assert trial.in_turn(later) == replace(killed, tried=5, covering=9)
+    assert list(later) == [unseen]  # nothing is tried after a kill
+    assert trial.in_turn([lived, lived]) == Answer("survived", "", 6, 8)
+    assert trial.in_turn([unseen, lived]) == lived
+    assert trial.in_turn([unseen, unseen]) == unseen
+
+
 def test_tests_of_some_folders_or_files_may_be_taken_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,7 +2,8 @@
 
 Mutants are drawn by a seed. Each is tried by the tests that cover its line, in a copy of the
 repository in out/mutants. Answers and the map of lines are kept there: a second run tries only what
-changed. ``--tests "not slow"`` leaves slow tests out; the map is then noted in minutes.
+changed. ``--tests "not slow"`` leaves slow tests out; the map is then noted in minutes. With
+``--then "slow and not long"`` what survives these meets the slow tests that cover its line too.
 ``--among tests/estimate tests/frozen`` tries the tests of these folders, or files, alone: a lower
 bound of what dies.
 """
@@ -18,10 +19,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from tools.mutants import c_faults, python_faults
-from tools.mutants.coverage_map import brought_up_to_date, test_files
+from tools.mutants.coverage_map import Map, brought_up_to_date, test_files
 from tools.mutants.mutant import Mutant, digest, sample
 from tools.mutants.score import CORE, GOALS, HEAD, Score
-from tools.mutants.trial import Answer, Kept, try_c, try_python
+from tools.mutants.trial import Answer, Kept, in_turn, try_c, try_python
 from tools.mutants.workplace import HOME, TREE, copied, git
 
 GENERATED = "wire_gen"  # written from spec.toml; its own tests compare it
@@ -73,6 +74,7 @@ def result(
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "seed": options.seed,
         "tests": options.tests or "all",
+        "then": options.then,
         "among": options.among,
         "seconds_of_tests_for_a_mutant": options.budget,
         "minutes": round(minutes, 1),
@@ -96,6 +98,7 @@ def asked(arguments: Sequence[str]) -> argparse.Namespace:
     add("--count", type=int, default=60, help="mutants a room (60)")
     add("--seed", type=int, default=1)
     add("--tests", default="", metavar="MARKER", help='pytest -m, as "not slow"')
+    add("--then", default="", metavar="MARKER", help="tests that survivors alone meet after these")
     add("--among", nargs="+", default=["tests"], metavar="PLACE",
         help="tests of these folders or files alone: kills no fewer than it says")  # fmt: skip
     add("--budget", type=float, default=60.0, metavar="SECONDS",
@@ -107,17 +110,21 @@ def asked(arguments: Sequence[str]) -> argparse.Namespace:
 def attempts(options: argparse.Namespace) -> Callable[[Mutant], Answer]:
     """What tries a mutant of either language."""
     kept, files = Kept(HOME / "answers.jsonl"), firmware_tests()
-    known = None
-    if set(options.rooms) != {CORE}:
-        named = digest(options.tests, *options.among)[:8]
-        known = brought_up_to_date(HOME / f"map-{named}.json", options.tests, tuple(options.among))
+    in_python = set(options.rooms) != {CORE}
+    markers = [options.tests, *([options.then] if options.then else [])] if in_python else []
+    maps = [noted(marker, tuple(options.among)) for marker in markers]
 
     def attempt(mutant: Mutant) -> Answer:
-        if known is None or mutant.path.endswith(".c"):
+        if mutant.path.endswith(".c"):
             return try_c(mutant, kept, files)
-        return try_python(mutant, known, kept, options.budget)
+        return in_turn(try_python(mutant, known, kept, options.budget) for known in maps)
 
     return attempt
+
+
+def noted(marker: str, among: tuple[str, ...]) -> Map:
+    """Which lines the tests with a marker run."""
+    return brought_up_to_date(HOME / f"map-{digest(marker, *among)[:8]}.json", marker, among)
 
 
 def main(arguments: Sequence[str]) -> int:

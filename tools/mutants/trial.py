@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from tools.mutants.coverage_map import Map, file_of, test_digest
@@ -101,6 +101,17 @@ def try_python(mutant: Mutant, known: Map, kept: Kept, budget: float) -> Answer:
 
     fault = digest("killed", mutant.path, mutant.applied(source))
     return kept.killed(fault, lambda: kept.get(key, made))
+
+
+def in_turn(rounds: Iterable[Answer]) -> Answer:
+    """Of one mutant: the round of tests that killed it, else what all rounds make together."""
+    tried, covering, met = 0, 0, False
+    for answer in rounds:
+        tried, covering = tried + answer.tried, covering + answer.covering
+        met = met or answer.outcome != "uncovered"
+        if answer.outcome == "killed":
+            return replace(answer, tried=tried, covering=covering)
+    return Answer("survived" if met else "uncovered", "", tried, covering)
 
 
 def within(tests: list[str], seconds: dict[str, float], budget: float) -> list[str]:
