@@ -99,3 +99,10 @@ def test_a_load_that_holds_is_not_accused() -> None:
 def test_a_load_beyond_the_inertia_is_no_load() -> None:
     assert load_slip.start(of(motion(), 1.3)) is None
     assert load_slip.start(of(motion(), 0.02)) is None
+
+
+def test_a_motor_needs_so_many_blocks() -> None:
+    b = of(motion())
+    enough = np.arange(len(b.speed)) < block_regression.FEWEST
+    assert block_regression.electrical(b, enough) == pytest.approx((R, K))
+    assert block_regression.FEWEST >= 3  # two unknowns, and one to see whether they fit

@@ -64,3 +64,8 @@ def test_a_voltage_as_slow_as_the_winding(tmp_path: Path) -> None:
         middle, wide = (low + high) / 2, high - low  # twice the half-width
         assert abs(getattr(station.motor, name) - middle) < wide, name
     assert abs(found["R"]["value"] / station.motor.R - 1.0) < 5e-3
+
+
+def test_an_inductance_that_is_given_begins_no_search_for_it(tmp_path: Path) -> None:
+    record, held = joined(tmp_path, v=low_pass(2.0)), tuple(n for n in FREE if n != "L")
+    assert smoothed_voltage.begun([record], None, held, {}, {"L": 1e-3}) == []  # type: ignore[arg-type]
