@@ -170,6 +170,9 @@ def test_the_tests_of_the_file_come_first_and_among_them_those_that_run_little(
     }
     seconds = {test: 0.1 if "quick" in test else 3.0 for test in lines}
     monkeypatch.setattr(coverage_map, "importing", lambda path: {"tests/x/test_importer.py"})
+    monkeypatch.setattr(
+        coverage_map, "test_files", lambda: sorted({t.split(":")[0] for t in lines})
+    )
     assert Map(seconds, lines, {}, {}).covering(at(2)) == [
         "tests/wire/test_a.py::narrow", "tests/wire/test_a.py::broad",
         "tests/x/test_importer.py::narrow", "tests/wire/test_other.py::quick",
@@ -312,6 +315,35 @@ def test_a_mutant_is_tried_by_its_tests_and_the_file_comes_back(tree: Path) -> N
         "return x / 2 if (x >= 1) else x": Answer("survived", "", 2, 2),
     }
     assert (tree / "toy" / "x.py").read_bytes() == source
+
+
+@pytest.mark.slow
+def test_a_survivor_meets_the_tests_with_a_marker_that_were_written_for_its_file(
+    tree: Path,
+) -> None:
+    (tree / "tests" / "test_toy_mutants.py").write_text(
+        "import pytest\nfrom toy.x import half\n"
+        "def test_two(): assert half(2) == 1\n"
+        "@pytest.mark.slow\ndef test_three(): assert half(3) == 1.5\n"
+        "@pytest.mark.slow\ndef test_one(): assert half(1) == 1\n"
+    )
+    coverage_map.imports.cache_clear()
+    source = (tree / "toy" / "x.py").read_bytes()
+    found = {
+        one.after: trial.try_near(one, Kept(tree / "kept"), "slow", ("tests",), 60.0)
+        for one in python_faults.mutants("toy/x.py", source)
+        if one.operator in ("arithmetic", "comparison")
+    }
+    name = "tests/test_toy_mutants.py"
+    seen_in = coverage_map.test_digest(name)
+    assert found == {
+        "return (x * 2) if x > 1 else x": Answer("killed", f"{name}::test_three", 0, 0, seen_in),
+        "return x / 2 if (x >= 1) else x": Answer("killed", f"{name}::test_one", 1, 1, seen_in),
+        "return x / 2 if (x <= 1) else x": Answer("killed", f"{name}::test_three", 0, 0, seen_in),
+    }
+    assert (tree / "toy" / "x.py").read_bytes() == source
+    elsewhere = trial.try_near(at(1), Kept(tree / "kept"), "slow", ("tests",), 60.0)
+    assert elsewhere == Answer("uncovered")
 
 
 @pytest.mark.slow

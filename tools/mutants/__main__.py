@@ -3,7 +3,7 @@
 Mutants are drawn by a seed. Each is tried by the tests that cover its line, in a copy of the
 repository in out/mutants. Answers and the map of lines are kept there: a second run tries only what
 changed. ``--tests "not slow"`` leaves slow tests out; the map is then noted in minutes. With
-``--then "slow and not long"`` what survives these meets the slow tests that cover its line too.
+``--then slow`` what survives these meets the slow tests that were written for its file.
 ``--among tests/estimate tests/frozen`` tries the tests of these folders, or files, alone: a lower
 bound of what dies.
 """
@@ -14,7 +14,7 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from tools.mutants import c_faults, python_faults
 from tools.mutants.coverage_map import Map, brought_up_to_date, test_files
 from tools.mutants.mutant import Mutant, digest, sample
 from tools.mutants.score import CORE, GOALS, HEAD, Score
-from tools.mutants.trial import Answer, Kept, in_turn, try_c, try_python
+from tools.mutants.trial import Answer, Kept, in_turn, try_c, try_near, try_python
 from tools.mutants.workplace import HOME, TREE, copied, git
 
 GENERATED = "wire_gen"  # written from spec.toml; its own tests compare it
@@ -98,7 +98,12 @@ def asked(arguments: Sequence[str]) -> argparse.Namespace:
     add("--count", type=int, default=60, help="mutants a room (60)")
     add("--seed", type=int, default=1)
     add("--tests", default="", metavar="MARKER", help='pytest -m, as "not slow"')
-    add("--then", default="", metavar="MARKER", help="tests that survivors alone meet after these")
+    add(
+        "--then",
+        default="",
+        metavar="MARKER",
+        help="tests written for a survivor's file, that it meets too",
+    )
     add("--among", nargs="+", default=["tests"], metavar="PLACE",
         help="tests of these folders or files alone: kills no fewer than it says")  # fmt: skip
     add("--budget", type=float, default=60.0, metavar="SECONDS",
@@ -110,21 +115,22 @@ def asked(arguments: Sequence[str]) -> argparse.Namespace:
 def attempts(options: argparse.Namespace) -> Callable[[Mutant], Answer]:
     """What tries a mutant of either language."""
     kept, files = Kept(HOME / "answers.jsonl"), firmware_tests()
-    in_python = set(options.rooms) != {CORE}
-    markers = [options.tests, *([options.then] if options.then else [])] if in_python else []
-    maps = [noted(marker, tuple(options.among)) for marker in markers]
+    known, among = None, tuple(options.among)
+    if set(options.rooms) != {CORE}:
+        named = digest(options.tests, *among)[:8]
+        known = brought_up_to_date(HOME / f"map-{named}.json", options.tests, among)
+
+    def rounds(mutant: Mutant, known: Map) -> Iterator[Answer]:
+        yield try_python(mutant, known, kept, options.budget)
+        if options.then:
+            yield try_near(mutant, kept, options.then, among, options.budget)
 
     def attempt(mutant: Mutant) -> Answer:
-        if mutant.path.endswith(".c"):
+        if known is None or mutant.path.endswith(".c"):
             return try_c(mutant, kept, files)
-        return in_turn(try_python(mutant, known, kept, options.budget) for known in maps)
+        return in_turn(rounds(mutant, known))
 
     return attempt
-
-
-def noted(marker: str, among: tuple[str, ...]) -> Map:
-    """Which lines the tests with a marker run."""
-    return brought_up_to_date(HOME / f"map-{digest(marker, *among)[:8]}.json", marker, among)
 
 
 def main(arguments: Sequence[str]) -> int:

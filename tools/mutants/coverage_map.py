@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import json
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -49,7 +49,7 @@ class Map:
             exact = self._running(mutant.path, None)
             files = {file_of(test) for test in exact} | importing(mutant.path)
         others = {test for test in self.seconds if file_of(test) in files} - exact
-        near, room = importing(mutant.path) | {mirror(mutant.path)}, mutant.path.split("/")[1]
+        near, room = written_for(mutant.path), mutant.path.split("/")[1]
         return [
             *sorted(exact, key=lambda test: (
                 file_of(test) not in near, not _is_of(test, room), self._extent[test],
@@ -83,10 +83,16 @@ def _is_of(test: str, room: str) -> bool:
     return test.startswith((f"tests/{room}/", f"tests/test_{room}", f"tests/{room}_"))
 
 
-def mirror(path: str) -> str:
-    """The file of tests that stands where this source file does."""
+def written_for(path: str) -> set[str]:
+    """Files of tests that import a source file, or that stand where it does."""
     folder, _, name = path.removeprefix("motorid/").rpartition("/")
-    return f"tests/{folder}/test_{name}"
+    mirror = f"tests/{folder}/test_{name}"
+    return importing(path) | ({mirror} & set(test_files()))
+
+
+def lies_in(name: str, among: Sequence[str]) -> bool:
+    """Whether a file is one of those, or in one of those folders."""
+    return name in among or name.startswith(tuple(f"{one}/" for one in among))
 
 
 def importing(path: str) -> set[str]:
@@ -143,8 +149,7 @@ def brought_up_to_date(path: Path, marker: str, among: tuple[str, ...] = ("tests
     now = {name: digest((TREE / name).read_bytes()) for name in _sources()}
     changed = {name for name, was in old.sources.items() if now.get(name) != was}
     stale = {file_of(test) for test, lines in old.lines.items() if changed & lines.keys()}
-    folders = tuple(f"{one}/" for one in among)
-    tests = [name for name in test_files() if name in among or name.startswith(folders)]
+    tests = [name for name in test_files() if lies_in(name, among)]
     current = {name: test_digest(name) for name in tests}
     again = [name for name in current if name in stale or old.tests.get(name) != current[name]]
     if again:

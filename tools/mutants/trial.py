@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from tools.mutants.coverage_map import Map, file_of, test_digest
+from tools.mutants.coverage_map import Map, file_of, lies_in, test_digest, written_for
 from tools.mutants.mutant import Mutant, digest
 from tools.mutants.workplace import HOME, TIMED_OUT, TREE, put, pytest, run
 
@@ -18,6 +19,7 @@ IN_C = 20.0  # of the processor: the core's tests take one
 AT_BOARD = 60.0  # of the processor, for the suite and for each board that it starts
 NO_TESTS, USAGE = 5, 4  # exit codes of pytest
 NO_CONFTEST = "ImportError while loading conftest"  # a mutant that cannot be imported
+PROGRESS = re.compile(r"^[.sxXFE]+(?= |$)", re.MULTILINE)  # of pytest -q, a sign a test
 TESTS_IN_C = ("check-small", "check-large")
 
 
@@ -101,6 +103,39 @@ def try_python(mutant: Mutant, known: Map, kept: Kept, budget: float) -> Answer:
 
     fault = digest("killed", mutant.path, mutant.applied(source))
     return kept.killed(fault, lambda: kept.get(key, made))
+
+
+def try_near(
+    mutant: Mutant, kept: Kept, marker: str, among: Sequence[str], budget: float
+) -> Answer:
+    """By the tests with a marker in the files written for the mutant's, for so many seconds.
+
+    Nobody noted which of them run its line: a kill counts if the test passes without the mutant.
+    Tests that are cut off by the budget count as one.
+    """
+    files = [name for name in sorted(written_for(mutant.path)) if lies_in(name, among)]
+    if not files:
+        return Answer("uncovered")
+    source = (TREE / mutant.path).read_bytes()
+    key = digest(marker, str(budget), mutant.applied(source), *map(test_digest, files))
+
+    def made() -> Answer:
+        put(mutant.path, mutant.applied(source))
+        try:
+            code, said = run(pytest("-x", "--tb=no", "-m", marker, *files), {}, budget + STARTING)
+        finally:
+            put(mutant.path, source)
+        passed = sum(row.count(".") for row in PROGRESS.findall(said))
+        if code == TIMED_OUT:
+            return Answer("survived", "", passed, passed + 1)
+        outcome, by = _judged(code, said)
+        if "::" not in by:
+            return Answer(outcome, by, passed, passed)
+        if run(pytest(by), {}, budget + STARTING)[0]:
+            raise SystemExit(f"{by} fails without a mutant too")
+        return Answer(outcome, by, passed, passed, test_digest(file_of(by)))
+
+    return kept.get(key, made)
 
 
 def in_turn(rounds: Iterable[Answer]) -> Answer:
