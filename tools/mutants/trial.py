@@ -87,22 +87,34 @@ def try_python(mutant: Mutant, known: Map, kept: Kept, budget: float) -> Answer:
     key = digest(mutant.applied(source), *used)
 
     def made() -> Answer:
-        only = HOME / "only.json"
-        only.write_text(json.dumps(chosen), encoding="utf-8")
-        seconds = sum(known.seconds[test] for test in chosen)
         put(mutant.path, mutant.applied(source))
         try:
-            words = pytest("-x", "--tb=no", *tests)
-            only_these = {"MUTANTS_ONLY": str(only)}
-            code, said = run(words, only_these, seconds + STARTING)
+            for batch in _batches(chosen, written_for(mutant.path)):
+                outcome, by = _ran(batch, sum(known.seconds[test] for test in batch))
+                if outcome == "killed":
+                    break
         finally:
             put(mutant.path, source)
-        outcome, by = _judged(code, said)
         seen_in = test_digest(file_of(by)) if "::" in by else ""
         return Answer(outcome, by, len(chosen), len(covering), seen_in)
 
     fault = digest("killed", mutant.path, mutant.applied(source))
     return kept.killed(fault, lambda: kept.get(key, made))
+
+
+def _batches(tests: Sequence[str], near: set[str]) -> list[list[str]]:
+    """Those of the files written for it by themselves: the others need not be collected then."""
+    first = [test for test in tests if file_of(test) in near]
+    others = [test for test in tests if file_of(test) not in near]
+    return [batch for batch in (first, others) if batch]
+
+
+def _ran(tests: Sequence[str], seconds: float) -> tuple[str, str]:
+    """What becomes of the mutant that is in the copy now, by tests in this order."""
+    only = HOME / "only.json"
+    only.write_text(json.dumps(tests), encoding="utf-8")
+    words = pytest("-x", "--tb=no", *sorted({file_of(test) for test in tests}))
+    return _judged(*run(words, {"MUTANTS_ONLY": str(only)}, seconds + STARTING))
 
 
 def try_near(
