@@ -180,6 +180,17 @@ def test_the_tests_of_the_file_come_first_and_among_them_those_that_run_little(
     ]  # fmt: skip
 
 
+def test_tests_beside_those_for_a_file_come_after_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    names = ["tests/wire/deep/test_z.py", "tests/wire/test_a.py", "tests/wire/test_b.py",
+             "tests/x/test_far.py", "tests/x/test_importer.py"]  # fmt: skip
+    monkeypatch.setattr(coverage_map, "test_files", lambda: names)
+    monkeypatch.setattr(coverage_map, "importing", lambda path: {"tests/x/test_importer.py"})
+    assert coverage_map.near("motorid/wire/a.py") == [
+        "tests/wire/test_a.py", "tests/x/test_importer.py", "tests/wire/test_b.py",
+    ]  # fmt: skip
+    assert coverage_map.near("motorid/other/a.py") == ["tests/x/test_importer.py"]
+
+
 def test_what_survives_one_round_of_tests_meets_the_next() -> None:
     killed = Answer("killed", "test_a.py::one", 2, 5, "digest")
     lived, unseen = Answer("survived", "", 3, 4), Answer("uncovered")

@@ -3,7 +3,7 @@
 Mutants are drawn by a seed. Each is tried by the tests that cover its line, in a copy of the
 repository in out/mutants. Answers and the map of lines are kept there: a second run tries only what
 changed. ``--tests "not slow"`` leaves slow tests out; the map is then noted in minutes. With
-``--then slow`` what survives these meets the slow tests that were written for its file.
+``--then slow`` what survives these meets the slow tests for its file, and those beside them.
 ``--among tests/estimate tests/frozen`` tries the tests of these folders, or files, alone: a lower
 bound of what dies.
 """

@@ -49,10 +49,10 @@ class Map:
             exact = self._running(mutant.path, None)
             files = {file_of(test) for test in exact} | importing(mutant.path)
         others = {test for test in self.seconds if file_of(test) in files} - exact
-        near, room = written_for(mutant.path), mutant.path.split("/")[1]
+        own, room = written_for(mutant.path), mutant.path.split("/")[1]
         return [
             *sorted(exact, key=lambda test: (
-                file_of(test) not in near, not _is_of(test, room), self._extent[test],
+                file_of(test) not in own, not _is_of(test, room), self._extent[test],
             )),
             *sorted(others, key=lambda test: self.seconds[test]),
         ]  # fmt: skip
@@ -88,6 +88,13 @@ def written_for(path: str) -> set[str]:
     folder, _, name = path.removeprefix("motorid/").rpartition("/")
     mirror = f"tests/{folder}/test_{name}"
     return importing(path) | ({mirror} & set(test_files()))
+
+
+def near(path: str) -> list[str]:
+    """Files of tests written for a source file, then the others of the folder of its mirror."""
+    own, folder = written_for(path), f"tests/{path.removeprefix('motorid/').rpartition('/')[0]}"
+    beside = {name for name in test_files() if name.rpartition("/")[0] == folder}
+    return [*sorted(own), *sorted(beside - own)]
 
 
 def lies_in(name: str, among: Sequence[str]) -> bool:

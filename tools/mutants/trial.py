@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from tools.mutants.coverage_map import Map, file_of, lies_in, test_digest, written_for
+from tools.mutants.coverage_map import Map, file_of, lies_in, near, test_digest, written_for
 from tools.mutants.mutant import Mutant, digest
 from tools.mutants.workplace import HOME, TIMED_OUT, TREE, put, pytest, run
 
@@ -102,10 +102,10 @@ def try_python(mutant: Mutant, known: Map, kept: Kept, budget: float) -> Answer:
     return kept.killed(fault, lambda: kept.get(key, made))
 
 
-def _batches(tests: Sequence[str], near: set[str]) -> list[list[str]]:
+def _batches(tests: Sequence[str], own: set[str]) -> list[list[str]]:
     """Those of the files written for it by themselves: the others need not be collected then."""
-    first = [test for test in tests if file_of(test) in near]
-    others = [test for test in tests if file_of(test) not in near]
+    first = [test for test in tests if file_of(test) in own]
+    others = [test for test in tests if file_of(test) not in own]
     return [batch for batch in (first, others) if batch]
 
 
@@ -120,12 +120,13 @@ def _ran(tests: Sequence[str], seconds: float) -> tuple[str, str]:
 def try_near(
     mutant: Mutant, kept: Kept, marker: str, among: Sequence[str], budget: float
 ) -> Answer:
-    """By the tests with a marker in the files written for the mutant's, for so many seconds.
+    """By the tests with a marker in the files written for the mutant's, then in those beside them,
+    for so many seconds.
 
     Nobody noted which of them run its line: a kill counts if the test passes without the mutant.
     Tests that are cut off by the budget count as one.
     """
-    files = [name for name in sorted(written_for(mutant.path)) if lies_in(name, among)]
+    files = [name for name in near(mutant.path) if lies_in(name, among)]
     if not files:
         return Answer("uncovered")
     source = (TREE / mutant.path).read_bytes()
