@@ -55,7 +55,7 @@ frozen: $(READY_TO_TEST)
 
 mutants: $(READY_TO_TEST)
 	$(PY) -m tools.mutants $(if $(COUNT),--count $(COUNT)) $(if $(ROOMS),--rooms $(ROOMS)) \
-	    $(if $(TESTS),--tests $(TESTS))
+	    $(if $(TESTS),--tests $(TESTS)) $(if $(THEN),--then $(THEN)) $(if $(SEED),--seed $(SEED))
 
 fuzz: $(READY_TO_TEST)
 	@set -e; for target in wire rig csv look journal board fit hdf5 mat; do echo "== $$target"; \
@@ -115,7 +115,7 @@ help:
 	@echo "make evidence [PARTS=...]     what takes hours, into bench/results; SHORT=1 for a moment"
 	@echo "make check                    format, lint, types, generated files, lock, licences"
 	@echo "make frozen [AGAINST=commit]  every number of a fixed corpus, as recorded or as that commit's bits"
-	@echo "make mutants [ROOMS=...] [COUNT=60] [TESTS=\"'not slow'\"]  faults put in on purpose: do tests see them?"
+	@echo "make mutants [ROOMS=...] [COUNT=60] [SEED=1] [TESTS=\"'not slow'\"] [THEN=slow]  faults put in on purpose: do tests see them?"
 	@echo "make fuzz [SECONDS=60]        each parser and the firmware's receiver, for so long"
 	@echo "make bench                    speed and accuracy against their targets"
 	@echo "make docs                     write the generated documents"

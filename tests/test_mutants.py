@@ -158,6 +158,50 @@ def test_tests_that_cover_the_line_come_first_then_their_files() -> None:
     assert KNOWN.covering(unknown) == []
 
 
+def test_the_tests_of_the_file_come_first_and_among_them_those_that_run_little(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    lines = {
+        "tests/wire/test_a.py::broad": {"motorid/wire/a.py": [2], "motorid/wire/b.py": [1, 2]},
+        "tests/wire/test_a.py::narrow": {"motorid/wire/a.py": [2]},
+        "tests/x/test_importer.py::narrow": {"motorid/wire/a.py": [1, 2]},
+        "tests/wire/test_other.py::quick": {"motorid/wire/a.py": [2]},
+        "tests/x/test_far.py::quick": {"motorid/wire/a.py": [2]},
+    }
+    seconds = {test: 0.1 if "quick" in test else 3.0 for test in lines}
+    monkeypatch.setattr(coverage_map, "importing", lambda path: {"tests/x/test_importer.py"})
+    monkeypatch.setattr(
+        coverage_map, "test_files", lambda: sorted({t.split(":")[0] for t in lines})
+    )
+    assert Map(seconds, lines, {}, {}).covering(at(2)) == [
+        "tests/wire/test_a.py::narrow", "tests/wire/test_a.py::broad",
+        "tests/x/test_importer.py::narrow", "tests/wire/test_other.py::quick",
+        "tests/x/test_far.py::quick",
+    ]  # fmt: skip
+
+
+def test_tests_beside_those_for_a_file_come_after_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    names = ["tests/wire/deep/test_z.py", "tests/wire/test_a.py", "tests/wire/test_b.py",
+             "tests/x/test_far.py", "tests/x/test_importer.py"]  # fmt: skip
+    monkeypatch.setattr(coverage_map, "test_files", lambda: names)
+    monkeypatch.setattr(coverage_map, "importing", lambda path: {"tests/x/test_importer.py"})
+    assert coverage_map.near("motorid/wire/a.py") == [
+        "tests/wire/test_a.py", "tests/x/test_importer.py", "tests/wire/test_b.py",
+    ]  # fmt: skip
+    assert coverage_map.near("motorid/other/a.py") == ["tests/x/test_importer.py"]
+
+
+def test_what_survives_one_round_of_tests_meets_the_next() -> None:
+    killed = Answer("killed", "test_a.py::one", 2, 5, "digest")
+    lived, unseen = Answer("survived", "", 3, 4), Answer("uncovered")
+    later = iter([lived, killed, unseen])
+    assert trial.in_turn(later) == replace(killed, tried=5, covering=9)
+    assert list(later) == [unseen]  # nothing is tried after a kill
+    assert trial.in_turn([lived, lived]) == Answer("survived", "", 6, 8)
+    assert trial.in_turn([unseen, lived]) == lived
+    assert trial.in_turn([unseen, unseen]) == unseen
+
+
 def test_tests_of_some_folders_or_files_may_be_taken_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -282,6 +326,35 @@ def test_a_mutant_is_tried_by_its_tests_and_the_file_comes_back(tree: Path) -> N
         "return x / 2 if (x >= 1) else x": Answer("survived", "", 2, 2),
     }
     assert (tree / "toy" / "x.py").read_bytes() == source
+
+
+@pytest.mark.slow
+def test_a_survivor_meets_the_tests_with_a_marker_that_were_written_for_its_file(
+    tree: Path,
+) -> None:
+    (tree / "tests" / "test_toy_mutants.py").write_text(
+        "import pytest\nfrom toy.x import half\n"
+        "def test_two(): assert half(2) == 1\n"
+        "@pytest.mark.slow\ndef test_three(): assert half(3) == 1.5\n"
+        "@pytest.mark.slow\ndef test_one(): assert half(1) == 1\n"
+    )
+    coverage_map.imports.cache_clear()
+    source = (tree / "toy" / "x.py").read_bytes()
+    found = {
+        one.after: trial.try_near(one, Kept(tree / "kept"), "slow", ("tests",), 60.0)
+        for one in python_faults.mutants("toy/x.py", source)
+        if one.operator in ("arithmetic", "comparison")
+    }
+    name = "tests/test_toy_mutants.py"
+    seen_in = coverage_map.test_digest(name)
+    assert found == {
+        "return (x * 2) if x > 1 else x": Answer("killed", f"{name}::test_three", 0, 0, seen_in),
+        "return x / 2 if (x >= 1) else x": Answer("killed", f"{name}::test_one", 1, 1, seen_in),
+        "return x / 2 if (x <= 1) else x": Answer("killed", f"{name}::test_three", 0, 0, seen_in),
+    }
+    assert (tree / "toy" / "x.py").read_bytes() == source
+    elsewhere = trial.try_near(at(1), Kept(tree / "kept"), "slow", ("tests",), 60.0)
+    assert elsewhere == Answer("uncovered")
 
 
 @pytest.mark.slow

@@ -2,7 +2,8 @@
 
 Mutants are drawn by a seed. Each is tried by the tests that cover its line, in a copy of the
 repository in out/mutants. Answers and the map of lines are kept there: a second run tries only what
-changed. ``--tests "not slow"`` leaves slow tests out; the map is then noted in minutes.
+changed. ``--tests "not slow"`` leaves slow tests out; the map is then noted in minutes. With
+``--then slow`` what survives these meets the slow tests for its file, and those beside them.
 ``--among tests/estimate tests/frozen`` tries the tests of these folders, or files, alone: a lower
 bound of what dies.
 """
@@ -13,15 +14,15 @@ import argparse
 import json
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
 from tools.mutants import c_faults, python_faults
-from tools.mutants.coverage_map import brought_up_to_date, test_files
+from tools.mutants.coverage_map import Map, brought_up_to_date, test_files
 from tools.mutants.mutant import Mutant, digest, sample
 from tools.mutants.score import CORE, GOALS, HEAD, Score
-from tools.mutants.trial import Answer, Kept, try_c, try_python
+from tools.mutants.trial import Answer, Kept, in_turn, try_c, try_near, try_python
 from tools.mutants.workplace import HOME, TREE, copied, git
 
 GENERATED = "wire_gen"  # written from spec.toml; its own tests compare it
@@ -73,6 +74,7 @@ def result(
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "seed": options.seed,
         "tests": options.tests or "all",
+        "then": options.then,
         "among": options.among,
         "seconds_of_tests_for_a_mutant": options.budget,
         "minutes": round(minutes, 1),
@@ -96,6 +98,12 @@ def asked(arguments: Sequence[str]) -> argparse.Namespace:
     add("--count", type=int, default=60, help="mutants a room (60)")
     add("--seed", type=int, default=1)
     add("--tests", default="", metavar="MARKER", help='pytest -m, as "not slow"')
+    add(
+        "--then",
+        default="",
+        metavar="MARKER",
+        help="tests written for a survivor's file, that it meets too",
+    )
     add("--among", nargs="+", default=["tests"], metavar="PLACE",
         help="tests of these folders or files alone: kills no fewer than it says")  # fmt: skip
     add("--budget", type=float, default=60.0, metavar="SECONDS",
@@ -107,15 +115,20 @@ def asked(arguments: Sequence[str]) -> argparse.Namespace:
 def attempts(options: argparse.Namespace) -> Callable[[Mutant], Answer]:
     """What tries a mutant of either language."""
     kept, files = Kept(HOME / "answers.jsonl"), firmware_tests()
-    known = None
+    known, among = None, tuple(options.among)
     if set(options.rooms) != {CORE}:
-        named = digest(options.tests, *options.among)[:8]
-        known = brought_up_to_date(HOME / f"map-{named}.json", options.tests, tuple(options.among))
+        named = digest(options.tests, *among)[:8]
+        known = brought_up_to_date(HOME / f"map-{named}.json", options.tests, among)
+
+    def rounds(mutant: Mutant, known: Map) -> Iterator[Answer]:
+        yield try_python(mutant, known, kept, options.budget)
+        if options.then:
+            yield try_near(mutant, kept, options.then, among, options.budget)
 
     def attempt(mutant: Mutant) -> Answer:
         if known is None or mutant.path.endswith(".c"):
             return try_c(mutant, kept, files)
-        return try_python(mutant, known, kept, options.budget)
+        return in_turn(rounds(mutant, known))
 
     return attempt
 

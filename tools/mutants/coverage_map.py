@@ -5,9 +5,9 @@ from __future__ import annotations
 import ast
 import json
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 
 from tools.mutants.mutant import Mutant, digest
@@ -27,7 +27,7 @@ disable_warnings = no-data-collected, module-not-imported, module-not-measured
 
 @dataclass(frozen=True)
 class Map:
-    """For each test its seconds and the lines it runs; for each file of tests its digest."""
+    """For each test its processor seconds and the lines it runs; for each file its digest."""
 
     seconds: dict[str, float]
     lines: dict[str, Lines]  # by test
@@ -35,9 +35,11 @@ class Map:
     sources: dict[str, str]  # digest of each source file, when it was run
 
     def covering(self, mutant: Mutant) -> list[str]:
-        """Tests that run the mutant's line, its own room's and the fastest first.
+        """Tests that run the mutant's line, those first that would see it soonest.
 
-        After them come the other tests of the same files, which share what the first ones made.
+        These are the tests written for its file, then those of its room; among them the tests that
+        run little else, whose answer hangs on this line the most. After them come the other tests
+        of the same files, which share what the first ones made.
         For a line that runs on import, or only in processes that end without a word: tests that
         run anything of the file, and those whose file imports it.
         """
@@ -47,11 +49,21 @@ class Map:
             exact = self._running(mutant.path, None)
             files = {file_of(test) for test in exact} | importing(mutant.path)
         others = {test for test in self.seconds if file_of(test) in files} - exact
-        room = mutant.path.split("/")[1]
+        own, room = written_for(mutant.path), mutant.path.split("/")[1]
         return [
-            *sorted(exact, key=lambda test: (not _is_of(test, room), self.seconds[test])),
+            *sorted(exact, key=lambda test: (
+                file_of(test) not in own, not _is_of(test, room), self._extent[test],
+            )),
             *sorted(others, key=lambda test: self.seconds[test]),
-        ]
+        ]  # fmt: skip
+
+    @cached_property
+    def _extent(self) -> dict[str, tuple[int, float]]:
+        """How many lines each test runs, and how long."""
+        return {
+            test: (sum(map(len, lines.values())), self.seconds[test])
+            for test, lines in self.lines.items()
+        }
 
     def _running(self, path: str, line: int | None) -> set[str]:
         """Tests that run that line of a file; None: any."""
@@ -69,6 +81,25 @@ def file_of(test: str) -> str:
 
 def _is_of(test: str, room: str) -> bool:
     return test.startswith((f"tests/{room}/", f"tests/test_{room}", f"tests/{room}_"))
+
+
+def written_for(path: str) -> set[str]:
+    """Files of tests that import a source file, or that stand where it does."""
+    folder, _, name = path.removeprefix("motorid/").rpartition("/")
+    mirror = f"tests/{folder}/test_{name}"
+    return importing(path) | ({mirror} & set(test_files()))
+
+
+def near(path: str) -> list[str]:
+    """Files of tests written for a source file, then the others of the folder of its mirror."""
+    own, folder = written_for(path), f"tests/{path.removeprefix('motorid/').rpartition('/')[0]}"
+    beside = {name for name in test_files() if name.rpartition("/")[0] == folder}
+    return [*sorted(own), *sorted(beside - own)]
+
+
+def lies_in(name: str, among: Sequence[str]) -> bool:
+    """Whether a file is one of those, or in one of those folders."""
+    return name in among or name.startswith(tuple(f"{one}/" for one in among))
 
 
 def importing(path: str) -> set[str]:
@@ -125,8 +156,7 @@ def brought_up_to_date(path: Path, marker: str, among: tuple[str, ...] = ("tests
     now = {name: digest((TREE / name).read_bytes()) for name in _sources()}
     changed = {name for name, was in old.sources.items() if now.get(name) != was}
     stale = {file_of(test) for test, lines in old.lines.items() if changed & lines.keys()}
-    folders = tuple(f"{one}/" for one in among)
-    tests = [name for name in test_files() if name in among or name.startswith(folders)]
+    tests = [name for name in test_files() if lies_in(name, among)]
     current = {name: test_digest(name) for name in tests}
     again = [name for name in current if name in stale or old.tests.get(name) != current[name]]
     if again:

@@ -1,6 +1,6 @@
 """What pytest does for mutants: it notes which test runs which line, or runs listed tests.
 
-MUTANTS_NOTE=file   coverage is on: a context for each test; writes each test's seconds
+MUTANTS_NOTE=file   coverage is on: a context for each test; writes each test's processor seconds
 MUTANTS_ONLY=file   a JSON list of tests: these alone, in this order
 """
 
@@ -44,7 +44,16 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
     now = coverage.Coverage.current()
     assert now is not None
     now.switch_context(item.nodeid)
-    return (yield)
+    began = _spent()
+    try:
+        return (yield)
+    finally:
+        _seconds[item.nodeid] = _spent() - began
+
+
+def _spent() -> float:
+    """Seconds of the processor, of this process and of those it waited for: load changes none."""
+    return sum(os.times()[:4])
 
 
 def _forget() -> None:
@@ -58,8 +67,7 @@ def _forget() -> None:
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """How long a test took, with what it set up; one that does not pass is of no use."""
-    _seconds[report.nodeid] = _seconds.get(report.nodeid, 0.0) + report.duration
+    """A test that does not pass is of no use."""
     if report.outcome != "passed":
         _bad.add(report.nodeid)
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from tools.mutants.coverage_map import Map, file_of, test_digest
+from tools.mutants.coverage_map import Map, file_of, lies_in, near, test_digest, written_for
 from tools.mutants.mutant import Mutant, digest
 from tools.mutants.workplace import HOME, TIMED_OUT, TREE, put, pytest, run
 
@@ -18,6 +19,7 @@ IN_C = 20.0  # of the processor: the core's tests take one
 AT_BOARD = 60.0  # of the processor, for the suite and for each board that it starts
 NO_TESTS, USAGE = 5, 4  # exit codes of pytest
 NO_CONFTEST = "ImportError while loading conftest"  # a mutant that cannot be imported
+PROGRESS = re.compile(r"^[.sxXFE]+(?= |$)", re.MULTILINE)  # of pytest -q, a sign a test
 TESTS_IN_C = ("check-small", "check-large")
 
 
@@ -85,22 +87,79 @@ def try_python(mutant: Mutant, known: Map, kept: Kept, budget: float) -> Answer:
     key = digest(mutant.applied(source), *used)
 
     def made() -> Answer:
-        only = HOME / "only.json"
-        only.write_text(json.dumps(chosen), encoding="utf-8")
-        seconds = sum(known.seconds[test] for test in chosen)
         put(mutant.path, mutant.applied(source))
         try:
-            words = pytest("-x", "--tb=no", *tests)
-            only_these = {"MUTANTS_ONLY": str(only)}
-            code, said = run(words, only_these, seconds + STARTING)
+            for batch in _batches(chosen, written_for(mutant.path)):
+                outcome, by = _ran(batch, sum(known.seconds[test] for test in batch))
+                if outcome == "killed":
+                    break
         finally:
             put(mutant.path, source)
-        outcome, by = _judged(code, said)
         seen_in = test_digest(file_of(by)) if "::" in by else ""
         return Answer(outcome, by, len(chosen), len(covering), seen_in)
 
     fault = digest("killed", mutant.path, mutant.applied(source))
     return kept.killed(fault, lambda: kept.get(key, made))
+
+
+def _batches(tests: Sequence[str], own: set[str]) -> list[list[str]]:
+    """Those of the files written for it by themselves: the others need not be collected then."""
+    first = [test for test in tests if file_of(test) in own]
+    others = [test for test in tests if file_of(test) not in own]
+    return [batch for batch in (first, others) if batch]
+
+
+def _ran(tests: Sequence[str], seconds: float) -> tuple[str, str]:
+    """What becomes of the mutant that is in the copy now, by tests in this order."""
+    only = HOME / "only.json"
+    only.write_text(json.dumps(tests), encoding="utf-8")
+    words = pytest("-x", "--tb=no", *sorted({file_of(test) for test in tests}))
+    return _judged(*run(words, {"MUTANTS_ONLY": str(only)}, seconds + STARTING))
+
+
+def try_near(
+    mutant: Mutant, kept: Kept, marker: str, among: Sequence[str], budget: float
+) -> Answer:
+    """By the tests with a marker in the files written for the mutant's, then in those beside them,
+    for so many seconds.
+
+    Nobody noted which of them run its line: a kill counts if the test passes without the mutant.
+    Tests that are cut off by the budget count as one.
+    """
+    files = [name for name in near(mutant.path) if lies_in(name, among)]
+    if not files:
+        return Answer("uncovered")
+    source = (TREE / mutant.path).read_bytes()
+    key = digest(marker, str(budget), mutant.applied(source), *map(test_digest, files))
+
+    def made() -> Answer:
+        put(mutant.path, mutant.applied(source))
+        try:
+            code, said = run(pytest("-x", "--tb=no", "-m", marker, *files), {}, budget + STARTING)
+        finally:
+            put(mutant.path, source)
+        passed = sum(row.count(".") for row in PROGRESS.findall(said))
+        if code == TIMED_OUT:
+            return Answer("survived", "", passed, passed + 1)
+        outcome, by = _judged(code, said)
+        if "::" not in by:
+            return Answer(outcome, by, passed, passed)
+        if run(pytest(by.partition("[")[0]), {}, budget + STARTING)[0]:
+            raise SystemExit(f"{by} fails without a mutant too")
+        return Answer(outcome, by, passed, passed, test_digest(file_of(by)))
+
+    return kept.get(key, made)
+
+
+def in_turn(rounds: Iterable[Answer]) -> Answer:
+    """Of one mutant: the round of tests that killed it, else what all rounds make together."""
+    tried, covering, met = 0, 0, False
+    for answer in rounds:
+        tried, covering = tried + answer.tried, covering + answer.covering
+        met = met or answer.outcome != "uncovered"
+        if answer.outcome == "killed":
+            return replace(answer, tried=tried, covering=covering)
+    return Answer("survived" if met else "uncovered", "", tried, covering)
 
 
 def within(tests: list[str], seconds: dict[str, float], budget: float) -> list[str]:

@@ -11,7 +11,8 @@ import pytest
 from bench.foreign.cases import chirp, closed_loop, prbs, ramp, steps, trace
 from bench.foreign.plant import Drive
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
-from motorid.estimate.diagnosis.foreign_voltage import remarks
+from motorid.estimate.diagnosis import foreign_voltage
+from motorid.estimate.diagnosis.foreign_voltage import FEWEST, SHORTEST, remarks
 
 NOISE = {VOLTAGE: 0.01, CURRENT: 5e-3, SPEED: 0.1}
 
@@ -59,3 +60,30 @@ def test_another_column_is_named() -> None:
     other = 6.0 * np.sin(40.0 * capture.time_s)
     (said,) = remarks([with_volts(capture, other)])
     assert "which column is mapped" in said.message
+
+
+@pytest.mark.parametrize("known", [FEWEST * SHORTEST - 1, FEWEST * SHORTEST])
+def test_a_log_is_judged_from_so_many_whole_rows_on(known: int) -> None:
+    capture = log(ramp)
+    speed = capture.channels[SPEED]
+    gaps = np.where(np.arange(len(capture)) < known, speed.raw, np.nan)
+    torn = replace(capture, channels={**capture.channels, SPEED: replace(speed, raw=gaps)})
+    short = replace(
+        capture, ticks=capture.ticks[:known],
+        channels={n: replace(c, raw=c.raw[:known]) for n, c in capture.channels.items()},
+    )  # fmt: skip
+    for one in (torn, short):
+        found = foreign_voltage._columns(one)
+        assert (found is None) is (known < FEWEST * SHORTEST)
+        if found is not None:
+            assert [len(y) for y in found] == [known] * 3
+            assert found[2] == pytest.approx(speed.values[:known])
+
+
+@pytest.mark.parametrize(("swing", "supply"), [(0.05, True), (0.2, False)])
+def test_what_swings_more_than_a_tenth_is_no_supply(swing: float, supply: bool) -> None:
+    """Of its highest value, from end to end."""
+    capture = log(prbs)
+    volts = 12.0 * (1.0 - swing * np.linspace(0.0, 1.0, len(capture)))
+    (said,) = remarks([with_volts(capture, volts)])
+    assert ("as a supply does" in said.message) is supply

@@ -238,3 +238,68 @@ def test_only_the_voltage_of_a_log_is_unknown_between_stamps() -> None:
     log = record(sensed=SimpleNamespace(waveform="read"))
     assert data_remarks.unseen_voltage([with_program]) == []
     assert only(data_remarks.unseen_voltage([with_program, log])).severity == "warning"
+
+
+def test_all_that_is_found_is_said_the_gravest_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[str, str]] = []
+
+    def remark(code: str, severity: str) -> Diagnostic:
+        return Diagnostic(code, severity, "")  # type: ignore[arg-type]
+
+    def lack(run: Any, m: Any, _residual: Any, segments: Any, where: str) -> list[Diagnostic]:
+        asked.append((m.block.name, where))
+        assert segments == (["segments of it"] if where in ("", " in run 1") else ["others"])
+        return [remark(f"lack of {m.block.name}", "warning")]
+
+    def said(code: str) -> Any:
+        return lambda *_: [remark(code, "info")]
+
+    for module, names in (
+        (remarks, ("_statistics", "_budget", "_brushes", "_by_ripple", "_dropping", "_run_to_add")),
+        (remarks.data_remarks, ("of_capture", "stopping", "standing")),
+        (remarks.lagging_start, ("remarks",)), (remarks.sampling_remarks, ("of_logs",)),
+        (remarks.repeating_remarks, ("allowed_for",)),
+    ):  # fmt: skip
+        for name in names:
+            monkeypatch.setattr(module, name, said(name))
+    monkeypatch.setattr(remarks.residual_remarks, "lack_of_fit", lack)
+    monkeypatch.setattr(
+        remarks.residual_remarks, "neighbour_correlation", lambda r: [0.5] if r[0] > 0 else []
+    )
+    monkeypatch.setattr(
+        remarks.residual_remarks, "coloured", lambda name, rhos: remark(f"{name} {rhos}", "info")
+    )
+    monkeypatch.setattr(remarks, "_inseparable", lambda *_: [])
+
+    def run(untried: int = 0) -> Any:
+        measured = [SimpleNamespace(block=SimpleNamespace(name=n)) for n in ("current", "speed")]
+        return record(
+            measured=measured, untried=untried, departures=lambda *_: None,
+            weighed=lambda *_, filtered: [np.array([1.0]), np.array([-1.0])],
+        )  # fmt: skip
+
+    answer = findings()
+    solution = replace(answer.solution, own=(None, None), converged=False)  # type: ignore[arg-type]
+    answer = replace(answer, solution=solution)
+    parameters = intervals.parameters(answer)
+    named: Any = [("", ["segments of it"]), ("", ["others"])]
+    found = remarks.diagnostics(answer, [run(), run(2)], parameters, named)
+    assert asked == [(n, f" in run {k}") for k in (1, 2) for n in ("current", "speed")]
+    order = [d.severity for d in found]
+    assert order == sorted(order, key=["error", "warning", "info"].index)
+    assert found[0].code == "not_converged"
+    bounded = next(d for d in found if d.code == "search_bounded")
+    assert "2 other starts were left out" in bounded.message
+    codes = [d.code for d in found]
+    assert codes.count("of_capture") == 2
+    assert "current [0.5, 0.5]" in codes  # of both runs together
+    assert not any(code.startswith("speed") for code in codes)
+    assert {"_statistics", "_budget", "_dropping", "stopping", "standing", "of_logs"} <= set(codes)
+    settled = replace(answer, solution=replace(solution, own=(None,), converged=True))  # type: ignore[arg-type]
+    asked.clear()
+    alone = remarks.diagnostics(settled, [run(1)], parameters, named[:1])
+    assert asked == [("current", ""), ("speed", "")]
+    assert "not_converged" not in {d.code for d in alone}
+    assert "1 other start was left out" in next(
+        d.message for d in alone if d.code == "search_bounded"
+    )

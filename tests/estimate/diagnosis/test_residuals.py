@@ -127,3 +127,18 @@ def test_a_refit_without_a_fault_stays_where_it_was() -> None:
     assert again.size.shape == (0,)
     plain = refit.plain(records, solution)
     assert plain.values == pytest.approx(solution.values)
+
+
+def test_a_single_reading_that_is_far_off_is_placed_too() -> None:
+    one, m = record("measured"), current()
+    residual = RNG.normal(0.0, 0.01, len(m.keep))  # type: ignore[attr-defined]
+    residual[150] += 5.0
+    at = int(m.keep[150])  # type: ignore[attr-defined]
+    segments = [
+        Segment(SegmentKind.STEADY, 0, at), Segment(SegmentKind.ACCELERATION, at, at + 1),
+        Segment(SegmentKind.REST, at + 1, at + 1), Segment(SegmentKind.STEADY, at + 1, 400),
+    ]  # fmt: skip
+    said = localise.place(one, m, residual, segments)  # type: ignore[arg-type]
+    time = one.capture.time_s[at]
+    assert said.startswith("100% of it in the acceleration segment")
+    assert said.endswith(f"from {time:.3g} to {time:.3g} s")  # no band of a single reading

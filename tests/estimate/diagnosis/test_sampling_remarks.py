@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,6 +12,7 @@ from bench.foreign.plant import Motor, turn
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.diagnosis import sampling_remarks
 from motorid.identify import fit
+from motorid.motor.parameters import Motor as MotorOf
 
 MOTOR = Motor()
 TRUE = turn(MOTOR, lambda t, w: 6.0 if 0.1 < t < 0.5 else 0.0, 0.8)
@@ -36,3 +40,53 @@ def test_few_readings_a_motion_and_a_late_voltage_are_said() -> None:
     late = codes(2e-3, 20e-3)
     assert "delay_beyond_prior" in late
     assert not {"few_samples", "delay_beyond_prior"} & codes(2e-3)
+
+
+class Log:
+    """A record as far as these remarks look at one."""
+
+    def __init__(self, period_s: float, log: bool = True, **unknowns: tuple[str, float]) -> None:
+        self.capture = SimpleNamespace(period_s=period_s)
+        self.sensed = SimpleNamespace(waveform="a log's" if log else None)
+        named = unknowns.items()
+        self.instances = [
+            SimpleNamespace(name=n, quantity=SimpleNamespace(name=n.replace("_", " "), unit=unit))
+            for n, (unit, _) in named
+        ]  # fmt: skip
+        self.unknowns = [SimpleNamespace(prior_mean=1e-3, prior_sd=sd) for _, (_, sd) in named]
+        self.found: list[Any] = []
+
+
+def said(*logs: Log, sizes: tuple[float, ...] = (), **motor: float) -> list[str]:
+    """Messages, of a motor whose time constant is 10 ms."""
+    values = {"R": 2.0, "L": 1e-3, "K": 0.1, "B": 0.0, "J": 5e-5, "T0": 0.0, **motor}
+    solution = SimpleNamespace(own=[np.array(sizes) for _ in logs])
+    found: Any = SimpleNamespace(solution=solution, motor=lambda: MotorOf.of(values))
+    return [d.message for d in sampling_remarks.of_logs(found, logs)]  # type: ignore[arg-type]
+
+
+def test_four_readings_in_a_time_constant_are_enough() -> None:
+    assert said(Log(2.4e-3)) == []
+    (few,) = said(Log(2.6e-3))
+    assert "within 10 ms, which is 3.8 samples" in few
+    assert few.endswith("Sample every 1 ms")
+    assert said(Log(2.6e-3, log=False)) == []  # its program says when it was driven
+    assert said(Log(2.6e-3), Log(2.4e-3)) == []  # the finer one shows it
+    assert said(Log(2.6e-3), K=0.0) == []
+    assert said(Log(2.6e-3), J=0.0) == []
+    assert len(said(Log(2.6e-3), B=5e-3)) == 1  # friction makes it quicker
+
+
+def test_a_delay_far_from_what_was_expected_is_said_with_its_run() -> None:
+    late = {"voltage_late": ("s", 2e-3)}
+    assert said(Log(1e-3, **late), sizes=(8.9e-3,)) == []  # 1 ms was expected, to 2 ms
+    (one,) = said(Log(1e-3, **late), sizes=(9.1e-3,))
+    assert "takes voltage late to be 9.1 ms (9 samples), far beyond the 2 ms" in one
+    (early,) = said(Log(1e-3, **late), sizes=(-7.1e-3,))
+    assert "-7.1 ms (7 samples)" in early
+    both = said(Log(1e-3, **late), Log(1e-3, **late), sizes=(9.1e-3,))
+    assert [" in run 1 " in both[0], " in run 2 " in both[1]] == [True, True]
+    assert said(Log(1e-3, offset=("A", 2e-3)), sizes=(9.1e-3,)) == []  # no delay
+    named = Log(1e-3, **late)
+    named.found = [named.instances[0]]
+    assert said(named, sizes=(9.1e-3,)) == []  # it is a fault by itself

@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from motorid.estimate.effects.action import Reading
-from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance, instances
+from motorid.estimate.effects.influence_quantity import (
+    InfluenceQuantity,
+    Instance,
+    Scope,
+    instances,
+)
 from motorid.estimate.effects.registry import BY_NAME, CAPTURED, REGISTRY, SECOND_ORDER
 from motorid.estimate.model.capture_model import Floats, MotorRecord
 from motorid.estimate.model.tangent import tangent
@@ -123,3 +128,19 @@ def test_what_a_capture_has_many_of_is_not_listed_one_by_one() -> None:
     """
     many = {q.name for q in REGISTRY if q.places is not None and q.listed}
     assert many == {"encoder eccentricity"}
+
+
+def test_what_a_capture_has_one_of_is_listed_but_for_shapes_of_another() -> None:
+    """The bend of a drop, and what diodes take of a dead time, are parts of what is listed."""
+    alone = {q.name for q in REGISTRY if q.places is None and not q.listed}
+    assert alone == {"brush bend", "dead-time diodes"}
+
+
+def test_a_cause_of_the_bench_is_one_for_all_captures() -> None:
+    """A gain, a delay and a clock are of the bench; how a run begins is its own."""
+    for quantity in REGISTRY:
+        name = quantity.name
+        if name.endswith(("gain", "delay", "filter")) or name in ("clock", "current offset"):
+            assert quantity.scope is Scope.MOTOR, name
+        if name.startswith("initial ") or quantity.places is not None:
+            assert quantity.scope is not Scope.MOTOR or "ripple" in name or "turn" in name, name

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -105,3 +107,14 @@ def test_a_bend_that_goes_too_far_comes_to_rest(
     monkeypatch.setattr(alternating_fit, "SETTLED", alternating_fit.SETTLED / 10.0)
     total, _ = moved(usual, fit(runs.captures, model="six"))
     assert total < STAYS
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e3])
+def test_a_source_is_the_same_where_it_moved_by_rounding_alone(scale: float) -> None:
+    volts = scale * np.array([0.0, 5.0, -12.0])
+    for part, same in ((5e-10, True), (2e-9, False)):  # of the highest
+        record: Any = SimpleNamespace(volts=volts + 12.0 * scale * part)
+        assert alternating_fit._same(volts, record) is same
+    none: Any = SimpleNamespace(volts=np.zeros(3))
+    assert alternating_fit._same(np.zeros(3), none)
+    assert not alternating_fit._same(np.zeros(3), SimpleNamespace(volts=np.full(3, 1e-10)))  # type: ignore[arg-type]

@@ -99,3 +99,40 @@ def test_a_load_that_holds_is_not_accused() -> None:
 def test_a_load_beyond_the_inertia_is_no_load() -> None:
     assert load_slip.start(of(motion(), 1.3)) is None
     assert load_slip.start(of(motion(), 0.02)) is None
+
+
+def test_a_motor_needs_so_many_blocks() -> None:
+    b = of(motion())
+    enough = np.arange(len(b.speed)) < block_regression.FEWEST
+    assert block_regression.electrical(b, enough) == pytest.approx((R, K))
+    assert block_regression.FEWEST >= 3  # two unknowns, and one to see whether they fit
+
+
+@pytest.mark.parametrize(("share", "rate"), [(0.3, 500.0), (0.05, 40.0), (0.9, 2e4)])
+def test_a_slipping_load_is_looked_for_about_where_the_blocks_show_it(
+    share: float, rate: float
+) -> None:
+    begin = load_slip.Start((share, rate), {})
+    found = load_slip._hypothesis([], begin)
+    assert found.sizes == ((share, rate),)
+    for size, scale, low, high in zip(
+        found.sizes[0], found.scale, found.lower, found.upper, strict=True
+    ):
+        assert low < size < high
+        assert 0.0 < scale <= high - low
+    assert found.lower[0] <= load_slip.LEAST_SHARE
+    assert 0.9 < found.upper[0] < 1.0  # the rotor itself has some inertia
+    assert found.upper[1] / rate == pytest.approx(rate / found.lower[1])  # alike both ways
+    words = found.words(np.array([share, rate]))
+    assert f"{100 * share:.0f} % of the inertia" in words.evidence
+    assert f"at {rate:.3g} rad/s²" in words.evidence
+
+
+def test_a_load_that_does_not_slip_shows_no_share() -> None:
+    assert load_slip.start(of(motion())) is None
+    for share in (0.02, 0.2, 0.6):
+        begun = load_slip.start(of(motion(), share))
+        assert (begun is not None) is (share > load_slip.LEAST_SHARE)
+        if begun is not None:
+            assert begun.size == pytest.approx((share, MOST), rel=0.25)
+            assert begun.motor["R"] == pytest.approx(R, rel=0.1)

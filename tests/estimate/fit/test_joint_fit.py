@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from motorid.errors import DataError
 from motorid.estimate.effects import scales
 from motorid.estimate.fit import joint_fit
+from motorid.estimate.fit.lagging_start import Doubt
 from motorid.estimate.solver.problem import Solution, Unknown
 
 MOTOR = {"R": 2.0, "L": 4e-3, "K": 0.05, "B": 4e-5, "J": 2e-5, "T0": 6e-3}
@@ -72,3 +74,32 @@ def test_nothing_is_tried_where_one_of_them_is_given(monkeypatch: pytest.MonkeyP
     free = tuple(n for n in MOTOR if n != "B")
     assert found(monkeypatch, (), free=free)[1].seen == []
     assert found(monkeypatch, (), top=0.0)[1].seen == []
+
+
+@pytest.mark.parametrize("share", [0.5, 0.7, 1.0, 1.3, 2.0])
+def test_a_motion_is_taken_earlier_by_about_its_lag(
+    share: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The start values guess a lag; the likelihood says how much of it there is."""
+    late_s = 0.02
+    monkeypatch.setattr(joint_fit, "taken_earlier", lambda capture, by_s: capture + by_s)
+    monkeypatch.setattr(
+        joint_fit, "MotorRecord", lambda capture, *_: SimpleNamespace(capture=capture)
+    )
+    monkeypatch.setattr(
+        joint_fit, "settled", lambda records, *_: replace(
+            solution(), objective=abs(records[0].capture - share * late_s)
+        ),
+    )  # fmt: skip
+    monkeypatch.setattr(joint_fit, "leaves_misfit", lambda *_: misfit)
+    monkeypatch.setattr(joint_fit, "unsupported", lambda *_: None)
+    misfit, before = False, replace(solution(), objective=share * late_s)
+    records: Any = [SimpleNamespace(capture=0.0, shape="joined")]
+    doubt = Doubt(DataError("why"), late_s)
+    (found,), best = joint_fit._doubted(records, before, tuple(MOTOR), MOTOR, {}, doubt)
+    assert found.capture / (share * late_s) == pytest.approx(1.0, abs=0.1)
+    assert best.objective < before.objective
+    assert joint_fit._doubted(records, before, (), {}, {}, Doubt(DataError("why")))[0] is records
+    misfit = True
+    with pytest.raises(DataError, match=r"why.*20 ms earlier"):
+        joint_fit._doubted(records, before, (), {}, {}, doubt)

@@ -376,3 +376,24 @@ def test_second_orders_are_begun_from_two_bends_and_half_the_inductance(
     unsure, own = known((SMOOTHING, 2e-3, 1e-3))
     log_second_order.taken(([unsure], replace(solution(1.0), own=(own,))), NAMES, {}, {})
     assert began == []
+
+
+def test_every_shape_begins_at_the_start_values_and_then_where_the_first_ended(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    started: list[tuple[str, dict[str, float]]] = []
+
+    def settled(records: Any, _free: Any, near: Any) -> Any:
+        started.append((records[0].shape, dict(near)))
+        return f"solution of {records[0].shape}"
+
+    monkeypatch.setattr(log_lags, "MotorRecord", lambda *given: SimpleNamespace(shape=given[-1]))
+    monkeypatch.setattr(log_lags, "start_values", lambda *_: {"R": 2.0})
+    monkeypatch.setattr(log_lags, "settled", settled)
+    monkeypatch.setattr(log_lags, "merged", lambda near, solution: {**near, "from": solution})
+    fits = list(log_lags._of_shapes(["run"], NAMES, {"R": 1.0, "K": 5.0}, {}))  # type: ignore[list-item]
+    first, *others = log_lags.SHAPES
+    assert started[0] == (first, {"R": 2.0, "K": 5.0})
+    ended = {"R": 2.0, "K": 5.0, "from": f"solution of {first}"}
+    assert started[1:] == [(shape, ended) for shape in others]
+    assert [solution for _, solution in fits] == [f"solution of {s}" for s in log_lags.SHAPES]

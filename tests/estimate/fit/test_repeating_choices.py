@@ -195,3 +195,20 @@ def test_a_ripple_is_heavy_beyond_what_straight_lines_describe() -> None:
         assert repeating.is_heavy([record], solution) is heavy
     none: Any = SimpleNamespace(own=[np.array([9.0, 9.0])])
     assert not repeating.is_heavy([SimpleNamespace(instances=other)], none)  # type: ignore[list-item]
+
+
+def test_what_repeats_in_one_record_becomes_an_unknown_of_the_other() -> None:
+    class Record:
+        def __init__(self, repeating: Any) -> None:
+            self.repeating, self.asked = repeating, list[Any]()
+
+        def estimate(self, *instances: Any) -> None:
+            self.asked += instances
+
+    found = SimpleNamespace(slopes={"first": 1, "second": 2})
+    mine: list[Any] = [Record(None), Record(None)]
+    theirs: list[Any] = [Record(found), Record(SimpleNamespace(slopes={}))]
+    repeating.repeat_as(mine, theirs)
+    assert [one.repeating for one in mine] == [one.repeating for one in theirs]
+    assert [one.asked for one in mine] == [["first", "second"], []]
+    assert [one.asked for one in theirs] == [[], []]

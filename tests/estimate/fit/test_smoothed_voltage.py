@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,12 +13,15 @@ import pytest
 from bench.mistakes.log_cases import filtered
 from bench.mistakes.logs import STATIONS, Log, answer
 from motorid.estimate.effects.influence_quantity import Instance
+from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
+from motorid.estimate.effects.unstated.voltage_second_order import VOLTAGE_SECOND_ORDER
 from motorid.estimate.effects.unstated.voltage_smoothing import VOLTAGE_SMOOTHING
 from motorid.estimate.fit import smoothed_voltage
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.intersample_voltage import JOINED
+from motorid.estimate.signals.time_grid import IRREGULAR
 from tests.estimate.fit.test_log_fit import MOTOR, PERIOD_S, logged
 from tests.estimate.fit.test_log_fit import smoothed as low_pass
 
@@ -64,3 +69,95 @@ def test_a_voltage_as_slow_as_the_winding(tmp_path: Path) -> None:
         middle, wide = (low + high) / 2, high - low  # twice the half-width
         assert abs(getattr(station.motor, name) - middle) < wide, name
     assert abs(found["R"]["value"] / station.motor.R - 1.0) < 5e-3
+
+
+def test_an_inductance_that_is_given_begins_no_search_for_it(tmp_path: Path) -> None:
+    record, held = joined(tmp_path, v=low_pass(2.0)), tuple(n for n in FREE if n != "L")
+    assert smoothed_voltage.begun([record], None, held, {}, {"L": 1e-3}) == []  # type: ignore[arg-type]
+
+
+class Begun:
+    """Instead of records and searches: where each fit begins, and how likely it is said to be."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, goes_on: float, late: float = 0.5) -> None:
+        self.sizes, self.late, self.likely = dict[int, tuple[float, int]](), late, 1.0
+        self.starts = list[tuple[str, float]]()
+        monkeypatch.setattr(smoothed_voltage, "MotorRecord", self.record)
+        for name in ("settled", "widened"):
+            monkeypatch.setattr(smoothed_voltage, name, getattr(self, name))
+        monkeypatch.setattr(smoothed_voltage, "_goes_on", lambda _: goes_on)
+        monkeypatch.setattr(smoothed_voltage, "_delay_s", lambda *_: late * PERIOD_S)
+        monkeypatch.setattr(smoothed_voltage, "_smooth", self.smooth)
+        monkeypatch.setattr(smoothed_voltage.default, "period_s", lambda _: PERIOD_S)
+
+    def record(self, capture: Any, _free: Any, _fixed: Any, shape: str) -> Any:
+        return SimpleNamespace(capture=capture, shape=shape)
+
+    def smooth(self, record: Any, size_s: float, order: int) -> None:
+        self.sizes[id(record)] = (size_s, order)
+        record.size_s, record.order = size_s, order
+
+    def settled(self, records: Any, _free: Any, start: Any) -> Any:
+        self.starts.append((records[0].shape, start["L"] / start["R"] / PERIOD_S))
+        return start
+
+    def widened(self, records: Any, _free: Any, start: Any, _solution: Any) -> Any:
+        rise = start["L"] / start["R"] / PERIOD_S
+        return SimpleNamespace(objective=abs(rise - self.likely), rise=rise)
+
+    def found(self, likely: float = 1.0, jitter: float = 0.0) -> list[Any]:
+        self.likely = likely
+        first: Any = [SimpleNamespace(capture="run", timeline=SimpleNamespace(jitter=jitter))]
+        solution: Any = SimpleNamespace(own=[None])
+        return smoothed_voltage.begun(first, solution, FREE, {"R": 2.0, "L": 1.0}, {})
+
+
+@pytest.mark.parametrize("likely", [1.0, 3.0])
+def test_each_start_leaves_the_delay_what_it_is(
+    likely: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A low-pass of the voltage and the winding's time constant are apart by the delay."""
+    monkeypatch.setattr(smoothed_voltage, "LOW_PASS", SimpleNamespace(unknown=lambda _: 1))
+    seen = Begun(monkeypatch, math.exp(-1.0 / 2.0))
+    fits = seen.found(likely)
+    for (record,), ended in fits:
+        assert record.size_s == pytest.approx((ended.rise - seen.late) * PERIOD_S)
+    rises = [ended.rise for _, ended in fits]
+    first = [r for (record,), _ in fits for r in [record] if (r.shape, r.order) == ("curved", 1)]
+    assert rises[: len(first)] == pytest.approx([2.5, 1.0, 3.0])  # .3 would need one of below 0
+    assert all(rise == pytest.approx(likely) for rise in rises[len(first) :])
+    ways = {(record.shape, record.order) for (record,), _ in fits}
+    assert ways == {(s, n) for s in ("curved", JOINED, "held") for n in (1, 2)}
+    assert len(fits) == len(first) + 5
+
+
+def test_nothing_is_begun_where_it_would_be_a_guess(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(smoothed_voltage, "LOW_PASS", SimpleNamespace(unknown=lambda _: 1))
+    short, long = math.exp(-1.0 / 0.38), math.exp(-1.0 / 0.42)  # of .4 samples
+    assert Begun(monkeypatch, short).found() == []
+    assert Begun(monkeypatch, long).found()
+    assert Begun(monkeypatch, long).found(jitter=2.0 * IRREGULAR) == []
+    endless = Begun(monkeypatch, 1.0)  # no longer than 20 samples
+    assert max(ended.rise for _, ended in endless.found()) == pytest.approx(20.0, rel=0.03)
+    late = Begun(monkeypatch, long, late=2.8)  # of which .4 and less would be left
+    assert [ended.rise for _, ended in late.found()] == pytest.approx([3.22] * 6, abs=0.01)
+    monkeypatch.setattr(smoothed_voltage, "LOW_PASS", SimpleNamespace(unknown=lambda _: None))
+    assert Begun(monkeypatch, long).found() == []  # somebody states it
+
+
+@pytest.mark.parametrize(("late_s", "named"), [(0.0, False), (3e-4, True)])
+def test_the_delay_is_the_stamps_and_the_windings(late_s: float, named: bool) -> None:
+    late = Instance(VOLTAGE_LATE)
+    record: Any = SimpleNamespace(instances=(late,) if named else ())
+    found = smoothed_voltage._delay_s(record, np.array([late_s]), {"R": 2.0, "L": 4e-3})
+    assert found == pytest.approx(late_s + 2e-3)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_a_low_pass_of_second_order_begins_as_two_like_ones(order: int, tmp_path: Path) -> None:
+    record = joined(tmp_path, v=low_pass(2.0))
+    smoothed_voltage._smooth(record, 2e-3, order)
+    begins = {u.name: (u.start, u.prior_sd) for u in record.unknowns}
+    assert begins[VOLTAGE_SMOOTHING.name] == (2e-3, 2e-3)
+    second = begins.get(VOLTAGE_SECOND_ORDER.name)
+    assert second == ((1e-3, 1e-3) if order == 2 else None)

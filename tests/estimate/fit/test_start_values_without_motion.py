@@ -177,3 +177,12 @@ def test_it_suits_where_nothing_shows_a_motion_and_the_constant_is_held() -> Non
     assert not without.suits([record()], {})
     for name in (SPEED, POSITION):
         assert not without.suits([record(), record(names=(CURRENT, name))], {"K": K})
+
+
+@pytest.mark.parametrize("periods", [0.03, 0.3, 3.0, 30.0])
+def test_some_start_has_nearly_the_time_constant_of_the_winding(
+    periods: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, tried = begun(monkeypatch, R=R)
+    ratios = [s["L"] / (periods * R * PERIOD_S) for s in tried]
+    assert min(abs(np.log10(r)) for r in ratios) < 0.6

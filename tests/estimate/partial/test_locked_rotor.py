@@ -19,6 +19,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.partial import locked_rotor
 from motorid.estimate.partial.locked_rotor import is_noise
 from motorid.identify import fit
+from tests.report.example import estimate
 
 HELD = replace(cases.MOTOR, T0=10.0)
 MOST = 20_000  # evaluations; a fit of all six takes more
@@ -168,3 +169,33 @@ def test_a_friction_that_holds_the_rotor_is_twice_what_its_current_gives() -> No
     assert held["T0"] == pytest.approx(0.3)
     assert held["R"] == 2.0
     assert locked_rotor._peak(held) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(("share", "given"), [(0.9, True), (1.1, False)])
+def test_an_inductance_that_leans_is_not_given_nor_what_is_made_of_it(
+    share: float, given: bool
+) -> None:
+    found = estimate()
+    L = found.parameters["L"]
+    assert L.value is not None
+    leaning = replace(L, statistical=share * locked_rotor.LEANS["L"] * L.value)
+    some = replace(
+        found, parameters={**found.parameters, "L": leaning},
+        combinations={"L/R": L, "K/R": L, "J/K": L},
+        derived={"electrical_time_constant": L, "stall_current": L},
+    )  # fmt: skip
+    kept = locked_rotor._without_leaning(some)
+    if given:
+        assert kept is some
+        return
+    assert kept.parameters["L"].value is None
+    assert kept.parameters["L"].unit == "H"
+    assert set(kept.combinations) == {"K/R", "J/K"}
+    assert set(kept.derived) == {"stall_current"}
+    assert kept.parameters["R"] == found.parameters["R"]
+
+
+def test_the_current_that_would_have_turned_it_gives_the_highest() -> None:
+    amperes = 3.0
+    still = {"K": 0.05, "T0": 0.05 * amperes * locked_rotor.HOLDS}
+    assert locked_rotor._peak(still) == pytest.approx(amperes)

@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from motorid.capture.model import CURRENT, SPEED, TORQUE, VOLTAGE
+from motorid.capture.model import CURRENT, SPEED, TORQUE, VOLTAGE, Capture, Channel
+from motorid.estimate.partial import mechanical_remarks
 from motorid.estimate.partial import mechanical_results as results
 from motorid.estimate.partial.block_bootstrap_regression import Regression
 from motorid.estimate.partial.mechanical_results import Judge, Quantity
@@ -229,3 +232,70 @@ def test_every_parameter_has_an_answer_and_its_unit() -> None:
     for drive in (TORQUE, CURRENT, COASTING, VOLTAGE, COMMAND):
         found, _ = answer(drive, regression(1.0, 2.0, 3.0))
         assert {n: found[n].unit for n in PARAMETERS} == {n: UNITS[n] for n in PARAMETERS}
+
+
+def gained(**uncertainties: float) -> Capture:
+    """A capture whose channels declare relative uncertainties of their gains."""
+    channels = {
+        name: Channel(name, "", np.zeros(3), gain_uncertainty=u)
+        for name, u in uncertainties.items()
+    }
+    return Capture(np.arange(3), 1e6, channels, clock_uncertainty=1e-3)
+
+
+def test_gains_of_drive_motion_and_clock_come_into_each_coefficient() -> None:
+    """A balance J dω + B ∫ω + T0 t = K ∫i: an angle over times squared, and over times."""
+    one = gained(current=0.03, speed=0.04)
+    found = results._gain_uncertainties([one, gained(current=0.02, speed=0.01)], CURRENT)
+    assert found["J"] == pytest.approx(math.sqrt(0.03**2 + 0.04**2 + (2e-3) ** 2))
+    assert found["B"] == pytest.approx(math.sqrt(0.03**2 + 0.04**2 + 1e-3**2))
+    assert found["T0"] == 0.03
+    coast = results._gain_uncertainties([one], COASTING)
+    assert coast["J"] == 0.0
+    assert coast["B"] == 1e-3
+    assert coast["T0"] == pytest.approx(math.hypot(0.04, 2e-3))
+    by_angle = results._gain_uncertainties([gained(current=0.0, position=0.05)], CURRENT)
+    assert by_angle["B"] == pytest.approx(math.hypot(0.05, 1e-3))
+    assert by_angle["T0"] == 0.0
+
+
+def rowed() -> Regression:
+    """Two captures' rows, of which the second has too few for a curve."""
+    best = regression(1.0, 2.0, 3.0)
+    matrix = np.random.default_rng(2).normal(size=(7, 4))
+    weight, capture = np.linspace(1.0, 2.0, 7), np.array([0, 0, 0, 0, 0, 1, 1])
+    drive = matrix @ best.coefficients + 0.1 * (-1.0) ** np.arange(7)
+    time_s = np.arange(7.0)
+    rows = Rows(matrix, drive, weight, time_s, capture, capture, np.ones(7))
+    return replace(best, rows=rows, residual=drive - matrix @ best.coefficients)
+
+
+def test_curves_are_the_drive_over_each_bump_measured_and_by_the_model() -> None:
+    best = rowed()
+    motions: Any = [SimpleNamespace(drive_name=CURRENT, drive_unit="A") for _ in range(2)]
+    (curve,) = results._curves(motions, best)
+    assert (curve.capture, curve.channel, curve.unit) == (0, CURRENT, "A")
+    weight = best.rows.weight[:5]
+    assert curve.measured == pytest.approx(best.rows.drive[:5] / weight)
+    assert curve.measured - curve.fitted == pytest.approx(0.1 * (-1.0) ** np.arange(5) / weight)
+    assert curve.sigma == pytest.approx(np.std(curve.measured - curve.fitted))
+    assert curve.time_s.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+@pytest.mark.parametrize(("expected", "chi"), [(0.05, 28.0), (0.0, 0.07)])
+def test_chi_square_is_in_units_of_what_noise_would_leave(
+    expected: float, chi: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mechanical_remarks, "expected_rms", lambda *_: expected)
+    assert results._chi_square([], rowed()) == pytest.approx(chi)  # 7 residuals of .1
+
+
+def test_an_offset_of_the_drive_is_an_answer_where_it_was_free() -> None:
+    motion: Any = SimpleNamespace(drive_name=CURRENT, drive_unit="A")
+    best = regression(1.0, 2.0, 3.0, -0.2)
+    assert results._offset(Judge(FREEDOM), best, motion) == {}
+    freed = replace(best, free=np.ones(4, bool))
+    ((name, p),) = results._offset(Judge(FREEDOM), freed, motion).items()
+    assert (name, p.name, p.unit, p.value) == ("current_offset", "current_offset", "A", -0.2)
+    assert p.instrument == 0.0
+    assert p.statistical == pytest.approx(0.2 * RELATIVE[3])

@@ -335,3 +335,33 @@ def test_stretches_with_an_open_bridge_are_cut_where_a_connected_motor_does_not_
     assert closed(monkeypatch, whole, shorter, left=0.09) is whole
     same = ["ghijkl"]
     assert closed(monkeypatch, whole, same, left=0.09) is same
+
+
+def test_each_stage_begins_where_the_one_before_ended_and_the_last_is_the_nearest(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    enough, begun = list[float](), list[Any]()
+
+    class Stage:
+        def __init__(self, name: str) -> None:
+            self.records, self.solution, self.values = name, name, {"R": 1.0}
+
+        def roughly(self, near: float) -> Any:
+            enough.append(near)
+            return self
+
+        def nearly(self, rough: Any) -> Any:
+            return rough
+
+    def begin(records: Any, _s: Any, terms: Any, **_: Any) -> Stage:
+        begun.append((records, terms))
+        return Stage("+".join(t.name for t in terms))
+
+    monkeypatch.setattr(entry, "begin", begin)
+    monkeypatch.setattr(entry, "_starts", lambda *_: ({}, []))
+    monkeypatch.setattr(entry, "finished", lambda fitted: fitted)
+    records: Any = "six"
+    found: Any = entry.asked_for(records, solution(), MOTOR, (COGS, DROP, TERMS["ripple"]))
+    assert [on for on, _ in begun] == ["six", "brush-drop", "brush-drop+ripple"]
+    assert found.records == "brush-drop+ripple+cogging"
+    assert enough[0] == enough[1] > enough[2]

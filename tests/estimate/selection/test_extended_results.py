@@ -10,6 +10,7 @@ import pytest
 
 from motorid.capture.model import Wiring
 from motorid.estimate.model.extended_terms import ADDED, TERMS
+from motorid.estimate.results.estimate import UNITS
 from motorid.estimate.results.status import Status
 from motorid.estimate.selection import extended_results as results
 from motorid.estimate.selection import measurands
@@ -209,3 +210,21 @@ def test_a_figure_that_is_too_uncertain_is_not_given() -> None:
     for share, given in ((0.97, True), (1.03, False)):
         found = findings({"a_K": 0.1, "i_K": 0.5}, {"L": share * intervals.UNKNOWN})
         assert (measurands.stated(found, fit)["L_1kHz"].value is not None) is given
+
+
+@pytest.mark.parametrize("term", TERMS)
+def test_what_is_stated_has_its_own_name_and_unit(term: str) -> None:
+    sizes = dict.fromkeys(TERMS[term].free, 0.5)
+    found = findings(sizes, dict.fromkeys(sizes, 0.01))
+    counted = {TERMS[term].per_turn: 7.0} if TERMS[term].per_turn else {}
+    for fit in (fitted(term, **counted, **sizes), fitted(term, **counted)):
+        for name, p in {**results.parameters(found, fit), **measurands.stated(found, fit)}.items():
+            assert p.name == name
+            if name in ADDED:
+                assert p.unit == ADDED[name].unit
+            elif name in UNITS:
+                assert p.unit == UNITS[name]
+            elif name.partition("_")[0] in UNITS:
+                assert p.unit == UNITS[name.partition("_")[0]]
+            if p.interval_95 is not None and p.value is not None:
+                assert p.interval_95[0] <= p.value <= p.interval_95[1]

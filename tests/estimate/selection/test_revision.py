@@ -307,3 +307,17 @@ def test_a_capture_alone_has_the_others_parameters_and_its_own_nuisances(
     assert B.start == pytest.approx(0.75)
     assert (B.upper - B.lower) == pytest.approx(2 * evidence.PINNED * 3.0, rel=1e-3)
     assert T0.start == 0.0  # not below its bound
+
+
+@pytest.mark.parametrize(("most", "begun"), [(0.0, 1), (4.0, 1), (5.0, 2), (9.0, 2)])
+def test_another_is_looked_at_until_more_than_the_budget_is_spent(
+    most: float, begun: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One that is exchanged costs 5 responses here."""
+    given = Given(monkeypatch, d_T0=20.0, T_lc=20.0, T_c=0.0)
+    given.paid = {("direction", "quadratic-load", "cogging"): 100.0}
+    fitted = fit(OLD, OTHER, LAST)
+    found, looked = given.of(fitted, most=most)
+    assert found is fitted
+    assert len(given.begun) == begun
+    assert looked.spent == 5 * begun

@@ -178,3 +178,26 @@ def test_a_model_with_the_wrong_loss_tells_the_current_that_the_bridge_has(
     assert off.max() < 0.06  # where it turns: the current still falls, and L takes its share
     kept = swinging(one, part, found, dead.lost(found), *known)
     assert np.abs(kept).max() < 1e-3 * np.abs(dead.amperes).min()  # and there it stays
+
+
+@pytest.mark.parametrize("decay", [Decay.SYNCHRONOUS_SLOW, Decay.FAST])
+def test_readings_of_all_places_see_what_the_interval_loses(decay: Decay) -> None:
+    """By linearity; and a reading sees other places than the interval's mean where it is one."""
+    one, part = bridge(0.4, decay)
+    motor = OPTIONS.preset
+    R, L = motor.resistance_ohm, motor.inductance_h
+    parts = [Part(0, 1), replace(part, start=1)]
+    mean = 0.4 * (1.0 - np.exp(-np.arange(1500) / 4.0))
+    risen = list(rises(one, parts, mean, mean + 0.02, L, R))
+
+    def loses(seen: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        return dead_time_loss(one, parts, mean, L, R, risen, seen)
+
+    lost, as_lost = loses(None)
+    assert as_lost == pytest.approx(lost)
+    each = [loses(row)[1] for row in np.eye(len(PLACES))]
+    among = risen[0].weights @ np.array(each)[:, risen[0].where]
+    assert among == pytest.approx(lost[risen[0].where])
+    assert np.ptp(np.array(each)[:, 1]) > 0.1 * np.abs(lost).max()
+    late = slice(risen[0].where.stop, None)
+    assert each[3][late] == pytest.approx(lost[late])

@@ -113,3 +113,12 @@ def test_the_first_readings_of_pulses_are_taken_as_they_are() -> None:
 
     assert first(True) == pytest.approx(volts[0], abs=1e-3)
     assert abs(first(False) - volts[0]) > 0.01
+
+
+def test_the_moment_it_stops_is_where_the_line_of_the_rise_begins() -> None:
+    """A slow rise is clear long after it began."""
+    for slope in (5e-4, 1e-3, 4e-3):  # of the supply, in a sample
+        rise = slope * SUPPLY * np.clip(np.arange(N) - 40, 0, None)
+        assert abs(stops_from(DIODE, -(FLOWING + rise), SUPPLY) - 40) <= 2
+    slight = 0.008 * SUPPLY * np.clip((np.arange(N) - 40) / 20, 0, 1)  # less than clear
+    assert stops_from(DIODE, -(FLOWING + slight), SUPPLY) == N

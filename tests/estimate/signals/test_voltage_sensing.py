@@ -12,7 +12,7 @@ from motorid.estimate.signals.dead_time import dead_time_loss
 from motorid.estimate.signals.pwm_bridge import clamp_voltage, pwm_shape, switched_late
 from motorid.estimate.signals.thevenin_source import source_resistance, sources
 from motorid.estimate.signals.time_grid import Part, lay
-from motorid.estimate.signals.voltage_sensing import sense
+from motorid.estimate.signals.voltage_sensing import Sense, sense
 from motorid.program import Decay, Program, Step, StepKind
 
 N, CLOCK_HZ, PERIOD = 600, 1e6, 1e-4
@@ -276,3 +276,17 @@ def test_a_resistance_is_the_prior_where_no_part_is_drawn_and_never_negative() -
     stopped = [replace(part, discontinuous=True) for part in line.parts]
     assert source_resistance(read, current, stopped, none, (0.7, 0.1)) == 0.7
     assert source_resistance(read, current, line.parts, ~none, (0.7, 0.1)) == 0.7
+
+
+@pytest.mark.parametrize("ohms", [-0.2, 0.0, 0.3])
+def test_a_source_that_gives_way_to_the_current_does_so_from_the_start(ohms: float) -> None:
+    """A supply of another resistance than was stated: the line holds in its first samples too."""
+    count = 400
+    current = 0.5 + 3.0 * np.exp(-np.arange(count) / 40.0)
+    noise = np.random.default_rng(5).normal(0, 1e-4, count)
+    volts = 6.0 - ohms * current + noise
+    sensed = Sense(volts, np.zeros(count, dtype=bool), 0.0, 0.0, True, None)
+    part = Part(0, count, StepKind.DRIVE_VOLTS, 6.0, Decay.SYNCHRONOUS_SLOW)
+    (source,) = sources(sensed, current, [part], np.zeros(count, dtype=bool), 0.1)
+    assert source is not None
+    assert source.volts - 0.1 * current == pytest.approx(6.0 - ohms * current, abs=1e-3)

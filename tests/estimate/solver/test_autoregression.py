@@ -127,3 +127,11 @@ def test_a_spectrum_is_worth_whitening_from_twice_its_mean(c: float, filtered: b
 @pytest.mark.parametrize(("least", "length"), [(1, 1), (2, 2), (3, 4), (64, 64), (65, 128)])
 def test_a_fast_length_is_the_next_power_of_two(least: int, length: int) -> None:
     assert fast_length(least) == length
+
+
+def test_stretches_too_short_for_an_order_have_their_mean_square() -> None:
+    for stretches in ([[3.0]], [[1.0, -2.0, 2.0]], [[2.0], [4.0, 1.0]]):
+        arrays = [np.array(one) for one in stretches]
+        coefficients, innovation = autoregression(*arrays)
+        assert coefficients.shape == (0,)
+        assert innovation == pytest.approx(np.mean(np.concatenate(arrays) ** 2))

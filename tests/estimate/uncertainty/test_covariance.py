@@ -12,7 +12,14 @@ from motorid.estimate.solver.autoregression import autoregression, power, whiten
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Block, Solution, Unknown
 from motorid.estimate.uncertainty.between_run_variance import spread_of
-from motorid.estimate.uncertainty.covariance import Statistical, covariance_of, statistical
+from motorid.estimate.uncertainty.covariance import (
+    NOISE,
+    SPREAD,
+    Known,
+    Statistical,
+    covariance_of,
+    statistical,
+)
 from motorid.estimate.uncertainty.intervals import Findings
 
 N = 2000
@@ -162,3 +169,24 @@ def test_what_nobody_can_see_has_a_large_variance_that_is_still_a_number(
     assert found[0, 0] > 1e90
     if information[0, 1] == 0.0 and information[1, 1]:
         assert found[1, 1] == pytest.approx(0.25)
+
+
+def test_the_spread_between_runs_is_a_line_where_they_scatter_more_than_their_noise() -> None:
+    rng = np.random.default_rng(11)
+    noises = [0.1 * rng.standard_normal(500) for _ in range(3)]
+    noises = [noise - noise.mean() for noise in noises]  # runs agree to the last digit
+    alike = statistical(solve(*noises))
+    assert set(alike.lines) == {NOISE}
+    apart = statistical(solve(*(o + n for o, n in zip((0.0, 0.4, -0.5), noises, strict=True))))
+    assert set(apart.lines) == {NOISE, SPREAD}
+    assert sum(apart.lines.values()) == pytest.approx(np.diag(apart.covariance))
+
+
+def test_what_priors_and_unseen_noise_leave_open_are_lines_of_their_own() -> None:
+    solution = solve(np.random.default_rng(12).standard_normal(400))
+    shifts = {"gain": np.array([[0.3]]), "clock": np.array([[0.1]]), "none": np.zeros((0, 1))}
+    found = statistical(solution, Known(shifts), {"gain": [np.array([0.4])]})
+    assert set(found.lines) == {NOISE, "gain", "clock"}
+    assert found.lines["gain"] == pytest.approx([0.3**2 + 0.4**2])
+    assert found.lines["clock"] == pytest.approx([0.1**2])
+    assert sum(found.lines.values()) == pytest.approx(np.diag(found.covariance))

@@ -16,6 +16,7 @@ from motorid.errors import DataError
 from motorid.estimate.diagnosis.facts import commanded, pooled, pwm_aliasing, supply
 from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter
 from motorid.estimate.results.status import Status
+from motorid.estimate.signals.time_grid import Part
 from motorid.program import Decay, Program, Step, StepKind
 from tests.exact_capture import FAULHABER, Plan, clean_capture
 from tests.report import example
@@ -224,3 +225,18 @@ def test_a_voltage_at_its_command_or_below_is_not(times: float) -> None:
 
 def test_a_gain_that_is_not_sure_is_not_accused() -> None:
     assert list(commanded.findings(reading(1.1, gain_uncertainty=0.02), MOTOR)) == []
+
+
+@pytest.mark.parametrize("level_v", [0.4, 0.9, 6.0])
+def test_a_small_level_is_wrong_by_more_of_itself(level_v: float) -> None:
+    """Volts, of a supply of 7 V."""
+    part = Part(0, 100, StepKind.DRIVE_VOLTS, level_v, Decay.SYNCHRONOUS_SLOW)
+    duty = Part(0, 100, StepKind.DRIVE_DUTY, -level_v / 7.0, Decay.SYNCHRONOUS_SLOW)
+    channel = seen_through(0.4 / 20e3).channels["terminal_voltage"]
+    found = pwm_aliasing._of_part(part, 7.0, channel, 20e3)
+    assert found is not None
+    assert found.level_v == pytest.approx(level_v)
+    assert found.error_v == pytest.approx(worst(level_v / 7.0, 0.4), rel=0.02)
+    other = pwm_aliasing._of_part(duty, 7.0, channel, 20e3)
+    assert other is not None
+    assert (other.level_v, other.error_v) == pytest.approx((found.level_v, found.error_v))

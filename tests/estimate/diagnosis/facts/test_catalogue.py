@@ -33,3 +33,25 @@ def test_a_motor_that_was_read_too_large_is_farther_off_until_it_is_scaled_back(
     back = read.scaled(powers, 1e3)
     assert vars(back) == pytest.approx(vars(true))
     assert distance(back) == pytest.approx(distance(true))
+
+
+@pytest.mark.parametrize(("family", "within"), [("Faulhaber 0816K", 0.07), ("BR19", 0.12)])
+def test_windings_of_one_motor_differ_by_their_turns_alone(family: str, within: float) -> None:
+    """N turns of wire in one slot: K as N, R and L as N², the rotor the same, the speed at the
+    nominal voltage about the same."""
+    windings = [motor for name, motor in MOTORS.items() if name.startswith(family)]
+    assert len(windings) >= 2
+    for figure in (
+        lambda V, R, L, K, J: R / K**2, lambda V, R, L, K, J: L / K**2,
+        lambda V, R, L, K, J: J, lambda V, R, L, K, J: V / K,
+    ):  # fmt: skip
+        sizes = [figure(*motor) for motor in windings]
+        assert max(sizes) / min(sizes) < (1.0 + within) ** 2, family
+
+
+@pytest.mark.parametrize("name", MOTORS)
+def test_a_motor_of_the_catalogue_could_be_one(name: str) -> None:
+    """No load at its nominal voltage: 1,400 to 15,000 rpm; it is up to speed in 1 to 60 ms."""
+    volts, R, _, K, J = MOTORS[name]
+    assert 1400 < volts / K * 30 / math.pi < 15_000
+    assert 1e-3 < J * R / K**2 < 60e-3

@@ -1,0 +1,126 @@
+"""A capture under a wider model: its limit of no terms, and what follows the rotor's angle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from motorid.capture.model import POSITION
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.extended_capture_model import WideRecord
+from motorid.estimate.model.extended_terms import ADDED, NAMES, TERMS, Scales
+from motorid.estimate.results.estimate import PARAMETERS
+from tests.estimate.effects.benches import POINT, record, start
+
+SIZES = Scales(
+    volts=6.0, current=1.0, speed=300.0, torque=0.01, resistance=4.0, inertia=1e-6,
+    inductance=2e-4, duration=0.04,
+)  # fmt: skip
+
+
+@cache
+def encoder() -> MotorRecord:
+    """Of fine steps."""
+    capture = record("measured").capture
+    position = replace(capture.channels[POSITION], resolution=1e-4)
+    channels = {**capture.channels, POSITION: position}
+    found = MotorRecord(replace(capture, channels=channels), PARAMETERS, {})
+    found.retake_sources(POINT, start(found))
+    return found
+
+
+@cache
+def wide(*terms: str, bench: str = "measured") -> WideRecord:
+    """The terms' parameters are free; those that are counted are 7 a turn."""
+    chosen = [TERMS[name] for name in terms]
+    free = (*PARAMETERS, *(name for term in chosen for name in term.free))
+    counted = {term.per_turn: 7.0 for term in chosen if term.per_turn}
+    return WideRecord(
+        encoder() if bench == "measured" else record(bench),
+        free,
+        counted,
+        chosen,
+        SIZES,
+        {},
+        first=True,
+    )
+
+
+def names(one: WideRecord) -> list[str]:
+    """Of the shared unknowns, in their order."""
+    return [NAMES[place] for place in one._places]
+
+
+def shared(one: WideRecord, **sizes: float) -> np.ndarray:
+    """The six at POINT; the others as stated, else absent."""
+    six = dict(zip(PARAMETERS, POINT, strict=True))
+    return np.array([
+        six[name] if name in six else sizes.get(name, ADDED[name].absent) for name in names(one)
+    ])  # fmt: skip
+
+
+def planned(one: WideRecord) -> list[np.ndarray]:
+    """The readings of the six at POINT, with steps that suit them."""
+    own = np.array([u.start for u in one.unknowns])
+    one.plan(shared(one), own)
+    return one.fitted(shared(one), own)
+
+
+def test_terms_of_no_size_leave_the_motor_of_six_parameters() -> None:
+    narrow = encoder()
+    for terms in ((), ("direction",), ("cogging",)):
+        found = planned(wide(*terms))
+        for a, b in zip(found, narrow.fitted(POINT, start(narrow)), strict=True):
+            assert a == pytest.approx(b, abs=2e-5 * np.abs(b).max())
+
+
+@pytest.mark.parametrize(
+    ("terms", "followed"),
+    [
+        (("cogging",), True), (("direction",), False), (("cogging", "direction"), True),
+        (("direction", "ripple"), True), (("direction", "quadratic-load"), False),
+    ],
+)  # fmt: skip
+def test_what_repeats_with_the_rotor_follows_its_measured_angle(
+    terms: tuple[str, ...], followed: bool
+) -> None:
+    one = wide(*terms)
+    planned(one)
+    assert (one._rotor is not None) is followed
+    if one._rotor is not None:
+        assert one._rotor.shape == (one.timeline.count,)
+        measured = one.block(POSITION)
+        assert measured is not None
+        off = one._rotor[measured.keep] - measured.values
+        assert np.ptp(off) < 0.05  # rad: it is the encoder's angle, but for an origin and a delay
+
+
+def test_without_a_position_the_angle_is_the_models() -> None:
+    one = wide("cogging", bench="moving")
+    fitted = planned(one)
+    assert one._rotor is None
+    own = np.array([u.start for u in one.unknowns])
+    angle = one.angle(shared(one), own)
+    (shown,) = [k for k, m in enumerate(one.measured) if m.block.name == "speed"]
+    keep = one.measured[shown].keep
+    speed = np.gradient(angle, one.timeline.period_s)[keep]
+    assert np.abs(speed - fitted[shown])[20:-20].max() < 0.03 * np.abs(speed).max()
+
+
+def test_two_masses_share_the_inertia_and_heat_is_in_units_of_the_copper() -> None:
+    one = wide("two-masses", "heating")
+    values = dict(zip(NAMES, one.motor(shared(one, J2_share=0.25, per_C_w=0.5)), strict=True))
+    six = dict(zip(PARAMETERS, POINT, strict=True))
+    assert values["J"] == pytest.approx(0.75 * six["J"])
+    assert values["J2_share"] == pytest.approx(0.25 * six["J"])
+    assert values["per_C_w"] == pytest.approx(0.5 * 0.00393 * six["R"], rel=0.02)
+
+
+def test_an_open_bridge_shows_the_constant_of_the_back_emf() -> None:
+    one = wide("ke-kt")
+    six = dict(zip(PARAMETERS, POINT, strict=True))
+    assert one.emf_constant(shared(one, d_Ke=0.1)) == pytest.approx(1.1 * six["K"])
+    assert one.emf_constant(shared(one)) == pytest.approx(six["K"])
