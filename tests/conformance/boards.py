@@ -34,8 +34,9 @@ class Board(Protocol):
 
     ``traits`` says what can be done to it: "fresh" (every test has its own, so that hello is
     seen), "exact" (time moves only in ``read``), "bridge" (``is_open`` knows), "reset", "driver"
-    (its driver's fault output), "inputs" (contacts), "memory" (it can be damaged) and "break" (any
-    fault of its own).
+    (its driver's fault output), "inputs" (contacts), "memory" (it can be damaged), "own" (it drives
+    with its firmware's facts while none are stored), "blank" (it may come without any) and "break"
+    (any fault of its own).
     """
 
     name: str
@@ -73,8 +74,8 @@ class SimulatedBoard:
     """The simulated board of sim://."""
 
     name = "sim"
-    traits = frozenset(
-        {"fresh", "exact", "bridge", "reset", "driver", "inputs", "break", "options"}
+    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver", "inputs"}) | frozenset(
+        {"own", "blank", "break", "options"}
     )
 
     def __init__(self, **options: Any) -> None:
@@ -221,9 +222,7 @@ class HostBoard:
     """The portable core on this computer, in lock step."""
 
     name = "host"
-    traits = frozenset(
-        {"fresh", "exact", "bridge", "reset", "driver", "inputs", "memory", "break", "options"}
-    )
+    traits = SimulatedBoard.traits | {"memory"}
 
     def __init__(self, more: tuple[str, ...] = (), **options: Any) -> None:
         binary = build_firmware() / "host" / "board"
@@ -299,7 +298,7 @@ class EmulatedBoard:
     "uno-clang" is the Uno with the second compiler's firmware.
     """
 
-    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver", "inputs", "memory"})
+    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver", "inputs", "own", "memory"})
 
     def __init__(self, name: str, **options: Any) -> None:
         self.name = name
@@ -333,7 +332,12 @@ class EmulatedBoard:
 
 
 class EmulatedPico(EmulatedBoard):
-    """The same of a Raspberry Pi Pico. "pico-usb" is linked by its own USB."""
+    """The same of a Raspberry Pi Pico, whose flash holds facts.
+
+    "pico-usb" is linked by its own USB.
+    """
+
+    traits = EmulatedBoard.traits - {"own"} | {"blank"}
 
     def __init__(self, name: str, **options: Any) -> None:
         over = {"link": "usb"} if name == "pico-usb" else {}

@@ -72,7 +72,7 @@ def start(client: Client) -> Status:
     return client.ask("start", **hashes).status
 
 
-@pytest.mark.needs("fresh")
+@pytest.mark.needs("fresh", "own")
 def test_a_new_board_tells_the_firmwares_own_and_drives(client: Client) -> None:
     stores(client)
     known = client.get("read_front_end")
@@ -235,7 +235,7 @@ def test_a_driver_drives_and_opens_as_far_as_it_can(
     assert board.is_open()
 
 
-@pytest.mark.needs("options")
+@pytest.mark.needs("blank")
 def test_a_board_without_facts_drives_once_it_has_some(
     make_client: Callable[..., Client],
 ) -> None:

@@ -1,10 +1,11 @@
-// An emulated Pico for another process: node pico.mjs IMAGE.uf2 uart|usb, started by pico_rig (see there).
+// An emulated Pico for another process: node pico.mjs IMAGE.uf2 uart|usb FACTS, started by pico_rig (see there).
+// FACTS: the slot of a front end that its flash holds, in hex; empty: the chip is blank but for the image.
 // The protocol on standard input and output is that of ../main.c. Time moves only while a request
 // asks for it, so equal requests give equal answers.
 import fs from 'node:fs';
 import { RP2040 } from 'rp2040js';
 import { Chip, load } from './chip.mjs';
-import { FlashChip } from './flash.mjs';
+import { FlashChip, keep } from './flash.mjs';
 import { UsbHost } from './usb.mjs';
 import { World } from './world.mjs';
 
@@ -21,11 +22,12 @@ const FAULT_PIN = 19;
 const FLASH_AT = 0x10000000;
 const STACK_BOTTOM = 0x20000000;
 const clock = new RP2040().clock;
-const flash = new FlashChip(clock, load(fs.readFileSync(process.argv[2])));
+const [, , image, linkName, facts] = process.argv;
+const flash = new FlashChip(clock, keep(load(fs.readFileSync(image)), Buffer.from(facts, 'hex')));
 const world = new World();
 const life = { power: 1 << 8, reason: 0, scratch: new Uint32Array(8), noise: 1, torn: 1, count: world.facts(0).count };
 const lines = { closed: 0, complains: false };
-const overUsb = process.argv[3] === 'usb';
+const overUsb = linkName === 'usb';
 let chip;
 let link; // the chip's UART, or a host at its USB
 let resets = 0;
