@@ -93,6 +93,9 @@ static void send_data(const uint8_t *bytes, uint32_t length) {
 
 uint16_t usb_write(const uint8_t *bytes, uint16_t length) {
     const uint16_t part = length < USB_PACKET ? length : (uint16_t)USB_PACKET;
+    if (in.busy) { /* nobody reads while a command waits for a reply to go */
+        usb_poll();
+    }
     if (!usb_control_is_configured() || in.busy || length == 0) {
         return 0;
     }
