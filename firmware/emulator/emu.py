@@ -291,6 +291,11 @@ class Emulator:
         found: dict[str, Any] = json.loads(self._ask(b"M"))
         return found
 
+    def renew(self) -> None:
+        """A new board on a new bench, as the URL has them. A Pico's emulator alone does that."""
+        self._ask(b"N")
+        self._heard = self._said = b""
+
     def close(self) -> None:
         """End the process; may be called twice."""
         if self._process.poll() is None:

@@ -67,7 +67,9 @@ def test_the_host_finds_a_serial_port(board: Any) -> None:
     assert number == "E6614104032B1C27"  # of the flash chip: another on each board
 
 
-def test_it_carries_more_than_a_stream_of_20_khz_needs(board: Any) -> None:
+def test_it_carries_more_than_a_stream_of_20_khz_needs(
+    board: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A fast burst, which is sent when it is over."""
     client = Client(board.port)
     client.bring_up()
@@ -81,7 +83,7 @@ def test_it_carries_more_than_a_stream_of_20_khz_needs(board: Any) -> None:
         lengths.append(len(data))
         return data
 
-    emulator.take = counting
+    monkeypatch.setattr(emulator, "take", counting)
     period = client.identity["burst_sample_period_ticks"]
     record = client.start(step, mode=Mode.BURST, sample_period_ticks=period)
     client.wait(300 * 150e-6)
