@@ -9,14 +9,11 @@ from __future__ import annotations
 
 import contextlib
 import json
-import shutil
 import struct
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qsl, urlencode, urlsplit
@@ -24,17 +21,21 @@ from urllib.parse import parse_qsl, urlencode, urlsplit
 import numpy as np
 from motorid.sim._plant import ffi
 
-from motorid.errors import LinkError, RigError, UsageError
+from motorid.errors import LinkError, UsageError
 from motorid.sim.bench import plant_params
 from motorid.sim.chain import draw_chain
 from motorid.sim.options import CLOCK_HZ, Options, parse_url
 from motorid.wire.enums import Bridge
 
 ROOM = Path(__file__).parent
-FIRMWARE = ROOM.parent
-BUILD = FIRMWARE / "build"
+if str(ROOM) not in sys.path:
+    sys.path.append(str(ROOM))  # this file is no module of a package
+
+from emu_build import PICO, build, missing, missing_for_pico  # noqa: E402
+from emu_facts import facts, slot  # noqa: E402
+
+__all__ = ["Emulator", "missing", "missing_for_pico", "open_emu"]
 CHIPS = {"uno": "atmega328p", "mega": "atmega2560"}
-PICO = "pico"
 BOARDS = (*CHIPS, PICO)
 COMPILERS = ("gcc", "clang")
 LINKS = ("uart", "usb")
@@ -45,14 +46,14 @@ DIVIDERS = (4, 8, 16)
 SHUNT_GAIN = 20.0
 HEADROOM = 1.25  # of the converter's range over stall current and supply
 COUNTS_PER_TURN = 256  # what a small board's encoder input can follow
-CURRENT_GAIN, VOLTAGE_GAIN = 0.004, 0.001  # standard uncertainties, as the firmware's shield.h
+CURRENT_GAIN, VOLTAGE_GAIN = 0.004, 0.001  # standard uncertainties, as shield.h and the facts say
 STRETCH_S, POLL_S = 2e-3, 1e-3
 CYCLE_S = 1 / 16e6
 
 
 @dataclass(frozen=True)
 class Analog:
-    """A board's converter and what is before it, as the firmware's shield.h or analog.h says."""
+    """A board's converter and what is before it, as the firmware's shield.h or the facts say."""
 
     clock_hz: float
     codes: int
@@ -142,88 +143,6 @@ def parse(url: str) -> Setting:
     return Setting(board, options, shunt, divider, defines, compiler, boot, driver, link)
 
 
-# ---------------------------------------------------------------- building
-
-
-def _make(folder: Path, *arguments: str) -> None:
-    done = subprocess.run(
-        ["make", "-s", "-C", str(folder), *arguments], capture_output=True, text=True, check=False
-    )
-    if done.returncode:
-        lines = (done.stderr or done.stdout).strip().splitlines() or ["make failed"]
-        why = next((line for line in lines if "error" in line), lines[0])
-        raise RigError(f"emu://: building {folder.name} failed: {why[:200]}")
-
-
-def missing_for_pico() -> str:
-    """What an emulated Pico lacks here, or nothing."""
-    compiler = ("arm-none-eabi-gcc", "gcc-arm-none-eabi and libnewlib-arm-none-eabi")
-    for tool, package in (compiler, ("gcc", "gcc"), ("make", "make"), ("node", "nodejs")):
-        if shutil.which(tool) is None:
-            return f"{tool} is not installed (Debian: {package})"
-    if not (ROOM / "pico" / "node_modules" / "rp2040js").is_dir():
-        return "rp2040js is not installed (npm ci --prefix firmware/emulator/pico)"
-    return ""
-
-
-def missing(compiler: str = "gcc") -> str:
-    """What a board emulated with that compiler's firmware lacks here, or nothing."""
-    second = (("clang", "clang"),) if compiler == "clang" else ()
-    always = (("avr-gcc", "gcc-avr and avr-libc"), ("gcc", "gcc"), ("make", "make"))
-    for tool, package in (*always, *second):
-        if shutil.which(tool) is None:
-            return f"{tool} is not installed (Debian: {package})"
-    if not any(
-        Path(p, "simavr/sim_avr.h").exists() for p in ("/usr/include", "/usr/local/include")
-    ):
-        return "libsimavr is not installed (Debian: libsimavr-dev and libelf-dev)"
-    return ""
-
-
-@contextlib.contextmanager
-def _alone() -> Iterator[None]:
-    """One process builds at a time: two would write the same objects."""
-    import fcntl  # where libsimavr is, this is too
-
-    BUILD.mkdir(exist_ok=True)
-    with (BUILD / "lock").open("w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        yield
-
-
-def build(setting: Setting) -> tuple[Path, Path]:
-    """Emulator and ELF, built when they are not up to date. Raises RigError.
-
-    Whether they are is asked once in a process: make takes longer to see it than a board to start.
-    """
-    if lack := missing_for_pico() if setting.board == PICO else missing(setting.compiler):
-        raise RigError(f"emu://: {lack}")
-    shield = f"-DSHUNT_OHM={setting.shunt_ohm!r}f -DDIVIDER={setting.divider}.0f {setting.defines}"
-    return _built(setting.board, setting.compiler, shield)
-
-
-@cache
-def _built(board: str, compiler: str, shield: str) -> tuple[Path, Path]:
-    with _alone():
-        return _build(board, compiler, shield)
-
-
-def _build(board: str, compiler: str, shield: str) -> tuple[Path, Path]:
-    tag = "".join(c if c.isalnum() or c in "._" else "-" for c in shield.replace("-D", ""))
-    if board == PICO:
-        folder = BUILD / f"emu-pico-{tag.strip('-')}"
-        _make(ROOM, "pico", f"OUT={BUILD / 'emulator'}")
-        python = f"PYTHON={sys.executable}"
-        _make(FIRMWARE / "ports" / "rp2040", f"OUT={folder}", f"ANALOG={shield}", python)
-        return BUILD / "emulator" / "pico_rig", folder / "motorid-pico.uf2"
-    _make(ROOM, f"OUT={BUILD / 'emulator'}")
-    second = "" if compiler == "gcc" else f"-{compiler}"
-    folder = BUILD / f"emu-{board}{second}-{tag.strip('-')}"
-    choice = f"BOARD={board}", f"COMPILER={compiler}"
-    _make(FIRMWARE / "ports" / "avr", *choice, f"OUT={folder}", f"SHIELD={shield}")
-    return BUILD / "emulator" / "emulator", folder / f"motorid-{board}.elf"
-
-
 def parameters(setting: Setting) -> dict[str, float]:
     """The rig's parameters: the simulator's plant, and errors of the shield drawn by the seed."""
     options, parts = setting.options, analog(setting.board)
@@ -267,12 +186,32 @@ def parameters(setting: Setting) -> dict[str, float]:
 
 def command(setting: Setting) -> list[str]:
     """What starts the emulated board, built if need be."""
-    emulator, image = build(setting)
+    emulator, image = build(setting.board, setting.compiler, f"{_parts(setting)} {setting.defines}")
     pairs = [f"{name}={float(value)!r}" for name, value in parameters(setting).items()]
     if setting.board == PICO:
-        chip = ["node", str(ROOM / "pico" / "pico.mjs"), str(image), setting.link]
+        chip = ["node", str(ROOM / "pico" / "pico.mjs"), str(image), setting.link, _kept(setting)]
         return [str(emulator), *pairs, "--", *chip]
     return [str(emulator), str(image), CHIPS[setting.board], setting.boot, *pairs]
+
+
+def _is_bare(setting: Setting) -> bool:
+    return setting.options.front_end == "none"
+
+
+def _parts(setting: Setting) -> str:
+    """Those that an Uno's or Mega's firmware is compiled for. A Pico's has facts of none."""
+    if setting.board == PICO:
+        return ""
+    holds = "-DSHIELD_HOLDS=false" if _is_bare(setting) else ""
+    return f"-DSHUNT_OHM={setting.shunt_ohm!r}f -DDIVIDER={setting.divider}.0f {holds}".strip()
+
+
+def _kept(setting: Setting) -> str:
+    """A Pico's facts in its flash, in hex; none: it is as it comes."""
+    if _is_bare(setting):
+        return ""
+    bridge = Bridge[setting.driver.upper()]
+    return slot(facts(setting.shunt_ohm * SHUNT_GAIN, setting.divider, bridge)).hex()
 
 
 # ---------------------------------------------------------------- the process
@@ -351,6 +290,11 @@ class Emulator:
         """What was timed since this was last asked, in cycles: meter.h has the names."""
         found: dict[str, Any] = json.loads(self._ask(b"M"))
         return found
+
+    def renew(self) -> None:
+        """A new board on a new bench, as the URL has them. A Pico's emulator alone does that."""
+        self._ask(b"N")
+        self._heard = self._said = b""
 
     def close(self) -> None:
         """End the process; may be called twice."""

@@ -11,6 +11,7 @@
  *     B  stretch  the same one once more   ->  answer
  *     S  u32 n  text "name=value"          ->  nothing
  *     G  f64 cycle within the stretch      ->  u32 n, text: what is so then
+ *     N  begin anew                        ->  nothing
  *
  * Times are cycles of the board's clock. Little-endian, as the machine is.
  */
@@ -181,10 +182,21 @@ static int tell(void) {
     return fflush(told) == 0;
 }
 
-static void serve(void) {
+static void begin(const struct rig_params *par) {
+    memset(&latest, 0, sizeof latest);
+    latest.cut = -1.0;
+    rig_init(&after.rig, par, PWM_TICKS);
+    after.count = rig_count(&after.rig);
+    before = after;
+}
+
+static void serve(const struct rig_params *par) {
     int going = 1;
     while (going) {
         switch (fgetc(asked)) {
+        case 'N':
+            begin(par);
+            break;
         case 'P':
             before = after;
             going = answer();
@@ -245,14 +257,11 @@ int main(int argc, char **argv) {
         fprintf(stderr, "pico_rig name=value ... -- COMMAND ARGUMENT ...\n");
         return 2;
     }
-    rig_init(&after.rig, &par, PWM_TICKS);
-    after.count = rig_count(&after.rig);
-    before = after;
     const pid_t child = start(argv + n + 1);
     if (child < 0 || !asked || !told) {
         return 1;
     }
-    serve();
+    serve(&par);
     fclose(told);
     waitpid(child, NULL, 0);
     return 0;

@@ -26,13 +26,14 @@ SOURCES = {
 def check(board: Board, rig: Rig) -> Fields:
     """Field of ``configure`` for the facts that the board holds; none where it stores none.
 
-    Raises RigError where it holds others than the rig names, or shows a current without a sign that
-    the rig wants to record.
+    Raises RigError where it holds others than the rig names, or none to drive with, or shows a
+    current without a sign that the rig wants to record.
     """
     told = int(board.identity.get("front_end_hash", 0))
     if rig.front_end:
         _compare(board, rig, told)
     if not told:
+        _demand_facts(board)
         return {}
     facts = board.ask("read_front_end")
     board.opens = facts["bridge"] != Bridge.PWM_DIR_BARE
@@ -76,6 +77,12 @@ def _compare(board: Board, rig: Rig, told: int) -> None:
         )
 
 
+def _demand_facts(board: Board) -> None:
+    """Raises RigError where a board that keeps facts has none: its readings have no scale yet."""
+    if problem := bare(board):
+        raise RigError(f"{board.port.name}: {problem}; `motorid board list` names some")
+
+
 def _need(board: Board) -> None:
     if not has(board.identity, Feature.FRONT_END):
         raise RigError(
@@ -90,7 +97,10 @@ def bare(board: Board) -> str:
         return ""
     if board.ask("read_front_end")["source"] != FrontEndSource.NONE:
         return ""
-    return "it has no valid facts of its front end and refuses to drive: `motorid board set NAME`"
+    return (
+        f"the board {board.identity['board']} has no valid facts of its front end and refuses to "
+        "drive: `motorid board set NAME` stores those of the parts that are wired"
+    )
 
 
 def show(url: str) -> Iterator[str]:

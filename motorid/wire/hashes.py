@@ -29,7 +29,12 @@ def program_hash(steps: Iterable[Mapping[str, Any]]) -> int:
 
 def front_end_hash(facts: Mapping[str, Any]) -> int:
     """Hash of facts of a front end: of the write_front_end fields as they stand on the wire."""
-    return zlib.crc32(_packed("write_front_end", facts))
+    return zlib.crc32(front_end_bytes(facts))
+
+
+def front_end_bytes(facts: Mapping[str, Any]) -> bytes:
+    """Facts of a front end as they stand on the wire, and in a board's memory."""
+    return _packed("write_front_end", facts)
 
 
 @lru_cache(maxsize=1)

@@ -162,7 +162,7 @@ def test_probing_says_what_a_board_lacks_and_what_is_wrong_with_it() -> None:
         "without voltage_limit, inputs, sign_check, front_end",
     ]
     bare = list(details("sim://?speed=max&front_end=none"))
-    assert bare[1].startswith("it has no valid facts of its front end")
+    assert bare[1].startswith("the board motorid-sim has no valid facts of its front end")
     assert lacking({}) == lacking({"features": 0})
 
 

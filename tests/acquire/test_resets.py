@@ -47,7 +47,7 @@ def test_a_burst_that_is_lost_to_a_reset_is_noticed(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_samples_that_do_not_come_do_not_end_a_run(tmp_path: Path) -> None:
     """Nothing heard for 0.7 s of 1.5: the run goes on, and the file says what is missing."""
-    rig = sim_rig("fault=mute@0.5..1.2", program=LONG)
+    rig = sim_rig("fault=mute@0.6..1.3", program=LONG)
     kept = store.load(record.capture(rig, rig.program, tmp_path / "run.h5"))
     assert kept.end_reason == "completed"
     assert 6000 < sum(gap.samples for gap in kept.gaps) == 15_200 - len(kept)

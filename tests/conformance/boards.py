@@ -5,28 +5,27 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import shutil
-import socket
 import subprocess
 import sys
 from collections.abc import Iterator
 from functools import cache, lru_cache
 from pathlib import Path
 from types import ModuleType
-from typing import IO, Any, Protocol
+from typing import Any, Protocol
 
 import pytest
 
 from motorid.acquire.port import Port, open_port
-from motorid.errors import LinkError
 from motorid.sim.port import SimPort, open_sim
 from motorid.wire.enums import Fault, ResetCause
+from tests.conformance.lock_step import LockStepPort, connect
+from tests.conformance.pico_pool import POOL
 
 ROOT = Path(__file__).resolve().parents[2]
 FIRMWARE = ROOT / "firmware"
 HOST_PORT = FIRMWARE / "ports" / "host"
 FACTS_AT, SLOT_BYTES = 64, 67  # in an AVR board's EEPROM: firmware/ports/avr/memory.c
 JOURNAL_AT = 0x1FE000  # in a Pico's flash: firmware/ports/rp2040/journal.c
-STRETCH = 16  # samples by which a lock-stepped board moves while nothing has arrived
 
 
 class Board(Protocol):
@@ -34,8 +33,9 @@ class Board(Protocol):
 
     ``traits`` says what can be done to it: "fresh" (every test has its own, so that hello is
     seen), "exact" (time moves only in ``read``), "bridge" (``is_open`` knows), "reset", "driver"
-    (its driver's fault output), "inputs" (contacts), "memory" (it can be damaged) and "break" (any
-    fault of its own).
+    (its driver's fault output), "inputs" (contacts), "memory" (it can be damaged), "own" (it drives
+    with its firmware's facts while none are stored), "blank" (it may come without any) and "break"
+    (any fault of its own).
     """
 
     name: str
@@ -73,8 +73,8 @@ class SimulatedBoard:
     """The simulated board of sim://."""
 
     name = "sim"
-    traits = frozenset(
-        {"fresh", "exact", "bridge", "reset", "driver", "inputs", "break", "options"}
+    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver", "inputs"}) | frozenset(
+        {"own", "blank", "break", "options"}
     )
 
     def __init__(self, **options: Any) -> None:
@@ -105,84 +105,6 @@ class SimulatedBoard:
 
     def close(self) -> None:
         self.port.close()
-
-
-class LockStepPort:
-    """A board in a process of its own, whose time moves only while the client waits in ``read``.
-
-    The process takes lines "advance SAMPLES BYTES" and answers each by "SECONDS BYTES OPEN", as
-    firmware/ports/host/main.c has it; the bytes themselves go by ``link``.
-    """
-
-    def __init__(self, name: str, link: socket.socket, process: subprocess.Popen[str]) -> None:
-        self.name = name
-        self._link, self._process = link, process
-        self._written = self._received = self._sent = 0
-        self._seconds = 0.0
-        self.step_s = 0.0  # of the latest sample period
-        self.is_open = True
-        self.order("advance 0 0")
-
-    def order(self, text: str) -> None:
-        """One line to the process, and its answer."""
-        orders, answers = self._process.stdin, self._process.stdout
-        assert orders is not None
-        assert answers is not None
-        orders.write(text + "\n")
-        orders.flush()
-        words = answers.readline().split()
-        if len(words) != 3:
-            raise LinkError(f"{self.name}: the board's process has ended")
-        self._seconds, self._sent, self.is_open = float(words[0]), int(words[1]), words[2] == "1"
-
-    def advance(self, samples: int) -> None:
-        """Let sample periods pass."""
-        before = self._seconds
-        self.order(f"advance {samples} {self._written}")
-        self.step_s = (self._seconds - before) / samples
-
-    def read(self, size: int, timeout_s: float) -> bytes:
-        deadline = self._seconds + timeout_s
-        while self._received == self._sent:
-            if self._seconds >= deadline:
-                return b""
-            left = (deadline - self._seconds) / self.step_s if self.step_s else 1.0
-            self.advance(max(1, min(STRETCH, round(left))))
-        data = self._link.recv(min(size, self._sent - self._received))
-        self._received += len(data)
-        return data
-
-    def write(self, data: bytes) -> None:
-        self._link.sendall(data)
-        self._written += len(data)
-
-    def now(self) -> float:
-        return self._seconds
-
-    def close(self) -> None:
-        self._link.close()
-        stop(self._process)
-
-
-def stop(process: subprocess.Popen[Any]) -> None:
-    """End a process, and its pipes."""
-    process.terminate()
-    process.wait(10)
-    streams: list[IO[Any] | None] = [process.stdin, process.stdout]
-    for stream in streams:
-        if stream is not None:
-            with contextlib.suppress(BrokenPipeError):
-                stream.close()
-
-
-def connect(process: subprocess.Popen[str]) -> tuple[str, socket.socket]:
-    """The URL that a board's process prints first, and a link to it."""
-    assert process.stdout is not None
-    url = process.stdout.readline().strip()
-    host, _, number = url.removeprefix("socket://").rpartition(":")
-    link = socket.create_connection((host, int(number)), timeout=30)
-    link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    return url, link
 
 
 @cache
@@ -221,9 +143,7 @@ class HostBoard:
     """The portable core on this computer, in lock step."""
 
     name = "host"
-    traits = frozenset(
-        {"fresh", "exact", "bridge", "reset", "driver", "inputs", "memory", "break", "options"}
-    )
+    traits = SimulatedBoard.traits | {"memory"}
 
     def __init__(self, more: tuple[str, ...] = (), **options: Any) -> None:
         binary = build_firmware() / "host" / "board"
@@ -299,15 +219,18 @@ class EmulatedBoard:
     "uno-clang" is the Uno with the second compiler's firmware.
     """
 
-    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver", "inputs", "memory"})
+    traits = frozenset({"fresh", "exact", "bridge", "reset", "driver", "inputs", "own", "memory"})
 
     def __init__(self, name: str, **options: Any) -> None:
         self.name = name
         chip, compiler = compiled(name)
         given = {"speed": "max", "compiler": compiler, **options}
         pairs = "&".join(f"{key}={value}" for key, value in given.items())
+        self.port: Any = self._opened(f"emu://{chip}?{pairs}")
+
+    def _opened(self, url: str) -> Any:
         with building():
-            self.port: Any = open_port(f"emu://{chip}?{pairs}")
+            return open_port(url)
 
     def is_open(self) -> bool:
         return not self.port.board.facts()["enabled"]
@@ -333,7 +256,12 @@ class EmulatedBoard:
 
 
 class EmulatedPico(EmulatedBoard):
-    """The same of a Raspberry Pi Pico. "pico-usb" is linked by its own USB."""
+    """The same of a Raspberry Pi Pico, whose flash holds facts.
+
+    "pico-usb" is linked by its own USB.
+    """
+
+    traits = EmulatedBoard.traits - {"own"} | {"blank"}
 
     def __init__(self, name: str, **options: Any) -> None:
         over = {"link": "usb"} if name == "pico-usb" else {}
@@ -343,8 +271,14 @@ class EmulatedPico(EmulatedBoard):
     def spoil(self) -> None:
         self.port.board.set("spoil", JOURNAL_AT)  # of the first sector that is ever used
 
+    def _opened(self, url: str) -> Any:
+        return POOL.take(url) or super()._opened(url)
+
     def reset(self, cause: int) -> None:
         self.port.board.set("reset", float(cause))
+
+    def close(self) -> None:
+        POOL.give(self.port)
 
 
 class DeviceBoard:

@@ -33,11 +33,11 @@ TRAITS = {
 
 # The second compiler's code takes half as long again, for which the Uno has no time while volts are
 # held or a long command comes in during a run (docs/firmware.md): it is tried where neither is so.
-# The Pico passes the whole suite; modules that ask the shared core alone are left to the others.
+# The Pico passes the whole suite by either link. Over USB those modules run that ask something new
+# of it: bytes and frames, streams, long commands, and rates that the UART does not carry.
 TRIED = {
     "uno-clang": ("configure", "fast_burst", "link", "requests", "safety", "trips", "zero"),
-    "pico": ("configure", "fast_burst", "features", "front_end", "requests", "trips"),
-    "pico-usb": ("small_print",),
+    "pico-usb": ("front_end", "link", "run", "small_print"),
 }
 EMULATED = (
     "uno",

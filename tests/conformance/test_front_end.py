@@ -20,7 +20,7 @@ from motorid.wire.enums import (
 )
 from motorid.wire.hashes import front_end_hash
 from motorid.wire.spec import load
-from tests.conformance.boards import Board
+from tests.conformance.boards import PICOS, Board
 from tests.conformance.client import Client, Fields
 
 LACKS = "no device: it says that it lacks this feature"
@@ -72,7 +72,7 @@ def start(client: Client) -> Status:
     return client.ask("start", **hashes).status
 
 
-@pytest.mark.needs("fresh")
+@pytest.mark.needs("fresh", "own")
 def test_a_new_board_tells_the_firmwares_own_and_drives(client: Client) -> None:
     stores(client)
     known = client.get("read_front_end")
@@ -117,7 +117,7 @@ def test_descriptors_follow_the_facts(client: Client, board: Board) -> None:
         channel: firmwares["reference_v"] * unit / before[channel]["scale"]
         for channel, unit in a_volt.items()
     }  # that the reference reads as, whatever the facts
-    within = ROUNDED if board.name in ("pico", "device") else 1e-5
+    within = ROUNDED if board.name in (*PICOS, "device") else 1e-5
     for channel, count in codes.items():
         assert count == pytest.approx(2.0 ** before[channel]["bits"], rel=within)
     count_v = 5.0 / codes[Channel.CURRENT]
@@ -235,7 +235,7 @@ def test_a_driver_drives_and_opens_as_far_as_it_can(
     assert board.is_open()
 
 
-@pytest.mark.needs("options")
+@pytest.mark.needs("blank")
 def test_a_board_without_facts_drives_once_it_has_some(
     make_client: Callable[..., Client],
 ) -> None:

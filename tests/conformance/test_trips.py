@@ -10,11 +10,11 @@ import pytest
 
 from motorid.wire.codec import SampleBlock
 from motorid.wire.enums import Channel, EndReason, Fault, State, Status
-from tests.conformance.boards import Board
+from tests.conformance.boards import PICOS, Board
 from tests.conformance.client import U32, Client, Fields, Record
 
 # They read each PWM period, or may: docs/porting.md has those readings trip as well.
-READ_BETWEEN_SAMPLES = ("pico", "pico-usb", "device")
+READ_BETWEEN_SAMPLES = (*PICOS, "device")
 
 
 def check_trip(client: Client, record: Record, fault: Fault) -> Fields:

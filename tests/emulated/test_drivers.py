@@ -93,9 +93,7 @@ def case(board: str, what: Any) -> Any:
     return pytest.param((board, what), marks=marks, id=f"{board}-{what}")
 
 
-CASES = [case("uno", driver) for driver in DRIVERS]
-# whose firmware does not tell bipolar from mosfet
-CASES += [case("pico", driver) for driver in DRIVERS if driver != "bipolar"]
+CASES = [case(board, driver) for board in TIMERS for driver in DRIVERS]
 
 
 @pytest.fixture(params=CASES)

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 
+from motorid.cli.main import run
 from motorid.rig_front_end import load_front_end
 from motorid.sim.motor import find_motor
 from motorid.wire.enums import Channel, FrontEndSource, ResetCause, Status
 from motorid.wire.hashes import front_end_hash
-from tests.conformance.boards import Board, opened, pico_lacks
+from motorid.wire.spec import load
+from tests.conformance.boards import ROOT, Board, opened, pico_lacks
 from tests.conformance.client import Client
 
 pytestmark = pytest.mark.slow
 MOTOR = "dunkermotoren-gr42"
 STORES_S = 1.5  # docs/protocol.md
 NEAR = 0.02
+PERIOD_S = 50e-6  # of PWM
 HELD = dict(load_front_end("pico-ina240").facts)
 # from the first erasure of a sector (45 ms) to the last byte
 MOMENTS_S = (0.001, 0.0445, 0.046, 0.06, 0.072, 0.08)
@@ -31,8 +35,8 @@ def _needs_an_emulator() -> None:
 
 @pytest.fixture
 def board() -> Iterator[Any]:
-    """A new one, which has its firmware's facts."""
-    with opened("pico", motor=MOTOR) as board:
+    """A new one, whose flash is blank but for its firmware."""
+    with opened("pico", motor=MOTOR, front_end="none") as board:
         yield board
 
 
@@ -47,6 +51,12 @@ def write(client: Client, **facts: Any) -> Status:
     return client.await_reply(client.send("write_front_end", **facts), STORES_S).status
 
 
+def start(client: Client) -> Status:
+    """What it says to a program that only coasts."""
+    hashes = client.load([client.coast(40)])
+    return client.ask("start", **hashes).status
+
+
 def hash_after_a_cut(board: Any, client: Client, moment_s: float, **facts: Any) -> int:
     """Power goes so long after the command. What the board then holds; 0: nothing stored."""
     client.send("write_front_end", **facts)
@@ -54,7 +64,7 @@ def hash_after_a_cut(board: Any, client: Client, moment_s: float, **facts: Any) 
     board.reset(ResetCause.POWER_ON)
     client.bring_up()
     known = client.get("read_front_end")
-    assert known["source"] is not FrontEndSource.NONE
+    assert (known["source"] is FrontEndSource.STORED) == (known["front_end_hash"] != 0)
     return int(known["front_end_hash"])
 
 
@@ -62,8 +72,10 @@ def hash_after_a_cut(board: Any, client: Client, moment_s: float, **facts: Any) 
 def test_power_that_goes_while_the_first_facts_are_stored_leaves_none_or_them(
     board: Any, moment_s: float
 ) -> None:
-    found = hash_after_a_cut(board, up(board), moment_s, **HELD)
+    client = up(board)
+    found = hash_after_a_cut(board, client, moment_s, **HELD)
     assert found in (0, front_end_hash(HELD))
+    assert (start(client) is Status.OK) == (found != 0)
 
 
 def test_power_that_goes_while_others_are_stored_leaves_the_old_or_the_new(board: Any) -> None:
@@ -92,18 +104,30 @@ def test_facts_outlast_every_reset(board: Any) -> None:
         assert known["front_end_hash"] == front_end_hash(HELD)
 
 
-def test_the_firmwares_own_facts_are_those_of_the_file(board: Any) -> None:
-    known = up(board).get("read_front_end")
-    options = board.port.board.setting  # the emulator chose parts that suit its motor
-    wanted = HELD | {
-        "current_v_a": pytest.approx(20 * options.shunt_ohm, rel=1e-6),
-        "supply_divider": options.divider,
-        "voltage_divider": 2 * options.divider,
-    }
-    for name in ("sensor", "bridge", "reference_v", "current_v_a", "current_zero_v", "lift_v"):
-        assert known[name] == wanted[name], name
-    for name in ("supply_divider", "voltage_divider", "current_filter", "voltage_filter"):
-        assert known[name] == wanted[name], name
+SCALES = ("scale", "offset", "filter_ns", "delay_ns")
+
+
+def test_a_blank_board_scales_its_readings_as_the_file_does(board: Any) -> None:
+    client = up(board)
+    blank = {channel: dict(fact) for channel, fact in client.descriptors.items()}
+    assert write(client, **HELD) is Status.OK
+    client.bring_up()
+    for channel in (Channel.CURRENT, Channel.TERMINAL_VOLTAGE, Channel.SUPPLY_VOLTAGE):
+        stored = client.descriptors[channel]
+        for name in SCALES:
+            assert blank[channel][name] == pytest.approx(stored[name], rel=1e-6, abs=2e-4), name
+
+
+def test_a_board_whose_facts_were_set_by_the_command_has_what_the_emulator_begins_with() -> None:
+    """Its flash image is as the firmware would have left it."""
+    with opened("pico", motor=MOTOR) as begun, opened("pico", motor=MOTOR, front_end="none") as new:
+        known = up(begun).get("read_front_end")
+        assert known["source"] is FrontEndSource.STORED
+        setting = begun.port.board.setting  # type: ignore[attr-defined]
+        assert known["current_v_a"] == pytest.approx(20 * setting.shunt_ohm, rel=1e-6)
+        client, names = up(new), [field.name for field in load().commands["write_front_end"].fields]
+        assert write(client, **{name: known[name] for name in names}) is Status.OK
+        assert client.get("read_front_end") == known
 
 
 def test_a_trip_follows_the_stored_facts() -> None:
@@ -123,14 +147,17 @@ def test_a_trip_follows_the_stored_facts() -> None:
         drive = client.drive(400, 0.35)
         before = client.start(client.coast(4), drive, current_limit_ma=4000)
         client.wait(0.05)
-        truth = emulator.facts()
+        amperes = []
+        for _ in range(20):  # all over a PWM period, for the current ripples
+            client.wait(PERIOD_S / 20)
+            amperes.append(emulator.facts()["current"])
+        flows, bus = sum(amperes) / len(amperes), emulator.facts()["bus"]
         assert not client.follow(before).all("fault")
-        flows = abs(truth["current"])
-        lost = 2 * find_motor(MOTOR)[1].switch_resistance_ohm * truth["current"]
+        lost = 2 * find_motor(MOTOR)[1].switch_resistance_ohm * flows
         for channel, true in (
-            (Channel.CURRENT, truth["current"]),
-            (Channel.TERMINAL_VOLTAGE, 0.35 * truth["bus"] - lost),
-            (Channel.SUPPLY_VOLTAGE, truth["bus"]),
+            (Channel.CURRENT, flows),
+            (Channel.TERMINAL_VOLTAGE, 0.35 * bus - lost),
+            (Channel.SUPPLY_VOLTAGE, bus),
         ):
             shown = client.value(channel, float(before.channel(channel)[300]))
             assert shown == pytest.approx(true, rel=NEAR, abs=0.05), channel
@@ -140,15 +167,13 @@ def test_a_trip_follows_the_stored_facts() -> None:
             assert bool(record.all("fault")) == trips, share
 
 
-def test_a_board_that_has_no_facts_does_not_drive() -> None:
-    with opened("pico", motor=MOTOR, defines="-DANALOG_HOLDS=false") as board:
-        client = up(board)
-        assert client.get("read_front_end")["source"] is FrontEndSource.NONE
-        hashes = client.load([client.coast(40)])
-        assert client.ask("start", **hashes).status is Status.NO_FRONT_END
-        board.reset(ResetCause.POWER_ON)  # facts are stored before a configuration
-        client.bring_up()
-        assert write(client, **HELD) is Status.OK
-        client.bring_up()
-        hashes = client.load([client.coast(40)])
-        assert client.ask("start", **hashes).status is Status.OK
+def test_a_blank_board_refuses_a_run_and_says_what_to_do(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (ROOT / "rigs" / "emulated-pico.toml").read_text(encoding="utf-8")
+    rig = tmp_path / "blank.toml"
+    rig.write_text(text.replace("?motor", "?front_end=none&motor"), encoding="utf-8")
+    assert run(["run", "--rig", str(rig), "-o", str(tmp_path / "out")]) == 3
+    (said,) = capsys.readouterr().err.strip().splitlines()
+    assert "motorid-pico has no valid facts of its front end and refuses to drive" in said
+    assert "`motorid board set NAME`" in said

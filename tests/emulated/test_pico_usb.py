@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from motorid.wire.enums import Mode, ResetCause
+from motorid.wire.enums import Mode, ResetCause, Status
 from tests.conformance.boards import opened, pico_lacks
 from tests.conformance.client import Client
 
@@ -67,7 +67,9 @@ def test_the_host_finds_a_serial_port(board: Any) -> None:
     assert number == "E6614104032B1C27"  # of the flash chip: another on each board
 
 
-def test_it_carries_more_than_a_stream_of_20_khz_needs(board: Any) -> None:
+def test_it_carries_more_than_a_stream_of_20_khz_needs(
+    board: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A fast burst, which is sent when it is over."""
     client = Client(board.port)
     client.bring_up()
@@ -81,7 +83,7 @@ def test_it_carries_more_than_a_stream_of_20_khz_needs(board: Any) -> None:
         lengths.append(len(data))
         return data
 
-    emulator.take = counting
+    monkeypatch.setattr(emulator, "take", counting)
     period = client.identity["burst_sample_period_ticks"]
     record = client.start(step, mode=Mode.BURST, sample_period_ticks=period)
     client.wait(300 * 150e-6)
@@ -92,6 +94,20 @@ def test_it_carries_more_than_a_stream_of_20_khz_needs(board: Any) -> None:
     assert len(record.channel(0)) == 300 * 25
     assert not record.all("fault")
     assert rate > STREAM_BYTES_S > UART_BYTES_S
+
+
+def test_a_command_right_behind_another_is_answered_at_any_moment_of_a_stream(board: Any) -> None:
+    """Also where the reply to the first still waits for the host to take the packet before it."""
+    client = Client(board.port)
+    client.bring_up()
+    client.settings["sample_period_ticks"] = client.identity["min_sample_period_ticks"]
+    record = client.start(client.coast(4000))
+    for number in range(30):
+        client.wait(0.0021 + 17e-6 * number)
+        for request in [client.send("heartbeat", sequence=number) for _ in range(2)]:
+            assert client.await_reply(request).status is Status.OK, number
+    client.get("stop")
+    client.follow(record)
 
 
 def test_a_board_that_restarts_is_found_again(board: Any) -> None:

@@ -16,8 +16,9 @@ import pytest
 from motorid.acquire.board import Board
 from motorid.acquire.port import open_port
 from motorid.wire.enums import Fault, State
-from tests.conformance.boards import HOST_PORT, HostBoard, build_firmware, module_of, query, stop
+from tests.conformance.boards import HOST_PORT, HostBoard, build_firmware, module_of, query
 from tests.conformance.client import Client
+from tests.conformance.lock_step import stop
 
 ROOT = Path(__file__).resolve().parents[2]
 

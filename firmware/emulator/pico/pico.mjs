@@ -1,10 +1,11 @@
-// An emulated Pico for another process: node pico.mjs IMAGE.uf2 uart|usb, started by pico_rig (see there).
+// An emulated Pico for another process: node pico.mjs IMAGE.uf2 uart|usb FACTS, started by pico_rig (see there).
+// FACTS: the slot of a front end that its flash holds, in hex; empty: the chip is blank but for the image.
 // The protocol on standard input and output is that of ../main.c. Time moves only while a request
 // asks for it, so equal requests give equal answers.
 import fs from 'node:fs';
 import { RP2040 } from 'rp2040js';
 import { Chip, load } from './chip.mjs';
-import { FlashChip } from './flash.mjs';
+import { FlashChip, keep } from './flash.mjs';
 import { UsbHost } from './usb.mjs';
 import { World } from './world.mjs';
 
@@ -21,14 +22,24 @@ const FAULT_PIN = 19;
 const FLASH_AT = 0x10000000;
 const STACK_BOTTOM = 0x20000000;
 const clock = new RP2040().clock;
-const flash = new FlashChip(clock, load(fs.readFileSync(process.argv[2])));
-const world = new World();
-const life = { power: 1 << 8, reason: 0, scratch: new Uint32Array(8), noise: 1, torn: 1, count: world.facts(0).count };
-const lines = { closed: 0, complains: false };
-const overUsb = process.argv[3] === 'usb';
+const [, , image, linkName, facts] = process.argv;
+const bought = keep(load(fs.readFileSync(image)), Buffer.from(facts, 'hex')); // what its flash then holds
+const overUsb = linkName === 'usb';
+let flash, world, life, lines, resets;
 let chip;
 let link; // the chip's UART, or a host at its USB
-let resets = 0;
+
+// A board on a bench where nothing has turned yet gets power for the first time.
+function begin() {
+  clock.nanosCounter = 0;
+  flash = new FlashChip(clock, bought.slice());
+  world = new World();
+  const { count } = world.facts(0);
+  life = { power: 1 << 8, reason: 0, scratch: new Uint32Array(8), noise: 1, torn: 1, count };
+  lines = { closed: 0, complains: false };
+  resets = 0;
+  start();
+}
 
 function showLines() {
   INPUT_PINS.forEach((pin, n) => chip.gpio[pin].setInputValue(!(lines.closed & (1 << n))));
@@ -152,6 +163,9 @@ function serve() {
   } else if (kind === 'U') {
     const { device, configuration, texts } = link.identity;
     answer(Buffer.from(JSON.stringify({ device: [...device], configuration: [...configuration], texts })));
+  } else if (kind === 'N') {
+    begin();
+    answer(Buffer.alloc(0));
   } else if (kind === 'M') {
     answer(Buffer.from(JSON.stringify(chip.times)));
     chip.times = { sample: 0, opened: 0, openings: 0 };
@@ -160,5 +174,5 @@ function serve() {
   }
 }
 
-start();
+begin();
 for (;;) serve();

@@ -38,6 +38,7 @@ function tell(buffer) {
 
 export class World {
   constructor() {
+    tell(Buffer.from('N'));
     this.begin = 0; // of the stretch that is known, and its end
     this.end = 0;
     this.inputs = OFF; // of the driver: in the stretch; ticks of a period between which one is high

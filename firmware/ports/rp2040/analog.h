@@ -1,7 +1,8 @@
-/* analog.h: the parts between the motor and the board, as docs/firmware.md lists them.
+/* analog.h: the parts between the motor and the board that docs/wiring-pico.md lists.
  *
- * These hold while no others are stored (write_front_end). Everything here may be overridden on the
- * compiler's command line (make ANALOG="-D..."). All inputs are converted against ADC_VREF.
+ * The board refuses to drive until facts are stored (write_front_end): these only scale its readings meanwhile.
+ * Everything here may be overridden on the compiler's command line (make ANALOG="-D..."). All inputs are
+ * converted against ADC_VREF.
  */
 #ifndef ANALOG_H
 #define ANALOG_H
@@ -9,16 +10,6 @@
 /* The most that any front end may allow: what the firmware's tests have covered. */
 #ifndef MAX_CURRENT_MA
 #define MAX_CURRENT_MA 50000u
-#endif
-
-/* false: without stored facts the board refuses to drive. */
-#ifndef ANALOG_HOLDS
-#define ANALOG_HOLDS true
-#endif
-
-/* The inputs of the bridge's driver (bridge.c). */
-#ifndef ANALOG_BRIDGE
-#define ANALOG_BRIDGE WIRE_BRIDGE_MOSFET
 #endif
 
 #ifndef REFERENCE_V
@@ -33,7 +24,7 @@
 #define SHUNT_GAIN 20.0f /* INA240A1 */
 #endif
 #ifndef CURRENT_GAIN_UNCERTAINTY
-#define CURRENT_GAIN_UNCERTAINTY 0.004f /* standard: shunt 0.5 % and amplifier 0.2 % at most */
+#define CURRENT_GAIN_UNCERTAINTY 0.0032f /* standard: shunt 0.5 % and amplifier 0.2 % at most */
 #endif
 
 /* Supply: 1/DIVIDER. Terminals: a difference amplifier of 1/(2 DIVIDER) around half the reference, for the

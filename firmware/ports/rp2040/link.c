@@ -107,5 +107,13 @@ uint16_t link_write(const uint8_t *bytes, uint16_t length) {
         }
         return sent;
     }
-    return kept.sent < kept.length ? 0 : usb_write(bytes, length);
+    if (kept.sent < kept.length) {
+        return 0;
+    }
+    const uint16_t sent = usb_write(bytes, length);
+    if (sent > 0 || length == 0) {
+        return sent;
+    }
+    usb_poll(); /* nobody reads while a command waits for a reply to go */
+    return usb_write(bytes, length);
 }

@@ -64,7 +64,7 @@ struct port port = {
     .memory_read = journal_read,
     .memory_write = journal_write,
     .front_end_byte = memory_own_byte,
-    .front_end_holds = ANALOG_HOLDS,
+    .front_end_holds = false, /* a Pico comes without any parts before its converter */
     .reset_cause = reset_cause,
     .boot_id = reset_boot_id,
 };

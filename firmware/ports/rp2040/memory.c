@@ -1,4 +1,5 @@
-/* memory.c: facts of the front end that the firmware has (analog.h). Others are in the journal. */
+/* memory.c: facts of the front end by which readings are scaled while none are stored (analog.h). Those that the
+ * board drives with are in the journal. */
 #include "analog.h"
 #include "board.h"
 #include "port.h"
@@ -10,7 +11,7 @@ static uint8_t own[WIRE_WRITE_FRONT_END_SIZE]; /* as it stands on the wire */
 static const wire_write_front_end_t ANALOG = {
     .name = "analog",
     .sensor = WIRE_SENSOR_SHUNT,
-    .bridge = ANALOG_BRIDGE,
+    .bridge = WIRE_BRIDGE_MOSFET,
     .reference_v = REFERENCE_V,
     .current_v_a = SHUNT_OHM * SHUNT_GAIN,
     .current_zero_v = REFERENCE_V / 2.0f,
