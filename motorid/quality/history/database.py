@@ -22,6 +22,7 @@ from motorid.quality.history import (
     months,
     names,
     seals,
+    series,
     steps,
     tallies,
     trail,
@@ -34,6 +35,9 @@ from motorid.quality.history.query import Query, matches
 from motorid.quality.history.records import ResultRecord
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from motorid.quality.signed import Trusted
 
 ATTEMPTS = 5
@@ -216,21 +220,15 @@ class History:
 
         Only the ``last`` ones if asked, without reading the others.
         """
-        m, r = s.measurements, s.results
-        query = query or Query()
-        of_these = (*query.conditions(), m.c.name == name, m.c.value.is_not(None))
-        wanted = (
-            select(r.c.at, r.c.serial, m.c.value, m.c.uncertainty, m.c.low, m.c.high, m.c.unit)
-            .join(r, r.c.id == m.c.result)
-            .where(*of_these, *months.within(m.c.result, query.since, query.until))
-            .order_by(r.c.at, r.c.id)
-        )
-        if last is not None:  # walks back in time, instead of sorting every result
-            there = select(m.c.result).where(m.c.result == r.c.id, *of_these).correlate(r).exists()
-            newest = select(r.c.id).where(there).order_by(r.c.at.desc(), r.c.id.desc()).limit(last)
-            wanted = wanted.where(r.c.id.in_(select(newest.subquery().c.id)))
         with self.reading() as connection:
-            return list(connection.execute(wanted))
+            return list(connection.execute(series.chosen(name, query or Query(), last)))
+
+    def arrays(
+        self, name: str, query: Query, last: int | None = None
+    ) -> tuple[NDArray[np.datetime64], NDArray[np.float64]]:
+        """Times (UTC) and values of the rows of ``series``, in less memory."""
+        with self.reading() as connection:
+            return series.arrays(connection, name, query, last)
 
     def readings(self, query: Query, last: int, name: str = "") -> list[Row[Any]]:
         """Rows (result, name, unit, value, low, high), by time: of the ``last`` results.
