@@ -1,103 +1,163 @@
-"""How long the questions of a line take, against the number of results in its history.
+"""How long a line's questions take as commands, against the number of results in its history.
 
-    python bench/bench_history.py [LARGEST=320000]        (2000000 takes some 5 minutes)
+    python bench/bench_history.py [LARGEST=160000] [file|postgresql]
 
-Results are made without captures, four quantities each, two in a hundred FAIL, from 20 stations; a
-quarter of LARGEST, half and all of it are asked the same. The law is the exponent p of
-time ~ results**p from the smallest to the largest: 0 where an index answers, 1 where all are read.
-Nothing is judged: the times are those of this machine.
+Results are those of line_history.py: 22 measurements each, 20 stations, ten million a year. A
+quarter of LARGEST, half and all of it are asked the same, each by a command in a process of its
+own. The law is the exponent p of time ~ results**p from the smallest to the largest: 0 where an
+index answers, 1 where all are read; the column after it applies it to ten million. Processor
+seconds are those of the command, without its server's. Ends with 1 where a command misses its
+target at LARGEST and the cores were free.
 """
 
 from __future__ import annotations
 
+import contextlib
 import math
+import os
+import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
-from datetime import UTC, datetime, timedelta
+from collections.abc import Iterator
+from datetime import timedelta
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
-from sqlalchemy import insert
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from motorid.quality.history import History, Query, open_history
-from motorid.quality.history import schema as s
+from bench import line_history
+from bench.plant import year
+from motorid.quality.history import History, open_history
 
-BEGAN = datetime(2026, 1, 5, 6, 0, tzinfo=UTC)
-PIECE = 10_000  # results in a transaction
-TURNS = 5  # the least time of so many
-QUANTITIES = ("R", "K", "B", "J")
+YEAR = 10_000_000  # results
+TURNS = 3  # the least time of so many
+MOST_S, MOST_MB, MOST_OF_A_MONTH_S = 1.0, 200.0, 10.0
+MOST_OF_A_YEAR_S = 600.0  # for limits that are changed
+MONTH = timedelta(days=30)
+REJUDGE = "rejudge --stored --jobs 2"
+TIGHTER = ("low = 2.4\nhigh = 2.8", "low = 2.45\nhigh = 2.75")  # of R_25
+COMMAND = """
+import re, sys, time
+from pathlib import Path
+from motorid.cli.main import run
+code = run(sys.argv[1:])
+most = re.search(r"VmHWM:\\s+(\\d+)", Path("/proc/self/status").read_text()).group(1)
+sys.exit(f"{code} {time.process_time()} {int(most) / 1024}")
+"""  # a parent's wait would give its own size for a child's
 
 
-def result(number: int) -> dict[str, Any]:
-    """A row of the results."""
+class Taken(NamedTuple):
+    """By a command, of which server's share is not seen."""
+
+    wall_s: float
+    cpu_s: float
+    memory_mb: float
+
+
+def questions(where: str, history: History, tighter: str) -> dict[str, list[str]]:
+    """Of the newest month, of a motor in the middle, and of ``tighter`` limits."""
+    (newest,) = history.results(last=1)
+    serial = f"D{int(newest.serial[1:]) // 2:08d}"
+    since = f"{newest.at - MONTH:%Y-%m-%dT%H:%M}"
+    trend = ["trend", where, "--quantity", "K_25", "--product", "sim-disc"]
     return {
-        "id": number, "key": f"{number:064d}", "kind": "check", "serial": f"SN-{number:08d}",
-        "product": "pump-motor", "outcome": "FAIL" if number % 50 == 0 else "PASS",
-        "marginal": False, "at": BEGAN + timedelta(seconds=3 * number),
-        "station": f"line-{number % 20}", "operator": "", "note": "", "versions": {},
-    }  # fmt: skip
-
-
-def measured(number: int, name: str) -> dict[str, Any]:
-    """A row of its measurements."""
-    return {
-        "result": number, "name": name, "unit": "1", "value": 1.0 + number % 50 / 1e3,
-        "uncertainty": 0.01, "low": 0.9, "high": 1.1, "guard_band": 0.0, "outcome": "PASS",
-        "marginal": False, "reason": "",
-    }  # fmt: skip
-
-
-def fill(history: History, first: int, last: int) -> None:
-    """Adds the results from ``first`` to ``last``."""
-    for begin in range(first, last + 1, PIECE):
-        numbers = range(begin, min(begin + PIECE, last + 1))
-        with history.engine.begin() as connection:
-            connection.execute(insert(s.results), [result(n) for n in numbers])
-            rows = [measured(n, name) for n in numbers for name in QUANTITIES]
-            connection.execute(insert(s.measurements), rows)
-
-
-def questions(history: History, count: int) -> dict[str, Callable[[], Any]]:
-    """What ``motorid history list`` and ``motorid trend`` ask."""
-    serial, failed = Query(serial=f"SN-{count // 2:08d}"), Query(outcome="FAIL")
-    return {
-        "list --serial": lambda: (history.results(serial, last=50), history.count(serial)),
-        "list --outcome FAIL": lambda: (history.results(failed, last=50), history.count(failed)),
-        "list": lambda: (history.results(last=50), history.count()),
-        "trend --last 100": lambda: history.series("R", last=100),
+        "list --serial": ["history", "list", where, "--serial", serial],
+        "list --outcome FAIL": ["history", "list", where, "--outcome", "FAIL"],
+        "list": ["history", "list", where],
+        "trend --last 100": [*trend, "--last", "100"],
+        "trend of a month": [*trend, "--since", since],
+        REJUDGE: ["history", "rejudge", where, "--product", tighter, "--stored", "--jobs", "2"],
     }
 
 
-def least(ask: Callable[[], Any]) -> float:
-    """Seconds."""
+def ask(words: list[str], turns: int) -> Taken:
+    """The least time of some turns."""
     found = []
-    for _ in range(TURNS):
+    for _ in range(turns):
         began = time.perf_counter()
-        ask()
-        found.append(time.perf_counter() - began)
+        call = [sys.executable, "-c", COMMAND, *words]
+        done = subprocess.run(call, capture_output=True, text=True, check=False)
+        wall_s = time.perf_counter() - began
+        code, cpu_s, memory_mb = done.stderr.splitlines()[-1].split()
+        assert code in ("0", "1"), done.stderr
+        found.append(Taken(wall_s, float(cpu_s), float(memory_mb)))
     return min(found)
 
 
-def main() -> None:
-    """One row a question."""
-    largest = int(sys.argv[1]) if len(sys.argv) > 1 else 320_000
-    sizes = (largest // 4, largest // 2, largest)
-    times: dict[str, list[float]] = {}
-    with tempfile.TemporaryDirectory() as folder, open_history(Path(folder) / "line.db") as history:
-        there = 0
-        for size in sizes:
-            fill(history, there + 1, size)
-            there = size
-            for name, ask in questions(history, size).items():
-                times.setdefault(name, []).append(least(ask))
-    print(f"| question | {' | '.join(f'{size} results, ms' for size in sizes)} | p |")
-    print("|---" * (len(sizes) + 2) + "|")
-    for name, taken in times.items():
-        law = math.log(taken[-1] / taken[0]) / math.log(sizes[-1] / sizes[0])
-        print(f"| {name} | {' | '.join(f'{1e3 * one:.1f}' for one in taken)} | {law:.2f} |")
+@contextlib.contextmanager
+def place(kind: str) -> Iterator[str]:
+    """A file, or a server of our own."""
+    if kind == "postgresql":
+        from tests.history.servers import running
+
+        with running(settings="-c max_wal_size=8GB -c shared_buffers=1GB") as server:
+            yield server.database("year")
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            yield str(Path(folder, "line.db"))
+
+
+def grow(history: History, first: int, last: int) -> None:
+    """Adds the results from ``first`` to ``last``, whole blocks of the year's."""
+    block = year.BLOCK
+    if history.engine.dialect.name == "postgresql":
+        if first == 0:
+            year.stage(history)
+        year.repeat(history, first, last)
+        year.analyse(history)
+        return
+    if first == 0:
+        line_history.fill(history, block)
+    line_history.repeat(history, block, last // block, first=max(1, first // block))
+
+
+def main(arguments: list[str]) -> int:
+    """One row a question and size."""
+    largest = int(arguments[0]) if arguments else 160_000
+    kind = arguments[1] if len(arguments) > 1 else "file"
+    sizes = [size // year.BLOCK * year.BLOCK for size in (largest // 4, largest // 2, largest)]
+    taken: dict[str, list[Taken]] = {}
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        place(kind) as where,
+        open_history(where) as history,
+    ):
+        tighter = Path(folder, "tighter.toml")
+        tighter.write_text(line_history.PRODUCT.text.replace(*TIGHTER))
+        for before, size in zip([0, *sizes], sizes, strict=False):
+            began = time.perf_counter()
+            grow(history, before, size)
+            print(f"{size} results in {time.perf_counter() - began:.0f} s", flush=True)
+            for name, words in questions(where, history, str(tighter)).items():
+                turns = 1 if name == REJUDGE else TURNS
+                taken.setdefault(name, []).append(ask(words, turns))
+    load = os.getloadavg()[0]
+    print(f"{kind}, load average {load:.1f}; seconds (of them processor), MB")
+    print(f"| command | {' | '.join(map(str, sizes))} | p | at {YEAR:,} |")
+    print("|---" * (len(sizes) + 3) + "|")
+    late = []
+    for name, found in taken.items():
+        law = math.log(found[-1].wall_s / found[0].wall_s) / math.log(sizes[-1] / sizes[0])
+        a_year_s = found[-1].wall_s * (YEAR / sizes[-1]) ** max(0.0, law)
+        cells = (f"{t.wall_s:.2f} ({t.cpu_s:.2f}), {t.memory_mb:.0f}" for t in found)
+        print(f"| {name} | {' | '.join(cells)} | {law:.2f} | {a_year_s:.1f} s |")
+        late += [name] if missed(name, found[-1], a_year_s) else []
+    if load > 0.5 * (os.cpu_count() or 1):
+        print("other programs hold the cores: times are shown and not judged")
+        return 0
+    print(f"missed: {', '.join(late) or 'none'}")
+    return min(1, len(late))
+
+
+def missed(name: str, found: Taken, a_year_s: float) -> bool:
+    """Whether it took more than it may."""
+    if "month" in name:
+        return found.wall_s > MOST_OF_A_MONTH_S
+    if name == REJUDGE:
+        return a_year_s > MOST_OF_A_YEAR_S
+    return found.wall_s > MOST_S or found.memory_mb > MOST_MB
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main(sys.argv[1:]))

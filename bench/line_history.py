@@ -166,18 +166,17 @@ def fill(history: History, total: int, *, first: int = 1, last: int | None = Non
                 _insert(connection, f"INTO {table}", found)
 
 
-def repeat(history: History, count: int, times: int) -> None:
-    """The first ``count`` results again and again, until they are there so often. SQLite's."""
-    for turn in range(1, times):
+def repeat(history: History, count: int, times: int, *, first: int = 1) -> None:
+    """The first ``count`` results again and again, until they are there so often. SQLite's.
+
+    ``first``: how often they are there already.
+    """
+    for turn in range(first, times):
         by = turn * count
         later = f"+{by * APART.total_seconds():.3f} seconds"
-        for first in range(1, count + 1, PIECE):
-            about = {
-                "by": by,
-                "later": later,
-                "first": first,
-                "last": min(first + PIECE - 1, count),
-            }
+        for begin in range(1, count + 1, PIECE):
+            last = min(begin + PIECE - 1, count)
+            about = {"by": by, "later": later, "first": begin, "last": last}
             with history.engine.begin() as connection:
                 for table in TABLES:
                     connection.execute(text(f"INSERT INTO {table} {AGAIN_SQL[table]}"), about)

@@ -188,6 +188,7 @@ _.BRAKED
 _.inherit_cache
 _._as_text
 _._as_date
+_._in_partitions
 
 # motorid/web/metrics.py: prometheus_client calls it
 _.collect

@@ -20,12 +20,14 @@ from motorid.cli.options import (
     product_option,
 )
 from motorid.cli.values import JOBS, Named, Whole
-from motorid.errors import EXIT_DATA, EXIT_DONE
+from motorid.errors import EXIT_DATA, EXIT_DONE, UsageError
 
 if TYPE_CHECKING:
     from motorid.quality.history import Query
+    from motorid.quality.product import Product
     from motorid.storage.place import Place
     from motorid.workflow.rejudge import Judged
+    from motorid.workflow.tasks import Workers
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -144,6 +146,18 @@ def add(where: str, files: tuple[str, ...], product_name: str, station: str, ope
 @moved_option
 @click.option("--jobs", type=JOBS, default=1, show_default=True, help="Processes that fit.")
 @cluster_option
+@click.option(
+    "--stored",
+    is_flag=True,
+    help="Judge stored values and uncertainties; say what would change, and add nothing.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=Named(dir_okay=False, path_type=Path),
+    help="With --stored: CSV file of the results that would change.",
+)
+@force_option
 @query_options
 def rejudge(
     where: str,
@@ -151,11 +165,15 @@ def rejudge(
     folders: tuple[Place, ...],
     jobs: int,
     cluster: str | None,
+    stored: bool,
+    output: Path | None,
+    force: bool,
     **fields: Any,
 ) -> int:
     """Judge the captures of old results by today's limits; the old results stay.
 
     What is judged is in the history at once, so an interrupted command goes on where it stopped.
+    With --stored no capture is read: what a change of limits would change, of millions of results.
     """
     from motorid.cli.compare import TaskBar
     from motorid.quality.history import open_history
@@ -163,6 +181,12 @@ def rejudge(
     from motorid.workflow import rejudge as workflow
 
     product, query = load_product(product_name), _query(fields)
+    if stored:
+        if folders:
+            raise UsageError("--captures has no meaning with --stored, which reads none")
+        return _say_stored(where, product, query, cluster or jobs, output, force)
+    if output:
+        raise UsageError("--output goes with --stored")
     bar = None if sys.stdout.isatty() else TaskBar()  # where each motor's line is not to be seen
     with open_history(where, create=False) as history:
         return _say(
@@ -170,6 +194,26 @@ def rejudge(
                 history, product, query, folders=folders, jobs=cluster or jobs, progress=bar
             )
         )
+
+
+def _say_stored(
+    where: str, product: Product, query: Query, jobs: Workers, output: Path | None, force: bool
+) -> int:
+    """Exit code 4 where there is no such result."""
+    from motorid.capture.whole import refuse_existing, write_whole
+    from motorid.cli.compare import TaskBar
+    from motorid.quality.history import open_history
+    from motorid.workflow import rejudge_stored as workflow
+
+    if output:
+        refuse_existing(output, force)
+    with open_history(where, create=False) as history:
+        found = workflow.rejudge_stored(history, product, query, jobs=jobs, progress=TaskBar())
+    click.echo(workflow.summary(found))
+    if output:
+        write_whole(output, workflow.table(found).encode(), force=force)
+        click.echo(f"wrote {output}", err=True)
+    return EXIT_DONE if found.judged else EXIT_DATA
 
 
 def _say(judged: Iterable[Judged]) -> int:

@@ -199,17 +199,18 @@ def indices(
 
     The interval of Cp is exact (chi-square); that of Cpk is Bissell's normal approximation.
     """
-    from scipy.stats import chi2, norm
+    from scipy.special import gammaincinv, ndtri
 
     sides = [(upper - mean) / (3 * sigma)] if upper is not None else []
     sides += [(mean - lower) / (3 * sigma)] if lower is not None else []
     cpk = min(sides)
-    half = norm.ppf((1 + level) / 2) * math.sqrt(1 / (9 * count) + cpk**2 / (2 * degrees))
+    half = ndtri((1 + level) / 2) * math.sqrt(1 / (9 * count) + cpk**2 / (2 * degrees))
     second = Index(cpk, (cpk - float(half), cpk + float(half)))
     if lower is None or upper is None:
         return Index(None, None), second
     cp = (upper - lower) / (6 * sigma)
-    low, high = np.sqrt(chi2.ppf([(1 - level) / 2, (1 + level) / 2], degrees) / degrees)
+    tails = [(1 - level) / 2, (1 + level) / 2]
+    low, high = np.sqrt(2 * gammaincinv(degrees / 2, tails) / degrees)  # of chi-square
     return Index(cp, (cp * float(low), cp * float(high))), second
 
 
@@ -220,8 +221,8 @@ def _outside(values: Floats, lower: float | None, upper: float | None) -> NDArra
 
 
 def _ppm_expected(mean: float, sigma: float, lower: float | None, upper: float | None) -> float:
-    from scipy.stats import norm
+    from scipy.special import ndtr
 
-    below = 0.0 if lower is None else float(norm.cdf((lower - mean) / sigma))
-    above = 0.0 if upper is None else float(norm.sf((upper - mean) / sigma))
+    below = 0.0 if lower is None else float(ndtr((lower - mean) / sigma))
+    above = 0.0 if upper is None else float(ndtr((mean - upper) / sigma))
     return 1e6 * (below + above)

@@ -15,6 +15,8 @@ from motorid.version import __version__
 
 LACK = "lack_of_fit"
 RUNS = "motor_runs"  # the measurement of a motor that did not
+SUPPORTED = ("model_fits", "nothing_doubtful", "derived_as_measured")
+NOT_GROUND = (*SUPPORTED, RUNS)  # what fails its limits fails also where these are not good
 
 
 def judge(estimate: Estimate, limits: Product, *, serial: str = "") -> Verdict:
@@ -96,14 +98,16 @@ def _supported(context: Context) -> list[Measurement]:
     misfit = [d.message for d in estimate.diagnostics if d.code == LACK]
     doubtful = [p.name for p in estimate.parameters.values() if p.status is Status.DOUBTFUL]
     doubt = f"{', '.join(doubtful)}: {context.doubt(*doubtful)}" if doubtful else ""
+    problems = ("; ".join(misfit[:1]), doubt, disagreement(estimate, context.as_run))
+    meanings = (
+        "the run follows the model",
+        "no parameter is doubtful",
+        "speed by the parameters against the measured one",
+    )
     return [
-        _condition("model_fits", "the run follows the model", "; ".join(misfit[:1]), False),
-        _condition("nothing_doubtful", "no parameter is doubtful", doubt, False),
-        _condition(
-            "derived_as_measured", "speed by the parameters against the measured one",
-            disagreement(estimate, context.as_run), False,
-        ),
-    ]  # fmt: skip
+        _condition(*about, ground=False)
+        for about in zip(SUPPORTED, meanings, problems, strict=True)
+    ]
 
 
 def _condition(name: str, meaning: str, problem: str, ground: bool = True) -> Measurement:

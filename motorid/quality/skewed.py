@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from motorid.errors import DataError
 from motorid.quality.pearson_curve import PearsonCurve, curve_of
+from motorid.quality.shapiro_wilk import shapiro_wilk
 
 Floats = NDArray[np.float64]
 Shape = Literal["normal", "box-cox", "percentile"]
@@ -57,10 +58,8 @@ class Performance:
 
 def normality(values: Floats) -> float:
     """Shapiro-Wilk's p; beyond 5,000 readings of an even thinning, which the test is made for."""
-    from scipy.stats import shapiro
-
     step = math.ceil(len(values) / 5000)
-    return float(shapiro(values[::step]).pvalue)
+    return shapiro_wilk(values[::step])
 
 
 # ---- percentiles -------------------------------------------------------------------------------

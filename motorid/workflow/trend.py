@@ -49,13 +49,12 @@ def from_history(where: str, quantity: str, query: Query, last: int | None = Non
     from motorid.quality.history import open_history
 
     with open_history(where, create=False) as history:
-        rows = history.series(quantity, query, last=last)
-        names = [quantity] if rows else history.names()
-    if quantity not in names:
-        raise UsageError(f"{where} never measured {quantity!r}{nearest(quantity, names)}")
-    if not rows:
-        raise DataError(f"{where} has no such result with {quantity}: widen the query")
-    at = np.array([row.at.timestamp() for row in rows])
-    newest = rows[-1]
-    values = np.array([row.value for row in rows])
-    return Series(values, (at - at[0]) / DAY_S, newest.unit, newest.low, newest.high)
+        newest = history.series(quantity, query, last=1)
+        names = [quantity] if newest else history.names()
+        if quantity not in names:
+            raise UsageError(f"{where} never measured {quantity!r}{nearest(quantity, names)}")
+        if not newest:
+            raise DataError(f"{where} has no such result with {quantity}: widen the query")
+        at, values = history.arrays(quantity, query, last)
+    days = (at - at[0]) / np.timedelta64(1, "D")
+    return Series(values, days, newest[0].unit, newest[0].low, newest[0].high)

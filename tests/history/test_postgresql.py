@@ -12,14 +12,12 @@ import pytest
 from sqlalchemy.exc import ProgrammingError
 
 from motorid.errors import DataError
-from motorid.quality.history import Entry, Query, open_history, steps
-from motorid.quality.history import schema as s
+from motorid.quality.history import Entry, Query, open_history
 from motorid.quality.history.export import rows
 from motorid.quality.history.names import FORGOTTEN
-from tests.history.records import BEGAN, UNSTEPPED, record
+from tests.history.records import BEGAN, record
 from tests.history.servers import Server, running
 from tests.history.test_history import run_stations
-from tests.history.test_steps import differences
 
 pytestmark = [pytest.mark.slow, pytest.mark.long]
 
@@ -73,29 +71,12 @@ def test_names_are_forgotten_on_a_server_too(postgresql: str) -> None:
         assert history.name_of(row.operator) == FORGOTTEN
 
 
-def test_a_server_is_brought_up_to_date_only_when_asked(server: Server) -> None:
-    """From before there were steps, and without seals; with its results, and once for all."""
-    older = server.database("older")
-    with open_history(older) as history:
-        assert differences(history) == []
-        history.add(record(1))
-        with history.engine.begin() as connection:
-            for one in ("DROP TABLE seals", "DELETE FROM meta WHERE name = 'unsealed'", *UNSTEPPED):
-                connection.exec_driver_sql(one)
-    with pytest.raises(DataError, match="motorid history upgrade"):
-        open_history(older)
-    with open_history(older, create=False) as history:
-        assert history.count() == 1
-    with open_history(older, create=False, upgrade=True, patience_s=20.0) as history:
-        assert history.stepped == (steps.FIRST, s.STEP)
-        assert differences(history) == []
-        assert history.add(record(2))
-        checked = history.verify()
-        assert (checked.sealed, checked.unsealed, checked.problems) == (1, 1, ())
-        with history.engine.begin() as connection:
-            connection.exec_driver_sql("UPDATE alembic_version SET version_num = '0099'")
+def test_newer_tables_of_a_server_are_refused(server: Server) -> None:
+    newer = server.database("newer")
+    with open_history(newer) as history, history.engine.begin() as connection:
+        connection.exec_driver_sql("UPDATE alembic_version SET version_num = '0099'")
     with pytest.raises(DataError, match="tables of step 0099"):
-        open_history(older)
+        open_history(newer)
 
 
 def test_a_station_needs_no_more_than_the_page_grants(server: Server) -> None:
@@ -112,9 +93,15 @@ def test_a_station_needs_no_more_than_the_page_grants(server: Server) -> None:
         assert history.add(record(1, operator="anna"))
         assert history.note(Entry("order", "accepted", "anna", "1", "SN-00001", at=BEGAN))
         assert history.forget_names("quality", now=BEGAN + timedelta(days=400)).names == 2
-        for forbidden in ("UPDATE results SET outcome = 'PASS'", "DELETE FROM results"):
+        for forbidden in (
+            "UPDATE results SET outcome = 'PASS'",
+            "DELETE FROM results",
+            "DROP TABLE results_202601",
+            "DELETE FROM results_202601",
+            "CREATE TABLE results_202701 PARTITION OF results DEFAULT",
+        ):
             with (
-                pytest.raises(ProgrammingError, match="permission denied"),
+                pytest.raises(ProgrammingError, match=r"permission denied|must be owner"),
                 history.engine.begin() as c,
             ):
                 c.exec_driver_sql(forbidden)

@@ -171,3 +171,19 @@ def test_threads_make_several_histories_at_once(tmp_path: Path) -> None:
 
     with ThreadPoolExecutor(8) as threads:
         assert set(threads.map(make, places)) == {(steps.NONE, s.STEP)}
+
+
+def test_a_series_as_arrays_is_the_series(tmp_path: Path) -> None:
+    """In pieces, in the order of time; a damaged reading is refused."""
+    with open_history(tmp_path / "line.db") as history:
+        for number in (5, 3, 9, 1, 7):
+            history.add(record(number))
+        for last in (None, 2):
+            rows = history.series("R", last=last)
+            times, values = history.arrays("R", Query(), last)
+            assert values.tolist() == [row.value for row in rows]
+            assert times.tolist() == [row.at.replace(tzinfo=None) for row in rows]
+        assert len(history.arrays("none", Query())[0]) == 0
+        sql(tmp_path / "line.db", "UPDATE measurements SET value = 9e999 WHERE name = 'R'")
+        with pytest.raises(DataError, match="it is damaged"):
+            history.arrays("R", Query())

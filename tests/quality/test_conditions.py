@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from motorid.estimate.results.estimate import Estimate
-from motorid.quality.judge import judge
+from motorid.quality.judge import NOT_GROUND, SUPPORTED, judge, not_running
 from motorid.quality.product import Product
 from motorid.quality.verdict import Outcome
 
@@ -26,3 +26,12 @@ def test_the_ambient_of_the_run_that_is_out_of_range_is_said(
     assert found.outcome is not Outcome.PASS
     assert found.reading.value == beyond
     assert verdict.outcome is Outcome.INVALID
+
+
+def test_what_is_not_the_ground_of_a_verdict_is_named(estimate: Estimate, product: Product) -> None:
+    """As ``stored_verdict`` reads it from the name alone."""
+    said = [m for m in judge(estimate, product).measurements if m.quantity not in product.limits]
+    assert {m.quantity for m in said if not m.limit.condition} == set(SUPPORTED)
+    assert {"run_complete", "fit_settled", "ambient"} <= {m.quantity for m in said}
+    (_, dead) = not_running(product, "D000001", "open winding", "no current").measurements
+    assert {*SUPPORTED, dead.quantity} == set(NOT_GROUND)

@@ -10,20 +10,34 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from sqlalchemy import Connection, Engine, Row, Select, func, insert, inspect, select
+from sqlalchemy import Connection, Engine, Row, Select, func, inspect, select
 from sqlalchemy.exc import IntegrityError, OperationalError, ProgrammingError
 
 from motorid.errors import DataError
 from motorid.limits import HISTORY, refuse_large
-from motorid.quality.history import chain, engine, names, seals, steps, tallies, trail
+from motorid.quality.history import (
+    adding,
+    chain,
+    engine,
+    months,
+    names,
+    seals,
+    series,
+    steps,
+    tallies,
+    trail,
+)
 from motorid.quality.history import schema as s
 from motorid.quality.history.chain import Head
 from motorid.quality.history.engine import READING
 from motorid.quality.history.forgetting import Forgotten, forget, sealed_in
 from motorid.quality.history.query import Query, matches
-from motorid.quality.history.records import CaptureRecord, ResultRecord, digest
+from motorid.quality.history.records import ResultRecord
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from motorid.quality.signed import Trusted
 
 ATTEMPTS = 5
@@ -65,6 +79,7 @@ class History:
         self.engine = engine
         self.where = where
         self._made = False
+        self._months: set[int] = set()  # that are there, as PostgreSQL divides results
         self.stepped = ("", "")  # from which step of the tables to which, when it was opened
 
     def close(self) -> None:
@@ -82,7 +97,14 @@ class History:
 
         False where the history has it already. Raises DataError where it cannot be written.
         """
-        return self._write(lambda connection: _add(connection, record))
+        self._make_month(record.at)
+        return self._write(lambda connection: adding.add(connection, record))
+
+    def _make_month(self, at: datetime) -> None:
+        if self.engine.dialect.name != "postgresql" or months.month_of(at) in self._months:
+            return
+        self._write(lambda connection: months.make(connection, at))
+        self._months.add(months.month_of(at))
 
     def _write(self, write: Callable[[Connection], T]) -> T:
         """What ``write`` returns, in one transaction that is on disk when this returns."""
@@ -198,20 +220,15 @@ class History:
 
         Only the ``last`` ones if asked, without reading the others.
         """
-        m, r = s.measurements, s.results
-        of_these = (*(query or Query()).conditions(), m.c.name == name, m.c.value.is_not(None))
-        wanted = (
-            select(r.c.at, r.c.serial, m.c.value, m.c.uncertainty, m.c.low, m.c.high, m.c.unit)
-            .join(r, r.c.id == m.c.result)
-            .where(*of_these)
-            .order_by(r.c.at, r.c.id)
-        )
-        if last is not None:  # walks back in time, instead of sorting every result
-            there = select(m.c.result).where(m.c.result == r.c.id, *of_these).correlate(r).exists()
-            newest = select(r.c.id).where(there).order_by(r.c.at.desc(), r.c.id.desc()).limit(last)
-            wanted = wanted.where(r.c.id.in_(select(newest.subquery().c.id)))
         with self.reading() as connection:
-            return list(connection.execute(wanted))
+            return list(connection.execute(series.chosen(name, query or Query(), last)))
+
+    def arrays(
+        self, name: str, query: Query, last: int | None = None
+    ) -> tuple[NDArray[np.datetime64], NDArray[np.float64]]:
+        """Times (UTC) and values of the rows of ``series``, in less memory."""
+        with self.reading() as connection:
+            return series.arrays(connection, name, query, last)
 
     def readings(self, query: Query, last: int, name: str = "") -> list[Row[Any]]:
         """Rows (result, name, unit, value, low, high), by time: of the ``last`` results.
@@ -347,54 +364,3 @@ class History:
                     raw.execute("PRAGMA journal_mode = WAL")
         self.stepped = steps.advance(self.engine, self.where, asked=upgrade)
         self._made = True
-
-
-def _add(connection: Connection, record: ResultRecord) -> bool:
-    key = record.key
-    if connection.scalar(select(s.results.c.id).where(s.results.c.key == key)) is not None:
-        return False
-    row = {
-        name: getattr(record, name)
-        for name in ("kind", "serial", "product", "outcome", "marginal", "at", "station")
-    }
-    row |= {"operator": names.cite(connection, record.operator, record.at)}
-    row |= {"note": record.note, "versions": dict(record.versions)}
-    row |= {"limits": _keep(connection, record.limits)}
-    row |= {"estimate": _keep(connection, record.estimate)}
-    done = connection.execute(insert(s.results).values(key=key, **row))
-    assert done.inserted_primary_key is not None
-    result = done.inserted_primary_key[0]
-    for position, capture in enumerate(record.captures):
-        _add_capture(connection, capture)
-        link = {"result": result, "position": position, "capture": capture.sha256}
-        connection.execute(insert(s.result_captures).values(**link))
-    if record.measurements:
-        rows: Sequence[dict[str, Any]] = [
-            {"result": result, **vars(m)} for m in record.measurements
-        ]
-        connection.execute(insert(s.measurements), rows)
-    seals.seal(connection, result, record.station)
-    tallies.add(connection, result, record)
-    return True
-
-
-def _add_capture(connection: Connection, capture: CaptureRecord) -> None:
-    known = select(s.captures.c.sha256).where(s.captures.c.sha256 == capture.sha256)
-    if connection.scalar(known) is not None:
-        return
-    texts = {name: _keep(connection, getattr(capture, name)) for name in TEXTS_OF_CAPTURE}
-    connection.execute(insert(s.captures).values(**{**vars(capture), **texts}))
-
-
-TEXTS_OF_CAPTURE = ("rig", "program", "calibration")
-
-
-def _keep(connection: Connection, text: str) -> str | None:
-    """The digest under which ``text`` is kept; None for no text."""
-    if not text:
-        return None
-    sha256 = digest(text)
-    known = connection.scalar(select(s.documents.c.sha256).where(s.documents.c.sha256 == sha256))
-    if known is None:
-        connection.execute(insert(s.documents).values(sha256=sha256, text=text))
-    return sha256

@@ -8,6 +8,7 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Select
 
+from motorid.quality.history import months
 from motorid.quality.history.schema import results
 
 
@@ -36,7 +37,7 @@ class Query:
             found.append(results.c.at >= self.since)
         if self.until:
             found.append(results.c.at < self.until)
-        return found
+        return [*found, *months.within(results.c.id, self.since, self.until)]
 
     def apply(self, select: Select[Any]) -> Select[Any]:
         """``select`` with this filter, in the order in which the results were added."""

@@ -8,6 +8,7 @@ from typing import Any
 
 from sqlalchemy import (
     JSON,
+    BigInteger,
     Boolean,
     Column,
     DateTime,
@@ -23,7 +24,7 @@ from sqlalchemy import (
 from sqlalchemy.types import TypeDecorator
 
 VERSION = "1"  # of the tables; another first number is refused
-STEP = "0004"  # the last of the steps in migrations/; see steps.py
+STEP = "0005"  # the last of the steps in migrations/; see steps.py
 
 
 class UtcDateTime(TypeDecorator[datetime]):
@@ -89,7 +90,7 @@ class Number(TypeDecorator[float]):
 class Count(TypeDecorator[int]):
     """A whole number."""
 
-    impl = Integer
+    impl: Any = Integer
     cache_ok = True
 
     def process_result_value(self, value: Any, dialect: Any) -> int | None:
@@ -97,6 +98,16 @@ class Count(TypeDecorator[int]):
         if value is None or isinstance(value, int):
             return value
         raise _refused(value, "whole number")
+
+
+LONG = BigInteger().with_variant(Integer(), "sqlite")  # there any whole number is as long
+
+
+class LongCount(Count):
+    """A whole number as long as the id of a result."""
+
+    impl = LONG
+    cache_ok = True
 
 
 DIGEST = Words(64)  # a SHA-256 in hexadecimal
@@ -143,7 +154,7 @@ captures = Table(
 results = Table(
     "results",
     metadata,
-    Column("id", Integer, primary_key=True),
+    Column("id", LONG, primary_key=True),  # see months.py
     Column("key", DIGEST, nullable=False, unique=True),  # digest of all: added once
     Column("kind", NAME, nullable=False),  # check, rejudged, fit, golden
     Column("serial", NAME, nullable=False, index=True),
@@ -163,7 +174,7 @@ results = Table(
 result_captures = Table(
     "result_captures",
     metadata,
-    Column("result", Integer, ForeignKey("results.id"), primary_key=True),
+    Column("result", LONG, ForeignKey("results.id"), primary_key=True),
     Column("position", Integer, primary_key=True),
     Column("capture", DIGEST, ForeignKey("captures.sha256"), nullable=False, index=True),
 )
@@ -171,7 +182,7 @@ result_captures = Table(
 measurements = Table(
     "measurements",
     metadata,
-    Column("result", Integer, ForeignKey("results.id"), primary_key=True),
+    Column("result", LONG, ForeignKey("results.id"), primary_key=True),
     Column("name", NAME, primary_key=True),
     Column("unit", Words(40), nullable=False),
     Column("value", Number),
@@ -191,7 +202,9 @@ seals = Table(
     metadata,
     Column("station", NAME, primary_key=True),
     Column("position", Count, primary_key=True, autoincrement=False),
-    Column("result", Count, nullable=False, unique=True),  # no foreign key: it outlives its result
+    Column(
+        "result", LongCount, nullable=False, unique=True
+    ),  # no foreign key: it outlives its result
     Column("content", DIGEST, nullable=False),
     Column("chain", DIGEST, nullable=False),
 )
