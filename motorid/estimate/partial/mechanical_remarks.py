@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from motorid.capture.model import VOLTAGE, Capture
 from motorid.estimate.diagnosis import identifiability
 from motorid.estimate.partial.block_bootstrap_regression import Regression
-from motorid.estimate.partial.mechanical_signals import COMMAND, Motion, drive_of, noise
+from motorid.estimate.partial.mechanical_signals import COMMAND, Motion, drive_of
 from motorid.estimate.partial.modulating_functions import SHAPES
 from motorid.estimate.results.estimate import Diagnostic
 
 Floats = NDArray[np.float64]
 
 MISFIT = 2.0  # residual variance, in units of what the drive's noise gives, that is lack of fit
+AT_AN_END = 3.0  # times its variance: a jump at the end of its interval
 SHARE = 0.1  # of the residual power that a suspect must explain
 JUMP = 0.3  # of the top speed, between two samples: sampling too slow for the inertia
 
@@ -74,21 +75,24 @@ def _knowable(capture: Capture) -> Diagnostic:
     )
 
 
-def expected_rms(motions: Sequence[Motion], best: Regression) -> float:
-    """RMS that the rows would have, were the noise between neighbouring readings all there is."""
+def expected_rms(motions: Sequence[Motion], best: Regression, jumps: float = 1.0) -> float:
+    """RMS that the rows would have, were the noise of the readings and what lies between them all
+    there is. ``jumps``: times the variance of what lies between.
+    """
     variances = []
     for index, motion in enumerate(motions):
-        sigma = max(noise(motion.drive), motion.drive_quantum / np.sqrt(12.0))
+        of_drive = motion.drive_noise**2 * motion.period_s
+        of_drive += jumps * motion.jumps_variance(best.half_width_s)
         through_inertia = best.coefficients[0] * motion.inertia_noise(best.half_width_s)
         share = float(np.mean(best.rows.capture == index))
-        variances.append(share * (sigma**2 * motion.period_s + through_inertia**2))
+        variances.append(share * (of_drive + through_inertia**2))
     return float(np.sqrt(sum(variances)))
 
 
 def _lack_of_fit(motions: Sequence[Motion], best: Regression) -> list[Diagnostic]:
     expected = expected_rms(motions, best)
     actual = float(np.sqrt(np.mean(best.residual**2)))
-    if actual**2 <= MISFIT * expected**2:
+    if actual**2 <= MISFIT * expected_rms(motions, best, AT_AN_END) ** 2:
         return []
     unit, drive = motions[0].drive_unit, motions[0].drive_name.replace("_", " ")
     mean = float(np.sqrt(np.mean((best.residual / best.rows.weight) ** 2)))

@@ -21,6 +21,7 @@ DRIVES = (TORQUE, CURRENT, VOLTAGE, COMMAND)  # what the balance is written in, 
 STANDSTILL = 0.01  # of the top speed: below it, friction's sign is not trusted
 NOISES = 3.0  # speeds within so many standard deviations of zero may be standstill
 QUANTA = 2.0  # and speeds within so many steps of the sensor
+JUMPS = 5.0  # standard deviations of a second difference, beyond which the drive jumps or bends
 FEWEST_SAMPLES = 8  # in a stretch of motion
 PAUSE = 5.0  # usual periods without a reading that part what lies before from what lies after
 SMOOTHING = 0.25  # of a bump's half-width: the span over which a position becomes a speed
@@ -58,6 +59,7 @@ class Motion:
     linear: bool
     unsigned: bool
     speed_quantum: float  # of measured_speed
+    angle_quantum: float  # of the position, where no speed was measured
     drive_quantum: float
     aperture_s: float  # the longest that went into either side
 
@@ -95,8 +97,29 @@ class Motion:
         if self.measured_speed is not None:
             sigma = max(noise(self.measured_speed), self.speed_quantum / np.sqrt(12.0))
         else:
-            sigma, times = noise(np.r_[0.0, np.cumsum(self.turned)]), times**2
+            sigma = noise(np.r_[0.0, np.cumsum(self.turned)])
+            sigma, times = max(sigma, self.angle_quantum / np.sqrt(12.0)), times**2
         return float(sigma * times * np.sqrt(self.period_s / 3.0))
+
+    @cached_property
+    def drive_noise(self) -> float:
+        """Standard deviation of the drive's readings, rounding and all."""
+        return float(max(noise(self.drive), self.drive_quantum / np.sqrt(12.0)))
+
+    def jumps_variance(self, half_width_s: float) -> float:
+        """Variance that a row of the balance has because nobody knows when between two readings the
+        drive jumped. A jump anywhere in an interval spreads its integral by the jump times the
+        interval over √12.
+        """
+        bend = np.abs(np.diff(self.drive, 2))
+        bend[bend < JUMPS * np.sqrt(6.0) * self.drive_noise] = 0.0
+        jump = np.minimum(np.r_[0.0, bend], np.r_[bend, 0.0])  # (n − 1,): it bends at both ends
+        stretches = self.stretches(half_width_s)
+        inside = [slice(s.start, s.stop - 1) for s in stretches]
+        step = np.diff(self.time_s)
+        spread = sum(float(((jump[one] * step[one]) ** 2).sum()) for one in inside) / 12.0
+        length = sum(float(step[one].sum()) for one in inside)
+        return spread / length if length else 0.0
 
     def stretches(self, half_width_s: float) -> list[Stretch]:
         """Where the motor surely turns, split at standstill, reversal and gaps."""
@@ -176,6 +199,7 @@ def of_capture(capture: Capture, drive: str) -> Motion:
         linear=linear,
         unsigned=source.unsigned,
         speed_quantum=output.resolution * gear if output.name == SPEED else 0.0,
+        angle_quantum=output.resolution * gear if output.name == POSITION else 0.0,
         drive_quantum=source.resolution,
         aperture_s=max(source.aperture_s, output.aperture_s),
     )

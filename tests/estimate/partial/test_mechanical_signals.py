@@ -179,7 +179,7 @@ def made(w: Floats, quantum: float = 0.0, broken: int | None = None) -> Motion:
         gaps[broken] = True
     return Motion(
         H * np.arange(float(n)), np.zeros(n), (w[1:] + w[:-1]) / 2 * H, w, gaps, CURRENT, "A",
-        False, False, quantum, 0.0, 0.0,
+        False, False, quantum, 0.0, 0.0, 0.0,
     )  # fmt: skip
 
 
@@ -226,6 +226,25 @@ def test_the_noise_of_the_inertia_is_that_of_the_bumps_slope() -> None:
     bend = -0.5 * (np.pi / half) ** 2 * np.cos(np.pi * time / half)
     wanted = 1e-3 * H * np.sqrt(float(bend @ bend)) / scale
     assert angle.inertia_noise(half) == pytest.approx(wanted, rel=0.06)
+    counted = np.round(np.cumsum(angle.turned) * 0.01)  # of counts that hardly ever change
+    counts = replace(angle, turned=np.diff(counted), angle_quantum=1.0)
+    assert counts.inertia_noise(half) == pytest.approx(wanted * 1e3 / np.sqrt(12.0), rel=0.01)
+
+
+def test_a_jump_anywhere_between_two_readings_spreads_the_rows() -> None:
+    """A step at many places of an interval, seen by trapezoids, less its exact integral."""
+    quiet, half = made(np.full(400, 5.0)), 0.05
+    assert quiet.jumps_variance(half) == 0.0
+    since = H * np.arange(400) - 200.5 * H  # from the middle of the interval, the bump's top
+    phi = 0.5 * (1 + np.cos(np.pi * since / half)) * (abs(since) < half)
+    off = []
+    for x in H * np.linspace(-0.475, 0.475, 20):
+        exact = 0.5 * (half - x) - 0.5 * half / np.pi * np.sin(np.pi * x / half)
+        off.append(0.6 * (H * float(phi @ (since > x)) - exact))
+    row = float(np.var(off)) / (0.75 * half)  # over ∫ φ² dt
+    usual = row * 0.75 * half / (399 * H)  # φ² is 3/4 of that over all rows, T / h of them
+    jumped = replace(quiet, drive=np.where(since > 0.0, 0.6, 0.0))
+    assert jumped.jumps_variance(half) == pytest.approx(usual, rel=0.01)
 
 
 # rows of the balance

@@ -15,6 +15,7 @@ from motorid.estimate.diagnosis.facts import (
     supply_current,
     swapped_columns,
     unit_mistakes,
+    unreached_command,
 )
 from motorid.estimate.results.estimate import Diagnostic, Estimate
 
@@ -35,5 +36,6 @@ def findings(
         yield from supply.findings(capture, estimate.parameters, where)
         yield from pwm_aliasing.findings(capture, estimate.parameters, where)
         yield from commanded.findings(capture, estimate.parameters, where)
+        yield from unreached_command.findings(capture, where)
     yield from unit_mistakes.findings(captures, estimate.parameters, estimate.combinations)
     yield from plate.findings(captures, estimate)
