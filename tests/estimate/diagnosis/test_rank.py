@@ -16,20 +16,7 @@ from motorid.estimate.diagnosis.fault import Hypothesis, Words
 from motorid.estimate.diagnosis.rank import Trial
 from motorid.estimate.diagnosis.refit import Refit
 from motorid.estimate.results.estimate import Suspect
-from motorid.estimate.solver.problem import Solution, Unknown
-
-MOTOR = {"R": 2.0, "L": 4e-3, "K": 0.05, "B": 4e-5, "J": 2e-5, "T0": 6e-3}
-
-
-def solution(**values: float) -> Solution:
-    """At these values; noise, bounds and slopes do not matter here."""
-    found = {**MOTOR, **values}
-    n = len(found)
-    return Solution(
-        tuple(Unknown(name, value) for name, value in found.items()),
-        np.array(list(found.values())), (), (), np.eye(n), np.zeros(n, dtype=bool), tuple, 0.0, 1,
-        True,
-    )  # fmt: skip
+from tests.estimate.solutions import MOTOR, solution
 
 
 def hypothesis(guard: bool = False) -> Hypothesis:

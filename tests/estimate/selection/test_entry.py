@@ -9,7 +9,6 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
 from motorid.errors import DataError
@@ -19,10 +18,9 @@ from motorid.estimate.results.status import Status
 from motorid.estimate.selection import entry
 from motorid.estimate.selection.evidence import Evidence
 from motorid.estimate.selection.forward_selection import Selection, Trial
-from motorid.estimate.solver.problem import Solution, Unknown
+from tests.estimate.solutions import MOTOR, solution
 from tests.report.example import estimate
 
-MOTOR = {"R": 2.0, "L": 4e-3, "K": 0.05, "B": 4e-5, "J": 2e-5, "T0": 6e-3}
 DROP, HEAT, SIDED, COGS = (
     TERMS[name] for name in ("brush-drop", "heating", "direction", "cogging")
 )
@@ -33,16 +31,6 @@ def parameter(value: float | None, half: float = 0.1, name: str = "R") -> Parame
         return Parameter(name, "", None, None, None, None, None, Status.NOT_IDENTIFIABLE)
     interval = (value - half, value + half)
     return Parameter(name, "", value, half / 2, 0.0, half / 2, interval, Status.ESTIMATED)
-
-
-def solution(**values: float) -> Solution:
-    found = {**MOTOR, **values}
-    n = len(found)
-    return Solution(
-        tuple(Unknown(name, value) for name, value in found.items()),
-        np.array(list(found.values())), (), (), np.eye(n), np.zeros(n, dtype=bool), tuple, 0.0, 1,
-        True,
-    )  # fmt: skip
 
 
 def test_half_an_interval_matters_or_a_hundredth_of_the_value() -> None:
