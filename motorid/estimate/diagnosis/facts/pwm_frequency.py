@@ -78,11 +78,16 @@ def _worth_a_fit(
     estimate: Estimate,
     glance: Glance,
 ) -> Sequence[Sequence[Capture]]:
-    """Of the suppositions: the best at a glance, if it is better than none; all without values."""
+    """Of the suppositions: the best at a glance, if it is better than none; all where a glance from
+    the estimate's values cannot be taken.
+    """
     values = {n: p.value for n, p in estimate.parameters.items() if p.value is not None}
     if not {"R", "K", "J"} <= {*values}:
         return others
-    before = glance(captures, values)
+    try:
+        before = glance(captures, values)
+    except DataError:
+        return others
     best, gain = None, LIKELY
     for other in others:
         try:

@@ -118,6 +118,14 @@ def test_one_fit_is_made_where_a_glance_tells_the_likeliest(shown: float) -> Non
     assert bool(estimate.suspects) == (shown == 20e3)
 
 
+def test_every_fit_is_made_where_a_glance_cannot_be_taken() -> None:
+    def glance(captures: Any, values: Any) -> Any:
+        raise DataError("no start values")
+
+    found, _ = pwm_frequency.corrected([capture(80e3)], known(12.0), fits(20e3), glance)
+    assert found[0].wiring.pwm_hz == 20e3
+
+
 def test_no_fit_is_made_where_a_glance_shows_nothing() -> None:
     given, before = [capture(80e3)], known(12.0)
     found = pwm_frequency.corrected(
