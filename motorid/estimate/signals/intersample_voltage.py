@@ -133,7 +133,9 @@ class Waveform:
     def _with_jumps(self, early: Sequence[float]) -> Waveform:
         time = self.time_s.copy()
         time[self.jumps] -= np.asarray(early) * (time[self.jumps] - self.time_s[self.jumps - 1])
-        return replace(self, time_s=time)
+        moved = replace(self, time_s=time)
+        vars(moved).update(steps_off=self.steps_off, wanders=self.wanders)  # no time is in them
+        return moved
 
     def _flux(self, at_s: Floats) -> Floats:
         """Integral (V·s) up to other times; before and after the log the voltage stays."""

@@ -158,6 +158,21 @@ def test_a_jump_is_moved_by_its_share_of_the_time_before() -> None:
     assert np.delete(means[1:], [5, 11]) == pytest.approx(np.delete(v[:16], [5, 11]))
 
 
+@pytest.mark.parametrize("shape", [BROKEN, LOOSE, "held"])
+def test_moved_jumps_are_those_of_a_log_with_such_stamps(shape: Shape) -> None:
+    rng = np.random.default_rng(2)
+    ramps = np.concatenate([np.linspace(0, 2, 100), np.linspace(5, 8, 100), np.full(100, 1.0)])
+    v, time = ramps + 0.01 * rng.standard_normal(300), np.cumsum(rng.uniform(0.7, 1.3, 300))
+    wave = waveform(shape, v, time)
+    assert len(wave.jumps) == 2
+    moved = time.copy()
+    moved[wave.jumps] -= np.array([0.2, 0.6]) * (time[wave.jumps] - time[wave.jumps - 1])
+    line = grid(280, 1.0)
+    assert np.array_equal(
+        wave.means(line, 0.3, [0.2, 0.6]), replace(wave, time_s=moved).means(line, 0.3)
+    )
+
+
 def test_where_one_stamp_is_irregular_its_jump_alone_is_unsure() -> None:
     v, time = steps(), np.arange(24.0)
     time[6:] += 0.3  # before the first jump
