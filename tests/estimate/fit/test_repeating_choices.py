@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from motorid.estimate.diagnosis import repeating_remarks
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.rotor.cogging import COGGING
 from motorid.estimate.effects.rotor.encoder_error import ENCODER_ERROR
@@ -212,3 +213,27 @@ def test_what_repeats_in_one_record_becomes_an_unknown_of_the_other() -> None:
     assert [one.repeating for one in mine] == [one.repeating for one in theirs]
     assert [one.asked for one in mine] == [["first", "second"], []]
     assert [one.asked for one in theirs] == [[], []]
+
+
+def test_an_amplitude_is_the_rms_of_the_runs_and_said_where_it_stands_out() -> None:
+    ripple, cogs = of_order(K_RIPPLE, 7), of_order(COGGING, 14)
+    instances = [*ripple, *cogs]
+    records: Any = [
+        SimpleNamespace(
+            instances=instances, repeating=SimpleNamespace(slopes=dict.fromkeys(instances))
+        )
+        for _ in range(2)
+    ]
+    own = (np.array([0.03, 0.04, 1e-4, 0.0]), np.array([0.0, 0.05, 0.0, 1e-4]))
+    noise = np.diag([1e-4, 1e-4, 4e-8, 4e-8])
+    solution: Any = SimpleNamespace(own=own, own_covariance=(noise, noise))
+    one, other = repeating_remarks.repeating(records, solution)
+    assert (one.per_turn, one.quantity, one.unit) == (7, K_RIPPLE.name, "1")
+    assert (one.amplitude, one.uncertainty) == pytest.approx((0.05, 0.01))
+    assert (other.per_turn, other.amplitude) == (14, pytest.approx(1e-4))
+    (said,) = repeating_remarks.allowed_for(records, solution)
+    assert f"7 a turn ({K_RIPPLE.name} 5 %)" in said.message
+    assert "14 a turn (each size within its noise)" in said.message
+    clear: Any = SimpleNamespace(own=own, own_covariance=(noise / 1e4, noise / 1e4))
+    (said,) = repeating_remarks.allowed_for(records, clear)
+    assert f"14 a turn ({COGGING.name} 0.0001 N·m)" in said.message
