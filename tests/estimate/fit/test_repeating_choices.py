@@ -237,3 +237,47 @@ def test_an_amplitude_is_the_rms_of_the_runs_and_said_where_it_stands_out() -> N
     clear: Any = SimpleNamespace(own=own, own_covariance=(noise / 1e4, noise / 1e4))
     (said,) = repeating_remarks.allowed_for(records, clear)
     assert f"14 a turn ({COGGING.name} 0.0001 N·m)" in said.message
+
+
+def test_what_repeats_is_the_bend_and_each_size_times_its_course() -> None:
+    course = np.arange(4.0)
+    known: Any = SimpleNamespace(
+        bend={"current": np.full(4, 0.5)},
+        slopes={"a": {"current": course, "speed": 2.0 * course}, "b": {"speed": np.ones(4)}},
+    )  # fmt: skip
+    found = repeating._total(known, {"a": 3.0, "b": -1.0})  # type: ignore[dict-item]
+    assert set(found) == {"current", "speed"}
+    assert found["current"] == pytest.approx(0.5 + 3.0 * course)
+    assert found["speed"] == pytest.approx(6.0 * course - 1.0)
+    assert known.bend["current"] == pytest.approx(0.5)  # which is left as it is
+
+
+@pytest.mark.parametrize(
+    ("length", "shift", "anew"),
+    [(2.9, 0.09, False), (3.1, 0.0, True), (0.0, 0.11, True), (0.0, 0.0, False)],
+)
+def test_courses_are_taken_anew_until_they_show_what_they_showed(
+    length: float, shift: float, anew: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By three deviations of all readings together, or a tenth of one of a parameter."""
+    monkeypatch.setattr(repeating, "covariance_of", lambda _: "inverse")
+    monkeypatch.setattr(repeating, "RepeatingResponse", lambda *_: "response")
+    monkeypatch.setattr(repeating, "_anew", lambda *_: "new")
+    monkeypatch.setattr(repeating, "_total", lambda known, _: {"current": float(known == "new")})
+    asked: list[Any] = []
+
+    def lines(*_: Any) -> Any:
+        return SimpleNamespace(
+            length=lambda change: asked.append(change) or length, shift=lambda _: shift
+        )
+
+    monkeypatch.setattr(repeating, "StraightLines", lines)
+    monkeypatch.setattr(repeating, "replace", lambda solution, **_: solution)
+    run: Any = SimpleNamespace(instances=(), repeating="old")
+    solution: Any = SimpleNamespace(
+        information=None, own=[np.zeros(0)], records=[None], values=None
+    )
+    found = repeating.taken_again([run], solution)
+    assert (found is not None) is anew
+    assert asked == [{"current": 1.0}]
+    assert run.repeating == ("new" if anew else "old")
