@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from motorid.estimate.diagnosis import repeating_remarks
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.rotor.cogging import COGGING
 from motorid.estimate.effects.rotor.encoder_error import ENCODER_ERROR
@@ -212,3 +213,71 @@ def test_what_repeats_in_one_record_becomes_an_unknown_of_the_other() -> None:
     assert [one.repeating for one in mine] == [one.repeating for one in theirs]
     assert [one.asked for one in mine] == [["first", "second"], []]
     assert [one.asked for one in theirs] == [[], []]
+
+
+def test_an_amplitude_is_the_rms_of_the_runs_and_said_where_it_stands_out() -> None:
+    ripple, cogs = of_order(K_RIPPLE, 7), of_order(COGGING, 14)
+    instances = [*ripple, *cogs]
+    records: Any = [
+        SimpleNamespace(
+            instances=instances, repeating=SimpleNamespace(slopes=dict.fromkeys(instances))
+        )
+        for _ in range(2)
+    ]
+    own = (np.array([0.03, 0.04, 1e-4, 0.0]), np.array([0.0, 0.05, 0.0, 1e-4]))
+    noise = np.diag([1e-4, 1e-4, 4e-8, 4e-8])
+    solution: Any = SimpleNamespace(own=own, own_covariance=(noise, noise))
+    one, other = repeating_remarks.repeating(records, solution)
+    assert (one.per_turn, one.quantity, one.unit) == (7, K_RIPPLE.name, "1")
+    assert (one.amplitude, one.uncertainty) == pytest.approx((0.05, 0.01))
+    assert (other.per_turn, other.amplitude) == (14, pytest.approx(1e-4))
+    (said,) = repeating_remarks.allowed_for(records, solution)
+    assert f"7 a turn ({K_RIPPLE.name} 5 %)" in said.message
+    assert "14 a turn (each size within its noise)" in said.message
+    clear: Any = SimpleNamespace(own=own, own_covariance=(noise / 1e4, noise / 1e4))
+    (said,) = repeating_remarks.allowed_for(records, clear)
+    assert f"14 a turn ({COGGING.name} 0.0001 N·m)" in said.message
+
+
+def test_what_repeats_is_the_bend_and_each_size_times_its_course() -> None:
+    course = np.arange(4.0)
+    known: Any = SimpleNamespace(
+        bend={"current": np.full(4, 0.5)},
+        slopes={"a": {"current": course, "speed": 2.0 * course}, "b": {"speed": np.ones(4)}},
+    )  # fmt: skip
+    found = repeating._total(known, {"a": 3.0, "b": -1.0})  # type: ignore[dict-item]
+    assert set(found) == {"current", "speed"}
+    assert found["current"] == pytest.approx(0.5 + 3.0 * course)
+    assert found["speed"] == pytest.approx(6.0 * course - 1.0)
+    assert known.bend["current"] == pytest.approx(0.5)  # which is left as it is
+
+
+@pytest.mark.parametrize(
+    ("length", "shift", "anew"),
+    [(2.9, 0.09, False), (3.1, 0.0, True), (0.0, 0.11, True), (0.0, 0.0, False)],
+)
+def test_courses_are_taken_anew_until_they_show_what_they_showed(
+    length: float, shift: float, anew: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By three deviations of all readings together, or a tenth of one of a parameter."""
+    monkeypatch.setattr(repeating, "covariance_of", lambda _: "inverse")
+    monkeypatch.setattr(repeating, "RepeatingResponse", lambda *_: "response")
+    monkeypatch.setattr(repeating, "_anew", lambda *_: "new")
+    monkeypatch.setattr(repeating, "_total", lambda known, _: {"current": float(known == "new")})
+    asked: list[Any] = []
+
+    def lines(*_: Any) -> Any:
+        return SimpleNamespace(
+            length=lambda change: asked.append(change) or length, shift=lambda _: shift
+        )
+
+    monkeypatch.setattr(repeating, "StraightLines", lines)
+    monkeypatch.setattr(repeating, "replace", lambda solution, **_: solution)
+    run: Any = SimpleNamespace(instances=(), repeating="old")
+    solution: Any = SimpleNamespace(
+        information=None, own=[np.zeros(0)], records=[None], values=None
+    )
+    found = repeating.taken_again([run], solution)
+    assert (found is not None) is anew
+    assert asked == [{"current": 1.0}]
+    assert run.repeating == ("new" if anew else "old")

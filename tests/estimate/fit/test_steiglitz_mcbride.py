@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorid.errors import DataError
-from motorid.estimate.fit.steiglitz_mcbride import motor_of, steiglitz_mcbride
+from motorid.estimate.fit.steiglitz_mcbride import _stable, motor_of, steiglitz_mcbride
 from motorid.motor.batch import LINEAR, Record, blank
 
 UNDERDAMPED = {"R": 3.1363, "L": 0.01307, "K": 0.048774, "B": 1.69e-4, "J": 9e-6}
@@ -77,3 +77,20 @@ def test_a_system_without_a_real_logarithm_is_no_motor():
     # a pole on the negative real axis: sampled motors have none
     with pytest.raises(DataError, match="Steiglitz-McBride"):
         motor_of(np.array([1.0, 0.2, -0.35]), np.array([[0.1, 0.0], [0.0, 0.2]]), 1e-4)
+
+
+@pytest.mark.parametrize(
+    "roots",
+    [(1.25, 0.5), (1.25, 2.0), (0.9, 0.3), (1.1 + 0.6j, 1.1 - 0.6j), (0.9 + 0.1j, 0.9 - 0.1j)],
+)
+def test_a_stable_denominator_has_the_same_spectrum(roots):
+    """A root mirrored at the unit circle leaves the spectrum, but for a constant."""
+    given = np.real(np.poly(roots))
+    found = _stable(given)
+    assert found[0] == pytest.approx(1.0)
+    assert np.abs(np.roots(found)).max() < 1.0
+    frequencies = np.exp(-1j * np.linspace(0.0, np.pi, 40))
+    ratio = np.abs(np.polyval(given[::-1], frequencies) / np.polyval(found[::-1], frequencies))
+    assert ratio == pytest.approx(ratio[0])
+    if max(abs(r) for r in roots) < 1.0:
+        assert found == pytest.approx(given)

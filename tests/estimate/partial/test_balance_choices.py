@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -213,3 +214,25 @@ def test_a_coast_by_its_voltage_needs_the_constant_for_an_inertia() -> None:
     one = Capture(np.arange(2000) * 1000, 1e6, {VOLTAGE: volts})
     with pytest.raises(UsageError, match="needs --fix K=VALUE beside --fix J"):
         mechanical_fit.fit([one], fix={"J": 1e-5})
+
+
+@pytest.mark.parametrize("unsigned", [(False, False), (True, False), (False, True), (True, True)])
+def test_one_magnitude_among_the_drives_restores_the_signs_of_all_that_need_it(
+    unsigned: tuple[bool, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ways: list[Any] = []
+    motions: Any = [replace(motion(), unsigned=one) for one in unsigned]
+    monkeypatch.setattr(mechanical_fit, "choose_width", lambda _, at: at(0.1))
+    monkeypatch.setattr(mechanical_fit, "_at_width", lambda given, *_: ways.append(given))
+    monkeypatch.setattr(
+        mechanical_fit, "_with_sure_signs", lambda given, *_: ways.append(["signed", *given])
+    )
+    mechanical_fit._regress(motions, np.ones(4, bool), np.zeros(4))
+    if not any(unsigned):
+        assert ways == [motions]
+        return
+    ((mark, *given),) = ways
+    assert mark == "signed"
+    for before, after in zip(motions, given, strict=True):
+        assert (after is before) is not before.unsigned
+        assert after.unsigned is before.unsigned or not after.unsigned

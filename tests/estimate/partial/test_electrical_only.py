@@ -8,7 +8,7 @@ from functools import cache
 import pytest
 
 from motorid.capture.model import POSITION, VOLTAGE, Capture
-from motorid.errors import UsageError
+from motorid.errors import DataError, UsageError
 from motorid.estimate.partial import electrical_only
 from motorid.estimate.results.estimate import Estimate, Parameter
 from motorid.identify import fit
@@ -125,3 +125,24 @@ def test_nothing_of_the_motion_is_told_where_the_resistance_is_not() -> None:
 def _of_scale_one(found: Estimate) -> dict[str, Parameter]:
     """J, B and T0 as of K = 1."""
     return {name: found.combinations[ratio] for name, (ratio, _) in electrical_only.RATIOS.items()}
+
+
+@pytest.mark.parametrize("name", ["K", "B", "J", "T0"])
+@pytest.mark.parametrize("true", [0.02, 3.0])
+def test_one_that_is_given_sets_the_scale_of_all(
+    name: str, true: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a motor with K = k: v = R i + k ω and J dω/dt = k i - ... in x = k ω has K = 1, J/k², B/k²
+    and T0/k, and the same R and L."""
+    motor = {"R": 2.0, "L": 1e-3, "K": true, "B": 4e-5, "J": 2e-5, "T0": 6e-3}
+    by = {"K": true, "B": true**2, "J": true**2, "T0": true}
+    scaleless = {n: value / by.get(n, 1.0) for n, value in motor.items()}
+    begun: list[dict[str, float]] = []
+    monkeypatch.setattr(electrical_only, "MotorRecord", lambda *given: given)
+    monkeypatch.setattr(
+        electrical_only.multistart, "solve", lambda _records, _free, start: begun.append(start)
+    )
+    electrical_only._on_scale([], {name: motor[name]}, (), name, scaleless)
+    assert begun == [pytest.approx(motor)]
+    with pytest.raises(DataError, match=f"--fix {name} sets no scale"):
+        electrical_only._on_scale([], {name: 1.0}, (), name, {**scaleless, name: 0.0})

@@ -204,3 +204,15 @@ def test_at_a_bound_a_variance_is_what_it_would_be_without_it() -> None:
     assert one.sigma[1] == pytest.approx(np.sqrt(free[1][1, 1]))
     assert one.freedom == len(np.unique(block_bootstrap_regression.blocks(less))) - 1
     assert one.residual == pytest.approx(less.drive - less.matrix @ one.coefficients)
+
+
+@pytest.mark.parametrize("start", [0, 500, 1400])
+def test_a_bump_covers_enough_samples_wherever_it_lies(start: int) -> None:
+    motion = mechanical_signals.of_capture(swinging(), CURRENT)
+    fewest = modulating_functions.FEWEST_SAMPLES
+    speed, half = motion.speed(0.05), H * 20.0
+    centre = motion.time_s[start] + half
+    for covered in (fewest - 1, fewest, fewest + 3):
+        stretch = mechanical_signals.Stretch(start, start + covered, 1)
+        line = modulating_functions._line(motion, stretch, speed, centre, half)
+        assert (line is not None) is (covered >= fewest)

@@ -122,3 +122,19 @@ def test_the_moment_it_stops_is_where_the_line_of_the_rise_begins() -> None:
         assert abs(stops_from(DIODE, -(FLOWING + rise), SUPPLY) - 40) <= 2
     slight = 0.008 * SUPPLY * np.clip((np.arange(N) - 40) / 20, 0, 1)  # less than clear
     assert stops_from(DIODE, -(FLOWING + slight), SUPPLY) == N
+
+
+@pytest.mark.parametrize("inductance_h", [0.0, 1e-3])
+def test_where_nothing_can_be_compared_it_is_left_as_it_was(inductance_h: float) -> None:
+    """Without an inductance there is no ripple to compare with; without readings, no current."""
+    wiring = Wiring(supply_voltage_v=SUPPLY, pwm_hz=20e3)
+    capture = replace(clean_capture(FAULHABER), wiring=wiring)
+    count = len(capture)
+    stopped = replace(DIODE, stop=count, discontinuous=True)
+    timeline = Timeline(1e-4, count, np.arange(count), (stopped,), 0.0)
+    gone = np.full(count, np.nan if inductance_h else -50.0)
+    amperes = replace(capture, channels={CURRENT: Channel(CURRENT, "A", gone)})
+    (part,) = confirmed(amperes, timeline, inductance_h, 2.0).parts
+    assert part.discontinuous
+    (part,) = confirmed(replace(capture, channels={}), timeline, 1e-3, 2.0).parts
+    assert part.discontinuous

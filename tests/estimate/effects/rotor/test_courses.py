@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from motorid.capture.model import CURRENT, POSITION, Capture
+from motorid.capture.model import CURRENT, POSITION, SPEED, Capture
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity
 from motorid.estimate.effects.rotor.cogging import COGGING
 from motorid.estimate.effects.rotor.encoder_error import ENCODER_ERROR
@@ -128,3 +129,29 @@ def test_what_bends_grows_with_the_square() -> None:
         np.abs(small).max()
         < 0.05 * 0.02 * np.abs(slopes[of_order(K_RIPPLE, PERIODS)[0]][CURRENT]).max()
     )
+
+
+@pytest.mark.parametrize("gear", [1.0, 5.0, 0.5])
+@pytest.mark.parametrize("name", [POSITION, SPEED])
+def test_an_encoder_behind_a_gear_errs_by_its_own_turn(name: str, gear: float) -> None:
+    """Its reading, times the gear, errs by gear e cos(n angle/gear)."""
+    period_s, rate = 1e-3, 40.0
+    angle = rate * period_s * np.arange(2000)
+    motion = SimpleNamespace(block=SimpleNamespace(name=name), keep=np.arange(0, 2000, 2))
+    named = {name: motion}
+    record = SimpleNamespace(
+        block=named.get, gear=gear, timeline=SimpleNamespace(period_s=period_s)
+    )
+    at = object.__new__(RepeatingResponse)
+    at.record, at.angle = record, angle  # type: ignore[assignment]
+    cosine, sine = of_order(ENCODER_ERROR, 2)
+    found = at.encoder_error(2)
+    turned = 2.0 * angle[motion.keep] / gear
+    if name == POSITION:
+        assert found[cosine][name] == pytest.approx(gear * np.cos(turned))
+        assert found[sine][name] == pytest.approx(-gear * np.sin(turned))
+    else:  # its derivative in time
+        assert found[cosine][name] == pytest.approx(-2.0 * rate * np.sin(turned))
+        assert found[sine][name] == pytest.approx(-2.0 * rate * np.cos(turned))
+    named.clear()
+    assert at.encoder_error(2) == {}

@@ -1,0 +1,92 @@
+"""When a quantity is there and how large it may be, on subjects made by hand."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motorid.estimate.effects.iron.armature_reaction import ARMATURE_REACTION
+from motorid.estimate.effects.iron.saturation import SATURATION
+from motorid.estimate.effects.source.duty_of_volts import DUTY_OF_VOLTS
+from motorid.estimate.effects.source.voltage_resolution import VOLTAGE_RESOLUTION
+from motorid.estimate.signals.time_grid import Part
+from motorid.program import Decay, StepKind
+
+MOTOR = np.array([2.0, 1e-3, 0.05, 4e-5, 2e-5, 6e-3])
+STALL_A = 8.0 / 2.0
+
+
+def judged(motor: np.ndarray | None = MOTOR) -> Any:
+    return SimpleNamespace(judged_at=motor, volts=np.array([3.0, -8.0]))
+
+
+def test_iron_is_expected_at_the_stall_current_of_the_motor() -> None:
+    """2 % of K is gone there, and a fifth of L far beyond; half of that at half of the current."""
+    reaction = ARMATURE_REACTION.prior(judged(), 0)
+    assert reaction is not None
+    assert (reaction.sd * STALL_A, reaction.mean) == (pytest.approx(0.02), 0.0)
+    assert ARMATURE_REACTION.scale(judged()) == pytest.approx(1.0 / STALL_A)
+    iron = SATURATION.prior(judged(), 0)
+    assert iron is not None
+    assert (iron.sd, iron.mean) == (0.2, 0.0)
+    setup: Any = SimpleNamespace(motor={})
+    (act,) = SATURATION.acts
+    for size in (0.1, 0.05):  # of which the second comes on top
+        act(setup, judged(), 0, size)  # type: ignore[operator]
+    assert setup.motor["saturation"] == pytest.approx(0.15)
+    assert setup.motor["saturation_current"] == pytest.approx(STALL_A / 2)
+
+
+def test_nothing_is_expected_of_iron_before_a_motor_is_known_or_without_an_inductance() -> None:
+    assert ARMATURE_REACTION.prior(judged(None), 0) is None
+    assert SATURATION.prior(judged(None), 0) is None
+    bare = MOTOR.copy()
+    bare[1] = 0.0
+    assert SATURATION.prior(judged(bare), 0) is None
+    assert ARMATURE_REACTION.prior(judged(bare), 0) is not None
+
+
+@pytest.mark.parametrize(
+    ("step", "noises", "there"),
+    [
+        (0.01, (0.0029,), True), (0.01, (0.0031,), False), (0.01, (0.001, 0.0031), False),
+        (0.0, (0.0,), False), (0.01, (), False), (0.01, (None, 0.0), True),
+    ],
+)  # fmt: skip
+def test_a_converters_step_matters_where_no_noise_dithers_it(
+    step: float, noises: tuple[float | None, ...], there: bool
+) -> None:
+    each = tuple(None if n is None else SimpleNamespace(noise=n) for n in noises)
+    subject: Any = SimpleNamespace(sensed=SimpleNamespace(resolution=step), sources=each)
+    prior = VOLTAGE_RESOLUTION.prior(subject, 0)
+    assert (prior is not None) is there
+    if prior is not None:
+        assert prior.sd == pytest.approx(step / 12**0.5)  # evenly within a step
+
+
+SLOW, FAST, NONE = Decay.SYNCHRONOUS_SLOW, Decay.FAST, Decay.NONE
+VOLTS, DUTY = StepKind.DRIVE_VOLTS, StepKind.DRIVE_DUTY
+
+
+@pytest.mark.parametrize(
+    ("kind", "decay", "gain", "supply", "there"),
+    [
+        (VOLTS, SLOW, 0.01, False, True), (DUTY, SLOW, 0.01, False, False),
+        (VOLTS, NONE, 0.01, False, False), (VOLTS, SLOW, 0.0, False, False),
+        (VOLTS, SLOW, 0.01, True, False),
+    ],
+)  # fmt: skip
+def test_a_duty_is_unknown_where_a_board_makes_volts_of_a_supply_that_nobody_read(
+    kind: StepKind, decay: Decay, gain: float, supply: bool, there: bool
+) -> None:
+    parts = (Part(0, 5), Part(5, 9, kind, 3.0, decay))
+    subject: Any = SimpleNamespace(
+        timeline=SimpleNamespace(parts=parts), sensed=SimpleNamespace(gain_uncertainty=gain),
+        capture=SimpleNamespace(get=lambda _: 1 if supply else None),
+    )  # fmt: skip
+    prior = DUTY_OF_VOLTS.prior(subject, 0)
+    assert (prior is not None) is there
+    assert prior is None or prior.sd == gain
