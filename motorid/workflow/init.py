@@ -17,15 +17,14 @@ from motorid.acquire.ports import identity_of, only_port
 from motorid.acquire.session import Session
 from motorid.acquire.signs import Sign, SignError
 from motorid.capture.model import CURRENT, SUPPLY
-from motorid.errors import UsageError
+from motorid.errors import RigError, UsageError
 from motorid.rig import Rig, load_rig
 from motorid.rig_front_end import FAMILY
 from motorid.workflow.kit import FAMILIES, Able, Answers, Kit, kit
+from motorid.workflow.pulse_verdict import verdicts
 
 AUTO, VIRTUAL = "auto", ("sim://", "emu://")  # boards that forget when they are closed
 NAMES = {board: f"{FAMILY}{family}" for board, family in FAMILIES.items()}
-FAR = 0.25  # of the applied voltage, by which the terminals' reading is worth a word
-SUPPLY_FAR = 0.1  # of the supply as stated
 
 
 @dataclass(frozen=True)
@@ -109,10 +108,10 @@ def turned_round(bench: Bench) -> Bench:
 
 
 def verdict(bench: Bench, turn_round: Callable[[str], bool]) -> Iterator[str]:
-    """Drives weak pulses, and says what they show of signs, scales and counts.
+    """Drives weak pulses, and says of signs, scales and counts whether they are right.
 
     ``turn_round`` is asked, with what was seen, whether to count the encoder the other way.
-    Raises RigError with what to mend, LinkError where the board is lost.
+    Raises RigError with what to mend, after the last line; LinkError where the board is lost.
     """
     try:
         rig, figures = _pulsed(bench.path)
@@ -122,7 +121,13 @@ def verdict(bench: Bench, turn_round: Callable[[str], bool]) -> Iterator[str]:
         write(turned_round(bench))
         yield "the encoder is now counted the other way (wiring.encoder_reversed)"
         rig, figures = _pulsed(bench.path)
-    yield from _sentences(rig, figures)
+    found = list(verdicts(rig, figures, bench.said.constant))
+    yield from (one.line() for one in found)
+    if wrong := [one.of for one in found if one.word == "wrong"]:
+        raise RigError(
+            f"{bench.path}: the pulse shows something wrong ({', '.join(wrong)}): mend it as its "
+            "line says, and run init again with --force"
+        )
 
 
 def _pulsed(path: Path) -> tuple[Rig, Fields]:
@@ -146,37 +151,3 @@ def _pulsed(path: Path) -> tuple[Rig, Fields]:
         }
     finally:
         port.close()
-
-
-def _sentences(rig: Rig, seen: Fields) -> Iterator[str]:
-    turns = seen["counts"] / rig.wiring.counts_per_turn * rig.wiring.gear_ratio
-    yield (
-        f"signs    right: +{seen['volts']:.3g} V brings current, voltage and counts forward "
-        f"({seen['duty']:.0%} duty)"
-    )
-    yield (
-        f"counts   {seen['counts']} in the pulse: {turns:.3g} turns of the motor; look whether "
-        "its shaft turned so far"
-    )
-    if seen["current_a"] is not None:
-        yield f"current  {seen['current_a']:.3g} A while driving, {seen['peak_a']:.3g} A at most"
-        wide = abs(seen["zero_a"]) > 3 * seen["zero_uncertainty_a"]
-        more = ": more than its facts allow; is it the right sensor?" if wide else ""
-        yield f"zero     the sensor reads {seen['zero_a']:.3g} A without current{more}"
-    if seen["voltage_v"] is not None:
-        yield _scale_of_volts(rig, seen["volts"], seen["voltage_v"])
-    if seen["supply_v"] is not None:
-        stated = rig.supply_voltage_v or seen["supply_v"]
-        off = abs(seen["supply_v"] / stated - 1.0) > SUPPLY_FAR
-        more = f", not {stated:g} V as stated: check the divider" if off else ""
-        yield f"supply   {seen['supply_v']:.3g} V{more}"
-
-
-def _scale_of_volts(rig: Rig, applied: float, read: float) -> str:
-    share, drop = read / applied, rig.wiring.bridge_drop_v
-    said = f"voltage  the terminals read {read:.3g} V of {applied:.3g} V applied"
-    if abs(share - 1.0) <= FAR:
-        return said
-    if drop and share < 1.0:
-        return f"{said}; the bridge keeps the rest"
-    return f"{said}: check the divider, and the front end's facts"

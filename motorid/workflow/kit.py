@@ -83,6 +83,12 @@ class Answers:
     reference_v: float | None = None  # measured, where it is a supply
 
     @property
+    def constant(self) -> float | None:
+        """V s, what turning induces by the label; friction lets the motor turn a little slower."""
+        rpm = self.no_load_rpm
+        return self.motor_v / (rpm * math.tau / 60) if rpm else None
+
+    @property
     def able(self) -> Able:
         """What such a board can, as long as it has not said so itself."""
         return PICO if self.board == "pico" else AVR

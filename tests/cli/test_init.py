@@ -92,6 +92,19 @@ def test_an_encoder_that_counts_backwards_is_turned_round(
     assert "signs    right" in capsys.readouterr().out
 
 
+def test_a_wrong_scale_is_named_and_the_bench_is_not_called_ready(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """A quarter of the encoder's counts was stated."""
+    fine = [word.replace("2048", "512") for word in ALL]
+    assert run(["init", "--port", BENCH, *fine, "--rpm", "10200", "--pulse"]) == 3
+    said = capsys.readouterr()
+    assert "counts   wrong: " in said.out
+    assert "signs    right" in said.out
+    assert "the bench is ready" not in said.out
+    assert "the pulse shows something wrong (counts)" in said.err
+
+
 def test_what_the_pulse_finds_wrong_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     port = f"{BENCH}&fault=current_dead"
     assert run(["init", "--port", port, *ALL, "--pulse"]) == 3
