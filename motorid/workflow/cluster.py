@@ -200,12 +200,15 @@ def _cluster(address: str) -> Iterator[str]:
         "dashboard_address": "127.0.0.1:0",
         "silence_logs": logging.CRITICAL,
     }
-    workers = int(address.removeprefix(LOCAL))
-    with (
-        import_module("dask").config.set(LEAN),
-        distributed.LocalCluster(n_workers=workers, **options) as cluster,
-    ):
-        yield str(cluster.scheduler_address)
+    with import_module("dask").config.set(LEAN):
+        try:
+            cluster = distributed.LocalCluster(int(address.removeprefix(LOCAL)), **options)
+        except (RuntimeError, OSError, TimeoutError) as error:
+            raise LinkError(
+                f"{address}: its processes did not start ({error}): give the same command again"
+            ) from None
+        with cluster:
+            yield str(cluster.scheduler_address)
 
 
 @contextlib.contextmanager

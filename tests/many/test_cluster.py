@@ -217,3 +217,16 @@ def test_workers_of_this_computer_compute_on_one_core_and_watch_themselves_littl
     assert found["profiled"] is False
     assert dask.config.get("distributed.nanny.pre-spawn-environ") == before
     assert dask.config.get("distributed.worker.profile.enabled")
+
+
+def test_processes_that_do_not_start_are_said_in_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A worker that is killed before it answers; no computer is short of memory on purpose."""
+
+    def failing(*_: Any, **__: Any) -> None:
+        raise RuntimeError("Nanny failed to start.")
+
+    monkeypatch.setattr(distributed, "LocalCluster", failing)
+    with pytest.raises(LinkError, match=r"its processes did not start .*: give the same command"):
+        run_all(tasks_of(plain), tmp_path / "runs", "local:1")
