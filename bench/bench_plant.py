@@ -1,17 +1,18 @@
-"""Many stations, one PostgreSQL, one broker, random kills of all: is anything lost or doubled?
+"""Many stations, one PostgreSQL, one broker, one store, random kills of all: what is lost?
 
     python bench/bench_plant.py [--stations 20] [--inspections 100] [--replay 100000] [--every 8]
 
 Each station inspects motors on a simulated board in a process of its own, ordered by a line
-controller. About each EVERY seconds a station, the database or the broker is killed (SIGKILL), or
-the broker hangs; it comes back after a drawn time. A consumer acknowledges verdicts over MQTT. In
-the end each verdict on a station's disk must be in the database once and with the consumer once, as
-it was shown; the seals must hold, with every mark that an inspection keeps; each motor must be
-judged; and each result must lead to its capture's file, by SHA-256, and each capture back. Then
-REPLAY results are added by reference to these captures, by a writer for each station.
+controller. About each EVERY seconds a station, the database or the broker is killed (SIGKILL), the
+broker hangs, or the store refuses connections; it comes back after a drawn time. A consumer
+acknowledges verdicts over MQTT.
 
-Not in it: a store of captures, and workers of a cluster. A store is one more Service, and one more
-mark for Station.finish. Ends with 1 where anything is lost or doubled.
+In the end each verdict on a station's disk must be in the database once and with the consumer once,
+as it was shown; the seals must hold, with every mark that an inspection keeps; each motor must be
+judged; each result must lead to its capture's file, by SHA-256, and each capture back; the store
+must hold each capture and verdict, byte by byte, and nothing else. Then REPLAY results are added by
+reference to these captures, by a writer for each station, and a cluster whose workers are killed
+fits each capture out of the store. Ends with 1 where anything is lost or doubled.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import argparse
 import contextlib
 import hashlib
 import json
+import os
 import signal
 import sys
 import tempfile
@@ -34,24 +36,31 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
+from bench.plant.refit import refitted
 from bench.plant.replay import replay
-from bench.plant.services import Broker, Database
+from bench.plant.services import Broker, Database, ObjectStore
 from bench.plant.station import Station
 from motorid.quality.history import History, open_history
-from motorid.workflow import shift_history
+from motorid.workflow import shift_history, spool, uploads
 from motorid.workflow.check import CAPTURE, VERDICT
 from motorid.workflow.mqtt import outbox
 from motorid.workflow.shift_history import anchors
 from tests.plant.consumer import Consumer, consuming
+from tests.storage.stores import ENVIRONMENT
 
-MARKS = (shift_history.MARK, outbox.MARK)
+MARKS = (shift_history.MARK, outbox.MARK, uploads.MARK)
+BUCKET = "plant"
 AWAY_S = 6.0  # at most
-HANG, STATION, DATABASE, BROKER = "broker hangs", "station", "database", "broker"
-SHARES = {STATION: 0.55, DATABASE: 0.15, BROKER: 0.15, HANG: 0.15}
+HANG, STATION, DATABASE, BROKER, STORE = "broker hangs", "station", "database", "broker", "store"
+SHARES = {STATION: 0.5, DATABASE: 0.15, BROKER: 0.1, HANG: 0.1, STORE: 0.15}
 
 
 def trouble(
-    stations: Sequence[Station], database: Database, broker: Broker, every_s: float
+    stations: Sequence[Station],
+    database: Database,
+    broker: Broker,
+    store: ObjectStore,
+    every_s: float,
 ) -> Counter[str]:
     """Kills until every station is through; how often what."""
     rng, done = np.random.default_rng(2029), Counter[str]()
@@ -70,7 +79,7 @@ def trouble(
                 time.sleep(away_s)
                 broker.signal(signal.SIGCONT)
             case _:
-                service = database if what == DATABASE else broker
+                service = {DATABASE: database, BROKER: broker, STORE: store}[what]
                 service.fail()
                 time.sleep(away_s)
                 service.start()
@@ -119,6 +128,20 @@ def untraceable(history: History, folder: Path) -> Iterator[str]:
     yield from (f"{files[one]} is cited by no result" for one in files.keys() - cited)
 
 
+def stored_otherwise(store: ObjectStore, folder: Path) -> Iterator[str]:
+    """Where the store does not hold what the stations' disks do."""
+    names = (CAPTURE, VERDICT)
+    disk = {
+        path.relative_to(folder).as_posix(): _sha256(path)
+        for path in folder.glob("line-*/*/*")
+        if path.name in names and (path.parent / VERDICT).exists()
+    }
+    held = {k: v for k, v in store.digests(BUCKET).items() if k.rpartition("/")[2] in names}
+    yield from (f"not in the store: {one}" for one in disk.keys() - held)
+    yield from (f"in the store alone: {one}" for one in held.keys() - disk)
+    yield from (f"other bytes in the store: {k}" for k in disk.keys() & held if disk[k] != held[k])
+
+
 def _sha256(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
@@ -130,6 +153,11 @@ def shift(options: argparse.Namespace, folder: Path, stack: contextlib.ExitStack
     stack.callback(database.stop)
     broker.start()
     stack.callback(broker.kill)
+    store = ObjectStore()
+    stack.callback(store.kill)
+    store.bucket(BUCKET)
+    os.environ |= {**ENVIRONMENT, "AWS_ENDPOINT_URL": store.address, spool.FOLDER: str(folder)}
+    shifts_of = folder / "s3" / BUCKET  # where the spool has the stations' inspections
     open_history(database.url).close()
     settings = folder / "mqtt.toml"
     settings.write_text(
@@ -138,7 +166,7 @@ def shift(options: argparse.Namespace, folder: Path, stack: contextlib.ExitStack
     consumer = stack.enter_context(consuming(broker.port))
     shared = ["--history", database.url, "--mqtt", str(settings)]
     stations = [
-        Station(f"line-{n:02d}", folder / f"line-{n:02d}", shared,
+        Station(f"line-{n:02d}", shifts_of / f"line-{n:02d}", f"s3://{BUCKET}/line-{n:02d}", shared,
                 [f"D{n:02d}{k:04d}" for k in range(options.inspections)])
         for n in range(options.stations)
     ]  # fmt: skip
@@ -146,15 +174,16 @@ def shift(options: argparse.Namespace, folder: Path, stack: contextlib.ExitStack
         stack.callback(one.end_process)
         one.start()
     began = time.monotonic()
-    kinds = trouble(stations, database, broker, options.every)
+    kinds = trouble(stations, database, broker, store, options.every)
     worked_s = time.monotonic() - began
     wrong = [one.failed for one in stations if one.failed]
     for one in stations:
         wrong += one.finish(MARKS)
-    disk = verdicts(folder)
+    disk = verdicts(shifts_of)
     with open_history(database.url) as history:
-        wrong += lost_or_doubled(disk, history, consumer, folder)
-        wrong += untraceable(history, folder)
+        wrong += lost_or_doubled(disk, history, consumer, shifts_of)
+        wrong += untraceable(history, shifts_of)
+    wrong += stored_otherwise(store, shifts_of)
     judged = {v["serial"] for v in disk.values() if v["outcome"] != "INVALID"}
     wrong += [f"never judged: {s}" for one in stations for s in one.serials if s not in judged]
     outcomes = Counter(v["outcome"] for v in disk.values())
@@ -166,7 +195,10 @@ def shift(options: argparse.Namespace, folder: Path, stack: contextlib.ExitStack
     )
     print(f"the consumer got {len(consumer.came)} messages for {len(disk)} verdicts")
     if options.replay and not wrong:
-        wrong += replayed(options, database, folder)
+        wrong += replayed(options, database, shifts_of)
+    wrong += refitted(
+        f"s3://{BUCKET}", folder / "fits", len(list(shifts_of.glob(f"*/*/{CAPTURE}")))
+    )
     return wrong
 
 

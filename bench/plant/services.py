@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import pwd
 import shutil
@@ -12,12 +13,13 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from tests.plant.mosquitto import Mosquitto
+from tests.storage.stores import Store
 
 PATIENCE_S = 120.0
 
 
 class Service(Protocol):
-    """A database, a broker; a store would be another."""
+    """A database, a broker, a store."""
 
     name: str
 
@@ -91,3 +93,56 @@ class Broker(Mosquitto):
     def fail(self) -> None:
         """SIGKILL: its queues go with it."""
         self.kill()
+
+
+class ObjectStore(Store):
+    """moto's server, a stand-in for a real store: it refuses connections, and keeps what it holds.
+
+    A SIGKILL would take its objects with it, which no real store does.
+    """
+
+    name = "store"
+    SERVER = """
+import sys
+from moto.server import ThreadedMotoServer
+server = ThreadedMotoServer("127.0.0.1", int(sys.argv[1]), verbose=False)
+server.start()
+port = server.get_host_and_port()[1]
+print(port, flush=True)
+for line in sys.stdin:
+    if line == "away\\n":
+        server.stop()
+    else:
+        server = ThreadedMotoServer("127.0.0.1", port, verbose=False)
+        server.start()
+    print(line, end="", flush=True)
+"""
+
+    def __init__(self) -> None:
+        self.began = False
+        super().__init__()
+
+    def start(self) -> None:
+        """It answers when this returns."""
+        if self.began:
+            self._order("back")
+        else:
+            super().start()
+        self.began = True
+
+    def fail(self) -> None:
+        """It answers nobody any more."""
+        self._order("away")
+
+    def _order(self, word: str) -> None:
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.process.stdin.write(f"{word}\n")
+        self.process.stdin.flush()
+        assert self.process.stdout.readline() == f"{word}\n"
+
+    def digests(self, bucket: str) -> dict[str, str]:
+        """SHA-256 of each object, by its key."""
+        pages = self.client.get_paginator("list_objects_v2").paginate(Bucket=bucket)
+        keys = [one["Key"] for page in pages for one in page.get("Contents", [])]
+        return {key: hashlib.sha256(self.stored(bucket, key)).hexdigest() for key in keys}

@@ -23,11 +23,16 @@ INVALID = "INVALID"
 
 
 class Station(threading.Thread):
-    """Inspects ``serials`` one after the other, through all kills, until each is judged."""
+    """Inspects ``serials`` one after the other, through all kills, until each is judged.
 
-    def __init__(self, name: str, folder: Path, options: list[str], serials: list[str]) -> None:
+    Inspections are in ``folder``, and go on ``to`` the store.
+    """
+
+    def __init__(
+        self, name: str, folder: Path, to: str, options: list[str], serials: list[str]
+    ) -> None:
         super().__init__(name=name, daemon=True)
-        self.folder, self.options, self.serials = folder, options, serials
+        self.folder, self.to, self.options, self.serials = folder, to, options, serials
         self.process: subprocess.Popen[str] | None = None
         self.shifts = self.accepted = 0
         self.link: socket.socket | None = None
@@ -67,7 +72,7 @@ class Station(threading.Thread):
         for journal in self.folder.rglob("*.journal"):
             with contextlib.suppress(FileNotFoundError):
                 os.utime(journal, (time.time() - OLD_S, time.time() - OLD_S))
-        call = [*COMMAND, "-o", str(self.folder), "--station", self.name, *self.options]
+        call = [*COMMAND, "-o", self.to, "--station", self.name, *self.options]
         self.process = subprocess.Popen(
             call,
             stdin=subprocess.PIPE,

@@ -37,3 +37,12 @@ def gated(number: int, gate: Path) -> dict[str, Any]:
 def broken(number: int) -> dict[str, Any]:
     """A defect of the task itself."""
     raise ZeroDivisionError(number)
+
+
+def surroundings(number: int) -> dict[str, Any]:
+    """What Dask has made of the worker that computes this."""
+    import dask
+
+    names = ("OPENBLAS_NUM_THREADS", "MALLOC_TRIM_THRESHOLD_")
+    profiled = dask.config.get("distributed.worker.profile.enabled")
+    return {"n": number, "profiled": profiled, **{one: os.environ.get(one) for one in names}}

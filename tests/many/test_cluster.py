@@ -21,7 +21,7 @@ from motorid.workflow.rejudge import judge_into, rejudge
 from motorid.workflow.task import Result, Task
 from motorid.workflow.tasks import run_all
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
-from tests.many.cluster_tasks import broken, deadly, gated, plain
+from tests.many.cluster_tasks import broken, deadly, gated, plain, surroundings
 
 Cluster = Any
 
@@ -198,4 +198,35 @@ def test_without_dask_it_says_what_to_install(
 ) -> None:
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     with pytest.raises(UsageError, match=r"pip install 'motorid\[plant\]'"):
+        run_all(tasks_of(plain), tmp_path / "runs", "local:1")
+
+
+@pytest.mark.slow
+def test_workers_of_this_computer_compute_on_one_core_and_watch_themselves_little(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Dask's own settings are as before for whoever else uses it."""
+    import dask
+
+    monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
+    monkeypatch.delenv("MALLOC_TRIM_THRESHOLD_", raising=False)
+    before = dask.config.get("distributed.nanny.pre-spawn-environ")
+    (found,) = run_all(tasks_of(surroundings, count=1), tmp_path / "runs", "local:1")
+    assert found["OPENBLAS_NUM_THREADS"] == "1"
+    assert found["MALLOC_TRIM_THRESHOLD_"] is None
+    assert found["profiled"] is False
+    assert dask.config.get("distributed.nanny.pre-spawn-environ") == before
+    assert dask.config.get("distributed.worker.profile.enabled")
+
+
+def test_processes_that_do_not_start_are_said_in_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A worker that is killed before it answers; no computer is short of memory on purpose."""
+
+    def failing(*_: Any, **__: Any) -> None:
+        raise RuntimeError("Nanny failed to start.")
+
+    monkeypatch.setattr(distributed, "LocalCluster", failing)
+    with pytest.raises(LinkError, match=r"its processes did not start .*: give the same command"):
         run_all(tasks_of(plain), tmp_path / "runs", "local:1")

@@ -31,6 +31,8 @@ ENVIRONMENT = {
 class Store:
     """A server in a process of its own, which can be killed. It forgets what it held."""
 
+    SERVER = SERVER
+
     def __init__(self) -> None:
         self.port = 0
         self.start()
@@ -38,7 +40,7 @@ class Store:
     def start(self) -> None:
         """Starts it, the second time on the port of the first."""
         self.process = subprocess.Popen(
-            [sys.executable, "-c", SERVER, str(self.port)],
+            [sys.executable, "-c", self.SERVER, str(self.port)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
