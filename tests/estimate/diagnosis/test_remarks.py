@@ -238,3 +238,22 @@ def test_only_the_voltage_of_a_log_is_unknown_between_stamps() -> None:
     log = record(sensed=SimpleNamespace(waveform="read"))
     assert data_remarks.unseen_voltage([with_program]) == []
     assert only(data_remarks.unseen_voltage([with_program, log])).severity == "warning"
+
+
+@pytest.mark.parametrize(
+    ("steps", "noise", "said"), [(40, 2.0, True), (100, 0.1, True), (100, 2.0, False),
+                                 (400, 0.1, False)],
+)  # fmt: skip
+def test_readings_in_few_steps_are_coarse_and_so_are_some_more_without_noise(
+    steps: int, noise: float, said: bool
+) -> None:
+    """``noise`` in steps."""
+    capture = clean_capture(FAULHABER)
+    current = capture.channels[CURRENT]
+    step = float(np.abs(current.values).max()) / steps
+    rough = current.values + noise * step * np.random.default_rng(2).normal(size=len(capture))
+    coarse = replace(current, raw=np.round(rough / step), scale=step, resolution=step)
+    one = record(capture=replace(capture, channels={**capture.channels, CURRENT: coarse}))
+    found = data_remarks.coarse(one, " in run 2")
+    assert [(d.code, d.severity) for d in found] == ([("coarse_readings", "info")] if said else [])
+    assert all(f"{step:.3g} A" in d.message and "coarse in run 2" in d.message for d in found)
