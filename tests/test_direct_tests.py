@@ -8,8 +8,6 @@ from tests.import_statements import imported
 
 ROOM = "motorid/estimate"
 BY_FITS_ALONE: dict[str, str] = {
-    "motorid.estimate.model.extended_capture_model": "each term is held to an integrator by fits",
-    "motorid.estimate.model.reconstructed_voltage": "each source and loss in it has its own test",
     "motorid.estimate.selection.predicted_gain": "whole fits hold which terms are chosen",
 }
 """At most MOST modules that whole fits test well enough, each with the reason."""

@@ -15,6 +15,7 @@ from motorid.estimate.diagnosis.faults import (
     channel_delay,
     current_limited_supply,
     current_zero,
+    decay_mode,
     encoder_bandwidth,
     load_slip,
     lost_rows,
@@ -35,7 +36,7 @@ from motorid.estimate.solver.problem import Solution
 
 Floats = NDArray[np.float64]
 
-SCREENED = (channel_delay, low_pass_filter, saturation, current_zero)  # by the fit's derivatives
+SCREENED = (channel_delay, low_pass_filter, saturation, current_zero, decay_mode)  # by derivatives
 SEEN = (
     load_slip,
     saturation,

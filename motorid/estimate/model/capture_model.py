@@ -26,6 +26,7 @@ from motorid.estimate.model.source_mixing import Mixer
 from motorid.estimate.model.weighting import Weighed
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.discontinuous_current import divided
+from motorid.estimate.signals.excitation import Excitation
 from motorid.estimate.signals.intersample_voltage import JOINED, Rival, Shape
 from motorid.estimate.signals.measurements import EMF, Measured, read
 from motorid.estimate.signals.pwm_bridge import ripple
@@ -110,11 +111,17 @@ class MotorRecord(Weighed):
             ]
         )
 
-    def twin(self) -> MotorRecord:
-        """This record as it is now, whatever becomes of it; with a response of its own."""
+    def twin(self, given: Excitation | None = None) -> MotorRecord:
+        """This record as it is now, whatever becomes of it; with a response of its own. ``given``:
+        what drives it instead, of whatever parts.
+        """
         twin = copy(self)
+        if given is not None:
+            starts = [stretch.start for stretch in given.stretches]
+            before = np.searchsorted(starts, [p.start for p in self.timeline.parts], "right") - 1
+            twin.volts, twin.stretches, twin.first = given.volts, given.stretches, tuple(before)
         twin.response = self.respond(
-            self.timeline.period_s, self.volts, self.outputs, self.stretches, self.pwm_period_s
+            self.timeline.period_s, twin.volts, self.outputs, twin.stretches, self.pwm_period_s
         )
         twin._memory, twin._kicked, twin._late_s, twin._filter_s = {}, {}, {}, {}
         return twin
@@ -224,10 +231,11 @@ class MotorRecord(Weighed):
         was judged before.
         """
         self.losing, self.judged_at = self._losing(own), self.motor(shared)
-        driving = self.driving.judged(self._course(shared, own), self.losing)
+        driving = self.driving.judged(self.course(shared, own), self.losing)
         self.excite(driving if mixer is None else mixer.next(self.driving, driving))
 
-    def _course(self, shared: Floats, own: Floats) -> Course:
+    def course(self, shared: Floats, own: Floats) -> Course:
+        """Of the model's own run, by which what drives it is judged."""
         rows = self.runs(shared, own, self.driving.asked) + self.repeating.course
         resistance, inductance = (float(v) for v in self.motor(shared)[:2])
         return self.driving.course(rows, self.emf_constant(shared), resistance, inductance)

@@ -151,6 +151,7 @@ def _source(
     share = shares(current, mean, known, part)[:head]
     if part.discontinuous:
         share = np.ones(head)
+        share[:1] = 0.0  # in the first the current of the part before runs out through the diodes
     volts[:head] = level + curve[:head] + sure * own[:head] + share * departure - lost[:head]
     volts += sag.taken
     own_noise = float(np.sqrt(noise if quiet else min(noise, sensed.noise**2 or noise)))

@@ -303,3 +303,22 @@ def test_all_that_is_found_is_said_the_gravest_first(monkeypatch: pytest.MonkeyP
     assert "1 other start was left out" in next(
         d.message for d in alone if d.code == "search_bounded"
     )
+
+
+@pytest.mark.parametrize(
+    ("steps", "noise", "said"), [(40, 2.0, True), (100, 0.1, True), (100, 2.0, False),
+                                 (400, 0.1, False)],
+)  # fmt: skip
+def test_readings_in_few_steps_are_coarse_and_so_are_some_more_without_noise(
+    steps: int, noise: float, said: bool
+) -> None:
+    """``noise`` in steps."""
+    capture = clean_capture(FAULHABER)
+    current = capture.channels[CURRENT]
+    step = float(np.abs(current.values).max()) / steps
+    rough = current.values + noise * step * np.random.default_rng(2).normal(size=len(capture))
+    coarse = replace(current, raw=np.round(rough / step), scale=step, resolution=step)
+    one = record(capture=replace(capture, channels={**capture.channels, CURRENT: coarse}))
+    found = data_remarks.coarse(one, " in run 2")
+    assert [(d.code, d.severity) for d in found] == ([("coarse_readings", "info")] if said else [])
+    assert all(f"{step:.3g} A" in d.message and "coarse in run 2" in d.message for d in found)

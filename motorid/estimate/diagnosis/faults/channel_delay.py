@@ -62,7 +62,7 @@ def _declared_later(capture: Capture, by_s: float) -> list[Capture]:
     """The capture whose voltage is declared to come later, by about that and by whole samples."""
     volts, period = capture.channels[VOLTAGE], capture.period_s
     sizes = dict.fromkeys((round(by_s / period) * period, *(by_s + k * period for k in AROUND)))
-    later = [replace(volts, delay_s=volts.delay_s + size) for size in sizes]
+    later = [replace(volts, delay_s=volts.delay_s + size) for size in sizes if size >= 0.0]
     return [replace(capture, channels={**capture.channels, VOLTAGE: one}) for one in later]
 
 

@@ -123,7 +123,8 @@ def seen(records: Sequence[MotorRecord]) -> tuple[Hypothesis, Start] | None:
         return None
     R, K = motor
     lacks = (b.volts - R * b.current - K * b.speed) * np.sign(b.volts)
-    limited = b.settled & (lacks > MISSING * np.abs(b.volts))
+    driven = np.abs(b.volts) > MISSING * np.abs(b.volts).max()  # a brake lacks nothing
+    limited = b.settled & driven & (lacks > MISSING * np.abs(b.volts))
     if limited.sum() < BLOCKS:
         return None
     limit = float(np.median(np.abs(b.current[limited])))

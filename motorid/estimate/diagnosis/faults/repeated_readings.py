@@ -15,6 +15,8 @@ Bools = NDArray[np.bool_]
 FLANK = 64  # readings on either side that show how often neighbours are equal
 CHANCE = 1e-4  # of such a stretch in the whole capture, by noise alone
 QUIET = 0.7  # share of equal neighbours above which nothing can be told
+FLICKER = 3  # steps of the converter, by which a second difference is more than two codes in turn
+LIVELY = 0.05  # share of second differences beyond that: noise of two thirds of a step or more
 LONGEST_REPEAT = 8  # readings for one conversion
 UNEVEN = 0.3  # between the places of a repeat, in share of equal neighbours
 ANALOGUE = (CURRENT, VOLTAGE, SUPPLY)
@@ -70,6 +72,7 @@ def _of(channel: Channel) -> Held | None:
         return Held(channel.name, repeat, 0, 0)
     starts, lengths = _runs(equal)
     total = np.concatenate([[0], np.cumsum(equal)])
+    lively = np.concatenate([[0, 0], np.cumsum(_beyond_flicker(channel))])
     again = np.concatenate([[0, 0], np.cumsum(equal[1:] & equal[:-1])])  # equal after equal
     stuck, first = 0, -1
     for start, length in zip(starts.tolist(), lengths.tolist(), strict=True):
@@ -79,10 +82,22 @@ def _of(channel: Channel) -> Held | None:
         both = again[high] - again[low] - (length - 1)
         # noise that a filter has slowed keeps readings equal for longer
         usual = max((alone + 1) / (around + 2), (both + 1) / (alone + 2))
+        noisy = lively[high] - lively[low] > LIVELY * around
+        if not noisy:  # less noise than a step keeps readings equal wherever the signal lies
+            continue
         if around >= FLANK // 2 and usual < QUIET and len(raw) * usual**length < CHANCE:
             stuck += length
             first = start if first < 0 else first
     return Held(channel.name, 0, stuck, first) if stuck else None
+
+
+def _beyond_flicker(channel: Channel) -> Bools:
+    """Readings (n − 2,) that stand out of both neighbours by more than two neighbouring codes can
+    make; those of a signal on its way do not.
+    """
+    changes = np.diff(channel.values) / channel.resolution
+    back = changes[1:] * changes[:-1] < 0.0
+    return np.asarray(back & (np.abs(np.diff(changes)) > FLICKER - 0.5))
 
 
 def _repeat(equal: Bools) -> int:

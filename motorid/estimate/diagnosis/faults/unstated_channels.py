@@ -130,9 +130,11 @@ def _said(kind: str, size: Size, period_s: float, before: Mapping[str, float]) -
     what = WORDS[size.channel]
     long = f"{1e3 * size.seconds:.3g} ms ({size.seconds / period_s:.2g} samples of the log)"
     if kind == "lag":
+        within = size.channel == VOLTAGE and size.seconds < period_s
+        like = ", as a mean over a sample or a PWM period does beside instants" if within else ""
         return Suspect(
             f"{what}_lag", what,
-            f"the {what} comes {long} later than the other channels; the fit allows for it",
+            f"the {what} comes {long} later than the other channels{like}; the fit allows for it",
             f"stamp all channels alike, or declare it: --delay {what}={size.seconds:.3g}",
             "named", allowed=True, without=before,
         )  # fmt: skip

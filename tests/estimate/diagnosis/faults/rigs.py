@@ -45,14 +45,18 @@ class Bench:
         )  # fmt: skip
 
     def capture(
-        self, options: str = "", channels: tuple[str, ...] = CHANNELS, rate_hz: float = RATE_HZ
+        self,
+        options: str = "",
+        channels: tuple[str, ...] = CHANNELS,
+        rate_hz: float = RATE_HZ,
+        decay: Decay = Decay.SYNCHRONOUS_SLOW,
     ) -> Capture:
         """A run of the rig; ``options`` are added to its URL."""
-        rig = self._rig(options, channels, rate_hz)
+        rig = self._rig(options, channels, rate_hz, decay)
         path = record(rig, rig.program, self.folder / "run.h5", force=True)
         return store.load(path)
 
-    def _rig(self, options: str, channels: tuple[str, ...], rate_hz: float) -> Rig:
+    def _rig(self, options: str, channels: tuple[str, ...], rate_hz: float, decay: Decay) -> Rig:
         m, plate = self.preset, self.nameplate
         bridge = 2 * m.switch_resistance_ohm
         return Rig(
@@ -65,7 +69,7 @@ class Bench:
             ),
             nameplate=plate,
             sampling=Sampling(rate_hz, channels),
-            program=_program(self.program, plate),
+            program=_program(self.program, plate, decay),
             voltage_sense="bridge" if "sense=bridge" in options else "terminals",
             supply_voltage_v=m.supply_v,
             ambient_c=23.0,
@@ -73,14 +77,14 @@ class Bench:
         )  # fmt: skip
 
 
-def _program(name: str, plate: Nameplate) -> Program:
+def _program(name: str, plate: Nameplate, decay: Decay) -> Program:
     """Volts in both directions, or duties in one; a coast after each."""
     volts = plate.voltage_v or 1.0
     drive_s = min(settling_s(plate), LONGEST_DRIVE)
     coast = Step(StepKind.COAST, min(coasting_s(plate), LONGEST_COAST))
 
     def step(kind: StepKind, level: float) -> Step:
-        return Step(kind, drive_s, round(level, 3), Decay.SYNCHRONOUS_SLOW)
+        return Step(kind, drive_s, round(level, 3), decay)
 
     rest = Step(StepKind.COAST, 0.05)
     if name == DUTIES:

@@ -51,6 +51,14 @@ def test_sizes_are_of_the_grid_and_words_of_the_samples() -> None:
     assert said.where == "current"
 
 
+def test_a_voltage_that_is_hardly_late_is_not_declared_to_come_before_its_sample() -> None:
+    capture = clean_capture(FAULHABER)
+    before = capture.channels[VOLTAGE].delay_s
+    tried = channel_delay._declared_later(capture, 0.04 * capture.period_s)
+    assert tried
+    assert all(one.channels[VOLTAGE].delay_s >= before for one in tried)
+
+
 def test_a_late_voltage_is_declared_later_by_about_that() -> None:
     capture = clean_capture(FAULHABER)
     before = capture.channels[VOLTAGE].delay_s

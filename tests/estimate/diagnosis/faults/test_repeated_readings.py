@@ -53,6 +53,14 @@ def test_a_stretch_that_stands_still_is_counted_and_placed() -> None:
     assert f"first at {capture.time_s[699]:.4g} s" in said.evidence
 
 
+@pytest.mark.parametrize("spread", [0.05, 0.12, 0.3])
+def test_steps_that_are_larger_than_the_noise_hold_nothing(spread: float) -> None:
+    """Between two codes neighbours differ, at the middle of one hardly ever."""
+    slow = 2000.0 + 3.0 * np.sin(np.arange(2000) / 150.0)
+    noise = np.random.default_rng(5).normal(0.0, spread, 2000)
+    assert repeated_readings.find(reading(np.round(slow + noise))) == []
+
+
 def test_noise_holds_nothing() -> None:
     assert repeated_readings.find(reading(counts())) == []
 
