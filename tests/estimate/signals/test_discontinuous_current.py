@@ -97,22 +97,25 @@ def test_a_current_too_large_for_pulses_flows_on(times: float, stays: bool) -> N
     assert part.discontinuous is stays
 
 
-def test_the_first_readings_of_pulses_are_taken_as_they_are() -> None:
-    """Where it flows on, what departs from the source's line builds up with the current."""
+@pytest.mark.parametrize("place", [0, 1])
+def test_readings_of_pulses_are_taken_as_they_are_but_for_the_first(place: int) -> None:
+    """In that the current of the part before runs out. Where the current flows on, what departs
+    from the source's line builds up with it.
+    """
     volts = 0.3 + np.random.default_rng(1).normal(0, 1e-4, N)
-    volts[0] += 0.05
+    volts[place] += 0.05
     window, mean = np.full(N, 1.0), np.full(N, 1.0)
-    window[0] = 0.4  # the reading's window begins before the command
+    window[place] = 0.4  # the reading's window begins before the command
     sensed = Sense(volts, np.zeros(N, dtype=bool), 0.0, 0.0, True, None)
 
-    def first(stops: bool) -> float:
+    def taken(stops: bool) -> float:
         part = replace(DIODE, level=0.3, discontinuous=stops)
         (source,) = sources(sensed, window, [part], np.zeros(N, dtype=bool), 0.0, mean)
         assert source is not None
-        return float(source.volts[0])
+        return float(source.volts[place])
 
-    assert first(True) == pytest.approx(volts[0], abs=1e-3)
-    assert abs(first(False) - volts[0]) > 0.01
+    assert taken(True) == pytest.approx(volts[place] if place else 0.3, abs=1e-3)
+    assert abs(taken(False) - volts[place]) > 0.01
 
 
 def test_the_moment_it_stops_is_where_the_line_of_the_rise_begins() -> None:
