@@ -10,6 +10,7 @@ from motorid.estimate.effects.friction.windage import WINDAGE
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Use
 from motorid.estimate.effects.iron.armature_reaction import ARMATURE_REACTION
 from motorid.estimate.effects.iron.saturation import SATURATION
+from motorid.estimate.effects.reading.converter_steps import CONVERTER_STEPS
 from motorid.estimate.effects.reading.current_filter import CURRENT_FILTER
 from motorid.estimate.effects.reading.current_gain import CURRENT_GAIN
 from motorid.estimate.effects.reading.current_nonlinearity import CURRENT_NONLINEARITY
@@ -93,6 +94,7 @@ CAPTURED = (
     # lines of the budget, as far as they are declared
     CURRENT_GAIN,
     CURRENT_NONLINEARITY,
+    CONVERTER_STEPS,
     CURRENT_FILTER,
     VOLTAGE_GAIN,
     MOTION_GAIN,
