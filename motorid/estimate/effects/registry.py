@@ -30,6 +30,7 @@ from motorid.estimate.effects.rotor.encoder_eccentricity import ENCODER_ECCENTRI
 from motorid.estimate.effects.rotor.encoder_error import ENCODER_ERROR
 from motorid.estimate.effects.rotor.k_ripple import K_RIPPLE
 from motorid.estimate.effects.rotor.r_ripple import R_RIPPLE
+from motorid.estimate.effects.source.bridge_drop import BRIDGE_DROP
 from motorid.estimate.effects.source.brush_bend import BRUSH_BEND
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
 from motorid.estimate.effects.source.dead_time_diodes import DEAD_TIME_DIODES
@@ -83,6 +84,7 @@ CAPTURED = (
     VOLTAGE_LATE,
     BRUSH_DROP,
     BRUSH_BEND,
+    BRIDGE_DROP,
     WINDING_WARMING,
     DEAD_TIME_DIODES,
     DEAD_TIME_TURN,

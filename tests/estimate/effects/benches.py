@@ -75,6 +75,12 @@ def commanded() -> Capture:
     return replace(capture, channels=channels)
 
 
+def bipolar() -> Capture:
+    """The same through a bridge whose switches drop some."""
+    capture = commanded()
+    return replace(capture, wiring=replace(capture.wiring, bridge_drop_v=0.5))
+
+
 def noisy_source() -> Capture:
     """The voltage scatters, so that its mean over a level is not known exactly."""
     capture = measured()
@@ -151,7 +157,7 @@ def instants() -> Capture:
 BENCHES = {
     f.__name__: f
     for f in (measured, diodes, commanded, noisy_source, log, held_log, filtered, moving, unstated,
-              instants, stepped)
+              instants, stepped, bipolar)
 }  # fmt: skip
 
 
