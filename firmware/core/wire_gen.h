@@ -17,7 +17,7 @@
 
 #define WIRE_MAJOR 1u
 #define WIRE_MINOR 3u
-#define WIRE_LAYOUT_HASH 0xE204CB92ul
+#define WIRE_LAYOUT_HASH 0xC4A7FB17ul
 #define WIRE_BAUD 1000000ul
 #define WIRE_DELIMITER 0u
 #define WIRE_MAX_PAYLOAD 240u
@@ -480,7 +480,7 @@ static inline bool wire_get_describe_channel(const uint8_t *p, size_t length,
     return true;
 }
 
-#define WIRE_DESCRIBE_CHANNEL_REPLY_SIZE 46u /* fields, without the header */
+#define WIRE_DESCRIBE_CHANNEL_REPLY_SIZE 50u /* fields, without the header */
 
 typedef struct {
     /* which quantity [enum channel] */
@@ -516,6 +516,9 @@ typedef struct {
     uint32_t filter_ns;
     /* not 0: the filter is of second order, 1 / (1 + filter_ns s + (filter2_ns s)^2) [ns] */
     uint32_t filter2_ns;
+    /* standard uncertainty of how far readings jump at 1/8, 3/8, 5/8 and 7/8 of the converter's */
+    /* range; 0: they do not [count] */
+    float step_uncertainty;
 } wire_describe_channel_reply_t;
 
 static inline size_t wire_put_describe_channel_reply(uint8_t *p,
@@ -536,6 +539,7 @@ static inline size_t wire_put_describe_channel_reply(uint8_t *p,
     wire_put_i16(p + 36, m->raw_max);
     wire_put_u32(p + 38, m->filter_ns);
     wire_put_u32(p + 42, m->filter2_ns);
+    wire_put_f32(p + 46, m->step_uncertainty);
     return WIRE_DESCRIBE_CHANNEL_REPLY_SIZE;
 }
 
@@ -567,6 +571,11 @@ static inline bool wire_get_describe_channel_reply(const uint8_t *p, size_t leng
         m->filter2_ns = wire_get_u32(p + 42);
     } else {
         m->filter2_ns = 0;
+    }
+    if (length >= 50u) {
+        m->step_uncertainty = wire_get_f32(p + 46);
+    } else {
+        m->step_uncertainty = 0;
     }
     return true;
 }

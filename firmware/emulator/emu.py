@@ -65,13 +65,29 @@ class Analog:
     offset_lsb: float  # standard, common to the inputs
     mismatch_lsb: float  # between inputs of one converter
     noise_lsb: float
+    reference_noise: float  # relative, and how long it lasts
+    reference_noise_s: float
     wide: tuple[float, float]  # codes that the four wide ones of an RP2040 take (E11): least, most
 
 
 AVR = Analog(
-    16e6, 1024, 4.096, 4.096 / 16, False, 58.75e-6, 22e-6, 4.5 / 3**0.5, 0.7, 0.5, (0.0, 0.0)
+    16e6,
+    1024,
+    4.096,
+    4.096 / 16,
+    False,
+    58.75e-6,
+    22e-6,
+    4.5 / 3**0.5,
+    0.7,
+    0.5,
+    0.0,
+    1.0,
+    (0.0, 0.0),
 )
-RP2040 = Analog(125e6, 4096, 3.0, 0.0, True, 12.5e-6, 4.7e-6, 2.0, 0.0, 1.5, (7.0, 11.0))
+RP2040 = Analog(
+    125e6, 4096, 3.0, 0.0, True, 12.5e-6, 4.7e-6, 2.0, 0.0, 1.5, 2.5e-4, 0.44e-3, (7.0, 11.0)
+)
 
 
 def analog(board: str) -> Analog:
@@ -176,6 +192,8 @@ def parameters(setting: Setting) -> dict[str, float]:
         "filter": parts.filter_s,
         "current_filter": parts.current_filter_s,
         "noise": options.noise,
+        "reference_noise": parts.reference_noise * options.noise / parts.noise_lsb,
+        "reference_noise_s": parts.reference_noise_s,
         "counts_per_turn": options.counts_per_turn,
         "encoder_angle": chain.encoder_angle,
         "encoder_sign": 1,

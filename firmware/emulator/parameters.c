@@ -16,7 +16,7 @@ static const struct parameter PARAMETERS[] = {
 #include "plant_fields.h" /* every number of plant_params: see the Makefile */
     RIG(clock_hz), RIG(reference), RIG(codes), RIG(wide[0]), RIG(wide[1]), RIG(wide[2]), RIG(wide[3]), RIG(shunt), RIG(zero), RIG(driver), RIG(one_sided), RIG(divider),
     RIG(lift), RIG(differential), RIG(filter), RIG(current_filter), RIG(gain[0]), RIG(gain[1]), RIG(gain[2]), RIG(gain[3]), RIG(offset[0]), RIG(offset[1]), RIG(offset[2]), RIG(offset[3]),
-    RIG(noise), RIG(counts_per_turn), RIG(encoder_angle), RIG(encoder_sign), RIG(extra_edges),
+    RIG(noise), RIG(reference_noise), RIG(reference_noise_s), RIG(counts_per_turn), RIG(encoder_angle), RIG(encoder_sign), RIG(extra_edges),
 };
 
 int parameter_set(struct rig_params *par, const char *name, double value) {

@@ -148,6 +148,31 @@ static double input_volts(const struct rig *r, int input) {
     return input == CURRENT ? p->zero + p->shunt * amperes : p->lift + seen / p->divider;
 }
 
+/* Without a signal: the zeros of a sensor and of a difference amplifier are divided from the reference. */
+static double resting_volts(const struct rig *r, int input) {
+    const struct rig_params *p = &r->par;
+    if (input == CURRENT) {
+        return p->zero;
+    }
+    return input == TERMINAL_A && p->differential != 0.0 ? p->reference / 2.0 : p->lift;
+}
+
+/* How far the reference is off now: noise behind a filter, the same for all inputs. */
+static double wander(struct rig *r, uint64_t cycle) {
+    const double dt = (double)(cycle - r->wander_at) / r->par.clock_hz;
+    if (r->par.reference_noise == 0.0) {
+        return 0.0;
+    }
+    if (dt != r->wander_dt) {
+        r->wander_dt = dt;
+        r->kept_wander = exp(-dt / r->par.reference_noise_s);
+    }
+    const double kept = r->kept_wander;
+    r->wander = kept * r->wander + r->par.reference_noise * sqrt(1.0 - kept * kept) * normal(r);
+    r->wander_at = cycle;
+    return r->wander;
+}
+
 /* RP2040-E11: the codes 512, 1536, 2560 and 3584 each take what about nine others do, and all others are that
  * much narrower, so that the ends stay. */
 static double through_wide_codes(double code, const double width[RIG_WIDE]) {
@@ -175,8 +200,9 @@ static double through_wide_codes(double code, const double width[RIG_WIDE]) {
 
 int rig_convert(struct rig *r, uint64_t cycle, int input) {
     rig_advance(r, cycle);
-    double lsb = input_volts(r, input) / r->par.reference * r->par.codes + r->par.offset[input]
-                 + r->par.noise * normal(r);
+    const double rest = resting_volts(r, input), signal = input_volts(r, input) - rest;
+    const double seen = rest + signal / (1.0 + wander(r, cycle));
+    double lsb = seen / r->par.reference * r->par.codes + r->par.offset[input] + r->par.noise * normal(r);
     if (r->par.wide[0] > 0.0) {
         lsb = through_wide_codes(lsb, r->par.wide);
     }

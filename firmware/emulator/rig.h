@@ -32,6 +32,7 @@ struct rig_params {
     double gain[RIG_INPUTS];   /* true over nominal */
     double offset[RIG_INPUTS]; /* LSB */
     double noise;              /* LSB rms */
+    double reference_noise, reference_noise_s; /* rms, relative; how long it lasts */
     double counts_per_turn;
     double encoder_angle;      /* rad, of the first line */
     double encoder_sign;       /* -1: wired the other way, 0: dead */
@@ -48,6 +49,9 @@ struct rig {
     uint64_t fall;      /* cycle of the next falling edge; UINT64_MAX: none */
     int period;         /* ticks of a PWM period */
     double filtered[RIG_INPUTS]; /* V or A, as the inputs' filters show it */
+    double wander;             /* of the reference now, relative */
+    double wander_dt, kept_wander;
+    uint64_t wander_at;
     double kept_dt, kept_divider, kept_sensor; /* of the last stretch: what the filters keep over it */
     uint64_t random[2];
     double spare;       /* second normal number of a pair */

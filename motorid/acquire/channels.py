@@ -51,6 +51,7 @@ def analogue(
         gain_uncertainty=fact["gain_uncertainty"] if gain_u is None else gain_u,
         offset_uncertainty=offset_uncertainty * abs(scale) if offset_u is None else offset_u,
         delay_uncertainty_s=known.delay_uncertainty_s,
+        step_uncertainty=abs(scale) * fact.get("step_uncertainty", 0.0),
         raw_min=float(fact["raw_min"]),
         raw_max=float(fact["raw_max"]),
         sense=sense.get(name),

@@ -33,8 +33,8 @@ def wrong_descriptor(fact: Mapping[str, Any]) -> str:
         return f"offset = {fact['offset']}"
     if fact["filter2_ns"] and not fact["filter_ns"]:
         return f"filter2_ns = {fact['filter2_ns']} and filter_ns = 0, which rings for ever"
-    for name in ("gain_uncertainty", "offset_uncertainty", "noise"):
-        if not 0 <= fact[name] < MOST_COUNTS:
+    for name in ("gain_uncertainty", "offset_uncertainty", "noise", "step_uncertainty"):
+        if not 0 <= fact.get(name, 0.0) < MOST_COUNTS:
             return f"{name} = {fact[name]}"
     return ""
 

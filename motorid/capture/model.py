@@ -62,6 +62,8 @@ class Channel:
     others SI. ``undeclared`` are the facts that nobody stated: their numbers are no knowledge.
     ``nonlinearity`` of the course ``nonlinearity_shape`` is a standard uncertainty in shares of
     ``full_scale`` (SI). A ``ratiometric`` sensor follows the converter's reference.
+    ``step_uncertainty`` (SI) is of how far readings jump at 1/8, 3/8, 5/8 and 7/8 of the range of
+    the converter, which ``raw_min`` and ``raw_max`` nearly are.
     """
 
     name: str
@@ -90,6 +92,7 @@ class Channel:
     nonlinearity_shape: Curve | None = None
     full_scale: float = 0.0  # 0: not stated
     ratiometric: bool = False
+    step_uncertainty: float = 0.0
 
     @property
     def window_s(self) -> float:

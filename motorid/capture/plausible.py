@@ -35,6 +35,7 @@ CHANNEL: Mapping[str, Range] = {
     "filter_damping": (0.1, 10.0),
     "nonlinearity": (0.0, 1e3),
     "full_scale": (0.0, MOST),
+    "step_uncertainty": (0.0, MOST),
 }
 WIRING: Mapping[str, Range] = {
     "bridge_resistance_ohm": (0.0, 1e6),

@@ -7,7 +7,12 @@ import math
 import pytest
 
 from motorid.capture.model import Wiring
-from motorid.estimate.effects.brush_and_heating import DECLARED, DROP_SHARE, expected_drop
+from motorid.estimate.effects.brush_and_heating import (
+    DECLARED,
+    DROP_SHARE,
+    bridge_drop,
+    expected_drop,
+)
 from motorid.sim.bench import BRIDGE_BEND_A, Bench
 from motorid.sim.chain import draw_chain
 from motorid.sim.options import parse_url
@@ -40,8 +45,7 @@ def test_the_switches_drop_what_an_l298s_do(duty: float) -> None:
 def test_a_fit_expects_it_where_the_voltage_is_the_sources() -> None:
     wiring = Wiring(brush_drop_v=0.5, brush_drop_uncertainty_v=0.1, bridge_drop_v=1.4)
     assert expected_drop(wiring, 12.0) == (0.5, 0.1)
-    drop, doubt = expected_drop(wiring, 12.0, past_bridge=True)
-    assert (drop, doubt) == pytest.approx((1.9, math.hypot(0.1, DECLARED * 1.4)))
+    assert bridge_drop(wiring) == pytest.approx((1.4, DECLARED * 1.4))
     stated = Wiring(bridge_drop_v=1.4, bridge_drop_uncertainty_v=0.2)
-    found = expected_drop(stated, 12.0, past_bridge=True)
-    assert found == pytest.approx((1.4, math.hypot(DROP_SHARE * 12.0, 0.2)))
+    assert bridge_drop(stated) == (1.4, 0.2)
+    assert expected_drop(stated, 12.0) == pytest.approx((0.0, DROP_SHARE * 12.0))

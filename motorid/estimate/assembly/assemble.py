@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -27,7 +28,6 @@ from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter, S
 from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import errors_in_variables, intervals
-from motorid.estimate.uncertainty.errors_in_variables import Hidden
 from motorid.estimate.uncertainty.findings import findings
 from motorid.estimate.uncertainty.intervals import Findings
 from motorid.estimate.uncertainty.unstated_gains import unstated_gains
@@ -194,7 +194,7 @@ def unjudged(
         parameters=parameters,
         combinations=intervals.combinations(found, parameters),
         derived=intervals.derived(found, voltage, brushes),
-        nuisance=nuisance_parameters(solution, records, found.hidden),
+        nuisance=nuisance_parameters(found, records),
         free=found.names,
         correlation=correlation(found.statistical.covariance),
         chi_square=chi_square,
@@ -246,24 +246,25 @@ def correlation(covariance: Floats) -> Floats:
     return np.asarray(np.clip(covariance / np.outer(scale, scale), -1.0, 1.0))
 
 
-def nuisance_parameters(
-    solution: Solution, records: Sequence[MotorRecord], unseen: Sequence[Hidden]
-) -> dict[str, Parameter]:
-    """What was estimated of each capture on the way; ``unseen``: with errors of its input."""
-    out = {}
+def nuisance_parameters(found: Findings, records: Sequence[MotorRecord]) -> dict[str, Parameter]:
+    """What was estimated of each capture on the way, with what its instruments leave open of it."""
+    out, solution = {}, found.solution
     for k, record in enumerate(records):
         label = f" of run {k + 1}" if len(records) > 1 else ""
         noise = np.diag(solution.own_covariance[k])
-        deviations = np.sqrt(noise + errors_in_variables.own_variance(unseen, k, len(noise)))
-        for one, value, sd in zip(record.instances, solution.own[k], deviations, strict=True):
+        deviations = np.sqrt(noise + errors_in_variables.own_variance(found.hidden, k, len(noise)))
+        instruments = np.sqrt(found.carried.own_variance(k, len(noise)))
+        known = zip(record.instances, solution.own[k], deviations, instruments, strict=True)
+        for one, value, sd, carried in known:
             if not one.quantity.listed:
                 continue  # what noise left open of a voltage says nothing of the motor or its rig
-            v, u = float(value), float(sd)
+            v, u, instrument = float(value), float(sd), float(carried)
             if u > UNTOLD * one.quantity.scale(record):
                 continue  # such as a current that is gone before the second reading
-            reach = intervals.NORMAL_95 * u
+            total = math.hypot(u, instrument)
+            reach = intervals.NORMAL_95 * total
             name, unit = one.name + label, one.quantity.unit
             out[name] = Parameter(
-                name, unit, v, u, 0.0, u, (v - reach, v + reach), Status.ESTIMATED
+                name, unit, v, u, instrument, total, (v - reach, v + reach), Status.ESTIMATED
             )
     return out

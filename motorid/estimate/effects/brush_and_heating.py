@@ -8,7 +8,8 @@ V is the drop over both brushes, which hardly grows with the current; W, how it 
 usual bend b; w, by how much of itself R grows over the capture, about its mean. Taken for a
 resistance, V makes R too large and K with it; w bends speeds, and with them B and T0. The current
 is the model's of the pass before; s is its mean over a PWM period. A rig may declare brushes that
-drop nothing (wiring.brush_drop_v) and the winding's thermal figures.
+drop nothing (wiring.brush_drop_v) and the winding's thermal figures. Where the voltage is read
+before a bipolar bridge, that bridge's own drop is lost as well, by the same s.
 """
 
 from __future__ import annotations
@@ -36,8 +37,10 @@ from motorid.estimate.signals.time_grid import Part, Timeline
 Floats = NDArray[np.float64]
 
 DROP, BENT, WARMING = "brush drop", "brush bend", "winding warming"  # V, W, w
+BRIDGE = "bridge drop"  # of bipolar switches, where the voltage is a source's
 TURN, DIODES = "dead-time turn", "dead-time diodes"  # where a source is commanded
 DROP_SHARE = 0.03  # of the capture's highest voltage: standard deviation of a drop nobody declares
+SAME_BEND = (DROP, BRIDGE)  # whose sum bends at one current
 DECLARED = 0.3  # of a declared drop: its standard uncertainty where none is given
 FACTOR = 0.7  # logarithm: the bend is known to a factor of 2
 BEND = 0.05  # of the stall current at the highest voltage: the usual bend
@@ -66,20 +69,18 @@ def lossless(capture: Capture) -> Capture:
     return replace(capture, wiring=none, stated=heavy)
 
 
-def expected_drop(wiring: Wiring, top_v: float, past_bridge: bool = False) -> tuple[float, float]:
-    """The drop over both brushes (V) and its standard uncertainty; both 0: declared to be none.
-
-    ``past_bridge``: the voltage is a source's, so that what the bridge's bipolar switches drop is
-    lost too. It bends as the brushes' does (L298 data sheet: saturation voltages), and adds to it.
-    """
+def expected_drop(wiring: Wiring, top_v: float) -> tuple[float, float]:
+    """The drop over both brushes (V) and its standard uncertainty; both 0: declared to be none."""
     drop, doubt = wiring.brush_drop_v, wiring.brush_drop_uncertainty_v
     if drop is None:
         drop, doubt = 0.0, DROP_SHARE * top_v
-    doubt = doubt or DECLARED * drop
-    if not past_bridge or not wiring.bridge_drop_v:
-        return drop, doubt
-    bridge = wiring.bridge_drop_v
-    return drop + bridge, math.hypot(doubt, wiring.bridge_drop_uncertainty_v or DECLARED * bridge)
+    return drop, doubt or DECLARED * drop
+
+
+def bridge_drop(wiring: Wiring) -> tuple[float, float]:
+    """The drop over a bridge's bipolar switches (V) and its standard uncertainty; both 0: none."""
+    drop = wiring.bridge_drop_v
+    return drop, (wiring.bridge_drop_uncertainty_v or DECLARED * drop) if drop else 0.0
 
 
 def turn_of(part: int) -> str:
@@ -130,6 +131,7 @@ class Loss:
     top_v: float
     drop: tuple[float, float]
     capacity_j_k: float | None
+    bridge: tuple[float, float] = (0.0, 0.0)  # what its switches drop, and the deviation
     further: float = 0.0  # logarithm of the bend over the usual one
     bent: Bent = Bent()
     modelled: bool = False  # a model's current was followed; else the shapes are nothing yet
@@ -159,10 +161,14 @@ class Loss:
             return None
         sensed = capture.get(VOLTAGE)
         past_bridge = commanded or (sensed is not None and sensed.sense == "supply")
-        drop = expected_drop(capture.wiring, top, past_bridge)
+        drop = expected_drop(capture.wiring, top)
+        bridge = bridge_drop(capture.wiring) if past_bridge else (0.0, 0.0)
         winding = by_figures(figures(capture))
         capacity = winding.capacity_j_k if winding is not None else None
-        names = (DROP, BENT) if drop[1] > 0.0 else ()
+        names = tuple(
+            n for n, known in zip(SAME_BEND, (drop, bridge), strict=True) if known[1] > 0.0
+        )
+        names = (*names[:1], BENT, *names[1:]) if names else ()
         if capacity is None or capacity < HEAVIEST:
             names = (*names, WARMING)
         turns = {}
@@ -172,7 +178,9 @@ class Loss:
             names = (*names, DIODES)
         names = (*names, *(turn_of(k) for k in turns))
         shapes = dict.fromkeys(names, np.zeros(len(driven)))
-        blank = cls(driven, timeline.period_s, top, drop, capacity, turns=turns, shapes=shapes)
+        blank = cls(
+            driven, timeline.period_s, top, drop, capacity, bridge, turns=turns, shapes=shapes
+        )
         return blank if names else None
 
     def mixed(self, other: Loss, share: float) -> Loss:
@@ -195,7 +203,7 @@ class Loss:
         ``turning`` (count,) of dead time; ``diodes`` (count,), what it takes for a volt that two
         diodes drop.
         """
-        drop, asked = values.get(DROP, 0.0), 0.0
+        drop, asked = self._dropped(values), 0.0
         if self.modelled and abs(drop) > CLEAR * self.top_v:
             asked = values.get(BENT, 0.0) / drop
         further = self.further + self.bent.step(asked)
@@ -208,6 +216,7 @@ class Loss:
         end = float(charge[-1]) or 1.0
         known = {
             DROP: share * self.driven,
+            BRIDGE: share * self.driven,
             BENT: bending * self.driven,
             WARMING: resistance_ohm * amperes * (charge / end - 0.5),
             DIODES: diodes,
@@ -218,6 +227,17 @@ class Loss:
         shapes = {name: known[name] for name in self.shapes}
         rise = self._rise(end, stall_a)
         return replace(self, shapes=shapes, rise=rise, further=further, bent=bent, modelled=True)
+
+    @staticmethod
+    def _dropped(values: Mapping[str, float]) -> float:
+        """V, of all that bends at one current."""
+        return sum(values.get(name, 0.0) for name in SAME_BEND)
+
+    @property
+    def expected(self) -> float:
+        """V, how large what bends may be: its means and deviations together."""
+        means, deviations = zip(self.drop, self.bridge, strict=True)
+        return float(np.hypot(sum(means), math.hypot(*deviations)))
 
     def _rise(self, charge_a2s: float, stall_a: float) -> tuple[float, float]:
         """By how much of itself R grows over the capture, and its standard uncertainty."""
@@ -232,7 +252,7 @@ class Loss:
 
         The bend is known to a factor from the usual one, wherever the passes have moved it.
         """
-        drop = values.get(DROP, 0.0)
+        drop = self._dropped(values)
         return FACTOR * float(np.hypot(drop, CLEAR * self.top_v)), -drop * self.further
 
     def drop_at(

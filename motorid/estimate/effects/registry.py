@@ -10,6 +10,7 @@ from motorid.estimate.effects.friction.windage import WINDAGE
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Use
 from motorid.estimate.effects.iron.armature_reaction import ARMATURE_REACTION
 from motorid.estimate.effects.iron.saturation import SATURATION
+from motorid.estimate.effects.reading.converter_steps import CONVERTER_STEPS
 from motorid.estimate.effects.reading.current_filter import CURRENT_FILTER
 from motorid.estimate.effects.reading.current_gain import CURRENT_GAIN
 from motorid.estimate.effects.reading.current_nonlinearity import CURRENT_NONLINEARITY
@@ -29,6 +30,7 @@ from motorid.estimate.effects.rotor.encoder_eccentricity import ENCODER_ECCENTRI
 from motorid.estimate.effects.rotor.encoder_error import ENCODER_ERROR
 from motorid.estimate.effects.rotor.k_ripple import K_RIPPLE
 from motorid.estimate.effects.rotor.r_ripple import R_RIPPLE
+from motorid.estimate.effects.source.bridge_drop import BRIDGE_DROP
 from motorid.estimate.effects.source.brush_bend import BRUSH_BEND
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
 from motorid.estimate.effects.source.dead_time_diodes import DEAD_TIME_DIODES
@@ -82,6 +84,7 @@ CAPTURED = (
     VOLTAGE_LATE,
     BRUSH_DROP,
     BRUSH_BEND,
+    BRIDGE_DROP,
     WINDING_WARMING,
     DEAD_TIME_DIODES,
     DEAD_TIME_TURN,
@@ -93,6 +96,7 @@ CAPTURED = (
     # lines of the budget, as far as they are declared
     CURRENT_GAIN,
     CURRENT_NONLINEARITY,
+    CONVERTER_STEPS,
     CURRENT_FILTER,
     VOLTAGE_GAIN,
     MOTION_GAIN,

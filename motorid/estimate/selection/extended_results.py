@@ -37,14 +37,16 @@ def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -
     """Covariance and budget of a wider fit: what its input hides is in both, as for the six."""
     unseen = errors_in_variables.hidden(fitted.solution, fitted.records)
     lines = undetected(fitted.solution, fitted.records)
+    carried = budget.carried(fitted.solution, fitted.records)
     return Findings(
         fitted.solution,
         scattered(fitted.solution, fitted.records, unseen),
-        {**budget.propagated(fitted.solution, fitted.records), **beside(lines)},
+        {**budget.lines_of(carried, fitted.solution, fitted.records), **beside(lines)},
         held_values(fix, without),
         without,
         undetected=lines,
         hidden=unseen,
+        carried=carried,
     )
 
 
@@ -173,7 +175,7 @@ def alternative(
         equations=tuple(term.equation for term in fitted.terms),
         asked=asked,
         parameters=parameters(found, fitted),
-        nuisance=assemble.nuisance_parameters(fitted.solution, fitted.records, found.hidden),
+        nuisance=assemble.nuisance_parameters(found, fitted.records),
         chi_square=chi_square,
         degrees_of_freedom=freedom,
         evaluations=max(record.simulated for record in fitted.records),

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from motorid.estimate.effects.brush_and_heating import BENT, DROP, WARMING
+from motorid.estimate.effects.brush_and_heating import BENT, BRIDGE, DROP, WARMING
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.solver.dense_products import gram
@@ -19,7 +19,7 @@ from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import covariance_of
 
 ALLOWED = (TERMS["brush-drop"], TERMS["heating"])  # terms of which each capture has an unknown
-LOST = (DROP, BENT, WARMING)
+LOST = (DROP, BENT, BRIDGE, WARMING)
 STANDS_OUT = 15.0  # of chi-square: half of what a term must promise to be fitted
 HINT = 0.5  # of what matters, that it must move some parameter by
 

@@ -9,6 +9,7 @@ A cause that all captures share moves them together.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,24 +46,71 @@ def remedy(cause: str) -> str:
     return BY_NAME[cause].remedy if cause in BY_NAME else REST[cause]
 
 
+@dataclass(frozen=True)
+class Carried:
+    """By cause, what one standard uncertainty of it does.
+
+    ``shared`` (p,) to the parameters in search coordinates; ``own``, (m,) a record, to its own.
+    """
+
+    shared: dict[str, Floats]
+    own: dict[str, tuple[Floats, ...]]
+
+    def own_variance(self, k: int, count: int) -> Floats:
+        """(count,) of the unknowns of record k, by all causes."""
+        return sum((by[k] ** 2 for by in self.own.values()), np.zeros(count))
+
+
+def carried(solution: Solution, records: Sequence[MotorRecord]) -> Carried:
+    """Of every quantity that is propagated; a cause that all captures share moves all of them."""
+    inverse = covariance_of(solution.information)
+    changes = [
+        _changes(record, line, solution.values, own)
+        for record, line, own in zip(records, solution.records, solution.own, strict=True)
+    ]
+    shared: dict[str, Floats] = {}
+    for line, of in zip(solution.records, changes, strict=True):
+        for name, change in of.items():
+            shared[name] = shared.get(name, 0.0) + project(line.orthogonal.T, change)
+    shared = {name: inverse @ pull for name, pull in shared.items() if pull.any()}
+    follows = [covariance_of(line.own_information) for line in solution.records]
+    own = {
+        name: tuple(
+            f @ project(line.own.T, of.get(name, 0.0) - line.shared @ shift)
+            for line, of, f in zip(solution.records, changes, follows, strict=True)
+        )
+        for name, shift in shared.items()
+    }
+    return Carried(shared, own)
+
+
+def _changes(
+    record: MotorRecord, line: Linearised, values: Floats, own: Floats
+) -> dict[str, Floats]:
+    """(n,) of a record's weighed readings by cause, less what the model has of it."""
+    found: dict[str, Floats] = {}
+    for one, unknown in record.propagated:
+        moved = record.weighed(tangent(record, values, own, one))
+        parts = [unknown.prior_sd * d / s for d, s in zip(moved, line.sigmas, strict=True)]
+        # readings that are larger by what the model lacks pull the other way
+        name = one.quantity.name
+        found[name] = found.get(name, 0.0) - np.concatenate(parts)
+    return found
+
+
 def propagated(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, Floats]:
     """Shift (p,) of every parameter in search coordinates for one standard uncertainty of a cause.
 
     Causes that are declared to be exact are left out.
     """
-    inverse = covariance_of(solution.information)
-    pulls: dict[str, Floats] = {}
-    for record, line, own in zip(records, solution.records, solution.own, strict=True):
-        for one, unknown in record.propagated:
-            moved = tangent(record, solution.values, own, one)
-            parts = [
-                unknown.prior_sd * d / s
-                for d, s in zip(record.weighed(moved), line.sigmas, strict=True)
-            ]
-            # readings that are larger by what the model lacks pull the other way
-            pull = -project(line.orthogonal.T, np.concatenate(parts))
-            pulls[one.quantity.name] = pulls.get(one.quantity.name, 0.0) + pull
-    causes = {name: inverse @ pull for name, pull in pulls.items() if pull.any()}
+    return lines_of(carried(solution, records), solution, records)
+
+
+def lines_of(
+    known: Carried, solution: Solution, records: Sequence[MotorRecord]
+) -> dict[str, Floats]:
+    """The same of what is carried already."""
+    causes = dict(known.shared)
     held = records[0].foretold
     if held is not None:
         causes[HELD_INDUCTANCE.name] = np.array(

@@ -34,16 +34,18 @@ def findings(
     unseen = errors_in_variables.hidden(solution, records)
     scatter = scattered(solution, records, unseen)
     lines = undetected(solution, records)
+    carried = budget.carried(solution, records)
     leaning = profiled and solution.converged
     return Findings(
         solution,
         scatter,
-        {**budget.propagated(solution, records), **told(lines)},
+        {**budget.lines_of(carried, solution, records), **told(lines)},
         fixed,
         without,
         profile_likelihood.intervals(solution, records, scatter) if leaning else {},
         lines,
         unseen,
+        carried,
     )
 
 

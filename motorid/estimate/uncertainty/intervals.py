@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from motorid.estimate.results.estimate import PARAMETERS, UNITS, Parameter
 from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.budget import Carried
 from motorid.estimate.uncertainty.covariance import Statistical
 from motorid.estimate.uncertainty.errors_in_variables import Hidden
 from motorid.estimate.uncertainty.undetected import Undetected
@@ -84,6 +85,9 @@ class Findings:
     profiles: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # of the likelihood
     undetected: Sequence[Undetected] = ()  # effects that were not modelled
     hidden: Sequence[Hidden] = ()  # errors of what drove the motor, in the statistical part
+    carried: Carried = field(
+        default_factory=lambda: Carried({}, {})
+    )  # of instruments, to all that was found
     simulated: int = 0  # responses of a capture, at most, of the search alone
 
     @property

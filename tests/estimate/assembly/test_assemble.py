@@ -13,6 +13,7 @@ from motorid.estimate.assembly import assemble
 from motorid.estimate.assembly.assemble import Accused
 from motorid.estimate.results.estimate import Diagnostic, Suspect
 from motorid.estimate.signals.time_grid import Part
+from motorid.estimate.uncertainty.budget import Carried
 from motorid.program import StepKind
 from tests.report.example import estimate
 
@@ -179,12 +180,15 @@ def test_what_was_estimated_of_each_capture_is_listed_unless_it_says_nothing() -
     with pytest.MonkeyPatch.context() as patch:
         hidden = [np.array([0.12**2, 0, 0]), np.zeros(3)]
         patch.setattr(assemble.errors_in_variables, "own_variance", lambda _, k, n: hidden[k][:n])
-        found = assemble.nuisance_parameters(solution, [record, record], ())
-        alone = assemble.nuisance_parameters(solution, [record], ())
+        own = {"gain": (np.array([0.08, 0.0, 0.0]), np.zeros(3))}
+        known: Any = SimpleNamespace(solution=solution, hidden=(), carried=Carried({}, own))
+        found = assemble.nuisance_parameters(known, [record, record])
+        alone = assemble.nuisance_parameters(known, [record])
     assert set(found) == {"offset of run 1", "offset of run 2"}
     one = found["offset of run 1"]
     assert (one.value, one.unit) == (0.5, "A")
-    assert one.statistical == one.total == pytest.approx(0.15)
-    assert one.interval_95 == pytest.approx((0.5 - 1.96 * 0.15, 0.5 + 1.96 * 0.15), rel=1e-3)
+    assert (one.statistical, one.instrument) == pytest.approx((0.15, 0.08))
+    assert one.total == pytest.approx(0.17)
+    assert one.interval_95 == pytest.approx((0.5 - 1.96 * 0.17, 0.5 + 1.96 * 0.17), rel=1e-3)
     assert found["offset of run 2"].total == pytest.approx(0.09)
     assert set(alone) == {"offset"}

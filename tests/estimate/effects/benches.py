@@ -20,6 +20,7 @@ from tests.exact_capture import FAULHABER, Plan, clean_capture
 POINT = np.array(list(FAULHABER.values()))  # the six parameters at which all is judged
 PWM_HZ = 20e3
 SUPPLY_V = 8.0
+STEPPED_A, STEPPED_V = 2.0, 16.0  # half of a converter's range
 PLAN = Plan(volts=(6.0, 3.0), count=400, aperture_s=1e-4, delay_s=1e-5)
 
 
@@ -72,6 +73,12 @@ def commanded() -> Capture:
     capture = measured()
     channels = {name: capture.channels[name] for name in (CURRENT, POSITION)}
     return replace(capture, channels=channels)
+
+
+def bipolar() -> Capture:
+    """The same through a bridge whose switches drop some."""
+    capture = commanded()
+    return replace(capture, wiring=replace(capture.wiring, bridge_drop_v=0.5))
 
 
 def noisy_source() -> Capture:
@@ -129,6 +136,17 @@ def unstated() -> Capture:
     return replace(capture, channels=names)
 
 
+def stepped() -> Capture:
+    """The converter has wide codes, which current and voltage pass."""
+    capture = measured()
+    current, volts = (capture.channels[name] for name in (CURRENT, VOLTAGE))
+    channels = {
+        CURRENT: replace(current, step_uncertainty=2e-3, raw_min=-STEPPED_A, raw_max=STEPPED_A),
+        VOLTAGE: replace(volts, step_uncertainty=5e-3, raw_min=-STEPPED_V, raw_max=STEPPED_V),
+    }
+    return replace(capture, channels={**capture.channels, **channels})
+
+
 def instants() -> Capture:
     """The current is read at a moment of the PWM period."""
     capture = measured()
@@ -139,7 +157,7 @@ def instants() -> Capture:
 BENCHES = {
     f.__name__: f
     for f in (measured, diodes, commanded, noisy_source, log, held_log, filtered, moving, unstated,
-              instants)
+              instants, stepped, bipolar)
 }  # fmt: skip
 
 

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from numpy.polynomial.chebyshev import chebval
 
-from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Curve
+from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Channel, Curve
 from motorid.estimate.effects.influence_quantity import Instance
+from motorid.estimate.effects.reading.converter_steps import CONVERTER_STEPS, steps
 from motorid.estimate.effects.reading.current_nonlinearity import COURSES, CURRENT_NONLINEARITY
 from motorid.estimate.effects.rotor.encoder_eccentricity import ENCODER_ECCENTRICITY
 from motorid.estimate.effects.source.reference_drift import REFERENCE_DRIFT
@@ -195,3 +196,32 @@ def test_an_eccentric_disc_is_measured_by_the_fit() -> None:
     assert sine.value == pytest.approx(size * np.cos(phase), abs=3.0 * sine.total)
     assert max(map(abs, off(found).values())) < 3.0
     assert all(ENCODER_ECCENTRICITY.name in lines for lines in found.budget.values())
+
+
+def test_wide_codes_move_what_lies_beyond_them_by_one_step_each() -> None:
+    channel = Channel(
+        VOLTAGE, "V", np.zeros(1), scale=0.5, offset=100.0, raw_min=-60.0, raw_max=260.0,
+        step_uncertainty=0.03,
+    )  # fmt: skip
+    volts = np.array([0.0, 19.0, 21.0, 59.0, 61.0, -19.0, -21.0, -61.0])  # of 80 V to each side
+    shown = steps(channel, volts)
+    assert shown == pytest.approx(0.03 * np.array([0, 0, 1, 1, 2, 0, -1, -2]))
+    assert steps(channel, np.array([20.0])) == pytest.approx(0.015)  # amid the wide code
+    for unstated in ({"step_uncertainty": 0.0}, {"raw_max": np.inf}):
+        assert not steps(replace(channel, **unstated), volts).any()
+
+
+def test_a_converter_s_steps_move_current_and_source_alike() -> None:
+    change, subject = moved("stepped", CONVERTER_STEPS), record("stepped")
+    volts = replace(subject.capture.channels[VOLTAGE], step_uncertainty=0.0)
+    without = replace(subject.capture, channels={**subject.capture.channels, VOLTAGE: volts})
+    alone = MotorRecord(without, PARAMETERS, {})
+    shown = tangent(alone, POINT, start(alone), Instance(CONVERTER_STEPS))
+    for block, base, more in zip(
+        alone.measured, alone.fitted(POINT, start(alone)), shown, strict=True
+    ):
+        own = steps(block.channel, base) if block.block.name == CURRENT else np.zeros_like(base)
+        assert own.any() == (block.block.name == CURRENT)
+        assert more == pytest.approx(own, abs=1e-9)
+    # there was less behind 6 V that were read, so that the motor turned less than it would have
+    assert change[POSITION][-1] < 0.0

@@ -12,18 +12,22 @@ from motorid.capture.model import CURRENT, VOLTAGE, Capture, Channel, Wiring
 from motorid.estimate.effects import brush_and_heating as brushes
 from motorid.estimate.effects.brush_and_heating import (
     BENT,
+    BRIDGE,
     DIODES,
     DROP,
     WARMING,
     Bent,
     Loss,
+    bridge_drop,
     expected_drop,
     lossless,
     turn_of,
 )
+from motorid.estimate.effects.source.bridge_drop import BRIDGE_DROP
 from motorid.estimate.signals.ripple_average import Flow
 from motorid.estimate.signals.time_grid import Part, Timeline
 from motorid.program import Decay, StepKind
+from tests.estimate.effects.benches import record
 
 N, PERIOD_S, TOP, R = 60, 1e-3, 12.0, 2.0
 COAST = Part(0, 20, StepKind.COAST)
@@ -105,6 +109,17 @@ def test_a_step_is_shortened_by_what_the_last_one_did(
     assert Bent(before, by).step(asked) == pytest.approx(step)
 
 
+def test_brushes_and_bridge_bend_together_and_take_the_same_for_a_volt() -> None:
+    both = loss(modelled=True, shapes=dict.fromkeys((DROP, BRIDGE), np.zeros(N)))
+    moved = follow(both, **{DROP: 0.04, BRIDGE: 0.06, BENT: 0.05})
+    assert moved.further == pytest.approx(0.5)
+    assert moved.shapes[BRIDGE] == pytest.approx(moved.shapes[DROP])
+    assert moved.shapes[BRIDGE].any()
+    assert moved.drop_at(AMPERES, R, {DROP: 0.3, BRIDGE: 9.0}) == pytest.approx(
+        moved.drop_at(AMPERES, R, {DROP: 0.3})
+    )  # of the motor's own brushes
+
+
 def test_a_bend_is_known_to_a_factor_of_two_from_the_usual_one() -> None:
     sd, mean = loss(further=0.4).bending({DROP: 0.2})
     assert sd == pytest.approx(0.7 * np.hypot(0.2, 0.003 * TOP))
@@ -137,16 +152,17 @@ def test_a_bipolar_bridge_adds_its_own_where_the_source_was_read() -> None:
     bridge = Wiring(brush_drop_v=0.5, brush_drop_uncertainty_v=0.3, bridge_drop_v=2.0,
                     bridge_drop_uncertainty_v=0.4)  # fmt: skip
     assert expected_drop(bridge, TOP) == pytest.approx((0.5, 0.3))
-    assert expected_drop(bridge, TOP, past_bridge=True) == pytest.approx((2.5, 0.5))
+    assert bridge_drop(bridge) == pytest.approx((2.0, 0.4))
     vague = replace(bridge, bridge_drop_uncertainty_v=0.0)
-    assert expected_drop(vague, TOP, past_bridge=True)[1] == pytest.approx(np.hypot(0.3, 0.6))
+    assert bridge_drop(vague) == pytest.approx((2.0, 0.6))
+    assert bridge_drop(Wiring()) == (0.0, 0.0)
 
 
 def test_a_motor_without_losses_declares_that() -> None:
     wiring = Wiring(brush_drop_v=0.5, brush_drop_uncertainty_v=0.3, bridge_drop_v=2.0,
                     bridge_drop_uncertainty_v=0.4, pwm_hz=2e4)  # fmt: skip
     one = lossless(replace(capture(), wiring=wiring))
-    assert expected_drop(one.wiring, TOP, past_bridge=True) == (0.0, 0.0)
+    assert expected_drop(one.wiring, TOP) == bridge_drop(one.wiring) == (0.0, 0.0)
     assert one.wiring.pwm_hz == 2e4
     assert of(one) is None
 
@@ -201,15 +217,30 @@ def test_where_a_source_is_commanded_dead_time_takes_its_part() -> None:
     bridge = replace(capture(), wiring=Wiring(dead_time_s=1e-6, bridge_drop_v=2.0))
     found = of(bridge, commanded=True)
     assert found is not None
-    assert set(found.shapes) == {DROP, BENT, WARMING, DIODES, turn_of(1)}
+    assert set(found.shapes) == {DROP, BENT, BRIDGE, WARMING, DIODES, turn_of(1)}
     assert list(found.turns) == [1]
-    assert found.drop[0] == 2.0
+    assert (found.drop[0], found.bridge[0]) == (0.0, 2.0)
     measured = of(bridge)
     assert measured is not None
     assert DIODES not in measured.shapes
-    assert measured.drop[0] == 0.0
+    assert BRIDGE not in measured.shapes
+    assert measured.bridge == (0.0, 0.0)
     volts = Channel(VOLTAGE, "V", np.ones(N), sense="supply")
     at_supply = of(replace(bridge, channels={**bridge.channels, VOLTAGE: volts}))
     assert at_supply is not None
-    assert at_supply.drop[0] == 2.0
+    assert at_supply.bridge[0] == 2.0
+    without = replace(bridge.wiring, brush_drop_v=0.0)
+    alone = of(replace(bridge, wiring=without), commanded=True)
+    assert alone is not None
+    assert DROP not in alone.shapes
+    assert {BRIDGE, BENT} < set(alone.shapes)
     assert brushes.TURN in turn_of(1)
+
+
+def test_a_bridge_s_drop_is_an_unknown_with_the_prior_that_the_rig_declares() -> None:
+    subject = record("bipolar")
+    prior = BRIDGE_DROP.prior(subject, 0)
+    assert prior is not None
+    assert (prior.mean, prior.sd) == (0.5, pytest.approx(0.15))
+    assert BRIDGE_DROP.bounds(subject) == (0.0, pytest.approx(1.5))
+    assert BRIDGE_DROP.prior(record("commanded"), 0) is None

@@ -1,11 +1,9 @@
-"""The drop of the brushes times the logarithm by which its knee current is off the usual one.
+"""The drop of brushes and bridge times the logarithm by which its knee is off the usual one.
 
 lost(t) = W ds/d ln b
 """
 
 from __future__ import annotations
-
-import numpy as np
 
 from motorid.estimate.effects import scales
 from motorid.estimate.effects.brush_and_heating import BENT, taken
@@ -26,7 +24,7 @@ def _prior(subject: Subject, place: int) -> Prior | None:
     if loss is None or BENT not in loss.shapes:
         return None
     if subject.judged_at is None:
-        return Prior(BENDING * float(np.hypot(*loss.drop)))
+        return Prior(BENDING * loss.expected)
     sd, mean = loss.bending(subject.losing)
     return Prior(sd, mean=mean)
 
