@@ -9,6 +9,7 @@ Clements (1989) takes the percentiles of a skewed process from it.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,14 +59,16 @@ class PearsonCurve:
 
 def curve_of(values: Floats) -> PearsonCurve:
     """The curve of the moments of ``values`` (n,): those of a sample, as spreadsheets give them."""
-    from scipy.stats import kurtosis, skew
-
-    return PearsonCurve(
-        np.array([values.mean()]),
-        np.array([values.std(ddof=1)]),
-        np.array([float(skew(values, bias=False))]),
-        np.array([float(kurtosis(values, bias=False))]),
-    )
+    n, mean = len(values), float(values.mean())
+    second, third, fourth = (float(((values - mean) ** k).mean()) for k in (2, 3, 4))
+    skew = np.divide(third, second**1.5)
+    kurtosis = np.divide(fourth, second**2) - 3.0
+    if n > 2:
+        skew = math.sqrt(n * (n - 1.0)) / (n - 2.0) * skew
+    if n > 3:
+        kurtosis = (n - 1.0) / ((n - 2.0) * (n - 3.0)) * ((n + 1.0) * kurtosis + 6.0)
+    sd = float(values.std(ddof=1))
+    return PearsonCurve(np.array([mean]), np.array([sd]), np.array([skew]), np.array([kurtosis]))
 
 
 def _possible(skew: Floats, kurtosis: Floats) -> tuple[Floats, Floats]:

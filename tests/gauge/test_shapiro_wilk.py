@@ -7,8 +7,9 @@ import sys
 
 import numpy as np
 import pytest
-from scipy.stats import shapiro
+from scipy.stats import kurtosis, shapiro, skew
 
+from motorid.quality.pearson_curve import curve_of
 from motorid.quality.shapiro_wilk import shapiro_wilk
 from motorid.quality.skewed import normality
 
@@ -45,3 +46,11 @@ def test_a_trend_of_normal_readings_needs_no_scipy_stats() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+@pytest.mark.parametrize("count", [3, 4, 9, 2000])
+def test_the_moments_of_a_curve_are_scipys(count: int) -> None:
+    values = 0.01 * np.random.default_rng(count).exponential(size=count) + 2.6
+    curve = curve_of(values)
+    assert curve.skewness[0] == pytest.approx(skew(values, bias=False), rel=1e-9)
+    assert curve.kurtosis[0] == pytest.approx(kurtosis(values, bias=False), rel=1e-9)
