@@ -19,7 +19,7 @@ Rng = np.random.Generator
 FINE = 20  # ticks of the plant in a sample
 BOTH_WAYS = (0.0, 0.5, 1.0, 0.3, -0.8, -0.4, 0.0)  # of the nominal voltage, one after another
 ONE_WAY = (0.0, 0.5, 1.0, 0.3, 0.7, 0.2, 0.0)
-NOISE = {"v": 3e-4, "i": 1e-3, "w": 5e-4}  # of nominal voltage, stall current, top speed
+NOISE = {"v": 3e-4, "i": 1e-3, "w": 5e-4, "p": 0.0}  # of nominal voltage, stall current, top speed
 MAPS = {"time": "t:s", "voltage": "v:V", "current": "i:A", "speed": "w:rad/s"}
 
 
@@ -39,8 +39,9 @@ class Station:
 
     @property
     def scales(self) -> Mapping[str, float]:
-        """Nominal voltage, stall current, top speed."""
-        return {"v": self.motor.volts, "i": self.motor.stall_a, "w": self.motor.top_rad_s}
+        """Nominal voltage, stall current, top speed; a radian of a position."""
+        m = self.motor
+        return {"v": m.volts, "i": m.stall_a, "w": m.top_rad_s, "p": 1.0}
 
     @property
     def level_s(self) -> float:

@@ -113,3 +113,19 @@ def test_the_first_readings_of_pulses_are_taken_as_they_are() -> None:
 
     assert first(True) == pytest.approx(volts[0], abs=1e-3)
     assert abs(first(False) - volts[0]) > 0.01
+
+
+@pytest.mark.parametrize(("before_a", "kept"), [(0.5, False), (0.01, True)])
+def test_a_reading_while_the_current_of_the_step_before_runs_out_drives_nothing(
+    before_a: float, kept: bool
+) -> None:
+    """The diodes reverse the supply for that while, which the mean of the voltage shows."""
+    volts = 0.3 + np.random.default_rng(1).normal(0, 1e-4, N)
+    volts[1] += 2.0
+    amperes = np.full(N, 0.02)
+    amperes[0] = before_a
+    sensed = Sense(volts, np.zeros(N, dtype=bool), 0.0, 0.0, True, None)
+    part = replace(DIODE, start=1, level=0.3, discontinuous=True)
+    (source,) = sources(sensed, amperes, [part], np.zeros(N, dtype=bool), 0.0, amperes)
+    assert source is not None
+    assert source.volts[0] == pytest.approx(volts[1] if kept else 0.3, abs=1e-3)
