@@ -19,7 +19,7 @@ Rng = np.random.Generator
 FINE = 20  # ticks of the plant in a sample
 BOTH_WAYS = (0.0, 0.5, 1.0, 0.3, -0.8, -0.4, 0.0)  # of the nominal voltage, one after another
 ONE_WAY = (0.0, 0.5, 1.0, 0.3, 0.7, 0.2, 0.0)
-NOISE = {"v": 3e-4, "i": 1e-3, "w": 5e-4, "p": 0.0}  # of nominal voltage, stall current, top speed
+NOISE = {"v": 3e-4, "i": 1e-3, "w": 5e-4}  # of nominal voltage, stall current, top speed
 MAPS = {"time": "t:s", "voltage": "v:V", "current": "i:A", "speed": "w:rad/s"}
 
 
@@ -39,9 +39,8 @@ class Station:
 
     @property
     def scales(self) -> Mapping[str, float]:
-        """Nominal voltage, stall current, top speed; a radian of a position."""
-        m = self.motor
-        return {"v": m.volts, "i": m.stall_a, "w": m.top_rad_s, "p": 1.0}
+        """Nominal voltage, stall current, top speed."""
+        return {"v": self.motor.volts, "i": self.motor.stall_a, "w": self.motor.top_rad_s}
 
     @property
     def level_s(self) -> float:
@@ -111,8 +110,8 @@ def table(log: Log, station: Station, seed: int) -> Table:
     for name, values in shown.items():
         chain = log.chain.get(name)
         seen = chain(values, station) if chain else values
-        noise = NOISE[name] * station.scales[name] * rng.standard_normal(len(columns["t"]))
-        columns[name] = seen[::every] + noise
+        sd = NOISE[name] * station.scales[name] if name in NOISE else 0.0  # an angle has none
+        columns[name] = seen[::every] + sd * rng.standard_normal(len(columns["t"]))
     return log.spoil(columns, station, rng)
 
 
