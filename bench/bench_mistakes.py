@@ -24,7 +24,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from bench.mistakes import capture_cases, captures, log_cases, logs
+from bench.mistakes import capture_cases, captures, log_cases, log_cases_more, logs
 from bench.mistakes.score import DOUBTFUL, HARMLESS, LISTED, NAMED, OUTCOMES, SILENT, Score, score
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -70,7 +70,7 @@ def rows(only: str, where: Sequence[str], seed: int) -> Iterator[Row]:
         for rig in capture_cases.MISTAKES if RIG in where else ():
             if only in rig.name:
                 yield Row(rig.name, RIG, {s: at_rig(rig, s, folder, seed) for s in RIG_STATIONS})
-        for log in log_cases.MISTAKES if LOG in where else ():
+        for log in (*log_cases.MISTAKES, *log_cases_more.MORE) if LOG in where else ():
             if only in log.name:
                 yield Row(
                     log.name, LOG, {s.name: in_log(log, s, folder, seed) for s in logs.STATIONS}

@@ -110,8 +110,8 @@ def table(log: Log, station: Station, seed: int) -> Table:
     for name, values in shown.items():
         chain = log.chain.get(name)
         seen = chain(values, station) if chain else values
-        noise = NOISE[name] * station.scales[name] * rng.standard_normal(len(columns["t"]))
-        columns[name] = seen[::every] + noise
+        sd = NOISE[name] * station.scales[name] if name in NOISE else 0.0  # an angle has none
+        columns[name] = seen[::every] + sd * rng.standard_normal(len(columns["t"]))
     return log.spoil(columns, station, rng)
 
 

@@ -19,7 +19,7 @@ from motorid.capture.formats import source_of
 from motorid.capture.mapping import ROW, ChannelMap, Formula, parse_maps
 from motorid.capture.model import HELD as HELD
 from motorid.capture.model import NOTES as NOTES
-from motorid.capture.model import VOLTAGE, Capture, Channel, Sense, Wiring
+from motorid.capture.model import POSITION, VOLTAGE, Capture, Channel, Sense, Wiring
 from motorid.capture.stamps import CLOCK_HZ as CLOCK_HZ
 from motorid.capture.stamps import Clock, clock_of
 from motorid.capture.table_options import (
@@ -29,6 +29,7 @@ from motorid.capture.table_options import (
     stated_options,
 )
 from motorid.capture.units import AMBIENT, TIME
+from motorid.capture.wrapped_position import continued
 from motorid.errors import DataError, UsageError
 from motorid.reading import open_file
 from motorid.version import __version__
@@ -63,6 +64,8 @@ def read_table(path: str | Path, maps: Sequence[str], **options: Any) -> Capture
     values = _read(path, source, formulas, chosen, notes)
     clock, values, static = _in_order(path, source, mapped, values, chosen, notes)
     checks.some_readings(path, values)
+    if POSITION in values and not static:
+        values[POSITION] = continued(values[POSITION], chosen.counts_per_turn, notes)
     channels = {
         name: _channel(one, values[name], chosen)
         for name, one in mapped.items()

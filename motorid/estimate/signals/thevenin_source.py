@@ -151,13 +151,20 @@ def _source(
     share = shares(current, mean, known, part)[:head]
     if part.discontinuous:
         share = np.ones(head)
-        share[:1] = 0.0  # in the first the current of the part before runs out through the diodes
+        if _runs_out(mean, part):
+            share[:1] = 0.0  # that reading shows the supply reversed for as long as it does
     volts[:head] = level + curve[:head] + sure * own[:head] + share * departure - lost[:head]
     volts += sag.taken
     own_noise = float(np.sqrt(noise if quiet else min(noise, sensed.noise**2 or noise)))
     errors = head_errors(known, share, departure, own_noise)
     tilt = deviation * flow
     return Source(volts, ohms, float(np.sqrt(noise)), form, tilt, errors)
+
+
+def _runs_out(mean: Floats, part: Part) -> bool:
+    """The part before leaves it a current (A) that is more than its own, and ends in the diodes."""
+    before = float(abs(mean[part.start - 1])) if part.start else 0.0
+    return before > float(np.nanmedian(np.abs(mean[part.slice])))
 
 
 def _sure(slope: float, deviation: float) -> float:

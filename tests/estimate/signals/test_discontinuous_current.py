@@ -98,10 +98,8 @@ def test_a_current_too_large_for_pulses_flows_on(times: float, stays: bool) -> N
 
 
 @pytest.mark.parametrize("place", [0, 1])
-def test_readings_of_pulses_are_taken_as_they_are_but_for_the_first(place: int) -> None:
-    """In that the current of the part before runs out. Where the current flows on, what departs
-    from the source's line builds up with it.
-    """
+def test_the_first_readings_of_pulses_are_taken_as_they_are(place: int) -> None:
+    """Where it flows on, what departs from the source's line builds up with the current."""
     volts = 0.3 + np.random.default_rng(1).normal(0, 1e-4, N)
     volts[place] += 0.05
     window, mean = np.full(N, 1.0), np.full(N, 1.0)
@@ -114,7 +112,7 @@ def test_readings_of_pulses_are_taken_as_they_are_but_for_the_first(place: int) 
         assert source is not None
         return float(source.volts[place])
 
-    assert taken(True) == pytest.approx(volts[place] if place else 0.3, abs=1e-3)
+    assert taken(True) == pytest.approx(volts[place], abs=1e-3)
     assert abs(taken(False) - volts[place]) > 0.01
 
 
@@ -141,3 +139,19 @@ def test_where_nothing_can_be_compared_it_is_left_as_it_was(inductance_h: float)
     assert part.discontinuous
     (part,) = confirmed(replace(capture, channels={}), timeline, 1e-3, 2.0).parts
     assert part.discontinuous
+
+
+@pytest.mark.parametrize(("before_a", "kept"), [(0.5, False), (0.01, True)])
+def test_a_reading_while_the_current_of_the_step_before_runs_out_drives_nothing(
+    before_a: float, kept: bool
+) -> None:
+    """The diodes reverse the supply for that while, which the mean of the voltage shows."""
+    volts = 0.3 + np.random.default_rng(1).normal(0, 1e-4, N)
+    volts[1] += 2.0
+    amperes = np.full(N, 0.02)
+    amperes[0] = before_a
+    sensed = Sense(volts, np.zeros(N, dtype=bool), 0.0, 0.0, True, None)
+    part = replace(DIODE, start=1, level=0.3, discontinuous=True)
+    (source,) = sources(sensed, amperes, [part], np.zeros(N, dtype=bool), 0.0, amperes)
+    assert source is not None
+    assert source.volts[0] == pytest.approx(volts[1] if kept else 0.3, abs=1e-3)

@@ -30,7 +30,7 @@ LOWER = {
     "R": "a cold or shorted winding, or a wrong scale of voltage or current",
     "L": "saturation, or readings too slow for the current's rise",
     "K": "a magnet that has lost strength, or a wrong scale of voltage or speed",
-    "J": "a wrong scale of the current or the speed, or a current that is the supply's",
+    "J": "a wrong scale of the current, the speed or the time, or a current that is the supply's",
     NO_LOAD: "a motor run in, or a wrong zero of the current",
 }
 NAMES = {NO_LOAD: "the no-load current"}
