@@ -68,11 +68,11 @@ def make(connection: Connection, at: datetime) -> None:
 
 def known(connection: Connection, key: str) -> bool:
     """Whether a result is there; its month stays as it is until this transaction ends."""
-    wanted: ColumnElement[Any] = s.results.c.key
-    if divided(connection):
-        connection.execute(select(func.pg_advisory_xact_lock_shared(LOCK)))
-        wanted = keys.c.key
-    return connection.scalar(select(wanted).where(wanted == key)) is not None
+    if not divided(connection):
+        return connection.scalar(select(s.results.c.id).where(s.results.c.key == key)) is not None
+    there = select(keys.c.result).where(keys.c.key == key).exists()
+    row = connection.execute(select(there, func.pg_advisory_xact_lock_shared(LOCK))).one()
+    return bool(row[0])
 
 
 def add(connection: Connection, row: dict[str, Any]) -> int:
@@ -81,9 +81,9 @@ def add(connection: Connection, row: dict[str, Any]) -> int:
         done = connection.execute(insert(s.results).values(**row))
         assert done.inserted_primary_key is not None
         return int(done.inserted_primary_key[0])
-    number = connection.execute(select(func.nextval("results_id_seq"))).scalar_one()
-    result = FIRST * month_of(row["at"]) + int(number)
-    connection.execute(insert(s.results).values(id=result, **row))
+    number = literal(FIRST * month_of(row["at"]), BigInteger) + func.nextval("results_id_seq")
+    added = insert(s.results).values(id=number, **row).returning(s.results.c.id)
+    result = int(connection.execute(added).scalar_one())
     connection.execute(insert(keys).values(key=row["key"], result=result))
     return result
 
