@@ -42,13 +42,18 @@ static void declare_filter(wire_describe_channel_reply_t *out, uint8_t first, ui
     out->filter2_ns = (uint32_t)front_end_u16(second) * FILTER_UNIT_NS;
 }
 
+/* Apart, so that no number of it stays on the stack while the rest is computed. */
+static __attribute__((noinline)) float zero_uncertainty(void) {
+    return front_end_u16(FACT(CURRENT_ZERO_UNCERTAINTY)) * ZERO_UNIT / count_v(CONVERSIONS);
+}
+
 static void describe_current(wire_describe_channel_reply_t *out) {
-    const float zero = front_end_u16(FACT(CURRENT_ZERO_UNCERTAINTY)) * ZERO_UNIT / count_v(CONVERSIONS);
     out->unit = WIRE_UNIT_AMPERE;
     out->scale = count_v(CONVERSIONS) / front_end_f32(FACT(CURRENT_V_A));
     out->offset = counts_of(FACT(CURRENT_ZERO_V));
     declare_mean(out, 7);
     out->gain_uncertainty = front_end_u16(FACT(CURRENT_GAIN_UNCERTAINTY)) * GAIN_UNIT;
+    const float zero = zero_uncertainty();
     out->offset_uncertainty = sqrtf(out->offset_uncertainty * out->offset_uncertainty + zero * zero);
     out->raw_max = FULL - END;
     out->raw_min = END;
