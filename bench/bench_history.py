@@ -117,9 +117,8 @@ def place(kind: str) -> Iterator[tuple[str, int | None]]:
             yield str(Path(folder, "line.db")), None
 
 
-def grow(history: History, first: int, last: int) -> None:
-    """Adds the results from ``first`` to ``last``, whole blocks of the year's."""
-    block = year.BLOCK
+def grow(history: History, first: int, last: int, block: int) -> None:
+    """Adds the results from ``first`` to ``last``, in whole blocks."""
     if history.engine.dialect.name == "postgresql":
         if first == 0:
             year.stage(history)
@@ -135,7 +134,8 @@ def main(arguments: list[str]) -> int:
     """One row a question and size."""
     largest = int(arguments[0]) if arguments else 160_000
     kind = arguments[1] if len(arguments) > 1 else "file"
-    sizes = [size // year.BLOCK * year.BLOCK for size in (largest // 4, largest // 2, largest)]
+    block = year.BLOCK if kind == "postgresql" else min(year.BLOCK, largest // 4)
+    sizes = [size // block * block for size in (largest // 4, largest // 2, largest)]
     taken: dict[str, list[Taken]] = {}
     with (
         tempfile.TemporaryDirectory() as folder,
@@ -146,7 +146,7 @@ def main(arguments: list[str]) -> int:
         tighter.write_text(line_history.PRODUCT.text.replace(*TIGHTER))
         for before, size in zip([0, *sizes], sizes, strict=False):
             began = time.perf_counter()
-            grow(history, before, size)
+            grow(history, before, size, block)
             print(f"{size} results in {time.perf_counter() - began:.0f} s", flush=True)
             for name, words in questions(where, history, str(tighter)).items():
                 turns = 1 if name == REJUDGE else TURNS

@@ -21,9 +21,12 @@ ALLOWED_SKIPS = ROOT / "tests" / "allowed_skips.toml"
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
-# A shell may have told this process to ignore a closed terminal (nohup); what tests start must not.
+# A shell may have told this process to ignore a closed terminal (nohup) or Ctrl-C (what it began in
+# the background); tests and what they start must not.
 if hasattr(signal, "SIGHUP"):
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The same examples on every run, and no deadline: a busy machine is not a failing property.
 hypothesis.settings.register_profile("repeatable", derandomize=True, deadline=None)

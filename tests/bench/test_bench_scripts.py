@@ -44,6 +44,7 @@ MAY_MISS = {
     "exactness",
     "false_alarms",
     "gauge",
+    "history",
     "import",
     "live",
     "log_chain",
@@ -326,9 +327,11 @@ def test_verdicts_go_on_where_they_were_stopped(tmp_path: Path) -> None:
 
 def test_history() -> None:
     table = run("history", "400")
-    assert "100 results, ms | 200 results, ms | 400 results, ms" in table
-    for question in ("list --serial", "list --outcome FAIL", "list", "trend --last 100"):
-        assert found(rf"\| {question} \|( [\d.]+ \|){{3}} -?[\d.]+ \|", table)
+    assert "| command | 100 | 200 | 400 | for a million more | at 10,000,000 |" in table
+    asked = ("list --serial", "list --outcome FAIL", "list", "trend --last 100", "trend of a month")
+    for question in (*asked, "rejudge --stored --jobs 2"):
+        cell = r" [\d.]+ \([\d.]+ \+ 0\.00\), \d+ \|"
+        assert found(rf"\| {question} \|({cell}){{3}} -?[\d.]+ \| -?[\d.]+ \|", table)
 
 
 def test_dashboard(tmp_path: Path) -> None:
