@@ -41,7 +41,7 @@ def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -
     return Findings(
         fitted.solution,
         scattered(fitted.solution, fitted.records, unseen),
-        {**budget.lines_of(carried, fitted.solution, fitted.records), **beside(lines)},
+        {**budget.lines_of(carried.shared, fitted.solution, fitted.records), **beside(lines)},
         held_values(fix, without),
         without,
         undetected=lines,

@@ -8,7 +8,7 @@ A cause that all captures share moves them together.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,16 +63,8 @@ class Carried:
 
 def carried(solution: Solution, records: Sequence[MotorRecord]) -> Carried:
     """Of every quantity that is propagated; a cause that all captures share moves all of them."""
-    inverse = covariance_of(solution.information)
-    changes = [
-        _changes(record, line, solution.values, own)
-        for record, line, own in zip(records, solution.records, solution.own, strict=True)
-    ]
-    shared: dict[str, Floats] = {}
-    for line, of in zip(solution.records, changes, strict=True):
-        for name, change in of.items():
-            shared[name] = shared.get(name, 0.0) + project(line.orthogonal.T, change)
-    shared = {name: inverse @ pull for name, pull in shared.items() if pull.any()}
+    changes = _changes(solution, records)
+    shared = _shared(solution, changes)
     follows = [covariance_of(line.own_information) for line in solution.records]
     own = {
         name: tuple(
@@ -84,10 +76,27 @@ def carried(solution: Solution, records: Sequence[MotorRecord]) -> Carried:
     return Carried(shared, own)
 
 
-def _changes(
+def _shared(solution: Solution, changes: Sequence[Mapping[str, Floats]]) -> dict[str, Floats]:
+    """What ``changes`` of the records do to the parameters, by causes that do anything."""
+    inverse = covariance_of(solution.information)
+    pulls: dict[str, Floats] = {}
+    for line, of in zip(solution.records, changes, strict=True):
+        for name, change in of.items():
+            pulls[name] = pulls.get(name, 0.0) + project(line.orthogonal.T, change)
+    return {name: inverse @ pull for name, pull in pulls.items() if pull.any()}
+
+
+def _changes(solution: Solution, records: Sequence[MotorRecord]) -> list[dict[str, Floats]]:
+    """(n,) of each record's weighed readings by cause, less what the model has of it."""
+    return [
+        _change(record, line, solution.values, own)
+        for record, line, own in zip(records, solution.records, solution.own, strict=True)
+    ]
+
+
+def _change(
     record: MotorRecord, line: Linearised, values: Floats, own: Floats
 ) -> dict[str, Floats]:
-    """(n,) of a record's weighed readings by cause, less what the model has of it."""
     found: dict[str, Floats] = {}
     for one, unknown in record.propagated:
         moved = record.weighed(tangent(record, values, own, one))
@@ -103,14 +112,14 @@ def propagated(solution: Solution, records: Sequence[MotorRecord]) -> dict[str, 
 
     Causes that are declared to be exact are left out.
     """
-    return lines_of(carried(solution, records), solution, records)
+    return lines_of(_shared(solution, _changes(solution, records)), solution, records)
 
 
 def lines_of(
-    known: Carried, solution: Solution, records: Sequence[MotorRecord]
+    shared: Mapping[str, Floats], solution: Solution, records: Sequence[MotorRecord]
 ) -> dict[str, Floats]:
-    """The same of what is carried already."""
-    causes = dict(known.shared)
+    """The same of what is carried to the parameters already."""
+    causes = dict(shared)
     held = records[0].foretold
     if held is not None:
         causes[HELD_INDUCTANCE.name] = np.array(

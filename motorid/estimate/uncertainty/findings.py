@@ -39,7 +39,7 @@ def findings(
     return Findings(
         solution,
         scatter,
-        {**budget.lines_of(carried, solution, records), **told(lines)},
+        {**budget.lines_of(carried.shared, solution, records), **told(lines)},
         fixed,
         without,
         profile_likelihood.intervals(solution, records, scatter) if leaning else {},
