@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic
 from motorid.estimate.signals.discontinuous_current import unclear
+from motorid.estimate.signals.neighbour_noise import neighbour_noise
 from motorid.estimate.signals.time_grid import IRREGULAR
-
-Floats = NDArray[np.float64]
 
 FEW, MANY = 50.0, 200.0  # steps to the highest reading: coarse, and coarse where noise is less
 COARSER = 2.0  # times: a grid that leaves out what the stamps would tell
@@ -96,7 +93,7 @@ def coarse(record: MotorRecord, where: str) -> list[Diagnostic]:
             continue
         known = channel.values[np.isfinite(channel.values)]
         steps = float(np.abs(known).max(initial=0.0)) / channel.resolution
-        if steps < FEW or (steps < MANY and channel.resolution > neighbours_noise(known)):
+        if steps < FEW or (steps < MANY and channel.resolution > neighbour_noise(known)):
             step = f"{channel.resolution:.3g} {channel.unit}"
             said.append(f"the {name.replace('_', ' ')} comes in {steps:.0f} steps of {step}")
     if not said:
@@ -108,12 +105,6 @@ def coarse(record: MotorRecord, where: str) -> list[Diagnostic]:
             "may not average out: use a smaller range or more bits",
         )
     ]  # fmt: skip
-
-
-def neighbours_noise(values: Floats) -> float:
-    """Standard deviation of a signal's noise, by its second differences; rounding is in it."""
-    bends = np.abs(np.diff(values, 2))
-    return float(np.median(bends)) / 0.6745 / math.sqrt(6.0) if len(bends) else 0.0
 
 
 def _slower(capture: Capture) -> int:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, HELD, POSITION, SPEED, TORQUE, VOLTAGE, Capture, Channel
 from motorid.errors import DataError
+from motorid.estimate.signals.neighbour_noise import neighbour_noise
 
 Floats = NDArray[np.float64]
 
@@ -137,10 +138,7 @@ class Motion:
 
 def noise(values: Floats) -> float:
     """Standard deviation of a signal's sample-to-sample noise, from its second differences."""
-    if len(values) < 8:
-        return 0.0
-    second = np.abs(np.diff(values, 2))
-    return float(np.median(second) / 0.6745 / np.sqrt(6.0))
+    return neighbour_noise(values) if len(values) >= 8 else 0.0
 
 
 def drive_of(channels: Mapping[str, Channel]) -> str | None:

@@ -11,6 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.signals.neighbour_noise import neighbour_noise
+
 Floats = NDArray[np.float64]
 
 CLEAR, SHARE = 8.0, 0.05  # a jump in standard deviations of a reading, and of the range
@@ -22,8 +24,7 @@ def within(volts: Floats) -> NDArray[np.intp]:
     """Readings (n,) whose own time holds a jump, from a level to another."""
     if len(volts) < FEWEST:
         return np.zeros(0, dtype=np.intp)
-    second = np.abs(np.diff(volts, 2))
-    deviation = float(np.median(second)) / 0.6745 / np.sqrt(6.0)
+    deviation = neighbour_noise(volts)
     before, here, after = volts[1:-3], volts[2:-2], volts[3:-1]
     rise = after - before
     far = np.abs(rise) > max(CLEAR * deviation, SHARE * float(np.ptp(volts)))

@@ -20,6 +20,7 @@ from motorid.capture.model import CURRENT, Capture
 from motorid.errors import DataError
 from motorid.estimate.results.estimate import Curve, Estimate, Suspect
 from motorid.estimate.results.status import Status
+from motorid.estimate.signals.neighbour_noise import neighbour_noise
 
 Floats = NDArray[np.float64]
 Fit = Callable[[Sequence[Capture]], Estimate]
@@ -120,8 +121,7 @@ def _misfits(curve: Curve) -> bool:
     left = _left(curve)
     if curve.channel != CURRENT or len(left) < SOME:
         return False
-    noise = float(np.median(np.abs(np.diff(left)))) / 0.6745 / math.sqrt(2.0)
-    return float(np.sqrt(np.mean(left**2))) > MISFIT * noise
+    return float(np.sqrt(np.mean(left**2))) > MISFIT * neighbour_noise(left, order=1)
 
 
 def _gain(before: Sequence[Floats], after: Sequence[Floats]) -> float:

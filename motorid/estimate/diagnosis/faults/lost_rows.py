@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture
 from motorid.estimate.results.estimate import Suspect
+from motorid.estimate.signals.neighbour_noise import neighbour_noise
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -135,9 +136,7 @@ class _Lines:
 
 def _noise(values: Floats) -> float:
     """Standard deviation of a reading, from third differences."""
-    third = np.diff(values, 3)
-    quiet = float(np.median(np.abs(third))) / 0.6745 / math.sqrt(20.0)
-    return max(quiet, 1e-6 * float(np.ptp(values)))
+    return max(neighbour_noise(values, order=3), 1e-6 * float(np.ptp(values)))
 
 
 def _step(values: Floats) -> float:
