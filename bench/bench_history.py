@@ -29,7 +29,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from bench import line_history
 from bench.plant import year
-from motorid.quality.history import History, open_history
+from motorid.quality.history import History, months, open_history
 
 YEAR = 10_000_000  # results
 TURNS = 3  # the least time of so many
@@ -119,7 +119,7 @@ def place(kind: str) -> Iterator[tuple[str, int | None]]:
 
 def grow(history: History, first: int, last: int, block: int) -> None:
     """Adds the results from ``first`` to ``last``, in whole blocks."""
-    if history.engine.dialect.name == "postgresql":
+    if months.divided(history.engine):
         if first == 0:
             year.stage(history)
         year.repeat(history, first, last)

@@ -101,7 +101,7 @@ class History:
         return self._write(lambda connection: adding.add(connection, record))
 
     def _make_month(self, at: datetime) -> None:
-        if self.engine.dialect.name != "postgresql" or months.month_of(at) in self._months:
+        if not months.divided(self.engine) or months.month_of(at) in self._months:
             return
         self._write(lambda connection: months.make(connection, at))
         self._months.add(months.month_of(at))

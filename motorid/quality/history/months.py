@@ -18,6 +18,7 @@ from sqlalchemy import (
     Column,
     ColumnElement,
     Connection,
+    Engine,
     ForeignKey,
     Integer,
     MetaData,
@@ -50,9 +51,9 @@ def month_of(at: datetime) -> int:
     return 100 * there.year + there.month
 
 
-def divided(connection: Connection) -> bool:
+def divided(database: Connection | Engine) -> bool:
     """Whether this database holds results by month."""
-    return connection.dialect.name == "postgresql"
+    return database.dialect.name == "postgresql"
 
 
 def make(connection: Connection, at: datetime) -> None:
