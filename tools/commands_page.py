@@ -27,7 +27,7 @@ PRINTING = """\
 What becomes of a command does not depend on whether it can be printed. A verdict and a file stand
 with their exit code when standard output or standard error is closed, full or gone. An answer that
 goes to standard output only (`motorid fit run.h5 --json`, a list, a help text) ends with 4 when it
-cannot be written, and a sentence says so on standard error. A reader that closes a pipe early,
+cannot be written. A sentence on standard error says so. A reader that closes a pipe early,
 as `head` does, has what it wanted: the code stays, and nothing is said."""
 
 
