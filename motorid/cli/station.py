@@ -134,7 +134,7 @@ def command(
     from motorid.cli.operator_page import OperatorPage
     from motorid.quality.product import load_product
     from motorid.storage.place import Url
-    from motorid.workflow import spool
+    from motorid.workflow import spool, station_words
     from motorid.workflow.access import Tokens
     from motorid.workflow.check import Line, Who
     from motorid.workflow.orders import Orders
@@ -189,7 +189,7 @@ def command(
         finally:
             if orders is not None:
                 orders.stop()
-    click.echo(f"\nshift ended: {dict(station.counts)}", err=True)
+    click.echo(f"\nshift ended: {station_words.counted(station.counts)}", err=True)
     return EXIT_DONE
 
 

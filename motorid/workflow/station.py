@@ -278,7 +278,7 @@ class Station:
         """Inspects until ``end``. First it finishes what an earlier shift left unfinished."""
         self.settle()
         self.line.warm()
-        left = station_words.left_over(self._finished, self.kept.waiting())
+        left = station_words.left_over(self._finished, self._not_judged())
         self.show(station_words.ready(self.line.product, left))
         for worker in self._behind:
             worker.start()

@@ -45,11 +45,16 @@ def with_line(screen: Screen, said: str) -> Screen:
     return replace(screen, lines=(*screen.lines, said))
 
 
+def counted(counts: Mapping[str, int]) -> str:
+    """The verdicts of a shift by outcome."""
+    return "  ".join(f"{name} {counts[name]}" for name in OUTCOMES)
+
+
 def tally(
     counts: Mapping[str, int], ignored: int, workers: Sequence[Behind], done: Inspection
 ) -> str:
     """The shift so far: verdicts, scans that were not taken, what is late behind it."""
-    said = "  ".join(f"{name} {counts[name]}" for name in OUTCOMES)
+    said = counted(counts)
     if ignored:
         said += f"   {ignored} scans ignored: scan after the verdict"
     for one in workers:

@@ -11,6 +11,7 @@ import pytest
 
 from motorid.quality.product import Product
 from motorid.quality.verdict import Verdict
+from motorid.report.screen import Screen
 from motorid.workflow.check import Inspection, Who
 from motorid.workflow.station import Station
 
@@ -96,3 +97,16 @@ def test_no_verdict_without_an_order_after_the_last_and_none_lost(
     assert people.judged == people.accepted
     assert sorted(bench.inspected) == sorted(people.accepted + people.scanned)
     assert min(len(people.accepted), len(people.scanned)) > ROUNDS // 4
+
+
+def test_an_order_that_comes_while_the_station_begins_is_none_of_an_earlier_shift(
+    product: Product, tmp_path: Path
+) -> None:
+    line: Any = Bench(product, tmp_path)
+    shown: list[Screen] = []
+    Station(line, shown.append).scan(["D000001"], ends=False)  # killed before its verdict
+    station = Station(line, shown.append)
+    station.scan(["D000002"], ends=True)
+    station.run()
+    assert "never judged: D000001." in shown[0].lines[-1]
+    assert line.inspected == ["D000002"]

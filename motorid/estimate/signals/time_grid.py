@@ -108,7 +108,7 @@ def lay(capture: Capture) -> Timeline:
     """The capture's timeline. Raises DataError for fewer than 16 samples or irregular stamps."""
     if len(capture) < 16:
         raise DataError(
-            f"the capture {capture.path or ''} holds {len(capture)} samples, too few to fit: "
+            f"{capture.path or 'the capture'} holds {len(capture)} samples, too few to fit: "
             "capture a longer run"
         )
     period = capture.period_s
