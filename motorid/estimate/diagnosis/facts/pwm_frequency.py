@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture
 from motorid.errors import DataError
-from motorid.estimate.results.estimate import Curve, Estimate, Suspect
+from motorid.estimate.results.estimate import Alternative, Curve, Estimate, Suspect
 from motorid.estimate.results.status import Status
 from motorid.estimate.signals.neighbour_noise import neighbour_noise
 
@@ -29,6 +29,7 @@ Glance = Callable[[Sequence[Capture], Mapping[str, float]], Sequence[Floats]]
 CODE = "pwm_contradicted"
 FACTORS = (0.25, 0.5, 2.0, 4.0)
 MISFIT = 2.0  # residuals in units of their noise, from which it is looked for
+EXPLAINED = 1.5  # chi-square for each degree of freedom up to which a wider model explains them
 CLEAR = 1.0  # mean fall of the logarithm of the residuals, over all readings
 LIKELY = 0.2  # of it at a glance, from which a supposition is worth a fit
 SOME = 16  # readings of a curve
@@ -41,13 +42,13 @@ def corrected(
     glance: Glance,
 ) -> tuple[Sequence[Capture], Estimate]:
     """The captures with the frequency that explains the readings, and their estimate, which says
-    so; both as they came where none does clearly better, or where no motor explains the readings,
-    since fits of what is no motor are slow.
+    so; both as they came where none does clearly better, where a wider model explains the readings,
+    or where no motor does, since fits of what is no motor are slow.
 
     ``glance`` gives what a rough search from the estimate's values leaves of the readings; where
     R, K and J are known, only the frequency by which it leaves least is worth a fit.
     """
-    if _refused(estimate):
+    if _refused(estimate) or _explained(estimate.alternative):
         return captures, estimate
     stated = {capture.wiring.pwm_hz for capture in captures}
     if len(stated) != 1 or not all(stated) or not any(map(_misfits, estimate.curves)):
@@ -102,6 +103,10 @@ def _worth_a_fit(
 
 def _refused(estimate: Estimate) -> bool:
     return all(p.status is Status.NOT_SUPPORTED for p in estimate.parameters.values())
+
+
+def _explained(wider: Alternative | None) -> bool:
+    return wider is not None and wider.chi_square <= EXPLAINED * wider.degrees_of_freedom
 
 
 def _said(stated_hz: float, found_hz: float, gain: float, before: Estimate) -> Suspect:

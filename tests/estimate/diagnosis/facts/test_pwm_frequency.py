@@ -30,6 +30,7 @@ class Told:
     curves: tuple[Any, ...]
     parameters: Any
     suspects: tuple[Any, ...] = ()
+    alternative: Any = None
 
 
 def left(slow: float, status: Status = Status.ESTIMATED) -> Any:
@@ -83,6 +84,16 @@ def test_none_is_looked_for_where_no_motor_explains_the_readings() -> None:
     given = [capture(80e3)]
     refused = left(12.0, Status.NOT_SUPPORTED)
     assert pwm_frequency.corrected(given, refused, fits(20e3), no_glance) == (given, refused)
+
+
+@pytest.mark.parametrize(("chi_square", "looked_for"), [(1.2, False), (2.0, True)])
+def test_none_is_looked_for_where_a_wider_model_explains_the_readings(
+    chi_square: float, looked_for: bool
+) -> None:
+    wider = SimpleNamespace(chi_square=400 * chi_square, degrees_of_freedom=400)
+    before = replace(left(12.0), alternative=wider)
+    found, _ = pwm_frequency.corrected([capture(80e3)], before, fits(20e3), no_glance)
+    assert (found[0].wiring.pwm_hz == 20e3) == looked_for
 
 
 KNOWN = {"R": 2.0, "K": 2.0, "J": 2.0}
