@@ -32,7 +32,7 @@ from bench.stranger.plant import draw
 
 RESULTS = Path(__file__).resolve().parent / "results" / "stranger.json"
 BEYOND_U, NORMAL_95 = 4.0, 1.96
-SHORT = ("board, steps", "converter, steps", "i late, converter")
+SHORT = ("board, steps", "converter, steps", "w late, converter")
 SAYS_NOTHING = ("rotor_held",)  # of a rotor that is held, a fact and no accusation
 
 

@@ -168,7 +168,7 @@ def test_gauge_foretells_what_the_study_finds() -> None:
 def test_kernels_give_one_answer(tmp_path: Path) -> None:
     """The oldest kernel runs on every such processor."""
     out = tmp_path / "kernels.json"
-    short = ("--cases", "log-steps", "--rigs", "1", "--first", "4", "--kernels", "Nehalem")
+    short = ("--cases", "sim", "--rigs", "1", "--first", "1", "--kernels", "Nehalem")
     text = run("kernels", *short, "--out", str(out))
     row = cells("Nehalem", text)
     assert row[:2] == ["0", "0"]
@@ -326,8 +326,8 @@ def test_verdicts_go_on_where_they_were_stopped(tmp_path: Path) -> None:
 
 
 def test_history() -> None:
-    table = run("history", "400")
-    assert "| command | 100 | 200 | 400 | for a million more | at 10,000,000 |" in table
+    table = run("history", "40", "file", "1")
+    assert "| command | 10 | 20 | 40 | for a million more | at 10,000,000 |" in table
     asked = ("list --serial", "list --outcome FAIL", "list", "trend --last 100", "trend of a month")
     for question in (*asked, "rejudge --stored --jobs 2"):
         cell = r" [\d.]+ \([\d.]+ \+ 0\.00\), \d+ \|"

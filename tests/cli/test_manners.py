@@ -138,7 +138,7 @@ def test_run_needs_no_folder_and_records_what_it_took_from_the_defaults(
     monkeypatch.chdir(tmp_path)
     assert main.run(["config", "rig", "sim"]) == 0
     assert main.run(["config", "note", "bench 3"]) == 0
-    words = ["run", "--serial", "M17", "--speed", "max", "--without", "L", "--note", "typed"]
+    words = ["run", "--serial", "M17", "--speed", "max", "--note", "typed"]
     assert main.run(words) == 0
     (folder,) = (path for path in tmp_path.iterdir() if path.is_dir())
     assert folder.name.startswith("M17_")

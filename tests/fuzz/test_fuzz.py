@@ -1,6 +1,6 @@
 """The parsers' promises on every input kept, and on what a fuzzer finds in a few seconds.
 
-FUZZ_SECONDS is how long each fuzzer runs; continuous integration gives 20.
+FUZZ_SECONDS is how long each fuzzer runs; continuous integration gives 10.
 """
 
 from __future__ import annotations
