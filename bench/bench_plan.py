@@ -19,6 +19,7 @@ import numpy as np
 
 from motorid.acquire.record import capture_all
 from motorid.capture import store
+from motorid.errors import RigError
 from motorid.estimate.uncertainty.intervals import NORMAL_95, POSITIVE
 from motorid.identify import fit
 from motorid.plan.propose import Plan
@@ -91,7 +92,11 @@ def main() -> int:
     broken = 0
     for name in options.rigs:
         rig = adjusted(load_rig(name), speed="max")
-        plan = plan_run(rig, ())
+        try:
+            plan = plan_run(rig, ())
+        except RigError as error:
+            print(f"{name}: {error}")
+            continue
         print(f"{name}: {plan.repeats} x {plan.program.duration_s:.4f} s, {options.seeds} seeds")
         print(f"{'':>4}{'asked':>10}{'worst':>10}{'this':>10}{'stated':>10}{'actual':>10}")
         with tempfile.TemporaryDirectory() as folder:

@@ -2,7 +2,8 @@
 
 A skeleton of the capture goes through the fit's own record, search and budget, started at the
 motor itself. Its information matrix holds noise, rounding, apertures, delays and the offsets'
-priors; the instruments' part follows from the gains that the channels declare.
+priors, and what a fit leaves open of effects that it does not find counts with them; the
+instruments' part follows from the gains that the channels declare.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motorid.errors import DataError
 from motorid.estimate.fit.multistart import with_promoted
@@ -18,13 +20,18 @@ from motorid.estimate.fit.parameter_bounds import unknowns_of
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.solver.levenberg_marquardt import maximise
+from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import budget
 from motorid.estimate.uncertainty.covariance import covariance_of
 from motorid.estimate.uncertainty.intervals import NORMAL_95, POSITIVE
+from motorid.estimate.uncertainty.undetected import UNTOLD, undetected
 from motorid.motor.parameters import Motor, no_load_speed
 from motorid.plan.skeleton import Bench, skeleton
 from motorid.program import Program
 
+Floats = NDArray[np.float64]
+
+NEARLY = 1.2  # times what may stay open of an effect that a fit counts: chance may decide it
 ROUGH = 1.0  # change of chi-square at which the search about the true motor ends
 
 
@@ -81,7 +88,8 @@ def predict(bench: Bench, program: Program, motor: Motor, seed: int = 0) -> Pred
     record.retake_sources(np.array(motor.values), own)
     solution = maximise(unknowns_of([record], PARAMETERS, start), [record], enough=ROUGH)
     solution = with_promoted([record], PARAMETERS, start, solution)
-    deviations = np.sqrt(np.diag(covariance_of(solution.information)))
+    variances = np.diag(covariance_of(solution.information)) + _of_effects(solution, record)
+    deviations = np.sqrt(variances)
     names = [u.name for u in solution.unknowns]
     causes = budget.propagated(solution, [record])
     return Prediction(
@@ -92,3 +100,17 @@ def predict(bench: Bench, program: Program, motor: Motor, seed: int = 0) -> Pred
             for cause, shift in causes.items()
         },
     )
+
+
+def _of_effects(solution: Solution, record: MotorRecord) -> Floats:
+    """Variances (p,) by effects that a fit does not find and that its budget has or may have.
+
+    It counts what the readings tell. Where more stays open than that, but not much more, noise
+    decides whether it counts. More runs lessen such a variance as they lessen that of noise.
+    """
+    shifts = [
+        effect.shift * min(1.0, UNTOLD / effect.open)
+        for effect in undetected(solution, [record])
+        if effect.open < NEARLY * UNTOLD
+    ]
+    return np.sum(np.square(shifts), axis=0) if shifts else np.zeros(len(solution.values))

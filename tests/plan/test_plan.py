@@ -14,7 +14,6 @@ from motorid.errors import RigError, UsageError
 from motorid.estimate.uncertainty.intervals import NORMAL_95
 from motorid.motor.parameters import Motor, mechanical_time_constant, no_load_speed
 from motorid.plan.motors import CORNERS, Spread, middle, motors, of_nameplate
-from motorid.plan.propose import Plan
 from motorid.plan.wants import USUAL, wanted
 from motorid.program import StepKind
 from motorid.quality.product import load_product
@@ -29,9 +28,10 @@ def rig_of(name: str = "sim", options: str = "") -> Rig:
     return replace(rig, port=f"{rig.port}&speed=max{options}")
 
 
-@pytest.fixture(scope="module")
-def usual() -> Plan:
-    return plan_run(rig_of(), ())
+def weakest_motors(spread: Spread) -> tuple[Motor, ...]:
+    """The middle, and of the corners those in which R and K are least."""
+    least = spread["R"][0], spread["K"][0]
+    return tuple(m for m in motors(spread) if m == middle(spread) or least == (m.R, m.K))
 
 
 @pytest.fixture
@@ -42,8 +42,9 @@ def one_motor(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.slow
 @pytest.mark.long
-def test_the_simulated_rig_keeps_the_promise(usual: Plan, tmp_path: Path) -> None:
+def test_the_simulated_rig_keeps_the_promise(tmp_path: Path) -> None:
     """Eight specimens: the median of what fits state, and the RMS error of what they find."""
+    usual = plan_run(rig_of(), ())
     assert usual.seconds < 0.2  # the packaged rig's own program takes 2.1 s
     assert all(p.met for p in usual.promises)
     rows = confirm(rig_of(), usual, 8, tmp_path)
@@ -64,26 +65,22 @@ def test_a_tighter_want_takes_longer() -> None:
 @pytest.mark.slow
 @pytest.mark.long
 def test_currents_and_speeds_keep_within_the_limits_of_the_worst_motor(
-    usual: Plan, monkeypatch: pytest.MonkeyPatch
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """By the equations of a motor from rest, not by the code that refuses programs. Of the corners
     those are tried in which R and K are least: no other current or speed is higher.
     """
-
-    def worst_motors(spread: Spread) -> tuple[Motor, ...]:
-        least = spread["R"][0], spread["K"][0]
-        return tuple(m for m in motors(spread) if m == middle(spread) or least == (m.R, m.K))
-
-    monkeypatch.setattr("motorid.plan.motors.motors", worst_motors)
-    rig = rig_of()
+    monkeypatch.setattr("motorid.plan.motors.motors", weakest_motors)
+    rig, wants = rig_of(), ("R=2%", "K=2%")
+    free = plan_run(rig, wants)
     rig = replace(rig, limits=replace(rig.limits, current_a=1.0))
-    plan = plan_run(rig, ("R=2%", "K=2%"))
+    plan = plan_run(rig, wants)
     assert len(plan.predictions) == 3
     volts = max(abs(step.level) for step in plan.program.steps)
     weakest = min(p.motor.R for p in plan.predictions)
     assert volts / weakest < 1.0
     assert max(no_load_speed(p.motor, volts) for p in plan.predictions) < rig.limits.speed_rad_s
-    assert volts < max(abs(step.level) for step in usual.program.steps)
+    assert volts < max(abs(step.level) for step in free.program.steps)
 
 
 @pytest.mark.slow

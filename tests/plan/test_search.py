@@ -8,11 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from motorid.identify import fit
 from motorid.motor.parameters import mechanical_time_constant
 from motorid.plan.motors import middle, of_nameplate
+from motorid.plan.predict import predict
 from motorid.plan.search import Search
 from motorid.plan.shape import BRAKE, COAST, Frame, Stage, neighbours, seeds, steady_both_ways
-from motorid.plan.skeleton import Bench
+from motorid.plan.skeleton import Bench, skeleton
 from motorid.plan.wants import USUAL, Demand, wanted
 from motorid.rig import load_rig
 from motorid.workflow.plan import ask, benches_of, templates_of
@@ -85,3 +87,19 @@ def test_steady_turns_are_counted_after_settling() -> None:
         stages = (Stage(1.0, factor * enough), Stage(-1.0, 1.01 * enough))
         assert steady_both_ways(stages, [motor], TOP_V, 10.0) is holds
     assert not steady_both_ways(stages[1:], [motor], TOP_V, 10.0)
+
+
+def test_what_a_fit_leaves_open_of_effects_is_promised_too() -> None:
+    """So short a run hardly tells whether L falls with the current; its fit says that of L."""
+    found = search(("L=5%",))
+    program = found.frame.program((Stage(0.4, 0.004), Stage(1.0, 0.014)))
+    (motor,) = found.motors
+    promised = predict(found.bench, program, motor, seed=1)
+    assert promised is not None
+    stated = fit([skeleton(found.bench, program, motor, seed=1)])
+    L = stated.parameters["L"]
+    assert L.value is not None
+    assert L.total is not None
+    assert stated.budget["L"]["saturation"] > 0.5 * L.total
+    total = np.hypot(promised.statistical["L"], promised.instrument("L"))
+    assert total == pytest.approx(L.total / L.value, rel=0.1)
