@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from motorid.acquire.record import capture as record
 from motorid.capture import store
@@ -24,10 +26,14 @@ def duties(decay: Decay) -> Program:
 
 
 def captured(
-    folder: Path, options: str = "", channels: tuple[str, ...] = (), **changes: object
+    folder: Path,
+    options: str = "",
+    channels: tuple[str, ...] = (),
+    seed: int = 7,
+    **changes: object,
 ) -> tuple[Estimate, dict[str, float]]:
     rig = load_rig("sim")
-    url = f"{rig.port}&speed=max&seed=7{options}"
+    url = f"{rig.port}&speed=max&seed={seed}{options}"
     rig = replace(rig, port=url, **{"program": duties(Decay.SYNCHRONOUS_SLOW), **changes})
     if channels:
         rig = replace(rig, sampling=Sampling(10_000.0, channels))
@@ -118,3 +124,21 @@ def test_a_fit_that_ignores_the_ripple_is_told_apart(tmp_path: Path) -> None:
     assert abs(told.parameters["R"].value / true - 1) < 0.01
     misfits = ["lack_of_fit" in {d.code for d in one.diagnostics} for one in (told, untold)]
     assert misfits == [False, True]
+
+
+@pytest.mark.slow
+def test_what_noise_hides_behind_a_step_does_not_bias_the_inductance(tmp_path: Path) -> None:
+    """L/R is 0.7 of a sample: L is told by two or three readings behind each of two steps, where
+    the supply gives way and dead times change by three times a reading's noise.
+    """
+    levels = ((2.477, 0.0512), (5.76, 0.0682))
+    drives = [Step(StepKind.DRIVE_VOLTS, s, v, Decay.SYNCHRONOUS_SLOW) for v, s in levels]
+    program = Program((Step(StepKind.COAST, 0.0032), *drives, Step(StepKind.COAST, 0.0337)))
+    off = []
+    for seed in range(1, 7):
+        folder = tmp_path / str(seed)
+        folder.mkdir()
+        estimate, true = captured(folder, seed=seed, program=program)
+        L = estimate.parameters["L"]
+        off.append((L.value - true["L"]) / L.total)
+    assert np.mean(np.square(off)) < chi2.ppf(0.99, len(off)) / len(off)

@@ -15,6 +15,7 @@ Floats = NDArray[np.float64]
 ODD_HEAD = 2.5  # variance of the few samples after a step, over the noise's: still called noise
 BLOCKS, SLOW = 8, 28.0  # stretches of a part, and chi-square of their means: 1 in 2,000 by noise
 ODD_SAMPLE = 3.5  # standard deviations from the line of one of them
+ALWAYS = 3  # first samples that depart even where noise hides it: what L is told by lies there
 NEAR = 32  # samples that tell where the source was just before them
 WINDOWS = (64, 32, 16, 8, 4)  # half-widths in samples
 LINE, AS_READ = 0, -1  # in place of one: no curve, and no smoothing
@@ -70,7 +71,7 @@ def _half(late: Floats, noise: float, allowed: float) -> int:
 
 def _head(odd: Floats, noise: float) -> int:
     out = np.flatnonzero(np.abs(odd) > ODD_SAMPLE * np.sqrt(noise))
-    head = int(out[-1]) + 1 if len(out) else 0
+    head = max(int(out[-1]) + 1 if len(out) else 0, ALWAYS)
     return HEAD if square(odd[head:]) > ODD_HEAD * noise * len(odd) else head
 
 

@@ -7,7 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorid.estimate.signals.smoothing import AS_READ, LINE, PLAIN, Form, smoothed, trend_of
+from motorid.estimate.signals.smoothing import (
+    ALWAYS,
+    AS_READ,
+    LINE,
+    PLAIN,
+    Form,
+    smoothed,
+    trend_of,
+)
 from motorid.estimate.signals.step_transient import HEAD
 
 N = 400
@@ -50,11 +58,11 @@ def test_what_no_window_follows_is_taken_as_read() -> None:
     assert trend[HEAD:] == pytest.approx((jumps + noise())[HEAD:])
 
 
-def test_an_odd_first_sample_is_a_head() -> None:
+def test_odd_first_samples_are_a_head() -> None:
     left = noise()
-    left[:3] += 0.2
-    assert trend_of(left, NOISE, 1.5 * NOISE)[1].head == 3
-    assert trend_of(noise(), NOISE, 1.5 * NOISE)[1].head == 0
+    left[:5] += 0.2
+    assert trend_of(left, NOISE, 1.5 * NOISE)[1].head == 5
+    assert trend_of(noise(), NOISE, 1.5 * NOISE)[1].head == ALWAYS
 
 
 def test_a_form_that_is_given_stays() -> None:

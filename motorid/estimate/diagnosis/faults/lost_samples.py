@@ -110,7 +110,7 @@ def _usual(steps: Floats) -> float:
     """The mean of increments (counts) that are like most of them: finer than a whole count."""
     middle = float(np.median(steps))
     alike = np.abs(steps - middle) <= max(COUNTS, ALIKE * abs(middle))
-    return float(steps[alike].mean())
+    return float(steps[alike].mean()) if alike.any() else middle
 
 
 def short_of_program(capture: Capture) -> int:

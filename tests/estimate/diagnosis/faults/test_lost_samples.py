@@ -116,6 +116,7 @@ def test_the_usual_increment_is_a_mean_of_those_that_are_alike() -> None:
     assert module._usual(np.array([40.0, 41.0, 42.0, 400.0, 40.0])) == pytest.approx(40.75)
     assert module._usual(np.array([100.0, 129.0, 131.0, 100.0, 100.0])) == pytest.approx(107.25)
     assert module._usual(np.array([1.0, 4.0, 1.0, 1.0, -3.0])) == pytest.approx(1.75)
+    assert module._usual(np.array([0.0, 0.0, 200.0, 200.0])) == 100.0  # none is like the median
 
 
 def programmed(present: int, **more: Any) -> Capture:
