@@ -499,7 +499,8 @@ typedef struct {
     uint32_t aperture_ns;
     /* from the end of the window to the sample's tick [ns] */
     uint32_t delay_ns;
-    /* where in the PWM period an instant is taken; 65535: not synchronised [1e-3] */
+    /* where in the PWM period an instant is taken; of a mean over PWM periods, how far apart in */
+    /* one its conversions lie; 65535: not synchronised, or not said [1e-3] */
     uint16_t pwm_phase_permille;
     /* standard uncertainty of scale, relative [1] */
     float gain_uncertainty;

@@ -73,8 +73,10 @@ class _Run:
     ) -> None:
         self.board, self.stop, self.consume = board, stop, consume
         most_s = load_spec().limits.heartbeat_period_ms / 1e3
-        self.beat_s = min(most_s, config["host_silence_ms"] / BEATS / 1e3)
-        self.patience_s = max(SILENCE_S, config["host_silence_ms"] / 1e3)
+        self.silence_s = config["host_silence_ms"] / 1e3
+        self.beat_s = min(most_s, self.silence_s / BEATS)
+        self.patience_s = max(SILENCE_S, self.silence_s)
+        self.start_s = self.pause_s = 0.0  # that start took, and between two heartbeats at most
         self.duration_s = program.ticks / board.identity["clock_hz"]
         period_s = config["sample_period_ticks"] / board.identity["clock_hz"]
         self.lull_s = LULL_S + 2 * period_s
@@ -95,16 +97,18 @@ class _Run:
     def begin(self, program: WireProgram, config: Fields) -> bool:
         """Starts the run; False where a stop was asked for before the board's reply came."""
         hashes = {"config_hash": config["config_hash"], "program_hash": program.hash}
+        asked_at = self.board.port.now()
         try:
             self.board.ask("start", **hashes)
         except AskedToStopError:
             return False
+        self.start_s = self.board.port.now() - asked_at
         return True
 
     def follow(self) -> str:
         """Consumes until the board is done."""
         board, now = self.board, self.board.port.now
-        beat_at = began = now()
+        beat_at = beaten_at = began = now()
         self.earliest_s = began + EARLY * self.duration_s
         board.heard_at = progressed = began
         over_at = began + self.duration_s + LULL_S
@@ -122,7 +126,8 @@ class _Run:
                 over_at = min(over_at, now())
                 board.tell("stop")
             if now() >= beat_at:
-                beat_at = now() + self.beat_s
+                self.pause_s, beaten_at = max(self.pause_s, now() - beaten_at), now()
+                beat_at = beaten_at + self.beat_s
                 board.tell("heartbeat", sequence=self.sequence)
             if now() > over_at + LATEST_S:
                 raise self.endless()
@@ -157,8 +162,23 @@ class _Run:
         except AskedToStopError:
             return ""
         if status["fault"]:
+            self.board.trip = self.told_of(status["fault"])
             return f"fault: {name_of(Fault, status['fault'])}"
         return STOPPED if self.stop.requested else "completed"
+
+    def told_of(self, fault: int) -> str:
+        """How the board came to hear no heartbeat, as far as this side can tell; "": another trip.
+
+        None goes out before the reply to start has come.
+        """
+        if fault != Fault.HOST_SILENCE:
+            return ""
+        none = f"no heartbeat came for {self.silence_s:g} s"
+        if self.start_s > self.silence_s / 2:
+            return f"{none}; its reply to start was lost on the link, or {self.start_s:.2g} s late"
+        if self.pause_s > self.silence_s / 2:
+            return f"{none}; this computer sent none for {self.pause_s:.2g} s"
+        return f"{none}; they were sent, and lost on the link"
 
     def endless(self) -> LinkError:
         """A board that goes on and on."""
@@ -176,7 +196,7 @@ class _Run:
         match news.name:
             case "fault":
                 self.fault = name_of(Fault, news.fields["fault"])
-                self.board.trip = of_fault(news.fields)
+                self.board.trip = self.told_of(news.fields["fault"]) or of_fault(news.fields)
             case "hello":
                 raise reset_error(self.board.port.name, news.fields["reset_cause"], "in mid-run")
             case "done":
@@ -190,7 +210,8 @@ class _Run:
         if reason != EndReason.FAULT:
             return name_of(EndReason, reason)
         if not self.fault:  # its own event was lost
-            self.fault = name_of(Fault, self.board.ask("read_status")["fault"])
+            found = self.board.ask("read_status")["fault"]
+            self.fault, self.board.trip = name_of(Fault, found), self.told_of(found)
         return f"fault: {self.fault}"
 
 
@@ -200,7 +221,7 @@ ADVICE = {
     Fault.SUPPLY_LOW: "the supply sagged or is off: use a stronger one, or lower supply_min_v",
     Fault.SUPPLY_HIGH: "braking pumped the supply up, or it is set too high: check it",
     Fault.RUN_TIME: "shorten the program",
-    Fault.HOST_SILENCE: "this computer was too busy to send heartbeats: close other programs",
+    Fault.HOST_SILENCE: "check the cable, and where this computer was late, close other programs",
     Fault.ENCODER_EDGES: "edges came faster than the board can count: lower the level",
     Fault.DRIVER: "the bridge reports a fault: check its wiring, heat and supply",
     Fault.OVER_VOLTAGE: "the terminals had more than limits.voltage_v: lower the level",

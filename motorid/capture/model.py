@@ -74,7 +74,7 @@ class Channel:
     kind: Kind = "instant"
     aperture_s: float = 0.0
     delay_s: float = 0.0
-    pwm_phase: float | None = None  # fraction of the PWM period at which an instant is taken
+    pwm_phase: float | None = None  # of the PWM period: where an instant is; a mean's spacing
     resolution: float = 0.0
     noise: float = 0.0
     gain_uncertainty: float = 0.0

@@ -22,6 +22,7 @@ AFTER = {  # the state that an accepted command leads to, where it is another
     ("stop", State.ZEROING): State.CONFIGURED,
     ("clear_fault", State.FAULTED): State.CONFIGURED,
 }
+SLOW = 8  # times the sample period: a busy computer's device answers late
 
 
 def reach(client: Client, state: State) -> Fields:
@@ -30,7 +31,8 @@ def reach(client: Client, state: State) -> Fields:
     if state is State.IDLE:
         return hashes
     if state in (State.CONFIGURED, State.ZEROING):
-        client.configure()
+        slow = SLOW if state is State.ZEROING else 1  # so that it lasts over any reply
+        client.configure(sample_period_ticks=slow * client.settings["sample_period_ticks"])
         if state is State.ZEROING:
             client.send("zero", samples=4096)
             client.wait(0.01)

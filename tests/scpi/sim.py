@@ -1,10 +1,11 @@
-"""Devices of pyvisa-sim: a bench supply and a meter, as a definition file."""
+"""Devices of pyvisa-sim: a bench supply, a meter and a scanning DAQ, as a definition file."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 SUPPLY, METER = "TCPIP0::supply::INSTR", "TCPIP0::meter::INSTR"
+SCANNER = "TCPIP0::scanner::INSTR"
 _PROPERTY = """
       {name}:
         default: {default}
@@ -35,8 +36,18 @@ devices:
       - {{q: "*IDN?", r: "MOCK,METER,3,1.0"}}
       - {{q: "*CLS"}}
       - {{q: "READ?", r: "{meter}"}}
+  scanner:
+    eom: {{TCPIP INSTR: {{q: "\\n", r: "\\n"}}}}
+    error:
+      error_queue:
+        - {{q: "SYST:ERR?", default: '+0,"No error"', command_error: '-113,"Undefined header"'}}
+    dialogues:
+{scanner}
+    properties:
+{trigger}
 resources:
   {supply}: {{device: supply}}
+  {scanner_at}: {{device: scanner}}
   {at}: {{device: meter}}
 """
 ANSWERS = {
@@ -55,6 +66,7 @@ def definition(
     most: dict[str, float] | None = None,
     answers: dict[str, str | None] | None = None,
     meter: str = "+1.2500E+02",
+    scanner: dict[str, str | None] | None = None,
 ) -> str:
     """The backend to write as ``visa``. ``most``: largest settings; ``answers``: fixed ones."""
     fixed = {**ANSWERS, **(answers or {})}
@@ -72,10 +84,22 @@ def definition(
                 name=command.replace(":", "_"), command=command, default='"OFF"', shown="{:s}",
                 parsed="{:s}", specs='valid: ["ON", "OFF"], type: str',
             )  # fmt: skip
-    said = "".join(
+    scans = {"*IDN?": "MOCK,SCANNER,4,1.0", "*CLS": None, **(scanner or {})}
+    trigger = "".join(
+        _PROPERTY.format(name=name, command=f"TRIG:{name}", default=1, shown="{}", parsed="{}",
+                         specs="min: 0, max: 50000, type: float")
+        for name in ("TIM", "COUN")
+    )  # fmt: skip
+    text = _DEVICES.format(
+        dialogues=_dialogues(fixed), properties=found, meter=meter, supply=SUPPLY, at=METER,
+        scanner=_dialogues(scans), trigger=trigger, scanner_at=SCANNER,
+    )  # fmt: skip
+    (folder / "devices.yaml").write_text(text)
+    return 'visa = "devices.yaml@sim"\n'
+
+
+def _dialogues(fixed: dict[str, str | None]) -> str:
+    return "".join(
         f"      - {{q: '{q}'}}\n" if r is None else f"      - {{q: '{q}', r: '{r}'}}\n"
         for q, r in fixed.items()
     )
-    text = _DEVICES.format(dialogues=said, properties=found, meter=meter, supply=SUPPLY, at=METER)
-    (folder / "devices.yaml").write_text(text)
-    return 'visa = "devices.yaml@sim"\n'

@@ -9,7 +9,8 @@
 #define RANGE ((float)LINEAR_STEPS * COUNTS_A_STEP) /* that the reference reads as */
 #define FULL ((int16_t)((float)(LINEAR_STEPS - 1u) * COUNTS_A_STEP))
 #define END ((int16_t)(4.0f * COUNTS_A_STEP)) /* of the range: a mean that near to it is saturated */
-#define SYNCHRONISED_MEAN 65535u
+#define UNSYNCHRONISED 65535u
+#define APART_PERMILLE (1000u / ROUNDS) /* phases of the PWM that a reading's conversions meet */
 #define ROUND_NOISE 0.29f
 
 /* Converter, in steps: standard uncertainty of its zero, and noise of a conversion. A code that should be as wide
@@ -88,7 +89,7 @@ void channels_describe(uint8_t channel, wire_describe_channel_reply_t *out) {
     out->unit = WIRE_UNIT_VOLT;
     out->kind = WIRE_CHANNEL_KIND_MEAN;
     out->bits = 15; /* 25 conversions of 12 bits, and steps of 1/7.94 */
-    out->pwm_phase_permille = SYNCHRONISED_MEAN;
+    out->pwm_phase_permille = APART_PERMILLE;
     out->gain_uncertainty = gain_uncertainty(FACT(VOLTAGE_GAIN_UNCERTAINTY));
     out->offset_uncertainty = zero * COUNTS_A_STEP;
     out->noise = sqrtf(noise * noise / (float)ROUNDS + common * common + ROUND_NOISE * ROUND_NOISE);
@@ -115,6 +116,7 @@ void channels_describe_burst(uint8_t channel, wire_describe_channel_reply_t *out
     out->kind = WIRE_CHANNEL_KIND_INSTANT;
     out->bits = 12;
     out->aperture_ns = 0;
+    out->pwm_phase_permille = UNSYNCHRONISED; /* it wanders */
     out->delay_ns = TICKS_TO_NS(ROUND_DELAY((uint32_t)channel)) + out->filter_ns;
     out->noise = hypotf(NOISE_LSB * COUNTS_A_STEP, REFERENCE_NOISE * RANGE / 2.0f);
 }

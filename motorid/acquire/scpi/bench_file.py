@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -138,6 +138,12 @@ def parse(text: str, path: Path) -> BenchFile:
         name: _place(_table(table, _METER, f"meters.{name}", where))
         for name, table in _named(document, "meters", where).items()
     }
+    recording = (
+        load_dialect(recorder.get("dialect", ""), path.parent, "recorder") if recorder else None
+    )
+    channels = _channels(document, bool(recorder), dialect, meters, where)
+    if recording is not None and "scan" in recording.tables:
+        _check_scan(channels, where)
     return BenchFile(
         path=where,
         text=text,
@@ -147,14 +153,27 @@ def parse(text: str, path: Path) -> BenchFile:
         channel=supply.get("channel", "1"),
         quadrants=int(supply.get("quadrants", 1)),
         recorder=_place(recorder) if recorder else None,
-        recorder_dialect=load_dialect(recorder.get("dialect", ""), path.parent, "recorder")
-        if recorder
-        else None,
+        recorder_dialect=recording,
         lead_s=recorder.get("lead_s", 0.1),
         clock_uncertainty=recorder.get("clock_uncertainty", 5e-5),
         meters=meters,
-        channels=_channels(document, bool(recorder), dialect, meters, where),
+        channels=channels,
     )
+
+
+def _check_scan(channels: Sequence[Source], where: str) -> None:
+    """Raises RigError on what no scan can read."""
+    for one in channels:
+        if one.name == POSITION:
+            raise RigError(
+                f"{where}: channels.{POSITION}: a scan reads an encoder's lines one after the "
+                "other, and so counts no edges; a tacho gives the speed"
+            )
+        if not one.sources[0].isdecimal():
+            raise RigError(
+                f"{where}: channels.{one.name}.source: a scan's input is the number of a channel, "
+                f'such as "101", not {show(one.sources[0])}'
+            )
 
 
 def _visa(backend: str, folder: Path) -> str:

@@ -50,7 +50,7 @@ def capture_of(rig: Rig, recording: Recording, told: Told) -> Capture:
     else:
         ticks, hz = np.rint(time_s * CLOCK_HZ).astype(np.int64), CLOCK_HZ
     channels = {trace.source.name: _channel(rig, trace) for trace in traces}
-    notes = [*recording.notes, *notes_of(rig, recording.uniform, channels, time_s, told)]
+    notes = [*recording.notes, *notes_of(rig, recording.polled, channels, time_s, told)]
     provenance = _provenance(rig, told)
     run = Capture(
         ticks=ticks,
@@ -88,9 +88,9 @@ def _channel(rig: Rig, trace: Trace) -> Channel:
         resolution = 2.0 * math.pi / rig.wiring.counts_per_turn
         scale = sign * resolution * math.copysign(1.0, scale)
     given = dict(source.options)
-    if trace.late is not None and "delay" not in given:
-        given["delay"] = {name: trace.late[0]}
-        given.setdefault("delay_uncertainty", {name: trace.late[1]})
+    late_s, late_uncertainty_s = trace.late or (0.0, 0.0)
+    if trace.late is not None:
+        given.setdefault("delay", {name: 0.0})  # beside when it was read nothing makes it late
     channel = Channel(
         name=name,
         unit=QUANTITIES[name],
@@ -102,7 +102,12 @@ def _channel(rig: Rig, trace: Trace) -> Channel:
         raw_max=trace.raw_max,
         sense=cast(Sense, source.sense) if name == VOLTAGE else None,
     )
-    return as_stated(channel, TableOptions(**given), counted=name == POSITION)
+    stated = as_stated(channel, TableOptions(**given), counted=name == POSITION)
+    return replace(
+        stated,
+        delay_s=stated.delay_s + late_s,
+        delay_uncertainty_s=math.hypot(stated.delay_uncertainty_s, late_uncertainty_s),
+    )
 
 
 def _provenance(rig: Rig, told: Told) -> dict[str, Any]:

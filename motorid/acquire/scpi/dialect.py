@@ -1,7 +1,9 @@
 """How an instrument wants to be spoken to: its commands as data, one file a family.
 
 ``{value}`` stands for a number, ``{channel}`` for the output that the bench names, ``{source}`` for
-a recorder's input, ``{points}``, ``{rate_hz}`` and ``{duration_s}`` for what a run needs.
+a recorder's input, ``{sources}`` and ``{inputs}`` for all of them and their number, ``{points}``,
+``{readings}`` (of all inputs), ``{rate_hz}``, ``{period_s}`` and ``{duration_s}`` for what a run
+needs.
 """
 
 from __future__ import annotations
@@ -18,6 +20,8 @@ from motorid.toml_file import packaged, read_text, tables_of, unknown
 
 FOLDER = "rigs/instruments"
 _LINES = List(Text(), 40)
+READING, TIME, CHANNEL = "reading", "time", "channel"
+ELEMENTS = (READING, TIME, CHANNEL, "other")  # of a scan's answer, reading by reading
 _TOP: Mapping[str, Key] = {
     "kind": Text(("supply", "recorder")),
     "name": Text(),
@@ -63,6 +67,7 @@ RECORDER: Mapping[str, Mapping[str, Key]] = {
         "raw_min": Number(-(2**31), 2**31),
         "raw_max": Number(-(2**31), 2**31),
     },
+    "scan": {"data": Text(), "elements": List(Text(ELEMENTS), 10)},
 }
 _NEEDED = {
     "supply": {
@@ -72,7 +77,11 @@ _NEEDED = {
     },
     "recorder": {"acquire": ("start",), "waveform": ("preamble", "data", "type")},
 }
-_FIELDS = ("value", "channel", "source", "points", "rate_hz", "duration_s")
+_SCANS = {"acquire": ("start",), "scan": ("data", "elements")}  # in place of waveforms
+_FIELDS = (
+    *("value", "channel", "source", "sources", "inputs", "points", "readings"),
+    *("rate_hz", "period_s", "duration_s"),
+)
 
 
 @dataclass(frozen=True)
@@ -121,10 +130,13 @@ def parse(text: str, where: str) -> Dialect:
         for name, keys in sections.items()
         if name in document
     }
-    for section, keys in _NEEDED[plain["kind"]].items():
+    for section, keys in (_SCANS if "scan" in tables else _NEEDED[plain["kind"]]).items():
         for key in keys:
             if not tables.get(section, {}).get(key):
                 raise RigError(f"{where}: {section}.{key} is missing: nothing works without it")
+    elements = tables.get("scan", {}).get("elements", ELEMENTS)
+    if lacking := [one for one in (READING, TIME, CHANNEL) if elements.count(one) != 1]:
+        raise RigError(f"{where}: scan.elements must hold {show(lacking[0])} once")
     found = Dialect(
         plain["kind"],
         plain.get("name", Path(where).stem),

@@ -40,18 +40,18 @@ class Told:
 
 
 def notes_of(
-    rig: Rig, uniform: bool, channels: Mapping[str, Channel], time_s: Floats, told: Told
+    rig: Rig, polled: bool, channels: Mapping[str, Channel], time_s: Floats, told: Told
 ) -> Iterator[str]:
-    """Sentences for a capture. ``uniform``: a recorder took it, and not one query after another."""
+    """Sentences for a capture. ``polled``: one query after another, and no recorder took it."""
     yield from _limited(channels, time_s, told)
-    if uniform:
-        yield from _slew(channels, time_s, told)
-        yield from _cut(time_s, told)
-    else:
+    if polled:
         yield (
             f"readings were asked for one by one, about every {np.median(np.diff(time_s)):.2g} s: "
             "when within that time each was measured is not known, and L hardly shows"
         )
+    else:
+        yield from _slew(channels, time_s, told)
+        yield from _cut(time_s, told)
     yield from _factor(channels, told)
     yield from _sign(channels, told)
     wiring = rig.wiring

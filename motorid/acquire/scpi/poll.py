@@ -15,12 +15,12 @@ import numpy as np
 from motorid.acquire.scpi.bench_file import SUPPLY, Source
 from motorid.acquire.scpi.link import Instrument
 from motorid.acquire.scpi.recorder import Clock, Recording, Trace
+from motorid.acquire.scpi.scan import WITHIN
 from motorid.acquire.scpi.supply import Supply
 from motorid.capture.model import CURRENT, SPEED
 from motorid.capture.table_checks import quantum
 from motorid.errors import LinkError
 
-WITHIN = 12.0**0.5  # of a time that lies anywhere in an interval: standard
 CLOCK_UNCERTAINTY = 1e-4  # of a computer's clock: standard, relative
 
 
@@ -92,4 +92,6 @@ class Poller:
             for n, (one, raw) in enumerate(zip(self._sources, columns, strict=True))
             if len(stamps)
         )
-        return Recording(stamps - stamps[:1].sum(), traces, CLOCK_UNCERTAINTY, uniform=False)
+        return Recording(
+            stamps - stamps[:1].sum(), traces, CLOCK_UNCERTAINTY, uniform=False, polled=True
+        )

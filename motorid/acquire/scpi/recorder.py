@@ -1,11 +1,15 @@
-"""A scope or a DAQ that records a run by its own clock, and hands it over afterwards."""
+"""A scope or a DAQ that records a run by its own clock, and hands it over afterwards.
+
+A scope has a waveform of each input, by one time base. A DAQ that scans has readings, each with a
+time of its own: ``scan``.
+"""
 
 from __future__ import annotations
 
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +18,9 @@ from numpy.typing import NDArray
 from motorid.acquire.scpi.bench_file import Source
 from motorid.acquire.scpi.dialect import Dialect
 from motorid.acquire.scpi.link import Instrument, number_of, written
+from motorid.acquire.scpi.scan import scans_of
 from motorid.capture import quadrature
+from motorid.capture.table_checks import quantum
 from motorid.errors import DataError, LinkError
 
 SLICE_S = 0.02
@@ -55,6 +61,7 @@ class Recording:
     traces: tuple[Trace, ...]
     clock_uncertainty: float  # relative, standard
     uniform: bool
+    polled: bool = False  # by this computer, query by query
     notes: tuple[str, ...] = ()  # what could not be made of the inputs
 
 
@@ -70,10 +77,15 @@ class Recorder:
 
     def start(self, rate_hz: float, duration_s: float) -> None:
         """Has it record so long, from now on. Raises RigError or LinkError."""
+        points, inputs = math.ceil(rate_hz * duration_s), self._inputs()
         self._fields = {
             "rate_hz": written(rate_hz),
+            "period_s": written(1.0 / rate_hz),
             "duration_s": written(duration_s),
-            "points": str(math.ceil(rate_hz * duration_s)),
+            "points": str(points),
+            "inputs": str(len(inputs)),
+            "readings": str(points * len(inputs)),
+            "sources": ",".join(inputs),
         }
         lines = (*self._dialect.prepare, *self._dialect.get("acquire", "start"))
         for line in lines:
@@ -106,7 +118,9 @@ class Recorder:
 
     def recording(self) -> Recording:
         """What it recorded. Raises LinkError where its inputs are not of one time base."""
-        inputs = {name: self._input(name) for one in self._sources for name in one.sources}
+        if "scan" in self._dialect.tables:
+            return self._scanned()
+        inputs = {name: self._input(name) for name in self._inputs()}
         periods = {round(period_s, 15) for _, period_s in inputs.values()}
         sizes = {len(trace.raw) for trace, _ in inputs.values()}
         if len(periods) != 1 or len(sizes) != 1 or not min(periods) > 0:
@@ -122,6 +136,22 @@ class Recorder:
             except DataError as error:  # edges were lost: what else was measured stays
                 notes.append(f"{one.name} is left out: {error}")
         return Recording(time_s, tuple(traces), self._doubt, uniform=True, notes=tuple(notes))
+
+    def _inputs(self) -> list[str]:
+        return [name for one in self._sources for name in one.sources]
+
+    def _scanned(self) -> Recording:
+        facts = self._dialect.tables["scan"]
+        found = scans_of(self._numbers(facts["data"]), facts["elements"], self._inputs())
+        traces = []
+        for one in self._sources:
+            (name,) = one.sources
+            raw, late = found.readings[name], (found.late_s[name], found.late_uncertainty_s)
+            step = quantum(raw[np.isfinite(raw)])
+            trace = self._trace(one, [Trace(Source(name), raw, 1.0, 0.0, step)])
+            traces.append(replace(trace, late=late))
+        doubt = math.hypot(self._doubt, found.period_uncertainty)
+        return Recording(found.time_s, tuple(traces), doubt, found.is_uniform, notes=(found.note,))
 
     def _input(self, name: str) -> tuple[Trace, float]:
         """One input in its own unit, and s between its readings."""
@@ -150,12 +180,16 @@ class Recorder:
     def _data(self, query: str) -> NDArray[Any]:
         kind = self._dialect.get("waveform", "type")
         if kind == "ascii":
-            text, said = self.instrument.ask(query), f"the recorder answers {query!r}"
-            if text.startswith("#") and len(text) > 1 and text[1].isdecimal():
-                text = text[2 + int(text[1]) :]
-            return np.array([number_of(part, said) for part in text.split(",") if part.strip()])
+            return self._numbers(query)
         big = bool(self._dialect.get("waveform", "big_endian"))
         return self.instrument.block(query, kind, big)
+
+    def _numbers(self, query: str) -> NDArray[np.float64]:
+        """Of a text, in a block or without one."""
+        text, said = self.instrument.ask(query), f"the recorder answers {query!r}"
+        if text.startswith("#") and len(text) > 1 and text[1].isdecimal():
+            text = text[2 + int(text[1]) :]
+        return np.array([number_of(part, said) for part in text.split(",") if part.strip()])
 
     def _trace(self, one: Source, lines: Sequence[Trace]) -> Trace:
         first = lines[0]

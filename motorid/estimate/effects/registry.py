@@ -39,6 +39,7 @@ from motorid.estimate.effects.source.diode_drops import DIODE_DROPS
 from motorid.estimate.effects.source.duty_of_volts import DUTY_OF_VOLTS
 from motorid.estimate.effects.source.held_inductance import HELD_INDUCTANCE
 from motorid.estimate.effects.source.reference_drift import REFERENCE_DRIFT
+from motorid.estimate.effects.source.sampling_phases import SAMPLING_PHASES
 from motorid.estimate.effects.source.source_level import SOURCE_LEVEL
 from motorid.estimate.effects.source.voltage_gain import VOLTAGE_GAIN
 from motorid.estimate.effects.source.voltage_noise import VOLTAGE_NOISE
@@ -106,6 +107,7 @@ CAPTURED = (
     VOLTAGE_DELAY,
     MOTION_DELAY,
     VOLTAGE_RESOLUTION,
+    SAMPLING_PHASES,
     DUTY_OF_VOLTS,
     DIODE_DROPS,
     WIRING_RESISTANCE,

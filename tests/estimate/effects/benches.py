@@ -147,6 +147,14 @@ def stepped() -> Capture:
     return replace(capture, channels={**capture.channels, **channels})
 
 
+def sampled() -> Capture:
+    """The voltage is the mean of ten conversions in a PWM period, behind a filter."""
+    capture = measured()
+    volts = capture.channels[VOLTAGE]
+    volts = replace(volts, filter_s=10e-6, delay_s=volts.delay_s + 10e-6, pwm_phase=0.1)
+    return replace(capture, channels={**capture.channels, VOLTAGE: volts})
+
+
 def instants() -> Capture:
     """The current is read at a moment of the PWM period."""
     capture = measured()
@@ -157,7 +165,7 @@ def instants() -> Capture:
 BENCHES = {
     f.__name__: f
     for f in (measured, diodes, commanded, noisy_source, log, held_log, filtered, moving, unstated,
-              instants, stepped, bipolar)
+              instants, stepped, sampled, bipolar)
 }  # fmt: skip
 
 
