@@ -3,7 +3,8 @@
 A reading between two ticks is compared with the line between them, and a voltage that jumps there
 with its mean. While a current rises within a tick or two, both are wrong by more than the noise of
 a good converter. So the fit goes on upon a grid that is several times finer, until the parameters
-stay. What is left to come is a cause of the budget.
+stay. What is left to come is a cause of the budget. Readings too coarse to tell the grids apart keep
+the first, and all that the finer one changes is such a cause.
 """
 
 from __future__ import annotations
@@ -11,10 +12,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from motorid.capture.model import Capture
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.alternating_fit import Change, with_sources
-from motorid.estimate.fit.log_unknowns import Fit
+from motorid.estimate.fit.log_unknowns import Fit, readings
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.time_grid import FINER_GRID, IRREGULAR
@@ -31,6 +34,7 @@ def settled(
     before: Fit, free: Sequence[str], start: Mapping[str, float], fixed: Mapping[str, float]
 ) -> Fit:
     """The same fit where the grid no longer matters; the same records where it never did."""
+    told = False
     for _ in range(MOST_TIMES):
         if not any(_coarse(record, merged(start, before[1])) for record in before[0]):
             break
@@ -38,9 +42,13 @@ def settled(
         if found is None:
             break
         change = Change.of(before[1], found[1])
-        for record in found[0]:
-            record.between_ticks = LEFT * change.shift
-        before = found
+        gain = before[1].objective - found[1].objective
+        told = told or gain > float(np.log(readings(before[0])))
+        before, share = (found, LEFT) if told else (before, 1.0)
+        for record in before[0]:
+            record.between_ticks = share * change.shift
+        if not told:
+            break
         if LEFT * change.size < WORTH_IT:
             break
     return before
