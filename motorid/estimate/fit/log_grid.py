@@ -3,8 +3,8 @@
 A reading between two ticks is compared with the line between them, and a voltage that jumps there
 with its mean. While a current rises within a tick or two, both are wrong by more than the noise of
 a good converter. So the fit goes on upon a grid that is several times finer, until the parameters
-stay. What is left to come is a cause of the budget. Readings too coarse to tell the grids apart keep
-the first, and all that the finer one changes is such a cause.
+stay. What is left to come is a cause of the budget. Readings too coarse to tell the grids apart
+keep the first, and all that the finer one changes is such a cause.
 """
 
 from __future__ import annotations
