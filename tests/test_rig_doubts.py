@@ -32,5 +32,19 @@ def test_the_rigs_that_come_with_it_are_not(name: str) -> None:
     assert nameplate_doubt(load_rig(name)) == ""
 
 
+def test_nor_is_a_motor_of_many_amperes() -> None:
+    """Of a model car: 65 mohm, as no precision motor has them."""
+    text = load_rig("sim").text
+    for right, other in (
+        ("torque_constant_nm_a = 7.68e-3", "torque_constant_nm_a = 5e-3"),
+        ("inertia_kg_m2 = 3.9e-7", "inertia_kg_m2 = 6e-6"),
+        ("resistance_ohm = 2.6", "resistance_ohm = 0.065"),
+        ("inductance_h = 180e-6", "inductance_h = 30e-6"),
+    ):
+        assert f"\n{right}\n" in text
+        text = text.replace(f"\n{right}\n", f"\n{other}\n")
+    assert nameplate_doubt(parse(text, "bench.toml")) == ""
+
+
 def test_nor_are_drawn_ones() -> None:
     assert [s for s in range(60) if nameplate_doubt(draw_bench(s).rigs[0])] == []

@@ -60,7 +60,7 @@ def _said(channel: str, fact: str, samples: float) -> Maker:
     """Steps with one fact of the chain, which is stated."""
 
     def change(log, m):  # type: ignore[no-untyped-def]
-        column, size = channel[0] if channel != "speed" else "w", samples / log.rate
+        column, size = {"current": "i", "speed": "w"}[channel], samples / log.rate
         if fact == "filter":
             said = ("--filter", f"{channel}={size:.9g}s")
             return replace(log, filters={column: ("RC", size)}, said=said)

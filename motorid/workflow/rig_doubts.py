@@ -23,7 +23,7 @@ COPIED = {
     "J": {1e-7: "g·cm²", 1e-4: "kg·cm²", 7.0616e-3: "oz·in·s²"},
     "V": {1e-3: "mV"},
 }
-UNUSUAL, USUAL = 15.0, 8.0  # distance from the catalogue: looked at; explained
+UNUSUAL, USUAL = 15.0, 8.0  # distance from the catalogue, and from all motors: looked at; explained
 AS_WELL = 1.0  # another unit, within so much of the best, is asked for too
 
 
@@ -48,11 +48,11 @@ def nameplate_doubt(rig: Rig) -> str:
     if None in (known["R"], known["K"], known["J"]) or not volts > 0:
         return ""
 
-    def far(of: dict[str, float | None]) -> float:
+    def far(of: dict[str, float | None], wide: bool = False) -> float:
         return distance(Figures(of["V"] or volts, of["R"] or 0.0, of["K"] or 0.0, of["J"] or 0.0,
-                                of["L"]))  # fmt: skip
+                                of["L"]), wide)  # fmt: skip
 
-    if far(known) <= UNUSUAL:
+    if min(far(known), far(known, wide=True)) <= UNUSUAL:
         return ""
     tried = [
         (far({**known, name: value * size}), name, unit)

@@ -12,6 +12,7 @@ from motorid.estimate.effects import scales
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit import (
     log_fit,
+    log_grid,
     sign_check,
     start_values,
     start_values_without_motion,
@@ -50,6 +51,7 @@ def solved(
     if unsupported(records, solution) is not None:
         return records, solution  # no colour of the noise explains so much
     if logged:
+        records, solution = log_grid.settled((records, solution), free, start, fixed)
         solution = _with_other_friction(records, solution, free, start)
     solution = with_repeated(records, free, start, solution)
     solution = whitened(records, free, merged(start, solution), solution)

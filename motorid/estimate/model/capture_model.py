@@ -93,6 +93,7 @@ class MotorRecord(Weighed):
         self.left_open: tuple[Floats, ...] = ()  # by them, shifts of the parameters
         self.as_stamped: Mapping[str, float] = {}  # parameters without them, where they are found
         self.unsettled: Floats | None = None  # the last pass's change of parameters, if too large
+        self.between_ticks: Floats | None = None  # the same that a still finer grid would bring
         pwm = capture.wiring.pwm_hz
         self.pwm_period_s = 1.0 / pwm if pwm else 0.0
         self.response = self.respond(
@@ -193,6 +194,13 @@ class MotorRecord(Weighed):
         self.found |= found.keys()
         pairs = dict(zip(self.instances, self.unknowns, strict=True))
         self._take({**pairs, **found}.items())
+
+    def go_on(self, other: MotorRecord, own: Floats) -> None:
+        """Have the unknowns of another record of the same readings, and begin where it ended."""
+        self.found, self.rivals, self.untried = other.found, other.rivals, other.untried
+        self.left_open, self.as_stamped = other.left_open, other.as_stamped
+        known = zip(other.instances, other.unknowns, own.tolist(), strict=True)
+        self._take([(one, replace(unknown, start=size)) for one, unknown, size in known])
 
     def renew(self) -> None:
         """Priors follow what drives the motor; starts and bounds stay."""

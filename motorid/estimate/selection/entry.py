@@ -109,7 +109,8 @@ def _closed(
     """Captures and their fit: logs as they are, or without the stretches in which their bridge was
     open, where a motor that was connected throughout does not fit.
 
-    A current that comes late, or passes through zero, looks like an open bridge too.
+    A current that comes late, or passes through zero, looks like an open bridge too: whichever fit
+    leaves less to explain is the answer.
     """
     whole, cut = unbroken(captures), pieces(captures)
     if len(whole) != len(cut) or sum(map(len, whole)) != sum(map(len, cut)):
@@ -117,10 +118,18 @@ def _closed(
             records, solution = joint_fit.solved(whole, fix, without)
         except DataError:  # neither a sign nor a start that suits: what is left may have one
             return cut, *joint_fit.solved(cut, fix, without)
-        left = misfit.excess(records, misfit.residuals(records, solution))
-        if solution.converged and left < rank.LIKELY:
+        left = _left(records, solution)
+        if left < rank.LIKELY:  # though a search may not have settled to its last digit
             return whole, records, solution
+        others, other = joint_fit.solved(cut, fix, without)
+        if left < _left(others, other):
+            return whole, records, solution
+        return cut, others, other
     return cut, *joint_fit.solved(cut, fix, without)
+
+
+def _left(records: Sequence[MotorRecord], solution: Solution) -> float:
+    return misfit.excess(records, misfit.residuals(records, solution))
 
 
 def looked_for(

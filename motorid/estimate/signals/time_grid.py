@@ -28,6 +28,7 @@ FINER, QUICK = 4.0, 5.0  # ticks in a usual period of a log; percentile of perio
 ON_TICK = 1e-6  # of a grid period
 MOST_TICKS = 400_000
 TICKS_PER_SAMPLE = 100  # of a log, on average: the work that a reading may cost
+FINER_GRID = "finer grid"  # provenance: how many times finer than usual a fit asks for a log's
 
 
 @dataclass(frozen=True)
@@ -155,6 +156,7 @@ def _of_log(capture: Capture, jitter: float) -> Timeline:
     finest = capture.period_s / FINER
     if jitter > IRREGULAR:
         finest = min(finest, float(np.percentile(steps, QUICK)) / 2)
+    finest /= capture.provenance.get(FINER_GRID, 1)
     most = min(MOST_TICKS, TICKS_PER_SAMPLE * len(capture))
     period = max(finest, float(capture.time_s[-1]) / most)
     place = capture.time_s / period

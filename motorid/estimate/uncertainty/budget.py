@@ -27,6 +27,7 @@ Floats = NDArray[np.float64]
 
 FINDING = "finding: "  # begins the line of a fault that the fit has not allowed for
 SETTLING = "source iteration"  # of fit and source in turn, as far as it did not settle
+GRID = "grid of the fit"  # of a log with irregular stamps, whose readings lie between its ticks
 UNSTATED = (
     "unstated lags and filters"  # of a log's channels, as far as the readings leave them open
 )
@@ -35,6 +36,7 @@ REST = {  # what is left when every influence quantity has its line
     SPREAD: "clamp motor and sensors alike in every run, and take more runs",
     SETTLING: "drive by higher or lower levels: at these the ripple turns the current",
     UNSTATED: "declare the delays and filters of the log's channels (--delay, --filter)",
+    GRID: "log with even stamps",
     SCATTER: "log faster, with the moments of the voltage's steps",
 }
 

@@ -58,6 +58,7 @@ def scattered(
         SCATTER: log_scatter.shifts(solution, records),
         budget.UNSTATED: [shift for record in records for shift in record.left_open],
         budget.SETTLING: [one for one in (records[0].unsettled,) if one is not None],
+        budget.GRID: [one for one in (records[0].between_ticks,) if one is not None],
     }
     known = budget.of_priors(solution, records)
     return statistical(solution, known, hidden, by_part(solution, records))

@@ -5,12 +5,16 @@ parameters and nuisances explain; r are the residuals. 1/(1 + D'D) of the prior'
 open, about a size of D'r/(1 + D'D). The parameters' shift is by both together. Driving and
 coasting alone hardly tell some effects. Where the prior says more of one than the readings do, the
 report says what its usual size would do: as of a gain that nobody stated, no interval holds it.
+
+Between two readings of a log nobody knows its voltage, so that few readings after each jump are
+left far more than the others. There an effect is seen only by as much as the readings that show it
+scatter (White's covariance).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,11 +68,23 @@ class Undetected:
 @dataclass
 class _Sums:
     """Of the readings' change by one standard deviation, cleared of nuisances: with itself, with
-    the shared parameters (p,), with the residuals."""
+    the shared parameters (p,), with the residuals. ``logged``: the change itself, (n,) a log, with
+    the record that it is of."""
 
     square: float
     shared: Floats
     pull: float
+    logged: list[tuple[Floats, Linearised]] = field(default_factory=list)
+
+    def scatter(self, inverse: Floats) -> float:
+        """Variance of the pull, over that of white residuals; 1 at least."""
+        follows = inverse @ self.shared
+        white = robust = 0.0
+        for change, line in self.logged:
+            squares = (change - line.orthogonal @ follows) ** 2
+            white += float(squares.sum())
+            robust += project(squares[None], line.residual**2)[0]
+        return max(robust / white, 1.0) if white else 1.0
 
 
 def undetected(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Undetected, ...]:
@@ -83,11 +99,12 @@ def undetected(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Unde
                 unknown.prior_sd * d / s
                 for d, s in zip(record.weighed(moved), line.sigmas, strict=True)
             ]
-            sums = _sums(np.concatenate(parts), line)
+            sums = _sums(np.concatenate(parts), line, record.sensed.waveform is not None)
             before = found.setdefault(one.quantity, _Sums(0.0, np.zeros(len(inverse)), 0.0))
             before.square += sums.square
             before.shared = before.shared + sums.shared
             before.pull += sums.pull
+            before.logged += sums.logged
     return tuple(_left(quantity, sums, inverse, slope) for quantity, sums in found.items())
 
 
@@ -117,15 +134,17 @@ def _possible(record: MotorRecord) -> Iterator[tuple[Instance, Unknown]]:
                 yield one, unknown
 
 
-def _sums(column: Floats, line: Linearised) -> _Sums:
+def _sums(column: Floats, line: Linearised, logged: bool) -> _Sums:
     free, information = line.cleared()
     own = free.T
     taken, pulled = project(own, column), project(own, line.residual)
     follows = covariance_of(information) if len(own) else np.zeros((0, 0))
+    left = column - follows @ taken @ own if len(own) else column
     return _Sums(
         square(column) - float(taken @ follows @ taken),
         project(line.orthogonal.T, column),
         float(project(column[None], line.residual)[0]) - float(taken @ follows @ pulled),
+        [(left, line)] if logged else [],
     )
 
 
@@ -135,7 +154,8 @@ def _left(quantity: InfluenceQuantity, sums: _Sums, inverse: Floats, slope: Floa
     size = share * (sums.pull - float(sums.shared @ inverse @ slope))
     size = min(max(size, 0.0), FARTHEST)
     left = float(share**0.5)
-    seen = size / left if size > FOUND * left else 0.0
+    sure = size / left / float(np.sqrt(sums.scatter(inverse)))
+    seen = sure if sure > FOUND else 0.0
     # readings that are larger by what the model lacks pull the other way
     whole = -inverse @ sums.shared
     return Undetected(quantity, whole * float(np.hypot(left, 0.0 if seen else size)), left, seen)

@@ -294,7 +294,7 @@ def test_terms_begin_where_straight_lines_see_them_beside_those_that_are_there(
 
 def closed(
     monkeypatch: pytest.MonkeyPatch, whole: list[str], cut: list[str], left: float = 0.0,
-    converged: bool = True, fails: bool = False,
+    left_cut: float = 0.0, converged: bool = True, fails: bool = False,
 ) -> Any:  # fmt: skip
     def solved(captures: Any, *_: Any) -> Any:
         if fails and captures is whole:
@@ -305,7 +305,8 @@ def closed(
     monkeypatch.setattr(entry, "pieces", lambda _: cut)
     monkeypatch.setattr(entry.joint_fit, "solved", solved)
     monkeypatch.setattr(entry.misfit, "residuals", lambda *_: [])
-    monkeypatch.setattr(entry.misfit, "excess", lambda *_: left)
+    excess = {f"records of {whole}": left, f"records of {cut}": left_cut}
+    monkeypatch.setattr(entry.misfit, "excess", lambda records, _: excess[records])
     captures, records, _ = entry._closed([], {}, ())
     assert records == f"records of {captures}"
     return captures
@@ -317,12 +318,19 @@ def test_stretches_with_an_open_bridge_are_cut_where_a_connected_motor_does_not_
     whole, cut = ["abcdef"], ["ab", "ef"]
     assert closed(monkeypatch, whole, cut, left=0.09) is whole
     assert closed(monkeypatch, whole, cut, left=0.11) is cut
-    assert closed(monkeypatch, whole, cut, converged=False) is cut
+    assert closed(monkeypatch, whole, cut, left=0.11, left_cut=0.12) is whole
     assert closed(monkeypatch, whole, cut, fails=True) is cut
     shorter = ["abcd"]
     assert closed(monkeypatch, whole, shorter, left=0.09) is whole
     same = ["ghijkl"]
     assert closed(monkeypatch, whole, same, left=0.09) is same
+
+
+def test_a_fit_that_explains_all_is_not_cut_for_a_search_that_did_not_settle(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A late current looks like an open bridge: R was then off by 81 u."""
+    assert closed(monkeypatch, ["abcdef"], ["ab", "ef"], left=0.09, converged=False) == ["abcdef"]
 
 
 def test_each_stage_begins_where_the_one_before_ended_and_the_last_is_the_nearest(

@@ -1,8 +1,9 @@
 """How the figures of brushed permanent-magnet motors go together, from 0.5 W to 4.5 kW.
 
-``MOTORS`` are catalogue figures. A motor's V, R, L, K and J depend on its size and on its winding,
+``MOTORS`` are catalogue figures of precision and servo motors, ``OTHERS`` of models', robots' and
+vehicles'. A motor's V, R, L, K and J depend on its size and on its winding,
 so that their logarithms lie near a plane. ``distance`` says how far a motor lies from them: a
-chi-square.
+chi-square, among the first, or (``wide``) among all.
 """
 
 from __future__ import annotations
@@ -43,6 +44,17 @@ MOTORS = {
     "B23": (172.0, 0.9, 125e-6, 506e-3, 2.3e-3),
     "BR24": (140.0, 0.285, 50e-6, 412e-3, 3.2e-3),
     "BR27": (150.0, 0.18, 50e-6, 461e-3, 7.4e-3),
+}
+# motors of few hundredths of an ohm, or of many ohms: nobody who has one is told that none has
+OTHERS = {
+    # maxon catalogue: coreless, of many ohms, and of a few hundredths of one
+    "maxon DCX 10 S": (12.0, 74.9, 868e-6, 8.53e-3, 7.1e-9),
+    "maxon DCX 22 L": (9.0, 0.168, 18e-6, 6.95e-3, 9.37e-7),
+    "maxon RE 40": (24.0, 0.316, 80e-6, 30.2e-3, 1.34e-5),
+    "maxon RE 50": (24.0, 0.104, 72e-6, 38.5e-3, 5.36e-5),
+    # robots' and vehicles' motors of many amperes, as simulations of them state them
+    "CIM": (12.0, 0.091, 59e-6, 18.5e-3, 7.5e-5),
+    "hybrid vehicle, 48 V": (48.0, 22.5e-3, 23e-6, 150e-3, 23.6e-3),
 }
 NAMES = ("V", "R", "L", "K", "J")
 # standard deviations of logarithms, of any motor about what these say of its size and winding
@@ -85,32 +97,33 @@ def ranges() -> dict[str, tuple[float, float]]:
     """Plausible R, L, K and J (SI), and time constants in s: L/R, and JR/K² without its upper end,
     for a load has none.
     """
-    _, R, L, K, J = np.array(list(MOTORS.values())).T
+    _, R, L, K, J = np.array([*MOTORS.values(), *OTHERS.values()]).T
     figures = {"R": R, "L": L, "K": K, "J": J, "L/R": L / R, "JR/K²": J * R / K**2}
     found = {n: (float(x.min()) / MARGIN, float(x.max()) * MARGIN) for n, x in figures.items()}
     return found | {n: (found[n][0], np.inf) for n in ("J", "JR/K²")}
 
 
 @cache
-def _usual() -> tuple[Floats, Floats]:
+def _usual(wide: bool) -> tuple[Floats, Floats]:
     """Mean (5,) and covariance (5, 5) of the logarithms."""
-    table = np.log(np.array(list(MOTORS.values())))
+    motors = [*MOTORS.values(), *(OTHERS.values() if wide else ())]
+    table = np.log(np.array(motors))
     return table.mean(axis=0), np.cov(table.T) + np.diag(SCATTER**2)
 
 
-def distance(motor: Figures) -> float:
+def distance(motor: Figures, wide: bool = False) -> float:
     """Chi-square of a motor among those of the catalogue.
 
     The rotor may carry a load, and the motor may be driven below its nominal voltage, or a little
     above: both are chosen in its favour.
     """
     known = {"V": motor.top_v, "R": motor.R, "K": motor.K, "J": motor.J}
-    return distance_of(known if motor.L is None else {**known, "L": motor.L})
+    return distance_of(known if motor.L is None else {**known, "L": motor.L}, wide)
 
 
-def distance_of(figures: Mapping[str, float]) -> float:
+def distance_of(figures: Mapping[str, float], wide: bool = False) -> float:
     """The same of whichever of ``NAMES`` are known (SI, above zero)."""
-    mean, covariance = _usual()
+    mean, covariance = _usual(wide)
     known = [k for k, name in enumerate(NAMES) if name in figures]
     logarithms = np.log([figures.get(name, 1.0) for name in NAMES])
     shares = np.linspace(0.0, MOST, STEPS)

@@ -26,9 +26,9 @@ from motorid.estimate.results.estimate import Diagnostic, Parameter
 from motorid.program import StepKind
 
 UNUSUAL = 9.0  # distance from the catalogue, above which an explanation is looked for
-# and above which it is more than a remark: small motors of few volts and many amperes, which no
-# catalogue of precision motors has, lie at up to 15
-FOREIGN = 15.0
+# the same among all motors, above which it is more than a remark: small ones of few volts and many
+# amperes lie at up to 15
+FOREIGN = 16.0
 EXPLAINS = 6.0  # by which it must bring the motor nearer
 USUAL = 8.0  # and how near at least
 AS_WELL = 2.0  # another explanation, within so much of the best, is said too
@@ -71,19 +71,20 @@ def findings(
         return
     mistakes = explanations(captures[0], motor, found)
     shown = f"R {motor.R:.3g} ohm, K {motor.K:.3g} N·m/A and J {motor.J:.3g} kg·m²"
-    where = f"no motor of the catalogues has {shown} together, at up to {motor.top_v:.3g} V"
+    foreign = distance(motor, wide=True) > FOREIGN
+    which = "no motor of the catalogues has" if foreign else "few motors have"
+    where = f"{which} {shown} together, at up to {motor.top_v:.3g} V"
     if mistakes:
         instead = " or ".join(one.instead for one in mistakes)
         mends = " or ".join(dict.fromkeys(one.mend for one in mistakes))
         gear = " or if a gear is not stated," if _slower(mistakes[0]) else ""
-        foreign = found > FOREIGN
         yield Diagnostic(
             "unit_mistake", "warning" if foreign else "info",
             f"{where}; they would be usual if {instead},{gear} so compare a reading with "
             f"an instrument, and {mends}",
             _moves(captures[0], parameters, mistakes[0]) if foreign else {},
         )  # fmt: skip
-    elif found > NO_MOTOR:
+    elif foreign and found > NO_MOTOR:
         yield Diagnostic(
             "no_such_motor", "warning",
             f"{where}, and no single unit explains it: check the units, the counts per turn, the "

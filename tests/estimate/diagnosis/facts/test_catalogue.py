@@ -6,7 +6,16 @@ import math
 
 import pytest
 
-from motorid.estimate.diagnosis.facts.catalogue import MARGIN, MOTORS, Figures, distance, ranges
+from motorid.estimate.diagnosis.facts.catalogue import (
+    MARGIN,
+    MOTORS,
+    OTHERS,
+    Figures,
+    distance,
+    ranges,
+)
+
+ALL = {**MOTORS, **OTHERS}
 
 
 def figures(motor: tuple[float, ...]) -> dict[str, float]:
@@ -16,7 +25,7 @@ def figures(motor: tuple[float, ...]) -> dict[str, float]:
 
 @pytest.mark.parametrize("name", list(figures(next(iter(MOTORS.values())))))
 def test_the_catalogues_lowest_and_highest_motor_are_one_margin_within(name: str) -> None:
-    sizes = [figures(motor)[name] for motor in MOTORS.values()]
+    sizes = [figures(motor)[name] for motor in ALL.values()]
     low, high = ranges()[name]
     assert min(sizes) / low == pytest.approx(MARGIN)
     assert (
@@ -49,9 +58,9 @@ def test_windings_of_one_motor_differ_by_their_turns_alone(family: str, within: 
         assert max(sizes) / min(sizes) < (1.0 + within) ** 2, family
 
 
-@pytest.mark.parametrize("name", MOTORS)
+@pytest.mark.parametrize("name", ALL)
 def test_a_motor_of_the_catalogue_could_be_one(name: str) -> None:
     """No load at its nominal voltage: 1,400 to 15,000 rpm; it is up to speed in 1 to 60 ms."""
-    volts, R, _, K, J = MOTORS[name]
+    volts, R, _, K, J = ALL[name]
     assert 1400 < volts / K * 30 / math.pi < 15_000
     assert 1e-3 < J * R / K**2 < 60e-3

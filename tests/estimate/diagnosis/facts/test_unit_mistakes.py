@@ -12,14 +12,20 @@ import pytest
 from bench.coverage.motors import draw_motor
 from motorid.capture.model import Capture
 from motorid.capture.units import alike
-from motorid.estimate.diagnosis.facts.catalogue import MOTORS, Figures, distance, ranges
+from motorid.estimate.diagnosis.facts.catalogue import (
+    MOTORS,
+    OTHERS,
+    Figures,
+    distance,
+    ranges,
+)
 from motorid.estimate.diagnosis.facts.unit_mistakes import (
-    FOREIGN,
     UNUSUAL,
     explanations,
     findings,
+    highest_v,
 )
-from motorid.estimate.results.estimate import Parameter
+from motorid.estimate.results.estimate import Diagnostic, Parameter
 from motorid.estimate.results.status import Status
 from motorid.sim.motor import find_motor
 from tests.exact_capture import FAULHABER, Plan, clean_capture
@@ -121,19 +127,81 @@ def test_drawn_motors_of_all_sizes_are_not_accused() -> None:
     assert accused == []
 
 
+# motors that the catalogue lacks: V, ohm, H, N·m/A, kg·m²
+HELD_OUT = {
+    # data sheets of maxon
+    "RE 25, 118743": (12.0, 2.18, 238e-6, 23.4e-3, 10.3e-7),
+    "RE 25, 118752": (24.0, 2.32, 240e-6, 23.4e-3, 10.3e-7),
+    "RE 30, 48 V": (48.0, 2.45, 513e-6, 53.8e-3, 34.7e-7),
+    "RE 40, 48 V": (48.0, 1.13, 330e-6, 60.3e-3, 137e-7),
+    "A-max 32": (24.0, 3.99, 556e-6, 35.2e-3, 45.3e-7),
+    # parameter files of public models
+    "112 ohm": (24.0, 112.0, 11.4e-3, 69.7e-3, 7.46e-7),
+    "DC054B-2": (24.0, 1.73, 2.5e-3, 55.1e-3, 1.6e-5),
+    "0.43 ohm": (12.0, 0.43, 0.9e-3, 18.7e-3, 1.54e-5),
+}
+# stall torque (N·m) and current (A) at 12 V, as WPILib has them of the motors of robot contests
+STALLED = {
+    "Mini CIM": (1.41, 89.0),
+    "BAG": (0.43, 53.0),
+    "775pro": (0.71, 134.0),
+    "RS775-125": (0.28, 18.0),
+    "BaneBots RS-775": (0.72, 97.0),
+    "AndyMark 9015": (0.36, 71.0),
+    "BaneBots RS-550": (0.38, 84.0),
+}
+# as models and toys have them: V, ohm, N·m/A
+SMALL = {
+    "toy, .16 ohm": (6.0, 0.162, 4.94e-3),
+    "toy, .22 ohm": (3.0, 0.222, 2.27e-3),
+    "toy, .1 ohm": (6.0, 0.097, 6.35e-3),
+    "model car": (7.4, 0.065, 5e-3),
+    "model car, 12 V": (12.0, 0.065, 5e-3),
+    "model car, 21 turns": (7.2, 0.03, 3.5e-3),
+    "starter": (12.0, 0.008, 12e-3),
+    "drone, coreless": (3.7, 0.7, 0.7e-3),
+}
+
+
+def all_motors() -> dict[str, Figures]:
+    """Those of which no inertia is stated are up to speed in 10, or in 40 ms."""
+    known = {**MOTORS, **OTHERS, **HELD_OUT}
+    found = {name: Figures(V, R, K, J, L) for name, (V, R, L, K, J) in known.items()}
+    bare = SMALL | {name: (12.0, 12.0 / amps, nm / amps) for name, (nm, amps) in STALLED.items()}
+    for name, (V, R, K) in bare.items():
+        for tau_s in (0.01, 0.04):
+            found[f"{name}, {tau_s} s"] = Figures(V, R, K, tau_s * K**2 / R)
+    return found
+
+
+def said_of(motor: Figures, maps: tuple[str, ...] = MAPS) -> list[Diagnostic]:
+    capture = log(maps, motor.top_v / highest_v(log()))
+    values = {"R": motor.R, "K": motor.K, "J": motor.J, "L": motor.L or 0.0}
+    return list(findings([capture], parameters(values)))
+
+
+@pytest.mark.parametrize("name", all_motors())
+def test_a_motor_of_any_size_is_not_accused(name: str) -> None:
+    """At most a remark: few motors are like it."""
+    assert all(said.severity == "info" and not said.moves for said in said_of(all_motors()[name]))
+
+
 @pytest.mark.parametrize(
-    "motor",
+    ("powers", "factor", "share"),
     [
-        Figures(6.0, 0.162, 4.94e-3, 5.87e-6, 25e-6),
-        Figures(3.0, 0.222, 2.27e-3, 2.06e-7, 48e-6),
-        Figures(6.0, 0.097, 6.35e-3, 3.71e-6, 109e-6),
+        ({"R": -1.0, "L": -1.0, "J": 1.0}, 1e3, 0.9),  # of a current
+        ({"R": -1.0, "L": -1.0, "J": 1.0}, 1e-3, 0.9),
+        ({"V": 1.0, "R": 1.0, "L": 1.0, "K": 1.0, "J": 1.0}, 1e3, 1.0),
+        ({"V": 1.0, "R": 1.0, "L": 1.0, "K": 1.0, "J": 1.0}, 1e-3, 1.0),
+        ({"L": 1.0, "K": 1.0, "J": 3.0}, 1e3, 1.0),  # of a time
+        ({"L": 1.0, "K": 1.0, "J": 3.0}, 1e-3, 1.0),
     ],
 )
-def test_small_motors_of_many_amperes_are_not_accused(motor: Figures) -> None:
-    """As toys and models have them: no catalogue of precision motors does."""
-    found = distance(motor)
-    assert found < FOREIGN  # at most a remark
-    assert found > UNUSUAL
+def test_a_factor_of_1000_is_named(powers: dict[str, float], factor: float, share: float) -> None:
+    """An ampere for a milliampere makes an unusual motor of most; a few ohms of a few thousand."""
+    motors = [Figures(V, R, K, J, L) for V, R, L, K, J in (*MOTORS.values(), *HELD_OUT.values())]
+    named = sum(bool(said_of(motor.scaled(powers, 1.0 / factor))) for motor in motors)
+    assert named >= share * len(motors)
 
 
 @pytest.mark.parametrize("name", ["faulhaber-2338s006s", "maxon-re35", "pittman-14204s004"])
