@@ -20,7 +20,7 @@ from bench.iron import present
 from motorid.capture.model import Capture
 from motorid.errors import MotoridError
 from motorid.estimate.assembly.doubt import grown
-from motorid.estimate.results.estimate import AUTO, SIX, Estimate, Parameter
+from motorid.estimate.results.estimate import AUTO, SIX, Alternative, Estimate, Parameter
 from motorid.identify import fit
 
 Row = dict[str, Any]
@@ -95,7 +95,14 @@ def _by_both(captures: Sequence[Capture], runs: Runs) -> Row:
     if better is None:
         return {"headline": headline, "better": headline}
     values = _parameters({**better.parameters, **better.at_25}, runs)
-    return {"headline": headline, "better": {"terms": list(better.terms), "parameters": values}}
+    said = {"terms": list(better.terms), "parameters": values, "sizes": _sizes(better)}
+    return {"headline": headline, "better": said}
+
+
+def _sizes(better: Alternative) -> Row:
+    """Every added parameter in its total standard uncertainties."""
+    added = {name: p for name, p in better.parameters.items() if name not in NAMES}
+    return {name: p.value / p.total for name, p in added.items() if p.value and p.total}
 
 
 def _estimate(captures: Sequence[Capture], model: str) -> tuple[Estimate | Row, Row]:

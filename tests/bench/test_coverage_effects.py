@@ -11,7 +11,7 @@ import pytest
 
 from bench.coverage.bound import NAMES, relative_bound
 from bench.coverage.cost import counted
-from bench.coverage.effect_tables import Row, effect_tables
+from bench.coverage.effect_tables import DRAWN, Row, effect_tables
 from bench.coverage.rigs import draw_bench
 from bench.coverage.runs import record
 from bench.iron import TERMS, present
@@ -73,6 +73,7 @@ def row(effects: list[str], terms: list[str], bare: list[str], *, holds: bool = 
     return {
         "seed": 7,
         "effects": effects,
+        "feature": {figure: float(term == "ripple") for term, figure in DRAWN.items()},
         "fit": {"responses": 100},
         "headline": {"parameters": {"B": value}, "bare": bare, "responses": 300},
         "better": {"terms": terms},
@@ -84,8 +85,8 @@ def test_what_is_named_rightly_wrongly_or_without_an_effect_is_counted_apart() -
         row(["windage"], ["quadratic-load"], ["B"]),
         row(["windage"], ["direction"], ["B"], holds=False),
         row(["eddy"], [], []),
-        row([], ["cogging"], []),
-        row([], [], []),
+        row([], ["cogging", "ripple"], []),
+        row([], ["ripple"], []),
     ]
     said = effect_tables(rows)
     assert "| windage | 2 | 1 | 2 | 1 |" in said
