@@ -2,7 +2,7 @@
 
 python bench/bench_coverage.py --rigs 2000 --out coverage.jsonl   go on where the file ends
 python bench/bench_coverage.py --tables coverage.jsonl --causes   the tables of what is there
-python bench/bench_coverage.py --effects --parts bound auto       motors with iron or windage
+python bench/bench_coverage.py --effects --parts bound fit auto   motors with iron or windage
 python bench/bench_coverage.py --cluster local:4   on a Dask cluster; workers start in this folder
 
 Every rig is drawn by its own seed, so a study can be stopped, resumed and repeated rig by rig. One

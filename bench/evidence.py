@@ -57,10 +57,15 @@ def _coverage(rigs: str) -> tuple[Command, ...]:
     )
 
 
-def _effects(rigs: str) -> tuple[Command, ...]:
+def _effects(rigs: str, without: str) -> tuple[Command, ...]:
+    """Motors with effects, then as many ``without`` any, for what is offered falsely."""
     rows = f"out/evidence/effects-{rigs}-{{commit}}.jsonl"
-    drawn = ("--effects", "--parts", "bound", "auto", "--first", "3000", "--rigs", rigs)
-    return (_bench("coverage", *drawn, "--out", rows),)
+    plain = f"out/evidence/no-effects-{without}-{{commit}}.jsonl"
+    drawn = ("coverage", "--parts", "bound", "fit", "auto", "--first")
+    return (
+        _bench(*drawn, "3000", "--effects", "--rigs", rigs, "--out", rows),
+        _bench(*drawn, "4000", "--rigs", without, "--out", plain),
+    )
 
 
 FUZZED = ("wire", "rig", "csv", "journal", "board", "fit", "hdf5", "mat")
@@ -83,7 +88,7 @@ PARTS = (
     Part("wider", "wider models named and sized",
          (_bench("wider"),), (_bench("wider", "brush", "--seeds", "1"),)),
     Part("effects", "the same on 500 drawn motors with iron, windage or friction under load",
-         _effects("500"), _effects("1")),
+         _effects("500", "100"), _effects("1", "1")),
     Part("foreign", "intervals on plants of others: 60 rigs of ngspice and 40 of MuJoCo",
          tuple(_bench("foreign_plants", "--kind", kind, "--rigs", rigs, *more)
                for kind, rigs in (("spice", "30"), ("mujoco", "20"))

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.coverage.bound import NAMES, Brush, relative_bound
+from bench.coverage.cost import counted
 from bench.coverage.naive import forget_chain
 from bench.coverage.rigs import Bench, draw_bench
 from bench.coverage.runs import Runs, kept, record, save
@@ -19,7 +20,7 @@ from bench.iron import present
 from motorid.capture.model import Capture
 from motorid.errors import MotoridError
 from motorid.estimate.assembly.doubt import grown
-from motorid.estimate.results.estimate import AUTO, SIX, Estimate, Parameter
+from motorid.estimate.results.estimate import AUTO, SIX, Alternative, Estimate, Parameter
 from motorid.identify import fit
 
 Row = dict[str, Any]
@@ -81,32 +82,42 @@ def _runs(bench: Bench, how: How) -> Runs:
 
 def _fitted(captures: Sequence[Capture], runs: Runs) -> Row:
     """What the six parameters alone say."""
-    began = time.process_time()
-    estimate = _estimate(captures, SIX)
-    if not isinstance(estimate, Estimate):
-        return estimate
-    return _said(estimate, runs) | {"seconds": round(time.process_time() - began, 3)}
+    estimate, cost = _estimate(captures, SIX)
+    return _said(estimate, runs) | cost if isinstance(estimate, Estimate) else estimate
 
 
 def _by_both(captures: Sequence[Capture], runs: Runs) -> Row:
     """The headline, and what the report recommends."""
-    estimate = _estimate(captures, AUTO)
+    estimate, cost = _estimate(captures, AUTO)
     if not isinstance(estimate, Estimate):
         return {"headline": estimate, "better": estimate}
-    better, headline = estimate.alternative, _said(estimate, runs)
+    better, headline = estimate.alternative, _said(estimate, runs) | cost
     if better is None:
         return {"headline": headline, "better": headline}
     values = _parameters({**better.parameters, **better.at_25}, runs)
-    return {"headline": headline, "better": {"terms": list(better.terms), "parameters": values}}
+    said = {"terms": list(better.terms), "parameters": values, "sizes": _sizes(better)}
+    return {"headline": headline, "better": said}
 
 
-def _estimate(captures: Sequence[Capture], model: str) -> Estimate | Row:
+def _sizes(better: Alternative) -> Row:
+    """Every added parameter in its total standard uncertainties."""
+    added = {name: p for name, p in better.parameters.items() if name not in NAMES}
+    return {name: p.value / p.total for name, p in added.items() if p.value and p.total}
+
+
+def _estimate(captures: Sequence[Capture], model: str) -> tuple[Estimate | Row, Row]:
+    """The estimate or what went wrong, and what it cost: processor time and responses."""
+    began, found = time.process_time(), {}
     try:
-        return fit(captures, model=model)
+        with counted() as count:
+            estimate = fit(captures, model=model)
+        seconds = round(time.process_time() - began, 3)
+        return estimate, {"seconds": seconds, "responses": count.responses}
     except MotoridError as error:
-        return {"refused": f"{type(error).__name__}: {error}"}
+        found["refused"] = f"{type(error).__name__}: {error}"
     except Exception as error:
-        return {"crashed": "".join(traceback.format_exception(error))[-2000:]}
+        found["crashed"] = "".join(traceback.format_exception(error))[-2000:]
+    return found, {}
 
 
 def _said(estimate: Estimate, runs: Runs) -> Row:

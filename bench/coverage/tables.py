@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bench.coverage.bound import NAMES
-from bench.iron import TERMS
+from bench.coverage.effect_tables import effect_tables
 from motorid.estimate.results.status import Status
 
 Row = dict[str, Any]
@@ -77,7 +77,7 @@ def summary(rows: Sequence[Row]) -> str:
         if any(which in row for row in rows):
             parts.append(f"{title}\n\n{_coverage_table(rows, which)}")
     if any("headline" in row for row in rows):
-        parts.append(_effects_table(rows))
+        parts.append(effect_tables(rows))
     parts.append(_refusals(rows))
     return "\n\n".join(parts)
 
@@ -104,25 +104,6 @@ def _coverage_table(rows: Sequence[Row], which: str) -> str:
             ]
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines)
-
-
-def _effects_table(rows: Sequence[Row]) -> str:
-    """How often each effect is named: in all motors that have it, and in those whose interval of
-    some parameter would miss the truth without a better model; and what is named without reason.
-    """
-    lines = ["| effect | motors | named | it matters in | named |", "|---|---|---|---|---|"]
-    told = [row for row in rows if "terms" in row.get("better", {}) or "headline" in row]
-    for effect, term in TERMS.items():
-        have = [row for row in told if effect in row["effects"]]
-        matter = [row for row in have if row["headline"].get("bare")]
-        named = [sum(term in row["better"].get("terms", ()) for row in of) for of in (have, matter)]
-        lines.append(f"| {effect} | {len(have)} | {named[0]} | {len(matter)} | {named[1]} |")
-    strange: Counter[str] = Counter()
-    for row in told:
-        mine = {TERMS[effect] for effect in row["effects"]}
-        strange.update(set(row["better"].get("terms", ())) - mine)
-    said = ", ".join(f"{term} {count}" for term, count in strange.most_common())
-    return "\n".join([*lines, "", f"named where the motor has none: {said or 'nothing'}"])
 
 
 def _share(held: int, count: int) -> str:

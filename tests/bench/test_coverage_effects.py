@@ -6,13 +6,18 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bench.coverage.bound import NAMES, relative_bound
+from bench.coverage.cost import counted
+from bench.coverage.effect_tables import DRAWN, Row, effect_tables
 from bench.coverage.rigs import draw_bench
 from bench.coverage.runs import record
 from bench.iron import TERMS, present
 from motorid.estimate.model.extended_terms import TERMS as KNOWN
+from motorid.motor.reading import Output, Quantity
+from motorid.motor.response import Response
 
 SEEDS = range(3000, 3012)
 
@@ -60,3 +65,43 @@ def test_an_effect_of_unknown_size_leaves_less_to_know(tmp_path: Path) -> None:
     without, _ = relative_bound(runs.captures, runs.truth)
     assert all(with_it[name] > 0.999 * without[name] for name in NAMES)
     assert with_it["J"] > (1.0 + 2e-5) * without["J"]  # its gains leave less to lose
+
+
+def row(effects: list[str], terms: list[str], bare: list[str], *, holds: bool = True) -> Row:
+    """A record of a motor whose six-parameter fit took 100 responses and whose search took 300."""
+    value = {"status": "estimated", "off": 0.0, "interval": [-1.0, 1.0], "holds": holds}
+    return {
+        "seed": 7,
+        "effects": effects,
+        "feature": {figure: float(term == "ripple") for term, figure in DRAWN.items()},
+        "fit": {"responses": 100},
+        "headline": {"parameters": {"B": value}, "bare": bare, "responses": 300},
+        "better": {"terms": terms},
+    }
+
+
+def test_what_is_named_rightly_wrongly_or_without_an_effect_is_counted_apart() -> None:
+    rows = [
+        row(["windage"], ["quadratic-load"], ["B"]),
+        row(["windage"], ["direction"], ["B"], holds=False),
+        row(["eddy"], [], []),
+        row([], ["cogging", "ripple"], []),
+        row([], ["ripple"], []),
+    ]
+    said = effect_tables(rows)
+    assert "| windage | 2 | 1 | 2 | 1 |" in said
+    assert "motors whose effects matter: 2; an effect named in 1" in said
+    assert "another effect: direction 1; direction or cogging in 1 of 3" in said
+    assert "false offers: 1 of 2 motors without an effect (7 cogging)" in said
+    assert "hold: 4 of 5; 4 of 5 that are not doubtful" in said
+    assert "median 3.0, at most 3.0; above 5 in 0 of 5" in said
+
+
+def test_responses_are_counted_while_asked_for_and_not_after() -> None:
+    response = Response(1e-3, np.ones(10), [Output(Quantity.CURRENT)])
+    motor = (1.0, 1e-3, 0.01, 1e-6, 1e-6, 1e-4)
+    with counted() as count:
+        first = response(motor)
+    assert count.responses == 1
+    assert np.array_equal(first, response(motor))
+    assert count.responses == 1

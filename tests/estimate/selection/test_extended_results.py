@@ -144,10 +144,16 @@ def test_two_masses_are_parts_of_the_inertia_whose_errors_oppose_each_other() ->
     assert "J2_share" not in out
 
 
-@pytest.mark.parametrize(("size", "stands"), [(1.49, False), (1.51, True), (-1.51, True)])
-def test_a_size_stands_out_by_three_of_its_total_uncertainties(size: float, stands: bool) -> None:
+@pytest.mark.parametrize(("size", "stands"), [(2.49, False), (2.51, True), (-2.51, True)])
+def test_a_size_stands_out_by_five_of_its_total_uncertainties(size: float, stands: bool) -> None:
     found = findings({"d_T0": size}, {"d_T0": 0.3}, {"d_T0": 0.4})
     assert results.stands_out(found, TERMS["direction"]) is stands
+
+
+@pytest.mark.parametrize(("size", "stands"), [(1.49, False), (1.51, True)])
+def test_of_brushes_which_every_motor_has_three_suffice(size: float, stands: bool) -> None:
+    found = findings({"V_b": size, "i_b": 0.2}, {"V_b": 0.3, "i_b": 1.0}, {"V_b": 0.4})
+    assert results.stands_out(found, TERMS["brush-drop"]) is stands
 
 
 def test_a_size_whose_shape_is_open_stands_out_at_that_shape() -> None:
