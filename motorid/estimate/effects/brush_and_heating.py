@@ -45,6 +45,7 @@ DECLARED = 0.3  # of a declared drop: its standard uncertainty where none is giv
 FACTOR = 0.7  # logarithm: the bend is known to a factor of 2
 BEND = 0.05  # of the stall current at the highest voltage: the usual bend
 CLEAR = 3e-3  # of the highest voltage: a drop that tells its bend
+NOTHING = 1e-3  # of it: one that does not, wherever earlier passes have moved the bend
 FARTHEST = 1.4  # logarithm of a bend over the usual one: two of its deviations
 CAUTIOUS = 0.1  # of a bend's step as asked for: the least that is made
 COOL = 1e-6  # of R: no warming is known better
@@ -208,6 +209,8 @@ class Loss:
             asked = values.get(BENT, 0.0) / drop
         further = self.further + self.bent.step(asked)
         further = float(np.clip(further, -FARTHEST, FARTHEST))
+        if self.modelled and abs(drop) < NOTHING * self.top_v:
+            further = 0.0  # a knee far from the usual one would look like a resistance
         bent = Bent(asked, further - self.further)
         stall_a = self.top_v / resistance_ohm
         share, bending = flow.saturation(self._bend(further, resistance_ohm))

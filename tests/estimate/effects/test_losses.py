@@ -94,6 +94,13 @@ def test_the_bend_moves_as_far_as_a_clear_drop_asks_for() -> None:
     )
 
 
+@pytest.mark.parametrize(("share", "further"), [(0.9e-3, 0.0), (1.1e-3, -1.0)])
+def test_a_drop_of_nothing_has_the_usual_bend(share: float, further: float) -> None:
+    """Wherever a pass has moved it that saw a drop."""
+    moved = replace(loss(), modelled=True, further=-1.0)
+    assert follow(moved, **{DROP: share * TOP, BENT: 0.0}).further == further
+
+
 @pytest.mark.parametrize(
     ("asked", "before", "by", "step"),
     [
