@@ -27,6 +27,7 @@ class Signals:
     edges: tuple[int, ...]  # first intervals of the program's parts, and the end
     open: tuple[bool, ...]
     series_ohm: float
+    step_rad: float = 0.0  # of the angle, as it was counted; 0: it was not
 
 
 def signals(record: MotorRecord) -> Signals:
@@ -53,6 +54,7 @@ def signals(record: MotorRecord) -> Signals:
         (*(p.start for p in line.parts), line.count),
         tuple(p.open for p in line.parts),
         record.sensed.series_ohm,
+        named[POSITION].channel.resolution * record.gear if POSITION in named else 0.0,
     )
 
 

@@ -28,6 +28,8 @@ Floats = NDArray[np.float64]
 
 WINDOWS = 24  # mechanical windows in each part
 SHORTEST = 6  # samples of a mechanical window
+COUNTED = 100  # steps of an encoder in one at the top speed: half a per cent of that is their error
+FEWEST = 4  # marks that a wide window leaves in a part
 HIDDEN = 0.02  # share of the voltage of a back-EMF that noise gave the wrong sign
 STALLED = 1e-3  # of the largest speed, below which friction may hold
 
@@ -156,7 +158,7 @@ def _torque_windows(s: Signals, K: float) -> Iterator[Floats]:
         return
     for first, end in zip(s.edges[:-1], s.edges[1:], strict=True):
         first, end = max(first - 1, 0), end - 1
-        width = max(SHORTEST, (end - first) // WINDOWS)
+        width = _width(s, end - first, top)
         marks = range(first + width // 2, end - width // 2, width)
         speeds = [_speed_at(s, m, width) for m in marks]
         for (a, wa), (b, wb) in zip(
@@ -174,6 +176,16 @@ def _torque_windows(s: Signals, K: float) -> Iterator[Floats]:
                     time if wa > 0 else -time,
                 ]
             ) / np.sqrt(time)
+
+
+def _width(s: Signals, samples: int, top: float) -> int:
+    """Samples of a mechanical window in a part of so many.
+
+    The speed is a column, and noise of a column makes its coefficient small: at a high rate the
+    steps of a position would hide the inertia.
+    """
+    counted = int(COUNTED * s.step_rad / (top * s.period_s))
+    return max(SHORTEST, samples // WINDOWS, min(counted, samples // FEWEST))
 
 
 def _top_speed(s: Signals) -> float:

@@ -111,6 +111,18 @@ def test_friction_is_never_negative(both: list[Signals]) -> None:
     assert found["J"] > 0.0
 
 
+@pytest.mark.parametrize("per_turn", [8, 16, 32])
+def test_windows_are_as_wide_as_the_steps_of_an_encoder_ask(
+    both: list[Signals], per_turn: int
+) -> None:
+    """At 225 rad/s: 0.3 to 1.2 steps a sample."""
+    step = 2 * np.pi / per_turn
+    counted = [replace(s, angle=step * np.floor(s.angle / step)) for s in both]
+    assert mechanical(counted)["J"] < 0.5 * J  # noise of the speeds hides it
+    known = mechanical([replace(s, step_rad=step) for s in counted])
+    assert known["J"] == pytest.approx(J, rel=0.15)
+
+
 def test_how_much_of_the_torque_is_explained(both: list[Signals]) -> None:
     _, explained = start_values.balanced(both, K, {})
     rows = np.array([row for s in both for row in start_values._torque_windows(s, K)])
