@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, HELD, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.signals.discontinuous_current import unclear
+from motorid.estimate.signals.opened_voltage import emf_shows
 from motorid.estimate.signals.time_grid import Timeline
-from motorid.estimate.signals.voltage_window import Window
 from motorid.estimate.solver.problem import Block
 from motorid.motor.reading import Output, Quantity
 
@@ -20,7 +20,6 @@ Bools = NDArray[np.bool_]
 
 EMF = "back_emf"  # the terminal voltage while the bridge is open
 FEWEST = 10  # readings that make a block
-FREEWHEEL_SAMPLES = 3  # of an opened bridge whose voltage is not yet the back-EMF
 TINY = 1e-7  # of a channel's range: the floor of a noise level where no resolution is declared
 
 
@@ -77,8 +76,7 @@ def read(
         add(motion_, motion_.name, quantity, everywhere, gear)
     volts = capture.get(VOLTAGE)
     if volts is not None and shows_emf:
-        lag = Window.of(volts, timeline.period_s).lag
-        add(volts, EMF, Quantity.SPEED, everywhere & _emf_shows(timeline, lag), 1.0)
+        add(volts, EMF, Quantity.SPEED, everywhere & emf_shows(capture, timeline, volts), 1.0)
     return tuple(measured), outputs
 
 
@@ -141,16 +139,6 @@ def _clipped(capture: Capture, timeline: Timeline) -> Bools:
         if channel is not None:
             clipped |= channel.saturated
     return timeline.spread(clipped.astype(np.float64)) > 0
-
-
-def _emf_shows(timeline: Timeline, lag: int) -> Bools:
-    """Ticks (count,) whose reading, ``lag`` samples late, is of an open bridge without current."""
-    shows = np.zeros(timeline.count, dtype=bool)
-    for part in timeline.parts:
-        if part.open:
-            late = FREEWHEEL_SAMPLES + lag if part.start else 0
-            shows[part.start + late : part.stop] = True
-    return shows
 
 
 def _block(

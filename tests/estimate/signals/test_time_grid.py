@@ -22,7 +22,7 @@ from motorid.capture.model import (
     Wiring,
 )
 from motorid.errors import DataError
-from motorid.estimate.signals import measurements
+from motorid.estimate.signals import measurements, opened_voltage
 from motorid.estimate.signals.discontinuous_current import confirmed, shows_ripple, unclear
 from motorid.estimate.signals.pwm_bridge import ripple
 from motorid.estimate.signals.standstill import starts_at_rest, with_standstill
@@ -240,7 +240,7 @@ def test_a_magnitude_is_read_while_the_motor_is_driven() -> None:
 def test_an_open_bridge_shows_the_back_emf_once_the_current_has_gone() -> None:
     one = capture(EVEN, COAST, drive(0.5), COAST, starts=(0, 1000, 2000), **{VOLTAGE: np.ones(40)})
     blocks, outputs = read(one, emf=True)
-    late = measurements.FREEWHEEL_SAMPLES
+    late = opened_voltage.SAMPLES
     wanted = [*range(1, 11), *range(21 + late, 40)]
     assert blocks[measurements.EMF].keep.tolist() == wanted
     assert outputs[0].quantity == Quantity.SPEED
