@@ -117,7 +117,7 @@ def test_a_host_long_about_other_things_is_a_silent_one(tmp_path: Path) -> None:
         if next(calls) == 1:
             time.sleep(1.5)
 
-    with pytest.raises(RigError, match="too busy to send heartbeats"):
+    with pytest.raises(RigError, match="this computer sent none for"):
         record.capture(rig, rig.program, tmp_path / "run.h5", progress=busy_once)
 
 
