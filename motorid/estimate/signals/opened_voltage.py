@@ -42,9 +42,9 @@ def emf_shows(capture: Capture, timeline: Timeline, volts: Channel) -> Bools:
 def _stopped(current: Channel, timeline: Timeline, part: Part, volts: Channel) -> int:
     """Samples after which the voltage's reading lies behind the end of the current; 0: unclear."""
     shown = timeline.spread(current.values)[part.slice]
-    if len(shown) < LONG:
-        return 0
     resting = shown[len(shown) // 2 :]
+    if len(shown) < LONG or np.isnan(resting).all():
+        return 0
     zero = np.nanmedian(resting)
     spread = max(SIGMA * float(np.nanmedian(np.abs(resting - zero))), current.resolution)
     amperes, quiet_a = np.abs(shown - zero), QUIET * spread

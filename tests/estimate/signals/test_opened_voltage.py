@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from functools import cache
 
@@ -72,6 +73,18 @@ def test_a_filter_of_the_voltage_empties_first() -> None:
 
 def test_a_short_part_tells_no_zero_of_the_current() -> None:
     assert first_of(12, count=OPENED + LONG - 1) == SAMPLES
+
+
+def test_a_current_without_readings_tells_no_end() -> None:
+    volts = np.where(np.arange(COUNT) < OPENED, 6.0, 3.0)
+    amps = np.where(np.arange(COUNT) < OPENED, 1.0, np.nan)
+    run = capture(
+        100 * np.arange(COUNT), drive(0.5), COAST, starts=(0, 100 * OPENED), current=amps,
+        terminal_voltage=volts,
+    )  # fmt: skip
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert shown_from(run) == SAMPLES
 
 
 # a sampled wave: 20 kHz, readings of three periods
