@@ -15,6 +15,7 @@ import tempfile
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 
 from motorid.acquire.record import capture
@@ -30,7 +31,16 @@ DIFFERENT = 12  # simulated runs; the rest repeat them with another note, as oth
 
 
 def captures(folder: Path, count: int) -> list[Path]:
-    """So many capture files, all of different bytes."""
+    """So many capture files, all of different bytes.
+
+    Another process writes them: what a process has written it reads quicker than workers do.
+    """
+    with ProcessPoolExecutor(1, get_context("spawn")) as writer:
+        writer.submit(_write, folder, count).result()
+    return sorted(folder.glob("*.h5"))
+
+
+def _write(folder: Path, count: int) -> None:
     rig, program = load_rig("sim-line"), load_product("sim-disc").program
     for seed in range(min(count, DIFFERENT)):
         one = replace(rig, port=f"{rig.port}&seed={seed + 1}&speed=max")
@@ -39,7 +49,6 @@ def captures(folder: Path, count: int) -> list[Path]:
         first = store.load(folder / f"{k % DIFFERENT:05d}.h5")
         other = replace(first, provenance={**first.provenance, "note": f"copy {k}"})
         store.save(other, folder / f"{k:05d}.h5")
-    return sorted(folder.glob("*.h5"))
 
 
 def timed(paths: list[Path], folder: Path, jobs: int) -> tuple[float, list[Fitted]]:

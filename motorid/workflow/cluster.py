@@ -196,13 +196,14 @@ def _cluster(address: str) -> Iterator[str]:
         yield address
         return
     options = {
+        "n_workers": int(address.removeprefix(LOCAL)),
         "threads_per_worker": 1,
         "dashboard_address": "127.0.0.1:0",
         "silence_logs": logging.CRITICAL,
     }
     with import_module("dask").config.set(LEAN):
         try:
-            cluster = distributed.LocalCluster(int(address.removeprefix(LOCAL)), **options)
+            cluster = distributed.LocalCluster(**options)
         except (RuntimeError, OSError, TimeoutError) as error:
             raise LinkError(
                 f"{address}: its processes did not start ({error}): give the same command again"

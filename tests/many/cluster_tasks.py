@@ -40,9 +40,10 @@ def broken(number: int) -> dict[str, Any]:
 
 
 def surroundings(number: int) -> dict[str, Any]:
-    """What Dask has made of the worker that computes this."""
+    """What Dask has made of the worker that computes this, and which process it is."""
     import dask
 
     names = ("OPENBLAS_NUM_THREADS", "MALLOC_TRIM_THRESHOLD_")
     profiled = dask.config.get("distributed.worker.profile.enabled")
-    return {"n": number, "profiled": profiled, **{one: os.environ.get(one) for one in names}}
+    found = {"n": number, "process": os.getpid(), "profiled": profiled}
+    return found | {one: os.environ.get(one) for one in names}

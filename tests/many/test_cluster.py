@@ -211,7 +211,9 @@ def test_workers_of_this_computer_compute_on_one_core_and_watch_themselves_littl
     monkeypatch.delenv("OPENBLAS_NUM_THREADS", raising=False)
     monkeypatch.delenv("MALLOC_TRIM_THRESHOLD_", raising=False)
     before = dask.config.get("distributed.nanny.pre-spawn-environ")
-    (found,) = run_all(tasks_of(surroundings, count=1), tmp_path / "runs", "local:1")
+    answers = run_all(tasks_of(surroundings, count=20), tmp_path / "runs", "local:1")
+    found = answers[0]
+    assert len({one["process"] for one in answers}) == 1, "as many workers as were asked for"
     assert found["OPENBLAS_NUM_THREADS"] == "1"
     assert found["MALLOC_TRIM_THRESHOLD_"] is None
     assert found["profiled"] is False
