@@ -6,15 +6,13 @@ open, about a size of D'r/(1 + D'D). The parameters' shift is by both together. 
 coasting alone hardly tell some effects. Where the prior says more of one than the readings do, the
 report says what its usual size would do: as of a gain that nobody stated, no interval holds it.
 
-Between two readings of a log nobody knows its voltage, so that few readings after each jump are
-left far more than the others. There an effect is seen only by as much as the readings that show it
-scatter (White's covariance).
+An effect is seen only by as much as the pull of it on the residuals scatters (pull_scatter.py).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +24,7 @@ from motorid.estimate.model.tangent import tangent
 from motorid.estimate.solver.dense_products import project, square
 from motorid.estimate.solver.problem import Linearised, Solution, Unknown
 from motorid.estimate.uncertainty.covariance import covariance_of
+from motorid.estimate.uncertainty.pull_scatter import pull_scatter
 
 Floats = NDArray[np.float64]
 
@@ -68,23 +67,16 @@ class Undetected:
 @dataclass
 class _Sums:
     """Of the readings' change by one standard deviation, cleared of nuisances: with itself, with
-    the shared parameters (p,), with the residuals. ``logged``: the change itself, (n,) a log, with
-    the record that it is of."""
+    the shared parameters (p,), with the residuals."""
 
     square: float
     shared: Floats
     pull: float
-    logged: list[tuple[Floats, Linearised]] = field(default_factory=list)
 
-    def scatter(self, inverse: Floats) -> float:
-        """Variance of the pull, over that of white residuals; 1 at least."""
-        follows = inverse @ self.shared
-        white = robust = 0.0
-        for change, line in self.logged:
-            squares = (change - line.orthogonal @ follows) ** 2
-            white += float(squares.sum())
-            robust += project(squares[None], line.residual**2)[0]
-        return max(robust / white, 1.0) if white else 1.0
+    def added(self, other: _Sums) -> _Sums:
+        """Of both records."""
+        square, shared = self.square + other.square, self.shared + other.shared
+        return _Sums(square, shared, self.pull + other.pull)
 
 
 def undetected(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Undetected, ...]:
@@ -92,20 +84,34 @@ def undetected(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Unde
     inverse = covariance_of(solution.information)
     found: dict[InfluenceQuantity, _Sums] = {}
     slope = np.sum([project(line.orthogonal.T, line.residual) for line in solution.records], axis=0)
-    for record, line, own in zip(records, solution.records, solution.own, strict=True):
+    for number, record in enumerate(records):
         for one, unknown in _possible(record):
-            moved = tangent(record, solution.values, own, one)
-            parts = [
-                unknown.prior_sd * d / s
-                for d, s in zip(record.weighed(moved), line.sigmas, strict=True)
-            ]
-            sums = _sums(np.concatenate(parts), line, record.sensed.waveform is not None)
-            before = found.setdefault(one.quantity, _Sums(0.0, np.zeros(len(inverse)), 0.0))
-            before.square += sums.square
-            before.shared = before.shared + sums.shared
-            before.pull += sums.pull
-            before.logged += sums.logged
-    return tuple(_left(quantity, sums, inverse, slope) for quantity, sums in found.items())
+            change = _change(solution, number, record, one, unknown)
+            sums = _sums(change, solution.records[number])
+            before = found.get(one.quantity)
+            found[one.quantity] = sums if before is None else before.added(sums)
+    left = []
+    for quantity, sums in found.items():
+        white = _left(quantity, sums, inverse, slope)
+        scatter = 1.0
+        if white.seen:
+            scatter = _scatter(quantity, inverse @ sums.shared, solution, records)
+        left.append(_left(quantity, sums, inverse, slope, scatter))
+    return tuple(left)
+
+
+def _scatter(
+    quantity: InfluenceQuantity, follows: Floats, solution: Solution, records: Sequence[MotorRecord]
+) -> float:
+    """Variance of the pull, over that of white residuals; the parameters follow by ``follows``."""
+    changes, residuals = [], []
+    for number, (record, line) in enumerate(zip(records, solution.records, strict=True)):
+        for one, unknown in _possible(record):
+            if one.quantity is quantity:
+                change = _change(solution, number, record, one, unknown)
+                changes.append(_cleared(change, line) - line.orthogonal @ follows)
+                residuals.append(line.residual)
+    return pull_scatter(changes, residuals)
 
 
 def told(found: Sequence[Undetected]) -> dict[str, Floats]:
@@ -134,27 +140,45 @@ def _possible(record: MotorRecord) -> Iterator[tuple[Instance, Unknown]]:
                 yield one, unknown
 
 
-def _sums(column: Floats, line: Linearised, logged: bool) -> _Sums:
-    free, information = line.cleared()
-    own = free.T
-    taken, pulled = project(own, column), project(own, line.residual)
-    follows = covariance_of(information) if len(own) else np.zeros((0, 0))
-    left = column - follows @ taken @ own if len(own) else column
-    return _Sums(
-        square(column) - float(taken @ follows @ taken),
-        project(line.orthogonal.T, column),
-        float(project(column[None], line.residual)[0]) - float(taken @ follows @ pulled),
-        [(left, line)] if logged else [],
+def _change(
+    solution: Solution, number: int, record: MotorRecord, one: Instance, unknown: Unknown
+) -> Floats:
+    """(n,) of a record's readings by one standard deviation of the effect."""
+    moved = tangent(record, solution.values, solution.own[number], one)
+    sigmas = solution.records[number].sigmas
+    return np.concatenate(
+        [unknown.prior_sd * d / s for d, s in zip(record.weighed(moved), sigmas, strict=True)]
     )
 
 
-def _left(quantity: InfluenceQuantity, sums: _Sums, inverse: Floats, slope: Floats) -> Undetected:
+def _sums(change: Floats, line: Linearised) -> _Sums:
+    free, information = line.cleared()
+    own = free.T
+    taken, pulled = project(own, change), project(own, line.residual)
+    follows = covariance_of(information) if len(own) else np.zeros((0, 0))
+    return _Sums(
+        square(change) - float(taken @ follows @ taken),
+        project(line.orthogonal.T, change),
+        float(project(change[None], line.residual)[0]) - float(taken @ follows @ pulled),
+    )
+
+
+def _cleared(change: Floats, line: Linearised) -> Floats:
+    """The change less what the record's nuisances explain of it."""
+    free, information = line.cleared()
+    own = free.T
+    return change - covariance_of(information) @ project(own, change) @ own if len(own) else change
+
+
+def _left(
+    quantity: InfluenceQuantity, sums: _Sums, inverse: Floats, slope: Floats, scatter: float = 1.0
+) -> Undetected:
     information = max(sums.square - float(sums.shared @ inverse @ sums.shared), 0.0)
     share = 1.0 / (1.0 + information)
     size = share * (sums.pull - float(sums.shared @ inverse @ slope))
     size = min(max(size, 0.0), FARTHEST)
     left = float(share**0.5)
-    sure = size / left / float(np.sqrt(sums.scatter(inverse)))
+    sure = size / left / float(np.sqrt(scatter))
     seen = sure if sure > FOUND else 0.0
     # readings that are larger by what the model lacks pull the other way
     whole = -inverse @ sums.shared

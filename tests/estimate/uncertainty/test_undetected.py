@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 import re
-from types import SimpleNamespace
-from typing import Any
-
-import numpy as np
 import pytest
 
 from motorid.estimate.effects.friction.load_friction import USUAL
 from motorid.estimate.results.estimate import Estimate
-from motorid.estimate.uncertainty.undetected import _Sums
 from motorid.identify import fit
 from motorid.report import suspects
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
@@ -41,16 +36,3 @@ def test_a_step_down_brakes_the_motor_and_tells_it() -> None:
     assert line < 0.1 * USUAL * found.parameters["J"].value
     assert "load_friction" not in {s.code for s in found.suspects}
     assert found.parameters["J"].total < 0.01 * found.parameters["J"].value
-
-
-@pytest.mark.parametrize(("left", "scatter"), [(1.0, 1.0), (5.0, 25.0), (0.2, 1.0)])
-def test_few_readings_of_a_log_that_are_left_more_say_less_of_an_effect(
-    left: float, scatter: float
-) -> None:
-    """Ten of a thousand show it, after jumps of a voltage that nobody knows between readings."""
-    residual, change = np.tile([1.0, -1.0], 500), np.zeros(1000)
-    change[:10], residual[:10] = 1.0, left * residual[:10]
-    line: Any = SimpleNamespace(orthogonal=np.zeros((1000, 1)), residual=residual)
-    sums = _Sums(10.0, np.zeros(1), 0.0, [(change, line)])
-    assert sums.scatter(np.eye(1)) == pytest.approx(scatter)
-    assert _Sums(10.0, np.zeros(1), 0.0).scatter(np.eye(1)) == 1.0  # of a program: as declared
