@@ -87,8 +87,11 @@ def as_data(estimate: Estimate) -> list[dict[str, Any]]:
 
 
 def moves(finding: Suspect | Diagnostic) -> dict[str, Any]:
-    """What it could have moved, as an entry of its JSON; none where it moves nothing."""
-    return {"moves": plain(dict(finding.moves))} if finding.moves else {}
+    """What it could have moved, as entries of its JSON; none where it moves nothing."""
+    said = {"moves": plain(dict(finding.moves))} if finding.moves else {}
+    if isinstance(finding, Diagnostic) and finding.sides:
+        said["sides"] = plain({name: list(both) for name, both in finding.sides.items()})
+    return said
 
 
 def _of(estimate: Estimate, strength: str) -> list[Suspect]:

@@ -1,10 +1,11 @@
 """Parameters that a finding could have moved are doubtful: their intervals cover what it could do.
 
 A finding states its ``moves``: by how much it could have moved each parameter. Where one of them is
-more than half of the parameter's half-width H, the parameter is doubtful. Its new half-width is
-H + M, where M is the root of the sum of the squares of all findings' moves: one fault is named
-once, and several are independent. The total uncertainty grows in proportion, so that interval and
-total keep their factor. The part that it grows by is the finding's line of the budget.
+more than half of the parameter's half-width H, the parameter is doubtful. Its interval grows by M
+on either side, where M is the root of the sum of the squares of all findings' moves: one fault is
+named once, and several are independent. A move whose way is known counts on that side alone. The
+total uncertainty grows in proportion to the interval, so that both keep their factor. The part that
+it grows by is the finding's line of the budget.
 
 A move without a size (infinite) is bounded by what the residuals allow, or by the value itself
 where nothing bounds it.
@@ -24,9 +25,24 @@ from motorid.motor.parameters import FIGURES, Motor
 
 Finding = Suspect | Diagnostic
 Moves = Mapping[str, float]
+Sides = Mapping[str, tuple[float, float]]
 
 SHARE = 0.5  # of the half-width of an interval, beyond which a move makes a value doubtful
 NONE: Mapping[str, float] = {}
+
+
+@dataclass(frozen=True)
+class _Move:
+    """How far a finding, with its ``line`` of the budget, may have moved a value to either side."""
+
+    line: str
+    below: float
+    above: float
+
+    @property
+    def most(self) -> float:
+        """The larger of both."""
+        return max(self.below, self.above)
 
 
 @dataclass(frozen=True)
@@ -44,7 +60,11 @@ def settled(estimate: Estimate, findings: Iterable[Finding], allowed: Moves = NO
     ``allowed`` (SI) bounds moves without a size. Findings that were settled before must not come
     again: they would widen twice.
     """
-    moving = [(line_of(one), _sized(one.moves, estimate, allowed)) for one in findings if one.moves]
+    moving = [
+        (line_of(one), _sized(one.moves, estimate, allowed), _sides(one))
+        for one in findings
+        if one.moves
+    ]
     if not moving:
         return estimate
     budget = {name: dict(lines) for name, lines in estimate.budget.items()}
@@ -53,7 +73,11 @@ def settled(estimate: Estimate, findings: Iterable[Finding], allowed: Moves = NO
         out = {}
         for name, p in table.items():
             lines = budget.get(name, {})
-            found = _widened(p, [(line, _of(kind, name, m, estimate)) for line, m in moving], lines)
+            moved = [
+                _Move(line, *sides.get(name, 2 * (_of(kind, name, sizes, estimate),)))
+                for line, sizes, sides in moving
+            ]
+            found = _widened(p, moved, lines)
             out[name] = found.parameter
             if found.lines and name in budget:
                 budget[name] = _summed(budget[name], found.lines)
@@ -78,6 +102,10 @@ def doubtful(estimate: Estimate) -> tuple[Parameter, ...]:
     poor = (Status.DOUBTFUL, Status.NOT_SUPPORTED)
     tables = (estimate.parameters, estimate.combinations)
     return tuple(p for table in tables for p in table.values() if p.status in poor)
+
+
+def _sides(finding: Finding) -> Sides:
+    return finding.sides if isinstance(finding, Diagnostic) else {}
 
 
 def _sized(moves: Moves, estimate: Estimate, allowed: Moves) -> dict[str, float]:
@@ -123,43 +151,46 @@ def _of_figure(
     return total if math.isfinite(total) else 0.0
 
 
-def _widened(
-    p: Parameter, moved: Sequence[tuple[str, float]], budget: Mapping[str, float]
-) -> _Widened:
+def _widened(p: Parameter, moved: Sequence[_Move], budget: Mapping[str, float]) -> _Widened:
     able = p.status.measured or p.status is Status.AT_BOUND
     if not able or p.value is None or p.interval_95 is None or p.total is None:
         return _Widened(p, {})
     low, high = p.interval_95
     half = (high - low) / 2.0
-    if max(move for _, move in moved) <= SHARE * half:
+    if max(move.most for move in moved) <= SHARE * half:
         return _Widened(p, {})
-    more = math.hypot(*(move for _, move in moved))
-    already = grown(p, budget)
-    note = _note(p, moved, more)
-    share, more = more, math.hypot(already, more) - already  # others were settled before
+    already = grown(p, budget)  # by others that were settled before
+    below = math.hypot(already, *(move.below for move in moved)) - already
+    above = math.hypot(already, *(move.above for move in moved)) - already
     factor = half / p.total if p.total > 0.0 and half > 0.0 else NORMAL_95
-    total = (half + more) / factor
+    total = (half + (below + above) / 2.0) / factor
     added = math.sqrt(max(total**2 - p.total**2, 0.0))
-    lines: dict[str, float] = {}
-    for line, move in moved:
-        if move > 0.0:
-            lines[line] = math.hypot(lines.get(line, 0.0), added * move / share)
     least = 0.0 if low >= 0.0 else -math.inf
     return _Widened(
         replace(
             p,
             instrument=math.hypot(p.instrument or 0.0, added),
             total=total,
-            interval_95=(max(low - more, least), high + more),
+            interval_95=(max(low - below, least), high + above),
             status=Status.DOUBTFUL,
-            note=note,
+            note=_note(p, moved),
         ),
-        lines,
+        _lines(moved, added),
     )
 
 
+def _lines(moved: Sequence[_Move], added: float) -> dict[str, float]:
+    """What findings add to a standard uncertainty, each by its part."""
+    whole = math.hypot(*(move.most for move in moved))
+    lines: dict[str, float] = {}
+    for move in moved:
+        if move.most > 0.0:
+            lines[move.line] = math.hypot(lines.get(move.line, 0.0), added * move.most / whole)
+    return lines
+
+
 def grown(p: Parameter, budget: Mapping[str, float]) -> float:
-    """By how much findings that were settled before have widened the half of its interval."""
+    """By how much findings that were settled before have widened half of its interval."""
     if p.interval_95 is None or not p.total:
         return 0.0
     before = sum(u**2 for line, u in budget.items() if line.startswith(FINDING))
@@ -167,11 +198,12 @@ def grown(p: Parameter, budget: Mapping[str, float]) -> float:
     return half * (1.0 - math.sqrt(max(1.0 - before / p.total**2, 0.0)))
 
 
-def _note(p: Parameter, moved: Sequence[tuple[str, float]], more: float) -> str:
+def _note(p: Parameter, moved: Sequence[_Move]) -> str:
     """Which finding, and how far it could have moved the value."""
+    more = math.hypot(*(move.most for move in moved))
     names = dict.fromkeys(
-        line.removeprefix(FINDING) for line, move in sorted(moved, key=lambda m: -m[1])
-        if move > SHARE * more
+        move.line.removeprefix(FINDING) for move in sorted(moved, key=lambda m: -m.most)
+        if move.most > SHARE * more
     )  # fmt: skip
     share = f"{more / abs(p.value):.2g} of its value" if p.value else f"{more:.2g} {p.unit}"
     if p.value and more < abs(p.value):

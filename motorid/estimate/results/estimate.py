@@ -56,13 +56,15 @@ class Diagnostic:
 
     ``moves``: by how much it could have moved a parameter, in the parameter's unit (SI). Infinite:
     it can move the parameter, and nothing says how far. Parameters that it does not move are left
-    out, and all of them where the fit has allowed for it.
+    out, and all of them where the fit has allowed for it. ``sides``: of a move whose way is known,
+    how far below and above.
     """
 
     code: str
     severity: Severity
     message: str
     moves: Mapping[str, float] = field(default_factory=dict, hash=False)
+    sides: Mapping[str, tuple[float, float]] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True)

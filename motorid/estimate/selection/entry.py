@@ -6,14 +6,13 @@ model's too, and it is doubtful.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from motorid.capture.model import Capture
 from motorid.errors import DataError
 from motorid.estimate.assembly.assemble import answered
-from motorid.estimate.assembly.doubt import grown, settled
+from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.diagnosis import misfit, rank
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.effects.brush_and_heating import lossless
@@ -33,6 +32,7 @@ from motorid.estimate.results.estimate import (
     TermTrial,
 )
 from motorid.estimate.results.status import Status
+from motorid.estimate.selection.covering import Covering, covering
 from motorid.estimate.selection.extended_fit import Fitted, begin, finished, sizes_by_name
 from motorid.estimate.selection.extended_results import alternative, findings, stands_out
 from motorid.estimate.selection.forward_selection import Selection, Trial, select
@@ -49,7 +49,6 @@ Narrow = tuple[Sequence[MotorRecord], Solution, Mapping[str, float]]
 COARSE = 100.0  # change of F that is near enough before what repeats with the rotor is in
 COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
 HALF = 0.5  # of that, from which a term is worth offering
-COUNTED = 1.001  # of half an interval: it makes a value doubtful
 
 
 def fit(
@@ -345,35 +344,11 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
         said = Diagnostic("model_asked", "info", f"beside it, as asked: a model with {what}")
     else:
         harmless = _is_allowed_for(fitted.terms)
+        found = Covering() if harmless else covering(estimate, better, estimate.parameters)
         said = Diagnostic(
             "better_model", "info" if harmless else "warning",
             f"the residuals show {what}: {_said_of(fitted.terms)}",
-            _moved(estimate, fitted.terms),
+            found.moves, found.sides,
         )  # fmt: skip
         estimate = settled(estimate, [said])
     return replace(estimate, diagnostics=(said, *estimate.diagnostics))
-
-
-def _moved(estimate: Estimate, terms: Sequence[Term]) -> dict[str, float]:
-    """The moves by which intervals grow to cover the better model's, where that moves the value, or
-    reaches beyond them, by half of them or more.
-
-    Nothing where the six parameters allow for what it has.
-    """
-    better = estimate.alternative
-    if better is None or _is_allowed_for(terms):
-        return {}
-    out = {}
-    for name, p in estimate.parameters.items():
-        other = better.parameters[name]
-        if p.value is None or p.interval_95 is None or other.value is None:
-            continue
-        low, high = p.interval_95
-        counts = HALF * (high - low) / 2.0
-        least, most = other.interval_95 or (other.value, other.value)
-        lacking = max(low - least, most - high)
-        if lacking > 0.0 and max(abs(other.value - p.value), lacking) > counts:
-            before = grown(p, estimate.budget.get(name, {}))
-            move = math.sqrt(lacking * (lacking + 2.0 * before))  # findings add in squares
-            out[name] = max(move, COUNTED * counts)
-    return out

@@ -29,7 +29,8 @@ from motorid.estimate.results.estimate import (
     Estimate,
     TermTrial,
 )
-from motorid.estimate.selection.entry import COUNTED, HALF, asked_for, reach
+from motorid.estimate.selection.covering import covering
+from motorid.estimate.selection.entry import asked_for, reach
 from motorid.estimate.selection.evidence import Evidence, weigh
 from motorid.estimate.selection.extended_fit import Fitted
 from motorid.estimate.selection.extended_results import alternative, findings
@@ -217,32 +218,14 @@ def _with(six: Estimate, better: Alternative) -> Estimate:
         said = Diagnostic("model_asked", "info", f"beside it, as asked: a model with {what}")
         found = six
     else:
+        cover = covering(six, better, locked_rotor.ELECTRICAL)
         said = Diagnostic(
             "better_model", "warning",
             f"the residuals show {what}: L holds at no current and low frequency in the better "
             "model alone, so use its values",
-            _moves(six, better),
+            cover.moves, cover.sides,
         )  # fmt: skip
         found = settled(six, [said])
     suspects = tuple(one for one in found.suspects if one.code not in better.terms)
     whole = (said, *found.diagnostics)
     return replace(found, alternative=better, suspects=suspects, diagnostics=whole)
-
-
-def _moves(six: Estimate, better: Alternative) -> dict[str, float]:
-    """By how much an interval must grow to cover that of the better model, where it does not and
-    the value moves by half of it or more.
-    """
-    out = {}
-    for name in locked_rotor.ELECTRICAL:
-        p, other = six.parameters[name], better.parameters[name]
-        if p.value is None or p.interval_95 is None:
-            continue
-        if other.value is None or other.interval_95 is None:
-            continue
-        (low, high), (least, most) = p.interval_95, other.interval_95
-        counts = HALF * (high - low) / 2.0
-        lacking = max(low - least, most - high)
-        if lacking > 0.0 and abs(other.value - p.value) > counts:
-            out[name] = max(lacking, COUNTED * counts)
-    return out

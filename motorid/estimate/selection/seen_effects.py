@@ -26,18 +26,20 @@ def with_seen(estimate: Estimate, known: Findings) -> Estimate:
 
 
 def _said(estimate: Estimate, one: Undetected, solution: Solution) -> Diagnostic:
-    moves = {}
+    moves: dict[str, float] = {}
+    sides: dict[str, tuple[float, float]] = {}
     for name, share in one.moves(solution, one.seen).items():
         p = estimate.parameters.get(name)
         if p is None or p.value is None or p.interval_95 is None:
             continue
-        size = abs(share * p.value)
-        if size > WORTH * (p.interval_95[1] - p.interval_95[0]) / 2.0:
-            moves[name] = size
+        move = share * p.value
+        if abs(move) > WORTH * (p.interval_95[1] - p.interval_95[0]) / 2.0:
+            moves[name] = abs(move)
+            sides[name] = (max(-move, 0.0), max(move, 0.0))
     name = one.quantity.name
     return Diagnostic(
         "effect_seen", "warning",
         f"the residuals show {name} ({one.seen:.1f} standard deviations), but no model with it was "
         f"accepted: it can move {', '.join(moves)}; {one.quantity.remedy}",
-        moves,
+        moves, sides,
     )  # fmt: skip

@@ -67,6 +67,20 @@ def test_the_interval_covers_the_old_one_moved_and_no_more(estimate: Estimate) -
     assert "current lag" in after.note
 
 
+def test_a_move_whose_way_is_known_counts_on_that_side_alone(estimate: Estimate) -> None:
+    before = estimate.parameters["R"]
+    assert before.interval_95 is not None
+    wide = 2.0 * half(before)
+    said = Diagnostic("better_model", "warning", "so", {"R": wide}, {"R": (0.5 * wide, wide)})
+    both = suspect(R=wide)
+    low, high = before.interval_95
+    alone = settled(estimate, [said]).parameters["R"]
+    assert alone.interval_95 == pytest.approx((low - 0.5 * wide, high + wide))
+    assert u(alone) / half(alone) == pytest.approx(u(before) / half(before))
+    beside = settled(estimate, [said, both]).parameters["R"].interval_95
+    assert beside == pytest.approx((low - math.hypot(0.5, 1.0) * wide, high + math.sqrt(2) * wide))
+
+
 def test_parts_and_budget_sum_to_the_total(estimate: Estimate) -> None:
     R = estimate.parameters["R"]
     found = settled(estimate, [suspect(R=2.0 * half(R)), suspect("supply", R=half(R))])

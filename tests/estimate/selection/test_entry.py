@@ -41,28 +41,6 @@ def test_half_an_interval_matters_or_a_hundredth_of_the_value() -> None:
     assert found == pytest.approx({"R": 0.005, "K": 0.02, "T0": 0.15, "J": 0.02, "B": math.inf})
 
 
-def moved(value: float, interval: tuple[float, float] | None, *terms: Any) -> dict[str, float]:
-    """Of R = 2 ± 0.1, where the better model has another value and interval."""
-    one = estimate()
-    other = replace(parameter(value), interval_95=interval)
-    parameters = {"R": parameter(2.0), "L": parameter(None)}
-    better: Any = SimpleNamespace(parameters={"R": other, "L": parameter(1.0)})
-    return entry._moved(replace(one, parameters=parameters, alternative=better), terms or (SIDED,))
-
-
-def test_an_interval_grows_to_cover_that_of_the_better_model() -> None:
-    assert moved(2.2, (2.15, 2.25)) == pytest.approx({"R": 0.15})
-    assert moved(1.8, (1.7, 1.9)) == pytest.approx({"R": 0.2})
-    assert moved(2.2, None) == pytest.approx({"R": 0.1})
-    assert moved(2.04, (1.5, 2.5)) == pytest.approx({"R": 0.4})  # the value stays, and is open
-    assert moved(2.04, (1.86, 2.14)) == {}  # by less than half of the interval
-    assert moved(2.06, (2.0, 2.12)) == pytest.approx({"R": 1.001 * 0.05})
-    assert moved(2.06, (2.0, 2.09)) == {}  # it is covered already
-    assert moved(2.2, (2.15, 2.25), DROP, HEAT) == {}  # the six parameters allow for it
-    assert moved(2.2, (2.15, 2.25), DROP, SIDED) == pytest.approx({"R": 0.15})
-    assert entry._moved(replace(estimate(), alternative=None), (SIDED,)) == {}
-
-
 def test_what_was_found_is_said_by_whether_the_six_allow_for_it() -> None:
     better: Any = SimpleNamespace(parameters={}, asked=False)
     bare = replace(estimate(), alternative=better, parameters={}, combinations={}, derived={})

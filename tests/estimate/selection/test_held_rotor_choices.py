@@ -150,38 +150,6 @@ def plain(**values: Parameter) -> Estimate:
     return replace(one, parameters=parameters, suspects=suspects)
 
 
-@pytest.mark.parametrize(
-    ("value", "half", "by"),
-    [
-        (2.04, 0.2, None),  # it lies within half of the interval
-        (2.08, 0.1, 0.08), (1.92, 0.1, 0.08),  # by what the better one's reaches beyond
-        (2.08, 0.01, None),  # and is within the interval
-        (2.2, 0.05, 0.15), (1.8, 0.05, 0.15),
-        (2.06, 0.0401, 0.0501),  # at least what counts
-    ],
-)  # fmt: skip
-def test_an_interval_grows_to_cover_that_of_the_better_model(
-    value: float, half: float, by: float | None
-) -> None:
-    six = plain(R=parameter("R", 2.0), L=parameter("L", 1.0))
-    other = better(R=parameter("R", value, half), L=parameter("L", 1.0))
-    found = held_rotor._moves(six, other)
-    assert set(found) == ({"R"} if by is not None else set())
-    if by is not None:
-        counts = held_rotor.HALF * 0.1
-        lacking = max(value + half - 2.1, 1.9 - value + half)
-        assert found["R"] == pytest.approx(max(lacking, held_rotor.COUNTED * counts))
-
-
-def test_what_has_no_value_moves_nothing() -> None:
-    there, none = parameter("R", 5.0), parameter("R", None)
-    for one, other in ((none, there), (parameter("R", 2.0), none)):
-        found = held_rotor._moves(
-            plain(R=one, L=parameter("L", 1.0)), better(R=other, L=parameter("L", 1.0))
-        )
-        assert found == {}
-
-
 def test_the_better_model_is_beside_the_plain_one_and_what_it_explains_is_no_fault() -> None:
     six = plain(R=parameter("R", 2.0), L=parameter("L", 1.0))
     found = held_rotor._with(six, better(R=parameter("R", 2.0), L=parameter("L", 1.5)))

@@ -1,0 +1,52 @@
+"""How far intervals of the plain model must grow to cover those of a better model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from motorid.estimate.assembly.doubt import grown
+from motorid.estimate.results.estimate import Alternative, Estimate
+
+HALF = 0.5  # of half an interval, from which a move counts
+COUNTED = 1.001  # of that: it makes a value doubtful
+
+
+@dataclass(frozen=True)
+class Covering:
+    """``moves`` and ``sides`` of the finding that a better model is, by parameter (its unit)."""
+
+    moves: dict[str, float] = field(default_factory=dict)
+    sides: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+
+def covering(plain: Estimate, better: Alternative, names: Iterable[str]) -> Covering:
+    """Of each parameter whose interval the better model's reaches beyond, where the value moves, or
+    that reaches, by half of the interval's half or more."""
+    found = Covering()
+    for name in names:
+        sides = _sides(plain, better, name)
+        if sides is not None:
+            found.sides[name], found.moves[name] = sides, max(sides)
+    return found
+
+
+def _sides(plain: Estimate, better: Alternative, name: str) -> tuple[float, float] | None:
+    p, other = plain.parameters[name], better.parameters[name]
+    if p.value is None or p.interval_95 is None or other.value is None:
+        return None
+    (low, high), (least, most) = p.interval_95, other.interval_95 or (other.value, other.value)
+    below, above = max(low - least, 0.0), max(most - high, 0.0)
+    counts, lacking = HALF * (high - low) / 2.0, max(below, above)
+    if not lacking > 0.0 or max(abs(other.value - p.value), lacking) <= counts:
+        return None
+    before = grown(p, plain.budget.get(name, {}))
+    below, above = _beside(below, before), _beside(above, before)
+    enough = max(below, above, COUNTED * counts)
+    return (enough, above) if below > above else (below, enough)
+
+
+def _beside(lacking: float, before: float) -> float:
+    """The move that widens by what is lacking: findings add in squares to those before."""
+    return math.sqrt(lacking * (lacking + 2.0 * before))
