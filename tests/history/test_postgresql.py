@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ import pytest
 from sqlalchemy.exc import ProgrammingError
 
 from motorid.errors import DataError
-from motorid.quality.history import Entry, Query, open_history
+from motorid.quality.history import Entry, Query, adding, open_history
 from motorid.quality.history.export import rows
 from motorid.quality.history.names import FORGOTTEN
 from tests.history.records import BEGAN, record
@@ -146,3 +147,39 @@ def test_twenty_writers_lose_and_double_nothing(server: Server) -> None:
         assert {row.serial for row in history.results()} == {f"SN-{n:05d}" for n in range(105)}
         checked = history.verify()
         assert (checked.sealed, checked.problems, len(checked.heads)) == (105, (), 5)
+
+
+def test_a_station_waits_for_its_own_chain_and_motor_alone(server: Server) -> None:
+    """While a transaction is open that has sealed a result of line-1, of one motor."""
+    place = server.database("turns")
+    with open_history(place) as first, open_history(place, patience_s=2.0) as other:
+        first.add(record(1, station="line-1"))
+        with first.engine.begin() as connection:
+            assert adding.add(connection, record(2, station="line-1"))
+            assert other.add(record(3, station="line-2"))
+            assert other.note(Entry("order", "accepted", "anna", "1", station="line-1", at=BEGAN))
+            with pytest.raises(DataError, match="timeout"):
+                other.add(record(4, station="line-1"))
+            with pytest.raises(DataError, match="timeout"):
+                other.add(replace(record(5, station="line-2"), serial="SN-00002"))
+        assert other.add(record(4, station="line-1"))
+        assert first.verify().problems == ()
+
+
+def test_stations_that_check_the_same_motors_at_once_count_each_once(server: Server) -> None:
+    """A result changes which check of its motor was the first or the last, at another station."""
+    place = server.database("same")
+
+    def write(writer: int) -> None:
+        with open_history(place) as history:
+            for n in range(24):
+                later = BEGAN + timedelta(hours=(7 * n + 5 * writer) % 24, seconds=writer)
+                serial, outcome = f"SN-{(n + 3 * writer) % 12}", ("PASS", "FAIL")[(n + writer) % 2]
+                one = record(24 * writer + n, station=f"line-{writer}", outcome=outcome)
+                assert history.add(replace(one, serial=serial, at=later))
+
+    with ThreadPoolExecutor(8) as writers:
+        list(writers.map(write, range(8)))
+    with open_history(place) as history:
+        assert history.count() == 8 * 24
+        assert history.verify().problems == ()

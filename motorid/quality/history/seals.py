@@ -16,7 +16,7 @@ from typing import Any
 from sqlalchemy import Connection, func, insert, select
 
 from motorid import json_text
-from motorid.quality.history import chain
+from motorid.quality.history import chain, turns
 from motorid.quality.history import schema as s
 from motorid.quality.history.chain import Head
 from motorid.quality.history.records import digest
@@ -36,14 +36,9 @@ class Checked:
 
 def seal(connection: Connection, result: int, station: str) -> None:
     """Adds a result that was just written to its station's chain, in the same transaction."""
-    one_writer(connection)
+    turns.of_chain(connection, "seals", station)
     link = chain.head(connection, s.seals, station).link(content_of(connection, result))
     connection.execute(insert(s.seals).values(result=result, **link))
-
-
-def one_writer(connection: Connection) -> None:
-    """Waits for its turn, where the database does not see to it itself."""
-    connection.execute(select(s.meta.c.value).where(s.meta.c.name == UNSEALED).with_for_update())
 
 
 def content_of(connection: Connection, result: int) -> str:

@@ -40,7 +40,7 @@ from sqlalchemy.ext.compiler import compiles
 from sqlalchemy.sql.functions import FunctionElement
 
 from motorid.quality.history import schema as s
-from motorid.quality.history import seals
+from motorid.quality.history import turns
 from motorid.quality.history.query import Query, matches
 from motorid.quality.history.records import ResultRecord
 
@@ -88,7 +88,7 @@ def add(connection: Connection, result: int, record: ResultRecord) -> None:
     """Counts a result that was just written, in the same transaction."""
     if record.kind != CHECK:
         return
-    seals.one_writer(connection)  # nobody else adds this motor meanwhile
+    turns.of_motor(connection, record.product, record.serial)
     changes = Counter(dict(_reasons(connection, [s.results.c.id == result])))
     own = _place(record.at, record.product, record.station)
     changes[Key(*own, TEST, record.outcome)] += 1
@@ -98,7 +98,7 @@ def add(connection: Connection, result: int, record: ResultRecord) -> None:
             if other is not None:
                 there = _place(other.at, record.product, other.station)
                 changes[Key(*there, what, other.outcome)] -= 1
-    for key, by in changes.items():
+    for key, by in sorted(changes.items()):  # rows too are locked in one order by everybody
         if by:
             _change(connection, key, by)
 
@@ -134,7 +134,7 @@ def _change(connection: Connection, key: Key, by: int) -> None:
 
 def recount(connection: Connection) -> None:
     """Makes the counts anew from all results."""
-    seals.one_writer(connection)
+    turns.of_counts(connection)
     connection.execute(delete(s.tallies))
     rows = [{**key._asdict(), "count": count} for key, count in _counted(connection, []).items()]
     for begin in range(0, len(rows), PIECE):

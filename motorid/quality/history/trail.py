@@ -14,7 +14,7 @@ from typing import Any
 from sqlalchemy import Connection, insert, select
 
 from motorid import json_text
-from motorid.quality.history import chain, names, seals
+from motorid.quality.history import chain, names, turns
 from motorid.quality.history import schema as s
 from motorid.quality.history.records import digest
 
@@ -44,7 +44,7 @@ class Entry:
 def add(connection: Connection, entry: Entry) -> bool:
     """Writes an entry at the end of its station's chain; False where it is there already."""
     key = digest(entry.key)
-    seals.one_writer(connection)
+    turns.of_chain(connection, "trail", entry.station)
     if connection.scalar(select(s.trail.c.key).where(s.trail.c.key == key)) is not None:
         return False
     row = {name: getattr(entry, name) for name in SAID if name != "who"}
