@@ -7,17 +7,16 @@ process that is killed at any moment loses nothing: ``resume`` finishes what it 
 from __future__ import annotations
 
 import contextlib
-import glob
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
-from urllib.parse import quote, unquote
 
 from motorid import json_text
 from motorid.errors import DataError, LinkError, MotoridError, RigError, UsageError
+from motorid.workflow import shift_folder
 
 if TYPE_CHECKING:
     from motorid.acquire.port import Port
@@ -94,7 +93,8 @@ class Line:
         from motorid.estimate.fit import joint_fit  # noqa: F401
         from motorid.quality import judge, records  # noqa: F401
 
-        newest = max(self.folder.glob(f"*/{CAPTURE}"), key=_age, default=None)
+        captures = (one / CAPTURE for one in shift_folder.newest_first(self.folder))
+        newest = next((one for one in captures if one.exists()), None)
         if newest is not None:
             with contextlib.suppress(MotoridError):  # what is wrong with it was said at its time
                 judge_files([newest], self.product)
@@ -177,10 +177,6 @@ class Line:
         failed = verdict.outcome is not Outcome.INVALID
         code = verdict.exit_code if failed else error.exit_code
         return Inspection(verdict, folder, code, {"capture": seconds})
-
-
-def _age(path: Path) -> float:
-    return path.stat().st_mtime
 
 
 def finish(
@@ -276,7 +272,7 @@ def refuse_serial(product: Product, serial: str) -> None:
 
 def new_folder(parent: Path, serial: str, begin: datetime) -> Path:
     """A folder of its own for this inspection: serial number and time, and a count if need be."""
-    stem = f"{_stem(serial)}_{begin:%Y%m%dT%H%M%S}"
+    stem = shift_folder.name_of(serial, begin)
     for count in range(1000):
         folder = parent / (stem if count == 0 else f"{stem}-{count}")
         try:
@@ -285,21 +281,6 @@ def new_folder(parent: Path, serial: str, begin: datetime) -> Path:
             continue
         return folder
     raise DataError(f"{parent} holds a thousand inspections of {serial} in one second")
-
-
-def serial_of(folder: Path) -> str:
-    """The motor that an inspection's ``folder`` is named after."""
-    return unquote(folder.name.rpartition("_")[0])
-
-
-def verdicts_of(parent: Path, serial: str) -> list[Path]:
-    """The verdicts of the inspections of ``serial`` in the folder ``parent``."""
-    found = parent.glob(f"{glob.escape(_stem(serial))}_*/{VERDICT}")
-    return [one for one in found if serial_of(one.parent) == serial]
-
-
-def _stem(serial: str) -> str:
-    return quote(serial, safe="")
 
 
 def write_records(verdict: Verdict, folder: Path, begin: datetime, who: Who = NOBODY) -> None:
@@ -322,9 +303,8 @@ def write_records(verdict: Verdict, folder: Path, begin: datetime, who: Who = NO
 
 def unfinished(folder: Path) -> Iterator[Path]:
     """Inspections under ``folder`` that were cut short: measured, at least in part, not judged."""
-    for one in sorted(folder.iterdir()) if folder.is_dir() else ():
-        measured = one.is_dir() and ((one / CAPTURE).exists() or (one / JOURNAL).exists())
-        if measured and not (one / VERDICT).exists():
+    for one in shift_folder.unsettled(folder, "judged", lambda one: (one / VERDICT).exists()):
+        if (one / CAPTURE).exists() or (one / JOURNAL).exists():
             yield one
 
 
@@ -346,7 +326,9 @@ def resume(folder: Path, product: Product, who: Who = NOBODY) -> list[Inspection
         except UsageError:
             continue  # its journal still grows: another process measures it
         except DataError as error:
-            verdict = not_measured(product, serial_of(one), f"the run was cut short ({error})")
+            verdict = not_measured(
+                product, shift_folder.serial_of(one), f"the run was cut short ({error})"
+            )
             write_records(verdict, one, begin, there)
             done.append(Inspection(verdict, one, verdict.exit_code))
     return done

@@ -6,8 +6,9 @@ the product's interval; the verdicts on disk say so, so that a restart forgets n
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,7 @@ from motorid import json_seal
 from motorid.acquire.signs import Sign, SignError
 from motorid.errors import DataError, MotoridError
 from motorid.quality.judge import RUNS, not_measured, not_running
+from motorid.workflow.shift_folder import newest_first
 
 if TYPE_CHECKING:
     from motorid.quality.product import Product
@@ -52,19 +54,19 @@ def verdict_of(error: MotoridError, product: Product, serial: str, folder: Path)
     sign = error.sign if isinstance(error, SignError) else None
     if sign is None:
         return not_measured(product, serial, str(error))
-    past = list(_past(folder, product))
+    past = islice(_past(newest_first(folder), product), product.self_test.inspections)
     unsound = _unsound(past, product)
-    if not unsound and sign is Sign.OPEN and not _seen_open(past, serial):
+    if not unsound and sign is Sign.OPEN and not _seen_open(folder, product, serial):
         unsound = CONTACT
     return not_running(product, serial, DEFECTS[sign], str(error), unsound)
 
 
-def _unsound(past: list[_Past], product: Product) -> str:
+def _unsound(past: Iterable[_Past], product: Product) -> str:
     """Why the rig cannot be taken for sound, and what to do; "": it can."""
     test = product.self_test
     which = f"the golden motor ({', '.join(test.golden)})" if test.golden else "a good motor"
     dead: set[str] = set()
-    for one in past[: test.inspections]:
+    for one in past:
         counts = one.outcome == "PASS" and (not test.golden or one.serial in test.golden)
         if counts:
             return ""
@@ -81,20 +83,19 @@ def _unsound(past: list[_Past], product: Product) -> str:
     )
 
 
-def _seen_open(past: list[_Past], serial: str) -> bool:
+def _seen_open(folder: Path, product: Product, serial: str) -> bool:
     """The last verdict on this motor said the same: this is its second contact."""
-    last = next((one for one in past if one.serial == serial), None)
+    last = next(_past(newest_first(folder, serial), product), None)
     return last is not None and DEFECTS[Sign.OPEN] in last.reason
 
 
-def _past(folder: Path, product: Product) -> Iterator[_Past]:
-    """The verdicts under ``folder`` by this very product, the newest first."""
-    found = folder.glob(f"*/{RECORD}")
-    for path in sorted(found, key=lambda p: (p.stat().st_mtime_ns, p.parent.name), reverse=True):
+def _past(inspections: Iterable[Path], product: Product) -> Iterator[_Past]:
+    """The verdicts among these by this very product."""
+    for one in inspections:
         try:
-            stored = json_seal.read(path, "a verdict")
+            stored = json_seal.read(one / RECORD, "a verdict")
         except DataError:
-            continue  # damaged: it proves nothing
+            continue  # not judged, or damaged: it proves nothing
         versions = stored.get("versions")
         if isinstance(versions, dict) and versions.get("product") == product.digest:
             yield _Past(str(stored.get("serial")), str(stored.get("outcome")), _reason(stored))

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from motorid import json_seal
 from motorid.errors import DataError
-from motorid.workflow.check import verdicts_of
+from motorid.workflow import shift_folder
+from motorid.workflow.check import VERDICT
 
 if TYPE_CHECKING:
     from motorid.quality.product import Product
@@ -23,8 +24,8 @@ Judged = Mapping[str, Any]  # an outcome and its time, at least
 
 def newest_first(folder: Path, serial: str) -> Iterator[dict[str, Any]]:
     """The verdicts on a motor in a folder. Raises DataError for a damaged one."""
-    found = verdicts_of(folder, serial)
-    for path in sorted(found, key=lambda path: path.stat().st_mtime, reverse=True):
+    paths = (one / VERDICT for one in shift_folder.newest_first(folder, serial))
+    for path in (one for one in paths if one.exists()):
         stored = json_seal.read(path, "a verdict")
         if not set(KEYS) <= set(stored) or not _is_instant(stored["time"]):
             raise DataError(f"{path} is no verdict of this motorid: it is damaged")

@@ -11,6 +11,7 @@ from motorid.errors import DataError
 from motorid.quality.product import Product
 from motorid.report.screen import Screen
 from motorid.workflow.check import VERDICT, Inspection
+from motorid.workflow.shift_folder import newest_first
 from motorid.workflow.station import Station
 from motorid.workflow.station_words import OUTCOMES
 
@@ -86,13 +87,12 @@ def _time(done: Inspection) -> str:
 
 def _stored(folder: Path, product: Product, most: int) -> list[dict[str, str]]:
     """Verdicts under ``folder`` by this very product, the newest first."""
-    paths = sorted(folder.glob(f"*/{VERDICT}"), key=lambda one: one.stat().st_mtime_ns)
     found: list[dict[str, str]] = []
-    for path in reversed(paths):
+    for one in newest_first(folder):
         try:
-            stored = json_seal.read(path, "a verdict")
+            stored = json_seal.read(one / VERDICT, "a verdict")
         except DataError:
-            continue  # damaged: it proves nothing
+            continue  # not judged, or damaged: it proves nothing
         versions = stored.get("versions")
         if isinstance(versions, dict) and versions.get("product") == product.digest:
             found.append({key: str(stored.get(key, "")) for key in ("serial", "outcome", "time")})

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 from motorid import json_seal, json_text
 from motorid.errors import DataError, MotoridError
-from motorid.workflow.check import CAPTURE, VERDICT, serial_of
+from motorid.workflow.check import CAPTURE, VERDICT
+from motorid.workflow.shift_folder import serial_of, unsettled
 from motorid.workflow.trail import hand_over
 from motorid.workflow.uploads import place_of
 
@@ -61,7 +62,8 @@ class ShiftHistory:
         """
         from motorid.quality.history import open_history
 
-        missing = [one for one in sorted(folder.iterdir()) if self._is_missing(one)]
+        asked = unsettled(folder, f"{MARK}-{self.product.digest[:16]}", self._is_settled)
+        missing = [one for one in asked if _product_of(one) == self.product.digest]
         left = 0
         with open_history(self.where, patience_s=PATIENCE_S) as history:
             hand_over(folder, history.note)
@@ -131,16 +133,18 @@ class ShiftHistory:
         head = json_text.dumps(asdict(history.head(record.station)))
         (folder / MARK).write_text(f"{self.where}\n{head}\n", encoding="utf-8")
 
-    def _is_missing(self, one: Path) -> bool:
-        """Judged by this very product, and not in the history."""
-        if (one / MARK).exists() or not (one / VERDICT).exists():
-            return False
-        try:
-            stored = json_seal.read(one / VERDICT, "a verdict")
-        except DataError:
-            return False
-        versions = stored.get("versions")
-        return isinstance(versions, dict) and versions.get("product") == self.product.digest
+    def _is_settled(self, one: Path) -> bool:
+        """In the history, or of no use to it: judged by another product."""
+        return (one / MARK).exists() or _product_of(one) not in (None, self.product.digest)
+
+
+def _product_of(inspection: Path) -> object:
+    """The digest of the product that judged it; None where no verdict can be read."""
+    try:
+        versions = json_seal.read(inspection / VERDICT, "a verdict").get("versions")
+    except DataError:
+        return None
+    return versions.get("product", "") if isinstance(versions, dict) else ""
 
 
 def anchors(folder: Path) -> Iterator[Head]:

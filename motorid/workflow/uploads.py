@@ -16,7 +16,8 @@ from motorid.errors import MotoridError
 from motorid.storage import object_store
 from motorid.storage.place import Url
 from motorid.workflow.behind import Behind
-from motorid.workflow.check import CAPTURE, VERDICT, WARM_UP, serial_of
+from motorid.workflow.check import CAPTURE, VERDICT, WARM_UP
+from motorid.workflow.shift_folder import serial_of, unsettled
 
 MARK = "in-store"  # in an inspection's folder: the store has it
 FILES = (WARM_UP, CAPTURE, VERDICT)  # in this order, so that a verdict there says all are there
@@ -74,8 +75,8 @@ class Uploads:
 
 def missing(folder: Path) -> Iterator[Path]:
     """Inspections that are judged and not in the store."""
-    for one in sorted(folder.iterdir()):
-        if not (one / MARK).exists() and (one / VERDICT).exists():
+    for one in unsettled(folder, MARK, lambda one: (one / MARK).exists()):
+        if (one / VERDICT).exists():
             yield one
 
 

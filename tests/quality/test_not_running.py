@@ -15,6 +15,7 @@ from motorid.quality.product import Product, SelfTest, parse
 from motorid.quality.verdict import Outcome
 from motorid.workflow.check import Inspection, Line
 from motorid.workflow.not_running import DEFECTS, _past
+from motorid.workflow.shift_folder import newest_first
 
 Inspect = Callable[[str, str], Inspection]
 
@@ -92,7 +93,7 @@ def test_only_the_golden_motor_counts_where_one_is_named(
     assert "D000007" in done.reasons[0]
     damaged = next(tmp_path.glob("D000001_*")) / "verdict.json"
     damaged.write_text("{}")
-    assert [one.serial for one in _past(tmp_path, golden)] == ["D000002"]
+    assert [one.serial for one in _past(newest_first(tmp_path), golden)] == ["D000002"]
 
 
 def test_the_products_table(product: Product) -> None:

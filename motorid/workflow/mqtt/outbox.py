@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from motorid.workflow.check import VERDICT
+from motorid.workflow.shift_folder import unsettled
 
 MARK = "in-mqtt"  # in an inspection's folder: a consumer, or else the broker, has its verdict
 MOST_OPEN = 100  # sent and not acknowledged: a broker may drop what is beyond a thousand
@@ -38,7 +39,7 @@ class Outbox:
 
     def find(self) -> None:
         """Takes what earlier shifts left."""
-        for one in sorted(self.folder.iterdir()):
+        for one in unsettled(self.folder, MARK, lambda one: (one / MARK).exists()):
             if (one / VERDICT).exists():
                 self.add(one)
 
