@@ -58,6 +58,7 @@ def test_an_interval_grows_to_cover_that_of_the_better_model() -> None:
     assert moved(2.04, (1.86, 2.14)) == {}  # by less than half of the interval
     assert moved(2.06, (2.0, 2.12)) == pytest.approx({"R": 1.001 * 0.05})
     assert moved(2.06, (2.0, 2.09)) == {}  # it is covered already
+    assert moved(2.06, (2.0, 2.0 + 0.1)) == {}  # to the end
     assert moved(2.2, (2.15, 2.25), DROP, HEAT) == {}  # the six parameters allow for it
     assert moved(2.2, (2.15, 2.25), DROP, SIDED) == pytest.approx({"R": 0.15})
     assert entry._moved(replace(estimate(), alternative=None), (SIDED,)) == {}
@@ -245,6 +246,7 @@ def test_a_bare_fit_whose_inductance_goes_is_fitted_with_the_one_that_was_known(
     values = {**MOTOR, "T_lc": 1.0}
     bare, found, known = entry._bare(records, values, {"B": 0.0}, True, False)
     assert bare[0].capture == "lossless run"
+    assert (tuple(bare[0].free), bare[0].held) == (("R", "L", "K", "J", "T0"), {"B": 0.0})
     assert bare[0].foretold == "told"
     assert bare[0].repeats
     assert asked == [(bare, ("R", "L", "K", "J", "T0"), MOTOR, MOTOR["L"])]
