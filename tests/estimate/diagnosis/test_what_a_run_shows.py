@@ -1,4 +1,4 @@
-"""What a run shows before it is fitted: its readings, what it adds, and its facts, by other ways."""
+"""What a run shows before it is fitted: readings, additions and facts, by other ways."""
 
 from __future__ import annotations
 
