@@ -137,7 +137,9 @@ def test_what_is_found_keeps_the_prior_that_it_was_given() -> None:
     one = record()
     wide = Unknown(GAIN.name, 0.3, prior_sd=9.0)
     narrow = replace(one.unknowns[0], prior_sd=1e-9, start=4.0)
-    one._take([(one.instances[0], narrow), *list(zip(one.instances, one.unknowns, strict=True))[1:]])
+    one._take(
+        [(one.instances[0], narrow), *list(zip(one.instances, one.unknowns, strict=True))[1:]]
+    )
     one.find({GAIN: wide})
     assert one.found == {GAIN}
     assert one.unknowns[-1] == wide
