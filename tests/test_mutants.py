@@ -158,6 +158,27 @@ def test_tests_that_cover_the_line_come_first_then_their_files() -> None:
     assert KNOWN.covering(unknown) == []
 
 
+def test_what_runs_on_import_meets_tests_that_go_through_its_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(coverage_map, "TREE", tmp_path)
+    (tmp_path / "tests").mkdir()
+    for name, line in (("a", "import motorid.wire"), ("b", "from motorid import wire")):
+        (tmp_path / "tests" / f"test_{name}.py").write_text(f"{line}\n", encoding="utf-8")
+    coverage_map.wholes.cache_clear()
+    coverage_map.imports.cache_clear()
+    try:
+        assert coverage_map.looking_at_all("motorid/wire/deep/a.py") == {"tests/test_a.py"}
+        assert coverage_map.looking_at_all("motorid/sim/a.py") == set()
+        seconds = {"tests/test_a.py::one": 0.1, "tests/test_b.py::two": 0.1}
+        known = Map(seconds, {test: {} for test in seconds}, {}, {})
+        assert known.covering(at(2, at_import=True)) == ["tests/test_a.py::one"]
+        assert known.covering(at(2)) == []
+    finally:
+        coverage_map.wholes.cache_clear()
+        coverage_map.imports.cache_clear()
+
+
 def test_the_tests_of_the_file_come_first_and_among_them_those_that_run_little(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
