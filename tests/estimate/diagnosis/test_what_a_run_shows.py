@@ -19,9 +19,7 @@ from motorid.estimate.diagnosis.identifiability import (
     TYPICAL,
     Excitation,
     of_capture,
-    of_program,
 )
-from motorid.program import Decay, Program, Step, StepKind
 from tests.estimate.partial.truth import Plant, capture, closed_loop, steps
 
 Floats = NDArray[np.float64]
@@ -50,36 +48,6 @@ def by_integration(run: Excitation, start: Floats, volts: float) -> Floats:
 
     found = solve_ivp(slope, (0.0, TIMES_S[-1]), start, t_eval=TIMES_S, rtol=1e-9, atol=1e-9)
     return found.y.T
-
-
-@pytest.mark.parametrize("run", [WITH_VOLTS, BY_CURRENT, BY_TORQUE])
-def test_a_driven_path_is_the_one_that_scipy_integrates(run: Excitation) -> None:
-    start = module._breakaway(run, MOTOR, MOVED)
-    steady, path = module._driven(run, MOTOR, MOVED, 4.0, start)
-    expected = by_integration(run, start, 4.0)
-    np.testing.assert_allclose(path, expected, rtol=1e-5, atol=1e-5)
-    balance = (MOVED if run.sees_voltage else MOTOR)["K"] * steady[0]
-    constant = MOTOR["K"] if TORQUE in run.channels else MOVED["K"]
-    balance = balance if run.sees_voltage else constant * steady[0]
-    assert balance == pytest.approx(MOVED["B"] * steady[-1] + MOVED["T0"])
-
-
-def test_a_motor_begins_to_turn_where_its_current_overcomes_friction() -> None:
-    assert module._breakaway(WITH_VOLTS, MOTOR, MOVED) == pytest.approx([4e-3 / 0.06, 0.0])
-    assert module._breakaway(BY_CURRENT, MOTOR, MOVED) == pytest.approx([0.1, 0.0, 0.0])
-
-
-def test_a_coast_runs_down_and_stays_at_rest() -> None:
-    def rub(_: float, w: Floats) -> list[float]:
-        return [-(MOTOR["B"] * w[0] + MOTOR["T0"]) / MOTOR["J"]]
-
-    stop = np.log1p(50.0 * MOTOR["B"] / MOTOR["T0"]) * MOTOR["J"] / MOTOR["B"]
-    turning = TIMES_S[stop > TIMES_S]
-    found = solve_ivp(rub, (0.0, stop), [50.0], t_eval=turning, rtol=1e-9, atol=1e-9).y[0]
-    speed = module._coasting(MOTOR, 50.0)
-    assert len(turning) < len(TIMES_S)
-    np.testing.assert_allclose(speed[: len(turning)], found, rtol=1e-6)
-    assert not speed[len(turning) :].any()
 
 
 @pytest.mark.parametrize(
@@ -243,23 +211,6 @@ def test_names_are_listed_and_times_are_short() -> None:
     assert [module._time(s) for s in (0.012, 0.9994, 1.0, 2.34)] == [
         "12 ms", "1e+03 ms", "1 s", "2.3 s",
     ]  # fmt: skip
-
-
-def drive(volts: float, duty: bool = False) -> Step:
-    kind = StepKind.DRIVE_DUTY if duty else StepKind.DRIVE_VOLTS
-    return Step(kind, 0.1, volts, Decay.SYNCHRONOUS_SLOW)
-
-
-def test_a_program_shows_its_levels_and_a_coast_after_a_drive() -> None:
-    coast = Step(StepKind.COAST, 0.2)
-    first = of_program(Program((coast, drive(0.5), drive(1.0), drive(0.5))), (CURRENT,))
-    assert first == Excitation(frozenset({CURRENT}), levels=2, transient=True, coast=False)
-    then = of_program(Program((drive(0.5), drive(0.5, duty=True), coast)), (CURRENT, SPEED))
-    assert then == Excitation(frozenset({CURRENT, SPEED}), levels=2, transient=True, coast=True)
-    coarse = of_program(Program((drive(0.5),)), (CURRENT,), fine=False)
-    assert (coarse.transient, coarse.levels) == (False, 1)
-    turned = of_program(Program((coast,)), (SPEED,))
-    assert turned == Excitation(frozenset({SPEED}), levels=0, transient=False, coast=True)
 
 
 @pytest.mark.parametrize(("second", "levels"), [(103.0, 1), (110.0, 2)])

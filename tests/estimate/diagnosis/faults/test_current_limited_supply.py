@@ -93,7 +93,8 @@ def test_a_part_is_as_long_as_a_recovery_and_what_is_around_it(count: int, shown
     ("part", "shown"),
     [
         ({}, True), ({"kind": StepKind.DRIVE_DUTY, "level": 0.5}, True), ({"level": 0.0}, False),
-        ({"kind": StepKind.BRAKE}, False), ({"kind": None}, False), ({"discontinuous": True}, False),
+        ({"kind": StepKind.BRAKE}, False), ({"kind": None}, False),
+        ({"discontinuous": True}, False),
     ],
 )  # fmt: skip
 def test_parts_that_drive_with_a_steady_current_are_looked_at(
