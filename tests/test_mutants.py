@@ -380,6 +380,30 @@ def test_a_survivor_meets_the_tests_with_a_marker_that_were_written_for_its_file
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's work")
+def test_a_test_that_fails_without_a_mutant_says_nothing_of_one(tree: Path) -> None:
+    name = "tests/test_toy_mutants.py"
+    (tree / name).write_text(
+        "import pytest\nfrom toy.x import half\n"
+        "@pytest.mark.slow\ndef test_sick(): assert half(2) == 7\n"
+        "@pytest.mark.slow\ndef test_one(): assert half(1) == 1\n"
+    )
+    coverage_map.imports.cache_clear()
+    source = (tree / "toy" / "x.py").read_bytes()
+    found = {
+        one.after: trial.try_near(one, Kept(tree / "kept"), "slow", ("tests",), 60.0)
+        for one in python_faults.mutants("toy/x.py", source)
+        if one.operator == "comparison"
+    }
+    seen_in = coverage_map.test_digest(name)
+    assert found == {
+        "return x / 2 if (x >= 1) else x": Answer("killed", f"{name}::test_one", 0, 0, seen_in),
+        "return x / 2 if (x <= 1) else x": Answer("killed", f"{name}::test_one", 0, 0, seen_in),
+    }
+    assert (tree / "toy" / "x.py").read_bytes() == source
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's work")
 def test_what_turns_in_circles_ends_by_its_own_work(tree: Path) -> None:
     endless = [sys.executable, "-c", "while True: pass"]
     code, _ = workplace.run(endless, {}, 1.0)
