@@ -20,6 +20,8 @@ from motorid.estimate.model.capture_model import REMEMBERED, MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.measurements import EMF
 from motorid.estimate.solver.problem import Unknown
+from tests.estimate.effects.benches import PWM_HZ
+from tests.estimate.effects.benches import record as benched
 from tests.exact_capture import FAULHABER, Plan, clean_capture
 
 Floats = NDArray[np.float64]
@@ -223,6 +225,13 @@ def test_without_pwm_nothing_swings() -> None:
     assert one.loss is not None
     assert not one.ripples
     assert one.pwm_period_s == 0.0
+
+
+def test_pwm_makes_a_current_swing_where_brushes_are_unknowns() -> None:
+    subject = benched("measured")
+    assert subject.pwm_period_s == pytest.approx(1.0 / PWM_HZ)
+    assert subject.loss is not None
+    assert subject.ripples is True
 
 
 def test_brushes_drop_as_much_as_their_unknown_says() -> None:
