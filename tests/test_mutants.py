@@ -158,6 +158,27 @@ def test_tests_that_cover_the_line_come_first_then_their_files() -> None:
     assert KNOWN.covering(unknown) == []
 
 
+def test_what_runs_on_import_meets_tests_that_go_through_its_room(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(coverage_map, "TREE", tmp_path)
+    (tmp_path / "tests").mkdir()
+    for name, line in (("a", "import motorid.wire"), ("b", "from motorid import wire")):
+        (tmp_path / "tests" / f"test_{name}.py").write_text(f"{line}\n", encoding="utf-8")
+    coverage_map.wholes.cache_clear()
+    coverage_map.imports.cache_clear()
+    try:
+        assert coverage_map.looking_at_all("motorid/wire/deep/a.py") == {"tests/test_a.py"}
+        assert coverage_map.looking_at_all("motorid/sim/a.py") == set()
+        seconds = {"tests/test_a.py::one": 0.1, "tests/test_b.py::two": 0.1}
+        known = Map(seconds, {test: {} for test in seconds}, {}, {})
+        assert known.covering(at(2, at_import=True)) == ["tests/test_a.py::one"]
+        assert known.covering(at(2)) == []
+    finally:
+        coverage_map.wholes.cache_clear()
+        coverage_map.imports.cache_clear()
+
+
 def test_the_tests_of_the_file_come_first_and_among_them_those_that_run_little(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -355,6 +376,30 @@ def test_a_survivor_meets_the_tests_with_a_marker_that_were_written_for_its_file
     assert (tree / "toy" / "x.py").read_bytes() == source
     elsewhere = trial.try_near(at(1), Kept(tree / "kept"), "slow", ("tests",), 60.0)
     assert elsewhere == Answer("uncovered")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's work")
+def test_a_test_that_fails_without_a_mutant_says_nothing_of_one(tree: Path) -> None:
+    name = "tests/test_toy_mutants.py"
+    (tree / name).write_text(
+        "import pytest\nfrom toy.x import half\n"
+        "@pytest.mark.slow\ndef test_sick(): assert half(2) == 7\n"
+        "@pytest.mark.slow\ndef test_one(): assert half(1) == 1\n"
+    )
+    coverage_map.imports.cache_clear()
+    source = (tree / "toy" / "x.py").read_bytes()
+    found = {
+        one.after: trial.try_near(one, Kept(tree / "kept"), "slow", ("tests",), 60.0)
+        for one in python_faults.mutants("toy/x.py", source)
+        if one.operator == "comparison"
+    }
+    seen_in = coverage_map.test_digest(name)
+    assert found == {
+        "return x / 2 if (x >= 1) else x": Answer("killed", f"{name}::test_one", 0, 0, seen_in),
+        "return x / 2 if (x <= 1) else x": Answer("killed", f"{name}::test_one", 0, 0, seen_in),
+    }
+    assert (tree / "toy" / "x.py").read_bytes() == source
 
 
 @pytest.mark.slow

@@ -41,13 +41,17 @@ class Map:
         run little else, whose answer hangs on this line the most. After them come the other tests
         of the same files, which share what the first ones made.
         For a line that runs on import, or only in processes that end without a word: tests that
-        run anything of the file, and those whose file imports it.
+        run anything of the file, and those whose file imports it. On import also those that look
+        at all of its room.
         """
         exact = self._running(mutant.path, None if mutant.at_import else mutant.line)
         files = {file_of(test) for test in exact}
         if mutant.at_import or not exact:
             exact = self._running(mutant.path, None)
             files = {file_of(test) for test in exact} | importing(mutant.path)
+        if mutant.at_import:
+            looking = looking_at_all(mutant.path)
+            exact |= {test for test in self.seconds if file_of(test) in looking}
         others = {test for test in self.seconds if file_of(test) in files} - exact
         own, room = written_for(mutant.path), mutant.path.split("/")[1]
         return [
@@ -112,6 +116,22 @@ def test_files() -> list[str]:
     """Every file of tests, by its path in the repository."""
     found = (TREE / "tests").rglob("test_*.py")
     return sorted(path.relative_to(TREE).as_posix() for path in found)
+
+
+def looking_at_all(path: str) -> set[str]:
+    """Files of tests that import a room with that source file as a whole: ``import motorid.wire``.
+
+    They go through its modules by themselves.
+    """
+    room = ".".join(path.split("/")[:2])
+    return {str(name) for name in test_files() if room in wholes(name)}
+
+
+@cache
+def wholes(path: str) -> frozenset[str]:
+    """Modules that a file of the repository imports as they are, and not names of them."""
+    nodes = ast.walk(ast.parse((TREE / path).read_bytes()))
+    return frozenset(a.name for node in nodes if isinstance(node, ast.Import) for a in node.names)
 
 
 @cache

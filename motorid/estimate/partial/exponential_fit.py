@@ -200,13 +200,15 @@ class _Problem:
         self.evaluations = 0
 
     def solved(self, lags: int, near: Rise | None = None) -> Rise:
-        """With that many lags, and the weights that its residuals leave. ``near``: begin there."""
-        first = min(s.constant_s for s in self.starts)
-        middle = float(np.median([s.constant_s for s in self.starts]))
-        times = [self._times([middle] if lags == 1 else [0.9 * middle, 0.1 * middle])]
-        if first != middle:
-            times.append(self._times([first] if lags == 1 else [0.9 * first, 0.1 * first]))
-        if near is not None:
+        """With that many lags, and the weights that its residuals leave.
+
+        One lag begins at those of the starts; two divide the one of ``near``.
+        """
+        if near is None:
+            constants = [s.constant_s for s in self.starts]
+            begins = dict.fromkeys((float(np.median(constants)), min(constants)))
+            times = [self._times([tau]) for tau in begins]
+        else:
             tau = near.lags[0]
             times = [self._times([(1 - x) * tau, x * tau], near) for x in (0.05, 0.3)]
         best = min((self._refined(t, lags) for t in times), key=lambda found: found[1])[0]

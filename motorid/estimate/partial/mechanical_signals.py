@@ -222,7 +222,12 @@ def _averaged(time: Floats, values: Floats, aperture_s: float) -> Floats:
     """Mean over the ``aperture_s`` before each sample, of the signal joined by straight lines."""
     if not aperture_s:
         return values
-    integral = np.r_[0.0, np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2)]
-    before = np.interp(time - aperture_s, time, integral)
-    early = np.maximum(time[0] - (time - aperture_s), 0.0) * values[0]
+    steps = np.diff(time)
+    integral = np.r_[0.0, np.cumsum(steps * (values[1:] + values[:-1]) / 2)]
+    begins = time - aperture_s
+    early = np.maximum(time[0] - begins, 0.0) * values[0]
+    begins = np.maximum(begins, time[0])
+    k = np.searchsorted(time[1:-1], begins, side="right")  # the line on which it begins
+    since = begins - time[k]
+    before = integral[k] + since * (values[k] + since * (np.diff(values) / steps)[k] / 2)
     return np.asarray((integral - before + early) / aperture_s)

@@ -259,7 +259,7 @@ def _slows(s: _Signals, run: slice) -> bool:
     here = np.abs(shown[run])
     if s.speed is None and float(here[0]) < EXPECTED * float(np.abs(shown).max()):
         return False
-    part = max(len(here) // 4, 2)
+    part = len(here) // 4  # two at least, of FEWEST
     spread = scatter(shown) or float(np.abs(np.diff(here, 2)).mean()) / 2
     fall = float(here[:part].mean() - here[-part:].mean())
     return fall > SLOWER * spread / np.sqrt(part / 2) and fall > 0.0

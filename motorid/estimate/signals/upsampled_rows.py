@@ -115,8 +115,9 @@ def _thinned(capture: Capture, found: Upsampled) -> Capture:
 
 
 def _gaps(gaps: Sequence[Gap], found: Upsampled) -> tuple[Gap, ...]:
-    places = ((max(gap.index - found.first, 0) // found.factor, gap) for gap in gaps)
-    return tuple(replace(gap, index=place) for place, gap in places)
+    """Each before the first reading that comes after it."""
+    places = ((-(-(gap.index - found.first) // found.factor), gap) for gap in gaps)
+    return tuple(replace(gap, index=max(place, 0)) for place, gap in places)
 
 
 def _said(capture: Capture, found: Upsampled) -> Diagnostic:

@@ -162,9 +162,7 @@ def score_covariance(record: Linearised) -> Floats:
         spectrum = power(coefficients, innovation, size)
         waves = np.fft.rfft(columns.T, size, axis=1)
         weights = np.full(len(spectrum), 2.0)
-        weights[0] = 1.0
-        if size % 2 == 0:
-            weights[-1] = 1.0
+        weights[[0, -1]] = 1.0  # a length that is even has its highest frequency once
         for half in (waves.real, waves.imag):
             total += gram(half * (spectrum * weights), half) / size
     return total

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from motorid.estimate.assembly.doubt import doubtful, settled
+from motorid.estimate.assembly.doubt import doubtful, grown, settled
 from motorid.estimate.results.estimate import Diagnostic, Estimate, Parameter, Suspect
 from motorid.estimate.results.status import Status
 from motorid.motor.parameters import FIGURES, Motor
@@ -90,6 +90,28 @@ def test_parts_and_budget_sum_to_the_total(estimate: Estimate) -> None:
     assert sum(line**2 for line in lines.values()) == pytest.approx(u(after) ** 2, rel=1e-9)
     assert lines["finding: current lag"] == pytest.approx(2.0 * lines["finding: supply"])
     assert found.budget["K"] == estimate.budget["K"]
+
+
+def test_a_small_finding_counts_beside_a_large_one(estimate: Estimate) -> None:
+    """What moves a value by less than half of its interval matters with one that moves it more."""
+    R = estimate.parameters["R"]
+    large, small = 2.0 * half(R), 0.4 * half(R)
+    found = settled(estimate, [suspect(R=large), suspect("supply", R=small)])
+    after = found.parameters["R"]
+    assert half(after) - half(R) == pytest.approx(math.hypot(large, small))
+    lines = found.budget["R"]
+    assert lines["finding: current lag"] == pytest.approx(5.0 * lines["finding: supply"])
+    assert "supply" not in after.note
+
+
+def test_what_has_no_interval_was_not_widened() -> None:
+    none = Parameter("L", "H", None, None, None, None, None, Status.NOT_IDENTIFIABLE)
+    assert grown(none, {"finding: x": 1.0}) == 0.0
+    sure = Parameter("K", "", 2.0, 0.0, 0.0, 0.0, (1.9, 2.1), Status.ESTIMATED)
+    assert grown(sure, {"finding: x": 1.0}) == 0.0
+    widened = replace(sure, total=0.05)
+    assert grown(widened, {"noise": 0.03, "finding: x": 0.04}) == pytest.approx(0.1 * (1 - 0.6))
+    assert grown(widened, {"noise": 0.05}) == 0.0
 
 
 def test_a_named_fault_without_moves_changes_nothing(estimate: Estimate) -> None:

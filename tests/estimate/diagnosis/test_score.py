@@ -108,3 +108,29 @@ def test_several_records_speak_together(monkeypatch: pytest.MonkeyPatch) -> None
     assert both.gain == pytest.approx(2.0 * one.gain, rel=0.2)
     opposed = screen(monkeypatch, left(0.4), left(-0.4)).best(fault((1.0,)))
     assert opposed.gain < 0.05 * both.gain
+
+
+def test_readings_of_one_kind_are_counted_together() -> None:
+    """Those of a group, whatever their capture; those of none by their name."""
+    line: Any = SimpleNamespace(
+        blocks=(Block("current", 1.0, 3.0, "fine"), Block("speed", 1.0, 2.0)),
+        slices=(slice(0, 3), slice(3, 5)),
+    )
+    other: Any = SimpleNamespace(
+        blocks=(Block("current", 1.0, 3.0, "coarse"), Block("speed", 1.0, 2.0)),
+        slices=(slice(0, 3), slice(3, 5)),
+    )
+    third: Any = SimpleNamespace(
+        blocks=(Block("current", 1.0, 1.5, "fine"),), slices=(slice(0, 2),)
+    )
+    probe = object.__new__(score_test.Screen)
+    solution: Any = SimpleNamespace(records=(line, other, third))
+    probe.solution = solution
+    left = [
+        np.array([1.0, 1.0, 1.0, 2.0, 2.0]),
+        np.array([3.0, 0, 0, 1.0, 0]),
+        np.array([2.0, 1.0]),
+    ]
+    assert probe._by_kind(left) == {
+        "fine": (4.5, 8.0), "coarse": (3.0, 9.0), "speed": (4.0, 9.0),
+    }  # fmt: skip

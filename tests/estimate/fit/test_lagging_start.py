@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from bench.foreign.plant import Motor, turn
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.errors import DataError
-from motorid.estimate.fit import start_values
+from motorid.estimate.fit import lagging_start, start_values
 from motorid.estimate.fit.lagging_start import Doubt, mechanics
-from motorid.estimate.fit.start_signals import signals
+from motorid.estimate.fit.start_signals import Signals, signals
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.identify import fit
@@ -66,3 +68,27 @@ def test_a_start_is_guessed_where_no_lag_helps() -> None:
     motor, doubt = mechanics(data, MOTOR.R, MOTOR.K, {}, never, DataError("why"))
     assert 0.3 * MOTOR.J < motor[1] < 3.0 * MOTOR.J
     assert str(doubt.refusal()) == "why"
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_an_inertia_is_guessed_by_how_long_a_small_voltage_takes(way: float) -> None:
+    """From where it begins; friction by half of the current at speed each."""
+    at = np.arange(400)
+    since = np.maximum(at - 20.0, 0.0)
+    speed = 50.0 * (1.0 - np.exp(-since / 60.0))
+    volts = np.where(at >= 20, 0.5, 0.0)
+    angle = np.cumsum(speed) * 1e-3
+    one = Signals(
+        1e-3, way * volts, way * np.full(400, 0.2), way * angle, way * speed, (0, 20, 400),
+        (False, False), 0.0,
+    )  # fmt: skip
+    still = replace(one, angle=0.0 * angle, speed=0.0 * speed)
+    viscous, inertia, dry = lagging_start._guess([still, one], 2.0, 0.05, {})
+    risen = int(np.argmax(speed >= lagging_start.RISEN * speed.max()))
+    assert inertia == pytest.approx((risen - 20) * 1e-3 * 0.05**2 / 2.0)
+    assert viscous == pytest.approx(0.5 * 0.05 * 0.2 / speed.max())
+    assert dry == pytest.approx(0.5 * 0.05 * 0.2)
+    held = lagging_start._guess([one], 2.0, 0.05, {"J": 7.0, "B": 0.0})
+    assert held == pytest.approx((0.0, 7.0, dry))
+    by_angle = lagging_start._guess([replace(one, speed=None)], 2.0, 0.05, {})
+    assert by_angle == pytest.approx((viscous, inertia, dry), rel=0.05)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from motorid.capture.model import CURRENT, Capture
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.source.voltage_gain import VOLTAGE_GAIN
 from motorid.estimate.effects.timing.current_delay import CURRENT_DELAY
+from motorid.estimate.fit import promotion
 from motorid.estimate.fit.parameter_bounds import unknowns_of
 from motorid.estimate.fit.promotion import contradicted, promoted
 from motorid.estimate.model.capture_model import MotorRecord
@@ -83,3 +86,44 @@ def test_a_quantity_at_its_bound_contradicts_its_declaration(share: float, beyon
         assert contradicted(records, replace(solution, own=(own,)), found) is beyond
     finally:
         records[0].propagate(*found)
+
+
+def system(strength: float, own: bool) -> tuple[Any, Any, np.ndarray, np.ndarray]:
+    """Records, a solution, the readings' change by the doubt, and by all else."""
+    rng = np.random.default_rng(8)
+    A, C = rng.standard_normal((60, 2)), rng.standard_normal((60, 1 if own else 0))
+    column = strength * (rng.standard_normal(60) + 3.0 * A[:, 0] + (2.0 * C[:, 0] if own else 0.0))
+    information = C.T @ C
+    orthogonal = A - C @ np.linalg.solve(information, C.T @ A) if own else A
+    sigmas = np.array([0.5, 2.0])
+    line = SimpleNamespace(
+        orthogonal=orthogonal, own=C, own_information=information, sigmas=sigmas,
+        slices=(slice(0, 20), slice(20, 60)),
+    )  # fmt: skip
+    solution = SimpleNamespace(information=A.T @ orthogonal, records=(line,))
+    unweighed = column * np.repeat(sigmas, [20, 40])
+    return solution, unweighed, column, np.column_stack([A, C])
+
+
+@pytest.mark.parametrize("own", [False, True])
+@pytest.mark.parametrize("strength", [0.003, 0.02, 0.03, 0.04, 0.05, 0.1, 1.0])
+def test_a_doubt_pays_where_it_takes_a_tenth_of_a_variance(strength: float, own: bool) -> None:
+    """Against the covariance of all unknowns, the doubt with a prior of one among them."""
+    solution, unweighed, column, others = system(strength, own)
+    every = np.column_stack([others, column])
+    unit = np.diag([*[0.0] * others.shape[1], 1.0])
+    told = np.diag(np.linalg.inv(every.T @ every + unit))[:2]
+    alone = np.linalg.inv(others.T @ others)
+    shift = (alone @ others.T @ column)[:2]
+    propagated = np.diag(alone)[:2] + shift**2
+    pays = bool((told < 0.9 * propagated).any())
+    assert promotion._pays([unweighed], [1.0], solution) is pays
+    assert promotion._pays([unweighed / 3.0], [3.0], solution) is pays
+    assert (strength, pays) not in ((0.003, True), (1.0, False))
+
+
+def test_a_doubt_that_the_others_explain_never_pays() -> None:
+    solution, _, _, others = system(1.0, True)
+    mixed = 5.0 * others[:, 0] - others[:, 2]
+    weighed = mixed * np.repeat([0.5, 2.0], [20, 40])
+    assert not promotion._pays([weighed], [1.0], solution)

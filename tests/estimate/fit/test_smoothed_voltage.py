@@ -161,3 +161,33 @@ def test_a_low_pass_of_second_order_begins_as_two_like_ones(order: int, tmp_path
     assert begins[VOLTAGE_SMOOTHING.name] == (2e-3, 2e-3)
     second = begins.get(VOLTAGE_SECOND_ORDER.name)
     assert second == ((1e-3, 1e-3) if order == 2 else None)
+
+
+def going_on(volts: list[float] | None, *jumps: int) -> float:
+    """``jumps``: the first reading after each."""
+    off = np.array(jumps, dtype=np.int64)
+    wave = None if volts is None else SimpleNamespace(volts=np.array(volts), steps_off=off)
+    record: Any = SimpleNamespace(sensed=SimpleNamespace(waveform=wave))
+    return smoothed_voltage._goes_on(record)
+
+
+def test_a_voltage_goes_on_after_a_jump_by_what_its_low_pass_leaves() -> None:
+    """exp(-T/V), of jumps either way by their squares; none of one that began before."""
+    share = math.exp(-1.0 / 1.5)
+    since = np.arange(1, 20)
+    up = [0.0] * 3 + (4.0 * (1.0 - share**since)).tolist()
+    down = (up[-1] - 9.0 * (1.0 - share**since)).tolist()
+    assert going_on(up + down, 3, 22) == pytest.approx(share)
+    assert going_on([0.0, 0.0, 3.0, 3.0, 3.0, 3.0], 2) == 0.0
+    mixed = [0.0, 0.0, 3.0, 4.5, 4.5, 4.5, 6.5, 6.5, 6.5]
+    assert going_on(mixed, 2, 6) == pytest.approx(3.0 * 1.5 / (9.0 + 4.0))
+    begun = [0.0, 1.0, 3.0, 4.0, 4.0, 4.0, 7.0, 8.0, 8.0]  # the first goes up by itself
+    assert going_on(begun, 2, 6) == pytest.approx(1.0 / 3.0)
+
+
+def test_a_voltage_without_jumps_goes_on_by_nothing() -> None:
+    assert going_on(None) == 0.0
+    assert going_on([0.0, 1.0, 2.0, 3.0]) == 0.0
+    assert going_on([0.0, 0.0, 2.0], 2) == 0.0  # nothing was read after it
+    assert going_on([0.0, 2.0, 3.0, 3.0], 1) == 0.0  # nor before
+    assert going_on([2.0, 2.0, 2.0, 2.0, 2.0], 2) == 0.0

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from motorid.errors import UsageError
-from motorid.estimate.model.extended_terms import ADDED, TERMS, Scales, parse, unknown
+from motorid.estimate.model.extended_terms import ADDED, TERMS, Scales, Term, parse, unknown
 
 SIZES = Scales(
     volts=12.0, current=3.0, speed=400.0, torque=0.02, resistance=4.0, inertia=1e-6,
@@ -112,3 +112,45 @@ def test_a_phase_is_of_the_terms_that_turn_with_the_rotor() -> None:
         assert bool(term.per_turn) <= bool(term.phase)
     assert TERMS["ripple"].sizes == ("k_K", "k_R")
     assert TERMS["brush-drop"].sizes == ("V_b",)
+
+
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [
+        ("d_Ke", 1.0), ("V_b", 12.0), ("i_b", 3.0), ("a_K", 1.0 / 3.0), ("w_s", 400.0),
+        ("t_e", 2e-4 / 4.0), ("T_s", 0.02), ("k_w", 1.0 / 0.5),
+    ],
+)  # fmt: skip
+def test_a_size_is_that_of_the_captures(name: str, size: float) -> None:
+    assert SIZES.of(name) == pytest.approx(size)
+
+
+def test_sizes_of_several_units_are_what_a_motor_would_show() -> None:
+    """The torque at full speed; a shaft that swings at a tenth of it, and is damped over the run;
+    a winding whose resistance the heat of the run, all kept, would double.
+    """
+    assert SIZES.of("T_lc") * SIZES.speed**2 == pytest.approx(SIZES.torque)
+    assert (SIZES.of("Ks") / SIZES.inertia) ** 0.5 == pytest.approx(SIZES.speed / 10.0)
+    assert SIZES.of("b") / SIZES.inertia * SIZES.duration == pytest.approx(1.0)
+    heat = SIZES.resistance * SIZES.current**2 * SIZES.duration
+    assert 0.00393 * heat * SIZES.of("per_C_w") == pytest.approx(1.0)
+    assert replace(SIZES, inductance=0.0).of("t_e") == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize("term", TERMS.values(), ids=list(TERMS))
+def test_an_equation_has_the_parameters_of_its_term_and_a_title_is_words(term: Term) -> None:
+    written = [name.removeprefix("per_").removesuffix("_share") for name in term.free]
+    assert all(symbol in term.equation for symbol in written)
+    assert not set(written) & set(term.title.split())
+    assert not set("=()²×") & set(term.title)
+    assert term.size in term.free
+    assert set(term.shapes) <= set(term.free) - {term.size}
+
+
+@pytest.mark.parametrize("term", TERMS.values(), ids=list(TERMS))
+def test_bends_are_tried_within_what_the_captures_show(term: Term) -> None:
+    """Currents below stall and speeds below the highest; times about that of the winding."""
+    for name, parts in term.shapes.items():
+        longest = 10.0 if ADDED[name].scale == "L/R" else 1.0
+        assert list(parts) == sorted(set(parts))
+        assert 0.0 < parts[0] < parts[-1] < longest

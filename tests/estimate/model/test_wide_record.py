@@ -13,6 +13,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_capture_model import WideRecord
 from motorid.estimate.model.extended_terms import ADDED, NAMES, TERMS, Scales
 from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.signals.measurements import EMF
 from tests.estimate.effects.benches import POINT, record, start
 
 SIZES = Scales(
@@ -124,3 +125,91 @@ def test_an_open_bridge_shows_the_constant_of_the_back_emf() -> None:
     six = dict(zip(PARAMETERS, POINT, strict=True))
     assert one.emf_constant(shared(one, d_Ke=0.1)) == pytest.approx(1.1 * six["K"])
     assert one.emf_constant(shared(one)) == pytest.approx(six["K"])
+
+
+def own_of(one: WideRecord, **starts: float) -> np.ndarray:
+    return np.array([starts.get(u.name.replace(" ", "_"), u.start) for u in one.unknowns])
+
+
+@pytest.mark.parametrize("phase", [0.0, 1.0])
+def test_an_open_bridge_shows_the_ripple_of_k_by_the_measured_angle(phase: float) -> None:
+    """K ω (1 + k cos(7 angle + phase)), a mean over the sample period."""
+    one = wide("ripple")
+    planned(one)
+    own = own_of(one, ripple_phase=phase)
+    steady = one.readings(shared(one), own)
+    plain, with_it = (one.shown(steady, shared(one, k_K=k), own) for k in (0.0, 0.05))
+    m = one.block(EMF)
+    assert m is not None
+    assert one._rotor is not None
+    middle = np.interp(m.keep - 0.5, np.arange(len(one._rotor)), one._rotor)
+    expected = 0.05 * plain[EMF] * np.cos(7.0 * middle + phase)
+    off = with_it[EMF] - plain[EMF] - expected
+    assert np.abs(expected).max() > 0.05
+    assert np.abs(off).max() < 0.1 * np.abs(expected).max()
+    for name in set(plain) - {EMF}:
+        assert (plain[name] == with_it[name]).all()
+
+
+def test_without_a_measured_angle_an_open_bridge_shows_no_ripple() -> None:
+    one = wide("ripple")
+    planned(one)
+    rotor, one._rotor = one._rotor, None
+    try:
+        readings = one.readings(shared(one), own_of(one))
+        plain, with_it = (one.shown(readings, shared(one, k_K=k), own_of(one)) for k in (0, 0.05))
+    finally:
+        one._rotor = rotor
+    assert (plain[EMF] == with_it[EMF]).all()
+
+
+def again() -> WideRecord:
+    """Another record of the same capture, of its own."""
+    return WideRecord(
+        encoder(), (*PARAMETERS, "T_c"), {"N_c": 7.0}, [TERMS["cogging"]], SIZES, {}, first=False
+    )
+
+
+def test_a_record_follows_anothers_steps_angle_and_view_of_noise() -> None:
+    one, other = again(), again()
+    own = np.array([u.start for u in other.unknowns])
+    other.plan(shared(other), own)
+    filters = [np.array([1.0, -0.5]), *[None] * (len(other.measured) - 1)]
+    roots = [None, np.full(len(other.measured[1].values), 0.5), *[None] * (len(filters) - 2)]
+    other.whiten(filters)
+    other.thin(roots)
+    before = one.fitted(shared(one), own)
+    one.follow(other)
+    assert (one._steps is other._steps, one._rotor is other._rotor) == (True, True)
+    assert one._steps is not None
+    assert (one.filters, one.thinned) == (other.filters, other.thinned)
+    assert one.blocks == other.blocks
+    after = one.fitted(shared(one), own)
+    for a, b, c in zip(after, other.fitted(shared(one), own), before, strict=True):
+        assert (a == b).all()
+        assert a == pytest.approx(c, abs=1e-3 * np.abs(c).max())
+    assert one.simulated == 2  # what was remembered is of other steps
+    steps = one._steps
+    one.step_as(encoder())  # of six parameters: it has none
+    assert one._steps is steps
+
+
+def test_nuisances_begin_where_they_are_told_and_know_what_the_six_know() -> None:
+    one = again()
+    names = {u.name for u in one.unknowns}
+    assert "cogging phase" in names
+    assert {u.name for u in encoder().unknowns} <= names
+    one.starting({"cogging phase": 0.7, "nobody": 1.0})
+    assert {u.name: u.start for u in one.unknowns}["cogging phase"] == 0.7
+    priors = {u.name: (u.prior_mean, u.prior_sd) for u in one.unknowns}
+    for u in encoder().unknowns:
+        assert priors[u.name] == (u.prior_mean, u.prior_sd)
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_a_rise_of_temperature_is_over_that_of_the_first_capture(first: bool) -> None:
+    one = WideRecord(
+        encoder(), (*PARAMETERS, "per_C_w", "k_w"), {}, [TERMS["heating"]], SIZES, {}, first
+    )
+    assert ("initial warmth" in {u.name for u in one.unknowns}) is not first
+    assert one.modelled == {"heating"}

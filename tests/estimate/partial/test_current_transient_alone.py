@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -70,3 +73,16 @@ def test_a_current_that_is_no_exponential_is_refused_or_doubted() -> None:
         fit([log(current=100.0 * TIME + NOISE)])
     two = DECAY + FULL_A * np.exp(-SINCE * 0.1 * R / L)
     assert "lack_of_fit" in {d.code for d in fit([log(current=two)]).diagnostics}
+
+
+@pytest.mark.parametrize(
+    ("lags", "wander", "lacks"),
+    [((0.1,), 3.9, False), ((0.1,), 4.1, True), ((0.1, 0.02), 1.0, True)],
+)
+def test_a_second_lag_or_slow_residuals_are_no_single_exponential(
+    lags: tuple[float, ...], wander: float, lacks: bool
+) -> None:
+    rise: Any = SimpleNamespace(lags=lags, wander=wander)
+    said = [(d.code, d.severity) for d in current_transient_alone._said(rise)]
+    first = [("lack_of_fit", "warning")] if lacks else []
+    assert said == [*first, ("current_alone", "info")]

@@ -199,3 +199,19 @@ def test_the_current_that_would_have_turned_it_gives_the_highest() -> None:
     amperes = 3.0
     still = {"K": 0.05, "T0": 0.05 * amperes * locked_rotor.HOLDS}
     assert locked_rotor._peak(still) == pytest.approx(amperes)
+
+
+@pytest.mark.parametrize(("part", "noise"), [(0.99, True), (1.01, False)])
+def test_the_mean_of_all_readings_is_looked_at_too(part: float, noise: bool) -> None:
+    """Neighbours that differ by 2 have a variance of 2; a mean is the rarest over all of them."""
+    rare = locked_rotor.RARE
+    count = 32 * locked_rotor.NARROWEST
+    bound = 2.0 * (1.0 + 2.0 * np.sqrt(rare) + 2.0 * rare)
+    mean = np.sqrt(part * bound / count)
+    readings = mean + np.tile([1.0, -1.0], count // 2)
+    assert locked_rotor.is_noise(readings, origin=False) is noise
+    assert locked_rotor.is_noise(readings, origin=True)
+    assert not locked_rotor.is_noise(readings[: 2 * locked_rotor.NARROWEST - 1], origin=True)
+    known = np.full(2 * count, np.nan)
+    known[::2] = readings
+    assert locked_rotor.is_noise(known, origin=False) is noise

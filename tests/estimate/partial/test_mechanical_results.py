@@ -85,7 +85,7 @@ def test_an_offset_may_have_either_sign() -> None:
 
 def test_a_friction_at_its_bound_is_none_with_an_upper_end() -> None:
     p = Judge(FREEDOM).parameter("B", "1", Quantity(0.0, 0.1**2, at_bound=True), "held")
-    assert (p.status, p.value) == (Status.AT_BOUND, 0.0)
+    assert (p.name, p.unit, p.status, p.value) == ("B", "1", Status.AT_BOUND, 0.0)
     assert p.interval_95 == pytest.approx((0.0, REACH * 0.1))
     assert p.note == "held; the best fit would be negative; set to 0"
 

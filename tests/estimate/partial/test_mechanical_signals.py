@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, HELD, POSITION, SPEED, TORQUE, Capture, Channel, Wiring
 from motorid.errors import DataError
+from motorid.estimate.partial import mechanical_signals
 from motorid.estimate.partial.mechanical_signals import (
     COASTING,
     COMMAND,
@@ -295,3 +296,17 @@ def test_further_frictions_are_in_units_of_a_speed() -> None:
     assert stribeck == pytest.approx(
         [-100.0 * np.exp(-10.0), 100.0 * np.exp(-0.2), 100.0 * np.exp(-20.0)]
     )
+
+
+def test_a_mean_over_an_aperture_is_that_of_the_straight_lines() -> None:
+    """Before the first reading the signal is taken to have been as it was there."""
+    time = np.array([1.0, 1.1, 1.2, 1.4, 1.5, 1.6])
+    values = np.array([2.0, 3.0, 1.0, 5.0, 4.0, 4.0])
+    found = mechanical_signals._averaged(time, values, 0.25)
+    fine = np.linspace(0.7, 1.6, 90_001)
+    shown = np.interp(fine, time, values)
+    for at, mean in zip(time, found, strict=True):
+        inside = (fine >= at - 0.25) & (fine <= at)
+        expected = np.trapezoid(shown[inside], fine[inside]) / 0.25
+        assert mean == pytest.approx(expected, rel=1e-3)
+    assert mechanical_signals._averaged(time, values, 0.0) is values

@@ -226,3 +226,27 @@ def test_steps_are_alike_in_size_and_all_have_a_drive_or_none() -> None:
     assert room.steps([]) is None
     program: Any = SimpleNamespace(steps=())
     assert room.steps([replace(capture(), program=program)]) is None
+
+
+@pytest.mark.parametrize(("size", "lacks"), [(0.40, False), (0.42, True)])
+def test_rounding_is_expected_of_what_is_left(size: float, lacks: bool) -> None:
+    """A quantum q has a variance of q²/12, and twice that is still no lack of fit."""
+    one = step(None)
+    rounded = replace(one, record=replace(one.record, values=np.arange(100.0), quantum=2.0))
+    wandering = replace(rise([0.1], [100.0]), wander=4.0)
+    assert ("lack_of_fit" in said(rounded, wandering, np.full(100, 2.0 * size))) is lacks
+
+
+def test_a_short_record_beside_a_long_one_shows_its_part_of_a_rise() -> None:
+    """Positions of a linear motor; the second record is an eighth of the time constant long."""
+    found = []
+    for time in (np.linspace(0.0, 1.5, 50), np.linspace(0.0, 0.025, 13)):
+        risen = 0.3 * (time - 0.2 * (1.0 - np.exp(-time / 0.2)))
+        moved = risen + 1e-6 * np.random.default_rng(1).standard_normal(len(time))
+        channels = {POSITION: Channel(POSITION, "m", moved)}
+        one = Capture(np.rint(time * 1e9).astype(np.int64), 1e9, channels)
+        found += room.steps([one]) or []
+    told = room.fit(found, {}, ())
+    assert told.combinations[TAU].value == pytest.approx(0.2, rel=0.01)
+    first = told.combinations["steady speed of run 1"]
+    assert (first.unit, first.value) == ("m/s", pytest.approx(0.3, rel=1e-3))

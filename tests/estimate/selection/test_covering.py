@@ -40,6 +40,7 @@ def beside(value: float | None, interval: tuple[float, float] | None) -> Any:
         (2.04, (1.86, 2.14), None),  # by less than half of the interval
         (2.06, (2.0, 2.12), (0.0, 1.001 * 0.05)),  # enough for a doubt
         (2.06, (2.0, 2.09), None),  # it is covered already
+        (2.06, (2.0, 2.1), None),  # to the end
         (None, None, None),
     ],
 )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
-from motorid.estimate.signals.upsampled_rows import Upsampled, find, own_readings
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel, Gap
+from motorid.estimate.signals.upsampled_rows import Upsampled, _bends, find, own_readings
 
 Floats = NDArray[np.float64]
 ROWS = 120  # readings of a log
@@ -85,6 +87,61 @@ def test_a_channel_that_is_read_less_often_costs_the_others_no_reading() -> None
     """A speed that comes every third reading, and one that comes with every third row."""
     assert find(held(4, speed=3)) == Upsampled(0, 4, True)
     assert find(held(1, speed=3)) is None
+
+
+def test_a_held_rotor_shows_its_rows_by_the_current() -> None:
+    columns = {**readings(), SPEED: np.zeros(ROWS)}
+    whole = capture({n: np.repeat(x, 4) for n, x in columns.items()})
+    assert find(whole) == Upsampled(0, 4, True)
+
+
+def test_a_voltage_alone_shows_no_rows() -> None:
+    """It is often set every few rows."""
+    columns = {**readings(), SPEED: np.zeros(ROWS), CURRENT: np.zeros(ROWS)}
+    assert find(capture({n: np.repeat(x, 4) for n, x in columns.items()})) is None
+
+
+@pytest.mark.parametrize(("rows", "shown"), [(34, False), (37, True)])
+def test_enough_of_the_rows_bend(rows: int, shown: bool) -> None:
+    """Three tenths of 120 readings."""
+    still = np.where(np.arange(ROWS) <= rows, readings()[CURRENT], 9.0)
+    columns = {VOLTAGE: np.zeros(ROWS), CURRENT: still}
+    found = find(capture({n: np.repeat(x, 4) for n, x in columns.items()}))
+    assert found == (Upsampled(0, 4, True) if shown else None)
+
+
+@pytest.mark.parametrize(("readings_left", "shown"), [(19, False), (20, True)])
+def test_enough_readings_are_left(readings_left: int, shown: bool) -> None:
+    columns = {n: np.repeat(x[:readings_left], 7) for n, x in readings().items()}
+    assert find(capture(columns)) == (Upsampled(0, 7, True) if shown else None)
+
+
+def test_what_bends_is_more_than_digits_and_rounding() -> None:
+    ramp = np.arange(9.0)
+    off = np.where(ramp == 4, 1.0, 0.0)
+    for size, bent in ((1.9e-6 * 8.0 / 2.0, []), (2.1e-6 * 8.0, [3, 4, 5])):
+        assert np.flatnonzero(_bends(ramp + size * off, 0.0, False)).tolist() == bent
+    for size, bent in ((0.2, []), (0.21, [4])):  # 2 of it at the row, 1 beside it
+        assert np.flatnonzero(_bends(ramp + size * off, 0.2, False)).tolist() == bent
+    assert np.flatnonzero(_bends(off, 9.0, True)).tolist() == [4, 5]
+
+
+def test_a_gap_keeps_its_place_among_the_readings() -> None:
+    """Rows 4, 9, 14, ..., 44 are readings 0, 1, 2, ..., 8; a gap lies before the row it names."""
+    whole = straight(5)
+    cut = capture({n: c.raw[1:] for n, c in whole.channels.items()})
+    gaps = tuple(Gap(k, 3, "lost") for k in (2, 4, 11, 44))
+    thin, _ = own_readings(replace(cut, gaps=gaps))
+    assert [gap.index for gap in thin.gaps] == [0, 0, 2, 8]
+    assert find(replace(cut, channels={SPEED: cut.channels[SPEED]})) is None  # one channel
+
+
+@pytest.mark.parametrize(("off", "shown"), [(1, True), (2, False)])
+def test_stamps_of_a_grid_are_off_by_a_tick_at_most(off: int, shown: bool) -> None:
+    whole = straight(5)
+    ticks = whole.ticks.copy()
+    ticks[300] += off
+    assert (find(replace(whole, ticks=ticks)) is not None) is shown
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-6, 1e-3])

@@ -6,11 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from motorid.estimate.solver.autoregression import autoregression, power, whitener
 from motorid.estimate.solver.levenberg_marquardt import maximise
-from motorid.estimate.solver.problem import Block, Solution, Unknown
+from motorid.estimate.solver.problem import Block, Linearised, Solution, Unknown
 from motorid.estimate.uncertainty.between_run_variance import spread_of
 from motorid.estimate.uncertainty.covariance import (
     NOISE,
@@ -18,6 +19,7 @@ from motorid.estimate.uncertainty.covariance import (
     Known,
     Statistical,
     covariance_of,
+    score_covariance,
     statistical,
 )
 from motorid.estimate.uncertainty.intervals import Findings
@@ -52,6 +54,22 @@ def test_white_noise_is_left_alone() -> None:
     assert found.deviations[0] == pytest.approx(1 / np.sqrt(N), rel=0.05)
     assert found.coloured < 1.05
     assert whitener(noise) is None
+
+
+def test_scores_of_correlated_noise_have_the_covariance_of_its_process() -> None:
+    """Of derivatives A, A' C A with C of the residuals' own autoregression."""
+    rng = np.random.default_rng(12)
+    left = lfilter([1.0], [1.0, -0.7], rng.standard_normal(300))
+    slopes = np.cumsum(rng.standard_normal((300, 2)), axis=0)
+    line = Linearised(
+        left, slopes, np.zeros((300, 0)), slopes, np.zeros(0), (), (slice(0, 300),), np.ones(1)
+    )
+    coefficients, innovation = autoregression(left)
+    assert len(coefficients)
+    ringing = lfilter([1.0], np.concatenate([[1.0], -coefficients]), np.eye(1, 3000)[0])
+    lags = np.array([ringing[: 3000 - k] @ ringing[k:] for k in range(300)]) * innovation
+    expected = slopes.T @ toeplitz(lags) @ slopes
+    np.testing.assert_allclose(score_covariance(line), expected, rtol=1e-6)
 
 
 def test_correlated_noise_widens_as_theory_says() -> None:

@@ -28,6 +28,17 @@ def test_students_factor_between_the_exact_ones(freedom: float) -> None:
     assert student(freedom) == pytest.approx(stats.t.ppf(0.975, freedom), rel=5e-3)
 
 
+@pytest.mark.parametrize("freedom", [6.0, 7.0, 8.0, 12.0, 20.0, 50.0])
+def test_the_series_lacks_its_sixth_term_alone(freedom: float) -> None:
+    off = student(freedom) / stats.t.ppf(0.975, freedom) - 1.0
+    assert abs(off) < 0.4 / freedom**5
+
+
+@pytest.mark.parametrize("freedom", [1.0, 1.25, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0 - 1e-9])
+def test_the_table_is_exact_where_it_has_an_entry(freedom: float) -> None:
+    assert student(freedom) == pytest.approx(stats.t.ppf(0.975, freedom), rel=2e-6)
+
+
 def test_students_factor_has_ends() -> None:
     assert student(0.2) == student(1.0)
     assert student(np.inf) == student(1e9) == pytest.approx(stats.norm.ppf(0.975), rel=1e-12)
@@ -189,6 +200,7 @@ def test_ratios_are_printed_where_a_parameter_of_theirs_is_lost() -> None:
     given = intervals.parameters(lost)
     found = intervals.combinations(lost, given)
     assert "J/K" in found
+    assert (found["J/K"].name, found["J/K"].unit) == ("J/K", "kg·m²·A/(N·m)")
     assert found["J/K"].value == pytest.approx(VALUES["J"] / VALUES["K"])
     assert found["J/K"].total == pytest.approx(
         0.6 * math.sqrt(2 - 2 * 0.9999) * VALUES["J"] / VALUES["K"], rel=1e-3

@@ -155,3 +155,12 @@ def test_a_board_that_states_four_times_its_pwm(tmp_path: Path) -> None:
     low, high = found["interval_95"]
     assert low < preset("small").inductance_h < high
     assert high - low < 0.1 * found["value"]
+
+
+def test_a_gain_is_of_the_size_of_what_is_left_each_reading_alike() -> None:
+    """ln 2 of three readings and ln 1/4 of one; of none there is none."""
+    before = [np.array([2.0, -2.0, 2.0]), np.array([1.0])]
+    after = [np.array([1.0, 1.0, -1.0]), np.array([4.0])]
+    expected = (3.0 * np.log(2.0) - np.log(4.0)) / 4.0
+    assert pwm_frequency._gain(before, after) == pytest.approx(expected)
+    assert pwm_frequency._gain(before, []) == 0.0

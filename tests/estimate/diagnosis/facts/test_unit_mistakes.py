@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ import pytest
 from bench.coverage.motors import draw_motor
 from motorid.capture.model import Capture
 from motorid.capture.units import alike
+from motorid.estimate.diagnosis.facts import unit_mistakes
 from motorid.estimate.diagnosis.facts.catalogue import (
     MOTORS,
     OTHERS,
@@ -263,3 +266,30 @@ def test_drawn_motors_lie_within_the_ranges(name: str) -> None:
         R, L, K, J = m.resistance_ohm, m.inductance_h, m.torque_constant_nm_a, m.inertia_kg_m2
         value = {"R": R, "L": L, "K": K, "J": J, "L/R": L / R, "JR/K²": J * R / K**2}[name]
         assert low < value < high
+
+
+@pytest.mark.parametrize(
+    ("found", "distances", "named"),
+    [
+        (10.9, (5.0, 9.0), []),  # it brings the motor nearer by less than 6
+        (11.1, (5.0, 9.0), [2.0]),
+        (20.0, (8.1, 9.0), []),  # not near enough
+        (20.0, (7.9, 9.0), [2.0]),
+        (20.0, (7.0, 5.0), [4.0]),  # of one quantity the nearer to a usual motor,
+        (20.0, (6.9, 5.0), [2.0]),  # or of those that do as well the nearer unit
+    ],
+)
+def test_a_mistake_brings_a_motor_much_nearer_to_usual_ones(
+    found: float, distances: tuple[float, float], named: list[float],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    of = dict(zip((2.0, 4.0), distances, strict=True))
+    possible = [unit_mistakes.Mistake("current", factor, "", "") for factor in of]
+    monkeypatch.setattr(unit_mistakes, "_possible", lambda _: possible)
+    monkeypatch.setattr(unit_mistakes, "_powers", lambda _, quantity: quantity)
+    monkeypatch.setattr(unit_mistakes, "distance", lambda factor: of[factor])
+    motor: Any = SimpleNamespace(scaled=lambda powers, factor: factor)
+    none: Any = None
+    told = unit_mistakes.explanations(none, motor, found)
+    assert [one.factor for one in told] == named
+    assert [one.distance for one in told] == [of[factor] for factor in named]

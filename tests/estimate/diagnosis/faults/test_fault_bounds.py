@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motorid.capture.model import POSITION, Capture
-from motorid.estimate.diagnosis.faults import encoder_bandwidth, low_pass_filter
+from motorid.capture.model import CURRENT, POSITION, Capture
+from motorid.estimate.diagnosis.faults import encoder_bandwidth, low_pass_filter, saturation
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from tests.exact_capture import FAULHABER, Plan, clean_capture
@@ -53,3 +53,42 @@ def test_an_encoder_is_suspected_where_the_motor_outruns_it() -> None:
     assert hypothesis.upper[0] == pytest.approx(1.5 * size)
     slight = losing(whole, 0.99 * peak)  # less than what is clear
     assert encoder_bandwidth.seen([record(slight)]) is None
+
+
+def test_a_current_that_stops_is_looked_for_below_its_highest_reading() -> None:
+    subject = record(clean_capture(FAULHABER, Plan(count=400)))
+    (found,) = saturation.hypotheses([subject])
+    current = subject.block(CURRENT)
+    assert current is not None
+    peak = float(np.abs(current.values).max())
+    assert [size for (size,) in found.sizes] == pytest.approx(
+        [share * peak for share in (0.97, 0.9, 0.8, 0.65)]
+    )
+    assert found.scale == pytest.approx((0.01 * peak,))
+    assert (found.lower, found.upper) == (
+        pytest.approx((0.05 * peak,)), pytest.approx((1.2 * peak,)),
+    )  # fmt: skip
+    said = found.words(np.array([1.234]))
+    assert (said.where, "stop at 1.23 A" in said.evidence) == ("current", True)
+    assert saturation.hypotheses([]) == []
+
+
+def test_a_voltage_that_stops_gives_more_than_it_shows() -> None:
+    found = saturation._voltage(8.0)
+    assert (found.code, found.sizes) == ("voltage_saturated", ((1.02,),))
+    assert (found.scale, found.lower, found.upper) == ((0.05,), (1.0,), (3.0,))
+    said = found.words(np.array([1.25]))
+    assert said.where == "terminal voltage"
+    assert "stop at 8 V, where the motor answers as to 10 V" in said.evidence
+
+
+def test_a_current_is_declared_to_end_a_little_below_where_it_stops() -> None:
+    """In raw units, and never beyond the end that is declared already."""
+    capture = clean_capture(FAULHABER, Plan(count=400))
+    channel = replace(capture.channels[CURRENT], scale=-0.5, offset=10.0, raw_max=13.0)
+    given = replace(capture, channels={**capture.channels, CURRENT: channel})
+    (ended,) = saturation._declared_end(given, 2.0)
+    current = ended.channels[CURRENT]
+    assert (current.raw_min, current.raw_max) == pytest.approx((10.0 - 3.88, 13.0))
+    (wide,) = saturation._declared_end(capture, 2.0)
+    assert wide.channels[CURRENT].raw_max == pytest.approx(0.97 * 2.0)

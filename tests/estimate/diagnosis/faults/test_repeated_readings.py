@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motorid.capture.model import CURRENT, POSITION, Capture, Gap
+from motorid.capture.model import CURRENT, POSITION, VOLTAGE, Capture, Channel, Gap
 from motorid.estimate.diagnosis.faults import lost_samples, repeated_readings
 from motorid.estimate.diagnosis.faults.repeated_readings import Held
 from motorid.estimate.results.estimate import Suspect
@@ -74,6 +74,31 @@ def test_a_reading_at_its_end_is_saturated_and_not_held() -> None:
     raw = counts()
     raw[700:725] = 4095.0
     assert repeated_readings.find(reading(raw, raw_max=4095.0)) == []
+
+
+def test_a_channels_name_is_said_in_words() -> None:
+    capture = reading(counts())
+    current = capture.channels[CURRENT]
+    volts = replace(current, name=VOLTAGE, raw=np.repeat(counts(), 2)[:2000])
+    (said,) = repeated_readings.suspects(
+        replace(capture, channels={**capture.channels, VOLTAGE: volts})
+    )
+    assert said.where == "terminal voltage"
+    assert "each reading of the terminal voltage comes 2 times over" in said.evidence
+
+
+@pytest.mark.parametrize(
+    ("codes", "beyond"),
+    [
+        ((5, 6, 5), False), ((5, 6, 4), True), ((5, 7, 5), True), ((5, 3, 4), True),
+        ((5, 7, 10), False), ((5, 5, 9), False), ((9, 5, 5), False),
+    ],
+)  # fmt: skip
+def test_a_reading_stands_out_by_more_than_two_neighbouring_codes(
+    codes: tuple[int, int, int], beyond: bool
+) -> None:
+    channel = Channel(CURRENT, "A", np.array(codes, float), scale=STEP, resolution=STEP)
+    assert repeated_readings._beyond_flicker(channel).tolist() == [beyond]
 
 
 def test_what_the_import_found_is_not_said_twice() -> None:

@@ -265,20 +265,83 @@ def inertia(value: float) -> Parameter:
 
 
 @pytest.mark.parametrize(
-    ("factor", "code"),
+    ("factor", "code", "where", "said"),
     [
-        (1 / 4, "speed_scale"),  # counts per turn x 2
-        (1 / 16, "speed_scale"),
-        ((6.283185307 / 60) ** 2, "speed_scale"),
-        (1e3, "current_scale or voltage_scale"),  # either makes the same of a disc
-        (1.2, "gain"),
+        (1 / 4, "speed_scale", "encoder or speed", "set two times too low: a disc"),
+        (4.0, "speed_scale", "encoder or speed", "set two times too high: a disc"),
+        (1 / 16, "speed_scale", "encoder or speed", "four times too low: lines for counts: a disc"),
+        ((6.283185307 / 60) ** 2, "speed_scale", "encoder or speed", "in rpm, read as rad/s: a d"),
+        # either makes the same of a disc
+        (1e3, "current_scale or voltage_scale", "current or voltage",
+         "the current is in mA, read as A, or the voltage is in mV, read as V: a disc"),
+        (1.2, "gain", "current, voltage or encoder", "square of the speed is 1.2 of it: a disc"),
     ],
-)
-def test_a_disc_names_the_scale(factor: float, code: str) -> None:
+)  # fmt: skip
+def test_a_disc_names_the_scale(factor: float, code: str, where: str, said: str) -> None:
     rotor, disc = 4e-6, 1e-5
     pair = inertia(rotor * factor), inertia((rotor + disc) * factor)
-    found = scale_errors.by_disc(*pair, disc, 0.002 * disc)
-    assert [s.code for s in found] == [code]
+    (found,) = scale_errors.by_disc(*pair, disc, 0.002 * disc)
+    assert (found.code, found.where, found.strength) == (code, where, "named")
+    assert said in found.evidence
+    assert found.evidence.endswith(f"of 1e-05 kg·m² is fitted as {disc * factor:.3g} kg·m²")
+
+
+@pytest.mark.parametrize(("off", "blames"), [(0.0099, False), (0.0101, True), (-0.0101, True)])
+def test_a_disc_that_is_fitted_exactly_may_still_be_off_by_a_hundredth(
+    off: float, blames: bool
+) -> None:
+    exact = parameter(0.0), parameter(1e-5 * math.exp(off))
+    assert bool(scale_errors.by_disc(*exact, 1e-5)) is blames
+
+
+def test_a_usual_factor_is_named_within_what_the_disc_is_unsure_of() -> None:
+    """Twice the counts make an inertia four times smaller."""
+    for u, off, code in (
+        (0.0, 0.14, "speed_scale"),
+        (0.0, 0.16, "gain"),
+        (0.06, 0.17, "speed_scale"),
+    ):
+        fitted = parameter(0.0), parameter(1e-5 * math.exp(off) / 4.0)
+        (found,) = scale_errors.by_disc(*fitted, 1e-5, u * 1e-5)
+        assert found.code == code
+
+
+def test_what_would_go_unseen_is_told_by_the_figures_but_the_inertia() -> None:
+    """Twelve of chi-square: a speed by K alone, whose 8 % hide a factor of exp(.08 √12)."""
+    known = {"K": (0.0, 0.08), "J": (0.0, 0.15), "R": (0.0, 0.08)}
+    assert f"below a factor of {math.exp(0.08 * 12**0.5):.2g} would" in scale_errors._unseen(
+        scale_errors.SPEED, known
+    )
+    both = {**known, "L": (0.0, 0.3)}
+    weight = 1 / 0.08**2 + 1 / 0.3**2
+    assert f"of {math.exp((12 / weight) ** 0.5):.2g} would" in scale_errors._unseen(
+        scale_errors.AMPERES, both
+    )
+    assert scale_errors._unseen(scale_errors.SPEED, {"J": (0.0, 0.15)}).startswith("it would leave")
+
+
+def test_a_bound_on_what_one_figure_costs() -> None:
+    """A load adds inertia and is no fault; the voltage was read, and is never in doubt."""
+    cost = scale_errors._cost
+    assert cost("R", 0.2, 0.1, 9.0) == pytest.approx(4.0)
+    assert cost("R", 0.4, 0.1, 9.0) == 9.0
+    assert cost("J", 0.4, 0.1, 9.0) == 2.0
+    assert cost("J", 0.1, 0.1, 9.0) == pytest.approx(1.0)
+    assert cost("J", -0.4, 0.1, 9.0) == 9.0
+    assert cost("V", 0.5, 0.1, 9.0) == pytest.approx(25.0)
+
+
+def test_factors_worth_trying_are_usual_ones_each_figures_own_and_their_mean() -> None:
+    known = {"R": (0.6, 0.1), "K": (0.2, 0.2), "J": (-0.8, 0.4)}
+    found = list(scale_errors._factors(scale_errors.SPEED, known))
+    usual = [x for x, is_usual in found if is_usual]
+    assert usual == pytest.approx([math.log(f) for f in scale_errors.SPEED.usual])
+    mean = (-0.2 / 0.04 + 1.6 / 0.16) / (1 / 0.04 + 4 / 0.16)
+    assert [x for x, is_usual in found if not is_usual] == pytest.approx([-0.2, 0.4, mean])
+    leads = list(scale_errors._factors(scale_errors.SERIES, known))
+    assert leads == [(0.6, False), (pytest.approx(0.6), False)]
+    assert list(scale_errors._factors(scale_errors.SERIES, {"R": (-0.6, 0.1)})) == []
+    assert list(scale_errors._factors(scale_errors.SERIES, {"K": (0.6, 0.1)})) == []
 
 
 def test_a_disc_that_fits_blames_nothing() -> None:

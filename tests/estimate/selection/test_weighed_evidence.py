@@ -1,0 +1,153 @@
+"""What a wider fit is weighed by: prices, sizes at a known shape, and the narrower fit in it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motorid.estimate.model.extended_terms import TERMS
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.selection import evidence as module
+from motorid.estimate.selection.evidence import Evidence, Price, deviation_at, in_order, shapes_of
+from motorid.estimate.selection.extended_fit import Fitted, begin
+from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.covariance import statistical
+from tests.estimate.effects.benches import FAULHABER
+from tests.estimate.uncertainty.test_budget import fitted
+
+LOAD = TERMS["quadratic-load"]
+
+
+def price(paid: float, unknowns: int = 1, open_: float = 10.0) -> Price:
+    return Price(paid, unknowns, open_)
+
+
+def test_the_cheapest_is_first_and_of_those_that_are_alike_the_simplest() -> None:
+    assert in_order([price(30.0), price(10.0, 3), price(19.9, 2), price(20.0)]) == [2, 1, 3, 0]
+    assert in_order([price(12.0, 2), price(11.0, 2), price(10.0, 2)]) == [2, 1, 0]
+    assert in_order([price(50.0, 1), price(40.0, 9), price(10.0, 5)]) == [2, 1, 0]
+    assert in_order([price(10.0, 2, 1.0), price(10.9, 1), price(11.0, 0)]) == [1, 0, 2]
+    assert in_order([]) == []
+
+
+@pytest.mark.parametrize(
+    ("facts", "suffices", "supports"),
+    [
+        ({}, True, True), ({"gain": 40.0}, False, False), ({"gain": 40.1}, True, True),
+        ({"size": 4.0}, True, False), ({"left_out": 0.0}, True, False),
+        ({"left_out": 1e-9}, True, True),
+    ],
+)  # fmt: skip
+def test_evidence_is_beyond_each_of_its_bounds(
+    facts: dict[str, float], suffices: bool, supports: bool
+) -> None:
+    found = Evidence(**{"gain": 60.0, "inflation": 2.0, "needed": 20.0, "size": 5.0, **facts})
+    assert (found.suffices, found.supports) == (suffices, supports)
+
+
+@pytest.mark.parametrize("held", [[], [2], [0, 3]])
+def test_a_deviation_where_others_are_known_is_that_of_the_conditional(held: list[int]) -> None:
+    root = np.random.default_rng(3).standard_normal((4, 4)) * [1.0, 1e-3, 30.0, 1.0]
+    covariance = root.T @ root
+    free = [k for k in range(4) if k not in held]
+    inside = np.linalg.inv(np.linalg.inv(covariance)[np.ix_(free, free)])
+    expected = inside[free.index(1), free.index(1)] ** 0.5
+    assert deviation_at(covariance, 1, held) == pytest.approx(expected, rel=1e-6)
+
+
+def test_what_others_tell_wholly_keeps_a_trace_of_its_deviation() -> None:
+    same = np.array([[4.0, 4.0], [4.0, 4.0]])
+    assert deviation_at(same, 0, [1]) == pytest.approx(2.0 * 1e-4)
+
+
+def test_shapes_are_the_places_of_what_means_nothing_without_the_size() -> None:
+    free = ("R", "V_b", "i_b", "T_s", "w_s")
+    assert shapes_of(free, TERMS["brush-drop"]) == [2]
+    assert shapes_of(free, TERMS["stribeck"]) == [4]
+    assert shapes_of(("R", "T_lc"), LOAD) == []
+
+
+def test_a_size_is_its_distance_from_nothing_and_more_at_a_known_shape() -> None:
+    _, solution = fitted("measured")
+    covariance = statistical(solution).covariance
+    b = [u.name for u in solution.unknowns].index("B")
+    size = abs(solution.values[b]) / covariance[b, b] ** 0.5
+    assert module.size_of(solution, b) == pytest.approx(size)
+    beside = [k for k in range(len(solution.values)) if k != b]
+    known = abs(solution.values[b]) / np.linalg.inv(covariance)[b, b] ** -0.5
+    assert module.size_of(solution, b, beside) == pytest.approx(known, rel=1e-3)
+    assert known > size
+
+
+@pytest.mark.parametrize(("name", "unknowns"), [("quadratic-load", 1), ("brush-drop", 2),
+                                                ("ripple", 4), ("heating", 4)])  # fmt: skip
+def test_a_price_is_schwarzs_for_all_that_the_term_brings(
+    name: str, unknowns: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its parameters, and a phase of each of two captures; readings that the colour leaves."""
+    monkeypatch.setattr(module, "inflation", lambda _: 2.0)
+    line = SimpleNamespace(blocks=(SimpleNamespace(count=300.0), SimpleNamespace(count=100.0)))
+    rough: Any = SimpleNamespace(
+        records=("one", "two"), solution=SimpleNamespace(objective=70.0, records=(line,) * 2)
+    )
+    found = module.priced(rough, TERMS[name])
+    assert found.unknowns == unknowns
+    assert found.paid == pytest.approx(70.0 + 2.0 * unknowns * np.log(800.0 / 2.0))
+    assert found.open == pytest.approx(20.0)
+
+
+def narrow() -> Solution:
+    """Of six parameters, of which R is held too."""
+    _, found = fitted("measured")
+    return replace(found, unknowns=found.unknowns[1:], values=found.values[1:])
+
+
+@cache
+def wider(runs: int = 1) -> Fitted:
+    """With a load on the shaft, and R held."""
+    records, solution = fitted("measured", runs)
+    start = {"R": FAULHABER["R"], "T_lc": 1e-10}
+    return begin(records, solution, [LOAD], fixed={"R": FAULHABER["R"]}, start=start).roughly()
+
+
+def test_the_narrower_fit_is_held_against_the_noise_of_the_wider() -> None:
+    wide = wider()
+    null = module._nested(wide, (), narrow())
+    assert wide.free == (*PARAMETERS[1:], "T_lc")
+    assert null.free == PARAMETERS[1:]
+    assert null.terms == ()
+    (one,), (theirs,) = null.records, wide.records
+    motor = one.motor(null.solution.values)
+    assert motor[0] == pytest.approx(FAULHABER["R"])  # held in both
+    assert motor[one.names.index("T_lc")] == 0.0
+    assert (one.filters, one.thinned) == (theirs.filters, theirs.thinned)
+    assert null.start["T_lc"] == 0.0
+    assert null.solution.objective > wide.solution.objective - 0.1  # with one unknown less
+
+
+def test_a_term_is_weighed_by_its_gain_its_price_and_its_size() -> None:
+    wide = wider()
+    found = module.weigh(wide, (), narrow(), LOAD)
+    null = module._nested(wide, (), narrow()).solution
+    assert found.gain == pytest.approx(null.objective - wide.solution.objective, abs=0.1)
+    count = sum(b.count for line in wide.solution.records for b in line.blocks)
+    assert found.needed == pytest.approx(np.log(count / found.inflation) + module.MARGIN)
+    assert found.size == pytest.approx(module.size_of(wide.solution, wide.free.index("T_lc")))
+    assert found.left_out is None
+    assert found.evaluations > 0
+
+
+def test_a_capture_alone_at_the_common_answer_is_as_likely_as_in_it() -> None:
+    wide = wider()
+    at = module._alone(wide, wide.records[0], np.zeros(len(wide.free)))
+    assert at == pytest.approx(wide.solution.objective, abs=0.5)
+    moved = np.zeros(len(wide.free))
+    k = wide.free.index("K")
+    moved[k] = 3.0 * wide.solution.information[k, k] ** -0.5
+    far = module._alone(wide, wide.records[0], moved)
+    assert far - at == pytest.approx(9.0, rel=0.2)
