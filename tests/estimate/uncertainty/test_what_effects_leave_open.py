@@ -16,8 +16,8 @@ from motorid.estimate.uncertainty.undetected import (
     FOUND,
     UNBOUNDED,
     Undetected,
+    _cleared,
     _left,
-    _Sums,
     _sums,
     beside,
     told,
@@ -59,10 +59,10 @@ class System:
     def inverse(self) -> Floats:
         return np.asarray(np.linalg.inv(self.shared.T @ self.line.orthogonal))
 
-    def left(self, logged: bool = False) -> Undetected:
+    def left(self, scatter: float = 1.0) -> Undetected:
         line = self.line
         slope = line.orthogonal.T @ self.residual
-        return _left(LOAD_FRICTION, _sums(self.column, line, logged), self.inverse, slope)
+        return _left(LOAD_FRICTION, _sums(self.column, line), self.inverse, slope, scatter)
 
     def posterior(self) -> tuple[float, float, Floats]:
         """The effect's size and standard deviation, and what a unit of it moves the parameters."""
@@ -112,30 +112,34 @@ def test_a_nuisance_that_is_held_takes_nothing() -> None:
         system.residual, system.shared, system.own, system.shared, system.precision, (), (),
         np.ones(1), (0, 1),
     )  # fmt: skip
-    sums = _sums(system.column, held, False)
+    sums = _sums(system.column, held)
     assert sums.square == pytest.approx(float(system.column @ system.column))
     assert sums.pull == pytest.approx(float(system.column @ system.residual))
     assert sums.shared == pytest.approx(system.shared.T @ system.column)
 
 
-def test_readings_of_a_log_count_by_their_scatter() -> None:
-    """White's: of what is left of the effect's change, the squares by those of the residuals."""
+def test_what_is_left_of_a_change_is_what_parameters_and_nuisances_do_not_explain() -> None:
     system = System.drawn(0.6)
-    loud = np.where(np.abs(system.column) > np.median(np.abs(system.column)), 30.0, 1.0)
-    noisy = System(
-        system.shared, system.own, system.precision, system.column, loud * system.residual
-    )
-    every = np.column_stack([noisy.shared, noisy.own])
-    H = every.T @ every + np.diag([0.0, 0.0, *noisy.precision])
-    left = noisy.column - every @ np.linalg.solve(H, every.T @ noisy.column)
-    scatter = (left**2 @ noisy.residual**2) / (left @ left)
-    sums = _sums(noisy.column, noisy.line, True)
-    assert scatter > 2.0
-    assert sums.scatter(noisy.inverse) == pytest.approx(scatter)
-    assert _sums(noisy.column, noisy.line, False).scatter(noisy.inverse) == 1.0
-    assert sums.scatter(noisy.inverse) == pytest.approx(
-        _Sums(0.0, sums.shared, 0.0, sums.logged * 2).scatter(noisy.inverse)
-    )
+    line, sums = system.line, _sums(system.column, system.line)
+    every = np.column_stack([system.shared, system.own])
+    H = every.T @ every + np.diag([0.0, 0.0, *system.precision])
+    left = system.column - every @ np.linalg.solve(H, every.T @ system.column)
+    follows = system.inverse @ sums.shared
+    found = _cleared(system.column, line) - line.orthogonal @ follows
+    assert found == pytest.approx(left)
+
+
+def test_an_effect_is_seen_by_as_much_as_its_pull_scatters() -> None:
+    """What is open of it stays; a size that is not seen is in the shift."""
+    system = System.drawn(0.8, 3.0)
+    white, some = system.left(), system.left(2.25)
+    assert white.seen > 1.5 * FOUND
+    assert some.seen == pytest.approx(white.seen / 1.5)
+    assert (some.open, some.shift) == (white.open, pytest.approx(white.shift))
+    much = system.left((1.01 * white.seen / FOUND) ** 2)
+    mean, deviation, moves = system.posterior()
+    assert much.seen == 0.0
+    assert much.shift == pytest.approx(moves * np.hypot(deviation, mean))
 
 
 def test_a_shift_is_told_as_shares_of_the_parameters_the_largest_first() -> None:
