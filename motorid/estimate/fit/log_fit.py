@@ -18,6 +18,7 @@ from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit import (
     log_lags,
     log_means,
+    log_one_filter,
     log_readings,
     log_second_order,
     smoothed_voltage,
@@ -55,7 +56,8 @@ def best(
     fixed: Mapping[str, float],
 ) -> Fit:
     """The likeliest answer; ``first``: records of the smoothest shape, with their ``solution``."""
-    captures = [record.capture for record in first]  # as their readings turn out to be
+    as_read = [record.capture for record in first]
+    captures = as_read  # as their readings turn out to be
     joined, joined_at = solution, merged(start, solution)
 
     def fresh(shape: Shape) -> list[MotorRecord]:
@@ -89,9 +91,11 @@ def best(
     if gain > needed:
         filtered = log_second_order.taken(wider, free, known, fixed)
         means = log_means.taken(wider, free, known, fixed)
-        lagged = log_lags.taken(wider, [record.capture for record in first], free, known, fixed)
+        lagged = log_lags.taken(wider, as_read, free, known, fixed)
+        alone = log_one_filter.taken(wider, as_read, free, known, fixed)
         price = float(np.log(readings(wider[0])))
-        wider = log_means.likelier(log_means.likelier(filtered, means, price), lagged, price)
+        for other in (filtered, means, lagged, alone):
+            wider = log_means.likelier(wider, other, price)
         wider = log_readings.reconsidered(wider, free, known, fixed)
         for record in wider[0]:
             record.as_stamped = known
