@@ -4,7 +4,7 @@ python bench/bench_stranger.py             every log, a motor each; writes the r
 python bench/bench_stranger.py --short     a few
 python bench/bench_stranger.py --kept out/stranger.jsonl   goes on where an earlier run stopped
 
-Each log is a line of the file ``--kept`` as soon as it is done. A later run of the same commit takes
+Each log is a line of the file ``--kept`` once it is done. A later run of the same commit takes
 such lines as they are, so the bench may run in parts.
 
 A parameter or combination that is estimated and off by more than 4 u is SILENT where no word names

@@ -37,6 +37,8 @@ FILTERED = (CURRENT, SPEED, POSITION)
 
 def moves(records: Sequence[MotorRecord], solution: Solution) -> dict[str, float]:
     """SI, by parameter: how far a filter of another kind may have moved it; empty: none shows."""
+    if not any(default.period_s(record) and record.found for record in records):
+        return {}
     inverse, found = covariance_of(solution.information), np.zeros(len(solution.unknowns))
     for record, line, own in zip(records, solution.records, solution.own, strict=True):
         if not default.period_s(record) or not record.found:

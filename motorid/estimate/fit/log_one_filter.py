@@ -34,6 +34,7 @@ from motorid.estimate.solver.problem import Unknown
 FIRST = {CURRENT: CURRENT_SMOOTHING, SPEED: SPEED_SMOOTHING, VOLTAGE: VOLTAGE_SMOOTHING}
 BENDS = (0.5, 0.7)  # second of first time constant: two equal stages, and Butterworth's
 LEAST = 0.6  # samples later than the others: less is no filter that matters
+SOUGHT = 2.0  # samples, to begin with where a fit says nothing of it
 READ: tuple[Shape, ...] = (JOINED, "curved", "held", BROKEN)  # of a voltage, the smooth ones first
 SHAPES = {CURRENT: READ, SPEED: READ, VOLTAGE: ("curved", JOINED)}
 
@@ -64,12 +65,17 @@ def taken(
     free: Sequence[str],
     known: Mapping[str, float],
     fixed: Mapping[str, float],
+    sought: bool = False,
 ) -> Fit:
     """The likeliest such fit of the captures ``as_read``; ``before`` where no channel is late
     enough, or none is likelier.
+
+    ``sought``: ``before`` leaves a misfit, so that what it says of lags may be wrong. Then every
+    channel is tried, by some samples at least.
     """
     search, near = _Search(as_read, free, fixed), merged(known, before[1])
-    fits = [fit for channel in FIRST for fit in _of(channel, before, search, near)]
+    least = SOUGHT if sought else 0.0
+    fits = [fit for channel in FIRST for fit in _of(channel, before, search, near, least)]
     best = min([before, *fits], key=lambda fit: fit[1].objective)
     if best is not before:
         for record, last in zip(best[0], before[0], strict=True):
@@ -77,12 +83,19 @@ def taken(
     return best
 
 
-def _of(channel: str, before: Fit, search: _Search, near: Mapping[str, float]) -> Iterator[Fit]:
-    """Fits with that channel behind a filter."""
+def _of(
+    channel: str, before: Fit, search: _Search, near: Mapping[str, float], least: float
+) -> Iterator[Fit]:
+    """Fits with that channel behind a filter, of ``least`` samples or more."""
     first, second = Instance(FIRST[channel]), Instance(SECOND_ORDER[FIRST[channel]])
-    late = [later(r, own.tolist()).get(channel, 0.0) for r, own in zip(*_each(before), strict=True)]
+    if any(first.unknown(record) is None for record in before[0]):
+        return  # somebody states it
+    late = [
+        max(later(record, own.tolist()).get(channel, 0.0), least * default.period_s(record))
+        for record, own in zip(*_each(before), strict=True)
+    ]
     enough = [LEAST * default.period_s(record) for record in before[0]]
-    if any(size <= least for size, least in zip(late, enough, strict=True)):
+    if any(size <= short for size, short in zip(late, enough, strict=True)):
         return
     smooth, *others = SHAPES[channel]
 

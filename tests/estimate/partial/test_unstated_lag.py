@@ -17,9 +17,9 @@ MOTOR = Motor(0.5, 0.5 * 0.3 / RATE, 0.038, 7e-5, 5e-5, 8e-3, 12.0)
 NOT_STATED = frozenset({"delay", "filter", "aperture"})
 
 
-def logged(edges: float = 0.0, stated: bool = False) -> Capture:
-    """A board's log: a speed that is the mean since the row before; ``edges``: of a load that
-    depends on the angle, N·m."""
+def logged(wander_v: float = 0.0, stated: bool = False) -> Capture:
+    """A board's log: a speed that is the mean since the row before; ``wander_v``: by which the
+    voltage's readings wander, V."""
     rng = np.random.default_rng(3)
     volts = np.tile(chain.wave("steps", MOTOR.volts, MOTOR.tau_s, RATE, rng), 3)
     dt = 1.0 / RATE / TICKS
@@ -27,8 +27,10 @@ def logged(edges: float = 0.0, stated: bool = False) -> Capture:
     stamps = np.arange(1, len(volts)) / RATE
     angle = chain.instants(true.angle, dt, stamps, False)
     speed = np.diff(angle, prepend=0.0) * RATE
-    speed = speed + edges * np.sin(3.0 * angle) + rng.normal(0.0, 0.5, len(speed))
-    shown = chain.converted(chain.instants(true.terminal, dt, stamps, True), 15.0, 10, 0.7, rng)
+    speed = speed + rng.normal(0.0, 0.5, len(speed))
+    wander = wander_v * np.sin(stamps / MOTOR.tau_s)
+    read = chain.instants(true.terminal, dt, stamps, True) + wander
+    shown = chain.converted(read, 15.0, 10, 0.7, rng)
     facts = frozenset() if stated else NOT_STATED
     channels = {
         VOLTAGE: replace(Channel(VOLTAGE, "V", shown), undeclared=facts),
@@ -60,4 +62,4 @@ def test_a_delay_that_is_stated_is_believed() -> None:
 
 
 def test_a_misfit_that_no_lag_explains_stays_one() -> None:
-    assert {"lack_of_fit"} <= codes(logged(edges=25.0))
+    assert {"lack_of_fit"} <= codes(logged(wander_v=2.0))
