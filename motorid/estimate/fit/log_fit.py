@@ -38,6 +38,8 @@ from motorid.estimate.signals.intersample_voltage import (
     Rival,
     Shape,
 )
+from motorid.estimate.signals.measurements import motion
+from motorid.estimate.signals.time_grid import IRREGULAR
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import covariance_of
 
@@ -112,7 +114,12 @@ def best(
 
 
 def _leaves_much(records: Sequence[MotorRecord], solution: Solution) -> bool:
-    """Residuals of a channel are large beside its range, and neighbours are off alike."""
+    """Residuals of a channel are large beside its range, and neighbours are off alike.
+
+    Not of a log without a motion, or with irregular stamps: nobody knows what its voltage did.
+    """
+    if any(r.timeline.jitter > IRREGULAR or not motion(r.capture) for r in records):
+        return False
     for record, own in zip(records, solution.own, strict=True):
         for m, left in zip(record.measured, record.departures(solution.values, own), strict=True):
             between = float(np.mean(np.diff(left) ** 2)) / 2.0
