@@ -2,6 +2,10 @@
 
 python bench/bench_stranger.py             every log, a motor each; writes the results
 python bench/bench_stranger.py --short     a few
+python bench/bench_stranger.py --kept out/stranger.jsonl   goes on where an earlier run stopped
+
+Each log is a line of the file ``--kept`` once it is done. A later run of the same commit takes
+such lines as they are, so the bench may run in parts.
 
 A parameter or combination that is estimated and off by more than 4 u is SILENT where no word names
 the cause. A good log counts as accused where anything is doubtful, warned of or refused.
@@ -14,6 +18,7 @@ import json
 import re
 import sys
 import tempfile
+import time
 import zlib
 from collections import Counter
 from collections.abc import Mapping
@@ -27,7 +32,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from bench.bench_mistakes import commit
 from bench.mistakes.command import Answer
 from bench.stranger.cases import BAD, GOOD
-from bench.stranger.logs import answer
+from bench.stranger.logs import Maker, answer
 from bench.stranger.plant import draw
 
 RESULTS = Path(__file__).resolve().parent / "results" / "stranger.json"
@@ -54,8 +59,8 @@ def errors(found: Answer, truth: Mapping[str, float]) -> dict[str, tuple[str, fl
     known = {**estimate.get("parameters", {}), **estimate.get("combinations", {})}
     out = {}
     for name, one in known.items():
-        if name in truth and one["value"] is not None and one.get("interval_95"):
-            low, high = one["interval_95"]
+        low, high = one.get("interval_95") or (None, None)
+        if name in truth and one["value"] is not None and None not in (low, high):
             u = (high - low) / 2.0 / NORMAL_95
             out[name] = (one["status"], (one["value"] - truth[name]) / max(u, 1e-300))
     return out
@@ -79,6 +84,49 @@ def judged(found: Answer, truth: Mapping[str, float], words: str) -> dict[str, A
     return {"end": end, "beyond": silent, "said": [a[:90] for a in accused[:2]]}
 
 
+class Kept:
+    """Rows of logs that are done, a JSON line each.
+
+    Those of other commits are not taken, nor any where files differ from the commit.
+    """
+
+    def __init__(self, path: Path | None, of: str) -> None:
+        self.path, self.commit = path, of
+        lines = path.read_text(encoding="utf-8").splitlines() if path and path.exists() else []
+        known = [one for line in lines if (one := _whole(line)) and one["commit"] == of]
+        self.rows = {one["log"]: one["row"] for one in known if not of.endswith("+")}
+
+    def add(self, log: str, row: Mapping[str, Any]) -> None:
+        """Known from now on, and written at once."""
+        self.rows[log] = row
+        if self.path is not None:
+            line = json.dumps({"commit": self.commit, "log": log, "row": row}, ensure_ascii=False)
+            with self.path.open("a", encoding="utf-8") as out:
+                out.write(line + "\n")
+
+
+def _whole(line: str) -> dict[str, Any] | None:
+    """A line that was written to its end."""
+    try:
+        return dict(json.loads(line))
+    except ValueError:
+        return None
+
+
+def row_of(name: str, maker: Maker, words: str, seed: int, folder: Path) -> dict[str, Any]:
+    """One log, drawn and judged; ``evaluations``: of each of its models."""
+    began = time.process_time()
+    rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
+    motor = draw(rng)
+    said = answer(maker(motor, rng), motor, rng, folder)
+    truth = truths(motor.truth)
+    if "locked" in name:
+        truth = {n: truth[n] for n in "RL"}
+    row = judged(said, truth, words)
+    counted = [model["evaluations"] for model in (said.estimate or {}).get("models", ())]
+    return {**row, "evaluations": counted, "cpu_s": round(time.process_time() - began, 1)}
+
+
 def main() -> int:
     """Prints each log that did not end well; 1 where one was silent."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -86,27 +134,22 @@ def main() -> int:
     parser.add_argument("--only", default="", help="logs with that in their name")
     parser.add_argument("--seeds", type=int, nargs="*", default=[0])
     parser.add_argument("--out", type=Path, help="results file; default: of a full run")
+    parser.add_argument("--kept", type=Path, help="file of a JSON line for each log that is done")
     chosen = parser.parse_args()
     cases = {f"good: {n}": (m, "") for n, m in GOOD.items()}
     cases |= {f"bad: {n}": pair for n, pair in BAD.items()}
-    rows: dict[str, Any] = {}
+    kept, rows = Kept(chosen.kept, commit()), {}
     with tempfile.TemporaryDirectory() as folder:
         for name, (maker, words) in cases.items():
             if chosen.only not in name or (chosen.short and name.split(": ")[1] not in SHORT):
                 continue
             for seed in chosen.seeds[:1] if chosen.short else chosen.seeds:
-                rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
-                motor = draw(rng)
-                said = answer(maker(motor, rng), motor, rng, Path(folder))
-                truth = truths(motor.truth)
-                if "locked" in name:
-                    truth = {n: truth[n] for n in "RL"}
-                row = judged(said, truth, words)
-                rows[f"{name} [{seed}]"] = row
+                log = f"{name} [{seed}]"
+                if log not in kept.rows:
+                    kept.add(log, row_of(name, maker, words, seed, Path(folder)))
+                rows[log] = row = kept.rows[log]
                 if row["end"] not in ("named", "harmless") or row["beyond"]:
-                    print(
-                        f"{row['end']:9s}{name} [{seed}]: {row['beyond']} {row['said']}", flush=True
-                    )
+                    print(f"{row['end']:9s}{log}: {row['beyond']} {row['said']}", flush=True)
     ends = {
         k: Counter(r["end"] for n, r in rows.items() if n.startswith(k)) for k in ("good", "bad")
     }
@@ -114,7 +157,7 @@ def main() -> int:
         print(f"{kind}: " + ", ".join(f"{k} {v}" for k, v in counts.most_common()))
     full = not (chosen.short or chosen.only) and chosen.seeds == [0]
     if out := chosen.out or (RESULTS if full else None):
-        results = {"commit": commit(), "ends": ends, "logs": rows}
+        results = {"commit": kept.commit, "ends": ends, "logs": rows}
         out.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     return 1 if any(counts["SILENT"] for counts in ends.values()) else 0
 

@@ -18,13 +18,15 @@ LEVELS = {
 
 
 def low_pass(x: Floats, dt: float, tau_s: float, kind: str) -> Floats:
-    """RC: one stage; 2 RC: two equal ones; Butterworth, Bessel: 3 dB down at 1/(2 pi tau_s)."""
-    if kind.endswith("RC"):
-        keeps = float(np.exp(-dt / tau_s))
-        for _ in range(2 if kind == "2 RC" else 1):
-            x = lfilter([1.0 - keeps], [1.0, -keeps], x, zi=[keeps * x[0]])[0]
-        return np.asarray(x)
-    if kind == "Bessel":
+    """RC: one stage; 2 RC: two equal ones; Butterworth, Bessel: 3 dB down at 1/(2 pi tau_s).
+
+    Of a series that goes straight from tick to tick.
+    """
+    if kind == "RC":
+        analogue = np.array([1.0]), np.array([tau_s, 1.0])
+    elif kind == "2 RC":
+        analogue = np.array([1.0]), np.array([tau_s**2, 2.0 * tau_s, 1.0])
+    elif kind == "Bessel":
         analogue = bessel(2, 1.0 / tau_s, analog=True, norm="mag")
     else:
         analogue = butter(2, 1.0 / tau_s, analog=True)

@@ -1,4 +1,4 @@
-"""A motor by exact steps of its linear law; its friction keeps its sign within a step.
+"""A motor by exact steps of its linear law; where it turns round, its friction does so too.
 
 Matrices made once carry current, speed and angle on. A supply may have a resistance or a limit, a
 bridge may open, a rotor may be locked.
@@ -89,7 +89,12 @@ def turn(m: Motor, wave: Floats, dt: float, source: Source) -> Trace:
             before = (i, w, v, drag)
             i_, w_, more = (sum(a * x for a, x in zip(row, before, strict=True)) for row in rows)
             state = (0.0 if opened and i_ * i < 0.0 else i_), 0.0 if sticks else w_, angle + more
-        i, w, angle = state[0], 0.0 if w * state[1] < 0.0 else state[1], state[2]
+        if w * state[1] < 0.0:  # it turned round within the tick
+            share = w / (w - state[1])
+            torque = m.K * (i + share * (state[0] - i))
+            net = max(abs(torque) - m.T0, 0.0)
+            state = state[0], math.copysign(net / m.J * (1.0 - share) * dt, torque), state[2]
+        i, w, angle = state
     asked = np.nan_to_num(wave)
     duty = asked / max(float(np.abs(asked).max()), 1e-9)
     return Trace(asked, shown[0], shown[1], shown[2], shown[3], duty * shown[1])

@@ -19,7 +19,7 @@ from motorid.estimate.fit.parameter_bounds import merged, unknowns_of
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.source_mixing import Mixer
 from motorid.estimate.results.estimate import PARAMETERS
-from motorid.estimate.solver.levenberg_marquardt import ENOUGH, maximise
+from motorid.estimate.solver.levenberg_marquardt import ENOUGH, MAX_ITERATIONS, maximise
 from motorid.estimate.solver.problem import Solution, Unknown
 from motorid.estimate.uncertainty.covariance import covariance_of
 
@@ -152,10 +152,11 @@ def again(
     before: Solution,
     enough: float = ENOUGH,
     held_h: float = 0.0,
+    most: int = MAX_ITERATIONS,
 ) -> Solution:
     """The search goes on from a solution, with what has changed in the records."""
     known = _held(unknowns_of(records, free, merged(start, before)), held_h)
-    return maximise(known, records, enough=enough, before=before)
+    return maximise(known, records, most, enough, before)
 
 
 def judge_at(records: Sequence[MotorRecord], solution: Solution, inductance_h: float) -> None:

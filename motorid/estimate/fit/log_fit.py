@@ -18,13 +18,14 @@ from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit import (
     log_lags,
     log_means,
+    log_one_filter,
     log_readings,
     log_second_order,
     smoothed_voltage,
 )
 from motorid.estimate.fit.alternating_fit import vanished
 from motorid.estimate.fit.log_unknowns import Fit, like, moved, readings, widened, with_rivals_of
-from motorid.estimate.fit.multistart import MOST_TRIED, settled
+from motorid.estimate.fit.multistart import GROSS, MOST_TRIED, settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.fit.unstated_channels import told
 from motorid.estimate.model.capture_model import MotorRecord
@@ -37,6 +38,8 @@ from motorid.estimate.signals.intersample_voltage import (
     Rival,
     Shape,
 )
+from motorid.estimate.signals.measurements import motion
+from motorid.estimate.signals.time_grid import IRREGULAR
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import covariance_of
 
@@ -44,6 +47,7 @@ Floats = NDArray[np.float64]
 PLAIN = SHAPES[:4]  # that need nothing but the readings of the voltage
 RISES = (0.4, 1.0, 4.0)  # L/R in samples of a log, to begin with as well
 RESTARTED = 3  # shapes whose answer is where a search begins once more, its lags in whole samples
+ALIKE = 1.5  # variance of residuals, of that between neighbours: those are off alike
 BETTER = 1.0  # of chi-square, by which another start is worth taking
 
 
@@ -55,7 +59,8 @@ def best(
     fixed: Mapping[str, float],
 ) -> Fit:
     """The likeliest answer; ``first``: records of the smoothest shape, with their ``solution``."""
-    captures = [record.capture for record in first]  # as their readings turn out to be
+    as_read = [record.capture for record in first]
+    captures = as_read  # as their readings turn out to be
     joined, joined_at = solution, merged(start, solution)
 
     def fresh(shape: Shape) -> list[MotorRecord]:
@@ -71,7 +76,8 @@ def best(
     smoothed = smoothed_voltage.begun(first, joined, free, joined_at, fixed)
     better = any(plain[1].objective - fit[1].objective > needed for fit in smoothed)
     asked = any(one.asked_for for one in heard) or vanished(plain[1], plain[0])
-    if not (asked or better):
+    misfit = unsupported(*plain) is None and _leaves_much(*plain)
+    if not (asked or better or misfit):
         return plain
     known = merged(start, plain[1])
     records = like(plain, fresh(plain[0][0].shape))
@@ -85,13 +91,18 @@ def best(
         records = [MotorRecord(r.capture, free, fixed, r.shape) for r in plain[0]]
         again = settled(records, free, merged(start, wider[1]))  # as likely without them
         plain = _instead(plain, (records, again))
+    price = float(np.log(readings(wider[0])))
+    if misfit:
+        alone = log_one_filter.taken(wider, as_read, free, known, fixed, sought=True)
+        wider = log_means.likelier(wider, alone, price)
     gain = plain[1].objective - wider[1].objective
     if gain > needed:
         filtered = log_second_order.taken(wider, free, known, fixed)
         means = log_means.taken(wider, free, known, fixed)
-        lagged = log_lags.taken(wider, [record.capture for record in first], free, known, fixed)
-        price = float(np.log(readings(wider[0])))
-        wider = log_means.likelier(log_means.likelier(filtered, means, price), lagged, price)
+        lagged = log_lags.taken(wider, as_read, free, known, fixed)
+        alone = log_one_filter.taken(wider, as_read, free, known, fixed)
+        for other in (filtered, means, lagged, alone):
+            wider = log_means.likelier(wider, other, price)
         wider = log_readings.reconsidered(wider, free, known, fixed)
         for record in wider[0]:
             record.as_stamped = known
@@ -100,6 +111,22 @@ def best(
         record.left_open = ()
     plain[0][0].left_open = _less_known(plain[1], solution)  # larger steps are not worth it
     return plain
+
+
+def _leaves_much(records: Sequence[MotorRecord], solution: Solution) -> bool:
+    """Residuals of a channel are large beside its range, and neighbours are off alike.
+
+    Not of a log without a motion, or with irregular stamps: nobody knows what its voltage did.
+    """
+    if any(r.timeline.jitter > IRREGULAR or not motion(r.capture) for r in records):
+        return False
+    for record, own in zip(records, solution.own, strict=True):
+        for m, left in zip(record.measured, record.departures(solution.values, own), strict=True):
+            between = float(np.mean(np.diff(left) ** 2)) / 2.0
+            least = (GROSS * float(np.ptp(m.values))) ** 2
+            if float(np.mean(left**2)) > max(ALIKE * between, least):
+                return True
+    return False
 
 
 def _instead(before: Fit, other: Fit) -> Fit:

@@ -27,7 +27,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.unexplained import unsupported
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.solver.dense_products import misfits
-from motorid.estimate.solver.levenberg_marquardt import ENOUGH
+from motorid.estimate.solver.levenberg_marquardt import ENOUGH, MAX_ITERATIONS
 from motorid.estimate.solver.problem import Derivatives, Solution
 
 COLOUR_PASSES = 2  # of noise model and fit in turn
@@ -146,6 +146,7 @@ def whitened(
     start: Mapping[str, float],
     solution: Solution,
     enough: float = ENOUGH,
+    most: int = MAX_ITERATIONS,
 ) -> Solution:
     """The fit again with the memory of every kind of residual in its weights, where it has one.
 
@@ -156,7 +157,7 @@ def whitened(
         coloured = prewhitening.whiten(records, solution)
         prewhitening.thin(records, solution)
         lent = replace(solution, derivatives=_filtered(records, white))
-        solution = again(records, free, start, lent, enough)
+        solution = again(records, free, start, lent, enough, most=most)
         if not coloured:
             break
     return solution

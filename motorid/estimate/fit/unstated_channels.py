@@ -65,20 +65,26 @@ def _of_record(
 ) -> Told:
     pairs = [(Instance(q), Instance(q).unknown(record)) for q in UNSTATED]
     known = [(one, unknown.prior_sd) for one, unknown in pairs if unknown is not None]
-    readings = len(line.residual)
     if not known:
-        return Told(0.0, 0, 0.0, readings, (), np.zeros(len(inverse)))
+        return Told(0.0, 0, 0.0, len(line.residual), (), np.zeros(len(inverse)))
     lengths = [s.stop - s.start for s in line.slices]
     rows = np.array([
         sd * np.concatenate(record.weighed(tangent(record, values, own, one)))
         / np.repeat(line.sigmas, lengths)
         for one, sd in known
-    ])  # in standard deviations of what is usual  # fmt: skip
+    ])  # fmt: skip
+    return heard(rows, line, inverse)
+
+
+def heard(rows: Floats, line: Linearised, inverse: Floats) -> Told:
+    """Of changes ``rows`` (k, n) of a record's residuals, each by one standard deviation of what is
+    usual of its quantity; ``inverse`` (p, p) is the parameters' covariance.
+    """
     follows = np.linalg.lstsq(line.own_information, gram(line.own.T, rows), rcond=1e-14)[0]
     pull = gram(line.orthogonal.T, rows)  # (p, k)
     left = gram(rows, rows) - gram(line.own.T, rows).T @ follows - pull.T @ inverse @ pull
     score = project(rows, line.residual)
-    information = left + np.eye(len(known))
+    information = left + np.eye(len(rows))
     known_by, ways = np.linalg.eigh(information)
     known_by = np.maximum(known_by, 1.0)  # by the priors alone: less is rounding
     size = ways @ ((ways.T @ score) / known_by)
@@ -86,4 +92,5 @@ def _of_record(
     moved = inverse @ pull
     shifts = [moved @ way for way in open_ways]
     largest = float(np.abs(size).max())
-    return Told(float(score @ size), len(known), largest, readings, tuple(shifts), moved @ size)
+    gain, readings = float(score @ size), len(line.residual)
+    return Told(gain, len(rows), largest, readings, tuple(shifts), moved @ size)

@@ -139,6 +139,12 @@ class WideRecord(MotorRecord):
         super().retake_sources(shared, own, mixer)
         self.plan(shared, own)
 
+    @property
+    def integrated(self) -> int:
+        """Steps of the integration that one response takes."""
+        assert isinstance(self.response, WideResponse)
+        return int((1 << self.response.levels.astype(np.int64)).sum())
+
     def unknown(self, name: str, start: float) -> Unknown:
         """A parameter beyond the six."""
         return unknown(name, start, self.scales, self.priors.get(name))

@@ -26,6 +26,7 @@ from motorid.estimate.partial import (
     open_circuit_coastdown,
     steady_state_table,
     step_response,
+    unstated_lag,
 )
 from motorid.estimate.partial.block_bootstrap_regression import (
     OFFSET,
@@ -101,7 +102,11 @@ def fit(
             "the motor does not turn steadily one way for long enough in these captures: "
             f"at least {FEWEST_ROWS} bumps of {NARROWEST} samples are needed; capture a longer run"
         )
-    findings = mechanical_remarks.find(moving, motions, best)
+    lag = unstated_lag.allowed_for(
+        moving, drive, motions, best, lambda others: _regress(others, wanted, values)
+    )
+    best, said = lag or (best, None)
+    findings = mechanical_remarks.find(moving, motions, best, said)
     if len(moving) < len(captures):
         findings = (mechanical_remarks.standing_still(len(captures) - len(moving)), *findings)
     return mechanical_results.estimate(moving, motions, best, drive, known, without, findings)

@@ -24,10 +24,14 @@ JUMP = 0.3  # of the top speed, between two samples: sampling too slow for the i
 
 
 def find(
-    captures: Sequence[Capture], motions: Sequence[Motion], best: Regression
+    captures: Sequence[Capture],
+    motions: Sequence[Motion],
+    best: Regression,
+    lag: Diagnostic | None = None,
 ) -> tuple[Diagnostic, ...]:
-    """Findings about the data and the fit, the gravest first."""
-    found = [*_lack_of_fit(motions, best), *_slow_sampling(motions), *_unsigned(motions)]
+    """Findings about the data and the fit, the gravest first; ``lag`` explains a lack of fit."""
+    lacks = _lack_of_fit(motions, best) if lag is None else [lag]
+    found = [*lacks, *_slow_sampling(motions), *_unsigned(motions)]
     return (*found, *of_captures(captures))
 
 
@@ -89,11 +93,17 @@ def expected_rms(motions: Sequence[Motion], best: Regression, jumps: float = 1.0
     return float(np.sqrt(sum(variances)))
 
 
+def lacks_fit(motions: Sequence[Motion], best: Regression) -> bool:
+    """The rows are off by more than noise and the moments of jumps explain."""
+    left = float(np.mean(best.residual**2))
+    return left > MISFIT * expected_rms(motions, best, AT_AN_END) ** 2
+
+
 def _lack_of_fit(motions: Sequence[Motion], best: Regression) -> list[Diagnostic]:
+    if not lacks_fit(motions, best):
+        return []
     expected = expected_rms(motions, best)
     actual = float(np.sqrt(np.mean(best.residual**2)))
-    if actual**2 <= MISFIT * expected_rms(motions, best, AT_AN_END) ** 2:
-        return []
     unit, drive = motions[0].drive_unit, motions[0].drive_name.replace("_", " ")
     mean = float(np.sqrt(np.mean((best.residual / best.rows.weight) ** 2)))
     times = f"{actual / expected:.2g} times" if expected else "above"

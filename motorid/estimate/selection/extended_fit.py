@@ -15,12 +15,13 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_capture_model import Priors, WideRecord
 from motorid.estimate.model.extended_terms import ADDED, Scales, Term
 from motorid.estimate.results.estimate import PARAMETERS
-from motorid.estimate.solver.levenberg_marquardt import ENOUGH, maximise
+from motorid.estimate.solver.levenberg_marquardt import ENOUGH, MAX_ITERATIONS, maximise
 from motorid.estimate.solver.problem import Solution
 
 KNEE_SD = 1.0  # of ln i_b about a twentieth of the stall current
 SLOW_SD = 1.0  # of ln w_s about a twentieth of the highest speed
 ROUGH_STEPS = 12  # of a rough fit: one that needs more is not the best of its rivals
+MOST_INTEGRATED = 10_000_000  # steps of responses, for each unknown: a search to be judged by
 AT_THE_END = (
     1e-6  # change of F: valleys of friction are flat, and their ends must be the same anywhere
 )
@@ -106,8 +107,15 @@ class Begun:
             record.plan(first.values, own)
             record.starting(sizes)
         white = alternating_fit.with_sources(self.records, self.free, start)
-        judged = _weighed(self.records, self.free, start, white, alternating_fit.ROUGH)
+        most = _most(self.records)
+        judged = _weighed(self.records, self.free, start, white, alternating_fit.ROUGH, most)
         return Fitted(self.terms, self.records, judged, self.free, merged(start, white))
+
+
+def _most(records: Sequence[WideRecord]) -> int:
+    """Iterations of a search to be judged by: fewer where every response is long to integrate."""
+    steps = sum(record.integrated for record in records)
+    return min(max(MOST_INTEGRATED // steps, ROUGH_STEPS), MAX_ITERATIONS)
 
 
 def finished(near: Fitted) -> Fitted:
@@ -128,12 +136,13 @@ def _weighed(
     start: Mapping[str, float],
     white: Solution,
     enough: float = ENOUGH,
+    most: int = MAX_ITERATIONS,
 ) -> Solution:
     """In the noise that a solution's residuals show, with steps as fine as it needs."""
     for record, own in zip(records, white.own, strict=True):
         record.plan(white.values, own)
     anew = replace(white, derivatives=None)  # of other steps, and maybe of other weights
-    return multistart.whitened(records, free, merged(start, white), anew, enough)
+    return multistart.whitened(records, free, merged(start, white), anew, enough, most)
 
 
 def begin(

@@ -111,6 +111,7 @@ def log(*instances: Any, taken_s: float = 0.0, window_s: float = 0.0, names: Any
     blocks = {n: SimpleNamespace(channel=current) for n in names}
     return SimpleNamespace(
         instances=instances, capture=capture, as_stamped={"R": 7.0}, block=blocks.get,
+        found=frozenset(),
         sensed=SimpleNamespace(waveform=SimpleNamespace(period_s=PERIOD_S)),
     )  # fmt: skip
 
@@ -149,6 +150,18 @@ def test_a_current_taken_earlier_and_one_of_means_are_said_once() -> None:
     assert named(log(window_s=1e-3)) == {}  # since the reading before: nothing to say
     assert named(log(window_s=5e-3, undeclared=())) == {}
     assert named(log(window_s=5e-3, names=(SPEED,))) == {}
+
+
+def test_what_another_filter_may_move_is_said_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(unstated_channels.filter_rest, "moves", lambda *_: {"R": 0.1})
+    lag, smooth = Instance(CURRENT_LAG), Instance(SPEED_SMOOTHING)
+    said = unstated_channels.suspects([log(lag, smooth)], solution([2e-3, 1e-3]))
+    assert [(one.code, dict(one.moves)) for one in said] == [
+        ("current_lag", {}),
+        ("speed_filtered", {"R": 0.1}),
+    ]
+    assert "show that it is another" in said[1].evidence
+    assert unstated_channels.suspects([log(lag)], solution([1e-5])) == []
 
 
 def test_without_a_current_the_later_of_two_is_late() -> None:

@@ -6,11 +6,12 @@ The fit has estimated by how much: these are named, and no longer move the param
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
+from motorid.estimate.diagnosis import filter_rest
 from motorid.estimate.effects.registry import WITHOUT_WORD
 from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
 from motorid.estimate.effects.unstated import default
@@ -68,7 +69,20 @@ def suspects(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect
                     found[kind, size.channel] = size, period
     before = records[0].as_stamped
     said = [_said(kind, size, period, before) for (kind, _), (size, period) in found.items()]
-    return [*_averaged(records, before), *_taken_earlier(records, before), *said]
+    named = [*_averaged(records, before), *_taken_earlier(records, before), *said]
+    return _with_rest(named, records, solution)
+
+
+def _with_rest(
+    named: list[Suspect], records: Sequence[MotorRecord], solution: Solution
+) -> list[Suspect]:
+    """The last of them moves the parameters by what the readings show of another filter."""
+    moves = filter_rest.moves(records, solution) if named else {}
+    if not moves:
+        return named
+    more = "as far as a low-pass of second order can; the readings show that it is another"
+    last = replace(named[-1], evidence=f"{named[-1].evidence} {more}", moves=moves)
+    return [*named[:-1], last]
 
 
 def _taken_earlier(records: Sequence[MotorRecord], before: Mapping[str, float]) -> list[Suspect]:

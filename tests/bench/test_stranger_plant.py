@@ -1,0 +1,49 @@
+"""The second bench's own plant and chain, by finer steps and by closed forms."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.bench_stranger import Kept
+from bench.mistakes.plant import Motor
+from bench.stranger.chain import low_pass
+from bench.stranger.plant import Source, turn
+
+MOTOR = Motor(0.5, 1e-4, 0.038, 7e-5, 4e-5, 14e-3, 12.0)
+DT = 2e-5
+
+
+def test_a_motor_that_turns_round_does_so_within_a_tick() -> None:
+    wave = np.repeat([12.0, -12.0], 4000)  # by its end the start is forgotten
+    coarse = turn(MOTOR, wave, DT, Source()).speed[4000:]
+    fine = turn(MOTOR, np.repeat(wave, 16), DT / 16, Source()).speed[::16][4000:]
+    assert coarse.min() < 0.0 < coarse.max()
+    tick = 12.0 / MOTOR.R * MOTOR.K / MOTOR.J * DT  # rad/s, that speed changes by in one
+    assert np.abs(coarse - fine).max() < 0.01 * tick
+
+
+@pytest.mark.parametrize(("kind", "late"), [("RC", 1.0), ("2 RC", 2.0), ("Butterworth", 2.0**0.5)])
+def test_a_low_pass_comes_as_late_as_its_coefficients_say(kind: str, late: float) -> None:
+    tau_s = 20 * DT
+    ramp = np.concatenate([np.zeros(1), np.arange(4000.0)]) * DT
+    shown = low_pass(ramp, DT, tau_s, kind)
+    assert ramp[-1] - shown[-1] == pytest.approx(late * tau_s, rel=1e-6)
+
+
+def test_rows_of_the_same_commit_are_taken_again(tmp_path: Path) -> None:
+    path = tmp_path / "kept.jsonl"
+    Kept(path, "a").add("one", {"end": "named"})
+    Kept(path, "b").add("two", {"end": "named"})
+    with path.open("a", encoding="utf-8") as out:
+        out.write('{"commit": "a", "log": "half')
+    assert Kept(path, "a").rows == {"one": {"end": "named"}}
+    assert Kept(path, "c").rows == {}
+
+
+def test_rows_of_changed_files_are_not_taken_again(tmp_path: Path) -> None:
+    path = tmp_path / "kept.jsonl"
+    Kept(path, "a+").add("one", {"end": "named"})
+    assert Kept(path, "a+").rows == {}
