@@ -12,7 +12,7 @@ from tests.frozen.compare import part
 from tests.frozen.flat import Flat
 
 SHARPEST, WIDEST = 1e-6, 1e-2  # in the units of ``compare``
-MARGIN = 10.0  # other kernels of the linear algebra move a case by up to so much more
+MARGIN = 100.0  # other kernels of the linear algebra move a case by up to so much more: 42 seen
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Answer:
         return max(self.moves.values(), default=0.0)
 
     def tolerance(self, path: str) -> float:
-        """What another machine may differ by: ten times what rounding does, within 1e-6 and .01."""
+        """What another machine may differ by: a hundred times what rounding does, within 1e-6 and .01."""
         return min(max(MARGIN * self.moves.get(part(path), 0.0), SHARPEST), WIDEST)
 
 

@@ -117,8 +117,8 @@ def test_a_thousand_differences_are_one_table() -> None:
     assert table([]) == "no difference"
 
 
-def test_a_tolerance_is_ten_times_what_rounding_does_within_bounds() -> None:
-    answer = Answer({}, {"parameters": 1e-4, "budget": 1e-9, "alternative": math.inf})
+def test_a_tolerance_is_a_hundred_times_what_rounding_does_within_bounds() -> None:
+    answer = Answer({}, {"parameters": 1e-5, "budget": 1e-9, "alternative": math.inf})
     assert answer.tolerance("parameters > R > value") == pytest.approx(1e-3)
     assert answer.tolerance("budget > R > noise") == answer.tolerance("model") == SHARPEST
     assert answer.tolerance("alternative > name") == WIDEST

@@ -9,6 +9,7 @@ from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.undetected import Undetected
 
 WORTH_SAYING = 1e-3  # relative change of a parameter
+PLACES = 3  # a percentage with one decimal
 
 
 def suspects(undetected: Sequence[Undetected], solution: Solution) -> tuple[Suspect, ...]:
@@ -19,8 +20,10 @@ def suspects(undetected: Sequence[Undetected], solution: Solution) -> tuple[Susp
     for one in undetected:
         if not one.untold:
             continue
-        moves = one.moves(solution).items()
-        said = [f"{n} by {x:+.1%}" for n, x in moves if n in PARAMETERS and abs(x) > WORTH_SAYING]
+        moves = one.moves(solution)
+        worth = [n for n in PARAMETERS if abs(moves.get(n, 0.0)) > WORTH_SAYING]
+        worth.sort(key=lambda name: -abs(round(moves[name], PLACES)))  # as they are printed
+        said = [f"{name} by {moves[name]:+.1%}" for name in worth]
         if said:
             name = one.quantity.name
             evidence = (
