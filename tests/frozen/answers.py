@@ -30,7 +30,7 @@ class Answer:
         return max(self.moves.values(), default=0.0)
 
     def tolerance(self, path: str) -> float:
-        """What another machine may differ by: a hundred times what rounding does, within 1e-6 and .01."""
+        """What another machine may differ by: MARGIN times what rounding does, in 1e-6 to .01."""
         return min(max(MARGIN * self.moves.get(part(path), 0.0), SHARPEST), WIDEST)
 
 
