@@ -59,8 +59,9 @@ def errors(found: Answer, truth: Mapping[str, float]) -> dict[str, tuple[str, fl
     known = {**estimate.get("parameters", {}), **estimate.get("combinations", {})}
     out = {}
     for name, one in known.items():
-        low, high = one.get("interval_95") or (None, None)
-        if name in truth and one["value"] is not None and None not in (low, high):
+        ends = [end for end in one.get("interval_95") or () if end is not None]
+        if name in truth and one["value"] is not None and ends:
+            low, high = ends
             u = (high - low) / 2.0 / NORMAL_95
             out[name] = (one["status"], (one["value"] - truth[name]) / max(u, 1e-300))
     return out

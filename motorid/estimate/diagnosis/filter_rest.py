@@ -86,5 +86,5 @@ def _before(series: Floats, samples: int) -> Floats:
 def _apart(record: MotorRecord, own: Floats) -> int:
     """Samples from one h_k to the next."""
     sizes = zip(record.instances, own.tolist(), strict=True)
-    longest: float = sum(abs(size) for one, size in sizes if one.quantity in WITHOUT_WORD)
-    return max(1, round(REACH * longest / default.period_s(record) / TAPS))
+    longest_s = sum(abs(size) for one, size in sizes if one.quantity in WITHOUT_WORD)
+    return max(1, int(np.rint(REACH * longest_s / default.period_s(record) / TAPS)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -54,7 +55,13 @@ def test_a_current_taken_earlier_is_declared_later(tmp_path: Path) -> None:
         steps = 3 * round(PERIOD_S / STEP_S)
         return np.concatenate([np.full(steps, current[0]), current[:-steps]])
 
-    (record,), _ = solved([logged(tmp_path, i=late)], {}, ())
+    read = logged(tmp_path, i=late)
+    (record,), solution = solved([read], {}, ())
+    found = dict(zip(record.instances, solution.own[0].tolist(), strict=True))
+    assert found[log_lags.LAG] == pytest.approx(3 * PERIOD_S, rel=0.01)
+    known = dict(zip(FREE, solution.values.tolist(), strict=True))
+    worse = [record], replace(solution, objective=np.inf)
+    (record,), _ = log_lags.taken(worse, [read], FREE, known, {})
     taken_s = record.capture.provenance[log_lags.TAKEN]
     assert taken_s == pytest.approx(3 * PERIOD_S, rel=1e-6)
     assert record.capture.channels[CURRENT].delay_s == pytest.approx(taken_s)
