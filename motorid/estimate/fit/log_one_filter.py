@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture
+from motorid.errors import DataError
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.registry import SECOND_ORDER, UNSTATED
 from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
@@ -75,12 +76,20 @@ def taken(
     """
     search, near = _Search(as_read, free, fixed), merged(known, before[1])
     least = SOUGHT if sought else 0.0
-    fits = [fit for channel in FIRST for fit in _of(channel, before, search, near, least)]
+    fits = [fit for channel in FIRST for fit in _finite(_of(channel, before, search, near, least))]
     best = min([before, *fits], key=lambda fit: fit[1].objective)
     if best is not before:
         for record, last in zip(best[0], before[0], strict=True):
             record.rivals = last.rivals
     return best
+
+
+def _finite(fits: Iterator[Fit]) -> Iterator[Fit]:
+    """Until one begins where no motor with finite readings is."""
+    try:
+        yield from fits
+    except DataError:
+        return
 
 
 def _of(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from motorid.errors import DataError
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS, Term
@@ -163,7 +164,11 @@ class _Search:
             if rough.solution.objective > most:
                 break
             before = evaluations(start.records)
-            fitted = start.nearly(rough)
+            try:
+                fitted = start.nearly(rough)
+            except DataError:  # no motor with finite readings is where it ended
+                self.spent += evaluations(start.records) - before
+                continue
             evidence = weigh(fitted, now.taken, now.solution, candidate.term)
             self.spent += evaluations(fitted.records) - before + evidence.evaluations
             then = fitted.values
