@@ -23,10 +23,10 @@ class Stages:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **facts: Any) -> None:
         self.objectives = {PLAIN: 100.0, AGAIN: 100.0, WIDER: 80.0, ELSEWHERE: 81.0, SMOOTHED: 99.0}
         self.asked_for, self.needed, self.moved = False, 10.0, True
-        self.found, self.lost = False, set[str]()
+        self.found, self.lost, self.much = False, set[str](), False
         vars(self).update(facts)
         self.asked = list[str]()
-        self.ways = {"second": 1.0, "means": 2.0, "lags": 3.0}
+        self.ways = {"second": 1.0, "means": 2.0, "lags": 3.0, "alone": 4.0}
         answers = {
             "_of_every_shape": lambda *_: [self.fit(PLAIN)],
             "told": lambda *_: [self.heard()],
@@ -34,6 +34,8 @@ class Stages:
             "MotorRecord": lambda capture, _free, _fixed, shape: record(shape, capture=capture),
             "like": lambda _, records: records,
             "settled": lambda *_: solution(self.objectives[AGAIN]),
+            "_leaves_much": lambda *_: self.much,
+            "unsupported": lambda *_: None,
             "widened": self.widened,
             "_begun_elsewhere": self.elsewhere,
             "moved": lambda *_: self.moved,
@@ -47,6 +49,7 @@ class Stages:
         monkeypatch.setattr(log_fit.log_second_order, "taken", lambda *_: self.way("second"))
         monkeypatch.setattr(log_fit.log_means, "taken", lambda *_: self.way("means"))
         monkeypatch.setattr(log_fit.log_lags, "taken", lambda *_: self.way("lags"))
+        monkeypatch.setattr(log_fit.log_one_filter, "taken", lambda *_, **_how: self.way("alone"))
         monkeypatch.setattr(log_fit.log_means, "likelier", self.likelier)
 
     def fit(self, name: str) -> Any:
@@ -95,7 +98,8 @@ def test_most_logs_need_no_more_than_the_plain_shapes(monkeypatch: pytest.Monkey
 
 
 @pytest.mark.parametrize(
-    "asks", [{"asked_for": True}, {"lost": {PLAIN}}, {"needed": 0.9}, {"needed": 1.1}]
+    "asks",
+    [{"asked_for": True}, {"lost": {PLAIN}}, {"much": True}, {"needed": 0.9}, {"needed": 1.1}],
 )
 def test_lags_are_unknowns_where_something_asks_for_them(
     asks: dict[str, Any], monkeypatch: pytest.MonkeyPatch
@@ -114,7 +118,7 @@ def test_they_are_taken_where_they_gain_enough(
     (one,), found = stages.best()
     assert found.objective == (1.0 if taken else 100.0)
     ways = [name for name in stages.asked if name in stages.ways]
-    assert ways == (["second", "means", "lags"] if taken else [])
+    assert ways == (["second", "means", "lags", "alone"] if taken else [])
     assert ("reconsidered" in stages.asked) is taken
     assert hasattr(one, "as_stamped") is taken
     if taken:

@@ -180,7 +180,7 @@ def test_a_noise_with_memory_is_fitted_twice(
     one = record()
     one.filtered_rows = lambda table: 2.0 * table
 
-    def again(_r: Any, _f: Any, _s: Any, lent: Solution, enough: float) -> Solution:
+    def again(_r: Any, _f: Any, _s: Any, lent: Solution, enough: float, **_: Any) -> Solution:
         asked.append((lent.derivatives, enough))
         return replace(lent, objective=lent.objective - 1.0)
 

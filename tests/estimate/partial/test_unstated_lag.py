@@ -10,6 +10,7 @@ from bench.mistakes.plant import Motor
 from bench.stranger import chain
 from bench.stranger.plant import Source, turn
 from motorid.capture.model import SPEED, VOLTAGE, Capture, Channel
+from motorid.estimate.partial import unstated_lag
 from motorid.estimate.partial.mechanical_fit import fit
 
 RATE, TICKS, CLOCK_HZ = 500.0, 80, 1e9
@@ -63,3 +64,11 @@ def test_a_delay_that_is_stated_is_believed() -> None:
 
 def test_a_misfit_that_no_lag_explains_stays_one() -> None:
     assert {"lack_of_fit"} <= codes(logged(wander_v=2.0))
+
+
+def test_a_motion_is_taken_earlier_by_samples_and_nothing_else() -> None:
+    capture = logged()
+    early = unstated_lag._earlier(capture, 1.5)
+    late_s = early.channels[SPEED].delay_s - capture.channels[SPEED].delay_s
+    assert np.isclose(late_s, 1.5 / RATE)
+    assert early.channels[VOLTAGE] is capture.channels[VOLTAGE]

@@ -1,8 +1,9 @@
 """The motor's voltage against the level that the program commands.
 
 A board turns volts into a duty by its reading of the supply. A bridge and its dead time take
-something off; nothing adds. So a reading above the level says that one of two scales is wrong, or
-that the window of the voltage is not what the board declares.
+something off; nothing adds, but where a motor brakes after a higher level. So a reading above it
+says that one of two scales is wrong, or that the window of the voltage is not what the board
+declares.
 """
 
 from __future__ import annotations
@@ -30,8 +31,10 @@ def findings(
     channel = capture.get(VOLTAGE)
     if channel is None or channel.sense not in ("terminals", "bridge") or aliased(capture):
         return
+    highest = 0.0  # a motor that brakes after it adds what the bridge drops
     for level, read in settled(capture):
-        allowed = ABOVE * level + SURE * math.hypot(
+        highest = max(highest, level)
+        allowed = ABOVE * highest + SURE * math.hypot(
             channel.gain_uncertainty * level, channel.offset_uncertainty, channel.noise
         )
         if read - level > allowed:

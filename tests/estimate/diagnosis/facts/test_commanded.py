@@ -51,6 +51,17 @@ def test_levels_are_told_without_their_sign_by_their_later_half() -> None:
     assert next(commanded.settled(late)) == pytest.approx((6.0, 6.0))
 
 
+def test_a_motor_that_brakes_adds_what_the_bridge_drops() -> None:
+    """After a higher level; a tenth of it alone is held to itself."""
+    assert said(reading(1.2, (0.6,))) != []
+    capture = reading(1.0, (6.0, 0.6))
+    channel = capture.channels[VOLTAGE]
+    for add, accused in ((0.12, False), (0.5, True)):
+        raw = np.where(np.abs(channel.raw - 0.6) < 0.1, channel.raw + add, channel.raw)
+        more = replace(capture, channels={**capture.channels, VOLTAGE: replace(channel, raw=raw)})
+        assert bool(said(more)) is accused
+
+
 @pytest.mark.parametrize(
     ("step", "levels"),
     [
