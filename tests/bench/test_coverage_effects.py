@@ -57,14 +57,14 @@ def test_what_the_bound_knows_of_an_effect_is_what_the_simulator_does() -> None:
 
 
 @pytest.mark.slow
-def test_an_effect_of_unknown_size_leaves_less_to_know(tmp_path: Path) -> None:
+def test_an_effect_of_unknown_size_lets_no_more_be_known(tmp_path: Path) -> None:
     bench = draw_bench(3005, effects=True)
     assert present(bench.iron) == ("load friction",)
     runs = record(bench, tmp_path)
     with_it, _ = relative_bound(runs.captures, runs.truth, added=bench.added)
     without, _ = relative_bound(runs.captures, runs.truth)
+    # here the gains are most of it: rounding alone moves it by a ten-thousandth
     assert all(with_it[name] > 0.999 * without[name] for name in NAMES)
-    assert with_it["J"] > (1.0 + 2e-5) * without["J"]  # its gains leave less to lose
 
 
 def row(effects: list[str], terms: list[str], bare: list[str], *, holds: bool = True) -> Row:
