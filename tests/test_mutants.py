@@ -349,6 +349,16 @@ def test_a_mutant_is_tried_by_its_tests_and_the_file_comes_back(tree: Path) -> N
     assert (tree / "toy" / "x.py").read_bytes() == source
 
 
+def tried_near(tree: Path, source: bytes, *operators: str) -> dict[str, Answer]:
+    """What the slow tests beside the toy say of its mutants of these kinds."""
+    coverage_map.imports.cache_clear()
+    return {
+        one.after: trial.try_near(one, Kept(tree / "kept"), "slow", ("tests",), 60.0)
+        for one in python_faults.mutants("toy/x.py", source)
+        if one.operator in operators
+    }
+
+
 @pytest.mark.slow
 def test_a_survivor_meets_the_tests_with_a_marker_that_were_written_for_its_file(
     tree: Path,
@@ -359,13 +369,8 @@ def test_a_survivor_meets_the_tests_with_a_marker_that_were_written_for_its_file
         "@pytest.mark.slow\ndef test_three(): assert half(3) == 1.5\n"
         "@pytest.mark.slow\ndef test_one(): assert half(1) == 1\n"
     )
-    coverage_map.imports.cache_clear()
     source = (tree / "toy" / "x.py").read_bytes()
-    found = {
-        one.after: trial.try_near(one, Kept(tree / "kept"), "slow", ("tests",), 60.0)
-        for one in python_faults.mutants("toy/x.py", source)
-        if one.operator in ("arithmetic", "comparison")
-    }
+    found = tried_near(tree, source, "arithmetic", "comparison")
     name = "tests/test_toy_mutants.py"
     seen_in = coverage_map.test_digest(name)
     assert found == {
@@ -387,13 +392,8 @@ def test_a_test_that_fails_without_a_mutant_says_nothing_of_one(tree: Path) -> N
         "@pytest.mark.slow\ndef test_sick(): assert half(2) == 7\n"
         "@pytest.mark.slow\ndef test_one(): assert half(1) == 1\n"
     )
-    coverage_map.imports.cache_clear()
     source = (tree / "toy" / "x.py").read_bytes()
-    found = {
-        one.after: trial.try_near(one, Kept(tree / "kept"), "slow", ("tests",), 60.0)
-        for one in python_faults.mutants("toy/x.py", source)
-        if one.operator == "comparison"
-    }
+    found = tried_near(tree, source, "comparison")
     seen_in = coverage_map.test_digest(name)
     assert found == {
         "return x / 2 if (x >= 1) else x": Answer("killed", f"{name}::test_one", 0, 0, seen_in),

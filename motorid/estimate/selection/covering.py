@@ -6,11 +6,10 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from motorid.estimate.assembly.doubt import grown
+from motorid.estimate.assembly.doubt import SHARE, grown
 from motorid.estimate.results.estimate import Alternative, Estimate
 
-HALF = 0.5  # of half an interval, from which a move counts
-COUNTED = 1.001  # of that: it makes a value doubtful
+COUNTED = 1.001  # of the share of half an interval beyond which a value is doubtful
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,7 @@ def _sides(plain: Estimate, better: Alternative, name: str) -> tuple[float, floa
         return None
     (low, high), (least, most) = p.interval_95, other.interval_95 or (other.value, other.value)
     below, above = max(low - least, 0.0), max(most - high, 0.0)
-    counts, lacking = HALF * (high - low) / 2.0, max(below, above)
+    counts, lacking = SHARE * (high - low) / 2.0, max(below, above)
     if not lacking > 0.0 or max(abs(other.value - p.value), lacking) <= counts:
         return None
     before = grown(p, plain.budget.get(name, {}))
