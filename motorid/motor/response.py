@@ -20,13 +20,18 @@ from motorid.motor.tally import Tally
 
 Floats = NDArray[np.float64]
 AT_REST = (0.0, 0.0, 0.0)
+FEW = 100, 0.005  # events, also of a response's intervals, that take no longer than the rest
 
 
 class Response:
     """The readings of one record as a function of the motor. Holds its buffers: one per thread.
 
     ``voltage_v[n]`` (V) is the mean over the interval that ends at tick n; element 0 is not used.
+    ``worth``: so many ordinary responses took as long as the last one. An absurd motor that starts
+    and stops thousands of times takes hundreds of times as long.
     """
+
+    worth = 1
 
     def __init__(
         self,
@@ -154,7 +159,13 @@ class Response:
         )
         if events < 0:
             raise ValueError(f"no response exists for R, L, K, B, J, T0 = {tuple(motor)}")
+        self.weigh(events)
         return readings
+
+    def weigh(self, events: int) -> None:
+        """Say what the last response was worth, by its events: by no clock."""
+        few, share = FEW
+        self.worth = 1 + events // max(few, int(share * self.count))
 
 
 def _as_c(o: Output) -> tuple[int, float, float, float, float]:

@@ -11,6 +11,8 @@
 #define CONTRACTS 0.5
 #define RIPPLE_SWEEPS 3
 #define MAX_EVENTS 16 /* in one step; more is chatter of rounding */
+#define EVENT_STEPS 1000 /* that an event takes as long as, roughly */
+#define MOST_TRIED 2000 /* steps of an interval, in the mean, that are tried to plan it */
 
 /* ---- events ------------------------------------------------------------------------------- */
 
@@ -163,6 +165,17 @@ static void idle_interval(wide_run *r, int n)
     if (r->rows > PLAIN) r->now.x.x[WEDDY] *= exp(-r->h / r->motor->eddy_time);
 }
 
+/* Of a motor so absurd that its motion is beyond all numbers. */
+static int gone(const wide_run *r)
+{
+    return !isfinite(r->now.x.x[WQ] + r->now.x.x[WTH]);
+}
+
+static void unknown_interval(wide_run *r, int n)
+{
+    for (int j = 0; j < r->taps.n; j++) r->taps.values[(size_t)j * r->count + n] = NAN;
+}
+
 static void meet_pulses(wide_run *r)
 {
     const double *x = r->now.x.x;
@@ -256,7 +269,7 @@ static int begin(wide_run *r, const mw_motor *p, double period, double pwm_perio
     if (pwm_period > 0.0) r->six.L = inductance_at(p, TURN / pwm_period); /* of the PWM ripple */
     r->rows = p->load_inertia > 0.0 ? WROWS : p->eddy != 0.0 ? EDDIES : PLAIN;
     r->h = period, r->count = count, r->v = v;
-    r->angle = angle, r->n = 1;
+    r->angle = angle, r->n = 1, r->tried = 0.0;
     r->cogging_phase = start->cogging_phase, r->ripple_phase = start->ripple_phase;
     r->now = (moment){.warmth = start->warmth};
     r->now.x.x[WI] = start->current, r->now.x.x[WTH] = start->position;
@@ -288,7 +301,12 @@ int mw_response(const mw_motor *motor, double period, double pwm_period, int cou
         if (first >= count) break;
         r.taps.first = first, r.taps.end = end;
         begin_stretch(&r, &stretches[k], first);
-        for (int n = first; n < end; n++) interval(&r, n, levels[n] < FINEST ? levels[n] : FINEST);
+        for (int n = first; n < end; n++) {
+            if (gone(&r))
+                unknown_interval(&r, n);
+            else
+                interval(&r, n, levels[n] < FINEST ? levels[n] : FINEST);
+        }
     }
     read_outputs(&r.taps, outputs, n_outputs, y);
     return r.now.events;
@@ -311,6 +329,7 @@ static void interval_from(wide_run *r, const moment *at, int n, int level)
         for (int l = 0; l <= FINEST + 1; l++) r->levels[l].made = 0;
     r->now = *at;
     interval(r, n, level);
+    r->tried += (1 << level) + EVENT_STEPS * (r->now.events - at->events);
 }
 
 /* The coarsest level, not far below the last one, that agrees with the next finer; with the finest
@@ -358,6 +377,8 @@ int mw_plan(const mw_motor *motor, double period, double pwm_period, int count, 
         begin_stretch(&r, &stretches[k], first);
         const int least = least_level(&r, r.now.mode.Rt);
         for (int n = first; n < end; n++) {
+            levels[n] = 0;
+            if (gone(&r) || r.tried > (double)MOST_TRIED * count) continue;
             level = plan_interval(&r, n, level > least ? level - 1 : least, top / motor->R,
                                   top / motor->K, tolerance);
             levels[n] = (unsigned char)level;

@@ -54,7 +54,8 @@ int mw_response(const mw_motor *motor, double period, double pwm_period, int cou
                 const unsigned char *levels, const double *angle, double *y, double *work);
 
 /* Writes the levels that keep every interval's error below `tolerance` of the largest current and
- * speed, by comparing each with twice as many steps. Returns the number of events, or -1. */
+ * speed, by comparing each with twice as many steps. Where that takes too many, which only an absurd
+ * motor's do, the rest have one step each. Returns the number of events, or -1. */
 int mw_plan(const mw_motor *motor, double period, double pwm_period, int count, const double *v,
             const mr_stretch *stretches, int n_stretches, const mw_start *start,
             const double *angle, double tolerance, unsigned char *levels);

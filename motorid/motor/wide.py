@@ -106,6 +106,7 @@ class WideResponse(Response):
             ffi.cast("double *", ffi.from_buffer(readings)), self._work_c,
         )  # fmt: skip
         _refuse(events, motor)
+        self.weigh(events)
         return readings
 
 

@@ -44,6 +44,7 @@ typedef struct {
     double swing; /* A, half the width of the PWM ripple */
     taps taps;
     moment now;
+    double tried; /* steps in planning */
     level_maps levels[FINEST + 2];
 } wide_run;
 

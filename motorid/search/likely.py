@@ -39,6 +39,11 @@ class Readings:
         self.history: list[tuple[int, float]] = []
         self.best = np.inf
 
+    @property
+    def simulated(self) -> int:
+        """Responses so far."""
+        return self.evaluations
+
     def residuals(self, shared: Floats, own: Floats) -> list[Floats]:
         """Measured less model, in units of the channels' scales."""
         self.evaluations += 1

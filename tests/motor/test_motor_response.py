@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from motorid.motor.reading import Output, Quantity, Stretch
 from motorid.motor.response import Response
+from motorid.motor.wide import NAMES, WideResponse
 from tests.motor_reference import Reference
 
 FAULHABER = (2.6, 180e-6, 7.68e-3, 3e-7, 3.9e-7, 3e-4)
@@ -301,3 +302,15 @@ def test_a_longer_delay_is_an_earlier_place_in_the_pwm_period() -> None:
     rise = 12.0 * duty / 180e-6 * late_s  # A, of the on part's ramp
     assert readings[0, 40] - readings[1, 40] == pytest.approx(rise, rel=0.01)
     assert readings[2, 40] == pytest.approx(readings[1, 40], abs=0.02 * rise)
+
+
+@pytest.mark.parametrize("kind", [Response, WideResponse])
+def test_a_response_is_worth_many_where_the_motor_starts_and_stops_all_the_time(kind) -> None:
+    v = np.tile([1.0, 1.0, 0.0, 0.0], 2000)
+    response = kind(1e-3, v, [Output(Quantity.SPEED)])
+    more = (0.0,) * (len(NAMES) - 6) if kind is WideResponse else ()
+    R, L, K, B, J, _ = FAULHABER
+    response((R, L, K, B, J, 0.0, *more))
+    assert response.worth == 1
+    response((R, L, K, B, 1e-3 * J, 0.9 * K / R, *more))
+    assert response.worth > 10

@@ -152,3 +152,14 @@ def test_refuses_a_motor_that_cannot_be(added: dict[str, float]) -> None:
     with pytest.raises(ValueError, match="no response"):
         response(vector(**added))
     assert len(SIX) == 6
+
+
+def test_an_absurd_motor_is_planned_roughly_and_ends_as_no_number() -> None:
+    values = {"R": 4e-7, "L": 9e8, "K": 0.06, "B": 9e-14, "J": 7e-17, "T0": 4.6e-13}
+    motor = vector(**values, quadratic=1.1e-7)
+    response = WideResponse(3e-5, np.full(2000, 48.0), READINGS, [Stretch(0)])
+    response.plan(motor, AT_REST, 1e-9)
+    assert np.count_nonzero(response.levels) < 1000  # of intervals that never end to be planned
+    readings = response(motor)
+    assert np.isfinite(readings[:, :5]).all()
+    assert np.isnan(readings[:, -1]).all()

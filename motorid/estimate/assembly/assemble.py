@@ -166,8 +166,8 @@ def uncertain(
 ) -> Findings:
     """All that is uncertain of a solution."""
     simulated = max(record.simulated for record in records)
-    bounded = profiled and unsupported(records, solution) is None  # no answer has an interval
-    found = findings(records, solution, held_values(fix, without), without, bounded)
+    answers, held = unsupported(records, solution) is None, held_values(fix, without)
+    found = findings(records, solution, held, without, profiled and answers, answers)
     return replace(found, simulated=simulated)
 
 

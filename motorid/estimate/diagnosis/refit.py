@@ -29,6 +29,11 @@ class Widened:
         )
         self.blocks = tuple(m.block for m in record.measured)
 
+    @property
+    def simulated(self) -> int:
+        """Responses of the record so far."""
+        return self.record.simulated
+
     def residuals(self, shared: Floats, own: Floats) -> list[Floats]:
         """Measured less fitted less what the fault does, weighed; one array per block."""
         if self.hypothesis is None:

@@ -84,7 +84,7 @@ class MotorRecord(Weighed):
         self.noise = SourceNoise(capture, self.timeline, sensed)
         self.judged_at: Floats | None = None
         self.losing: Mapping[str, float] = {}
-        self.simulated = 0  # responses computed so far
+        self.simulated = 0  # responses computed so far, by what they were worth
         self.untried = 0  # other starts that a search which misfits did not take, to end at all
         self.rivals: tuple[Rival, ...] = ()
         self.foretold: Foretold | None = None  # an inductance that no reading shows
@@ -253,8 +253,9 @@ class MotorRecord(Weighed):
         loss = self.loss
         volts = self.volts if loss is None else self.volts - loss.volts(self._losing(own))
         over = self.respond(self.timeline.period_s, volts, outputs, self.stretches)
-        self.simulated += 1
-        return over(self.motor(shared), self.setup(own).initial)
+        found = over(self.motor(shared), self.setup(own).initial)
+        self.simulated += over.worth
+        return found
 
     # ---- the model ----------------------------------------------------------------------------
 
@@ -320,9 +321,9 @@ class MotorRecord(Weighed):
         return readings
 
     def _simulate(self, shared: Floats, setup: Setup) -> Floats:
-        self.simulated += 1
         motor = self.motor(shared)
         if len(motor) == len(SIX) and not setup.motor.keys() <= set(SIX):
+            self.simulated += 1
             return self.smoothed(extended(self, motor, setup), setup)
         for name, more in setup.motor.items():
             motor[NAMES.index(name)] += more
@@ -331,7 +332,9 @@ class MotorRecord(Weighed):
         else:
             self._change(setup)
             response = self.response
-        return self.smoothed(response(motor, setup.initial), setup)
+        readings = response(motor, setup.initial)
+        self.simulated += response.worth
+        return self.smoothed(readings, setup)
 
     def smoothed(self, readings: Floats, setup: Setup) -> Floats:
         """Behind the low-passes of second order, declared or found."""

@@ -78,6 +78,16 @@ class Concentrated:
         lent = before.derivatives if before else None
         self.known = self._renewed(lent) if lent is not None and self.fits(lent) else None
 
+    @property
+    def worked(self) -> int:
+        """Responses of a record so far, at most, by what they were worth."""
+        return max((record.simulated for record in self.records), default=0)
+
+    @property
+    def width(self) -> int:
+        """Responses that derivatives and a point take."""
+        return 1 + len(self.frame.start) + max((len(f.start) for f in self.own), default=0)
+
     def point(self, shared: Floats, own: list[Floats]) -> Point:
         """F and the residuals at these search coordinates; infinite F where they overflow."""
         with np.errstate(over="ignore", invalid="ignore"):

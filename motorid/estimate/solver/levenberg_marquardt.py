@@ -40,6 +40,7 @@ DAMPING, LEAST_DAMPING = 1e-3, 1e-12  # at the start, and ever
 CREEPING = 10.0  # times the decrease that is enough: what undamped steps would still promise
 MAX_ITERATIONS = 100
 NEAR = 0.01  # distance, in search coordinates, over which derivatives are taken to stay the same
+DEAR = 3  # times the responses that all iterations take: more only where each is worth many
 KEPT_WORD = 0.25  # of what a step promised: what it may miss before derivatives are taken anew
 
 
@@ -53,7 +54,8 @@ def maximise(
     """The most likely parameters of ``records``. Finds no start point of its own.
 
     The search ends when F would fall by less than ``enough`` (a change of chi-square).
-    ``converged`` is false when the iterations ran out or no step helped while one was promised.
+    ``converged`` is false when the iterations ran out or no step helped while one was promised, or
+    responses took much longer than those of all iterations do: an absurd motor's are worth many.
     ``before``, a solution for the same unknowns and nearly the same readings, lends its nuisances
     and its derivatives, and its evaluations are counted with this search's.
     """
@@ -120,7 +122,10 @@ def _descend(
     if known is None or search.apart(at, known) > near:
         known = search.derivatives(at)
     normals = search.normals(at, known)
+    most = search.worked + DEAR * max_iterations * search.width
     for _ in range(max_iterations):
+        if search.worked > most:
+            break
         trial, promise = search.step(at, normals, damping)
         gain = at.objective - trial.objective
         fresh, fallen = known.at is at.shared, at.fallen_to(trial)

@@ -55,6 +55,10 @@ class Record(Protocol):
     """One capture as the engine sees it."""
 
     @property
+    def simulated(self) -> int:
+        """How many responses it has computed, by what they were worth in ordinary ones."""
+
+    @property
     def unknowns(self) -> Sequence[Unknown]:
         """The record's own nuisances: offsets, origins."""
 

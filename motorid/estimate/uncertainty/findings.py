@@ -26,14 +26,16 @@ def findings(
     fixed: Mapping[str, float],
     without: Sequence[str],
     profiled: bool = True,
+    answers: bool = True,
 ) -> Findings:
     """The uncertain answer of any method, its uncertainty by the curvature at the solution.
 
     ``profiled``: it is the likelihood's own minimum, so that the profile may bound what leans.
+    ``answers``: a value will be given, so that what effects leave open of it is of use.
     """
     unseen = errors_in_variables.hidden(solution, records)
     scatter = scattered(solution, records, unseen)
-    lines = undetected(solution, records)
+    lines = undetected(solution, records) if answers else ()
     carried = budget.carried(solution, records)
     leaning = profiled and solution.converged
     return Findings(

@@ -14,6 +14,8 @@ from motorid.estimate.solver.problem import Block, Unknown
 class Straight:
     """y = a x + c, c its own, with what was known of c before."""
 
+    simulated = 0
+
     def __init__(self, n: int, seed: int, group: str, prior_sd: float = np.inf) -> None:
         self.x = np.linspace(-1.0, 2.0, n)
         self.y = 2.0 * self.x + 0.3 + np.random.default_rng(seed).normal(0.0, 0.1, n)

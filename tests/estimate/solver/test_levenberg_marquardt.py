@@ -26,6 +26,8 @@ def same_noise() -> None:
 class Line:
     """y = a x + b x² + c, with c the record's own; one block, or x split in two."""
 
+    simulated = 0
+
     def __init__(
         self, n: int, c: float, sd: float = 0.1, prior_sd: float = np.inf, group: str = ""
     ) -> None:
@@ -114,7 +116,7 @@ def test_a_start_far_away_still_arrives() -> None:
 class Valley:
     """a / b is known far better than a: in b itself, the valley of equal a / b is curved."""
 
-    unknowns = ()
+    unknowns, simulated = (), 0
     blocks = (Block("ratio", 1e-6, 20), Block("a", 1e-3, 20))
 
     def residuals(self, shared: np.ndarray, own: np.ndarray) -> list[np.ndarray]:
@@ -132,6 +134,26 @@ def test_a_curved_valley_is_walked_to_its_end() -> None:
 def test_a_value_far_above_its_scale_keeps_a_step_that_rounding_leaves_alone() -> None:
     frame = Coordinates([Unknown("B", 1.0, lower=0.0, scale=1e-12)])
     assert frame.difference(frame.start, 0) == pytest.approx(1e-6)
+
+
+class Dear(Line):
+    """A line far from straight, each response of which is worth many."""
+
+    worth = 1
+
+    def residuals(self, shared: np.ndarray, own: np.ndarray) -> list[np.ndarray]:
+        self.simulated += self.worth
+        return super().residuals(np.exp(shared), own)
+
+
+def test_a_search_of_dear_responses_ends_by_what_they_are_worth() -> None:
+    cheap, dear = Dear(300, 3.0), Dear(300, 3.0)
+    dear.worth = 300
+    far = (Unknown("a", 6.0), Unknown("b", -6.0))
+    whole, cut = maximise(far, [cheap]), maximise(far, [dear])
+    assert whole.converged
+    assert not cut.converged
+    assert cut.evaluations < whole.evaluations
 
 
 class Exchanged(Line):

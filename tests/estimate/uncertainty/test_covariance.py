@@ -31,6 +31,7 @@ class Level:
     """A constant under noise."""
 
     unknowns = ()
+    simulated = 0
 
     def __init__(self, noise: np.ndarray) -> None:
         self.y = 5.0 + noise

@@ -7,7 +7,9 @@ import re
 import pytest
 
 from motorid.estimate.effects.friction.load_friction import USUAL
+from motorid.estimate.fit import joint_fit
 from motorid.estimate.results.estimate import Estimate
+from motorid.estimate.uncertainty.findings import findings
 from motorid.identify import fit
 from motorid.report import suspects
 from tests.exact_capture import FAULHABER, Plan, clean_capture, noisy
@@ -37,3 +39,13 @@ def test_a_step_down_brakes_the_motor_and_tells_it() -> None:
     assert line < 0.1 * USUAL * found.parameters["J"].value
     assert "load_friction" not in {s.code for s in found.suspects}
     assert found.parameters["J"].total < 0.01 * found.parameters["J"].value
+
+
+def test_what_is_no_answer_is_not_asked_what_effects_leave_open_of_it() -> None:
+    capture = noisy(clean_capture(FAULHABER, Plan(volts=(3.0, 6.0))), 1, 1e-2, 1e-3)
+    records, solution = joint_fit.solved([capture], {}, ())
+    responses = records[0].simulated
+    assert findings(records, solution, {}, (), profiled=False, answers=False).undetected == ()
+    fewer = records[0].simulated - responses
+    assert findings(records, solution, {}, (), profiled=False).undetected
+    assert records[0].simulated - responses > 2 * fewer
