@@ -40,6 +40,7 @@ DAMPING, LEAST_DAMPING = 1e-3, 1e-12  # at the start, and ever
 CREEPING = 10.0  # times the decrease that is enough: what undamped steps would still promise
 MAX_ITERATIONS = 100
 NEAR = 0.01  # distance, in search coordinates, over which derivatives are taken to stay the same
+EXACT = 1e-5  # the same of a search whose end must not depend on the way to it
 DEAR = 3  # times the responses that all iterations take: more only where each is worth many
 KEPT_WORD = 0.25  # of what a step promised: what it may miss before derivatives are taken anew
 
@@ -117,7 +118,8 @@ def _descend(
     Derivatives serve until they no longer keep their word, or the answer has left them behind.
     """
     converged = stopped = False
-    near = NEAR if enough <= ENOUGH else np.inf  # a rough answer serves with rough derivatives
+    # a rough answer serves with rough derivatives, the end of a flat valley with its own
+    near = np.inf if enough > ENOUGH else NEAR if enough > EXACT else 0.0
     known = search.known
     if known is None or search.apart(at, known) > near:
         known = search.derivatives(at)

@@ -156,6 +156,16 @@ def test_a_search_of_dear_responses_ends_by_what_they_are_worth() -> None:
     assert cut.evaluations < whole.evaluations
 
 
+@pytest.mark.parametrize(("enough", "own_place"), [(1e-6, True), (1e-3, False)])
+def test_the_end_of_a_fine_search_has_derivatives_of_its_own_place(enough, own_place) -> None:
+    record, near = Dear(300, 3.0), (Unknown("a", 0.692), Unknown("b", -0.68))
+    before = maximise(near, [record], max_iterations=0)
+    found = maximise(near, [record], enough=enough, before=before)
+    apart = float(np.abs(found.derivatives.at - found.values).max())
+    assert found.converged
+    assert (apart < 1e-6) == own_place
+
+
 class Exchanged(Line):
     """A line whose offset is a parameter's as much as the record's own, which a prior knows."""
 
