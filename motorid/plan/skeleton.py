@@ -23,7 +23,7 @@ from motorid.capture.model import (
     Phase,
     Wiring,
 )
-from motorid.estimate.signals.pwm_bridge import clamp_voltage, pwm_shape
+from motorid.estimate.signals.source.pwm_bridge import clamp_voltage, pwm_shape
 from motorid.estimate.signals.time_grid import Part, lay
 from motorid.motor.parameters import Motor
 from motorid.motor.reading import Output, Quantity, Stretch

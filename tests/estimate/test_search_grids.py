@@ -25,16 +25,14 @@ from motorid.estimate.diagnosis.faults import (
 from motorid.estimate.fit import (
     joint_fit,
     lagging_start,
-    log_fit,
-    log_lags,
-    log_second_order,
     multistart,
-    smoothed_voltage,
     start_values_without_motion,
     subsample_inductance,
 )
+from motorid.estimate.fit.logs import log_fit, log_lags, log_second_order, smoothed_voltage
 from motorid.estimate.selection import shaft_resonance
-from motorid.estimate.signals import intersample_voltage, smoothing
+from motorid.estimate.signals import intersample_voltage
+from motorid.estimate.signals.source import smoothing
 
 GRIDS = {  # values; the span to cover; the largest ratio between neighbours
     "lag of a motion over its guess": (joint_fit.TRIED, 0.5, 2.0, 1.5),

@@ -20,7 +20,7 @@ from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Ch
 from motorid.estimate.effects.brush_and_heating import BENT, DROP
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Curve, MeasuredLevel
-from motorid.estimate.signals.pwm_bridge import ripple
+from motorid.estimate.signals.source.pwm_bridge import ripple
 from motorid.estimate.solver.problem import Solution
 from motorid.motor.brushes import Brushes
 from motorid.motor.parameters import Motor, mechanical_time_constant

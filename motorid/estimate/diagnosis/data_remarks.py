@@ -10,8 +10,8 @@ import numpy as np
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic
-from motorid.estimate.signals.discontinuous_current import unclear
 from motorid.estimate.signals.neighbour_noise import neighbour_noise
+from motorid.estimate.signals.source.discontinuous_current import unclear
 from motorid.estimate.signals.time_grid import IRREGULAR
 
 FEW, MANY = 50.0, 200.0  # steps to the highest reading: coarse, and coarse where noise is less

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, POSITION, SPEED
 from motorid.estimate.effects.registry import WITHOUT_WORD
 from motorid.estimate.effects.unstated import default
-from motorid.estimate.fit.unstated_channels import Told, heard
+from motorid.estimate.fit.logs.unstated_channels import Told, heard
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import covariance_of

@@ -31,7 +31,7 @@ from motorid.estimate.effects.winding_temperature import (
     by_figures,
     figures,
 )
-from motorid.estimate.signals.ripple_average import Flow
+from motorid.estimate.signals.source.ripple_average import Flow
 from motorid.estimate.signals.time_grid import Part, Timeline
 
 Floats = NDArray[np.float64]

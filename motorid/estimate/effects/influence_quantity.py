@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from motorid.estimate.effects.brush_and_heating import Loss
     from motorid.estimate.effects.source_noise import SourceNoise
     from motorid.estimate.signals.measurements import Measured
-    from motorid.estimate.signals.thevenin_source import Source
+    from motorid.estimate.signals.source.thevenin_source import Source
     from motorid.estimate.signals.time_grid import Timeline
     from motorid.estimate.signals.voltage_sensing import Sense
 

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import SUPPLY, Capture
-from motorid.estimate.signals.step_transient import HEAD
-from motorid.estimate.signals.thevenin_source import FEWEST, Source
+from motorid.estimate.signals.source.step_transient import HEAD
+from motorid.estimate.signals.source.thevenin_source import FEWEST, Source
 from motorid.estimate.signals.time_grid import Part, Timeline
 from motorid.estimate.signals.voltage_sensing import Sense
 from motorid.estimate.solver.dense_products import square

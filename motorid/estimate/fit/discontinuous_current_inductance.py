@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.pwm_bridge import DIODE_DROPS_V, signed_duty
-from motorid.estimate.signals.step_transient import HEAD
+from motorid.estimate.signals.source.pwm_bridge import DIODE_DROPS_V, signed_duty
+from motorid.estimate.signals.source.step_transient import HEAD
 from motorid.estimate.solver.problem import Solution
 from motorid.motor.reading import Output, Quantity
 

@@ -11,8 +11,6 @@ from motorid.capture.model import Capture
 from motorid.estimate.effects import scales
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit import (
-    log_fit,
-    log_grid,
     sign_check,
     start_values,
     start_values_without_motion,
@@ -20,6 +18,7 @@ from motorid.estimate.fit import (
 )
 from motorid.estimate.fit.alternating_fit import again
 from motorid.estimate.fit.lagging_start import Doubt, taken_earlier
+from motorid.estimate.fit.logs import log_fit, log_grid
 from motorid.estimate.fit.multistart import leaves_misfit, settled, whitened, with_repeated
 from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.model.capture_model import MotorRecord

@@ -25,13 +25,13 @@ from motorid.estimate.model.reconstructed_voltage import Course, Driving
 from motorid.estimate.model.source_mixing import Mixer
 from motorid.estimate.model.weighting import Weighed
 from motorid.estimate.results.estimate import PARAMETERS
-from motorid.estimate.signals.discontinuous_current import divided
 from motorid.estimate.signals.excitation import Excitation
 from motorid.estimate.signals.intersample_voltage import JOINED, Rival, Shape
 from motorid.estimate.signals.measurements import EMF, Measured, read
-from motorid.estimate.signals.pwm_bridge import ripple
+from motorid.estimate.signals.source.discontinuous_current import divided
+from motorid.estimate.signals.source.pwm_bridge import ripple
+from motorid.estimate.signals.source.thevenin_source import Source
 from motorid.estimate.signals.standstill import with_standstill
-from motorid.estimate.signals.thevenin_source import Source
 from motorid.estimate.signals.time_grid import Timeline, lay
 from motorid.estimate.signals.voltage_sensing import Sense, sense
 from motorid.estimate.solver.problem import Unknown

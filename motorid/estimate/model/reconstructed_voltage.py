@@ -14,20 +14,20 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, Capture
 from motorid.estimate.effects.brush_and_heating import Loss
-from motorid.estimate.signals.current_transient import Rise, moving, rises
-from motorid.estimate.signals.dead_time import dead_time_loss, swinging, turning
-from motorid.estimate.signals.discontinuous_current import confirmed
 from motorid.estimate.signals.excitation import Excitation, excitation
-from motorid.estimate.signals.pwm_bridge import (
+from motorid.estimate.signals.source.current_transient import Rise, moving, rises
+from motorid.estimate.signals.source.dead_time import dead_time_loss, swinging, turning
+from motorid.estimate.signals.source.discontinuous_current import confirmed
+from motorid.estimate.signals.source.pwm_bridge import (
     DIODE_DROPS_SD_V,
     DIODE_DROPS_V,
     bridge_prior,
     clamp_voltage,
     switched_late,
 )
-from motorid.estimate.signals.ripple_average import Flow
-from motorid.estimate.signals.supply_sag import Sag, sags, seen
-from motorid.estimate.signals.thevenin_source import Source, source_resistance, sources
+from motorid.estimate.signals.source.ripple_average import Flow
+from motorid.estimate.signals.source.supply_sag import Sag, sags, seen
+from motorid.estimate.signals.source.thevenin_source import Source, source_resistance, sources
 from motorid.estimate.signals.time_grid import Timeline
 from motorid.estimate.signals.voltage_sensing import Sense
 from motorid.estimate.signals.voltage_window import Window

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import POSITION
 from motorid.estimate.model.angle_spectrum import MOST
 from motorid.estimate.signals.measurements import Measured
-from motorid.estimate.signals.smoothing import smoothed
+from motorid.estimate.signals.source.smoothing import smoothed
 from motorid.motor.reading import Output
 
 if TYPE_CHECKING:

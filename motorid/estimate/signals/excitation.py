@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import Wiring
-from motorid.estimate.signals.pwm_bridge import stretch_of
-from motorid.estimate.signals.thevenin_source import Source
+from motorid.estimate.signals.source.pwm_bridge import stretch_of
+from motorid.estimate.signals.source.thevenin_source import Source
 from motorid.estimate.signals.time_grid import Part
 from motorid.estimate.signals.voltage_sensing import Sense
 from motorid.motor.reading import Stretch

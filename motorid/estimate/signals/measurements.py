@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, HELD, POSITION, SPEED, VOLTAGE, Capture, Channel
-from motorid.estimate.signals.discontinuous_current import unclear
 from motorid.estimate.signals.opened_voltage import emf_shows
+from motorid.estimate.signals.source.discontinuous_current import unclear
 from motorid.estimate.signals.time_grid import Timeline
 from motorid.estimate.solver.problem import Block
 from motorid.motor.reading import Output, Quantity

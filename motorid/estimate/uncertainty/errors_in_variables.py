@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.thevenin_source import Source
+from motorid.estimate.signals.source.thevenin_source import Source
 from motorid.estimate.solver.dense_products import project
 from motorid.estimate.solver.problem import Linearised, Solution
 from motorid.estimate.uncertainty.covariance import covariance_of

@@ -15,7 +15,7 @@ from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
 from motorid.estimate.effects.unstated.current_lag import CURRENT_LAG
 from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
-from motorid.estimate.fit.log_lags import TAKEN
+from motorid.estimate.fit.logs.log_lags import TAKEN
 from motorid.estimate.results.estimate import Suspect
 from motorid.estimate.solver.problem import Solution, Unknown
 

@@ -17,9 +17,9 @@ from motorid.estimate.assembly.assemble import fit
 from motorid.estimate.effects.brush_and_heating import Loss, expected_drop, lossless
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
-from motorid.estimate.signals.dead_time import dead_time_loss
-from motorid.estimate.signals.pwm_bridge import ripple
-from motorid.estimate.signals.ripple_average import Flow
+from motorid.estimate.signals.source.dead_time import dead_time_loss
+from motorid.estimate.signals.source.pwm_bridge import ripple
+from motorid.estimate.signals.source.ripple_average import Flow
 from motorid.estimate.signals.time_grid import Part
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Sampling, load_rig

@@ -24,7 +24,7 @@ from motorid.estimate.effects.brush_and_heating import (
     turn_of,
 )
 from motorid.estimate.effects.source.bridge_drop import BRIDGE_DROP
-from motorid.estimate.signals.ripple_average import Flow
+from motorid.estimate.signals.source.ripple_average import Flow
 from motorid.estimate.signals.time_grid import Part, Timeline
 from motorid.program import Decay, StepKind
 from tests.estimate.effects.benches import record

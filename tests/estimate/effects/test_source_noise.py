@@ -17,7 +17,7 @@ from motorid.estimate.effects.reference.temperature import (
     SELF_HEATING,
 )
 from motorid.estimate.effects.source_noise import SourceNoise
-from motorid.estimate.signals.step_transient import HEAD
+from motorid.estimate.signals.source.step_transient import HEAD
 from motorid.estimate.signals.time_grid import Part, Timeline
 from motorid.program import StepKind
 from tests.estimate.effects.benches import POINT, record

@@ -14,7 +14,7 @@ from bench.coverage.runs import record
 from motorid.estimate.fit import discontinuous_current_inductance, multistart, subsample_inductance
 from motorid.estimate.fit.discontinuous_current_inductance import Pulses
 from motorid.estimate.results.estimate import Estimate
-from motorid.estimate.signals.pwm_bridge import DIODE_DROPS_V
+from motorid.estimate.signals.source.pwm_bridge import DIODE_DROPS_V
 from motorid.identify import fit
 from tests.estimate.diagnosis.faults.cases import CHAIN, Runs
 from tests.estimate.diagnosis.faults.rigs import DUTIES, Bench

@@ -11,7 +11,7 @@ import pytest
 from motorid.capture.model import Capture, Wiring
 from motorid.estimate.fit import discontinuous_current_inductance as pulses
 from motorid.estimate.fit.discontinuous_current_inductance import FEWEST, Pulses
-from motorid.estimate.signals.step_transient import HEAD
+from motorid.estimate.signals.source.step_transient import HEAD
 from motorid.estimate.signals.time_grid import Part
 from motorid.program import Decay, StepKind
 

@@ -9,7 +9,7 @@ import pytest
 
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.reconstructed_voltage import Course, Driving
-from motorid.estimate.signals.pwm_bridge import bridge_prior
+from motorid.estimate.signals.source.pwm_bridge import bridge_prior
 from motorid.motor.reading import Quantity
 from tests.estimate.effects.benches import POINT, record, start
 

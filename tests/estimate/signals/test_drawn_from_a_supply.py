@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from motorid.estimate.signals import supply_sag
-from motorid.estimate.signals.current_transient import PLACES, Rise
-from motorid.estimate.signals.step_transient import HEAD
-from motorid.estimate.signals.supply_sag import TELLING, Draw, Draws, seen
+from motorid.estimate.signals.source import supply_sag
+from motorid.estimate.signals.source.current_transient import PLACES, Rise
+from motorid.estimate.signals.source.step_transient import HEAD
+from motorid.estimate.signals.source.supply_sag import TELLING, Draw, Draws, seen
 from motorid.estimate.signals.time_grid import Part
 from motorid.estimate.signals.voltage_window import Window
 from motorid.program import Decay, StepKind

@@ -23,8 +23,8 @@ from motorid.capture.model import (
 )
 from motorid.errors import DataError
 from motorid.estimate.signals import measurements, opened_voltage
-from motorid.estimate.signals.discontinuous_current import confirmed, shows_ripple, unclear
-from motorid.estimate.signals.pwm_bridge import ripple
+from motorid.estimate.signals.source.discontinuous_current import confirmed, shows_ripple, unclear
+from motorid.estimate.signals.source.pwm_bridge import ripple
 from motorid.estimate.signals.standstill import starts_at_rest, with_standstill
 from motorid.estimate.signals.time_grid import FINER, Part, Timeline, lay
 from motorid.motor.reading import Quantity

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture, Channel, Phase, Wiring
-from motorid.estimate.signals.dead_time import dead_time_loss
-from motorid.estimate.signals.pwm_bridge import clamp_voltage, pwm_shape, switched_late
-from motorid.estimate.signals.smoothing import ALWAYS
-from motorid.estimate.signals.thevenin_source import source_resistance, sources
+from motorid.estimate.signals.source.dead_time import dead_time_loss
+from motorid.estimate.signals.source.pwm_bridge import clamp_voltage, pwm_shape, switched_late
+from motorid.estimate.signals.source.smoothing import ALWAYS
+from motorid.estimate.signals.source.thevenin_source import source_resistance, sources
 from motorid.estimate.signals.time_grid import Part, lay
 from motorid.estimate.signals.voltage_sensing import Sense, sense
 from motorid.program import Decay, Program, Step, StepKind

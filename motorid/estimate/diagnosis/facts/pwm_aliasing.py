@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from motorid.capture.model import VOLTAGE, Capture, Channel
 from motorid.capture.pwm_window import HARM, MEND, beat_hz, is_whole, largest_error, said
 from motorid.estimate.results.estimate import Diagnostic, Parameter
-from motorid.estimate.signals.pwm_bridge import driven_share
+from motorid.estimate.signals.source.pwm_bridge import driven_share
 from motorid.estimate.signals.time_grid import Part, lay
 from motorid.program import StepKind
 

@@ -17,8 +17,8 @@ from motorid.capture.model import Capture
 from motorid.estimate.diagnosis.fault import Hypothesis, Words
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.reconstructed_voltage import Driving
-from motorid.estimate.signals.discontinuous_current import divided
-from motorid.estimate.signals.pwm_bridge import SWITCHED
+from motorid.estimate.signals.source.discontinuous_current import divided
+from motorid.estimate.signals.source.pwm_bridge import SWITCHED
 from motorid.estimate.signals.standstill import with_standstill
 from motorid.estimate.signals.time_grid import lay
 from motorid.program import Decay

@@ -19,7 +19,7 @@ from motorid.estimate.effects.unstated.current_lag import CURRENT_LAG
 from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
 from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
 from motorid.estimate.effects.unstated.voltage_smoothing import VOLTAGE_SMOOTHING
-from motorid.estimate.fit.log_lags import TAKEN
+from motorid.estimate.fit.logs.log_lags import TAKEN
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Suspect
 from motorid.estimate.solver.problem import Solution

@@ -11,7 +11,7 @@ from motorid.estimate.effects.influence_quantity import (
     Subject,
     Use,
 )
-from motorid.estimate.signals.pwm_bridge import DIODE_DROPS_SD_V
+from motorid.estimate.signals.source.pwm_bridge import DIODE_DROPS_SD_V
 
 
 def _prior(subject: Subject, place: int) -> Prior | None:

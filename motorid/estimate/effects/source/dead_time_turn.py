@@ -15,7 +15,7 @@ from motorid.estimate.effects.influence_quantity import (
     Subject,
     Use,
 )
-from motorid.estimate.signals.dead_time import UNSURE
+from motorid.estimate.signals.source.dead_time import UNSURE
 
 FARTHEST = 0.5  # relative
 

@@ -14,7 +14,7 @@ from motorid.estimate.effects.influence_quantity import (
     Subject,
     Use,
 )
-from motorid.estimate.signals.pwm_bridge import DIODE_DROPS_SD_V
+from motorid.estimate.signals.source.pwm_bridge import DIODE_DROPS_SD_V
 from motorid.estimate.signals.time_grid import Part
 from motorid.motor.reading import Stretch
 from motorid.program import Decay

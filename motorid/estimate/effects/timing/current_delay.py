@@ -11,7 +11,7 @@ from motorid.capture.model import CURRENT
 from motorid.estimate.effects import scales
 from motorid.estimate.effects.action import Delay
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Scope, Subject, Use
-from motorid.estimate.signals.discontinuous_current import shows_ripple
+from motorid.estimate.signals.source.discontinuous_current import shows_ripple
 
 FARTHEST = 4.0  # standard uncertainties: beyond it the declaration is wrong
 ROOM = 3.0  # standard uncertainties from no delay at all: no reading comes early

@@ -16,7 +16,7 @@ from motorid.estimate.fit.alternating_fit import with_sources
 from motorid.estimate.fit.multistart import whitened
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
-from motorid.estimate.signals import pwm_bridge
+from motorid.estimate.signals.source import pwm_bridge
 from motorid.estimate.uncertainty import budget
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import load_rig

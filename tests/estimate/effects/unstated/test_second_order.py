@@ -14,7 +14,7 @@ from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHIN
 from motorid.estimate.effects.unstated.speed_second_order import SPEED_SECOND_ORDER
 from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
 from motorid.estimate.effects.unstated.voltage_second_order import VOLTAGE_SECOND_ORDER
-from motorid.estimate.fit.log_unknowns import moved
+from motorid.estimate.fit.logs.log_unknowns import moved
 from motorid.estimate.model.low_passes import LEAST_DAMPED, first_orders, low_passes
 from tests.estimate.effects.benches import POINT, record, start
 

@@ -1,0 +1,261 @@
+"""The fit of logs, of which nobody says what their voltage did between readings, nor whether a
+channel is late or smoothed.
+
+First every shape of the voltage is tried with all channels taken as stamped. Most logs need no
+more. Where the readings ask for it, lags and low-passes become unknowns of the likeliest shape. One
+that is there may be of any size: its prior is widened to what was found, and all shapes are tried
+again. A smoothed channel is much like an inductance: other inductances are tried then as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.effects.unstated import default
+from motorid.estimate.fit.alternating_fit import vanished
+from motorid.estimate.fit.logs import (
+    log_lags,
+    log_means,
+    log_one_filter,
+    log_readings,
+    log_second_order,
+    smoothed_voltage,
+)
+from motorid.estimate.fit.logs.log_unknowns import (
+    Fit,
+    like,
+    moved,
+    readings,
+    widened,
+    with_rivals_of,
+)
+from motorid.estimate.fit.logs.unstated_channels import told
+from motorid.estimate.fit.multistart import GROSS, MOST_TRIED, settled
+from motorid.estimate.fit.parameter_bounds import merged
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.unexplained import unsupported
+from motorid.estimate.signals.intersample_voltage import (
+    BROKEN,
+    MEANS,
+    SHAPES,
+    SOURCED,
+    Rival,
+    Shape,
+)
+from motorid.estimate.signals.measurements import motion
+from motorid.estimate.signals.time_grid import IRREGULAR
+from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.covariance import covariance_of
+
+Floats = NDArray[np.float64]
+PLAIN = SHAPES[:4]  # that need nothing but the readings of the voltage
+RISES = (0.4, 1.0, 4.0)  # L/R in samples of a log, to begin with as well
+RESTARTED = 3  # shapes whose answer is where a search begins once more, its lags in whole samples
+ALIKE = 1.5  # variance of residuals, of that between neighbours: those are off alike
+BETTER = 1.0  # of chi-square, by which another start is worth taking
+
+
+def best(
+    first: list[MotorRecord],
+    solution: Solution,
+    free: Sequence[str],
+    start: Mapping[str, float],
+    fixed: Mapping[str, float],
+) -> Fit:
+    """The likeliest answer; ``first``: records of the smoothest shape, with their ``solution``."""
+    as_read = [record.capture for record in first]
+    captures = as_read  # as their readings turn out to be
+    joined, joined_at = solution, merged(start, solution)
+
+    def fresh(shape: Shape) -> list[MotorRecord]:
+        return [MotorRecord(capture, free, fixed, shape) for capture in captures]
+
+    plain = _likeliest(_of_every_shape(first, solution, free, start, fresh))
+    plain = log_readings.taken(*plain, free, start, fixed)
+    captures = [record.capture for record in plain[0]]
+    heard = told(*plain)
+    for record, one in zip(plain[0], heard, strict=True):
+        record.left_open = (*one.shifts, one.step)
+    needed = sum(one.needed for one in heard)
+    smoothed = smoothed_voltage.begun(first, joined, free, joined_at, fixed)
+    better = any(plain[1].objective - fit[1].objective > needed for fit in smoothed)
+    asked = any(one.asked_for for one in heard) or vanished(plain[1], plain[0])
+    misfit = unsupported(*plain) is None and _leaves_much(*plain)
+    if not (asked or better or misfit):
+        return plain
+    known = merged(start, plain[1])
+    records = like(plain, fresh(plain[0][0].shape))
+    solution = widened(records, free, known, settled(records, free, known))
+    found = [(records, solution), *smoothed]
+    records, solution = _likeliest(found)
+    if any(record.found for record in records) or vanished(solution, records):
+        found += _begun_elsewhere((records, solution), free, known, fresh)[1:]
+    wider = _likeliest(found)
+    if not any(moved(record, own) for record, own in zip(wider[0], wider[1].own, strict=True)):
+        records = [MotorRecord(r.capture, free, fixed, r.shape) for r in plain[0]]
+        again = settled(records, free, merged(start, wider[1]))  # as likely without them
+        plain = _instead(plain, (records, again))
+    price = float(np.log(readings(wider[0])))
+    if misfit:
+        alone = log_one_filter.taken(wider, as_read, free, known, fixed, sought=True)
+        wider = log_means.likelier(wider, alone, price)
+    gain = plain[1].objective - wider[1].objective
+    if gain > needed:
+        filtered = log_second_order.taken(wider, free, known, fixed)
+        means = log_means.taken(wider, free, known, fixed)
+        lagged = log_lags.taken(wider, as_read, free, known, fixed)
+        alone = log_one_filter.taken(wider, as_read, free, known, fixed)
+        for other in (filtered, means, lagged, alone):
+            wider = log_means.likelier(wider, other, price)
+        wider = log_readings.reconsidered(wider, free, known, fixed)
+        for record in wider[0]:
+            record.as_stamped = known
+        return wider
+    for record in plain[0]:
+        record.left_open = ()
+    plain[0][0].left_open = _less_known(plain[1], solution)  # larger steps are not worth it
+    return plain
+
+
+def _leaves_much(records: Sequence[MotorRecord], solution: Solution) -> bool:
+    """Residuals of a channel are large beside its range, and neighbours are off alike.
+
+    Not of a log without a motion, or with irregular stamps: nobody knows what its voltage did.
+    """
+    if any(r.timeline.jitter > IRREGULAR or not motion(r.capture) for r in records):
+        return False
+    for record, own in zip(records, solution.own, strict=True):
+        for m, left in zip(record.measured, record.departures(solution.values, own), strict=True):
+            between = float(np.mean(np.diff(left) ** 2)) / 2.0
+            least = (GROSS * float(np.ptp(m.values))) ** 2
+            if float(np.mean(left**2)) > max(ALIKE * between, least):
+                return True
+    return False
+
+
+def _instead(before: Fit, other: Fit) -> Fit:
+    """The likelier of two fits of the same readings; with the rivals of the first."""
+    gain = before[1].objective - other[1].objective
+    if gain <= 0.0:
+        return before
+    for record, last in zip(other[0], before[0], strict=True):
+        record.left_open = last.left_open
+    return with_rivals_of(before, other, gain)
+
+
+def _less_known(narrow: Solution, wide: Solution) -> tuple[Floats, ...]:
+    """Shifts (p,) of the parameters by which a solution with more unknowns leaves them open."""
+    more = covariance_of(wide.information) - covariance_of(narrow.information)
+    sizes, ways = np.linalg.eigh(more)
+    pairs = zip(sizes, ways.T, strict=True)
+    return tuple(way * np.sqrt(size) for size, way in pairs if size > 0)
+
+
+def _of_every_shape(
+    first: list[MotorRecord],
+    solution: Solution,
+    free: Sequence[str],
+    start: Mapping[str, float],
+    fresh: Callable[[Shape], list[MotorRecord]],
+) -> list[Fit]:
+    """A voltage that jumps makes bad ground for a search: each begins where the smoothest ended."""
+    near = merged(start, solution)
+    found = [(first, solution)]
+    for shape in _shapes(first)[1:]:
+        records = fresh(shape)
+        if shape == BROKEN and not any(_wanders(record) for record in records):
+            continue  # it is joined, or held
+        if shape == SOURCED and not any(_has_source(record) for record in records):
+            continue  # it is broken
+        if shape == MEANS and all(unsupported(*one) is not None for one in found):
+            continue  # rows in any order are each a mean: a current of its own voltage alone
+        found.append((records, settled(records, free, near)))
+    return found
+
+
+def _shapes(records: Sequence[MotorRecord]) -> Sequence[Shape]:
+    """That a voltage may have: means are means where somebody says so."""
+    waveforms = [record.sensed.waveform for record in records]
+    stated = all(waveform is not None and waveform.window_s for waveform in waveforms)
+    return (MEANS,) if stated else SHAPES
+
+
+def _wanders(record: MotorRecord) -> bool:
+    waveform = record.sensed.waveform
+    return waveform is not None and waveform.wanders
+
+
+def _has_source(record: MotorRecord) -> bool:
+    waveform = record.sensed.waveform
+    return waveform is not None and waveform.ohms > 0.0
+
+
+def _likeliest(found: Sequence[Fit]) -> Fit:
+    """And the others are its rivals."""
+    records, solution = min(found, key=lambda one: one[1].objective)
+    for record in records:
+        record.rivals = tuple(
+            Rival(other.values, other.objective - solution.objective)
+            for _, other in found
+            if other is not solution
+        )
+    return records, solution
+
+
+def _begun_elsewhere(
+    before: Fit,
+    free: Sequence[str],
+    known: Mapping[str, float],
+    fresh: Callable[[Shape], list[MotorRecord]],
+) -> list[Fit]:
+    """The same with unknown lags and low-passes from other inductances, then of other shapes.
+
+    What is left out, to end at all, is said.
+    """
+
+    def began(near: Fit, shape: Shape, whole: bool, start: Mapping[str, float]) -> Fit:
+        records = like(near, fresh(shape), whole)
+        return records, widened(records, free, start, settled(records, free, start))
+
+    found, shape = [before], before[0][0].shape
+    period_s = max(default.period_s(record) for record in before[0])
+    near = merged(known, before[1])
+    for rise in RISES if "L" in free else ():
+        if _exhausted(found):
+            break
+        start = {**near, "L": rise * period_s * near["R"]}
+        found.append(began(before, shape, False, start))
+    best = min(found, key=lambda one: one[1].objective - (BETTER if one is before else 0.0))
+    near, shape = merged(known, best[1]), best[0][0].shape
+    shapes = dict.fromkeys((*PLAIN, shape))
+    ways = [(other, whole) for other in shapes for whole in (False, True)]
+    ways = [way for way in ways if way != (shape, False)]
+    for k, (other, whole) in enumerate(ways):
+        if _exhausted(found):
+            for records, _ in found:
+                records[0].untried += len(ways) - k
+            break
+        found.append(began(best, other, whole, near))
+    for fit in _best_of_each_shape(found)[:RESTARTED]:
+        if _exhausted(found):
+            break
+        found.append(began(fit, fit[0][0].shape, True, merged(known, fit[1])))
+    return found
+
+
+def _best_of_each_shape(found: Sequence[Fit]) -> list[Fit]:
+    """The likeliest first. A search stops short where a jump of the voltage passes a reading; a lag
+    of whole samples, as software makes it, puts every jump there.
+    """
+    best: dict[Shape, Fit] = {}
+    for one in sorted(found, key=lambda fit: fit[1].objective):
+        best.setdefault(one[0][0].shape, one)
+    return list(best.values())
+
+
+def _exhausted(found: Sequence[Fit]) -> bool:
+    """As many responses of a capture were computed as other starts are worth."""
+    return sum(max(r.simulated for r in records) for records, _ in found) > MOST_TRIED

@@ -1,0 +1,70 @@
+"""Low-passes of a log that turn out to be of second order, where nobody stated any.
+
+A bend of the readings is a filter's, a delay's or the winding's. A filter of an order too low
+leaves the rest of it to the winding: L was then off by up to three times its value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance
+from motorid.estimate.effects.registry import SECOND_ORDER
+from motorid.estimate.fit.logs.log_unknowns import Fit, like, readings, widened, with_rivals_of
+from motorid.estimate.fit.multistart import settled
+from motorid.estimate.fit.parameter_bounds import merged
+from motorid.estimate.model.capture_model import MotorRecord
+
+Floats = NDArray[np.float64]
+
+BENT = (0.3, 0.7)  # of the time constant found, to begin a second order with
+SHORTER = 0.5  # of the inductance found, the same
+
+
+def taken(
+    before: Fit, free: Sequence[str], known: Mapping[str, float], fixed: Mapping[str, float]
+) -> Fit:
+    """With low-passes of second order in the place of those that were found, where that pays.
+
+    The same bend of the readings is a filter's, a delay's or the winding's. An order too low leaves
+    the rest of it to the winding.
+    """
+    best = before
+    for first, second in SECOND_ORDER.items():
+        sizes = [
+            _size(record, own, first) for record, own in zip(best[0], best[1].own, strict=True)
+        ]
+        if not any(sizes):
+            continue
+        for bend in BENT:
+            near = merged(known, best[1])
+            if "L" in free and bend > BENT[0]:
+                near["L"] *= SHORTER
+            records = like(best, [MotorRecord(r.capture, free, fixed, r.shape) for r in best[0]])
+            for record, size in zip(records, sizes, strict=True):
+                unknown = Instance(second).unknown(record)
+                if size and unknown is not None:
+                    there = replace(unknown, start=bend * size, prior_sd=size)
+                    record.find({Instance(second): there})
+            best = _better(
+                best, (records, widened(records, free, near, settled(records, free, near)))
+            )
+    return best
+
+
+def _better(before: Fit, other: Fit) -> Fit:
+    """The other fit where it is worth an unknown more (Schwarz)."""
+    gain = before[1].objective - other[1].objective
+    return with_rivals_of(before, other, gain) if gain > np.log(readings(before[0])) else before
+
+
+def _size(record: MotorRecord, own: Floats, quantity: InfluenceQuantity) -> float:
+    """s, of a low-pass that was found in a record; 0: none was."""
+    for one, size in zip(record.instances, own.tolist(), strict=True):
+        if one.quantity is quantity and one in record.found:
+            return max(float(size), 0.0)
+    return 0.0

@@ -1,0 +1,1 @@
+"""What drives the motor between the bridge and its terminals, by its PWM, supply and diodes."""

@@ -1,0 +1,160 @@
+"""The stages of a log's fit: plain shapes, lags where the readings ask for them, and what is taken,
+on fits of which the objective is given.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motorid.estimate.fit.logs import log_fit
+from tests.estimate.fit.made_fits import NAMES, record, solution
+
+FIRST, PLAIN, AGAIN, WIDER, ELSEWHERE, SMOOTHED = (f"fit {name}" for name in "ABCDEF")
+STEP = np.array([1.0])
+
+
+class Stages:
+    """A log's fit whose stages end at given objectives, and note how they were asked."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, **facts: Any) -> None:
+        self.objectives = {PLAIN: 100.0, AGAIN: 100.0, WIDER: 80.0, ELSEWHERE: 81.0, SMOOTHED: 99.0}
+        self.asked_for, self.needed, self.moved = False, 10.0, True
+        self.found, self.lost, self.much = False, set[str](), False
+        vars(self).update(facts)
+        self.asked = list[str]()
+        self.ways = {"second": 1.0, "means": 2.0, "lags": 3.0, "alone": 4.0}
+        answers = {
+            "_of_every_shape": lambda *_: [self.fit(PLAIN)],
+            "told": lambda *_: [self.heard()],
+            "vanished": lambda found, _: float(found.objective) in self.gone(),
+            "MotorRecord": lambda capture, _free, _fixed, shape: record(shape, capture=capture),
+            "like": lambda _, records: records,
+            "settled": lambda *_: solution(self.objectives[AGAIN]),
+            "_leaves_much": lambda *_: self.much,
+            "unsupported": lambda *_: None,
+            "widened": self.widened,
+            "_begun_elsewhere": self.elsewhere,
+            "moved": lambda *_: self.moved,
+            "readings": lambda _: 1000.0,
+        }
+        for name, other in answers.items():
+            monkeypatch.setattr(log_fit, name, other)
+        monkeypatch.setattr(log_fit.log_readings, "taken", lambda *fit: fit[:2])
+        monkeypatch.setattr(log_fit.log_readings, "reconsidered", self.reconsidered)
+        monkeypatch.setattr(log_fit.smoothed_voltage, "begun", lambda *_: [self.fit(SMOOTHED)])
+        monkeypatch.setattr(log_fit.log_second_order, "taken", lambda *_: self.way("second"))
+        monkeypatch.setattr(log_fit.log_means, "taken", lambda *_: self.way("means"))
+        monkeypatch.setattr(log_fit.log_lags, "taken", lambda *_: self.way("lags"))
+        monkeypatch.setattr(log_fit.log_one_filter, "taken", lambda *_, **_how: self.way("alone"))
+        monkeypatch.setattr(log_fit.log_means, "likelier", self.likelier)
+
+    def fit(self, name: str) -> Any:
+        one = record(found={"lag": 1} if self.found else {}, capture=name)
+        return [one], solution(self.objectives[name], None, (0.0,))
+
+    def gone(self) -> set[float]:
+        return {self.objectives[name] for name in self.lost}
+
+    def heard(self) -> Any:
+        return SimpleNamespace(
+            shifts=(2.0 * STEP,), step=STEP, needed=self.needed, asked_for=self.asked_for
+        )
+
+    def widened(self, records: Any, _free: Any, _start: Any, _solution: Any) -> Any:
+        self.asked.append("widened")
+        return self.fit(WIDER)[1]
+
+    def elsewhere(self, before: Any, *_: Any) -> Any:
+        self.asked.append("elsewhere")
+        return [before, self.fit(ELSEWHERE)]
+
+    def way(self, name: str) -> Any:
+        self.asked.append(name)
+        return [record(capture=name)], solution(self.ways[name])
+
+    def likelier(self, one: Any, other: Any, price: float) -> Any:
+        assert price == pytest.approx(np.log(1000.0))
+        return min(one, other, key=lambda fit: fit[1].objective)
+
+    def reconsidered(self, fit: Any, *_: Any) -> Any:
+        self.asked.append("reconsidered")
+        return fit
+
+    def best(self) -> Any:
+        start = {"R": 2.0, "L": 3.0, "K": 4.0}
+        return log_fit.best([record(capture="first")], solution(200.0), NAMES, start, {})
+
+
+def test_most_logs_need_no_more_than_the_plain_shapes(monkeypatch: pytest.MonkeyPatch) -> None:
+    stages = Stages(monkeypatch)
+    (one,), found = stages.best()
+    assert found.objective == 100.0
+    assert stages.asked == []
+    assert [step.tolist() for step in one.left_open] == [[2.0], [1.0]]
+
+
+@pytest.mark.parametrize(
+    "asks",
+    [{"asked_for": True}, {"lost": {PLAIN}}, {"much": True}, {"needed": 0.9}, {"needed": 1.1}],
+)
+def test_lags_are_unknowns_where_something_asks_for_them(
+    asks: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A low-pass of the voltage is 1 likelier here: it asks where that is more than is needed."""
+    stages = Stages(monkeypatch, **asks)
+    stages.best()
+    assert ("widened" in stages.asked) is (asks.get("needed") != 1.1)
+
+
+@pytest.mark.parametrize(("needed", "taken"), [(19.0, True), (21.0, False)])
+def test_they_are_taken_where_they_gain_enough(
+    needed: float, taken: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stages = Stages(monkeypatch, asked_for=True, needed=needed)
+    (one,), found = stages.best()
+    assert found.objective == (1.0 if taken else 100.0)
+    ways = [name for name in stages.asked if name in stages.ways]
+    assert ways == (["second", "means", "lags", "alone"] if taken else [])
+    assert ("reconsidered" in stages.asked) is taken
+    assert hasattr(one, "as_stamped") is taken
+    if taken:
+        assert one.as_stamped == {"R": 100.0, "L": 2.0, "K": 3.0}
+    else:
+        assert one.left_open == ()  # as much information: nothing is left open
+
+
+def test_the_likeliest_of_its_ways_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("second", "means", "lags"):
+        stages = Stages(monkeypatch, asked_for=True)
+        stages.ways = {**stages.ways, name: 0.5}
+        (one,), _ = stages.best()
+        assert one.capture == name
+
+
+@pytest.mark.parametrize(
+    ("facts", "begun"),
+    [({}, False), ({"found": True}, True), ({"lost": {WIDER}}, True), ({"lost": {PLAIN}}, False)],
+)
+def test_other_places_are_tried_where_something_was_found_or_the_inductance_went(
+    facts: dict[str, Any], begun: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    likely = {PLAIN: 100.0, AGAIN: 100.0, WIDER: 80.0, ELSEWHERE: 81.0, SMOOTHED: 79.0}
+    stages = Stages(monkeypatch, asked_for=True, objectives=likely, **facts)
+    if facts.get("lost") == {WIDER}:
+        likely[SMOOTHED] = 99.0
+    stages.best()
+    assert ("elsewhere" in stages.asked) is begun
+
+
+@pytest.mark.parametrize(("moved", "again", "objective"), [(False, 85.0, 85.0), (True, 85.0, 1.0)])
+def test_what_is_as_likely_without_lags_has_none(
+    moved: bool, again: float, objective: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The plain shape, begun anew where the lags ended, is 15 likelier: they gain 5 of 10."""
+    likely = {PLAIN: 100.0, AGAIN: again, WIDER: 80.0, ELSEWHERE: 81.0, SMOOTHED: 99.0}
+    stages = Stages(monkeypatch, asked_for=True, moved=moved, objectives=likely)
+    assert stages.best()[1].objective == objective

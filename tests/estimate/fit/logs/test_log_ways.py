@@ -1,0 +1,394 @@
+"""Second order, means, instants and whole samples in the place of what a log's fit found: which is
+taken, on fits of which the objective is given.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motorid.capture.model import CURRENT, SPEED, Capture, Channel
+from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
+from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
+from motorid.estimate.fit.logs import log_lags, log_means, log_readings, log_second_order
+from motorid.estimate.signals.intersample_voltage import LOOSE, MEANS, Rival
+from motorid.estimate.solver.problem import Solution, Unknown
+from tests.estimate.fit.made_fits import (
+    LAG,
+    NAMES,
+    PERIOD_S,
+    SMOOTHING,
+    SPEED_SMOOTH,
+    fit,
+    known,
+    record,
+    solution,
+)
+
+# second order
+
+
+def test_a_second_order_must_pay_for_one_unknown_more() -> None:
+    measured = [SimpleNamespace(values=np.zeros(1000))]
+    before = [record(measured=measured)], solution(100.0)
+    for gain, better in ((6.8, False), (7.0, True)):  # ln 1000 = 6.91
+        other = fit(100.0 - gain)
+        assert (log_second_order._better(before, other) is other) is better
+
+
+def test_the_size_of_a_low_pass_is_of_one_that_was_found() -> None:
+    one, own = known((LAG, 3.0, 1.0), (SMOOTHING, 2.0, 1.0), found=[SMOOTHING, LAG])
+    assert log_second_order._size(one, own, CURRENT_SMOOTHING) == 2.0
+    assert log_second_order._size(one, own, SPEED_SMOOTHING) == 0.0
+    unsure, own = known((SMOOTHING, 2.0, 1.0))
+    assert log_second_order._size(unsure, own, CURRENT_SMOOTHING) == 0.0
+    below, own = known((SMOOTHING, -2.0, 1.0), found=[SMOOTHING])
+    assert log_second_order._size(below, own, CURRENT_SMOOTHING) == 0.0
+
+
+# means
+
+
+def test_smoothing_of_the_current_counts_beside_that_of_the_others() -> None:
+    assert log_means._smoothed(*known((SMOOTHING, 3.0, 1.0))) == 3.0
+    assert log_means._smoothed(*known((SMOOTHING, 3.0, 1.0), (SPEED_SMOOTH, 2.0, 1.0))) == 3.0
+    assert log_means._smoothed(*known((SMOOTHING, 3.0, 1.0), (SPEED_SMOOTH, -2.0, 1.0))) == 5.0
+    assert log_means._smoothed(*known((SMOOTHING, -1.0, 1.0))) == 0.0
+    assert log_means._smoothed(*known((SPEED_SMOOTH, -2.0, 1.0))) == 0.0
+
+
+def means_tried(
+    monkeypatch: pytest.MonkeyPatch, smoothed: float, best: int, least: float = 80.0,
+    lost: bool = False,
+) -> tuple[list[int], Any, Any]:  # fmt: skip
+    """Numbers of samples that are tried where ``best`` is likeliest; the fit before, and taken."""
+    tried: list[int] = []
+
+    def over(_before: Any, width_s: float, *_: Any) -> Any:
+        count = round(width_s / PERIOD_S)
+        tried.append(count)
+        return fit(least + (count - best) ** 2)
+
+    monkeypatch.setattr(log_means, "_over", over)
+    monkeypatch.setattr(log_means, "vanished", lambda *_: lost)
+    one, own = known((SMOOTHING, smoothed * PERIOD_S, PERIOD_S))
+    one.rivals = ("kept",)
+    before = [one], replace(solution(100.0), own=(own,))
+    return tried, before, log_means.taken(before, NAMES, {}, {})
+
+
+def test_means_are_tried_about_as_wide_as_the_low_pass_says(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tried, _, taken = means_tried(monkeypatch, 1.5, 5)
+    assert tried[0] == round(np.sqrt(12.0) * 1.5)
+    assert sorted(tried) == [4, 5, 6]
+    assert taken[1].objective == 80.0
+    assert taken[0][0].rivals == ("kept",)
+    walked, _, _ = means_tried(monkeypatch, 1.5, 1)
+    assert walked == [5, 4, 3, 2]
+    far, _, _ = means_tried(monkeypatch, 1.5, 40)
+    assert len(far) == log_means.MOST
+
+
+def test_a_mean_that_is_no_likelier_or_takes_the_inductance_is_none(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    _, before, taken = means_tried(monkeypatch, 1.5, 5, least=100.0)
+    assert taken is before
+    _, before, taken = means_tried(monkeypatch, 1.5, 5, lost=True)
+    assert taken is before
+    tried, before, taken = means_tried(monkeypatch, 0.55, 5)
+    assert (tried, taken) == ([], before)
+
+
+# instants or means
+
+
+def log(kind: Any = "instant", aperture_s: float = 0.0, undeclared: Any = ("aperture",)) -> Any:
+    channel = Channel(SPEED, "rad/s", np.zeros(20), kind=kind, aperture_s=aperture_s,
+                      undeclared=undeclared)  # fmt: skip
+    capture = Capture(np.arange(20) * 1000, 1e6, {SPEED: channel})
+    measured = SimpleNamespace(channel=channel, values=np.zeros(1000))
+    return record(capture=capture, block=lambda name: measured if name == SPEED else None,
+                  measured=[measured])  # fmt: skip
+
+
+def test_a_channel_may_be_of_instants_or_of_means() -> None:
+    other = log_readings._otherwise(log(), SPEED)
+    assert other is not None
+    assert other.channels[SPEED].window_s == PERIOD_S
+    back = log_readings._otherwise(log("mean", 2e-3), SPEED)
+    assert back is not None
+    assert back.channels[SPEED].kind == "instant"
+    assert back.channels[SPEED].window_s == 0.0
+    assert log_readings._otherwise(log(undeclared=()), SPEED) is None
+    assert log_readings._otherwise(log(), CURRENT) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "gain", "changed"),
+    [(SPEED, 0.1, True), (SPEED, 0.0, False), (SPEED, -3.0, False),
+     (CURRENT, 13.0, False), (CURRENT, 14.5, True)],
+)  # fmt: skip
+def test_the_likelier_of_both_is_taken_and_the_other_is_its_rival(
+    name: str, gain: float, changed: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A current of means costs twice ln 1000; a speed of means nothing."""
+    monkeypatch.setattr(log_readings, "_otherwise", lambda *_: "other capture")
+    monkeypatch.setattr(log_readings, "vanished", lambda *_: False)
+    before = [log()], solution(100.0)
+    before[0][0].rivals = (Rival(np.array([7.0]), 4.0),)
+    other = [log()], solution(100.0 - gain)
+    found = log_readings._averaged(before, name, lambda *_: other)
+    assert (found is other) is changed
+    older, newer = found[0][0].rivals
+    assert older.behind == pytest.approx(4.0 + (gain if changed else 0.0))
+    assert newer.behind == pytest.approx(gain if changed else -gain)
+    assert newer.values[0] == (100.0 if changed else 100.0 - gain)
+
+
+def test_a_mean_that_takes_the_windings_time_constant_is_none(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(log_readings, "_otherwise", lambda *_: "other capture")
+    monkeypatch.setattr(log_readings, "vanished", lambda *_: True)
+    before, other = ([log()], solution(100.0)), ([log()], solution(10.0))
+    assert log_readings._averaged(before, CURRENT, lambda *_: other) is before
+    assert log_readings._averaged(before, SPEED, lambda *_: other) is other
+    monkeypatch.setattr(log_readings, "_otherwise", lambda *_: None)
+    assert log_readings._averaged(before, SPEED, lambda *_: other) is before
+
+
+def jumped(near: float, shape: str = "held") -> Any:
+    """Residuals of the current that are ``near`` within three samples of a jump, 1 elsewhere."""
+    left = np.ones(200)
+    jumps = np.array([50, 120])
+    for at in jumps:
+        left[at : at + 3] = near
+    waveform = SimpleNamespace(
+        shape=shape, steps_off=jumps, time_s=PERIOD_S * (np.arange(200.0) - 0.3), period_s=PERIOD_S
+    )
+    current = SimpleNamespace(keep=np.arange(200))
+    return record(
+        sensed=SimpleNamespace(waveform=waveform), block=lambda _: current, measured=[current],
+        departures=lambda *_: [left], timeline=SimpleNamespace(period_s=PERIOD_S),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("near", "asks"), [(1.2, False), (1.25, True), (-1.25, True)])
+def test_larger_residuals_after_jumps_ask_for_their_moments(near: float, asks: bool) -> None:
+    assert log_readings._asks(jumped(near), np.zeros(6), np.zeros(0)) is asks
+
+
+def test_shapes_without_jumps_of_their_own_ask_for_none() -> None:
+    assert not log_readings._asks(jumped(9.0, LOOSE), np.zeros(6), np.zeros(0))
+    assert not log_readings._asks(jumped(9.0, MEANS), np.zeros(6), np.zeros(0))
+    calm = jumped(9.0)
+    calm.sensed.waveform.steps_off = np.zeros(0, dtype=int)
+    assert not log_readings._asks(calm, np.zeros(6), np.zeros(0))
+
+
+# a current that is late
+
+
+def test_a_current_is_declared_later_and_that_is_kept() -> None:
+    channel = Channel(CURRENT, "A", np.zeros(20), delay_s=2e-4)
+    capture = Capture(
+        np.arange(20) * 1000, 1e6, {CURRENT: channel}, provenance={log_lags.TAKEN: 1e-3}
+    )
+    found = log_lags._earlier(capture, 3e-3)
+    assert found.channels[CURRENT].delay_s == pytest.approx(3.2e-3)
+    assert found.provenance[log_lags.TAKEN] == pytest.approx(4e-3)
+    assert capture.channels[CURRENT].delay_s == 2e-4
+
+
+def lags_tried(
+    monkeypatch: pytest.MonkeyPatch, lag: float, objectives: dict[int, float]
+) -> tuple[list[int], Any, Any]:
+    """Samples by which the current is taken earlier; the fit before, and that taken."""
+    tried: list[int] = []
+
+    def of_shapes(captures: Any, *_: Any) -> Any:
+        tried.append(round(captures[0] / PERIOD_S))
+        return [fit(objectives.get(tried[-1], 200.0)), fit(300.0)]
+
+    heard = SimpleNamespace(shifts=("a", "b"), step="c")
+    monkeypatch.setattr(log_lags, "_of_shapes", of_shapes)
+    monkeypatch.setattr(log_lags, "_earlier", lambda _, late_s: late_s)
+    monkeypatch.setattr(log_lags, "told", lambda *_: [heard])
+    one, own = known((LAG, lag * PERIOD_S, PERIOD_S), found=[LAG])
+    one.rivals = ("kept",)
+    before = [one], replace(solution(100.0), own=(own,))
+    capture: Any = "as read"
+    return tried, before, log_lags.taken(before, [capture], NAMES, {}, {})
+
+
+def test_lags_of_whole_samples_about_the_one_that_was_found_are_tried(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tried, _, taken = lags_tried(monkeypatch, 3.3, {4: 90.0, 3: 95.0})
+    assert tried == [3, 2, 4]
+    assert taken[1].objective == 90.0
+    assert taken[0][0].rivals == ("kept",)
+    assert taken[0][0].left_open == ("a", "b", "c")
+
+
+def test_an_early_current_is_not_taken_later(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert lags_tried(monkeypatch, 1.2, {})[0] == [1, 2]
+    assert lags_tried(monkeypatch, 0.2, {})[0] == [1]
+    assert lags_tried(monkeypatch, -3.0, {})[0] == []
+    _, before, taken = lags_tried(monkeypatch, 3.0, {3: 100.0})
+    assert taken is before
+
+
+# readings of a log: in which order ways are asked for
+
+
+def test_ways_are_asked_for_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    best, loose = fit(10.0), fit(9.0, "loose")
+
+    def averaged(before: object, name: str, _: object) -> object:
+        asked.append(f"{name} of {before[1].objective:g}")  # type: ignore[index]
+        return {100.0: best, 9.0: loose, 10.0: best}[before[1].objective]  # type: ignore[index]
+
+    monkeypatch.setattr(log_readings, "_averaged", averaged)
+    monkeypatch.setattr(log_readings, "_loosened", lambda before, _: loose)
+    monkeypatch.setattr(log_readings, "motion", lambda _: "a motion")
+    records = [record(capture="run")]
+    found: object = log_readings.taken(records, solution(100.0), ("K", "R"), {}, {})
+    assert asked == ["speed of 100", "speed of 9", "current of 9"]
+    assert found is loose
+    asked.clear()
+    monkeypatch.setattr(log_readings, "_loosened", lambda before, _: before)
+    log_readings.taken(records, solution(100.0), ("K", "R"), {}, {})
+    assert asked == ["speed of 100", "current of 10"]
+
+
+def test_without_a_motion_nothing_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(log_readings, "_averaged", lambda *_: "asked")
+    monkeypatch.setattr(log_readings, "motion", lambda _: None)
+    records = [record(capture="run")]
+    before = solution(100.0)
+    assert log_readings.taken(records, before, ("K",), {}, {}) == (records, before)
+    monkeypatch.setattr(log_readings, "motion", lambda _: "a motion")
+    assert log_readings.taken(records, before, ("R", "L"), {}, {}) == (records, before)
+
+
+@pytest.mark.parametrize(("gain", "taken"), [(3 * 6.9, False), (3 * 6.92, True)])
+def test_moments_of_jumps_must_pay_for_each_of_them(
+    gain: float, taken: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three unknowns more, at ln 1000 = 6.908 each."""
+    monkeypatch.setattr(log_readings, "_asks", lambda *_: True)
+    measured = [SimpleNamespace(values=np.zeros(1000))]
+    one = record(measured=measured, capture="run", unknowns=("offset",))
+    before = [one], replace(solution(100.0), own=(np.zeros(1),))
+    loose = [record(measured=measured, unknowns=("offset", 1, 2, 3))], solution(100.0 - gain)
+    asked: list[object] = []
+
+    def again(captures: object, shape: str, near: object) -> object:
+        asked.append((captures, shape, near))
+        return loose
+
+    found: object = log_readings._loosened(before, again)  # type: ignore[arg-type]
+    assert asked == [(["run"], LOOSE, before)]
+    assert found is (loose if taken else before)
+    monkeypatch.setattr(log_readings, "_asks", lambda *_: False)
+    assert log_readings._loosened(before, again) is before  # type: ignore[arg-type]
+
+
+class Found:
+    """A record that notes what it is asked to estimate and to find."""
+
+    def __init__(self, capture: object, free: object, fixed: object, shape: str) -> None:
+        self.capture, self.shape, self.sizes = capture, shape, dict[object, object]()
+        self.found, self.instances, self.unknowns = dict[object, object](), (), ()
+        self.measured = [SimpleNamespace(values=np.zeros(1000))]
+        self.rivals = ()
+
+    def estimate(self, *instances: object) -> None:
+        self.asked = instances
+
+    def find(self, sizes: dict[object, object]) -> None:
+        self.sizes |= sizes
+
+
+def test_a_mean_is_as_late_as_the_low_pass_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A mean over T is late by T/2, a low-pass by its time constant: the lag has the rest."""
+    monkeypatch.setattr(log_means, "MotorRecord", Found)
+    monkeypatch.setattr(log_means, "settled", lambda *_: solution(5.0))
+    monkeypatch.setattr(log_means, "widened", lambda _r, _f, _s, found: found)
+    monkeypatch.setattr(type(LAG), "unknown", lambda one, _: Unknown(one.name, 0.0, prior_sd=1e-4))
+    current = Channel(CURRENT, "A", np.zeros(4))
+    capture = Capture(np.arange(4), 1e3, {CURRENT: current})
+    last, own = known((LAG, 0.5e-3, 1e-3), (SMOOTHING, 2e-3, 1e-3), found=[SMOOTHING])
+    last.capture = capture
+    still, none = known((LAG, 0.2e-3, 1e-3), (SMOOTHING, -1e-3, 1e-3))
+    still.capture = capture
+    before = [last, still], replace(solution(9.0), own=(own, none))
+    records, found = log_means._over(before, 7e-3, NAMES, {}, {})
+    one, other = records
+    assert found.objective == 5.0
+    assert one.capture.channels[CURRENT].window_s == 7e-3
+    assert other.capture is capture
+    lag = one.sizes[LAG]
+    late_s = 0.5e-3 + 2e-3 - 7e-3 / 2
+    assert (lag.start, lag.prior_sd) == pytest.approx((late_s, abs(late_s)))
+    assert SMOOTHING not in one.sizes
+    assert other.sizes == {}
+
+
+def test_second_orders_are_begun_from_two_bends_and_half_the_inductance(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    began: list[tuple[float, float, float]] = []
+
+    def settled(records: list[Found], _free: object, start: dict[str, float]) -> Solution:
+        (unknown,) = records[0].sizes.values()
+        began.append((unknown.start, unknown.prior_sd, start["L"]))  # type: ignore[attr-defined]
+        return solution(100.0)
+
+    monkeypatch.setattr(log_second_order, "MotorRecord", Found)
+    monkeypatch.setattr(log_second_order, "like", lambda _, records: records)
+    monkeypatch.setattr(log_second_order, "settled", settled)
+    monkeypatch.setattr(log_second_order, "widened", lambda _r, _f, _s, found: found)
+    monkeypatch.setattr(type(LAG), "unknown", lambda self, _: Unknown(self.name, 0.0))
+    last, own = known((SMOOTHING, 2e-3, 1e-3), found=[SMOOTHING])
+    last.capture, last.measured = "run", [SimpleNamespace(values=np.zeros(1000))]
+    before = [last], replace(solution(100.0), own=(own,))
+    assert log_second_order.taken(before, NAMES, {}, {}) is before
+    assert began == [pytest.approx((0.3 * 2e-3, 2e-3, 2.0)), pytest.approx((0.7 * 2e-3, 2e-3, 1.0))]
+    began.clear()
+    log_second_order.taken(before, ("R", "K"), {"L": 3.0}, {})
+    assert [L for *_, L in began] == [2.0, 2.0]
+    began.clear()
+    unsure, own = known((SMOOTHING, 2e-3, 1e-3))
+    log_second_order.taken(([unsure], replace(solution(1.0), own=(own,))), NAMES, {}, {})
+    assert began == []
+
+
+def test_every_shape_begins_at_the_start_values_and_then_where_the_first_ended(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    started: list[tuple[str, dict[str, float]]] = []
+
+    def settled(records: Any, _free: Any, near: Any) -> Any:
+        started.append((records[0].shape, dict(near)))
+        return f"solution of {records[0].shape}"
+
+    monkeypatch.setattr(log_lags, "MotorRecord", lambda *given: SimpleNamespace(shape=given[-1]))
+    monkeypatch.setattr(log_lags, "start_values", lambda *_: {"R": 2.0})
+    monkeypatch.setattr(log_lags, "settled", settled)
+    monkeypatch.setattr(log_lags, "merged", lambda near, solution: {**near, "from": solution})
+    fits = list(log_lags._of_shapes(["run"], NAMES, {"R": 1.0, "K": 5.0}, {}))  # type: ignore[list-item]
+    first, *others = log_lags.SHAPES
+    assert started[0] == (first, {"R": 2.0, "K": 5.0})
+    ended = {"R": 2.0, "K": 5.0, "from": f"solution of {first}"}
+    assert started[1:] == [(shape, ended) for shape in others]
+    assert [solution for _, solution in fits] == [f"solution of {s}" for s in log_lags.SHAPES]
