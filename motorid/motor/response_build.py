@@ -15,13 +15,14 @@ from cffi import FFI
 
 ROOM = Path(__file__).parent
 SOURCES = (
-    "response.c", "wide.c", "wide_step.c", "wide_map.c", "phi.c",
+    "response.c", "wide.c", "wide_plan.c", "wide_step.c", "wide_map.c", "phi.c",
     "taps.c", "affine.c", "wave.c", "root.c", "filter.c", "filtered_wave.c", "filtered_motor.c",
     "guard.c",
 )  # fmt: skip
 HEADERS = (
     "response.h",
     "wide.h",
+    "wide_run.h",
     "wide_step.h",
     "wide_map.h",
     "wide_iron.h",

@@ -5,14 +5,11 @@
 
 #include "guard.h"
 #include "root.h"
-#include "wide_step.h"
+#include "wide_run.h"
 
 #define TURN 6.283185307179586
-#define CONTRACTS 0.5
 #define RIPPLE_SWEEPS 3
 #define MAX_EVENTS 16 /* in one step; more is chatter of rounding */
-#define EVENT_STEPS 1000 /* that an event takes as long as, roughly */
-#define MOST_TRIED 2000 /* steps of an interval, in the mean, that are tried to plan it */
 
 /* ---- events ------------------------------------------------------------------------------- */
 
@@ -166,7 +163,7 @@ static void idle_interval(wide_run *r, int n)
 }
 
 /* Of a motor so absurd that its motion is beyond all numbers. */
-static int gone(const wide_run *r)
+int wide_gone(const wide_run *r)
 {
     return !isfinite(r->now.x.x[WQ] + r->now.x.x[WTH]);
 }
@@ -184,7 +181,7 @@ static void meet_pulses(wide_run *r)
                       r->motor->K * (1.0 + r->motor->emf) * x[WW]);
 }
 
-static void interval(wide_run *r, int n, int level)
+void wide_interval(wide_run *r, int n, int level)
 {
     const int steps = 1 << level;
     r->n = n, r->now.at = 0.0;
@@ -238,7 +235,7 @@ static void change_ripple(wide_run *r, const mr_stretch *s)
     r->swing = 0.5 * fabs(r->taps.wave.b - r->taps.wave.a);
 }
 
-static void begin_stretch(wide_run *r, const mr_stretch *s, int first)
+void wide_begin_stretch(wide_run *r, const mr_stretch *s, int first)
 {
     const double emf = r->motor->K * (1.0 + r->motor->emf) * r->now.x.x[WW];
     change_ripple(r, s);
@@ -258,7 +255,7 @@ static int iron_fits(const mw_motor *p)
     return p->eddy == 0.0 || (p->eddy > 0.0 && p->eddy < 1.0 && p->eddy_time > 0.0);
 }
 
-static int begin(wide_run *r, const mw_motor *p, double period, double pwm_period, int count,
+int wide_begin(wide_run *r, const mw_motor *p, double period, double pwm_period, int count,
                  const double *v, const mw_start *start, const double *angle)
 {
     if (count < 1 || !(p->R > 0 && p->L >= 0 && p->J > 0 && period > 0)) return -1;
@@ -293,96 +290,21 @@ int mw_response(const mw_motor *motor, double period, double pwm_period, int cou
     const state x0 = {start->current, start->speed, 0.0, start->position};
     if (!stretches_fit(count, stretches, n_stretches) || !outputs_fit(period, outputs, n_outputs))
         return -1;
-    if (begin(&r, motor, period, pwm_period, count, v, start, angle)) return -1;
+    if (wide_begin(&r, motor, period, pwm_period, count, v, start, angle)) return -1;
     if (place_taps(&r.taps, period, pwm_period, count, &x0, outputs, n_outputs, work)) return -1;
     for (int k = 0; k < n_stretches; k++) {
         const int first = stretches[k].start > 1 ? stretches[k].start : 1;
         const int end = k + 1 < n_stretches ? stretches[k + 1].start : count;
         if (first >= count) break;
         r.taps.first = first, r.taps.end = end;
-        begin_stretch(&r, &stretches[k], first);
+        wide_begin_stretch(&r, &stretches[k], first);
         for (int n = first; n < end; n++) {
-            if (gone(&r))
+            if (wide_gone(&r))
                 unknown_interval(&r, n);
             else
-                interval(&r, n, levels[n] < FINEST ? levels[n] : FINEST);
+                wide_interval(&r, n, levels[n] < FINEST ? levels[n] : FINEST);
         }
     }
     read_outputs(&r.taps, outputs, n_outputs, y);
-    return r.now.events;
-}
-
-/* ---- planning ----------------------------------------------------------------------------- */
-
-static double apart(const wide_run *r, const moment *a, const moment *b, double amperes, double speed)
-{
-    const double unit[WROWS] = {amperes, speed, amperes * r->h, speed * r->h, amperes, speed};
-    double most = 0.0;
-    for (int row = 0; row <= (r->rows == WROWS ? WLOAD : r->rows - 1); row++)
-        most = fmax(most, fabs(a->x.x[row] - b->x.x[row]) / unit[row]);
-    return most;
-}
-
-static void interval_from(wide_run *r, const moment *at, int n, int level)
-{
-    if (at->events != r->now.events)
-        for (int l = 0; l <= FINEST + 1; l++) r->levels[l].made = 0;
-    r->now = *at;
-    interval(r, n, level);
-    r->tried += (1 << level) + EVENT_STEPS * (r->now.events - at->events);
-}
-
-/* The coarsest level, not far below the last one, that agrees with the next finer; with the finest
- * where an event falls into the interval, since steps up to it may be the same on two levels. */
-static int plan_interval(wide_run *r, int n, int level, double amperes, double speed, double tolerance)
-{
-    const moment before = r->now;
-    moment coarse;
-    for (;; level++) {
-        interval_from(r, &before, n, level);
-        coarse = r->now;
-        interval_from(r, &before, n, coarse.events == before.events ? level + 1 : FINEST + 1);
-        if (level == FINEST || apart(r, &coarse, &r->now, amperes, speed) <= tolerance) return level;
-    }
-}
-
-/* What saturation adds to the rate of the current, in a step: more is no contraction. */
-static int least_level(const wide_run *r, double resistance)
-{
-    const mw_motor *p = r->motor;
-    const double left = 1.0 - p->saturation, L = (1.0 - p->eddy) * p->L;
-    double turn = p->saturation / left * resistance * r->h / fmax(L, 1e-3 * resistance * r->h);
-    int level = 0;
-    for (; turn > CONTRACTS && level < FINEST; level++) turn *= 0.5;
-    return level;
-}
-
-int mw_plan(const mw_motor *motor, double period, double pwm_period, int count, const double *v,
-            const mr_stretch *stretches, int n_stretches, const mw_start *start,
-            const double *angle, double tolerance, unsigned char *levels)
-{
-    wide_run r;
-    double top = 0.0;
-    int level = 0;
-    if (!stretches_fit(count, stretches, n_stretches)) return -1;
-    if (begin(&r, motor, period, pwm_period, count, v, start, angle)) return -1;
-    r.taps = (taps){.h = period, .pwm_period = pwm_period};
-    for (int n = 1; n < count; n++) top = fmax(top, fabs(v[n]));
-    if (top == 0.0) top = 1.0;
-    levels[0] = 0;
-    for (int k = 0; k < n_stretches; k++) {
-        const int first = stretches[k].start > 1 ? stretches[k].start : 1;
-        const int end = k + 1 < n_stretches ? stretches[k + 1].start : count;
-        if (first >= count) break;
-        begin_stretch(&r, &stretches[k], first);
-        const int least = least_level(&r, r.now.mode.Rt);
-        for (int n = first; n < end; n++) {
-            levels[n] = 0;
-            if (gone(&r) || r.tried > (double)MOST_TRIED * count) continue;
-            level = plan_interval(&r, n, level > least ? level - 1 : least, top / motor->R,
-                                  top / motor->K, tolerance);
-            levels[n] = (unsigned char)level;
-        }
-    }
     return r.now.events;
 }
