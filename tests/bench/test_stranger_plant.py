@@ -16,6 +16,7 @@ MOTOR = Motor(0.5, 1e-4, 0.038, 7e-5, 4e-5, 14e-3, 12.0)
 DT = 2e-5
 
 
+@pytest.mark.slow
 def test_a_motor_that_turns_round_does_so_within_a_tick() -> None:
     wave = np.repeat([12.0, -12.0], 4000)  # by its end the start is forgotten
     coarse = turn(MOTOR, wave, DT, Source()).speed[4000:]

@@ -62,6 +62,7 @@ def check(case: Case, folder: Path) -> Estimate:
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_a_log_gives_the_motor(name: str, tmp_path: Path) -> None:
     check(case_of(name), tmp_path)

@@ -172,6 +172,7 @@ def test_damage_is_named(small: Path, change: dict[str, bytes | None], where: st
     assert where in found.where
 
 
+@pytest.mark.slow
 def test_any_byte_that_is_changed_is_seen_or_changes_nothing(small: Path, tmp_path: Path) -> None:
     whole = small.read_bytes()
     for place in range(0, len(whole), 7):

@@ -79,6 +79,7 @@ def test_no_start_value_is_asked_however_the_motor_is_scaled() -> None:
         assert estimate.parameters[name].value == pytest.approx(big[name], rel=0.02)
 
 
+@pytest.mark.slow
 def test_runs_together_are_known_better_than_one() -> None:
     one, three = fit([run(1)]), fit([run(1), run(2), run(3)])
     assert three.parameters["R"].statistical < 0.9 * one.parameters["R"].statistical

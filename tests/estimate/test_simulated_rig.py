@@ -52,6 +52,7 @@ def errors(estimate: Estimate, true: dict[str, float]) -> dict[str, float]:
     return out
 
 
+@pytest.mark.slow
 def test_every_parameter_of_the_default_bench(tmp_path: Path) -> None:
     estimate, true = captured(tmp_path)
     off = errors(estimate, true)

@@ -33,6 +33,7 @@ def estimate(tmp_path: Path) -> Any:
 UNKNOWN = {"value": None, "interval_95": None, "status": "not_identifiable", "note": "no motion"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("to", NAMES)
 def test_what_is_unknown_or_doubtful_is_refused(
     to: str, estimate: Any, capsys: pytest.CaptureFixture[str], tmp_path: Path

@@ -58,6 +58,7 @@ def test_verify_says_of_a_changed_file_what_the_readers_say(kind: str, tmp_path:
     assert bit_flips.through_the_command(kind, bytes(changed), tmp_path) == DAMAGED
 
 
+@pytest.mark.slow
 def test_a_damaged_capture_is_not_fitted(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """Each byte of the current's readings is under a checksum."""
     import h5py

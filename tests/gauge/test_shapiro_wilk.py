@@ -36,6 +36,7 @@ def test_many_readings_are_thinned() -> None:
     assert normality(values) == pytest.approx(shapiro(values[::3]).pvalue, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_trend_of_normal_readings_needs_no_scipy_stats() -> None:
     code = (
         "import sys, numpy as np\n"

@@ -67,6 +67,7 @@ def by_hand(records: list[ResultRecord], since: datetime, until: datetime) -> Co
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_counts_are_those_by_hand_in_any_order_and_for_any_time(tmp_path: Path, seed: int) -> None:
     records = shift(seed)
@@ -94,6 +95,7 @@ def test_counts_are_those_by_hand_in_any_order_and_for_any_time(tmp_path: Path, 
             assert of_one == Counter({(what,): count for what, count in sums.items()})
 
 
+@pytest.mark.slow
 def test_counts_that_are_wrong_are_found_and_made_anew(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

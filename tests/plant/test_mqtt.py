@@ -78,6 +78,7 @@ def marked(folder: Path) -> int:
     return sum(1 for _ in folder.glob(f"*/{MARK}"))
 
 
+@pytest.mark.slow
 @needs_mosquitto
 def test_state_is_retained_and_verdicts_come_once(tmp_path: Path) -> None:
     with broker(tmp_path) as mosquitto, at(mosquitto.port, tmp_path / "shift") as here:
@@ -97,6 +98,7 @@ def test_state_is_retained_and_verdicts_come_once(tmp_path: Path) -> None:
             assert here.told == []
 
 
+@pytest.mark.slow
 @needs_mosquitto
 def test_the_last_will_and_the_last_word(tmp_path: Path) -> None:
     with broker(tmp_path) as mosquitto, consuming(mosquitto.port) as consumer:
@@ -155,6 +157,7 @@ def test_without_an_acknowledgement_a_verdict_is_sent_again(tmp_path: Path) -> N
             wait_for(lambda: marked(tmp_path / "shift") == 1)
 
 
+@pytest.mark.slow
 @needs_mosquitto
 def test_without_a_consumer_the_brokers_word_counts_and_that_is_said(tmp_path: Path) -> None:
     shift = tmp_path / "shift"
@@ -198,6 +201,7 @@ def locked(tmp_path: Path) -> Iterator[tuple[Mosquitto, Path]]:
         yield mosquitto, pem
 
 
+@pytest.mark.slow
 @needs_mosquitto
 @pytest.mark.parametrize("password", ["right", "wrong"])
 def test_tls_and_password(password: str, locked: tuple[Mosquitto, Path], tmp_path: Path) -> None:
@@ -223,6 +227,7 @@ def test_tls_and_password(password: str, locked: tuple[Mosquitto, Path], tmp_pat
             assert not (folder / MARK).exists()
 
 
+@pytest.mark.slow
 @needs_mosquitto
 def test_a_broker_of_a_foreign_certificate_is_refused(
     locked: tuple[Mosquitto, Path], tmp_path: Path
@@ -266,6 +271,7 @@ def test_a_station_that_is_killed_sends_what_it_had_not(tmp_path: Path) -> None:
         mosquitto.kill()
 
 
+@pytest.mark.slow
 @needs_mosquitto
 def test_the_example_for_a_consumer_runs(tmp_path: Path) -> None:
     """The page's own program, as a reader would copy it."""

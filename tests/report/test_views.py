@@ -141,6 +141,7 @@ def test_a_frame_has_a_row_for_each_quantity(estimate: Estimate) -> None:
     assert set(estimate.derived) <= set(frame.index)
 
 
+@pytest.mark.slow
 def test_a_plot_shows_measured_and_fitted(capture: Capture, estimate: Estimate) -> None:
     drawn = estimate.plot().axes
     assert len(drawn) == len(estimate.curves)

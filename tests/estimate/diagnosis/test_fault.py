@@ -52,6 +52,7 @@ def test_what_a_parameter_explains_scores_nothing(runs: Runs) -> None:
     assert Screen(records, solution).best(same).gain < 1.0
 
 
+@pytest.mark.slow
 def test_a_good_capture_is_looked_at_once_and_nothing_is_tried(
     runs: Runs, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -35,6 +35,7 @@ def with_volts(capture: Capture, volts: np.ndarray) -> Capture:
     return replace(capture, channels={**capture.channels, VOLTAGE: channel})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drive", [steps, prbs, ramp, chirp, closed_loop])
 def test_a_motors_own_voltage_is_not_accused(drive: Callable[[], Drive]) -> None:
     assert remarks([log(drive)]) == []

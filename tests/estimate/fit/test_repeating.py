@@ -75,6 +75,7 @@ def missed(estimate: Estimate, options: str) -> list[str]:
     return [n for n, pair in ends.items() if pair and not pair[0] <= true[n] <= pair[1]]
 
 
+@pytest.mark.slow
 def test_commutation_ripple_is_found_by_its_size(folder: Path) -> None:
     record, solution = found(folder, "seed=4&ripple=0.02")
     assert {order(one) for one in record.repeating.slopes} == {BARS}
@@ -84,6 +85,7 @@ def test_commutation_ripple_is_found_by_its_size(folder: Path) -> None:
     assert not is_heavy([record], solution)
 
 
+@pytest.mark.slow
 def test_ripple_neither_warns_nor_biases(folder: Path) -> None:
     options = "seed=6&ripple=0.02"
     estimate = fit([taken(folder, options)], model="auto")
@@ -106,6 +108,7 @@ def test_ripple_moves_no_interval(folder: Path) -> None:
     assert np.abs(moved / narrow[relative]).max() < 5.0
 
 
+@pytest.mark.slow
 def test_cogging_is_found_by_its_size(folder: Path) -> None:
     torque = 0.5 * T0_NM
     record, solution = found(folder, f"seed=4&cogging={torque}&cogging_per_turn=7")
@@ -136,6 +139,7 @@ def test_nothing_is_simulated_where_nothing_repeats(folder: Path) -> None:
     assert record.simulated <= before + 1  # where the rotor is
 
 
+@pytest.mark.slow
 def test_each_run_has_a_phase_of_its_own(folder: Path) -> None:
     captures = [taken(folder, f"seed={seed}&ripple=0.02") for seed in (4, 5)]
     records, solution = solved(captures, {}, ())
@@ -151,6 +155,7 @@ def test_a_heavy_ripple_is_for_a_wider_model_too(folder: Path) -> None:
     assert is_heavy([run], solution)
 
 
+@pytest.mark.slow
 def test_a_model_that_is_asked_for_still_finds_its_ripple(folder: Path) -> None:
     options = "seed=4&ripple=0.02"
     estimate = fit([taken(folder, options)], model="ripple")

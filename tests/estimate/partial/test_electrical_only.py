@@ -50,6 +50,7 @@ def missed(estimate: Estimate, names: tuple[str, ...]) -> list[str]:
     return [n for n, (v, u) in told.items() if v is None or not abs(v - TRUE[n]) <= 3.0 * u]
 
 
+@pytest.mark.slow
 def test_all_but_the_scale_of_its_constant_is_told() -> None:
     estimate = fit([motionless(4)])
     assert missed(estimate, ("R", "L", "J/K²", "B/K²", "T0/K")) == []

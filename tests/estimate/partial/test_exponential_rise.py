@@ -60,6 +60,7 @@ def test_two_lags_that_are_alike_and_one_that_vanishes_have_a_shape() -> None:
     np.testing.assert_array_equal(shape(t, np.array([TAU_S, 0.0]))[0], shape(t, ONE)[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lags", [ONE, TWO])
 def test_columns_are_what_a_unit_of_each_level_is_read_as(lags: Floats) -> None:
     t = TIME[5:] + 1e-4
@@ -87,6 +88,7 @@ def test_stamps_show_to_what_they_were_rounded() -> None:
     assert (uneven.period_s, uneven.length_s) == (1.0, 6.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_position", [False, True])
 def test_an_exact_rise_is_found(is_position: bool) -> None:
     values = angle(TIME) if is_position else speed(TIME)

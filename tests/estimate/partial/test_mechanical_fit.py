@@ -62,6 +62,7 @@ def test_without_noise_the_ratios_come_back(clean: Capture) -> None:
     assert any("terminal voltage" in d.message for d in estimate.diagnostics)
 
 
+@pytest.mark.slow
 def test_fixed_torque_constant_gives_parameters() -> None:
     truth = {"B": MOTOR.B, "J": MOTOR.J, "T0": MOTOR.T0}
     estimate = mechanical_fit.fit([run(1)], fix={"K": MOTOR.K})
@@ -71,12 +72,14 @@ def test_fixed_torque_constant_gives_parameters() -> None:
     assert estimate.parameters["K"].status == "fixed"
 
 
+@pytest.mark.slow
 def test_fixed_inertia_gives_the_torque_constant() -> None:
     estimate = mechanical_fit.fit([run(2)], fix={"J": MOTOR.J})
     assert estimate.parameters["K"].value == pytest.approx(MOTOR.K, rel=0.03)
     assert estimate.parameters["T0"].value == pytest.approx(MOTOR.T0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_position_serves_as_well_as_speed() -> None:
     t, i, w = closed_loop(MOTOR, sweep(120.0, 0.7), 0.02, 8.0)
     angle = np.r_[0.0, np.cumsum((w[1:] + w[:-1]) / 2 * np.diff(t))]
@@ -89,6 +92,7 @@ def test_position_serves_as_well_as_speed() -> None:
         assert estimate.combinations[name].value == pytest.approx(value, rel=0.03)
 
 
+@pytest.mark.slow
 def test_linear_axis_reports_mass_and_offset() -> None:
     axis = Plant(K=1.0, B=200.0, J=95.0, T0=20.0, load=-3.0)
     t, force, v = closed_loop(axis, sweep(0.1, 0.5), 3000.0, 8.0)
@@ -142,6 +146,7 @@ def test_magnitude_of_the_current_gets_its_sign_back() -> None:
     assert any(d.code == "unsigned_drive" for d in estimate.diagnostics)
 
 
+@pytest.mark.slow
 def test_one_direction_knows_no_offset() -> None:
     t, i, w = closed_loop(MOTOR, steps(0.5, 40.0, 120.0, 80.0), 0.02, 8.0)
     rng = np.random.default_rng(0)
@@ -263,6 +268,7 @@ def test_intervals_hold_what_they_promise() -> None:
     }
 
 
+@pytest.mark.slow
 def test_coast_down_alone_gives_two_ratios() -> None:
     t = np.arange(0, 1.2, 1e-3)
     b, c = MOTOR.B / MOTOR.J, MOTOR.T0 / MOTOR.J

@@ -63,6 +63,7 @@ def test_emps_with_pulses_gives_the_same_axis(shared_data: Path) -> None:
         assert gap < 2 * np.hypot(plain[name].total, pulsed[name].total)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wheel", [1, 2, 3])
 def test_robotino_without_voltage_gives_ratios(shared_data: Path, wheel: int) -> None:
     estimate = mechanical_fit.fit([robotino(shared_data, wheel)])
@@ -73,6 +74,7 @@ def test_robotino_without_voltage_gives_ratios(shared_data: Path, wheel: int) ->
         assert estimate.parameters[name].status == "not_identifiable"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wheel", [1, 2, 3])
 def test_robotino_with_its_torque_constant(shared_data: Path, wheel: int) -> None:
     """The authors give B 2.0 to 2.4e-5 N·m·s and T0 7 to 8e-3 N·m at the motor's shaft."""
@@ -86,6 +88,7 @@ def test_robotino_with_its_torque_constant(shared_data: Path, wheel: int) -> Non
         assert "below" in inertia.note
 
 
+@pytest.mark.slow
 def test_robotino_wheel_one_holds_its_inertia(shared_data: Path) -> None:
     estimate = mechanical_fit.fit([robotino(shared_data, 1)], fix={"K": 0.0514})
     assert estimate.parameters["J"].status == "estimated"
@@ -115,6 +118,7 @@ def test_pwm_runs_give_time_constant_and_gain(shared_data: Path) -> None:
     assert overlaps(estimate.combinations["K/(K²+RB)"], slope, slope)
 
 
+@pytest.mark.slow
 def test_position_loop_is_read_through_references(shared_data: Path) -> None:
     captures = [
         read_table(path, ["time=X.Data:s", "voltage=Y[3].Data:V", "position=Y[1].Data:deg"])
@@ -126,6 +130,7 @@ def test_position_loop_is_read_through_references(shared_data: Path) -> None:
     assert overlaps(estimate.combinations["K/(K²+RB)"], 12.8, 13.1)
 
 
+@pytest.mark.slow
 def test_speed_bench_with_its_moving_average(shared_data: Path) -> None:
     captures = [
         read_table(

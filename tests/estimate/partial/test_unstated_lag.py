@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from bench.mistakes.plant import Motor
 from bench.stranger import chain
@@ -45,6 +46,7 @@ def codes(capture: Capture) -> set[str]:
     return {one.code for one in fit([capture]).diagnostics}
 
 
+@pytest.mark.slow
 def test_a_lag_that_nobody_stated_is_the_cause_and_is_in_the_intervals() -> None:
     found = fit([logged()])
     said = {one.code: one for one in found.diagnostics}
@@ -57,11 +59,13 @@ def test_a_lag_that_nobody_stated_is_the_cause_and_is_in_the_intervals() -> None
         assert low <= truth <= high, name
 
 
+@pytest.mark.slow
 def test_a_delay_that_is_stated_is_believed() -> None:
     assert {"lack_of_fit"} <= codes(logged(stated=True))
     assert "unstated_lag" not in codes(logged(stated=True))
 
 
+@pytest.mark.slow
 def test_a_misfit_that_no_lag_explains_stays_one() -> None:
     assert {"lack_of_fit"} <= codes(logged(wander_v=2.0))
 

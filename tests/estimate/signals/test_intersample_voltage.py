@@ -48,6 +48,7 @@ def log(share: float, jitter: float = 0.0) -> Capture:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "jitter"), [(1.0, 0.0), (0.9, 0.0), (1.0, 0.3)])
 def test_the_inductance_holds(share: float, jitter: float) -> None:
     found = fit([log(share, jitter)]).parameters

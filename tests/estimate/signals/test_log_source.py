@@ -63,6 +63,7 @@ def test_noise_is_no_resistance() -> None:
     assert source_ohms(volts, np.zeros(len(volts)), steps()) == 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [0.4, 1.5])
 def test_the_inductance_holds_behind_a_weak_supply(samples: float) -> None:
     """L/R of less than a sample: between two readings the terminals fall by what no line tells."""

@@ -80,6 +80,7 @@ def test_correlated_noise_widens_as_theory_says() -> None:
     assert found.deviations[0] == pytest.approx(1 / 0.2 / np.sqrt(N), rel=0.15)
 
 
+@pytest.mark.slow
 def test_means_of_correlated_noise_scatter_by_the_stated_deviation() -> None:
     rng = np.random.default_rng(3)
     pulls = []

@@ -40,6 +40,7 @@ def test_the_ends_are_where_a_brute_force_finds_them(weak: Capture, name: str) -
     assert ends[0] < solution.values[place] < ends[1] or solution.at_bound[place]
 
 
+@pytest.mark.slow
 def test_a_leaning_likelihood_gives_a_leaning_interval(weak: Capture) -> None:
     """B is held at 0, so T0 cannot be much larger than it is, and may be a good deal smaller."""
     found = fit([weak])

@@ -67,6 +67,7 @@ def test_a_stated_gain_is_none_of_them(run: Capture) -> None:
     assert fit([replace(run, channels={**run.channels, CURRENT: exact})]).not_stated == {}
 
 
+@pytest.mark.slow
 def test_a_balance_without_a_voltage_says_the_same() -> None:
     t = np.arange(0.0, 3.0, 2e-3)
     speed = 100.0 * np.sin(2 * np.pi * t) + 40.0 * np.sin(5 * np.pi * t)

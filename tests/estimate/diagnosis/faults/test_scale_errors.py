@@ -240,6 +240,7 @@ def test_a_nameplate_names_the_scale(case: Case, runs: Runs) -> None:
     assert [(s.code, s.strength) for s in found] == [(case.code, "named")]
 
 
+@pytest.mark.slow
 def test_a_rig_that_says_nothing_of_its_motor_excludes_no_scale(runs: Runs) -> None:
     scales = {c.code for c in scale_errors.CAUSES}
     bare = [s for s in fit([without_nameplate(runs.good)]).suspects if s.code in scales]

@@ -48,6 +48,7 @@ def inductance(capture: Capture, cause: str) -> tuple[float, float]:
     return float(np.log(solution.values[k])), float(moved[k])
 
 
+@pytest.mark.slow
 def test_volts_are_made_by_a_duty_that_nobody_measured(tmp_path: Path) -> None:
     capture = instants(tmp_path, StepKind.DRIVE_VOLTS, (2.0, 4.5), Decay.SYNCHRONOUS_SLOW)
     L, share = inductance(capture, "duty of volts")
@@ -57,12 +58,14 @@ def test_volts_are_made_by_a_duty_that_nobody_measured(tmp_path: Path) -> None:
     assert abs(share) > 1e-3
 
 
+@pytest.mark.slow
 def test_a_duty_that_was_commanded_is_known(tmp_path: Path) -> None:
     capture = instants(tmp_path, StepKind.DRIVE_DUTY, (0.4, 0.85), Decay.SYNCHRONOUS_SLOW)
     assert inductance(capture, "duty of volts")[1] == 0.0
     assert inductance(capture, "diode drops")[1] == 0.0
 
 
+@pytest.mark.slow
 def test_what_diodes_drop_moves_the_wave_of_diode_decay(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

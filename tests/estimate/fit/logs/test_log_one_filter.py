@@ -55,6 +55,7 @@ def errors_in_u(records: list[MotorRecord], solution: Solution) -> dict[str, flo
     return dict(zip(PARAMETERS, (solution.values - true) / u, strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.parametrize(("column", "kind", "samples"), [("i", "2 RC", 2.5), ("w", "Bessel", 6.0)])
 def test_a_filter_of_second_order_is_repaired(column: str, kind: str, samples: float) -> None:
@@ -64,6 +65,7 @@ def test_a_filter_of_second_order_is_repaired(column: str, kind: str, samples: f
         assert not filter_rest.moves(records, solution)
 
 
+@pytest.mark.slow
 @pytest.mark.long
 def test_what_a_filter_of_third_order_may_move_is_doubtful() -> None:
     estimate = fit([logged("i", "RC", 4.0, stages=3)])
