@@ -15,6 +15,7 @@ UNSTEPPED = (
     "DROP TABLE trail",
     "DROP TABLE tallies",
     "DELETE FROM meta WHERE name = 'names_kept_days'",
+    "DROP INDEX ix_results_station_at",
     *(f"DROP INDEX ix_results_{name}_id" for name in ("outcome", "station", "product")),
 )
 BEGAN = datetime(2026, 1, 5, 6, 0, tzinfo=UTC)

@@ -20,7 +20,7 @@ from motorid.cli.main import run
 from motorid.errors import DataError
 from motorid.quality.history import History, Query, open_history, steps
 from motorid.quality.history import schema as s
-from tests.history.records import record
+from tests.history.records import BEGAN, record
 
 OLD = Path(__file__).parents[1] / "corpus" / "format_1_0"
 
@@ -157,6 +157,11 @@ def test_the_queries_of_a_line_need_no_walk_through_all_results(tmp_path: Path) 
         assert "ix_results_at" in plans[-1], plans[-1]
         assert "SCAN measurements" not in plans[-1]
         assert "(name=?)" not in plans[-1]  # nor every reading of the quantity
+        for since in (None, BEGAN):
+            history.readings(Query(station="line-1", since=since), 100, "R")
+            newest = plans[-1].partition("CO-ROUTINE")[2]
+            assert "ix_results_station_at" in newest, plans[-1]
+            assert "B-TREE" not in newest.partition("SCAN anon")[0]
 
 
 @pytest.mark.slow

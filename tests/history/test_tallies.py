@@ -122,6 +122,7 @@ def test_a_history_without_counts_is_counted_from_its_results(tmp_path: Path) ->
             places = tallies.places(connection)
     with closing(sqlite3.connect(place)) as connection, connection:
         connection.execute("DROP TABLE tallies")
+        connection.execute("DROP INDEX ix_results_station_at")
         connection.execute("UPDATE alembic_version SET version_num = '0003'")
     with open_history(place, create=False) as history, history.reading() as reading:
         assert tallies.counts(reading, Query(), Key._fields) == kept

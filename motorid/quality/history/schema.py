@@ -24,7 +24,7 @@ from sqlalchemy import (
 from sqlalchemy.types import TypeDecorator
 
 VERSION = "1"  # of the tables; another first number is refused
-STEP = "0005"  # the last of the steps in migrations/; see steps.py
+STEP = "0006"  # the last of the steps in migrations/; see steps.py
 
 
 class UtcDateTime(TypeDecorator[datetime]):
@@ -169,6 +169,7 @@ results = Table(
     Column("limits", DIGEST, ForeignKey("documents.sha256")),
     Column("estimate", DIGEST, ForeignKey("documents.sha256")),
     *(Index(f"ix_results_{name}_id", name, "id") for name in ("outcome", "station", "product")),
+    Index("ix_results_station_at", "station", "at"),
 )
 
 result_captures = Table(
