@@ -4,8 +4,8 @@
 
 RIG ?= sim
 OUT ?= out
-# one more than there are cores: many tests wait for a board, a server or a browser
-JOBS ?= $(shell expr $$(nproc 2>/dev/null || echo 2) + 1)
+# two more than there are cores: many tests wait for a board, a server or a browser
+JOBS ?= $(shell expr $$(nproc 2>/dev/null || echo 2) + 2)
 SECONDS ?= 60
 PYTHON ?=
 export PYTHON

@@ -20,7 +20,7 @@ from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.effects.source_noise import SourceNoise
 from motorid.estimate.effects.unstated import ahead
 from motorid.estimate.model.low_passes import behind, declared, first_orders, low_passes
-from motorid.estimate.model.rebuilt_response import extended, rebuilt
+from motorid.estimate.model.rebuilt_response import Planned, extended, rebuilt
 from motorid.estimate.model.reconstructed_voltage import Course, Driving
 from motorid.estimate.model.source_mixing import Mixer
 from motorid.estimate.model.weighting import Weighed
@@ -84,6 +84,7 @@ class MotorRecord(Weighed):
         self.noise = SourceNoise(capture, self.timeline, sensed)
         self.judged_at: Floats | None = None
         self.losing: Mapping[str, float] = {}
+        self.planned: Planned | None = None  # the steps of the last run with a parameter more
         self.simulated = 0  # responses computed so far, by what they were worth
         self.untried = 0  # other starts that a search which misfits did not take, to end at all
         self.rivals: tuple[Rival, ...] = ()

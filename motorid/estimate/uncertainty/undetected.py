@@ -13,16 +13,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance, Use, instances
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Use, instances
 from motorid.estimate.effects.registry import used
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.tangent import tangent
 from motorid.estimate.solver.dense_products import project, square
-from motorid.estimate.solver.problem import Linearised, Solution, Unknown
+from motorid.estimate.solver.problem import Linearised, Solution
 from motorid.estimate.uncertainty.covariance import covariance_of
 from motorid.estimate.uncertainty.pull_scatter import pull_scatter
 
@@ -82,36 +83,26 @@ class _Sums:
 def undetected(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Undetected, ...]:
     """What every effect leaves open that these records could have and do not model."""
     inverse = covariance_of(solution.information)
-    found: dict[InfluenceQuantity, _Sums] = {}
     slope = np.sum([project(line.orthogonal.T, line.residual) for line in solution.records], axis=0)
-    for number, record in enumerate(records):
-        for one, unknown in _possible(record):
-            change = _change(solution, number, record, one, unknown)
-            sums = _sums(change, solution.records[number])
-            before = found.get(one.quantity)
-            found[one.quantity] = sums if before is None else before.added(sums)
     left = []
-    for quantity, sums in found.items():
+    for quantity in used(Use.UNDETECTED):
+        changes = list(_changes(quantity, solution, records))
+        if not changes:
+            continue
+        sums = reduce(_Sums.added, (_sums(change, line) for change, line in changes))
         white = _left(quantity, sums, inverse, slope)
-        scatter = 1.0
         if white.seen:
-            scatter = _scatter(quantity, inverse @ sums.shared, solution, records)
-        left.append(_left(quantity, sums, inverse, slope, scatter))
+            scatter = _scatter(changes, inverse @ sums.shared)
+            left.append(_left(quantity, sums, inverse, slope, scatter))
+        else:
+            left.append(white)
     return tuple(left)
 
 
-def _scatter(
-    quantity: InfluenceQuantity, follows: Floats, solution: Solution, records: Sequence[MotorRecord]
-) -> float:
+def _scatter(changes: Sequence[tuple[Floats, Linearised]], follows: Floats) -> float:
     """Variance of the pull, over that of white residuals; the parameters follow by ``follows``."""
-    changes, residuals = [], []
-    for number, (record, line) in enumerate(zip(records, solution.records, strict=True)):
-        for one, unknown in _possible(record):
-            if one.quantity is quantity:
-                change = _change(solution, number, record, one, unknown)
-                changes.append(_cleared(change, line) - line.orthogonal @ follows)
-                residuals.append(line.residual)
-    return pull_scatter(changes, residuals)
+    left = [_cleared(change, line) - line.orthogonal @ follows for change, line in changes]
+    return pull_scatter(left, [line.residual for _, line in changes])
 
 
 def told(found: Sequence[Undetected]) -> dict[str, Floats]:
@@ -132,23 +123,18 @@ def beside(found: Sequence[Undetected]) -> dict[str, Floats]:
     }
 
 
-def _possible(record: MotorRecord) -> Iterator[tuple[Instance, Unknown]]:
-    for quantity in used(Use.UNDETECTED):
+def _changes(
+    quantity: InfluenceQuantity, solution: Solution, records: Sequence[MotorRecord]
+) -> Iterator[tuple[Floats, Linearised]]:
+    """(n,) of a record's readings by one standard deviation of the effect, wherever it may be."""
+    for record, own, line in zip(records, solution.own, solution.records, strict=True):
+        if quantity.name in record.modelled:
+            continue
         for one in instances(quantity, record):
-            unknown = None if quantity.name in record.modelled else one.unknown(record)
-            if unknown is not None:
-                yield one, unknown
-
-
-def _change(
-    solution: Solution, number: int, record: MotorRecord, one: Instance, unknown: Unknown
-) -> Floats:
-    """(n,) of a record's readings by one standard deviation of the effect."""
-    moved = tangent(record, solution.values, solution.own[number], one)
-    sigmas = solution.records[number].sigmas
-    return np.concatenate(
-        [unknown.prior_sd * d / s for d, s in zip(record.weighed(moved), sigmas, strict=True)]
-    )
+            if (unknown := one.unknown(record)) is not None:
+                moved = record.weighed(tangent(record, solution.values, own, one))
+                each = zip(moved, line.sigmas, strict=True)
+                yield np.concatenate([unknown.prior_sd * d / s for d, s in each]), line
 
 
 def _sums(change: Floats, line: Linearised) -> _Sums:
