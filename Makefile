@@ -30,6 +30,7 @@ run: $(READY)
 test: $(READY_TO_TEST)
 	$(PYTEST) --strict-skips
 
+quick: JOBS := $(shell nproc 2>/dev/null || echo 2)
 quick: $(READY_TO_TEST)
 	$(PYTEST) -m "not slow" --durations=5 --durations-min=0.5
 
@@ -111,7 +112,7 @@ clean:
 help:
 	@echo "make run [RIG=sim] [OUT=out]  capture, fit and report; RIG is a packaged name or a file"
 	@echo "make test                     every test"
-	@echo "make quick                    the tests that take less than about a fifth of a second each"
+	@echo "make quick                    the tests that take less than about a tenth of a second each"
 	@echo "make evidence [PARTS=...]     what takes hours, into bench/results; SHORT=1 for a moment"
 	@echo "make check                    format, lint, types, generated files, lock, licences"
 	@echo "make frozen [AGAINST=commit]  every number of a fixed corpus, as recorded or as that commit's bits"

@@ -197,6 +197,7 @@ def test_a_wheel_for_another_platform_has_its_tags_and_its_suffixes(
     assert not [name for name in names if name.endswith(".so")]
 
 
+@pytest.mark.slow
 def test_a_build_asks_for_zig_only_without_a_compiler(repo_root: Path) -> None:
     """In an interpreter of its own: pip imports the backend by its bare name."""
     code = (

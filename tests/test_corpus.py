@@ -31,6 +31,7 @@ def test_a_capture_of_format_1_0_is_read_and_fitted() -> None:
         assert off < was[name]["uncertainty"]["total"], name
 
 
+@pytest.mark.slow
 def test_a_journal_of_format_1_0_gives_the_capture_that_it_gave(tmp_path: Path) -> None:
     shutil.copy(OLD / "cut.h5.journal", tmp_path)
     found, was = store.load(recover(tmp_path / "cut.h5.journal")), store.load(OLD / "run.h5")

@@ -300,6 +300,7 @@ def test_the_score_counts_what_no_test_covers_as_survived(monkeypatch: pytest.Mo
     assert not found.good  # more than a tenth is called equivalent
 
 
+@pytest.mark.slow
 def test_each_equivalent_mutant_has_a_reason_and_still_exists() -> None:
     for (path, change), why in mutant.equivalent().items():
         source = (mutant.ROOT / path).read_bytes()

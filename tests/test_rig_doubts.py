@@ -46,5 +46,6 @@ def test_nor_is_a_motor_of_many_amperes() -> None:
     assert nameplate_doubt(parse(text, "bench.toml")) == ""
 
 
+@pytest.mark.slow
 def test_nor_are_drawn_ones() -> None:
     assert [s for s in range(60) if nameplate_doubt(draw_bench(s).rigs[0])] == []

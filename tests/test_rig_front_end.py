@@ -164,6 +164,7 @@ def toml_of(value: object) -> str:
     return str(value)
 
 
+@pytest.mark.slow
 @settings(max_examples=150, deadline=None, derandomize=True)
 @given(line=LINES, value=VALUES)
 def test_whatever_stands_in_a_file_it_is_refused_or_a_board_takes_it(

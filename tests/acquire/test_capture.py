@@ -38,6 +38,7 @@ def test_a_capture_is_whole_and_says_what_it_is(tmp_path: Path) -> None:
     assert current.aperture_s == pytest.approx(50e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("stated", "kept"), [("", "sim-7"), ("B9", "B9")])
 def test_the_board_has_the_serial_that_the_rig_states_or_else_its_port_s(
     stated: str, kept: str, tmp_path: Path
@@ -115,6 +116,7 @@ def test_existing_files_are_kept(tmp_path: Path) -> None:
     assert len(store.load(path)) == SAMPLES
 
 
+@pytest.mark.slow
 def test_two_captures_to_one_path_cannot_clobber_each_other(tmp_path: Path) -> None:
     path = tmp_path / "run.h5"
     second: list[BaseException] = []

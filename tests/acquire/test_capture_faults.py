@@ -81,6 +81,7 @@ def run_start_s(tmp_path_factory: pytest.TempPathFactory) -> float:
     return float(starts[-1] - starts[0]) / 16e6
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("keep_journal")
 @pytest.mark.parametrize(("fault", "kind", "says", "ends"), DURING, ids=[r[3] for r in DURING])
 def test_what_was_measured_before_a_fault_is_kept(

@@ -53,6 +53,7 @@ def test_the_command_says_so_and_the_file_keeps_it(
     assert store.load(tmp_path / "run.h5").provenance["notes"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("options", ["", "noise=0", "noise=0.3", "noise=4", "seed=9&clock_ppm=40"])
 def test_a_healthy_run_is_not_doubted(options: str, tmp_path: Path) -> None:
     assert "notes" not in captured(options, tmp_path).provenance

@@ -137,6 +137,7 @@ def test_a_configured_board_stores_nothing(monkeypatch: pytest.MonkeyPatch) -> N
         front_end.store(rig.port, load_front_end("acs712-20"))
 
 
+@pytest.mark.slow
 def test_a_driver_that_cannot_open_brakes_where_it_would_coast(
     bench: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -119,6 +119,7 @@ def test_a_board_without_current_or_voltage_is_asked_for_no_more() -> None:
         guards(limited(inputs=("guard_closed",)), new | {"inputs": 1}, {})
 
 
+@pytest.mark.slow
 def test_a_filter_of_second_order_comes_into_the_capture(tmp_path: Path) -> None:
     rig = sim_rig("&".join(f"{name}={value}" for name, value in MEAN.items()))
     kept = store.load(record.capture(rig, rig.program, tmp_path / "run.h5"))

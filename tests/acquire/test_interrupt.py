@@ -22,6 +22,7 @@ def wait_while_asked_to_stop(until: float) -> None:
             time.sleep(0.01)
 
 
+@pytest.mark.slow
 def test_a_request_that_nobody_follows_ends_the_wait(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(interrupt, "PATIENCE_S", 0.1)
     began = time.monotonic()

@@ -82,6 +82,7 @@ def test_force_into_a_folder_does_the_same(
     assert (tmp_path / "capture.h5").exists()
 
 
+@pytest.mark.slow
 def test_force_leaves_a_live_journal_alone(tmp_path: Path) -> None:
     """Its capture may have written nothing for a while."""
     path = tmp_path / "run.h5"

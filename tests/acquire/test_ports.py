@@ -77,6 +77,7 @@ def test_a_socket_carries_bytes_and_says_when_it_closes() -> None:
             thread.join()
 
 
+@pytest.mark.slow
 def test_a_long_write_waits_for_a_slow_reader_though_a_short_read_came_before(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

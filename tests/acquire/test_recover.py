@@ -47,6 +47,7 @@ def test_a_torn_journal_replays_as_it_recovers(tmp_path: Path) -> None:
     assert (tmp_path / "again.h5").read_bytes() == torn.read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("keep_journal")
 def test_recovery_gives_the_same_file(tmp_path: Path) -> None:
     path = run("", tmp_path / "run.h5")
@@ -57,6 +58,7 @@ def test_recovery_gives_the_same_file(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("keep_journal")
 def test_a_journal_that_was_altered_after_it_was_closed_stays(tmp_path: Path) -> None:
     """Every record of it is good, and one is missing."""
@@ -149,6 +151,7 @@ def test_a_full_disk_stops_the_motor_and_keeps_what_fits(
     assert 0 < len(capture) < SAMPLES
 
 
+@pytest.mark.slow
 def test_no_room_for_the_file_keeps_the_journal(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -23,6 +23,7 @@ def capture(fault: str, path: Path) -> BoardResetError:
     return caught.value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lost", ["", ",mute@{0}..{1}"], ids=["greeted", "greeting lost"])
 @pytest.mark.parametrize("at_s", [0.02, 0.1, 0.2, 0.3, 0.45, 0.7, 1.1, 1.6])
 def test_a_reset_is_noticed(at_s: float, lost: str, tmp_path: Path) -> None:

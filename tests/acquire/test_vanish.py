@@ -49,6 +49,7 @@ def elsewhere(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Monk
     return home
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows removes no open file")
 @pytest.mark.parametrize("what", ["journal", "folder"])
 def test_what_is_removed_in_mid_run_costs_nothing(what: str, tmp_path: Path) -> None:
@@ -66,6 +67,7 @@ def test_what_is_removed_in_mid_run_costs_nothing(what: str, tmp_path: Path) -> 
     assert list(path.parent.iterdir()) == [path]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="Windows removes no open file")
 def test_a_folder_that_stays_away_names_another(
     tmp_path: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
@@ -217,6 +219,7 @@ def test_the_planned_size_is_enough_and_not_much_more(tmp_path: Path) -> None:
 # ---------------------------------------------------------------- read back
 
 
+@pytest.mark.slow
 def test_a_file_that_reads_back_otherwise_keeps_the_journal(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

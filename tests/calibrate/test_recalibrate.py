@@ -64,6 +64,7 @@ def test_its_own_rig_changes_nothing(stored: Path, folder: Path) -> None:
     same(recalibrated(own, load_rig(str(rig_file(folder)))), own)
 
 
+@pytest.mark.slow
 def test_a_corrected_rig_gives_what_a_capture_with_it_would_have_given(
     stored: Path, rig: Rig, tmp_path: Path
 ) -> None:
@@ -215,6 +216,7 @@ def test_a_capture_from_before_calibrations_still_works(stored: Path, rig: Rig) 
     assert motorid.fit(again).diagnostics is not None
 
 
+@pytest.mark.slow
 def test_the_history_keeps_the_calibration_of_a_capture(
     rig: Rig, tmp_path: Path, stored: Path
 ) -> None:

@@ -137,6 +137,7 @@ def test_an_encoder_that_counts_four_times_the_figure_is_named_and_refused(
     assert load_rig(str(file)).calibrated is not None
 
 
+@pytest.mark.slow
 def test_an_earlier_calibration_is_kept_and_its_other_parts_stay(tmp_path: Path) -> None:
     file = rig_file(tmp_path)
     path, rig = walk.open_rig(str(file))
@@ -154,6 +155,7 @@ def test_an_earlier_calibration_is_kept_and_its_other_parts_stay(tmp_path: Path)
     assert "rest_offset_counts" in after.tables["current"]
 
 
+@pytest.mark.slow
 def test_what_was_said_of_another_board_is_not_taken_over(tmp_path: Path) -> None:
     path, rig = walk.open_rig(str(rig_file(tmp_path, 7)))
     walk.calibrate(path, rig, told(), steps=("clock",), settings=QUICK)

@@ -65,6 +65,7 @@ def test_a_channel_of_a_board_states_all() -> None:
     assert Channel("current", "A", np.zeros(3)).undeclared == ()
 
 
+@pytest.mark.slow
 def test_a_file_keeps_it(tmp_path: Path) -> None:
     stated = {"current": "20Hz,2", "speed": "8ms"}
     capture = imported(tmp_path, filter=stated, delay={"speed": -0.5e-3})

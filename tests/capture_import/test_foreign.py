@@ -92,6 +92,7 @@ def test_each_file_has_an_onset_delay_of_its_own(tmp_path: Path) -> None:
         assert p.value == pytest.approx(true, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_a_coast_down_by_voltage_needs_its_constant_beside_an_inertia(tmp_path: Path) -> None:
     case = case_of("a coast-down, voltage as tachometer")
     with pytest.raises(UsageError, match="--fix K"):

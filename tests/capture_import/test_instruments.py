@@ -101,6 +101,7 @@ def test_a_column_with_readings_is_no_setting() -> None:
 CELLS = st.lists(st.lists(st.text(max_size=8), max_size=6), max_size=6)
 
 
+@pytest.mark.slow
 @given(CELLS, st.lists(st.text(max_size=8), max_size=6))
 def test_settings_of_any_cells_are_finite_numbers(
     header: list[list[str]], first: list[str]

@@ -178,6 +178,7 @@ def version_7_3(path: Path) -> None:
         duty.attrs["MATLAB_class"] = np.bytes_(b"uint8")
 
 
+@pytest.mark.slow
 def test_no_raw_bytes_and_no_object_are_taken_for_readings(tmp_path: Path) -> None:
     path = tmp_path / "out.mat"
     version_7_3(path)

@@ -212,6 +212,7 @@ def test_a_page_fits_a_terminal_and_its_command_is_whole(tmp_path: Path) -> None
     assert shlex.split(shown.replace("\\\n", " "))[3::2] == ["--map"] * len(found.maps)
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.floats(allow_nan=True, allow_infinity=True), max_size=300), st.integers(1, 40),
     st.booleans(),

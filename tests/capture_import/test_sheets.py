@@ -22,6 +22,7 @@ from tests.fuzz.sentence import check_sentence
 MAPS = ["time=Zeit:ms", "current=Strom:A"]
 
 
+@pytest.mark.slow
 def test_a_bad_cell_is_named_by_its_row(tmp_path: Path) -> None:
     path = tmp_path / "log.xlsx"
     spreadsheet(path)

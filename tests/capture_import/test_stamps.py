@@ -73,6 +73,7 @@ def test_any_timer(period: float, coarse: float, count: int, seed: int) -> None:
         assert_places(found(stamps), places, period, step)
 
 
+@pytest.mark.slow
 @given(st.floats(0.6, 30), COUNTS, SEEDS)
 def test_several_samples_of_one_stamp_are_counted(coarse: float, count: int, seed: int) -> None:
     rng = np.random.default_rng(seed)

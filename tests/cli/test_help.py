@@ -46,6 +46,7 @@ def test_every_option_is_explained(name: str) -> None:
             assert parameter.help, parameter.name
 
 
+@pytest.mark.slow
 def test_commands_page_is_in_step(repo_root: Path) -> None:
     script = repo_root / "tools" / "commands_page.py"
     done = subprocess.run([sys.executable, script, "--check"], capture_output=True, text=True)

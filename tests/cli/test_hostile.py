@@ -152,6 +152,7 @@ READERS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reader", READERS)
 def test_no_file_is_an_internal_error(
     reader: str, here: Path, capsys: pytest.CaptureFixture[str]

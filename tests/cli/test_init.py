@@ -156,6 +156,7 @@ def test_parts_that_do_not_fit_are_one_sentence(
     assert not list(folder.iterdir())
 
 
+@pytest.mark.slow
 def test_every_driver_and_sensor_that_it_offers_makes_files_that_are_read() -> None:
     assert tuple(kit.DRIVERS) == page.DRIVERS
     assert kit.BOARDS == page.BOARDS

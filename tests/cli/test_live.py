@@ -63,6 +63,7 @@ def test_at_a_terminal_the_run_waits_for_enter(
     assert path.exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "code", "why"),
     [

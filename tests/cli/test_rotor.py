@@ -62,6 +62,7 @@ def test_without_a_word_on_the_rotor_nothing_is_captured(
     assert "nobody said that it is: clamp it and give --clamped" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_option_says_it(bench: str) -> None:
     code, path = capture(bench, "--clamped")
     assert code == 0

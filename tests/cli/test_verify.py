@@ -29,6 +29,7 @@ def journal(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_folder_of_every_kind(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     shutil.copytree(CORPUS, tmp_path / "old")
     (tmp_path / "new").mkdir()

@@ -143,6 +143,7 @@ def test_every_state_is_on_the_pins_and_in_the_motor(rig: Rig) -> None:
     assert not rig.facts.get("recalled")
 
 
+@pytest.mark.slow
 def test_a_trip_makes_all_inputs_low_at_once_and_the_next_run_begins_clean(rig: Rig) -> None:
     client = rig.client
     for duty in (DUTY, -DUTY):

@@ -111,6 +111,7 @@ def test_fixed_and_left_out_parameters_stay_so() -> None:
     assert estimate.parameters["R"].value == pytest.approx(2.6, rel=0.01)
 
 
+@pytest.mark.slow
 def test_lost_samples_leave_their_place() -> None:
     keep = np.ones(len(run()), dtype=bool)
     keep[[700, 701, 702, 1500]] = False
@@ -172,6 +173,7 @@ def test_friction_that_is_not_there_is_not_given() -> None:
     assert estimate.parameters["R"].value == pytest.approx(2.6, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_inductance_far_below_the_sampling_is_not_given() -> None:
     plan = Plan(count=300, period_s=2e-3, aperture_s=2e-3, delay_s=0.0)
     estimate = fit([noisy(clean_capture(FAULHABER, plan), 3, 0.1, 0.06, 0.1)])
@@ -309,6 +311,7 @@ def test_the_report_says_which_cause_to_improve_first() -> None:
     assert "quadratic load for B (" in said  # two levels tell little of windage
 
 
+@pytest.mark.slow
 def test_correlated_residuals_are_said_once_however_many_runs_show_them() -> None:
     rng = np.random.default_rng(5)
     runs = []

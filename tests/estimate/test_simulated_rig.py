@@ -86,6 +86,7 @@ def test_duty_times_supply_for_a_voltage(tmp_path: Path) -> None:
     assert max(off.values()) < 0.03
 
 
+@pytest.mark.slow
 def test_duty_times_supply_is_refused_with_diode_decay(tmp_path: Path) -> None:
     channels = ("current", "supply_voltage", "position")
     with pytest.raises(DataError, match="diode decay"):

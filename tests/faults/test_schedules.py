@@ -37,6 +37,7 @@ def test_a_seed_is_a_schedule() -> None:
         assert fault in said
 
 
+@pytest.mark.slow
 def test_without_faults_everything_is_kept(tmp_path: Path) -> None:
     outcome = run(QUIET, tmp_path)
     assert (outcome.exit_code, outcome.broken) == (0, [])
@@ -55,6 +56,7 @@ def test_the_laws_hold(first: int, tmp_path: Path) -> None:
         assert "\n" not in outcome.says
 
 
+@pytest.mark.slow
 def test_a_lost_block_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     add = Timeline.add
     monkeypatch.setattr(Timeline, "add", lambda s, b: add(s, b) if b.sequence != 50 else None)
@@ -72,6 +74,7 @@ def test_a_displaced_sample_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert [law[0] for law in run(QUIET, tmp_path).broken] == ["2"]
 
 
+@pytest.mark.slow
 def test_a_motor_left_on_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Run, "_trip", lambda self, tick: None)
     gone = replace(QUIET, link="unplug@1.1", long=True)

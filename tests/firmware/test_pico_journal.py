@@ -119,6 +119,7 @@ def test_blank_flash_reads_as_never_written(journal: Journal) -> None:
     assert journal.commands == 0
 
 
+@pytest.mark.slow
 def test_thousands_of_writes_are_there_after_a_start(journal: Journal) -> None:
     wanted = [0xFF] * BYTES
     for at, byte in writes(5000, seed=1):
@@ -147,6 +148,7 @@ def test_flash_that_takes_its_time_is_waited_for(journal: Journal) -> None:
     assert journal.read() == found
 
 
+@pytest.mark.slow
 def test_a_loss_of_power_in_any_command_spoils_no_other_byte(library: Path) -> None:
     """All over the first erasure, the records, and the copy from a full sector to the other."""
     told = writes(1200, seed=3)  # more than a sector has records

@@ -74,6 +74,7 @@ def run_length(out: Callable[[Floats], NDArray[np.int64]], seed: int) -> float:
     return float(np.mean([one.min(initial=59) + 1 for one in found]))
 
 
+@pytest.mark.slow
 def test_run_lengths_after_a_shift_of_one_sigma() -> None:
     """Montgomery, tables 9.3 and 9.11: 10.4 for K = 1/2, H = 5; 10.5 for weight 0.2, L = 2.962.
 

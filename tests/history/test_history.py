@@ -155,6 +155,7 @@ def test_sqlite_is_in_wal_and_readers_do_not_wait(tmp_path: Path) -> None:
             assert other.count() == 1  # while the writer holds its lock
 
 
+@pytest.mark.slow
 def test_export(history: History, tmp_path: Path) -> None:
     for number in range(30):
         history.add(record(number))
@@ -171,6 +172,7 @@ def test_export(history: History, tmp_path: Path) -> None:
         export(history, tmp_path / "line.xlsx")
 
 
+@pytest.mark.slow
 def test_export_to_parquet_is_the_same_table(history: History, tmp_path: Path) -> None:
     import pandas as pd
 

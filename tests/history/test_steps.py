@@ -133,6 +133,7 @@ def test_the_newest_readings_are_those_of_the_whole_series(tmp_path: Path) -> No
         assert [row.serial for row in every[-2:]] == ["SN-00007", "SN-00009"]
 
 
+@pytest.mark.slow
 def test_the_queries_of_a_line_need_no_walk_through_all_results(tmp_path: Path) -> None:
     """SQLite's own plan of each statement that is sent: by an index that also gives the order."""
     plans: list[str] = []

@@ -112,6 +112,7 @@ def test_counts_that_are_wrong_are_found_and_made_anew(
     assert run(["history", "verify", str(place)]) == 0
 
 
+@pytest.mark.slow
 def test_a_history_without_counts_is_counted_from_its_results(tmp_path: Path) -> None:
     place, records = tmp_path / "line.db", shift(5, 20)
     with open_history(place) as history:

@@ -157,6 +157,7 @@ def test_a_cluster_without_a_worker_is_said_and_not_waited_for(tmp_path: Path) -
             list(cluster.answered(tasks, empty.scheduler_address, patience_s=0.2))
 
 
+@pytest.mark.slow
 def test_nobody_at_the_address_is_said(tmp_path: Path) -> None:
     tasks = {tmp_path / "a": tasks_of(plain)[0]}
     with pytest.raises(LinkError, match=r"no Dask scheduler answers .* 0 of 1 are done"):

@@ -73,6 +73,7 @@ def test_response_agrees_with_an_adaptive_integrator(case) -> None:
     assert largest_error(*case) < 2e-8
 
 
+@pytest.mark.slow
 def test_start_run_coast_and_stop_of_a_real_motor() -> None:
     v = np.zeros(420)
     v[20:200] = 6.0
@@ -304,6 +305,7 @@ def test_a_longer_delay_is_an_earlier_place_in_the_pwm_period() -> None:
     assert readings[2, 40] == pytest.approx(readings[1, 40], abs=0.02 * rise)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [Response, WideResponse])
 def test_a_response_is_worth_many_where_the_motor_starts_and_stops_all_the_time(kind) -> None:
     v = np.tile([1.0, 1.0, 0.0, 0.0], 2000)

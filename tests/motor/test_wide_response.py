@@ -154,6 +154,7 @@ def test_refuses_a_motor_that_cannot_be(added: dict[str, float]) -> None:
     assert len(SIX) == 6
 
 
+@pytest.mark.slow
 def test_an_absurd_motor_is_planned_roughly_and_ends_as_no_number() -> None:
     values = {"R": 4e-7, "L": 9e8, "K": 0.06, "B": 9e-14, "J": 7e-17, "T0": 4.6e-13}
     motor = vector(**values, quadratic=1.1e-7)

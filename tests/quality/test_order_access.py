@@ -121,6 +121,7 @@ def test_orders_over_tls(
     assert len(taken.orders) == 50
 
 
+@pytest.mark.slow
 def test_a_verdict_comes_while_the_client_only_listens(
     secure: Orders, taken: Taken, pair: tuple[Path, Path], hello: dict[str, str]
 ) -> None:

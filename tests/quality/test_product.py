@@ -113,6 +113,7 @@ def test_any_text_is_a_product_or_a_sentence(text: str) -> None:
         assert parse(text).limits
 
 
+@pytest.mark.slow
 @given(st.text(max_size=100))
 def test_any_serial_gets_an_answer(serial: str) -> None:
     problem = SerialRule("D[0-9]{6}", "D000123").problem(serial)

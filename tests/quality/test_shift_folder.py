@@ -28,6 +28,7 @@ def is_marked(one: Path) -> bool:
     return (one / "mark").exists()
 
 
+@pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(serial=st.text(min_size=1, max_size=20).filter(str.isprintable))
 def test_a_folder_tells_its_motor(serial: str, tmp_path: Path) -> None:

@@ -142,6 +142,7 @@ def test_methods_on_a_capture(path, tmp_path):
     assert costs == sorted(costs)
 
 
+@pytest.mark.slow
 def test_a_method_that_finds_nothing_says_why(tmp_path):
     capture = clean_capture(FAULHABER, Plan(volts=(6.0,), count=2000))
     where = save(noisy(capture, 1, 2e-3, 2e-3), tmp_path / "one-level.h5")
@@ -151,6 +152,7 @@ def test_a_method_that_finds_nothing_says_why(tmp_path):
     assert "two voltage levels" in text
 
 
+@pytest.mark.slow
 def test_the_command_writes_goes_on_and_does_not_overwrite(path, tmp_path):
     out = tmp_path / "out"
     args = [str(path), "--method", "gwo", "--budget", "300", "--seeds", "2", "--jobs", "1"]
@@ -167,6 +169,7 @@ def test_the_command_writes_goes_on_and_does_not_overwrite(path, tmp_path):
     assert stamps == {p: p.stat().st_mtime_ns for p in (out / "runs").iterdir()}
 
 
+@pytest.mark.slow
 def test_the_command_rebuilds_tables_and_a_page(tmp_path):
     args = ["--table", "6", "--seeds", "1", "--jobs", "1", "-o", str(tmp_path / "out")]
     page_path = tmp_path / "review.md"

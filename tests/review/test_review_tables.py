@@ -168,6 +168,7 @@ def test_closed_forms_of_table_3():
 EXACT = ["2", "3", "4-staircase", "5-prbs", "6-both", "7", "8-w100", "9-w100"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", EXACT)
 def test_the_default_estimator_is_exact_without_noise(key):
     of = experiment(key)

@@ -131,6 +131,7 @@ def test_a_right_run_has_nothing_said_of_it(tmp_path: Path) -> None:
     assert notes(recorded(*mock(), rig(tmp_path), tmp_path / "run.h5")) == ""
 
 
+@pytest.mark.slow
 def test_a_recorder_with_too_little_memory_is_said(tmp_path: Path) -> None:
     bench, clock = mock(memory=500)
     found = recorded(bench, clock, rig(tmp_path), tmp_path / "run.h5")
@@ -273,6 +274,7 @@ def test_an_encoder_without_its_counts_is_refused_before_a_run(tmp_path: Path) -
     assert not bench.heard
 
 
+@pytest.mark.slow
 def test_a_brake_needs_an_output_that_sinks(tmp_path: Path) -> None:
     one = rig(tmp_path, more="quadrants = 2\n")
     path = tmp_path / "rig.toml"

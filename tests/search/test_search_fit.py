@@ -102,6 +102,7 @@ def test_fixed_and_left_out_parameters_stay(capture):
     assert found.parameters["R"].value == pytest.approx(FAULHABER["R"], rel=0.05)
 
 
+@pytest.mark.slow
 def test_seeds_repeat(capture):
     first, again = (search_fit([capture], "gwo", budget=900, seed=7) for _ in range(2))
     assert [p.value for p in first.parameters.values()] == [

@@ -153,6 +153,7 @@ def test_a_late_current_does_not_upset_the_names(delay: int) -> None:
     assert kinds(segment(record(run_of("small", 10_000), delay=delay))) == KINDS
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(
     n=st.integers(0, 400),
@@ -208,6 +209,7 @@ def test_without_motion_everything_is_rejected_with_the_reason() -> None:
     assert "neither speed nor position" in only.reason
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_samples_take_little_time() -> None:
     run = run_of("small", 10_000)
     capture = record(dataclasses.replace(

@@ -31,6 +31,7 @@ def test_simulated_time_moves_only_in_read(monkeypatch: pytest.MonkeyPatch) -> N
     assert port.now() == pytest.approx(before + 2.0, abs=0.02)
 
 
+@pytest.mark.slow
 def test_real_time_is_the_walls() -> None:
     port = open_sim("sim://")
     port.read(1000, 0.05)

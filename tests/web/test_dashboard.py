@@ -169,6 +169,7 @@ def test_metrics_are_read_by_prometheus_own_parser(url: str) -> None:
     assert last.value == record(42).at.timestamp()
 
 
+@pytest.mark.slow
 def test_tokens_of_persons_open_it_to_roles_that_read(history: History, tmp_path: Path) -> None:
     tokens = Tokens(tmp_path / "tokens.json")
     prometheus = tokens.add("prometheus", "auditor")

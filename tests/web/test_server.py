@@ -71,6 +71,7 @@ def test_it_serves_its_files_to_who_has_the_token_and_nothing_else() -> None:
             connect(here.socket, open_timeout=PATIENCE_S)  # no page of ours asks so
 
 
+@pytest.mark.slow
 def test_its_address_is_taken_only_once() -> None:
     with served() as here:
         port = urlsplit(here.url).port

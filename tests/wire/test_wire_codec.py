@@ -32,6 +32,7 @@ def assert_same(found: object, expected: object) -> None:
     assert replace(found, samples=None).__repr__() == replace(expected, samples=None).__repr__()
 
 
+@pytest.mark.slow
 @given(ANY)
 def test_every_message_survives_the_wire(sent: Sent) -> None:
     [frame] = framing.Decoder().feed(framing.encode(sent.payload))

@@ -60,6 +60,7 @@ def of_16_bits(capture: Capture) -> Capture:
     return replace(capture, channels=channels)
 
 
+@pytest.mark.slow
 def test_a_tiny_misfit_of_a_fine_converter_is_not_refused() -> None:
     """A current that is bent by a thousandth: chi-square is large, and each value is there."""
     capture = noisy(clean_capture(FAULHABER, Plan(volts=(6.0, 3.0, 1.5))), 1, 1e-5, 1e-5)

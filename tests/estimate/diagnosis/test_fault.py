@@ -75,6 +75,7 @@ def test_what_follows_is_limited_and_catches_up() -> None:
     assert load[-1] == 10.0
 
 
+@pytest.mark.slow
 def test_missing_samples_are_told_from_lost_counts(runs: Runs) -> None:
     good = runs.good
     assert len(lost_samples.find(good, lay(good)).places) == 0

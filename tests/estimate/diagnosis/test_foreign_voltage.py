@@ -41,12 +41,14 @@ def test_a_motors_own_voltage_is_not_accused(drive: Callable[[], Drive]) -> None
     assert remarks([log(drive)]) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drive", [steps, prbs])
 @pytest.mark.parametrize("late", [-50, -20, -8, -3, 3, 8, 20, 50])
 def test_a_voltage_that_lags_is_not_accused(drive: Callable[[], Drive], late: int) -> None:
     assert remarks([log(drive, late)]) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drive", [prbs, ramp, closed_loop])
 def test_a_supply_is_named(drive: Callable[[], Drive]) -> None:
     capture = log(drive)

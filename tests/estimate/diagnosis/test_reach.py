@@ -89,6 +89,7 @@ def test_parts_of_a_good_run_agree_and_nothing_is_hidden(runs: Runs, good: Estim
     assert not [s for s in suspects(records, solution, good.parameters)[0] if s.strength == "named"]
 
 
+@pytest.mark.slow
 def test_a_lack_that_a_named_fault_explains_moves_nothing_itself(
     runs: Runs, good: Estimate
 ) -> None:

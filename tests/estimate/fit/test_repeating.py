@@ -98,6 +98,7 @@ def test_ripple_neither_warns_nor_biases(folder: Path) -> None:
     assert "ripple of K 2 %" in said
 
 
+@pytest.mark.slow
 def test_ripple_moves_no_interval(folder: Path) -> None:
     """Beside the same capture without it: neither values nor widths know of it."""
     (_, rippled), (_, still) = (found(folder, f"seed=4&ripple={k}") for k in (0.02, 0.0))

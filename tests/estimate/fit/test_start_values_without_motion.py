@@ -179,6 +179,7 @@ def test_it_suits_where_nothing_shows_a_motion_and_the_constant_is_held() -> Non
         assert not without.suits([record(), record(names=(CURRENT, name))], {"K": K})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("periods", [0.03, 0.3, 3.0, 30.0])
 def test_some_start_has_nearly_the_time_constant_of_the_winding(
     periods: float, monkeypatch: pytest.MonkeyPatch

@@ -66,6 +66,7 @@ def test_a_rotor_that_a_dead_sensor_sees_standing_is_locked() -> None:
         assert p.value == pytest.approx(true, abs=4.0 * p.total)
 
 
+@pytest.mark.slow
 def test_a_current_that_is_no_exponential_is_refused_or_doubted() -> None:
     with pytest.raises(DataError, match="never changes"):
         fit([log(current=NOISE)])

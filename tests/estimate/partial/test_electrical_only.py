@@ -71,12 +71,14 @@ def test_all_but_the_scale_of_its_constant_is_told() -> None:
     assert "To determine K, B, J and T0 as well" in said
 
 
+@pytest.mark.slow
 def test_a_fit_that_begins_at_its_answer_knows_the_brushes_drop() -> None:
     """Derivatives from before a model's current was followed, when nothing was lost, must go."""
     drop = fit([motionless(3)]).nuisance["brush drop"]
     assert drop.total < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["K", "J", "T0"])
 def test_one_that_is_given_tells_the_others(name: str) -> None:
     estimate = fit([motionless(5)], fix={name: FAULHABER[name]})
@@ -99,6 +101,7 @@ def test_without_the_back_emf_of_a_coast_the_drive_tells() -> None:
     assert missed(estimate, ("R", "L", "J/K²", "T0/K")) == []
 
 
+@pytest.mark.slow
 def test_a_rotor_that_is_held_tells_resistance_and_inductance_alone() -> None:
     estimate = fit([motionless(7, friction_nm=1.0)])
     assert missed(estimate, ("R", "L")) == []

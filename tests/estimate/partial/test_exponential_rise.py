@@ -242,6 +242,7 @@ def test_weights_are_worth_their_sum_over_the_largest() -> None:
     assert module._worth(np.array([2.0, 1.0])) == pytest.approx(1.25)
 
 
+@pytest.mark.slow
 def test_rounded_readings_and_stamps_are_worth_less() -> None:
     exact = rise([Record(TIME, noisy(8, 0.3))])
     rounded = Record(TIME, 8.0 * np.rint(noisy(8, 0.3) / 8.0), quantum=8.0)

@@ -51,6 +51,7 @@ def inside(estimate: Estimate, truth: dict[str, float]) -> bool:
     )
 
 
+@pytest.mark.slow
 def test_without_noise_the_ratios_come_back(clean: Capture) -> None:
     estimate = mechanical_fit.fit([clean])
     for name, value in RATIOS.items():
@@ -113,6 +114,7 @@ def test_torque_beside_metres_is_refused() -> None:
         mechanical_fit.fit([capture(t, torque=("N·m", t), position=("m", t))])
 
 
+@pytest.mark.slow
 def test_averaged_current_is_matched(clean: Capture) -> None:
     """A current averaged over 64 samples biases the inertia unless its aperture is declared."""
     t, i, w = (clean.time_s, clean.channels["current"].values, clean.channels["speed"].values)
@@ -208,6 +210,7 @@ def test_friction_that_the_model_lacks_is_said() -> None:
     assert not any(d.code == "lack_of_fit" for d in mechanical_fit.fit([run(5)]).diagnostics)
 
 
+@pytest.mark.slow
 def test_slow_sampling_is_said() -> None:
     t, i, w = closed_loop(MOTOR, steps(1.0, 100.0, 0.0, -100.0, 0.0), 0.2, 16.0)
     thin = slice(None, None, 60)
@@ -219,6 +222,7 @@ def test_slow_sampling_is_said() -> None:
     assert any(d.code == "slow_sampling" for d in estimate.diagnostics)
 
 
+@pytest.mark.slow
 def test_negative_friction_is_held_at_zero() -> None:
     plant = Plant(B=0.0)
     t, i, w = closed_loop(plant, sweep(100.0, 0.7), 0.02, 6.0)

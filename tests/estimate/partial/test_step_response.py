@@ -44,6 +44,7 @@ def test_a_speed_alone_shows_its_time_constant_and_where_it_ends() -> None:
     assert {p.status for p in found.parameters.values()} == {"not_identifiable"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("drive", "unit"), [("terminal_voltage", "V"), ("command", "1")])
 @pytest.mark.parametrize("before", [0, 60])
 def test_one_level_gives_gain_and_friction_as_one(drive: str, unit: str, before: int) -> None:
@@ -127,6 +128,7 @@ def test_a_second_lag_is_found_where_there_is_one() -> None:
     assert "second lag" not in single.combinations
 
 
+@pytest.mark.slow
 def test_what_a_step_does_not_show_is_said() -> None:
     short = log(TIME[:80], speed=("rad/s", (risen(TIME) + NOISE)[:80]))
     assert "not_settled" in {d.code for d in mechanical_fit.fit([short]).diagnostics}

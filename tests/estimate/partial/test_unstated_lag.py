@@ -70,6 +70,7 @@ def test_a_misfit_that_no_lag_explains_stays_one() -> None:
     assert {"lack_of_fit"} <= codes(logged(wander_v=2.0))
 
 
+@pytest.mark.slow
 def test_a_motion_is_taken_earlier_by_samples_and_nothing_else() -> None:
     capture = logged()
     early = unstated_lag._earlier(capture, 1.5)

@@ -240,6 +240,7 @@ def test_a_held_inertia_tells_both_constants_apart(folder: Path) -> None:
     assert estimate.alternative.parameters["d_Ke"].value == pytest.approx(-0.03, abs=0.004)
 
 
+@pytest.mark.slow
 def test_unknown_models_are_refused_with_the_nearest_name(folder: Path) -> None:
     with pytest.raises(UsageError, match="did you mean 'stribeck'"):
         fit([measured(folder, "stiction=1")], model="stribek")

@@ -39,6 +39,7 @@ def found(share: float, seen: float) -> Estimate:
     return with_seen(estimate, replace(known, undetected=(one,)))
 
 
+@pytest.mark.slow
 def test_a_value_that_it_moves_is_doubtful_and_its_interval_covers_the_move() -> None:
     before = fitted()[0].parameters["B"]
     made = found(0.3, seen=5.0)

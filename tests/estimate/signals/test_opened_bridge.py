@@ -81,6 +81,7 @@ def test_an_opening_is_found_in_noise_beside_an_offset_and_without_a_motion() ->
     assert len(openings(Capture(whole.ticks, whole.clock_hz, without))) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("drive", [steps, closed_loop])
 def test_a_motor_that_is_driven_throughout_has_none(drive: Callable[[], Drive]) -> None:
     true = trace(drive, 0.0, 0.0)

@@ -49,6 +49,7 @@ def steps(levels: tuple[float, ...] = (0.0, 5.0, -3.0, 2.0), each: int = 6) -> F
 # means over the grid
 
 
+@pytest.mark.slow
 @given(st.lists(st.floats(-9.0, 9.0), min_size=8, max_size=24), st.floats(-1.5, 1.5))
 def test_a_joined_voltage_is_averaged_as_its_straight_lines(
     volts: list[float], late: float

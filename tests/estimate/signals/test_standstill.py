@@ -44,6 +44,7 @@ def test_a_motor_that_stands_while_driven_is_told_to(tmp_path: Path) -> None:
         assert abs(estimate.parameters[name].value / true[name] - 1) < share, name  # type: ignore[operator]
 
 
+@pytest.mark.slow
 def test_a_slow_start_is_no_standstill(tmp_path: Path) -> None:
     """A part with some counts of motion at its end, and one without an encoder."""
     capture, _ = captured(tmp_path)

@@ -115,6 +115,7 @@ def error_of_l(sensed: tuple[Capture, float], filter_s: float) -> float:
     return motorid.fit(capture).parameters["L"].value / inductance - 1
 
 
+@pytest.mark.slow
 def test_l_is_right_behind_a_slow_terminal_filter(sensed: tuple[Capture, float]) -> None:
     told, as_delay = error_of_l(sensed, TAU), error_of_l(sensed, 0.0)
     # what a supply's capacitor leaves of it is 0.0015; the first interval is not only late, and a

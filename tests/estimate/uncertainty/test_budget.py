@@ -38,6 +38,7 @@ def found(name: str, runs: int = 1) -> Findings:
     return findings(records, solution, {}, (), profiled=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize("runs", [1, 3])
 def test_lines_sum_to_the_variance_of_every_parameter(name: str, runs: int) -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from motorid.acquire.record import capture as record
 from motorid.capture import store
@@ -30,6 +31,7 @@ def captured(folder: Path, seed: int) -> Capture:
     return store.load(record(rig, Program(steps), folder / f"{seed}.h5"))
 
 
+@pytest.mark.slow
 def test_nuisances_and_parameters_follow_an_error_of_the_voltage(tmp_path: Path) -> None:
     (one,), solution = joint_fit.solved([captured(tmp_path, 1)], {}, ())
     driven = [k for k, part in enumerate(one.timeline.parts) if not part.open]

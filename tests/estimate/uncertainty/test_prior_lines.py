@@ -49,6 +49,7 @@ def dropping(capture: Capture, volts: float, uncertainty_v: float) -> Capture:
     return replace(capture, wiring=wiring)
 
 
+@pytest.mark.slow
 def test_a_prior_that_is_off_moves_the_answer_by_what_it_gives() -> None:
     u = 1e-3
     fits = [joint_fit.solved([dropping(run(), v, u)], {}, ()) for v in (0.01, 0.01 + u)]

@@ -23,6 +23,7 @@ def weak() -> Capture:
     return noisy(CLEAN, 1, 4e-2, 1e-2, 0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["B", "T0", "L"])
 def test_the_ends_are_where_a_brute_force_finds_them(weak: Capture, name: str) -> None:
     """A whole fit by its own door, with the parameter given, has lost just as much there."""

@@ -20,6 +20,7 @@ def drawn(correlation: float, count: int) -> NDArray[np.float64]:
     return np.asarray(slow[:, READINGS:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("correlation", [0.0, 0.9, 0.98])
 def test_it_is_the_variance_that_many_draws_show(correlation: float) -> None:
     residuals = drawn(correlation, 400)

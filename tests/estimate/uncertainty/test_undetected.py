@@ -19,6 +19,7 @@ def fitted(*volts: float) -> Estimate:
     return fit([noisy(clean_capture(FAULHABER, Plan(volts=volts)), 1, 1e-2, 1e-3)], model="six")
 
 
+@pytest.mark.slow
 def test_driving_and_coasting_leave_load_friction_to_its_prior() -> None:
     """Forwards, c makes J, B and T0 larger by c alike, and no residual tells it."""
     found = fitted(3.0, 6.0)

@@ -108,6 +108,7 @@ def of(t: np.ndarray, columns: dict[str, np.ndarray]) -> Capture:
     return Capture((1e9 * t).astype(np.int64), 1e9, channels)
 
 
+@pytest.mark.slow
 def test_no_report_calls_an_unstated_gain_nothing(run: Capture) -> None:
     current = replace(run.channels[CURRENT], gain_uncertainty=0.005)
     half = replace(run, channels={**run.channels, CURRENT: current})

@@ -50,6 +50,7 @@ def test_within_them_or_too_small_to_matter_it_is_not(measured: float, u: float)
     assert list(findings([level(measured, 0.100, u)], MOTOR)) == []
 
 
+@pytest.mark.slow
 def test_a_good_run_reports_the_foretold_speed_and_no_difference() -> None:
     estimate = fit([noisy(clean_capture(FAULHABER, LONG), 1, 1e-3, 1e-4)])
     told = [r for r in estimate.steady if r.foretold_speed_rad_s is not None]

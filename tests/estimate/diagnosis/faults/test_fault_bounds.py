@@ -39,6 +39,7 @@ def losing(capture: Capture, fastest: float) -> Capture:
     return replace(capture, channels=channels)
 
 
+@pytest.mark.slow
 def test_an_encoder_is_suspected_where_the_motor_outruns_it() -> None:
     whole = clean_capture(FAULHABER, Plan(volts=(6.0, 3.0, 4.5), count=4000))
     peak = float(np.abs(np.diff(whole.channels[POSITION].raw)).max() / whole.period_s)

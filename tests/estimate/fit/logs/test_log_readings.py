@@ -30,6 +30,7 @@ def behind_butterworth(current: Floats) -> Floats:
     return np.asarray(lfilter(*bilinear(*analogue, 1.0 / STEP_S), current))
 
 
+@pytest.mark.slow
 def test_a_speed_of_counted_edges_is_a_mean(tmp_path: Path) -> None:
     records, _ = solved([logged(tmp_path, w=counted)], {}, ())
     assert records[0].capture.channels[SPEED].window_s == pytest.approx(PERIOD_S, rel=1e-6)
