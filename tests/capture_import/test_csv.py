@@ -298,6 +298,7 @@ def test_division_by_zero_is_named(tmp_path: Path) -> None:
         read_table(write(tmp_path, "t,a\n" + body), ["time=t:s", "current=1/a:A"])
 
 
+@pytest.mark.slow
 @given(st.binary(max_size=400))
 def test_any_bytes_read_or_are_refused(
     tmp_path_factory: pytest.TempPathFactory, data: bytes

@@ -41,6 +41,7 @@ def _said(*command: str) -> list[str]:
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("processor", PROCESSORS)
 def test_size(built: Path, processor: str) -> None:
     """It fits: code, and RAM without the blocks of samples."""

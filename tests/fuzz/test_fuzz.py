@@ -43,6 +43,7 @@ def test_what_was_kept_holds(target: str) -> None:
         checks.check(data)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", PARSERS)
 def test_changed_seeds_hold(target: str) -> None:
     """A little of what a fuzzer does, where none is installed."""
