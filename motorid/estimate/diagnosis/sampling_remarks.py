@@ -16,7 +16,19 @@ BEYOND = 4.0  # standard deviations of what was expected of a delay
 def of_logs(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic]:
     """Of records without a program."""
     logs = [record for record in records if record.sensed.waveform is not None]
-    return [*_few(found, logs), *_late(found, records)] if logs else []
+    return [*_few(found, logs), *_late(found, records), *_uneven(logs)] if logs else []
+
+
+def _uneven(logs: Sequence[MotorRecord]) -> Iterator[Diagnostic]:
+    """Rows whose stamps are not when they were read."""
+    if any(record.outlying for record in logs):
+        yield Diagnostic(
+            "uneven_rows", "warning",
+            "a few readings, most of them just after steps of the voltage, are off by much more "
+            "than the others, and what would explain them makes the others worse: their stamps "
+            "may not say when they were read, as where a busy program reads them when it has time. "
+            "Log the clock with each reading, or let the hardware time them",
+        )  # fmt: skip
 
 
 def _few(found: Findings, logs: Sequence[MotorRecord]) -> Iterator[Diagnostic]:

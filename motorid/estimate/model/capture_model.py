@@ -91,6 +91,7 @@ class MotorRecord(Weighed):
         self.foretold: Foretold | None = None  # an inductance that no reading shows
         self.found: frozenset[Instance] = frozenset()  # of quantities that nobody stated
         self.repeating = STEADY  # with the rotor's angle
+        self.outlying = False  # few readings lie far off, and no lag or low-pass explains them
         self.left_open: tuple[Floats, ...] = ()  # by them, shifts of the parameters
         self.as_stamped: Mapping[str, float] = {}  # parameters without them, where they are found
         self.unsettled: Floats | None = None  # the last pass's change of parameters, if too large

@@ -81,6 +81,8 @@ def _of(
         return estimate
     if model == SIX or (K.unknown and not terms):  # a wider model would know K even less
         return estimate
+    if not terms and _outlying(records):
+        return estimate
     held = held_values(fix, without)
     if terms:
         narrow = _narrow(records, solution, merged(held, solution), held, terms)
@@ -100,6 +102,11 @@ def _of(
     better = alternative(fitted, found, *narrow[:2], trials, asked=bool(terms))
     estimate = _said(replace(estimate, alternative=better), fitted)
     return with_seen(estimate, found)
+
+
+def _outlying(records: Sequence[MotorRecord]) -> bool:
+    """A few readings lie far off: any term is welcome that explains them."""
+    return any(record.outlying for record in records)
 
 
 def _closed(

@@ -46,6 +46,7 @@ class Log:
     """A record as far as these remarks look at one."""
 
     def __init__(self, period_s: float, log: bool = True, **unknowns: tuple[str, float]) -> None:
+        self.outlying = False
         self.capture = SimpleNamespace(period_s=period_s)
         self.sensed = SimpleNamespace(waveform="a log's" if log else None)
         named = unknowns.items()
@@ -90,3 +91,11 @@ def test_a_delay_far_from_what_was_expected_is_said_with_its_run() -> None:
     named = Log(1e-3, **late)
     named.found = [named.instances[0]]
     assert said(named, sizes=(9.1e-3,)) == []  # it is a fault by itself
+
+
+def test_readings_that_lie_far_off_are_said_to_be_stamped_wrongly() -> None:
+    one, other = Log(2.4e-3), Log(2.4e-3)
+    assert said(one, other) == []
+    other.outlying = True
+    (uneven,) = said(one, other)
+    assert "their stamps may not say when they were read" in uneven

@@ -33,9 +33,10 @@ class Room:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, status: Status, *offered: Any) -> None:
         self.asked: dict[str, Any] = {}
-        self.offered = offered
+        self.offered, self.outlying = offered, False
         known: Any = SimpleNamespace(solution=solution(R=7.0))
         neighbours = {
+            "_outlying": lambda records: records == "closed records" and self.outlying,
             "_closed": lambda *_: ("captures", "records", solution()),
             "answered": lambda *_: (answer(status), "closed records", known),
             "asked_for": self.named,
@@ -169,3 +170,13 @@ def test_captures_of_a_wrong_sign_are_put_right_and_that_is_said(
     found = entry.fit([], {"R": 1.0}, ("B",), "six")
     assert given == [([], {"R": 1.0}, ("B",), "six"), ([[], wrong], {"R": 1.0}, ("B",), "six")]
     assert found.suspects == (("sign", wrong), "another")
+
+
+def test_where_a_few_readings_lie_far_off_no_term_explains_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    room = Room(monkeypatch, Status.ESTIMATED, SIDED)
+    room.outlying = True
+    assert entry.fit((), {}, ("B",)).alternative is None
+    assert "looked" not in room.asked
+    assert entry.fit((), {}, ("B",), model="direction").alternative is not None  # as asked for

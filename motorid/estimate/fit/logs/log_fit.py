@@ -55,6 +55,7 @@ PLAIN = SHAPES[:4]  # that need nothing but the readings of the voltage
 RISES = (0.4, 1.0, 4.0)  # L/R in samples of a log, to begin with as well
 RESTARTED = 3  # shapes whose answer is where a search begins once more, its lags in whole samples
 ALIKE = 1.5  # variance of residuals, of that between neighbours: those are off alike
+WORSE = 1.5  # times: what an explanation may leave most readings off by
 BETTER = 1.0  # of chi-square, by which another start is worth taking
 
 
@@ -103,6 +104,10 @@ def best(
         alone = log_one_filter.taken(wider, as_read, free, known, fixed, sought=True)
         wider = log_means.likelier(wider, alone, price)
     gain = plain[1].objective - wider[1].objective
+    if gain > needed and serves_few(plain, wider):
+        for record in plain[0]:
+            record.outlying = True
+        return plain
     if gain > needed:
         filtered = log_second_order.taken(wider, free, known, fixed)
         means = log_means.taken(wider, free, known, fixed)
@@ -118,6 +123,23 @@ def best(
         record.left_open = ()
     plain[0][0].left_open = _less_known(plain[1], solution)  # larger steps are not worth it
     return plain
+
+
+def serves_few(before: Fit, after: Fit) -> bool:
+    """What explains a few readings that lie far off has most of the others off by more."""
+    was, now = _typical(before), _typical(after)
+    return any(now[name] > WORSE * was[name] for name in now)
+
+
+def _typical(fit: Fit) -> dict[str, float]:
+    """By how much most readings of a channel are off (SI), at most."""
+    sizes: dict[str, float] = {}
+    for record, own in zip(fit[0], fit[1].own, strict=True):
+        left = record.departures(fit[1].values, own)
+        for m, one in zip(record.measured, left, strict=True):
+            size = max(float(np.median(np.abs(one))), m.block.floor)
+            sizes[m.block.name] = max(size, sizes.get(m.block.name, 0.0))
+    return sizes
 
 
 def _leaves_much(records: Sequence[MotorRecord], solution: Solution) -> bool:

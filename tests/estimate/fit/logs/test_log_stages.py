@@ -23,7 +23,7 @@ class Stages:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **facts: Any) -> None:
         self.objectives = {PLAIN: 100.0, AGAIN: 100.0, WIDER: 80.0, ELSEWHERE: 81.0, SMOOTHED: 99.0}
         self.asked_for, self.needed, self.moved = False, 10.0, True
-        self.found, self.lost, self.much = False, set[str](), False
+        self.found, self.lost, self.much, self.few = False, set[str](), False, False
         vars(self).update(facts)
         self.asked = list[str]()
         self.ways = {"second": 1.0, "means": 2.0, "lags": 3.0, "alone": 4.0}
@@ -35,6 +35,7 @@ class Stages:
             "like": lambda _, records: records,
             "settled": lambda *_: solution(self.objectives[AGAIN]),
             "_leaves_much": lambda *_: self.much,
+            "serves_few": lambda *_: self.few,
             "unsupported": lambda *_: None,
             "widened": self.widened,
             "_begun_elsewhere": self.elsewhere,
@@ -125,6 +126,25 @@ def test_they_are_taken_where_they_gain_enough(
         assert one.as_stamped == {"R": 100.0, "L": 2.0, "K": 3.0}
     else:
         assert one.left_open == ()  # as much information: nothing is left open
+
+
+def test_what_serves_a_few_readings_alone_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    stages = Stages(monkeypatch, asked_for=True, needed=19.0, few=True)
+    (one,), found = stages.best()
+    assert (found.objective, one.outlying) == (100.0, True)
+    assert not {"reconsidered", *stages.ways} & set(stages.asked)
+
+
+@pytest.mark.parametrize(("worse", "few"), [(1.0, False), (1.4, False), (1.6, True)])
+def test_what_leaves_most_readings_off_by_more_serves_few(worse: float, few: bool) -> None:
+    def fit(size: float, outliers: float) -> Any:
+        left = size * np.tile([1.0, -1.0], 50)
+        left[:3] = outliers
+        block = SimpleNamespace(name="current", floor=1e-6)
+        kept = record(measured=(SimpleNamespace(block=block),), departures=lambda *_: [left])
+        return [kept], solution(0.0, None, ())
+
+    assert log_fit.serves_few(fit(1.0, 50.0), fit(worse, 5.0)) is few
 
 
 def test_the_likeliest_of_its_ways_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
