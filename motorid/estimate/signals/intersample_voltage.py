@@ -34,6 +34,7 @@ SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, 
 CALM = 16  # stretches of a log, of which the calmer ones tell its noise
 CLEAR, SHARE = 8.0, 0.05  # a jump in standard deviations of a reading, and of the range
 SHORTEST = 0.1  # usual periods: two readings that lie closer tell no slope
+REMEMBERED = 3  # means of it, of a search
 MISSING = 1.5  # usual periods between two readings, of which none is missing
 OFTEN, MOST_JUMPS = 0.5, 40  # share of stamps that makes a log irregular; unknowns for its jumps
 SHAPES: tuple[Shape, ...] = ("joined", "curved", "held", BROKEN, SOURCED, MEANS)  # of a log
@@ -76,6 +77,26 @@ class Waveform:
         ``early``: of every jump, the share of the time since the reading before that it came before
         its own.
         """
+        key = timeline.count, timeline.period_s, late_s, tuple(early), filter_s, second_s2
+        if key not in self._known:
+            while len(self._known) >= REMEMBERED:
+                del self._known[next(iter(self._known))]
+            self._known[key] = self._means(timeline, late_s, early, filter_s, second_s2)
+        return self._known[key]
+
+    @cached_property
+    def _known(self) -> dict[tuple[object, ...], Floats]:
+        """The last means: most derivatives of a fit leave them as they are."""
+        return {}
+
+    def _means(
+        self,
+        timeline: Timeline,
+        late_s: float,
+        early: Sequence[float],
+        filter_s: float,
+        second_s2: float,
+    ) -> Floats:
         edges = np.arange(-1.0, timeline.count) * timeline.period_s - late_s
         filter_s, second_s2 = filter_s + self.filter_s, second_s2 + self.filter_s2
         moved = self._with_jumps(early) if any(early) else self
