@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,8 +75,45 @@ class Prediction:
         return float(getattr(self.motor, name)) if name in POSITIVE else 1.0
 
 
+@dataclass(frozen=True)
+class Foreseen:
+    """The fit of one run, which ends at the motor itself."""
+
+    motor: Motor
+    record: MotorRecord
+    solution: Solution
+
+    def bare(self) -> Prediction:
+        """Without what effects leave open that a fit does not find: no uncertainty is less."""
+        return self._with(np.diag(covariance_of(self.solution.information)))
+
+    def whole(self) -> Prediction:
+        """The uncertainties with those, which take longer to foresee than all others."""
+        white = np.diag(covariance_of(self.solution.information))
+        return self._with(white + _of_effects(self.solution, self.record))
+
+    def _with(self, variances: Floats) -> Prediction:
+        names = [u.name for u in self.solution.unknowns]
+        by_name = dict(zip(names, map(float, np.sqrt(variances)), strict=True))
+        return Prediction(self.motor, by_name, self._causes)
+
+    @cached_property
+    def _causes(self) -> Mapping[str, Mapping[str, float]]:
+        names = [u.name for u in self.solution.unknowns]
+        return {
+            cause: dict(zip(names, map(float, np.abs(shift)), strict=True))
+            for cause, shift in budget.propagated(self.solution, [self.record]).items()
+        }
+
+
 def predict(bench: Bench, program: Program, motor: Motor, seed: int = 0) -> Prediction | None:
     """The uncertainties of one run of ``program``; None where it could not be fitted at all."""
+    found = foresee(bench, program, motor, seed)
+    return found.whole() if found is not None else None
+
+
+def foresee(bench: Bench, program: Program, motor: Motor, seed: int = 0) -> Foreseen | None:
+    """The fit of one run of ``program``; None where it could not be fitted at all."""
     if not any(no_load_speed(motor, bench.volts(step)) > 0 for step in program.steps):
         return None  # it would stand still
     try:
@@ -87,19 +125,7 @@ def predict(bench: Bench, program: Program, motor: Motor, seed: int = 0) -> Pred
     # what brushes might take follows the motor's current
     record.retake_sources(np.array(motor.values), own)
     solution = maximise(unknowns_of([record], PARAMETERS, start), [record], enough=ROUGH)
-    solution = with_promoted([record], PARAMETERS, start, solution)
-    variances = np.diag(covariance_of(solution.information)) + _of_effects(solution, record)
-    deviations = np.sqrt(variances)
-    names = [u.name for u in solution.unknowns]
-    causes = budget.propagated(solution, [record])
-    return Prediction(
-        motor,
-        dict(zip(names, map(float, deviations), strict=True)),
-        {
-            cause: dict(zip(names, map(float, np.abs(shift)), strict=True))
-            for cause, shift in causes.items()
-        },
-    )
+    return Foreseen(motor, record, with_promoted([record], PARAMETERS, start, solution))
 
 
 def _of_effects(solution: Solution, record: MotorRecord) -> Floats:

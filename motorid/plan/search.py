@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from motorid.motor.parameters import Motor
-from motorid.plan.predict import Prediction, predict
+from motorid.plan.predict import Prediction, foresee
 from motorid.plan.shape import (
     DRIVE_SAMPLES,
     Frame,
@@ -63,7 +63,8 @@ class Search:
     def price(self, stages: Stages, below: float = math.inf) -> float:
         """Seconds until the wants are met; infinite where the rig forbids the program.
 
-        Motors that decided before are tried first, and none any more once ``below`` is passed.
+        Motors that decided before are tried first. Once ``below`` is passed nothing more is asked,
+        and the price is at least what is returned.
         """
         program = self.frame.program(stages)
         if not self.allowed(program):
@@ -75,9 +76,12 @@ class Search:
         price = program.duration_s
         order = [*self._worst, *(k for k in range(len(self.motors)) if k not in self._worst)]
         for k in order:
-            runs = self.runs([predict(self.bench, program, self.motors[k])])
-            if program.duration_s * runs > price:
-                price = program.duration_s * runs
+            found = foresee(self.bench, program, self.motors[k])
+            if found is None:
+                self._decided(k)
+                return math.inf
+            for foreseen in (found.bare, found.whole):  # the cheap one may be dear enough
+                price = max(price, program.duration_s * self.runs([foreseen()]))
                 if price >= below:
                     self._decided(k)
                     return price
