@@ -14,7 +14,7 @@ from motorid.estimate.model.extended_terms import TERMS, Term
 from motorid.estimate.selection.evidence import Evidence, in_order, priced, weigh
 from motorid.estimate.selection.extended_fit import Begun, Fitted, begin, sizes_by_name
 from motorid.estimate.selection.predicted_gain import foresee
-from motorid.estimate.selection.revision import Revision, Room
+from motorid.estimate.selection.revision import Revision
 from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
 from motorid.estimate.selection.shaft_resonance import springs
 from motorid.estimate.selection.trigger import HINT
@@ -81,9 +81,9 @@ def select(
     """
     stages: list[Fitted] = []
     trials: list[Trial] = []
-    room = Room(MOST * evaluations(records))
-    now, search = _Model(records, solution, values, tuple(taken)), _Search(reach, but, room)
-    revision = Revision((*but, *taken), room)
+    most = MOST * evaluations(records)
+    now, search = _Model(records, solution, values, tuple(taken)), _Search(reach, but, most)
+    revision = Revision((*but, *taken), most)
     for _ in range(ROUNDS):
         found = search.round(now)
         trials += [trial for _, trial in found]
@@ -131,8 +131,8 @@ def _next(found: Sequence[tuple[Fitted, Trial]]) -> tuple[Fitted, bool] | None:
 class _Search:
     """The rounds of one search: what they cost together, and what that left no room for."""
 
-    def __init__(self, reach: Mapping[str, float], but: Sequence[Term], room: Room) -> None:
-        self.reach, self.but, self.room = reach, but, room
+    def __init__(self, reach: Mapping[str, float], but: Sequence[Term], most: float) -> None:
+        self.reach, self.but, self.most, self.spent = reach, but, most, 0
         self.left_out: list[Term] = []
 
     def round(self, now: _Model) -> list[tuple[Fitted, Trial]]:
@@ -140,7 +140,7 @@ class _Search:
         found: list[tuple[Fitted, Trial]] = []
         waiting, white = _asked(now, self.reach, self.but)
         while waiting:
-            if not self.room.left:
+            if self.spent > self.most:
                 self.left_out += [c.term for c in waiting if _moves(c, self.reach) > HINT]
                 break
             rivals, waiting = _rivals(waiting, self.reach)
@@ -167,10 +167,10 @@ class _Search:
             try:
                 fitted = start.nearly(rough)
             except DataError:  # no motor with finite readings is where it ended
-                self.room.spent += evaluations(start.records) - before
+                self.spent += evaluations(start.records) - before
                 continue
             evidence = weigh(fitted, now.taken, now.solution, candidate.term)
-            self.room.spent += evaluations(fitted.records) - before + evidence.evaluations
+            self.spent += evaluations(fitted.records) - before + evidence.evaluations
             then = fitted.values
             moves = (abs(then[n] - now.values[n]) / r for n, r in self.reach.items())
             yield fitted, Trial(candidate.term, now.taken, evidence, max(moves, default=0.0))
@@ -182,7 +182,7 @@ class _Search:
         for one in (candidate, _little(candidate)):
             begun = _begun(now, one)
             rough = begun.followed()
-            self.room.spent += evaluations(begun.records)
+            self.spent += evaluations(begun.records)
             if rough is not None and rough.solution.objective <= most:
                 break
         return begun, rough

@@ -8,7 +8,7 @@ out in turn, and the terms that were not taken are tried in its place.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.extended_terms import TERMS, Term
@@ -21,24 +21,14 @@ RIVAL = 0.5  # of what a term promises, from which another is tried in its place
 TRIED = 2  # in the place of one
 
 
-@dataclass
-class Room:
-    """What a search costs together: no fit begins after ``most`` responses of a capture."""
-
-    most: float
-    spent: int = 0
-
-    @property
-    def left(self) -> bool:
-        """Another fit may begin."""
-        return self.spent <= self.most
-
-
 class Revision:
-    """Looking again, in the ``room`` of the search. ``but``: terms that are not looked for."""
+    """What looking again costs together: no more than ``most`` responses of a capture.
 
-    def __init__(self, but: Sequence[Term], room: Room) -> None:
-        self.but, self.room = but, room
+    ``but``: terms that are not looked for.
+    """
+
+    def __init__(self, but: Sequence[Term], most: float) -> None:
+        self.but, self.most, self.spent = but, most, 0
 
     def of(self, fitted: Fitted) -> Fitted:
         """The same model, without terms that it does not need, or with better ones in their
@@ -46,7 +36,7 @@ class Revision:
         """
         fitted = self._pruned(fitted)
         for term in fitted.terms[:-1]:
-            if not self.room.left:
+            if self.spent > self.most:
                 break
             better = self._exchanged(fitted, term)
             if better is not None:
@@ -61,11 +51,11 @@ class Revision:
                 continue
             rest = _but(fitted.terms, term)
             found = weigh(fitted, rest, fitted.solution, term)
-            self.room.spent += found.evaluations
+            self.spent += found.evaluations
             if not found.supports:
                 begun = _begun(fitted, rest)
                 fitted = begun.nearly(begun.roughly())
-                self.room.spent += _evaluations(begun)
+                self.spent += _evaluations(begun)
         return fitted
 
     def _exchanged(self, fitted: Fitted, term: Term) -> Fitted | None:
@@ -73,7 +63,7 @@ class Revision:
         rest = _but(fitted.terms, term)
         begun = _begun(fitted, rest)
         null = begun.followed()
-        self.room.spent += _evaluations(begun)
+        self.spent += _evaluations(begun)
         if null is None:
             return None
         names = [n for n in SCREENED if TERMS[n] not in (*self.but, *rest)]
@@ -86,7 +76,7 @@ class Revision:
         for candidate in rivals[:TRIED]:
             other = _begun(null, (*rest, candidate.term), candidate)
             rough = other.followed()
-            self.room.spent += _evaluations(other)
+            self.spent += _evaluations(other)
             if rough is not None and priced(rough, candidate.term).paid < least:
                 best, least = (other, rough), priced(rough, candidate.term).paid
         return best[0].nearly(best[1]) if best else None

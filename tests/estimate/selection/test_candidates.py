@@ -9,7 +9,7 @@ import pytest
 from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.selection import shaft_resonance
 from motorid.estimate.selection.extended_fit import Fitted
-from motorid.estimate.selection.revision import Revision, Room
+from motorid.estimate.selection.revision import Revision
 from motorid.estimate.selection.score_test import Tried
 
 
@@ -34,6 +34,6 @@ def test_a_shaft_has_the_resonance_that_was_asked_for() -> None:
 def test_a_single_term_has_nothing_older_to_be_looked_at_again() -> None:
     nothing: Any = None
     fitted = Fitted((TERMS["direction"],), (), nothing, (), {})
-    revision = Revision((), Room(100.0))
+    revision = Revision((), 100.0)
     assert revision.of(fitted) is fitted
-    assert revision.room.spent == 0
+    assert revision.spent == 0

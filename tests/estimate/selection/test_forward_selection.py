@@ -167,7 +167,7 @@ def rounds(
     monkeypatch: pytest.MonkeyPatch, waiting: Sequence[Candidate], most: float = 1e9
 ) -> tuple[list[Trial], forward._Search]:
     monkeypatch.setattr(forward, "_asked", lambda *_: (list(waiting), 500.0))
-    search = forward._Search(REACH, (), forward.Room(most))
+    search = forward._Search(REACH, (), most)
     now: Any = SimpleNamespace(values={"R": 2.0, "K": 1.0}, taken=(), solution=None)
     return [t for _, t in search.round(now)], search
 
@@ -184,7 +184,7 @@ def test_rivals_are_all_fitted_roughly_and_judged_from_the_best_until_one_earns(
     assert fits.begun == ["direction", "quadratic-load", "cogging"]
     assert [(t.term, t.earns) for t in found] == [(B, False), (C, True)]
     assert found[1].moves == pytest.approx(5.0)
-    assert search.room.spent == 3 * 10 + 2 * 5
+    assert search.spent == 3 * 10 + 2 * 5
 
 
 def test_a_rough_fit_that_keeps_none_of_its_promise_is_not_finished(
@@ -255,25 +255,3 @@ def test_one_that_moves_nothing_is_part_of_the_answer_only_beside_another(
 def test_a_search_has_five_rounds_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
     _, seen = selected(monkeypatch, *[[(A, 2.0, GOOD)]] * 9)
     assert len(seen) == forward.ROUNDS
-
-
-def test_a_search_and_its_second_look_share_one_room(monkeypatch: pytest.MonkeyPatch) -> None:
-    rooms: list[forward.Room] = []
-
-    class Looked:
-        left_out: tuple[Term, ...] = ()
-
-        def __init__(self, *given: Any) -> None:
-            rooms.append(given[-1])
-
-        def round(self, _now: Any) -> list[Any]:
-            return []
-
-    monkeypatch.setattr(forward, "_Search", Looked)
-    monkeypatch.setattr(forward, "Revision", Looked)
-    records: Any = [SimpleNamespace(simulated=70), SimpleNamespace(simulated=60)]
-    given: Any = None
-    forward.select(records, given, {}, {})
-    search, second = rooms
-    assert search is second
-    assert search.most == forward.MOST * 70

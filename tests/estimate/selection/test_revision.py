@@ -11,7 +11,7 @@ import pytest
 from motorid.estimate.model.extended_terms import TERMS, Term
 from motorid.estimate.selection import evidence, revision
 from motorid.estimate.selection.evidence import Evidence, Price
-from motorid.estimate.selection.revision import Revision, Room
+from motorid.estimate.selection.revision import Revision
 from motorid.estimate.selection.score_test import Candidate
 from motorid.estimate.solver.problem import Solution, Unknown
 
@@ -54,7 +54,7 @@ class Given:
         self, fitted: Any, most: float = 1e9, but: tuple[Term, ...] = ()
     ) -> tuple[Any, Revision]:
         self.free = fitted.free
-        looked = Revision(but, Room(most))
+        looked = Revision(but, most)
         return looked.of(fitted), looked
 
     def weigh(self, _f: Any, rest: Any, _s: Any, term: Term) -> Evidence:
@@ -90,7 +90,7 @@ def test_a_term_of_a_clear_size_is_not_asked_about(monkeypatch: pytest.MonkeyPat
     found, looked = given.of(fitted)
     assert found is fitted
     assert given.weighed == []
-    assert looked.room.spent == 5  # of the fit without it
+    assert looked.spent == 5  # of the fit without it
 
 
 @pytest.mark.parametrize(("weight", "kept"), [(GOOD, True), (BAD, False)])
@@ -103,7 +103,7 @@ def test_a_faint_one_stays_where_the_data_support_it_beside_the_others(
     found, looked = given.of(fit(OLD, LAST))
     assert given.weighed == [("direction", "cogging")]
     assert found.terms == ((OLD, LAST) if kept else (LAST,))
-    assert looked.room.spent == 7 + 5
+    assert looked.spent == 7 + 5
 
 
 def test_another_takes_its_place_where_it_leaves_clearly_less(
@@ -119,7 +119,7 @@ def test_another_takes_its_place_where_it_leaves_clearly_less(
     found, looked = given.of(fit(OLD, LAST))
     assert given.begun == [("cogging",), ("cogging", "quadratic-load"), ("cogging", "brush-drop")]
     assert found.terms == (LAST, DROP)  # the better of the two that are tried
-    assert looked.room.spent == 15
+    assert looked.spent == 15
     given.paid |= {("cogging", "quadratic-load"): 91.0, ("cogging", "brush-drop"): 90.0}
     same = fit(OLD, LAST)
     assert given.of(same)[0] is same
@@ -151,7 +151,7 @@ def test_where_the_responses_are_spent_nothing_is_exchanged(
     given.evidence = {"direction": GOOD}
     fitted = fit(OLD, OTHER, LAST)
     found, looked = given.of(fitted, most=6.0)
-    assert (found, given.begun, looked.room.spent) == (fitted, [], 7)
+    assert (found, given.begun, looked.spent) == (fitted, [], 7)
 
 
 def test_a_fit_without_a_term_begins_without_its_parameters(
@@ -320,4 +320,4 @@ def test_another_is_looked_at_until_more_than_the_budget_is_spent(
     found, looked = given.of(fitted, most=most)
     assert found is fitted
     assert len(given.begun) == begun
-    assert looked.room.spent == 5 * begun
+    assert looked.spent == 5 * begun
