@@ -200,6 +200,7 @@ class MotorRecord(Weighed):
     def go_on(self, other: MotorRecord, own: Floats) -> None:
         """Have the unknowns of another record of the same readings, and begin where it ended."""
         self.found, self.rivals, self.untried = other.found, other.rivals, other.untried
+        self.outlying = other.outlying
         self.left_open, self.as_stamped = other.left_open, other.as_stamped
         known = zip(other.instances, other.unknowns, own.tolist(), strict=True)
         self._take([(one, replace(unknown, start=size)) for one, unknown, size in known])

@@ -158,7 +158,9 @@ def test_another_record_goes_on_where_one_ended() -> None:
     one.untried, one.as_stamped = 3, {"R": 2.0}
     one.left_open = (POINT,)
     ended = np.arange(float(len(one.unknowns)))
+    one.outlying = True
     other.go_on(one, ended)
+    assert other.outlying
     assert (other.found, other.untried, other.as_stamped) == ({GAIN}, 3, {"R": 2.0})
     assert other.left_open is one.left_open
     assert other.instances == one.instances
