@@ -85,12 +85,15 @@ class Foreseen:
 
     def bare(self) -> Prediction:
         """Without what effects leave open that a fit does not find: no uncertainty is less."""
-        return self._with(np.diag(covariance_of(self.solution.information)))
+        return self._with(self._white)
 
     def whole(self) -> Prediction:
         """The uncertainties with those, which take longer to foresee than all others."""
-        white = np.diag(covariance_of(self.solution.information))
-        return self._with(white + _of_effects(self.solution, self.record))
+        return self._with(self._white + _of_effects(self.solution, self.record))
+
+    @cached_property
+    def _white(self) -> Floats:
+        return np.diag(covariance_of(self.solution.information))
 
     def _with(self, variances: Floats) -> Prediction:
         names = [u.name for u in self.solution.unknowns]

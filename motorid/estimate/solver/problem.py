@@ -88,7 +88,7 @@ class Linearised:
     sigmas: Floats
     held: tuple[int, ...] = ()  # nuisances at a bound and pulled further out: they follow nothing
 
-    @property
+    @cached_property
     def own_information(self) -> Floats:
         """(m, m) of the record's nuisances, the shared parameters held, priors and all."""
         return self._information(self.own)
@@ -96,10 +96,10 @@ class Linearised:
     def cleared(self) -> tuple[Floats, Floats]:
         """Derivatives (n, m) of the nuisances that ``orthogonal`` is cleared of, those held as
         nothing, and their information (m, m)."""
-        own = self.own
-        if self.held:
-            own = own.copy()
-            own[:, list(self.held)] = 0.0
+        if not self.held:
+            return self.own, self.own_information
+        own = self.own.copy()
+        own[:, list(self.held)] = 0.0
         return own, self._information(own)
 
     def _information(self, own: Floats) -> Floats:
