@@ -96,17 +96,16 @@ class Foreseen:
         return np.diag(covariance_of(self.solution.information))
 
     def _with(self, variances: Floats) -> Prediction:
-        names = [u.name for u in self.solution.unknowns]
-        by_name = dict(zip(names, map(float, np.sqrt(variances)), strict=True))
-        return Prediction(self.motor, by_name, self._causes)
+        return Prediction(self.motor, self._by_name(np.sqrt(variances)), self._causes)
+
+    def _by_name(self, values: Floats) -> dict[str, float]:
+        each = zip(self.solution.unknowns, map(float, values), strict=True)
+        return {unknown.name: value for unknown, value in each}
 
     @cached_property
     def _causes(self) -> Mapping[str, Mapping[str, float]]:
-        names = [u.name for u in self.solution.unknowns]
-        return {
-            cause: dict(zip(names, map(float, np.abs(shift)), strict=True))
-            for cause, shift in budget.propagated(self.solution, [self.record]).items()
-        }
+        found = budget.propagated(self.solution, [self.record])
+        return {cause: self._by_name(np.abs(shift)) for cause, shift in found.items()}
 
 
 def predict(bench: Bench, program: Program, motor: Motor, seed: int = 0) -> Prediction | None:
