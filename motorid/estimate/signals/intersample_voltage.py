@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -77,27 +77,24 @@ class Waveform:
         ``early``: of every jump, the share of the time since the reading before that it came before
         its own.
         """
-        key = timeline.count, timeline.period_s, late_s, tuple(early), filter_s, second_s2
-        if key not in self._known:
-            while len(self._known) >= REMEMBERED:
-                del self._known[next(iter(self._known))]
-            self._known[key] = self._means(timeline, late_s, early, filter_s, second_s2)
-        return self._known[key]
+        grid = timeline.count, timeline.period_s
+        return self._remembered(*grid, late_s, tuple(early), filter_s, second_s2)
 
     @cached_property
-    def _known(self) -> dict[tuple[object, ...], Floats]:
-        """The last means: most derivatives of a fit leave them as they are."""
-        return {}
+    def _remembered(self) -> Callable[..., Floats]:
+        """``_means``: most derivatives of a fit leave the last as they are."""
+        return lru_cache(maxsize=REMEMBERED)(self._means)
 
     def _means(
         self,
-        timeline: Timeline,
+        count: int,
+        period_s: float,
         late_s: float,
-        early: Sequence[float],
+        early: tuple[float, ...],
         filter_s: float,
         second_s2: float,
     ) -> Floats:
-        edges = np.arange(-1.0, timeline.count) * timeline.period_s - late_s
+        edges = np.arange(-1.0, count) * period_s - late_s
         filter_s, second_s2 = filter_s + self.filter_s, second_s2 + self.filter_s2
         moved = self._with_jumps(early) if any(early) else self
         straight = self.shape not in LEVEL or second_s2
@@ -108,9 +105,9 @@ class Waveform:
             inside = np.clip(edges, self.time_s[0], self.time_s[-1])
             flux = flux + filter_s * moved._value(inside)
             if second_s2:
-                slope = np.gradient(moved._value(inside), timeline.period_s)
+                slope = np.gradient(moved._value(inside), period_s)
                 flux = flux + second_s2 * slope
-        return np.asarray(np.diff(flux) / timeline.period_s)
+        return np.asarray(np.diff(flux) / period_s)
 
     def _before_filter(self, filter_s: float) -> Floats:
         """V (n,) held between readings, if each shows what a low-pass made of it by then."""
