@@ -30,40 +30,58 @@ BARE_PASSES = 3  # the same without unknowns of what brushes take: of a model th
 LOST_PASSES = 7  # the same where L has vanished: no pass finds it again
 MOST_SIMULATED = 3000  # responses of a capture, after which no other pass begins
 ROUGH_PASSES = 2  # from a start
-LATEST = 6  # passes after which all is decided
-DECIDED = 0.5  # of a standard deviation by noise: with less to come nothing is decided anew
+LATEST = 12  # passes after which all is decided
+DECIDED = 0.02  # of a standard deviation by noise: with less to come nothing is decided anew
 SETTLED = 0.02  # of it: the same of what is worth no other pass
 SAID = 0.1  # of it: less would widen an interval by half a per cent at most
 CALM = 2  # passes on end that are worth no other: what swings passes through its middle
 QUICKEST, SLOWEST = 0.3, 0.95  # that a pass changes of what the one before did
+HOVERING, ASTRAY = 6, 0.5  # passes that lead less than such a part of their way away: they stay near
 ROUGH = 1.0  # change of chi-square that is near enough while sources and noise are unsettled
-CLOSE = 1e-2  # the same once they nearly are
+CLOSE = 1e-4  # the same once they nearly are: what passes leave undone, the next take for a change
 SAME = 1e-9  # of a voltage: less is rounding
 VANISHED = 0.02  # L/R in sample periods: less than readings tell from none
 
 
 @dataclass(frozen=True)
 class Change:
-    """Of one pass: ``shift`` (p,) in search coordinates, and ``size``, that of the parameter which
-    moved most, in standard deviations by noise.
-    """
+    """Of one pass: ``shift`` (p,) in search coordinates, ``deviations`` (p,) by noise of these."""
 
     shift: Floats
-    size: float
+    deviations: Floats
+
+    @property
+    def size(self) -> float:
+        """Of the parameter that moved most, in standard deviations by noise."""
+        return float((np.abs(self.shift) / self.deviations).max(initial=0.0))
 
     @classmethod
     def of(cls, before: Solution, after: Solution) -> Change:
         """From one solution to the next."""
         stays = after.at_bound & before.at_bound
         shift = np.where(stays, 0.0, _coordinates(after) - _coordinates(before))
-        deviations = np.sqrt(np.diag(covariance_of(after.information)))
-        return cls(shift, float((np.abs(shift) / deviations).max(initial=0.0)))
+        return cls(shift, np.sqrt(np.diag(covariance_of(after.information))))
 
     def left(self, before: Change | None) -> float:
         """In standard deviations, what all further passes will change: each that much less."""
         ratio = self.size / before.size if before is not None and before.size else 1.0
         ratio = min(max(ratio, QUICKEST), SLOWEST)
         return self.size * ratio / (1.0 - ratio)
+
+    def ahead(self, before: Sequence[Change]) -> Change:
+        """What is left to come. Passes that hover end somewhere among where they have been."""
+        left = self.left(before[-1] if before else None)
+        onward = replace(self, shift=self.shift * (left / self.size if self.size else 0.0))
+        passes = [*before, self][-HOVERING:]
+        shifts = np.cumsum([one.shift for one in reversed(passes)], axis=0)
+        reached = [replace(self, shift=shift) for shift in shifts]
+        if len(passes) < HOVERING or reached[-1].size > ASTRAY * sum(p.size for p in passes):
+            return onward
+        return min(onward, max(reached, key=_size), key=_size)
+
+
+def _size(change: Change) -> float:
+    return change.size
 
 
 def with_sources(
@@ -95,7 +113,8 @@ def in_turn(
     """
     decided = all(record.driving.decided for record in records)
     mixers = [Mixer() for _ in records]
-    change, left, calm = None, np.inf, 0
+    changes: list[Change] = []
+    calm = 0
     bare = any(record.loss is None for record in records)
     most = max(record.simulated for record in records) + MOST_SIMULATED
     wide = not thorough and any(len(record.names) > len(PARAMETERS) for record in records)
@@ -111,19 +130,18 @@ def in_turn(
         unsettled_yet = n <= ROUGH_PASSES and not decided
         enough = ROUGH if bare or wide or lost or unsettled_yet else CLOSE
         found = again(records, free, start, solution, enough, held_h)
-        last, change = change, Change.of(solution, found)
-        solution, left = found, change.left(last)
+        change = Change.of(solution, found)
+        solution, left = found, change.left(changes[-1] if changes else None)
+        changes.append(change)
         calm = calm + 1 if decided and left < SETTLED else 0
         if calm == CALM:
             break
         decided = decided or (not bare and (left < DECIDED or n >= LATEST))
         for record in records:
             record.decide(decided)
-    unsettled = None
-    if change is not None and left > SAID and not bare:
-        unsettled = change.shift * (left / change.size)
+    ahead = changes[-1].ahead(changes[:-1]) if changes and not bare else None
     for record in records:
-        record.unsettled = unsettled
+        record.unsettled = ahead.shift if ahead is not None and ahead.size > SAID else None
     return solution
 
 

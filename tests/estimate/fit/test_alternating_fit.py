@@ -25,6 +25,11 @@ NOISE = 0.1  # of a statistical one
 ROUNDING = 1e-13
 
 
+def change(deviations: float) -> alternating_fit.Change:
+    """Of one parameter of six, by so many of them."""
+    return alternating_fit.Change(np.r_[0.0, 0.3 * deviations, np.zeros(4)], np.full(6, 0.3))
+
+
 @pytest.mark.parametrize(
     ("before", "now", "ratio"),
     [(2.0, 1.0, 0.5), (10.0, 1.0, 0.3), (1.0, 2.0, 0.95), (None, 1.0, 0.95)],
@@ -33,9 +38,8 @@ def test_what_is_left_is_the_sum_of_passes_that_shrink_alike(
     before: float | None, now: float, ratio: float
 ) -> None:
     """Neither quicker than by 0.3 nor slower than by 0.95, whatever two passes seem to say."""
-    still = np.zeros(6)
-    first = None if before is None else alternating_fit.Change(still, before)
-    left = alternating_fit.Change(still, now).left(first)
+    first = None if before is None else change(before)
+    left = change(now).left(first)
     assert left == pytest.approx(sum(now * ratio**k for k in range(1, 1000)), rel=1e-9)
 
 
