@@ -36,7 +36,10 @@ SETTLED = 0.02  # of it: the same of what is worth no other pass
 SAID = 0.1  # of it: less would widen an interval by half a per cent at most
 CALM = 2  # passes on end that are worth no other: what swings passes through its middle
 QUICKEST, SLOWEST = 0.3, 0.95  # that a pass changes of what the one before did
-HOVERING, ASTRAY = 6, 0.5  # passes that lead less than such a part of their way away: they stay near
+HOVERING, ASTRAY = (
+    6,
+    0.5,
+)  # passes that lead less than such a part of their way away: they stay near
 ROUGH = 1.0  # change of chi-square that is near enough while sources and noise are unsettled
 CLOSE = 1e-4  # the same once they nearly are: what passes leave undone, the next take for a change
 SAME = 1e-9  # of a voltage: less is rounding
