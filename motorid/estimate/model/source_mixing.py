@@ -18,8 +18,8 @@ from motorid.estimate.solver.dense_products import dot, square
 
 Floats = NDArray[np.float64]
 
-# times the last change, that a guess goes beyond what is judged, or returns. Farther ahead, rounding
-# grows to hundredths of a standard deviation within twenty guesses
+# times the last change, that a guess goes beyond what is judged, or returns. With more ahead,
+# rounding grows to hundredths of a standard deviation within twenty guesses
 AHEAD, BACK = 1.0, 0.9
 
 
