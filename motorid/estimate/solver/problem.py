@@ -9,14 +9,12 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dpotri
 
 from motorid.estimate.solver.dense_products import gram, square
 
 Floats = NDArray[np.float64]
 
 LEAST = 1e-250  # of an information: its inverse is still a number
-SINGULAR = 1e-5  # diagonal of a factor of ones and less: with less, singular values are looked at
 
 
 @dataclass(frozen=True)
@@ -182,14 +180,7 @@ def bounded_inverse(information: Floats, at_bound: NDArray[np.bool_]) -> Floats:
     # rounding may leave nothing, or less, of what nuisances explain: such a one stays where it is
     scale = np.where(diagonal > 0.0, np.maximum(diagonal, LEAST) ** -0.5, 0.0)
     scaled = np.clip(part * scale[:, None] * scale, -1.0, 1.0)
-    inverse[np.ix_(free, free)] = _inverse(scaled) * np.outer(scale, scale)
+    inverse[np.ix_(free, free)] = np.linalg.pinv(scaled, rcond=1e-14, hermitian=True) * np.outer(
+        scale, scale
+    )
     return inverse
-
-
-def _inverse(scaled: Floats) -> Floats:
-    """Of a positive semidefinite matrix (p, p) of ones and less; pseudo where it is singular."""
-    factor, failed = dpotrf(scaled)
-    if not failed and factor.diagonal().min() > SINGULAR:
-        upper, _ = dpotri(factor)
-        return np.asarray(np.triu(upper) + np.triu(upper, 1).T)
-    return np.asarray(np.linalg.pinv(scaled, rcond=1e-14, hermitian=True))
