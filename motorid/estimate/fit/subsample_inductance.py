@@ -29,8 +29,10 @@ from motorid.estimate.fit.alternating_fit import (
 )
 from motorid.estimate.fit.multistart import whitened, with_promoted, with_repeated
 from motorid.estimate.fit.parameter_bounds import merged
+from motorid.estimate.model import prewhitening
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.program_parts import by_part
+from motorid.estimate.solver.dense_products import square
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import statistical
 
@@ -47,7 +49,9 @@ BETTER = 0.5  # of their standard deviation: what readings tell that well they s
 LARGEST, SMALLEST = 2.0, 0.01  # of those held: L/R in sample periods
 CLOSE = 0.04  # logarithm: near enough to the likeliest; all that are held are steps of it from 1 H
 COARSE, FINER = 12, (6, 3, 2, 1)  # such steps from one that is held to the next
-CLEAR = 100.0  # of chi-square, by which a next one is worse than the likeliest
+CLEAR = 30.0  # of chi-square, by which a next one is worse than the likeliest
+ROUGH_TIMES = 5.0  # the same, of what it jumps about from one to the next
+JUDGED = 2  # times at most that what residuals are like is taken from the likeliest
 KEPT = 0.3  # logarithm, by which a search may depart from it
 
 
@@ -139,25 +143,49 @@ class _Search:
 
         Held are the same ones wherever the search ran off to before: that hangs on last digits.
         """
-
-        @cache
-        def worse(place: int) -> float:
-            return self.held(math.exp(place * CLOSE))[1].objective
-
         tau = self.known["R"] * min(r.timeline.period_s for r in self.before)
         smallest, largest = (math.log(tau * part) / CLOSE for part in (SMALLEST, LARGEST))
         places = range(math.floor(largest / COARSE) * COARSE, math.floor(smallest), -COARSE)
-        likeliest = min(places, key=worse)
-        if likeliest in (places[0], places[-1]):
+        held = cache(lambda place: self.held(math.exp(place * CLOSE)))
+        likeliest = min(places, key=lambda place: held(place)[1].objective)
+        for _ in range(JUDGED):
+            worse = self._by_noise_of(likeliest, held)
+            before, likeliest = likeliest, min(places, key=worse)
+            if likeliest == before:
+                break
+        if likeliest in (places[0], places[-1]) or not any(_clear(likeliest, worse, CLEAR)):
             return None
-        clear = _clear(likeliest, worse)
-        if not any(clear):
-            return None
+        near = {likeliest: worse(likeliest)}
         for step in FINER:
-            likeliest = min((likeliest - step, likeliest, likeliest + step), key=worse)
-        if not all(clear) and not all(_clear(likeliest, worse)):  # two were nearly as likely
+            near |= {place: worse(place) for place in (likeliest - step, likeliest + step)}
+            likeliest = min(near, key=near.__getitem__)
+        clear = max(CLEAR, ROUGH_TIMES * _roughness(near))
+        if not all(_clear(likeliest, worse, clear)):
+            return None
+        far = (place for place in places if abs(place - likeliest) > COARSE)
+        if any(worse(place) < worse(likeliest) + clear for place in far):  # as likely elsewhere
             return None
         return math.exp(likeliest * CLOSE)
+
+    def _by_noise_of(self, likeliest: int, held: Callable[[int], Fitted]) -> Callable[[int], float]:
+        """How unlikely a place is, by residuals as slow and as coloured as those of another."""
+        records, solution = held(likeliest)
+        prewhitening.whiten(records, solution)
+        prewhitening.thin(records, solution)
+        weights = [(record.filters, record.thinned) for record in records]
+
+        @cache
+        def worse(place: int) -> float:
+            records, solution = held(place)
+            for record, (filters, thinned) in zip(records, weights, strict=True):
+                record.whiten(filters)
+                record.thin(thinned)
+            solution = replace(solution, derivatives=None)
+            return again(
+                records, self.free, self.known, solution, held_h=math.exp(place * CLOSE)
+            ).objective
+
+        return worse
 
     def ended(self, inductance_h: float, by: str) -> Fitted | None:
         """With an inductance known ``by`` something, or better if its readings tell it.
@@ -189,9 +217,21 @@ class _Search:
         return whitened(records, self.free, merged(start, solution), solution)
 
 
-def _clear(place: int, worse: Callable[[int], float]) -> list[bool]:
-    """Whether the next smaller and the next larger one are clearly less likely."""
-    return [worse(side) >= worse(place) + CLEAR for side in (place - COARSE, place + COARSE)]
+def _clear(place: int, worse: Callable[[int], float], by: float) -> list[bool]:
+    """Whether the next smaller and the next larger one are so much less likely."""
+    return [worse(side) >= worse(place) + by for side in (place - COARSE, place + COARSE)]
+
+
+def _roughness(valley: Mapping[int, float]) -> float:
+    """By how much chi-square at neighbouring places jumps about a parabola through them (rms).
+
+    Each search makes its own choices of what drives the motor: by the readings' noise, where the
+    inductance is of no account.
+    """
+    places, values = np.array([*valley.items()]).T
+    table = np.vander(places - places.mean(), 3)
+    left = values - table @ np.linalg.lstsq(table, values, rcond=None)[0]
+    return float(np.sqrt(square(left) / max(len(left) - 3, 1)))
 
 
 def _as_of(

@@ -196,8 +196,15 @@ def test_an_inductance_at_its_bound_does_not_stay() -> None:
 
 
 def test_neighbours_are_a_coarse_step_away() -> None:
-    worse = {0: 50.0, subsample.COARSE: 150.0, -subsample.COARSE: 149.0}
-    assert subsample._clear(0, worse.__getitem__) == [False, True]
+    worse = {0: 50.0, subsample.COARSE: 80.0, -subsample.COARSE: 79.0}
+    assert subsample._clear(0, worse.__getitem__, 30.0) == [False, True]
+
+
+def test_how_a_valley_jumps_about_is_no_part_of_its_bend() -> None:
+    valley = {place: 3.0 * place**2 - place for place in range(100, 107)}
+    assert subsample._roughness(valley) == pytest.approx(0.0, abs=1e-6)
+    jumping = {place: value + 10.0 * (-1) ** place for place, value in valley.items()}
+    assert 8.0 < subsample._roughness(jumping) < 20.0
 
 
 def test_own_unknowns_are_taken_over_by_name() -> None:
