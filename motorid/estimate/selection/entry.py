@@ -48,6 +48,7 @@ Narrow = tuple[Sequence[MotorRecord], Solution, Mapping[str, float]]
 
 COARSE = 100.0  # change of F that is near enough before what repeats with the rotor is in
 COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
+VAGUE = 0.1  # the same, of an inductance that readings hardly tell
 HALF = 0.5  # of that, from which a term is worth offering
 
 
@@ -208,12 +209,18 @@ def _bare(
 
 
 def reach(parameters: Mapping[str, Parameter]) -> dict[str, float]:
-    """By how much a parameter may move before it matters: half its interval, or 1 % if less."""
+    """By how much a parameter may move before it matters: half its interval, or 1 % if less.
+
+    An inductance that readings hardly tell follows whatever a term takes of the current's ripple:
+    its interval alone counts.
+    """
     out = {}
     for name, p in parameters.items():
         if p.value is not None and p.interval_95:
             half = (p.interval_95[1] - p.interval_95[0]) / 2
-            most = min(half, COUNTS * abs(p.value)) if p.value else half  # friction may be at 0
+            vague = name == "L" and half > VAGUE * abs(p.value)
+            whole = vague or not p.value  # friction may be at 0
+            most = half if whole else min(half, COUNTS * abs(p.value))
             out[name] = HALF * most if half else float("inf")
     return out
 

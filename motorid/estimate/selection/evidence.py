@@ -53,6 +53,11 @@ class Evidence:
         return self.gain / self.inflation > self.needed
 
     @property
+    def exceeds(self) -> bool:
+        """It rises by several times as much."""
+        return self.gain / self.inflation > BEYOND * self.needed
+
+    @property
     def supports(self) -> bool:
         """All of it speaks for the term."""
         better = self.left_out is None or self.left_out > 0.0
@@ -67,7 +72,7 @@ def weigh(wider: Fitted, narrower: Sequence[Term], before: Solution, added: Term
     found = evidence(wider.solution, null.solution, more)
     k = wider.free.index(added.size)
     size = size_of(wider.solution, k)
-    if size <= SURE and found.gain / found.inflation > BEYOND * found.needed:
+    if size <= SURE and found.exceeds:
         size = size_of(wider.solution, k, shapes_of(wider.free, added))  # its shape alone is open
     cost = max(record.simulated for record in null.records)
     found = replace(found, size=size, evaluations=cost)

@@ -52,7 +52,14 @@ class Trial:
     @property
     def goes_on(self) -> bool:
         """Others are tried beside it: it may hide them, even if it moves nothing."""
-        return self.evidence.supports
+        return self.evidence.supports or self.unsure
+
+    @property
+    def unsure(self) -> bool:
+        """It explains much, but what is lacking beside it leaves its size open, or captures
+        disagree.
+        """
+        return self.evidence.exceeds and not self.evidence.supports
 
 
 @dataclass(frozen=True)
@@ -136,7 +143,10 @@ class _Search:
         self.left_out: list[Term] = []
 
     def round(self, now: _Model) -> list[tuple[Fitted, Trial]]:
-        """The candidates that were fitted; the last earns its place, if one does."""
+        """The candidates that were fitted; the last earns its place, if one does.
+
+        Beside one that is unsure the rest are tried in the next round.
+        """
         found: list[tuple[Fitted, Trial]] = []
         waiting, white = _asked(now, self.reach, self.but)
         while waiting:
@@ -148,6 +158,8 @@ class _Search:
                 found.append(one)
                 if one[1].earns:
                     return found
+            if any(trial.unsure for _, trial in found):
+                return found
         return found
 
     def _compared(
@@ -204,8 +216,14 @@ def _asked(
 
 
 def _is_foreseen(now: _Model, white: Solution, candidate: Candidate) -> bool:
-    """A fit is foreseen to support it, as far as straight lines show that."""
-    return not candidate.changes or foresee(now.records, white, candidate).supports
+    """A fit is foreseen to support it, as far as straight lines show that.
+
+    Where much is lacking, its size is unsure by what else is: the fit is asked.
+    """
+    if not candidate.changes:
+        return True
+    found = foresee(now.records, white, candidate)
+    return found.supports or found.exceeds
 
 
 def _rivals(

@@ -41,6 +41,13 @@ def test_half_an_interval_matters_or_a_hundredth_of_the_value() -> None:
     assert found == pytest.approx({"R": 0.005, "K": 0.02, "T0": 0.15, "J": 0.02, "B": math.inf})
 
 
+@pytest.mark.parametrize(("half", "matters"), [(0.19, 0.02), (0.21, 0.105)])
+def test_of_an_inductance_that_readings_hardly_tell_the_interval_alone_counts(
+    half: float, matters: float
+) -> None:
+    assert entry.reach({"L": parameter(2.0, half)})["L"] == pytest.approx(matters)
+
+
 def test_what_was_found_is_said_by_whether_the_six_allow_for_it() -> None:
     better: Any = SimpleNamespace(parameters={}, asked=False)
     bare = replace(estimate(), alternative=better, parameters={}, combinations={}, derived={})

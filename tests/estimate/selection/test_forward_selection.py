@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -18,6 +19,7 @@ from motorid.estimate.selection.score_test import Candidate
 NAMES = ("direction", "quadratic-load", "cogging", "brush-drop")
 A, B, C, D = (TERMS[name] for name in NAMES)
 GOOD, BAD = Evidence(99.0, 1.0, 20.0, 9.0), Evidence(9.0, 1.0, 20.0, 9.0)
+UNSURE = Evidence(303.0, 3.0, 20.0, 3.9)  # explains five times what it costs, of an open size
 REACH = {"R": 0.1, "K": 2.0}
 
 
@@ -35,6 +37,11 @@ def test_a_term_earns_its_place_where_the_data_support_it_and_it_matters() -> No
     assert not trial(A, evidence=BAD).earns
     assert trial(A, moves=0.0).goes_on
     assert not trial(A, evidence=BAD).goes_on
+    assert trial(A, evidence=UNSURE).goes_on
+    assert not trial(A, evidence=UNSURE).earns
+    assert not trial(A, evidence=replace(UNSURE, gain=299.0)).goes_on
+    assert not trial(A, evidence=GOOD).unsure
+    assert trial(A, evidence=replace(UNSURE, size=9.0, left_out=-1.0)).unsure  # captures disagree
 
 
 def test_a_move_counts_in_units_of_what_matters() -> None:
@@ -134,6 +141,16 @@ def test_what_has_no_straight_lines_cannot_be_foreseen() -> None:
     assert forward._is_foreseen(now, now, candidate(A))
 
 
+@pytest.mark.parametrize(("evidence", "fitted"), [(GOOD, True), (BAD, False), (UNSURE, True)])
+def test_a_fit_is_asked_where_what_is_lacking_leaves_a_size_open(
+    evidence: Evidence, fitted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(forward, "foresee", lambda *_: evidence)
+    now: Any = SimpleNamespace(records=())
+    lines = replace(candidate(A), changes=(np.zeros((1, 2)),))
+    assert forward._is_foreseen(now, now, lines) is fitted
+
+
 class Fits:
     """Instead of fits: each term's F when rough, its evidence, and by how much it moves R."""
 
@@ -194,6 +211,16 @@ def test_a_rough_fit_that_keeps_none_of_its_promise_is_not_finished(
     found, _ = rounds(monkeypatch, [candidate(t, 100.0, R=1.0) for t in (A, C)])
     assert fits.weighed == ["cogging"]
     assert [t.term for t in found] == [C]
+
+
+def test_beside_one_that_is_unsure_the_rest_wait_for_the_next_round(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    fits = Fits(monkeypatch, direction=(300.0, UNSURE, 0.5), cogging=(200.0, GOOD, 0.5))
+    waiting = [candidate(A, 100.0, R=1.0), candidate(C, 45.0, R=0.1)]
+    found, _ = rounds(monkeypatch, waiting)
+    assert [(t.term, t.earns) for t in found] == [(A, False)]
+    assert fits.begun == ["direction"]
 
 
 def test_when_the_responses_are_spent_the_others_are_left_out(
