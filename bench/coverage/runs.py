@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -87,11 +88,13 @@ def kept(folder: Path, seed: int) -> Runs | None:
 
 def truth_of(bench: Bench, winding_c: float, housing_c: float) -> dict[str, float]:
     """The measurands at these temperatures (SI)."""
-    motor = bench.drawn.motor
+    motor, options = bench.drawn.motor, bench.options
     R, K = motor.resistance_ohm, motor.torque_constant_nm_a
+    turns = (2.0 * math.pi * options.pwm * options.eddy_time) ** 2  # L1 + L2 || Rc, at no current
     return {
         "R": R * (1 + COPPER_PER_K * (winding_c - REFERENCE_C)),
         "L": motor.inductance_h,
+        "L_pwm": motor.inductance_h * (1.0 - options.eddy * turns / (1.0 + turns)),
         "K": K * (1 + MAGNET_PER_K * (housing_c - REFERENCE_C)),
         "B": motor.viscous_nm_s,
         "J": motor.inertia_kg_m2 + bench.drawn.load_inertia,

@@ -94,7 +94,8 @@ def _by_both(captures: Sequence[Capture], runs: Runs) -> Row:
     better, headline = estimate.alternative, _said(estimate, runs) | cost
     if better is None:
         return {"headline": headline, "better": headline}
-    values = _parameters({**better.parameters, **better.at_25}, runs)
+    by_ripple = _by_ripple(estimate) and "eddy" not in better.terms
+    values = _parameters({**better.parameters, **better.at_25}, runs, by_ripple)
     said = {"terms": list(better.terms), "parameters": values, "sizes": _sizes(better)}
     return {"headline": headline, "better": said}
 
@@ -124,7 +125,7 @@ def _said(estimate: Estimate, runs: Runs) -> Row:
     """Values, remarks and budgets. ``bare``: those whose interval would miss the truth if no
     finding had widened it.
     """
-    values = _parameters({**estimate.parameters, **estimate.at_25}, runs)
+    values = _parameters({**estimate.parameters, **estimate.at_25}, runs, _by_ripple(estimate))
     return {
         "parameters": values,
         "bare": [name for name in NAMES if _misses_bare(estimate, name, values.get(name, {}))],
@@ -142,8 +143,15 @@ def _misses_bare(estimate: Estimate, name: str, value: Row) -> bool:
     return bool(abs(value["off"]) * abs(p.value / (1.0 + value["off"])) > half)
 
 
-def _parameters(found: Mapping[str, Parameter], runs: Runs) -> Row:
-    return {name: _one(found[name], runs.truth[name]) for name in (*NAMES, COLD) if name in found}
+def _by_ripple(estimate: Estimate) -> bool:
+    """It says that its inductance is the one at the PWM frequency."""
+    return any(d.code == "inductance_by_ripple" for d in estimate.diagnostics)
+
+
+def _parameters(found: Mapping[str, Parameter], runs: Runs, by_ripple: bool) -> Row:
+    """Each against the truth of what it is said to be."""
+    truth = dict(runs.truth) | ({"L": runs.truth["L_pwm"]} if by_ripple else {})
+    return {name: _one(found[name], truth[name]) for name in (*NAMES, COLD) if name in found}
 
 
 def _one(p: Parameter, truth: float) -> Row:

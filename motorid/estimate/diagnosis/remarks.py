@@ -19,6 +19,7 @@ from motorid.estimate.effects.brush_and_heating import BENT, DROP
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
 from motorid.estimate.effects.source.held_inductance import HELD_INDUCTANCE
 from motorid.estimate.fit import lagging_start
+from motorid.estimate.fit.subsample_inductance import PULSES
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic, Parameter
 from motorid.estimate.uncertainty.budget import remedy
@@ -28,6 +29,7 @@ from motorid.segment import Segment
 
 Floats = NDArray[np.float64]
 
+WITHIN = 0.2  # of a sample period: L/R of which only what happens within it is seen
 HALF = 0.5  # of a variance, from which one cause is most of it
 COLOURED = 1.3  # widening of an interval that is worth saying
 SHOWN_DESPITE_DROP = 4.0  # sample periods of L/R: longer than what bends within a reading
@@ -112,18 +114,23 @@ def _brushes(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic
 
 
 def _by_ripple(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic]:
-    """An inductance that no reading shows: where its value comes from."""
-    told = records[0].foretold
-    if told is None:
+    """An inductance that no reading shows: where its value comes from, and at which frequency."""
+    told, motor = records[0].foretold, found.motor()
+    if not motor.L or not motor.R:
         return []
-    motor = found.motor()
     periods = motor.L / motor.R / min(record.timeline.period_s for record in records)
+    pulsed = any(part.discontinuous for record in records for part in record.shown_parts)
+    if told is None and not (pulsed and periods < WITHIN):
+        return []
+    by = PULSES if told is None else told.by
+    known = "" if told is None else f", to {100 * told.shift['L']:.0f} %"
     return [
         Diagnostic(
             "inductance_by_ripple", "info",
             f"no reading shows how the current rises: L/R is {periods:.2g} sample periods. L is "
-            f"known from the current's {told.by} within the PWM periods, to "
-            f"{100 * told.shift['L']:.0f} %; for a better one {HELD_INDUCTANCE.remedy}",
+            f"known from the current's {by} within the PWM periods{known}: it is that at the PWM "
+            "frequency, and eddy currents in iron make it larger for slow changes; for a better "
+            f"one {HELD_INDUCTANCE.remedy}",
         )
     ]  # fmt: skip
 

@@ -42,6 +42,7 @@ UNSEEN = 0.05  # standard deviation of the logarithm of an inductance that readi
 WHITE = 0.1  # of that: the least of white noise, from which correlated noise may be as much
 RIPPLE, PULSES = "ripple", "pulses"  # within PWM periods
 BY = {RIPPLE: 0.08, PULSES: 0.04}  # the same of one that these tell
+IRON = 0.15  # the same, of what eddy currents may do to either: nobody says that there are none
 TRUSTED = 0.15  # of the logarithm by readings: those that know it no better are no authority
 APART = 3.0  # standard deviations by which a contradiction is one
 NOMINAL = 0.03  # relative standard uncertainty of a supply that nobody measured
@@ -200,7 +201,7 @@ class _Search:
             return records, alone
         if would_tell < BETTER * unsure:
             return None
-        _, larger = self.held(inductance_h * math.exp(unsure))
+        _, larger = self.held(inductance_h * math.exp(math.hypot(unsure, IRON)))
         records, held = self.held(inductance_h)
         for record in records:
             record.foretold = Foretold(inductance_h, by, _shift(held, larger))

@@ -26,6 +26,7 @@ def record(period_s: float = 1e-4, **changes: Any) -> Any:
     given = {
         "timeline": SimpleNamespace(period_s=period_s, count=2000, parts=()), "foretold": None,
         "capture": clean_capture(FAULHABER), "volts": np.array([0.0, 6.0, -9.0]),
+        "shown_parts": [SimpleNamespace(discontinuous=False)],
     }  # fmt: skip
     return SimpleNamespace(**{**given, **changes})
 
@@ -64,7 +65,18 @@ def test_an_inductance_by_ripple_says_where_it_comes_from() -> None:
     one = only(remarks._by_ripple(findings(), [record(foretold=told), record(RISE_S)]))
     assert "L/R is 15 sample periods" in one.message
     assert "the current's swing within the PWM periods, to 7 %" in one.message
+    assert "at the PWM frequency" in one.message
     assert remarks._by_ripple(findings(), [record()]) == []
+
+
+@pytest.mark.parametrize(("pulsed", "part", "said"), [(True, 0.19, True), (True, 0.21, False),
+                                                      (False, 0.19, False)])  # fmt: skip
+def test_so_does_one_that_readings_tell_by_what_happens_within_them(
+    pulsed: bool, part: float, said: bool
+) -> None:
+    pulses = [SimpleNamespace(discontinuous=False), SimpleNamespace(discontinuous=pulsed)]
+    found = remarks._by_ripple(findings(), [record(RISE_S / part, shown_parts=pulses)])
+    assert ["the current's pulses within" in one.message for one in found] == [True] * said
 
 
 def test_a_bridge_that_drops_moves_what_its_bend_hides() -> None:

@@ -70,13 +70,15 @@ def test_ripple_tells_what_no_reading_shows(
     for name in SIX:
         p = found.parameters[name]
         assert p.interval_95[0] < runs.truth[name] < p.interval_95[1]
-    assert found.parameters["L"].total < 0.15 * runs.truth["L"]
+    assert found.parameters["L"].total < 0.2 * runs.truth["L"]
     assert abs(off(found, runs.truth, "L")) < 0.06
     assert abs(off(found, runs.truth, "B")) < 0.02
     share = found.budget["L"]["PWM ripple"] / found.parameters["L"].value
-    assert share == pytest.approx(np.hypot(0.08, 0.03), rel=0.05)  # with a supply nobody measured
+    # with a supply that nobody measured, and iron of which nobody says that it has no eddy currents
+    assert share == pytest.approx(np.linalg.norm([0.08, 0.03, 0.15]), rel=0.1)
     (said,) = [d.message for d in found.diagnostics if d.code == "inductance_by_ripple"]
     assert "L/R is 0.08" in said
+    assert "that at the PWM frequency" in said
     monkeypatch.setattr(subsample_inductance._Search, "by_ripple", lambda _: None)
     blind = fit(runs.captures, model="six")
     assert blind.parameters["L"].status == "not_identifiable"
