@@ -4,8 +4,8 @@
 
 RIG ?= sim
 OUT ?= out
-# two more than there are cores: many tests wait for a board, a server or a browser
-JOBS ?= $(shell expr $$(nproc 2>/dev/null || echo 2) + 2)
+# three more than there are cores: many tests wait for a board, a server or a browser
+JOBS ?= $(shell expr $$(nproc 2>/dev/null || echo 2) + 3)
 SECONDS ?= 60
 PYTHON ?=
 export PYTHON

@@ -70,7 +70,7 @@ def told(
     if unsure < UNSEEN:
         return None
     search = _Search(records, free, fixed, known, seen)
-    inductance_h, by = search.by_pulses(), PULSES
+    inductance_h, by = discontinuous_current_inductance.inductance(records, seen), PULSES
     if not inductance_h and any(record.ripples for record in records):
         inductance_h, by = search.by_ripple(), RIPPLE
     found = None
@@ -133,11 +133,6 @@ class _Search:
         solution = with_inductance(records, self.free, self.known, near, inductance_h)
         self.trials.append(max(record.simulated for record in records))
         return records, solution
-
-    def by_pulses(self) -> float | None:
-        """H by their size, in a fit that holds what they say of one that ran off."""
-        said = discontinuous_current_inductance.inductance(self.before, self.near)
-        return said and discontinuous_current_inductance.inductance(*self.held(said))
 
     def by_ripple(self) -> float | None:
         """H of the likeliest where others are clearly less likely.

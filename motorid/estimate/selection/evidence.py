@@ -58,6 +58,13 @@ class Evidence:
         return self.gain / self.inflation > BEYOND * self.needed
 
     @property
+    def unsure(self) -> bool:
+        """It explains much, but what is lacking beside it leaves its size open, or captures
+        disagree.
+        """
+        return self.exceeds and self.size > SURE / 2.0 and not self.supports
+
+    @property
     def supports(self) -> bool:
         """All of it speaks for the term."""
         better = self.left_out is None or self.left_out > 0.0

@@ -52,14 +52,7 @@ class Trial:
     @property
     def goes_on(self) -> bool:
         """Others are tried beside it: it may hide them, even if it moves nothing."""
-        return self.evidence.supports or self.unsure
-
-    @property
-    def unsure(self) -> bool:
-        """It explains much, but what is lacking beside it leaves its size open, or captures
-        disagree.
-        """
-        return self.evidence.exceeds and not self.evidence.supports
+        return self.evidence.supports or self.evidence.unsure
 
 
 @dataclass(frozen=True)
@@ -158,7 +151,7 @@ class _Search:
                 found.append(one)
                 if one[1].earns:
                     return found
-            if any(trial.unsure for _, trial in found):
+            if any(trial.evidence.unsure for _, trial in found):
                 return found
         return found
 
@@ -223,7 +216,7 @@ def _is_foreseen(now: _Model, white: Solution, candidate: Candidate) -> bool:
     if not candidate.changes:
         return True
     found = foresee(now.records, white, candidate)
-    return found.supports or found.exceeds
+    return found.supports or found.unsure
 
 
 def _rivals(

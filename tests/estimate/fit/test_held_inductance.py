@@ -43,7 +43,9 @@ class Told:
     ) -> None:  # fmt: skip
         self.ended = list[tuple[float, str]]()
         monkeypatch.setattr(subsample, "_unsure", lambda *_: unsure)
-        monkeypatch.setattr(subsample._Search, "by_pulses", lambda _: pulses)
+        monkeypatch.setattr(
+            subsample.discontinuous_current_inductance, "inductance", lambda *_: pulses
+        )
         monkeypatch.setattr(subsample._Search, "by_ripple", lambda _: ripple)
         monkeypatch.setattr(subsample._Search, "ended", lambda _, henry, by: self.end(henry, by))
         monkeypatch.setattr(subsample._Search, "spent", property(lambda _: 70))
@@ -71,22 +73,6 @@ def test_pulses_come_before_ripple_and_what_was_spent_is_counted(
     assert none.ended == []
     assert none.found is None
     assert none.records[0].simulated == 70
-
-
-@pytest.mark.parametrize("said", [None, 6e-5])
-def test_pulses_are_judged_by_a_fit_that_holds_what_they_said(
-    said: float | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Each judgement comes half as near to 4e-5."""
-
-    def inductance(_records: Any, near: Any) -> float | None:
-        return said if near.objective else 4e-5 + (float(near.values[1]) - 4e-5) / 2.0
-
-    monkeypatch.setattr(subsample.discontinuous_current_inductance, "inductance", inductance)
-    monkeypatch.setattr(subsample._Search, "held", lambda _, henry: ([record()], solution(L=henry)))
-    search: Any = subsample._Search([record()], (), {}, START, solution(1.0))
-    found = search.by_pulses()
-    assert found is None if said is None else found == pytest.approx(5e-5)
 
 
 @pytest.mark.parametrize(
