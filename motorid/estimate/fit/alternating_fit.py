@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,10 +37,8 @@ SETTLED = 0.02  # of it: the same of what is worth no other pass
 SAID = 0.1  # of it: less would widen an interval by half a per cent at most
 CALM = 2  # passes on end that are worth no other: what swings passes through its middle
 QUICKEST, SLOWEST = 0.3, 0.95  # that a pass changes of what the one before did
-HOVERING, ASTRAY = (
-    6,
-    0.5,
-)  # passes that lead less than such a part of their way away: they stay near
+HOVERING = 6  # passes that stay near where they lead away by less than ASTRAY of their way
+ASTRAY = 0.5
 ROUGH = 1.0  # change of chi-square that is near enough while sources and noise are unsettled
 CLOSE = 1e-4  # the same once they nearly are: what passes leave undone, the next take for a change
 SAME = 1e-9  # of a voltage: less is rounding
@@ -80,11 +79,8 @@ class Change:
         reached = [replace(self, shift=shift) for shift in shifts]
         if len(passes) < HOVERING or reached[-1].size > ASTRAY * sum(p.size for p in passes):
             return onward
-        return min(onward, max(reached, key=_size), key=_size)
-
-
-def _size(change: Change) -> float:
-    return change.size
+        size = attrgetter("size")
+        return min(onward, max(reached, key=size), key=size)
 
 
 def with_sources(

@@ -165,17 +165,15 @@ class _Search:
 
     def _by_noise_of(self, likeliest: int, held: Callable[[int], Fitted]) -> Callable[[int], float]:
         """How unlikely a place is, by residuals as slow and as coloured as those of another."""
-        records, solution = held(likeliest)
-        prewhitening.whiten(records, solution)
-        prewhitening.thin(records, solution)
-        weights = [(record.filters, record.thinned) for record in records]
+        like, at = held(likeliest)
+        prewhitening.whiten(like, at)
+        prewhitening.thin(like, at)
 
         @cache
         def worse(place: int) -> float:
             records, solution = held(place)
-            for record, (filters, thinned) in zip(records, weights, strict=True):
-                record.whiten(filters)
-                record.thin(thinned)
+            for record, other in zip(records, like, strict=True):
+                record.weigh_as(other)
             solution = replace(solution, derivatives=None)
             return again(
                 records, self.free, self.known, solution, held_h=math.exp(place * CLOSE)

@@ -79,8 +79,7 @@ class WideRecord(MotorRecord):
 
     def follow(self, other: MotorRecord) -> None:
         """Take over how another record of the same capture sees noise, and its steps."""
-        self.whiten(other.filters)
-        self.thin(other.thinned)
+        self.weigh_as(other)
         self.step_as(other)
 
     def step_as(self, other: MotorRecord) -> None:

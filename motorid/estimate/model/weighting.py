@@ -39,6 +39,12 @@ class Weighed:
             for m, filter_, root in zip(self.measured, self.filters, roots, strict=True)
         )
 
+    def weigh_as(self, other: Weighed) -> None:
+        """By the colour and the slow wandering of other records of the same readings."""
+        filters, thinned = other.filters, other.thinned  # which may be its own
+        self.whiten(filters)
+        self.thin(thinned)
+
     def weighed(self, parts: Sequence[Floats], filtered: bool = True) -> list[Floats]:
         """Changes of the readings, one array per block, as the likelihood counts them."""
         own = [
