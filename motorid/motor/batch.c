@@ -15,34 +15,22 @@
 #include <math.h>
 #include <string.h>
 
+#include "instructions.h"
+
 #define MAX_MATRIX 6
 
 #define KERNEL(name) name##_plain
 #include "batch_kernels.h"
 #undef KERNEL
 
-#if defined(__x86_64__) && defined(__GNUC__) /* gcc and clang */
-#include <cpuid.h>
-
+#if WIDE_INSTRUCTIONS
 #define KERNEL(name) name##_avx2
 void KERNEL(batch_lti)(const batch_record *r, int n, int states, const double *discrete);
 void KERNEL(batch_friction)(const batch_record *r, int n, const double *motor);
 void KERNEL(batch_quadratic)(const batch_record *r, int n, const double *motor, double dt,
                              int substeps);
-
-/* By the processor itself: not every compiler's runtime library fills in what
- * __builtin_cpu_supports reads. The operating system must keep the wide registers, too. */
-static int has_avx2(void)
-{
-    unsigned a, b, c, d, kept, high;
-    if (!__get_cpuid(1, &a, &b, &c, &d) || !(c & bit_OSXSAVE) || !(c & bit_AVX))
-        return 0;
-    __asm__ volatile("xgetbv" : "=a"(kept), "=d"(high) : "c"(0));
-    return (kept & 6) == 6 && __get_cpuid_count(7, 0, &a, &b, &c, &d) && (b & bit_AVX2) != 0;
-}
 #else
 #define KERNEL(name) name##_plain
-static int has_avx2(void) { return 0; }
 #endif
 
 static int avx2 = -1; /* not asked yet: two threads that ask at once find the same */

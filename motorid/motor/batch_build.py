@@ -8,7 +8,7 @@ from cffi import FFI
 
 ROOM = Path(__file__).parent
 SOURCES = ("batch.c", "batch_avx2.c")
-HEADERS = ("batch.h", "batch_kernels.h")
+HEADERS = ("batch.h", "batch_kernels.h", "instructions.h")
 FLAGS = (
     ["/O2", "/fp:precise"]
     if sys.platform == "win32"

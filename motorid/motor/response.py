@@ -159,13 +159,13 @@ class Response:
         )
         if events < 0:
             raise ValueError(f"no response exists for R, L, K, B, J, T0 = {tuple(motor)}")
-        self.weigh(events)
+        self.worth = self.worth_of(events)
         return readings
 
-    def weigh(self, events: int) -> None:
-        """Say what the last response was worth, by its events: by no clock."""
+    def worth_of(self, events: int) -> int:
+        """What a response was worth, by its events: by no clock."""
         few, share = FEW
-        self.worth = 1 + events // max(few, int(share * self.count))
+        return 1 + events // max(few, int(share * self.count))
 
 
 def _as_c(o: Output) -> tuple[int, float, float, float, float]:

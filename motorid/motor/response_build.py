@@ -15,7 +15,8 @@ from cffi import FFI
 
 ROOM = Path(__file__).parent
 SOURCES = (
-    "response.c", "wide.c", "wide_plan.c", "wide_step.c", "wide_map.c", "phi.c",
+    "response.c", "wide.c", "wide_plan.c", "wide_step.c", "wide_map.c", "wide_lanes.c",
+    "wide_lanes_avx2.c", "phi.c",
     "taps.c", "affine.c", "wave.c", "root.c", "filter.c", "filtered_wave.c", "filtered_motor.c",
     "guard.c",
 )  # fmt: skip
@@ -26,6 +27,9 @@ HEADERS = (
     "wide_step.h",
     "wide_map.h",
     "wide_iron.h",
+    "wide_lanes.h",
+    "wide_lanes_kernel.h",
+    "instructions.h",
     "phi.h",
     "taps.h",
     "affine.h",
@@ -35,6 +39,19 @@ HEADERS = (
     "filtered_wave.h",
     "filtered_motor.h",
     "guard.h",
+)
+
+FLAGS = (
+    ["/O2", "/fp:precise"]
+    if sys.platform == "win32"
+    else [
+        "-O3",
+        "-std=c99",
+        "-ffp-contract=off",
+        "-fno-trapping-math",
+        "-fno-math-errno",
+        "-Wno-psabi",
+    ]
 )
 
 
@@ -55,7 +72,7 @@ ffi.set_source(
     include_dirs=["motorid/motor"],
     depends=[f"motorid/motor/{name}" for name in (*SOURCES, *HEADERS)],
     libraries=[] if sys.platform == "win32" else ["m"],
-    extra_compile_args=["/O2"] if sys.platform == "win32" else ["-O3", "-std=c99"],
+    extra_compile_args=FLAGS,
 )
 
 if __name__ == "__main__":

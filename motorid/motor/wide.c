@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #include "guard.h"
 #include "root.h"
@@ -10,6 +11,8 @@
 #define TURN 6.283185307179586
 #define RIPPLE_SWEEPS 3
 #define MAX_EVENTS 16 /* in one step; more is chatter of rounding */
+#define SWEEPS 2      /* of successive approximation in a step */
+#define SATURATED_SWEEPS 4 /* the same where the current's own rate is approximated */
 
 /* ---- events ------------------------------------------------------------------------------- */
 
@@ -110,7 +113,7 @@ static void eventful_part(wide_run *r, int n, double from, double length)
 
 /* ---- intervals ---------------------------------------------------------------------------- */
 
-static const level_maps *maps_of(wide_run *r, int level)
+const level_maps *wide_maps(wide_run *r, int level)
 {
     level_maps *m = &r->levels[level];
     const double torque = wide_coulomb(r->motor, r->now.mode.s), length = ldexp(r->h, -level);
@@ -130,7 +133,7 @@ static const level_maps *maps_of(wide_run *r, int level)
 }
 
 /* Nothing moves and no current flows: the interval changes nothing but the warmth. */
-static int idle(const wide_run *r)
+int wide_idle(const wide_run *r)
 {
     if (r->now.mode.circuit != OPEN || r->now.mode.s || r->rows == WROWS) return 0;
     const double torque = wide_push(r, &r->now.x);
@@ -181,17 +184,10 @@ static void meet_pulses(wide_run *r)
                       r->motor->K * (1.0 + r->motor->emf) * x[WW]);
 }
 
-void wide_interval(wide_run *r, int n, int level)
+void wide_steps(wide_run *r, int n, int level, int from)
 {
-    const int steps = 1 << level;
-    r->n = n, r->now.at = 0.0;
-    if (idle(r)) {
-        idle_interval(r, n);
-        return;
-    }
-    if (r->taps.wave.side) meet_pulses(r);
-    for (int k = 0; k < steps; k++) {
-        const level_maps *m = maps_of(r, level);
+    for (int k = from; k < 1 << level; k++) {
+        const level_maps *m = wide_maps(r, level);
         const double v = wide_source(r, n);
         drive d;
         const wide_state y = wide_step(r, &m->half, &m->full, m->length, v, &d);
@@ -208,6 +204,21 @@ void wide_interval(wide_run *r, int n, int level)
                 wide_filtered(r, &r->taps.filter[j], &m->filters[j], v, &d);
         r->now.x = y, r->now.warmth = d.warmth, r->now.at += m->length;
     }
+}
+
+void wide_interval(wide_run *r, int n, int level)
+{
+    r->n = n, r->now.at = 0.0;
+    if (wide_gone(r)) {
+        unknown_interval(r, n);
+        return;
+    }
+    if (wide_idle(r)) {
+        idle_interval(r, n);
+        return;
+    }
+    if (r->taps.wave.side) meet_pulses(r);
+    wide_steps(r, n, level, 0);
 }
 
 /* The mean current after the ripple changed by so much of the unsaturated inductance: the flux of
@@ -255,6 +266,24 @@ static int iron_fits(const mw_motor *p)
     return p->eddy == 0.0 || (p->eddy > 0.0 && p->eddy < 1.0 && p->eddy_time > 0.0);
 }
 
+/* What a term that is zero leaves out. */
+static void note_forces(wide_run *r)
+{
+    const mw_motor *p = r->motor;
+    const int moving = p->k_ripple != 0.0 || p->reaction != 0.0, bent = p->saturation != 0.0;
+    r->warms = p->warming != 0.0 || r->now.warmth != 0.0;
+    r->sweeps = bent ? SATURATED_SWEEPS : SWEEPS;
+    r->acts[VOLTS] = moving || bent || r->warms || p->brush != 0.0 || p->r_ripple != 0.0;
+    r->acts[TORQUE] = moving || p->quadratic != 0.0 || p->stiction != 0.0 ||
+                      p->load_friction != 0.0 || p->cogging != 0.0;
+    r->acts[SHIELDED] = bent && r->rows > PLAIN;
+    r->ripples = p->k_ripple != 0.0 || p->r_ripple != 0.0;
+    r->turns = r->ripples || p->cogging != 0.0;
+    r->asked[WI] = r->asked[WW] = 1;
+    r->asked[WTH] = r->turns && !r->angle;
+    r->asked[WEDDY] = bent;
+}
+
 int wide_begin(wide_run *r, const mw_motor *p, double period, double pwm_period, int count,
                  const double *v, const mw_start *start, const double *angle)
 {
@@ -269,10 +298,12 @@ int wide_begin(wide_run *r, const mw_motor *p, double period, double pwm_period,
     r->angle = angle, r->n = 1, r->tried = 0.0;
     r->cogging_phase = start->cogging_phase, r->ripple_phase = start->ripple_phase;
     r->now = (moment){.warmth = start->warmth};
+    memset(r->asked, 0, sizeof r->asked);
     r->now.x.x[WI] = start->current, r->now.x.x[WTH] = start->position;
     r->now.x.x[WW] = r->now.x.x[WLOAD] = start->speed;
     r->now.mode.s = (start->speed > 0) - (start->speed < 0);
     r->now.mode.period = period;
+    note_forces(r);
     return 0;
 }
 
@@ -298,12 +329,8 @@ int mw_response(const mw_motor *motor, double period, double pwm_period, int cou
         if (first >= count) break;
         r.taps.first = first, r.taps.end = end;
         wide_begin_stretch(&r, &stretches[k], first);
-        for (int n = first; n < end; n++) {
-            if (wide_gone(&r))
-                unknown_interval(&r, n);
-            else
-                wide_interval(&r, n, levels[n] < FINEST ? levels[n] : FINEST);
-        }
+        for (int n = first; n < end; n++)
+            wide_interval(&r, n, levels[n] < FINEST ? levels[n] : FINEST);
     }
     read_outputs(&r.taps, outputs, n_outputs, y);
     return r.now.events;

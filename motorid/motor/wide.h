@@ -53,6 +53,30 @@ int mw_response(const mw_motor *motor, double period, double pwm_period, int cou
                 const mw_start *start, const mr_output *outputs, int n_outputs,
                 const unsigned char *levels, const double *angle, double *y, double *work);
 
+/* One of several runs, as mw_response takes one; `y` and `events` are written. */
+typedef struct {
+    mw_motor motor;
+    mw_start start;
+    const double *v;
+    const mr_stretch *stretches;
+    const mr_output *outputs;
+    double *y;
+    int events;
+} mw_case;
+
+/* At most mw_lanes() runs at once, each to the same bits as by mw_response. They share what is not
+ * in a case, and the intervals at which stretches begin. `work` holds mw_lanes_work_size doubles.
+ * Returns 0, or -1 where mw_response refuses one of them. */
+int mw_responses(int n_cases, mw_case *cases, double period, double pwm_period, int count,
+                 int n_stretches, int n_outputs, const unsigned char *levels, const double *angle,
+                 double *work);
+
+size_t mw_lanes_work_size(int count, int n_outputs);
+int mw_lanes(void);
+
+/* Whether AVX2 is used: not where `most` is 0, nor where the processor lacks it. */
+int mw_instructions(int most);
+
 /* Writes the levels that keep every interval's error below `tolerance` of the largest current and
  * speed, by comparing each with twice as many steps. Where that takes too many, which only an absurd
  * motor's do, the rest have one step each. Returns the number of events, or -1. */

@@ -5,7 +5,9 @@ Compiled from wide.c, whose header has the equations. A term that is zero costs 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -31,6 +33,26 @@ AT_REST = (0.0,) * len(START)
 TOLERANCE = 3e-6  # of the largest current and speed, in an interval
 
 
+LANES: int = lib.mw_lanes()
+"""Motors that are computed side by side; 1 where the compiler knows no vectors."""
+
+
+@dataclass(frozen=True)
+class Posed:
+    """A run of a response as it stood: what drove it, what its channels read, and the motor."""
+
+    motor: Floats
+    initial: tuple[float, ...]
+    voltage: Floats
+    stretches: Any
+    outputs: Any
+
+    @property
+    def terms(self) -> bytes:
+        """Which terms it has: runs of the same ones can share their steps."""
+        return bytes(self.motor != 0.0)
+
+
 class WideResponse(Response):
     """``Response`` for motors of ``NAMES`` and states of ``START``.
 
@@ -52,6 +74,7 @@ class WideResponse(Response):
         self._start = ffi.new("mw_start *")
         self.levels: NDArray[np.uint8] = np.zeros(self.count, dtype=np.uint8)
         self.angle: Floats | None = None
+        self._beside: Floats | None = None  # memory that several runs at once need
 
     def _take(self, motor: Sequence[float] | Floats, initial: Sequence[float]) -> None:
         _fill(self._wide, motor, len(NAMES))
@@ -106,8 +129,56 @@ class WideResponse(Response):
             ffi.cast("double *", ffi.from_buffer(readings)), self._work_c,
         )  # fmt: skip
         _refuse(events, motor)
-        self.weigh(events)
+        self.worth = self.worth_of(events)
         return readings
+
+    def pose(self, motor: Floats, initial: Sequence[float]) -> Posed:
+        """This run as it stands now, for ``several``: later changes do not touch it."""
+        stretches = ffi.new("mr_stretch[]", list(self._stretches))
+        outputs = ffi.new("mr_output[]", list(self._outputs))
+        return Posed(np.array(motor), tuple(initial), self._voltage.copy(), stretches, outputs)
+
+    def several(self, runs: Sequence[Posed]) -> list[tuple[Floats, int] | None]:
+        """Readings (outputs, n) of these runs and what each was worth, to the same bits as one by
+        one. None: a run that has no response, or is quicker by itself.
+        """
+        answers: list[tuple[Floats, int] | None] = [None] * len(runs)
+        for places in _lanes(runs):
+            for place, answer in zip(places, self._at_once([runs[k] for k in places]), strict=True):
+                answers[place] = answer
+        return answers
+
+    def _at_once(self, runs: Sequence[Posed]) -> list[tuple[Floats, int] | None]:
+        cases = ffi.new("mw_case[]", len(runs))
+        readings = np.empty((len(runs), self._n_outputs, self.count))
+        for case, run, y in zip(cases, runs, readings, strict=True):
+            _fill(ffi.addressof(case, "motor"), run.motor, len(NAMES))
+            _fill(ffi.addressof(case, "start"), run.initial, len(START))
+            case.v = ffi.from_buffer("double[]", run.voltage)
+            case.y = ffi.from_buffer("double[]", y)
+            case.stretches, case.outputs = run.stretches, run.outputs
+        if self._beside is None:
+            self._beside = np.empty(lib.mw_lanes_work_size(self.count, self._n_outputs))
+        refused = lib.mw_responses(
+            len(runs), cases, self.period_s, self.pwm_period_s, self.count,
+            len(self._stretches), self._n_outputs, self._levels(), self._known_angle(),
+            ffi.from_buffer("double[]", self._beside),
+        )  # fmt: skip
+        if refused:
+            return [None] * len(runs)
+        Tally.responses += len(runs)
+        return [(y, self.worth_of(case.events)) for case, y in zip(cases, readings, strict=True)]
+
+
+def _lanes(runs: Sequence[Posed]) -> Iterator[list[int]]:
+    """Places of runs that go side by side: of the same terms, as many as there are lanes."""
+    order = sorted(range(len(runs)), key=lambda k: runs[k].terms)
+    for _, alike in groupby(order, key=lambda k: runs[k].terms):
+        places = list(alike)
+        for first in range(0, len(places), LANES):
+            some = places[first : first + LANES]
+            if len(some) > 1:
+                yield some
 
 
 def _fill(structure: Any, values: Sequence[float] | Floats, count: int) -> None:

@@ -40,34 +40,26 @@ void make_wide_map(const mw_motor *motor, const mode *md, double coulomb, double
 wide_row wide_filter_later(const mw_motor *motor, const mode *md, double coulomb, double t,
                            double step, const filter *f);
 
-/* Without the forces. `rows`: PLAIN, EDDIES or WROWS, known to the compiler. */
-static inline wide_state wide_linear(const wide_map *m, const int rows, const wide_state *x, double v)
+/* Row r without the forces. `rows`: PLAIN, EDDIES or WROWS, known to the compiler. */
+static inline double wide_linear_row(const wide_map *m, const int rows, int r, const wide_state *x,
+                                     double v)
 {
-    wide_state y;
-    for (int r = 0; r < rows; r++)
-        y.x[r] = m->g[r] * v + m->c[r] + m->P[0][r] * x->x[WI] + m->P[1][r] * x->x[WW];
-    if (rows > PLAIN)
-        for (int r = 0; r < rows; r++) y.x[r] += m->P[EDDY][r] * x->x[WEDDY];
-    if (rows > EDDIES)
-        for (int r = 0; r < rows; r++)
-            y.x[r] += m->P[LOAD][r] * x->x[WLOAD] + m->P[TWIST][r] * x->x[WTWIST];
-    y.x[WQ] += x->x[WQ];
-    y.x[WTH] += x->x[WTH];
-    return y;
+    double y = m->g[r] * v + m->c[r] + m->P[0][r] * x->x[WI] + m->P[1][r] * x->x[WW];
+    if (rows > PLAIN) y += m->P[EDDY][r] * x->x[WEDDY];
+    if (rows > EDDIES) y += m->P[LOAD][r] * x->x[WLOAD] + m->P[TWIST][r] * x->x[WTWIST];
+    return r == WQ || r == WTH ? y + x->x[r] : y;
 }
 
-static inline wide_state wide_forced(const wide_map *m, const int rows, const wide_state *linear,
+/* The same with them. `acts`: which forces there are. */
+static inline double wide_forced_row(const wide_map *m, const int rows, int r,
+                                     const int acts[FORCES], double linear,
                                      double f[NODES][FORCES])
 {
-    wide_state y;
-    for (int r = 0; r < rows; r++) {
-        double sum = linear->x[r];
-        for (int k = 0; k < (rows > PLAIN ? FORCES : SHIELDED); k++)
-            sum += m->F[k][BEGIN][r] * f[BEGIN][k] + m->F[k][MIDDLE][r] * f[MIDDLE][k] +
-                   m->F[k][END][r] * f[END][k];
-        y.x[r] = sum;
-    }
-    return y;
+    for (int k = 0; k < (rows > PLAIN ? FORCES : SHIELDED); k++)
+        if (acts[k])
+            linear += m->F[k][BEGIN][r] * f[BEGIN][k] + m->F[k][MIDDLE][r] * f[MIDDLE][k] +
+                      m->F[k][END][r] * f[END][k];
+    return linear;
 }
 
 #endif

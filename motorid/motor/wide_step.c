@@ -2,10 +2,6 @@
 
 #include <math.h>
 
-#define SWEEPS 2           /* of successive approximation in a step */
-#define SATURATED_SWEEPS 4 /* the same where the current's own rate is approximated */
-#define STRIBECK_REACH 6.0 /* exp(-36): nothing left */
-
 /* ---- equations ---------------------------------------------------------------------------- */
 
 double wide_coulomb(const mw_motor *p, int s)
@@ -125,31 +121,46 @@ static void warm(const wide_run *r, const double current[NODES], double length, 
     warmth[END] = warmth[BEGIN] + length * (rate[BEGIN] + 4.0 * rate[MIDDLE] + rate[END]) / 6.0;
 }
 
+/* Where the state is at the nodes after the first, under forces that are known there. */
+static inline void approach(const wide_run *r, const int rows, const wide_map *const maps[2],
+                            const wide_state linear[2], double f[NODES][FORCES], wide_state y[2])
+{
+    for (int row = 0; row < rows; row++)
+        if (r->asked[row])
+            for (int k = 0; k < 2; k++)
+                y[k].x[row] = wide_forced_row(maps[k], rows, row, r->acts, linear[k].x[row], f);
+}
+
 static inline wide_state step_of(const wide_run *r, const int rows, const wide_map *half,
                                  const wide_map *full, double length, double v, drive *d)
 {
     const wide_state *x = &r->now.x;
-    const wide_state to_middle = wide_linear(half, rows, x, v);
-    const wide_state to_end = wide_linear(full, rows, x, v);
+    const wide_map *const maps[2] = {half, full};
+    wide_state linear[2], later[2], end;
+    for (int row = 0; row < rows; row++) linear[1].x[row] = wide_linear_row(full, rows, row, x, v);
+    d->warmth = r->now.warmth;
+    if (!(r->acts[VOLTS] || r->acts[TORQUE] || r->acts[SHIELDED])) return linear[1];
+    for (int row = 0; row < rows; row++)
+        if (r->asked[row]) linear[0].x[row] = wide_linear_row(half, rows, row, x, v);
     double warmth[NODES] = {r->now.warmth, r->now.warmth, r->now.warmth};
     repeated turn[NODES];
     for (int n = 0; n < (r->angle ? NODES : 1); n++)
         turn[n] = repeats(r, r->angle ? known_angle(r, r->now.at + 0.5 * n * length) : x->x[WTH]);
     forces(r, x, turn[BEGIN], warmth[BEGIN], v, d->f[BEGIN]);
     for (int k = 0; k < FORCES; k++) d->f[MIDDLE][k] = d->f[END][k] = d->f[BEGIN][k];
-    const int sweeps = r->motor->saturation != 0.0 ? SATURATED_SWEEPS : SWEEPS;
-    for (int sweep = 0; sweep < sweeps; sweep++) {
-        const wide_state middle = wide_forced(half, rows, &to_middle, d->f);
-        const wide_state end = wide_forced(full, rows, &to_end, d->f);
-        const double current[NODES] = {x->x[WI], middle.x[WI], end.x[WI]};
-        if (r->motor->warming != 0.0 || warmth[BEGIN] != 0.0)
-            warm(r, current, length, warmth);
-        if (!r->angle) turn[MIDDLE] = repeats(r, middle.x[WTH]), turn[END] = repeats(r, end.x[WTH]);
-        forces(r, &middle, turn[MIDDLE], warmth[MIDDLE], v, d->f[MIDDLE]);
-        forces(r, &end, turn[END], warmth[END], v, d->f[END]);
+    for (int sweep = 0; sweep < r->sweeps; sweep++) {
+        approach(r, rows, maps, linear, d->f, later);
+        const double current[NODES] = {x->x[WI], later[0].x[WI], later[1].x[WI]};
+        if (r->warms) warm(r, current, length, warmth);
+        for (int k = 0; k < 2; k++) {
+            if (!r->angle) turn[k + 1] = repeats(r, later[k].x[WTH]);
+            forces(r, &later[k], turn[k + 1], warmth[k + 1], v, d->f[k + 1]);
+        }
     }
     d->warmth = warmth[END];
-    return wide_forced(full, rows, &to_end, d->f);
+    for (int row = 0; row < rows; row++)
+        end.x[row] = wide_forced_row(full, rows, row, r->acts, linear[1].x[row], d->f);
+    return end;
 }
 
 wide_state wide_step(const wide_run *r, const wide_map *half, const wide_map *full, double length,
@@ -214,7 +225,8 @@ static double shown(const wide_run *r, double y, const wide_row *m, const drive 
     if (r->rows > PLAIN) y += m->P[EDDY] * x->x[WEDDY];
     if (r->rows > EDDIES) y += m->P[LOAD] * x->x[WLOAD] + m->P[TWIST] * x->x[WTWIST];
     for (int f = 0; f < FORCES; f++)
-        for (int node = 0; node < NODES; node++) y += m->F[f][node] * d->f[node][f];
+        if (r->acts[f])
+            for (int node = 0; node < NODES; node++) y += m->F[f][node] * d->f[node][f];
     return y;
 }
 

@@ -8,6 +8,7 @@
 #include "wide_map.h"
 
 #define FINEST 8 /* levels of halving an interval */
+#define STRIBECK_REACH 6.0 /* exp(-36): nothing left */
 
 /* What one tap needs of a map. */
 typedef struct {
@@ -36,6 +37,10 @@ typedef struct {
     const mw_motor *motor;
     mr_motor six;
     int rows; /* PLAIN, EDDIES or WROWS: of two masses */
+    int acts[FORCES]; /* whether a force is ever other than nothing */
+    int sweeps, warms; /* of successive approximation in a step; whether the warmth changes */
+    int turns, ripples; /* whether something repeats with the rotor, and whether K or R does */
+    int asked[WROWS];  /* rows by which the forces go: the others are needed at the end alone */
     double h;
     int count;
     const double *v, *angle;

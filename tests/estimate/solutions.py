@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from motorid.estimate.solver.problem import Solution, Unknown
@@ -18,3 +20,10 @@ def solution(objective: float = 0.0, converged: bool = True, **values: float) ->
         np.array(list(found.values())), (), (), np.eye(n), np.zeros(n, dtype=bool), tuple,
         objective, 1, converged,
     )  # fmt: skip
+
+
+class OneByOne:
+    """A record of a few numbers, whose residuals are quickest one by one."""
+
+    def foresee(self, points: Sequence[tuple[np.ndarray, np.ndarray]]) -> None:
+        """Nothing is quicker at once."""

@@ -112,6 +112,38 @@ static mw_motor make_motor(double odds)
     return m;
 }
 
+/* Motors beside one another give the bits of each alone, whatever sets them apart. */
+static int run_together(const record *r, const mw_motor *m, const mw_start *start,
+                        const unsigned char *levels, const double *angle, double odds)
+{
+    const size_t size = (size_t)r->n_outputs * (size_t)r->count;
+    const int n = 1 + whole(mw_lanes());
+    double *work = exactly(mw_lanes_work_size(r->count, r->n_outputs), sizeof *work);
+    double *alone = exactly(mw_work_size(r->count, r->n_outputs), sizeof *alone);
+    double *y = exactly(size * (size_t)n, sizeof *y), *z = exactly(size, sizeof *z);
+    mw_case *cases = exactly((size_t)n, sizeof *cases);
+    for (int k = 0; k < n; k++) {
+        cases[k] = (mw_case){*m, *start, r->v, r->stretches, r->outputs, y + size * (size_t)k, 0};
+        cases[k].motor.R *= 1.0 + 1e-3 * uniform(), cases[k].motor.T0 *= 1.0 + 0.3 * uniform();
+        cases[k].motor.L = hostile(cases[k].motor.L, odds), cases[k].start.speed *= uniform();
+    }
+    const int done = mw_responses(n, cases, r->period, r->pwm, r->count, r->n_stretches,
+                                  r->n_outputs, levels, angle, work) == 0;
+    for (int k = 0; done && k < n; k++) {
+        mw_case *c = &cases[k];
+        const int events = mw_response(&c->motor, r->period, r->pwm, r->count, r->v, r->stretches,
+                                       r->n_stretches, &c->start, r->outputs, r->n_outputs, levels,
+                                       angle, z, alone);
+        for (size_t j = 0; j < size; j++)
+            if (events != c->events || (z[j] != c->y[j] && !(isnan(z[j]) && isnan(c->y[j])))) {
+                fprintf(stderr, "motor %d of %d is another beside others\n", k, n);
+                exit(5);
+            }
+    }
+    free(work), free(alone), free(y), free(z), free(cases);
+    return done;
+}
+
 static int run(double odds)
 {
     record r = make_record(odds);
@@ -138,6 +170,7 @@ static int run(double odds)
     work = exactly(mw_work_size(r.count, r.n_outputs), sizeof *work);
     done += mw_response(&m, r.period, r.pwm, r.count, r.v, r.stretches, r.n_stretches, &start,
                         r.outputs, r.n_outputs, levels, chance(0.5) ? angle : NULL, y, work) >= 0;
+    done += run_together(&r, &m, &start, levels, chance(0.5) ? angle : NULL, odds);
     free(work), free(y), free(angle), free(levels);
     free(r.v), free(r.stretches), free(r.outputs);
     return done;

@@ -38,4 +38,4 @@ def test_no_argument_reaches_beyond_the_buffers(built: Path) -> None:
     done = subprocess.run([str(built), "0", str(RUNS)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
     answered = int(done.stdout)
-    assert RUNS < answered < 2 * RUNS  # most runs are answered, twice each; some are refused
+    assert RUNS < answered < 3 * RUNS  # most are answered, by three ways; some are refused

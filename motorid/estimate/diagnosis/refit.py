@@ -44,6 +44,11 @@ class Widened:
         parts = [a - b for a, b in zip(left, moved, strict=True)]
         return self.record.weighed(parts, filtered=False)
 
+    def foresee(self, points: Sequence[tuple[Floats, Floats]]) -> None:
+        """The record's responses at these points come next."""
+        p = -len(self.hypothesis.scale) if self.hypothesis is not None else None
+        self.record.foresee([(shared[:p], own) for shared, own in points])
+
 
 @dataclass(frozen=True)
 class Refit:

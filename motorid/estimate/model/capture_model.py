@@ -19,10 +19,12 @@ from motorid.estimate.effects.rotor.repeating import STEADY
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.effects.source_noise import SourceNoise
 from motorid.estimate.effects.unstated import ahead
-from motorid.estimate.model.low_passes import behind, declared, first_orders, low_passes
+from motorid.estimate.model.low_passes import behind, declared, low_passes
 from motorid.estimate.model.rebuilt_response import Planned, extended, rebuilt
 from motorid.estimate.model.reconstructed_voltage import Course, Driving
+from motorid.estimate.model.responses_at_hand import Key
 from motorid.estimate.model.source_mixing import Mixer
+from motorid.estimate.model.standing_response import Run, StandingResponse
 from motorid.estimate.model.weighting import Weighed
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.excitation import Excitation
@@ -42,7 +44,6 @@ from motorid.motor.wide import NAMES, SIX
 Floats = NDArray[np.float64]
 Sizes = Mapping[Instance, float]
 
-REMEMBERED = 3  # responses: an offset of a reading needs no new one
 NOTHING: Sizes = {}
 
 
@@ -98,12 +99,11 @@ class MotorRecord(Weighed):
         self.between_ticks: Floats | None = None  # the same that a still finer grid would bring
         pwm = capture.wiring.pwm_hz
         self.pwm_period_s = 1.0 / pwm if pwm else 0.0
-        self.response = self.respond(
+        response = self.respond(
             self.timeline.period_s, sensed.volts, self.outputs, pwm_period_s=self.pwm_period_s
         )
+        self.standing = StandingResponse(response, self.measured, self.outputs)
         self._second_order = declared(self.measured, self.timeline.period_s)
-        self._late_s: Mapping[str, float] = {}  # of the response as it stands
-        self._filter_s: Mapping[str, float] = {}
         self._drive_by(self.driving)
         self._take(
             [
@@ -123,11 +123,16 @@ class MotorRecord(Weighed):
             starts = [stretch.start for stretch in given.stretches]
             before = np.searchsorted(starts, [p.start for p in self.timeline.parts], "right") - 1
             twin.volts, twin.stretches, twin.first = given.volts, given.stretches, tuple(before)
-        twin.response = self.respond(
+        response = self.respond(
             self.timeline.period_s, twin.volts, self.outputs, twin.stretches, self.pwm_period_s
         )
-        twin._memory, twin._kicked, twin._late_s, twin._filter_s = {}, {}, {}, {}
+        twin.standing = StandingResponse(response, self.measured, self.outputs)
         return twin
+
+    @property
+    def response(self) -> Response:
+        """The response that stands, which every run changes."""
+        return self.standing.response
 
     # ---- what declarations read ---------------------------------------------------------------
 
@@ -165,7 +170,7 @@ class MotorRecord(Weighed):
         self.instances = tuple(one for one, _ in pairs)
         self.unknowns = tuple(unknown for _, unknown in pairs)
         self._simulated = [j for j, one in enumerate(self.instances) if one.quantity.simulated]
-        self._memory: dict[tuple[float, ...], Floats] = {}
+        self.standing.at_hand.clear()
 
     @property
     def propagated(self) -> tuple[tuple[Instance, Unknown], ...]:
@@ -229,9 +234,7 @@ class MotorRecord(Weighed):
     def _drive_by(self, driving: Driving) -> None:
         self.driving, given = driving, driving.excitation
         self.volts, self.stretches, self.first = given.volts, given.stretches, given.first
-        self._memory = {}
-        self._kicked: Mapping[int, float] = {}
-        self.response.excite(self.volts, self.stretches)
+        self.standing.excite(self.volts, self.stretches)
 
     def decide(self, decided: bool) -> None:
         """Whether what is a choice between two things, of what drives the motor, stays as it is."""
@@ -314,49 +317,54 @@ class MotorRecord(Weighed):
         """The response (outputs, count) before offsets and gains; remembers the last few."""
         if any(one.quantity.simulated for one in more):
             return self._simulate(shared, self.setup(own, more))
-        key = (*shared, *own[self._simulated])
-        readings = self._memory.pop(key, None)
+        key, at_hand = self._key(shared, own), self.standing.at_hand
+        readings, worth = at_hand.take(key)
         if readings is None:
             readings = self._simulate(shared, self.setup(own))
-            if len(self._memory) >= REMEMBERED:
-                del self._memory[next(iter(self._memory))]
-        self._memory[key] = readings  # the latest used is the last to go
+        self.simulated += worth
+        at_hand.use(key, readings)
         return readings
+
+    def _key(self, shared: Floats, own: Floats) -> Key:
+        """What a response depends on."""
+        return (*shared, *own[self._simulated])
+
+    def foresee(self, points: Sequence[tuple[Floats, Floats]]) -> None:
+        """Compute the responses at these (shared, own) at once, where that is quicker."""
+        at_hand, runs = self.standing.at_hand, {}
+        if not self.standing.takes_several:
+            return
+        for shared, own in points:
+            key = self._key(shared, own)
+            if key not in runs and key not in at_hand:
+                setup = self.setup(own)
+                runs[key] = Run(setup, self._with(setup, self.motor(shared)), self.stamped(setup))
+        at_hand.expect(self.standing.several(runs, self.first, self.smoothed))
 
     def _simulate(self, shared: Floats, setup: Setup) -> Floats:
         motor = self.motor(shared)
         if len(motor) == len(SIX) and not setup.motor.keys() <= set(SIX):
             self.simulated += 1
             return self.smoothed(extended(self, motor, setup), setup)
-        for name, more in setup.motor.items():
-            motor[NAMES.index(name)] += more
+        motor = self._with(setup, motor)
         if setup.rebuilt:
             response = rebuilt(self, setup, self.respond)
         else:
-            self._change(setup)
-            response = self.response
+            response = self.standing.of(setup, self.stamped(setup), self.first)
         readings = response(motor, setup.initial)
         self.simulated += response.worth
         return self.smoothed(readings, setup)
+
+    def _with(self, setup: Setup, motor: Floats) -> Floats:
+        """The motor with what its own unknowns add."""
+        for name, more in setup.motor.items():
+            motor[NAMES.index(name)] += more
+        return motor
 
     def smoothed(self, readings: Floats, setup: Setup) -> Floats:
         """Behind the low-passes of second order, declared or found."""
         found = low_passes(self.measured, self.outputs, setup, self.timeline.period_s)
         return behind({**self._second_order, **found}, readings)
-
-    def _change(self, setup: Setup) -> None:
-        """Let the response that stands be of this run."""
-        self.response.shift(setup.volts + self.stamped(setup))
-        for part in self._kicked.keys() | setup.kicks.keys():
-            self.response.kick(self.first[part], setup.kicks.get(part, 0.0))
-        filters = first_orders(self.measured, self.outputs, setup)
-        for m in self.measured:
-            late = setup.late_s.get(m.block.name, 0.0)
-            if late != self._late_s.get(m.block.name, 0.0):
-                self.response.delay(m.row, late)
-            if (more := filters[m.block.name]) != self._filter_s.get(m.block.name, 0.0):
-                self.response.filter(m.row, self.outputs[m.row].filter_s + more)
-        self._kicked, self._late_s, self._filter_s = setup.kicks, setup.late_s, filters
 
     def stamped(self, setup: Setup) -> Floats | float:
         """V (count,) by which a log's voltage changes where its stamps do."""
@@ -394,15 +402,8 @@ class MotorRecord(Weighed):
 
     def fitted_with(self, shared: Floats, own: Floats, volts: Floats) -> list[Floats]:
         """``fitted`` if ``volts`` (count,) drove the motor in place of the source's."""
-        usual, memory = self.volts, self._memory
-        self._memory = {}
-        self.response.excite(volts, self.stretches)
-        self._kicked = {}
-        moved = self.fitted(shared, own)
-        self.response.excite(usual, self.stretches)
-        self._kicked = {}
-        self._memory = memory
-        return moved
+        with self.standing.driven_by(volts, self.volts, self.stretches):
+            return self.fitted(shared, own)
 
     def residuals(self, shared: Floats, own: Floats) -> list[Floats]:
         """Measured less fitted, weighed; one array per block."""

@@ -87,7 +87,7 @@ class WideRecord(MotorRecord):
         if isinstance(other, WideRecord) and other._steps is not None:
             self._steps, self._rotor = other._steps, other._rotor
             self._prepare(self.response)
-            self._memory.clear()
+            self.standing.at_hand.clear()
 
     def starting(self, values: Mapping[str, float]) -> None:
         """Begin nuisances at these values, those that are named."""
@@ -122,7 +122,7 @@ class WideRecord(MotorRecord):
             self.locate(shared, own)
         self.response.plan(self.motor(shared), self.setup(own).initial)
         self._steps = self.response.levels
-        self._memory.clear()
+        self.standing.at_hand.clear()
 
     def locate(self, shared: Floats, own: Floats) -> None:
         """Let what repeats with the rotor follow its measured angle, where an encoder shows it."""
@@ -131,7 +131,7 @@ class WideRecord(MotorRecord):
             return
         self._rotor = angle
         self._prepare(self.response)
-        self._memory.clear()
+        self.standing.at_hand.clear()
 
     def retake_sources(self, shared: Floats, own: Floats, mixer: Mixer | None = None) -> None:
         """As the six-parameter record's; the steps are planned anew."""

@@ -6,7 +6,7 @@ likelihood.py's.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -121,15 +121,14 @@ class Concentrated:
             base = np.concatenate(at.residuals[k] or [np.zeros(0)])
             A = np.empty((len(self.frame.start), len(base)))
             C = np.empty((len(frame.start), len(base)))
+            steps_own = [frame.difference(at.own[k], j) for j in range(len(C))]
+            steps = [self.frame.difference(at.shared, j) for j in range(len(A))]
             # nuisances first: a record may remember the response that they share with ``at``
-            for j in range(len(C)):
-                x, step = at.own[k].copy(), frame.difference(at.own[k], j)
-                x[j] += step
-                C[j] = _slope(base, record.residuals(values, frame.outward(x)), step)
-            for j in range(len(A)):
-                x, step = at.shared.copy(), self.frame.difference(at.shared, j)
-                x[j] += step
-                A[j] = _slope(base, record.residuals(self.frame.outward(x), own), step)
+            points = [(values, frame.outward(x)) for x in _moved(at.own[k], steps_own)]
+            points += [(self.frame.outward(x), own) for x in _moved(at.shared, steps)]
+            record.foresee(points)
+            for row, point, step in zip((*C, *A), points, (*steps_own, *steps), strict=True):
+                row[:] = _slope(base, record.residuals(*point), step)
             shared.append(A)
             owned.append(C)
         if self.records:
@@ -240,6 +239,14 @@ class Concentrated:
         p, m = frame.precision, frame.mean
         promise -= float(p @ (2 * (at.shared - m) * ds + ds**2))
         return shared, moves, promise
+
+
+def _moved(at: Floats, steps: Sequence[float]) -> Iterator[Floats]:
+    """A point with one coordinate after the other moved."""
+    for j, step in enumerate(steps):
+        x = at.copy()
+        x[j] += step
+        yield x
 
 
 def _slope(base: Floats, moved: list[Floats], step: float) -> Floats:

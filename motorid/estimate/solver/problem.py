@@ -69,6 +69,9 @@ class Record(Protocol):
     def residuals(self, shared: Floats, own: Floats) -> list[Floats]:
         """Measured less model in SI units, one array per block, free of NaN."""
 
+    def foresee(self, points: Sequence[tuple[Floats, Floats]]) -> None:
+        """Residuals at these (shared, own) are asked next: what is quicker at once is done here."""
+
 
 @dataclass(frozen=True)
 class Linearised:

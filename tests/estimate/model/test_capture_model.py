@@ -16,7 +16,8 @@ from motorid.estimate.effects.reading.current_gain import CURRENT_GAIN
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
 from motorid.estimate.effects.source.voltage_offset import VOLTAGE_OFFSET
-from motorid.estimate.model.capture_model import REMEMBERED, MotorRecord
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.responses_at_hand import REMEMBERED
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.measurements import EMF
 from motorid.estimate.solver.problem import Unknown

@@ -9,9 +9,10 @@ from scipy.stats import norm
 from motorid.errors import DataError
 from motorid.estimate.solver.concentrated_likelihood import Concentrated
 from motorid.estimate.solver.problem import Block, Unknown
+from tests.estimate.solutions import OneByOne
 
 
-class Straight:
+class Straight(OneByOne):
     """y = a x + c, c its own, with what was known of c before."""
 
     simulated = 0

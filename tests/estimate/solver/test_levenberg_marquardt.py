@@ -8,6 +8,7 @@ import pytest
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Block, Unknown
 from motorid.estimate.solver.search_coordinates import Coordinates
+from tests.estimate.solutions import OneByOne
 
 STEPS = 8  # of a search on straight ground, whose damping falls from step to step
 
@@ -23,7 +24,7 @@ def same_noise() -> None:
     Noise.rng = np.random.default_rng(20)
 
 
-class Line:
+class Line(OneByOne):
     """y = a x + b x² + c, with c the record's own; one block, or x split in two."""
 
     simulated = 0
@@ -113,7 +114,7 @@ def test_a_start_far_away_still_arrives() -> None:
     np.testing.assert_allclose(far.values, near.values, rtol=1e-4)
 
 
-class Valley:
+class Valley(OneByOne):
     """a / b is known far better than a: in b itself, the valley of equal a / b is curved."""
 
     unknowns, simulated = (), 0

@@ -23,11 +23,12 @@ from motorid.estimate.uncertainty.covariance import (
     statistical,
 )
 from motorid.estimate.uncertainty.intervals import Findings
+from tests.estimate.solutions import OneByOne
 
 N = 2000
 
 
-class Level:
+class Level(OneByOne):
     """A constant under noise."""
 
     unknowns = ()

@@ -43,7 +43,7 @@ def test_nuisances_and_parameters_follow_an_error_of_the_voltage(tmp_path: Path)
     usual = again([one], PARAMETERS, start, replace(solution, derivatives=None), 1e-6)
     one.volts = one.volts + TIMES * error
     one.response.excite(one.volts, one.stretches)
-    one._memory.clear()
+    one.standing.at_hand.clear()
     moved = maximise(usual.unknowns, [one], enough=1e-6, before=replace(usual, derivatives=None))
     noise = np.sqrt(np.diag(usual.own_covariance[0]))
     own = (moved.own[0] - usual.own[0]) / TIMES

@@ -1,0 +1,263 @@
+/* The steps of wide_lanes.h, once for each set of instructions: what wide_step.c does for one motor,
+ * in the same order, so that a lane gets the same bits.
+ *
+ * Whoever includes this defines KERNEL(name), the name of a function with those instructions. It has
+ * no include guard, and includes nothing: a function of a system header must not get them.
+ */
+
+/* What repeats with the rotor at one moment. */
+typedef struct {
+    lane cogging, ripple;
+} lanes_turn;
+
+/* The forces in a step, and how warm it leaves the windings. */
+typedef struct {
+    lane f[NODES][FORCES], warmth;
+} lanes_drive;
+
+static inline lane each_sqrt(lane a)
+{
+    EACH_LANE a[l] = sqrt(a[l]);
+    return a;
+}
+
+static inline lane either(lane_mask where, lane yes, lane no)
+{
+    return (lane)(((lane_mask)yes & where) | ((lane_mask)no & ~where));
+}
+
+static inline lane each_fabs(lane a)
+{
+    return either(a < 0.0, -a, a);
+}
+
+static inline lanes_turn repeats_of(const lanes *g, lane position, int node, double length)
+{
+    const wide_run *r = &g->run[0];
+    const lanes_motor *p = &g->motor;
+    lanes_turn t = {{0}, {0}};
+    if (!r->turns) return t;
+    if (r->angle) {
+        const double before = r->angle[r->n - 1];
+        EACH_LANE position[l] =
+            before + (r->angle[r->n] - before) * (g->at + 0.5 * node * length) / r->h;
+    }
+    const lane cogging = p->cogging_per_turn * position + g->cogging_phase;
+    const lane ripple = p->ripple_per_turn * position + g->ripple_phase;
+    if (p->cogging[0] != 0.0) EACH_LANE t.cogging[l] = sin(cogging[l]);
+    if (r->ripples) EACH_LANE t.ripple[l] = cos(ripple[l]);
+    return t;
+}
+
+/* The brushes' part of their drop, mean over the ripple. */
+static inline lane smooth_signs(const lanes *g, lane i)
+{
+    const lane swing = g->swing, knee = g->motor.brush_current, square = knee * knee;
+    const lane here = i / each_sqrt(i * i + square);
+    const lane_mask steady = swing < 1e-3 * knee;
+    int all = 1;
+    EACH_LANE all &= steady[l] != 0;
+    if (all) return here;
+    const lane up = i + swing, down = i - swing;
+    const lane mean = (each_sqrt(up * up + square) - each_sqrt(down * down + square)) / (2.0 * swing);
+    return either(steady, here, mean);
+}
+
+/* What is left of K. */
+static inline lane constants(const lanes *g, lane i)
+{
+    const lane bend = g->motor.reaction_bend;
+    const lane square = i * i + g->swing * g->swing / 3.0;
+    if (g->motor.reaction[0] == 0.0) return (lane){0} + 1.0;
+    return 1.0 - g->motor.reaction * (each_sqrt(square + bend * bend) - bend);
+}
+
+/* What is left of L, whose current swings by that. */
+static inline lane inductances(const lanes *g, lane i, lane swing)
+{
+    const lane knee = g->motor.saturation_current * g->motor.saturation_current;
+    const lane square = i * i + swing * swing / 3.0;
+    return 1.0 - g->motor.saturation * square / (square + knee);
+}
+
+static inline lane stribeck_torque(const lanes *g, lane w)
+{
+    const lanes_motor *p = &g->motor;
+    lane torque = {0};
+    EACH_LANE if (fabs(w[l]) < STRIBECK_REACH * p->stribeck[l]) {
+        const double ratio = w[l] / p->stribeck[l];
+        torque[l] = p->stiction[l] * exp(-ratio * ratio);
+    }
+    return torque;
+}
+
+static inline lane load_torque(const lanes *g, lane i, lane left)
+{
+    const lanes_motor *p = &g->motor;
+    const lane swing = g->swing, flat = each_fabs(i);
+    const lane bent = 0.5 * (i * i + swing * swing) / swing;
+    return p->load_friction * p->K * left * either(flat < swing, bent, flat);
+}
+
+static inline void forces_of(const lanes *g, const lane *x, const lanes_turn *t, lane warmth,
+                             lane f[FORCES])
+{
+    const lanes_motor *p = &g->motor;
+    const wide_run *r = &g->run[0];
+    const lane i = x[WI], w = x[WW], left = constants(g, i);
+    const double s = r->now.mode.s;
+    lane volts = -p->R * warmth * i, torque = {0};
+    if (p->brush[0] != 0.0 && r->now.mode.circuit != OPEN) volts -= p->brush * smooth_signs(g, i);
+    if (p->quadratic[0] != 0.0) torque -= p->quadratic * w * each_fabs(w);
+    if (p->stiction[0] != 0.0 && s != 0.0) torque -= s * stribeck_torque(g, w);
+    if (p->load_friction[0] != 0.0) torque -= s * load_torque(g, i, left) + p->cogging * t->cogging;
+    else if (p->cogging[0] != 0.0) torque -= p->cogging * t->cogging;
+    if (r->ripples || p->reaction[0] != 0.0) {
+        const lane constant = (1.0 + t->ripple * p->k_ripple) * left - 1.0;
+        volts -= t->ripple * p->r_ripple * p->R * i + constant * p->K * (1.0 + p->emf) * w;
+        torque += constant * p->K * i;
+    }
+    f[VOLTS] = volts, f[TORQUE] = torque, f[SHIELDED] = (lane){0};
+    if (p->saturation[0] == 0.0 || r->now.mode.discontinuous) return;
+    const lane shielded = g->shield * (i - x[WEDDY]), none = {0};
+    const lane emf = s != 0.0 ? p->K * (1.0 + p->emf) * w : none;
+    f[VOLTS] += (g->v - g->Rt * i - emf - shielded + volts) *
+                (1.0 / inductances(g, i, g->swing) - 1.0);
+    f[SHIELDED] = shielded * (1.0 / inductances(g, x[WEDDY], none) - 1.0);
+}
+
+static inline lane linear_of(const lanes *g, const lanes_map *m, const int rows, int r)
+{
+    lane y = m->g[r] * g->v + m->c[r] + m->P[0][r] * g->x[WI] + m->P[1][r] * g->x[WW];
+    if (rows > PLAIN) y += m->P[EDDY][r] * g->x[WEDDY];
+    if (rows > EDDIES) y += m->P[LOAD][r] * g->x[WLOAD] + m->P[TWIST][r] * g->x[WTWIST];
+    return r == WQ || r == WTH ? y + g->x[r] : y;
+}
+
+static inline lane forced_of(const lanes_map *m, const int rows, int r, const int acts[FORCES],
+                             lane linear, lane f[NODES][FORCES])
+{
+    for (int k = 0; k < (rows > PLAIN ? FORCES : SHIELDED); k++)
+        if (acts[k])
+            linear += m->F[k][BEGIN][r] * f[BEGIN][k] + m->F[k][MIDDLE][r] * f[MIDDLE][k] +
+                      m->F[k][END][r] * f[END][k];
+    return linear;
+}
+
+static inline void warm_of(const lanes *g, const lane current[NODES], double length,
+                           lane warmth[NODES])
+{
+    const lanes_motor *p = &g->motor;
+    lane rate[NODES];
+    for (int n = 0; n < NODES; n++) {
+        const lane square = current[n] * current[n] + g->swing * g->swing / 3.0;
+        rate[n] = p->warming * (1.0 + warmth[n]) * square - p->cooling * warmth[n];
+    }
+    warmth[MIDDLE] =
+        warmth[BEGIN] + length * (5.0 * rate[BEGIN] + 8.0 * rate[MIDDLE] - rate[END]) / 24.0;
+    warmth[END] = warmth[BEGIN] + length * (rate[BEGIN] + 4.0 * rate[MIDDLE] + rate[END]) / 6.0;
+}
+
+/* From the present states through a step; nothing is kept. */
+static inline void step_of(const lanes *g, const int rows, const lanes_level *m, lane *y,
+                           lanes_drive *d)
+{
+    const wide_run *r = &g->run[0];
+    lane to_middle[WROWS] = {{0}}, to_end[WROWS], middle[WROWS];
+    lane warmth[NODES] = {g->warmth, g->warmth, g->warmth};
+    lanes_turn turn[NODES];
+    for (int row = 0; row < rows; row++) y[row] = to_end[row] = linear_of(g, &m->full, rows, row);
+    d->warmth = g->warmth;
+    if (!(r->acts[VOLTS] || r->acts[TORQUE] || r->acts[SHIELDED])) return;
+    for (int row = 0; row < rows; row++)
+        if (r->asked[row]) to_middle[row] = linear_of(g, &m->half, rows, row);
+    for (int n = 0; n < NODES; n++) turn[n] = repeats_of(g, g->x[WTH], n, m->length);
+    forces_of(g, g->x, &turn[BEGIN], warmth[BEGIN], d->f[BEGIN]);
+    for (int k = 0; k < FORCES; k++) d->f[MIDDLE][k] = d->f[END][k] = d->f[BEGIN][k];
+    for (int sweep = 0; sweep < r->sweeps; sweep++) {
+        for (int row = 0; row < rows; row++) {
+            if (!r->asked[row]) continue;
+            middle[row] = forced_of(&m->half, rows, row, r->acts, to_middle[row], d->f);
+            y[row] = forced_of(&m->full, rows, row, r->acts, to_end[row], d->f);
+        }
+        const lane current[NODES] = {g->x[WI], middle[WI], y[WI]};
+        if (r->warms) warm_of(g, current, m->length, warmth);
+        if (r->turns && !r->angle) {
+            turn[MIDDLE] = repeats_of(g, middle[WTH], MIDDLE, m->length);
+            turn[END] = repeats_of(g, y[WTH], END, m->length);
+        }
+        forces_of(g, middle, &turn[MIDDLE], warmth[MIDDLE], d->f[MIDDLE]);
+        forces_of(g, y, &turn[END], warmth[END], d->f[END]);
+    }
+    d->warmth = warmth[END];
+    for (int row = 0; row < rows; row++)
+        y[row] = forced_of(&m->full, rows, row, r->acts, to_end[row], d->f);
+}
+
+/* Some motor stops or breaks loose, or its current is out. */
+static inline int apart(lanes *g, const lane *y)
+{
+    const mode *m = &g->run[0].now.mode;
+    const lane ahead = (double)m->s * y[WW], flows = m->fi * y[WI];
+    int events = 0;
+    if (m->s && !m->still) EACH_LANE events |= ahead[l] < 0.0;
+    if (m->circuit == FREEWHEEL) EACH_LANE events |= flows[l] < 0.0;
+    return events || (!m->s && !m->still && wide_lanes_break_loose(g, y));
+}
+
+static inline lane shown_by(const lanes *g, const int rows, const lanes_row *m,
+                            const lanes_drive *d, lane y)
+{
+    y += m->P[0] * g->x[WI] + m->P[1] * g->x[WW];
+    if (rows > PLAIN) y += m->P[EDDY] * g->x[WEDDY];
+    if (rows > EDDIES) y += m->P[LOAD] * g->x[WLOAD] + m->P[TWIST] * g->x[WTWIST];
+    for (int f = 0; f < FORCES; f++)
+        if (g->run[0].acts[f])
+            for (int node = 0; node < NODES; node++) y += m->F[f][node] * d->f[node][f];
+    return y;
+}
+
+static inline void read_taps(lanes *g, const int rows, int n, int k, const lanes_level *level,
+                             const lanes_drive *d)
+{
+    const taps *all = &g->run[0].taps;
+    for (int j = 0; j < all->n; j++) {
+        const tap *t = &all->tap[j];
+        const lanes_row *m = &level->taps[j];
+        if (m->step != k) continue;
+        lane y = m->g * g->v + m->c + m->extra;
+        if (t->integral) y += m->base * g->x[t->row ? WTH : WQ];
+        if (t->filter >= 0) y += m->keep * g->y[t->filter];
+        y = shown_by(g, rows, m, d, y);
+        EACH_LANE g->values[l][(size_t)j * all->count + n] = y[l];
+    }
+    for (int j = 0; j < all->filters; j++) {
+        const lanes_row *m = &level->filters[j];
+        const lane y = m->keep * g->y[j] + m->base * g->x[WTH] + m->g * g->v + m->c;
+        g->y[j] = shown_by(g, rows, m, d, y);
+    }
+}
+
+static inline int steps_of(lanes *g, const int rows, int n, const lanes_level *m, int steps)
+{
+    for (int k = 0; k < steps; k++) {
+        lane y[WROWS];
+        lanes_drive d;
+        step_of(g, rows, m, y, &d);
+        if (apart(g, y)) return k;
+        read_taps(g, rows, n, k, m, &d);
+        for (int row = 0; row < rows; row++) g->x[row] = y[row];
+        g->warmth = d.warmth;
+        g->at += m->length;
+    }
+    return steps;
+}
+
+int KERNEL(wide_lanes_steps)(lanes *g, int n, const lanes_level *m, int steps)
+{
+    switch (g->run[0].rows) { /* constants, so that the loops over rows unroll */
+    case WROWS: return steps_of(g, WROWS, n, m, steps);
+    case EDDIES: return steps_of(g, EDDIES, n, m, steps);
+    default: return steps_of(g, PLAIN, n, m, steps);
+    }
+}
