@@ -16,6 +16,7 @@ from motorid.estimate.diagnosis import (
 )
 from motorid.estimate.diagnosis.identifiability import run_to_add
 from motorid.estimate.effects.brush_and_heating import BENT, DROP
+from motorid.estimate.effects.iron.eddy_currents import WITHIN
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
 from motorid.estimate.effects.source.held_inductance import HELD_INDUCTANCE
 from motorid.estimate.fit import lagging_start
@@ -29,7 +30,6 @@ from motorid.segment import Segment
 
 Floats = NDArray[np.float64]
 
-WITHIN = 0.2  # of a sample period: L/R of which only what happens within it is seen
 HALF = 0.5  # of a variance, from which one cause is most of it
 COLOURED = 1.3  # widening of an interval that is worth saying
 SHOWN_DESPITE_DROP = 4.0  # sample periods of L/R: longer than what bends within a reading

@@ -18,6 +18,7 @@ from functools import cache
 import numpy as np
 
 from motorid.capture.model import CURRENT, SUPPLY, Capture
+from motorid.estimate.effects.iron.eddy_currents import USUAL as IRON
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.fit import discontinuous_current_inductance
 from motorid.estimate.fit.alternating_fit import (
@@ -42,7 +43,6 @@ UNSEEN = 0.05  # standard deviation of the logarithm of an inductance that readi
 WHITE = 0.1  # of that: the least of white noise, from which correlated noise may be as much
 RIPPLE, PULSES = "ripple", "pulses"  # within PWM periods
 BY = {RIPPLE: 0.08, PULSES: 0.04}  # the same of one that these tell
-IRON = 0.15  # the same, of what eddy currents may do to either: nobody says that there are none
 TRUSTED = 0.15  # of the logarithm by readings: those that know it no better are no authority
 APART = 3.0  # standard deviations by which a contradiction is one
 NOMINAL = 0.03  # relative standard uncertainty of a supply that nobody measured

@@ -45,9 +45,9 @@ def declared(capture: Capture) -> Capture:
     return replace(capture, channels=channels, wiring=wiring, clock_uncertainty=1e-4)
 
 
-def driven(decay: Decay, kind: StepKind) -> Capture:
+def driven(decay: Decay, kind: StepKind, plan: Plan = PLAN) -> Capture:
     """Rest, two levels, coast, by such commands."""
-    capture = declared(clean_capture(FAULHABER, PLAN))
+    capture = declared(clean_capture(FAULHABER, plan))
     assert capture.program is not None
     share = 1.0 if kind == StepKind.DRIVE_VOLTS else 1.0 / SUPPLY_V
     steps = tuple(
@@ -66,6 +66,12 @@ def measured() -> Capture:
 def diodes() -> Capture:
     """By duty, the current freewheeling through diodes."""
     return driven(Decay.DIODE, StepKind.DRIVE_DUTY)
+
+
+def pulses() -> Capture:
+    """So slowly sampled that only the current's pulses through the diodes tell L."""
+    capture = driven(Decay.DIODE, StepKind.DRIVE_DUTY, replace(PLAN, period_s=4e-4))
+    return replace(capture, wiring=replace(capture.wiring, pwm_hz=PWM_HZ / 4))
 
 
 def commanded() -> Capture:
@@ -164,8 +170,8 @@ def instants() -> Capture:
 
 BENCHES = {
     f.__name__: f
-    for f in (measured, diodes, commanded, noisy_source, log, held_log, filtered, moving, unstated,
-              instants, stepped, sampled, bipolar)
+    for f in (measured, diodes, pulses, commanded, noisy_source, log, held_log, filtered, moving,
+              unstated, instants, stepped, sampled, bipolar)
 }  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from motorid.estimate.effects.iron.armature_reaction import ARMATURE_REACTION
+from motorid.estimate.effects.iron.eddy_currents import EDDY_CURRENTS
 from motorid.estimate.effects.iron.saturation import SATURATION
 from motorid.estimate.effects.source.duty_of_volts import DUTY_OF_VOLTS
 from motorid.estimate.effects.source.voltage_resolution import VOLTAGE_RESOLUTION
@@ -47,6 +48,29 @@ def test_nothing_is_expected_of_iron_before_a_motor_is_known_or_without_an_induc
     bare[1] = 0.0
     assert SATURATION.prior(judged(bare), 0) is None
     assert ARMATURE_REACTION.prior(judged(bare), 0) is not None
+
+
+@pytest.mark.parametrize(
+    ("period_s", "pulsed", "held", "there"),
+    [(2.6e-3, True, None, True), (2.4e-3, True, None, False), (2.6e-3, False, None, False),
+     (2.6e-3, True, "held", False)],
+)  # fmt: skip
+def test_eddy_currents_are_expected_where_pulses_alone_tell_the_inductance(
+    period_s: float, pulsed: bool, held: str | None, there: bool
+) -> None:
+    """L/R is .5 ms: a fifth of 2.5 ms."""
+    parts = [SimpleNamespace(discontinuous=False), SimpleNamespace(discontinuous=pulsed)]
+    subject: Any = SimpleNamespace(
+        judged_at=MOTOR, foretold=held, shown_parts=parts,
+        timeline=SimpleNamespace(period_s=period_s),
+    )  # fmt: skip
+    prior = EDDY_CURRENTS.prior(subject, 0)
+    assert (prior is not None) is there
+    if prior is not None:
+        assert (prior.sd, prior.mean) == (pytest.approx(0.15 * MOTOR[1]), 0.0)
+        assert EDDY_CURRENTS.scale(subject) == pytest.approx(MOTOR[1])
+    subject.judged_at = None
+    assert EDDY_CURRENTS.prior(subject, 0) is None
 
 
 @pytest.mark.parametrize(
