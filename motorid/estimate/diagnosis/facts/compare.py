@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from motorid.capture.model import Capture
 from motorid.estimate.diagnosis.facts import (
     commanded,
+    coupled_current,
     doubled_rows,
     plate,
     pooled,
@@ -32,6 +33,7 @@ def findings(
         where = f" in run {k + 1}" if len(captures) > 1 else ""
         yield from swapped_columns.findings(capture, where)
         yield from supply_current.findings(capture, where)
+        yield from coupled_current.findings(capture, where)
         yield from doubled_rows.findings(capture, estimate.parameters, where)
         yield from supply.findings(capture, estimate.parameters, where)
         yield from pwm_aliasing.findings(capture, estimate.parameters, where)
