@@ -10,6 +10,7 @@ from motorid.estimate.uncertainty.intervals import Findings
 from motorid.motor.parameters import mechanical_time_constant
 
 FEW = 4.0  # readings in a mechanical time constant, fewer of which show its course poorly
+LEAST = 0.01  # of them: no search tells a time constant below that, it ran to an absurd motor
 BEYOND = 4.0  # standard deviations of what was expected of a delay
 
 
@@ -37,7 +38,7 @@ def _few(found: Findings, logs: Sequence[MotorRecord]) -> Iterator[Diagnostic]:
         return
     rise_s = mechanical_time_constant(motor)
     period_s = min(record.capture.period_s for record in logs)
-    if rise_s < FEW * period_s:
+    if LEAST * period_s < rise_s < FEW * period_s:
         yield Diagnostic(
             "few_samples", "warning",
             f"the motor follows its voltage within {1e3 * rise_s:.3g} ms, which is "

@@ -76,6 +76,8 @@ def test_four_readings_in_a_time_constant_are_enough() -> None:
     assert said(Log(2.6e-3), K=0.0) == []
     assert said(Log(2.6e-3), J=0.0) == []
     assert len(said(Log(2.6e-3), B=5e-3)) == 1  # friction makes it quicker
+    assert len(said(Log(0.9))) == 1
+    assert said(Log(1.1)) == []  # of an absurd motor, which no reading tells
 
 
 def test_a_delay_far_from_what_was_expected_is_said_with_its_run() -> None:
