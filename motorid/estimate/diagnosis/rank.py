@@ -75,7 +75,14 @@ class Trial:
     def convincing(self) -> bool:
         """It explains enough, and matters; what the blocks show needs less."""
         enough = self.gain > SURELY or (self.gain > LIKELY and (self.seen or self.share > SHARE))
-        return enough and max(abs(s) for s in self.shift.values()) > HARM
+        harms = max(abs(s) for s in self.shift.values()) > HARM
+        return enough and harms and not self.at_bound
+
+    @property
+    def at_bound(self) -> bool:
+        """Its size ends where such faults do: it stands in for another that the list has not."""
+        h = self.hypothesis
+        return bool((self.found.size <= h.lower).any() or (self.found.size >= h.upper).any())
 
 
 @dataclass(frozen=True)

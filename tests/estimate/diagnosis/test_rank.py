@@ -32,10 +32,10 @@ def _none(*_: Any) -> list[np.ndarray]:
 
 def trial(
     gain: float = 1.0, share: float = 0.9, shift: float = 0.1, seen: bool = False,
-    guard: bool = False,
+    guard: bool = False, size: float = 3e-4,
 ) -> Trial:  # fmt: skip
     values = np.array([v * (1 + (shift if n == "R" else 0.0)) for n, v in MOTOR.items()])
-    found = Refit(values, np.array([3e-4]), 1.0, solution())
+    found = Refit(values, np.array([size]), 1.0, solution())
     return Trial(hypothesis(guard), found, gain, share, {"R": shift, "K": -shift / 2}, seen)
 
 
@@ -55,6 +55,9 @@ def suspect(code: str, allowed: bool = False) -> Suspect:
         (trial(gain=0.09, share=0.01, seen=True), False),
         (trial(gain=9.0, shift=0.001), False),  # it moves nothing
         (trial(gain=9.0, shift=-0.003), True),
+        (trial(gain=9.0, size=8.9), True),
+        (trial(gain=9.0, size=9.0), False),  # such faults end there: it stands in for another
+        (trial(gain=9.0, size=0.0), False),
     ],
 )
 def test_a_fault_convinces_by_what_it_explains_and_moves(one: Trial, named: bool) -> None:
