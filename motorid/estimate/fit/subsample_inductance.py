@@ -76,8 +76,12 @@ def told(
     found = None
     if inductance_h and not _contradicted(inductance_h / known["L"], by, unsure):
         found = search.ended(inductance_h, by)
-    for record in (*records, *(found[0] if found else ())):
-        record.simulated += search.spent
+    last = found[0] if found else ()
+    without, whole = search.spent(last), search.spent()
+    for record in last:
+        record.simulated += without
+    for record in records:
+        record.simulated += whole
     return found
 
 
@@ -116,12 +120,12 @@ class _Search:
     fixed: Mapping[str, float]
     known: Mapping[str, float]
     near: Solution
-    trials: list[int] = field(default_factory=list)  # responses of each
+    trials: list[Sequence[MotorRecord]] = field(default_factory=list)
 
-    @property
-    def spent(self) -> int:
-        """Responses of all trials."""
-        return sum(self.trials)
+    def spent(self, but: Sequence[MotorRecord] = ()) -> int:
+        """Responses of all trials but that of these records, which count their own."""
+        others = (records for records in self.trials if records is not but)
+        return sum(max(record.simulated for record in records) for records in others)
 
     def held(self, inductance_h: float) -> Fitted:
         """With that one."""
@@ -131,7 +135,7 @@ class _Search:
         ]
         near = _as_of(records, self.before, self.near)
         solution = with_inductance(records, self.free, self.known, near, inductance_h)
-        self.trials.append(max(record.simulated for record in records))
+        self.trials.append(records)
         return records, solution
 
     def by_ripple(self) -> float | None:

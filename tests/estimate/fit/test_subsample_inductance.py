@@ -68,3 +68,14 @@ def test_neighbours_must_be_clearly_less_likely(part: float, given: bool) -> Non
     centre = round(math.log(0.2 * TAU) / step) * step
     found, _ = searched(valley(math.exp(centre), part * CLEAR / step**2))
     assert (found is not None) is given
+
+
+def test_what_trials_cost_is_counted_whenever_they_went_on() -> None:
+    """A trial that is judged by another's noise goes on; the answer's own records count theirs."""
+    first: Any = [SimpleNamespace(simulated=10), SimpleNamespace(simulated=7)]
+    last: Any = [SimpleNamespace(simulated=20)]
+    of: Any = subsample_inductance._Search
+    search = of([], (), {}, {}, None, [first, last])
+    assert search.spent() == 30
+    first[1].simulated = 15
+    assert (search.spent(), search.spent(last)) == (35, 15)
