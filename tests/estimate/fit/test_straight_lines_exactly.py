@@ -253,6 +253,14 @@ def test_courses_anew_are_of_the_same_quantities_and_sizes(
 # which orders
 
 
+def rotor() -> Any:
+    """Of many turns; nobody says what its encoder shows."""
+    return SimpleNamespace(
+        turns=9.0, counted=list, record=SimpleNamespace(gear=1.0),
+        response=SimpleNamespace(encoder_error=lambda n: {}),
+    )  # fmt: skip
+
+
 def trial(monkeypatch: pytest.MonkeyPatch, gains: list[float]) -> list[float]:
     """Gains of an encoder's orders that are taken."""
     left, taken = list(gains), list[float]()
@@ -261,11 +269,7 @@ def trial(monkeypatch: pytest.MonkeyPatch, gains: list[float]) -> list[float]:
         repeating, "_trial", lambda _found, slopes, _turn: repeating._Trial(slopes, left.pop(0))
     )
     monkeypatch.setattr(repeating, "_taken", lambda _, one: taken.append(one.gain))
-    one: Any = SimpleNamespace(
-        turns=9.0, counted=list, record=SimpleNamespace(gear=1.0),
-        response=SimpleNamespace(encoder_error=lambda n: {}),
-    )  # fmt: skip
-    repeating._take([one])
+    repeating._take([rotor()])
     return taken
 
 
@@ -273,6 +277,23 @@ def test_an_order_that_gains_nothing_is_not_taken(monkeypatch: pytest.MonkeyPatc
     assert trial(monkeypatch, [0.0, 0.0]) == []
     assert trial(monkeypatch, [1e-9, 0.0]) == [1e-9]
     assert trial(monkeypatch, [-1.0, 2.0]) == [2.0]
+
+
+@pytest.mark.parametrize(("gain", "taken"), [(0.0, 0), (1e-9, 4)])
+def test_an_order_of_the_motor_that_gains_nothing_ends_the_search(
+    gain: float, taken: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Four are taken at most, each of another count."""
+    counts, orders = iter(range(10, 20)), list[Any]()
+    monkeypatch.setattr(repeating, "periods_a_turn", lambda *_: [next(counts)])
+    monkeypatch.setattr(
+        repeating, "_either",
+        lambda _, n: repeating._Trial([{Instance(K_RIPPLE, 2 * n): {}}], gain),
+    )  # fmt: skip
+    monkeypatch.setattr(repeating, "_trial", lambda *_: repeating._Trial([], -1.0))
+    monkeypatch.setattr(repeating, "_taken", lambda _, one: orders.extend(one.slopes[0]))
+    repeating._take([rotor()])
+    assert len(orders) == taken
 
 
 def test_several_records_gain_together_less_one_margin(monkeypatch: pytest.MonkeyPatch) -> None:
