@@ -40,6 +40,14 @@ def test_blocks_are_means_of_their_samples() -> None:
     assert found.runs == (slice(0, 9),)
 
 
+def test_a_current_without_an_unknown_offset_is_as_it_was_read() -> None:
+    one = turning()
+    one.unknowns = ()
+    found = blocks([one])
+    assert found is not None
+    assert found.current == pytest.approx(0.5 + 0.01 * MIDDLES)
+
+
 def test_a_measured_speed_is_the_mean_of_its_readings() -> None:
     found = blocks([turning(moving="speed")])
     assert found is not None

@@ -34,6 +34,12 @@ def test_readings_are_joined_and_the_offset_at_rest_taken_off() -> None:
     assert found.step_rad == pytest.approx(3e-4)  # of the motor's shaft, behind a gear of 3
 
 
+def test_a_current_without_an_unknown_offset_is_as_it_was_read() -> None:
+    one = record(200, current=(EVERY, 0.7 + 0.001 * EVERY), speed=SPEED)
+    one.unknowns = ()
+    assert signals(one).current == pytest.approx(0.7 + 0.001 * EVERY)
+
+
 def test_a_speed_is_summed_to_an_angle() -> None:
     found = signals(record(200, current=CURRENT, speed=SPEED))
     assert found.speed == pytest.approx(SPEED[1])

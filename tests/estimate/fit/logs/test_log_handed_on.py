@@ -21,7 +21,7 @@ class Handed:
     """A log's fit that goes through all stages; each notes what it was handed, by its name."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, misfit: bool = False) -> None:
-        self.seen = dict[str, Any]()
+        self.seen, self.compared = dict[str, Any](), list[Any]()
         self.plain = [record("held", capture="read otherwise")], solution(100.0, None, (0.1,))
         self.wider = solution(60.0, None, (0.2,))
         self.ways = {n: ([record(n)], solution(61.0)) for n in ("second", "means", "lags", "alone")}
@@ -43,7 +43,11 @@ class Handed:
         self.note(monkeypatch, log_fit.log_means, "taken", self.ways["means"], "means")
         self.note(monkeypatch, log_fit.log_lags, "taken", self.ways["lags"], "lags")
         self.note(monkeypatch, log_fit.log_one_filter, "taken", self.ways["alone"], "alone")
-        self.note(monkeypatch, log_fit.log_readings, "reconsidered", None)
+        likelier = log_fit.log_means.likelier
+        monkeypatch.setattr(
+            log_fit.log_means, "likelier",
+            lambda *of: self.compared.append(of) or likelier(*of),
+        )  # fmt: skip
         monkeypatch.setattr(log_fit.log_readings, "reconsidered", self.reconsidered)
         monkeypatch.setattr(
             log_fit, "MotorRecord", lambda *given: record(given[3], made_of=given[:3])
@@ -108,6 +112,10 @@ def test_a_misfit_has_one_filter_sought_at_once(monkeypatch: pytest.MonkeyPatch)
     assert before[1] is handed.wider
     assert (as_read, how) == (["as read"], [NAMES, {"R": 100.0, **SOLVED}, FIXED])
     assert sought == ("sought", True)
+    price = np.log(1000.0)  # of each unknown more, of so many readings
+    first, *others = handed.compared
+    assert (first[0][1], first[1], first[2]) == (handed.wider, handed.ways["alone"], price)
+    assert [other for _, other, _ in others] == [*handed.ways.values()]
 
 
 def waves(noise: float, slow: float, value: float = 10.0, **facts: Any) -> Any:

@@ -291,6 +291,23 @@ def test_records_of_several_logs_begin_by_the_longest_delay(
     assert orders == [1, 1, 2, 1, 2, 1, 2]
 
 
+@pytest.mark.parametrize("slow", [0, 1])
+def test_low_passes_are_begun_in_samples_of_the_slowest_log(
+    slow: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 4 ms here: one that is seen over two samples, and the winding's of 1 and 3 of them."""
+    seen = searches(monkeypatch, smoothed_voltage, solution(7.0))
+    monkeypatch.setattr(smoothed_voltage, "_goes_on", lambda _: math.exp(-1.0 / 2.0))
+    monkeypatch.setattr(smoothed_voltage, "_delay_s", lambda *_: 0.0)
+    monkeypatch.setattr(smoothed_voltage, "_smooth", lambda *_: None)
+    monkeypatch.setattr(smoothed_voltage, "LOW_PASS", SimpleNamespace(unknown=lambda _: 1))
+    first = [record(capture="run", timeline=SimpleNamespace(jitter=0.0)) for _ in range(2)]
+    first[slow].sensed.waveform.period_s = 4e-3
+    smoothed_voltage.begun(first, solution(9.0, None, (), ()), NAMES, START, FIXED)
+    rises = [asked[2]["L"] / 2.0 for asked in seen["settled"][:3]]
+    assert rises == pytest.approx([8e-3, 4e-3, 12e-3])  # of .3 samples less than .4 would be left
+
+
 @pytest.mark.parametrize("irregular", [0, 1])
 def test_one_log_of_irregular_stamps_is_enough_to_try_nothing(
     irregular: int, monkeypatch: pytest.MonkeyPatch
