@@ -15,7 +15,7 @@ from motorid.estimate.fit import alternating_fit, joint_fit, multistart, rough_f
 from motorid.estimate.fit.lagging_start import Doubt
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.solver.problem import Solution
-from tests.estimate.fit.given_answers import START, record, solution
+from tests.estimate.fit.given_answers import START, note, record, solution
 
 FREE = tuple(n for n in PARAMETERS if n != "B")
 FIXED = {"B": 4e-5}
@@ -230,18 +230,6 @@ def test_another_share_must_surely_be_likelier(
 
 
 # white noise, and its memory
-
-
-def note(
-    monkeypatch: pytest.MonkeyPatch, module: Any, name: str, seen: list[Any], *answers: Any
-) -> None:
-    left = list(answers)
-
-    def stage(*asked: Any, **how: Any) -> Any:
-        seen.append((name, *asked, *how.items()))
-        return left.pop(0) if len(left) > 1 else left[0]
-
-    monkeypatch.setattr(module, name, stage)
 
 
 def test_a_fit_is_settled_and_then_whitened_from_its_values(

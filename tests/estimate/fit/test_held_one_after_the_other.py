@@ -13,7 +13,7 @@ import pytest
 from motorid.estimate.fit import alternating_fit
 from motorid.estimate.fit import subsample_inductance as subsample
 from motorid.estimate.fit.subsample_inductance import CLOSE, COARSE
-from tests.estimate.fit.given_answers import START, record, solution
+from tests.estimate.fit.given_answers import START, note, record, solution
 
 FREE, FIXED = ("R", "L", "K"), {"J": 2e-5}
 
@@ -21,16 +21,6 @@ FREE, FIXED = ("R", "L", "K"), {"J": 2e-5}
 def search(*before: Any, near: Any = None) -> Any:
     found: Any = subsample._Search(before or (record(),), FREE, FIXED, START, near or solution(1.0))
     return found
-
-
-def note(monkeypatch: pytest.MonkeyPatch, name: str, seen: list[Any], *answers: Any) -> None:
-    left = list(answers)
-
-    def stage(*asked: Any, **how: Any) -> Any:
-        seen.append((name, *asked, *how.items()))
-        return left.pop(0) if len(left) > 1 else left[0]
-
-    monkeypatch.setattr(subsample, name, stage)
 
 
 def test_each_is_held_in_records_of_its_own_from_the_same_values(
@@ -43,8 +33,8 @@ def test_each_is_held_in_records_of_its_own_from_the_same_values(
         subsample, "MotorRecord",
         lambda *given: SimpleNamespace(given=given, simulated=next(spent)),
     )  # fmt: skip
-    note(monkeypatch, "_as_of", seen, "near")
-    note(monkeypatch, "with_inductance", seen, "solution")
+    note(monkeypatch, subsample, "_as_of", seen, "near")
+    note(monkeypatch, subsample, "with_inductance", seen, "solution")
     before = [record(), record()]
     before[0].capture, before[1].capture, before[1].shape = "one", "two", "held"
     one = search(*before)
@@ -67,7 +57,7 @@ def test_places_are_judged_in_the_noise_of_the_likeliest(monkeypatch: pytest.Mon
     seen: list[Any] = []
     monkeypatch.setattr(subsample.prewhitening, "whiten", lambda *of: seen.append(("whiten", *of)))
     monkeypatch.setattr(subsample.prewhitening, "thin", lambda *of: seen.append(("thin", *of)))
-    note(monkeypatch, "again", seen, solution(7.0))
+    note(monkeypatch, subsample, "again", seen, solution(7.0))
 
     def place_of(place: int) -> Any:
         one = record()
@@ -171,11 +161,17 @@ def test_the_shortest_period_says_which_are_held(monkeypatch: pytest.MonkeyPatch
 def test_a_search_from_a_held_one_ends_as_any_other(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[Any] = []
     rough, turned, promoted, repeated = (solution(x) for x in (4.0, 3.0, 2.0, 1.0))
-    note(monkeypatch, "again", seen, rough)
-    note(monkeypatch, "in_turn", seen, turned)
-    note(monkeypatch, "with_promoted", seen, promoted)
-    note(monkeypatch, "with_repeated", seen, replace(repeated, values=repeated.values + 1.0))
-    note(monkeypatch, "whitened", seen, "answer")
+    note(monkeypatch, subsample, "again", seen, rough)
+    note(monkeypatch, subsample, "in_turn", seen, turned)
+    note(monkeypatch, subsample, "with_promoted", seen, promoted)
+    note(
+        monkeypatch,
+        subsample,
+        "with_repeated",
+        seen,
+        replace(repeated, values=repeated.values + 1.0),
+    )
+    note(monkeypatch, subsample, "whitened", seen, "answer")
     before, records = [record(), record()], [record(), record()]
     before[0].rivals, before[1].rivals = ("a",), ("b",)
     held = solution(5.0, L=7e-5)
