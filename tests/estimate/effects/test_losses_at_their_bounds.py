@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture, Channel, Wiring
-from motorid.estimate.effects import action, winding_temperature
+from motorid.estimate.effects import action, source_noise, winding_temperature
 from motorid.estimate.effects.action import Setup
 from motorid.estimate.effects.brush_and_heating import (
     BENT,
@@ -238,6 +238,12 @@ def test_a_part_needs_some_samples_past_its_command(samples: int, known: bool) -
     if known:
         scatter = 0.05 * np.sqrt(2.0)
         assert found.level_deviation(0, None) == pytest.approx(scatter / np.sqrt(samples))
+
+
+def test_readings_that_stay_or_stand_alone_do_not_scatter() -> None:
+    for values in ([], [3.0], [3.0, 3.0, 3.0]):
+        assert source_noise._scatter(np.array(values)) == 0.0
+    assert source_noise._scatter(np.array([1.0, 3.0, 1.0])) == pytest.approx(np.sqrt(2.0))
 
 
 def test_a_level_is_known_no_better_than_to_a_billionth_of_it() -> None:
