@@ -222,6 +222,14 @@ def test_a_motor_that_hardly_turns_may_be_held_by_friction(share: float, counts:
     assert bool(late) is counts
 
 
+def test_a_window_counts_where_its_motor_surely_turns_at_both_ends() -> None:
+    """Twelve marks as good as at rest, then eleven at speed: ten windows lie between those."""
+    speed = np.where(np.arange(481) < 240, 0.05, 100.0)
+    rows = list(start_values._torque_windows(replace(even(481), speed=speed), 0.04))
+    assert len(rows) == 10
+    assert all(row[1] == 0.0 for row in rows)
+
+
 def test_a_measured_speed_is_its_mean_about_a_mark() -> None:
     speed = np.arange(100.0)
     s = replace(even(100), speed=speed)

@@ -72,3 +72,7 @@ def test_two_constants_are_told_apart_where_what_scales_with_them_is_held(
         {*held} & {"J", "B", "T0"}
     )
     assert probe(turning(1.0), names=names).tells(TERMS["quadratic-load"])
+
+
+def test_two_constants_are_not_told_by_mechanics_alone() -> None:
+    assert not probe(turning(1.0), names=("J", "B", "T0")).tells(TERMS["ke-kt"])
