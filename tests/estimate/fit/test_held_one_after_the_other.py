@@ -246,3 +246,21 @@ def test_a_roughness_has_three_freedoms_less(count: int) -> None:
     left = values - np.polyval(np.polyfit(places - 100.0, values, 2), places - 100.0)
     found = subsample._roughness(dict(zip(places.tolist(), values.tolist(), strict=True)))
     assert found == pytest.approx(math.sqrt(float(left @ left) / (count - 3)))
+
+
+def test_an_inductance_is_told_from_the_values_that_a_fit_has_seen(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    seen: list[Any] = []
+    note(monkeypatch, subsample, "_unsure", seen, 1.0)
+    note(monkeypatch, subsample.discontinuous_current_inductance, "inductance", seen, 5e-3)
+    monkeypatch.setattr(
+        subsample._Search, "ended", lambda one, *how: seen.append((one, *how)) or None
+    )
+    records, near = [record()], solution(1.0)
+    assert subsample.told(records, FREE, FIXED, START, near) is None
+    ended, henry, by = seen[2]
+    assert (ended.before, ended.free, ended.fixed) == (records, FREE, FIXED)
+    assert (ended.known, ended.near, henry, by) == (START, near, 5e-3, "pulses")
+    assert seen[0] == ("_unsure", near, records)
+    assert seen[1] == ("inductance", records, near)

@@ -230,6 +230,19 @@ def test_a_window_counts_where_its_motor_surely_turns_at_both_ends() -> None:
     assert all(row[1] == 0.0 for row in rows)
 
 
+def test_a_window_of_the_torque_begins_where_the_part_before_it_ended() -> None:
+    """Of a rotor that speeds up evenly, the speed in its mean tells where a window lies."""
+    s = replace(even(481, 5e-4 * np.arange(481.0) ** 2), edges=(0, 201, 481), open=(False,) * 2)
+    rows = np.array(list(start_values._torque_windows(s, 0.04)))
+    times = np.sign(rows[:, 3]) * rows[:, 3] ** 2 / PERIOD_S
+    middles = rows[:, 2] / rows[:, 3] * PERIOD_S / 1e-3
+    later = middles[middles > 200.0]
+    # 200 + 5 is the first mark, 11 to the next
+    assert times[-1] == pytest.approx(11.0)
+    assert later[0] == pytest.approx(205.0 + 5.5)
+    assert np.diff(later) == pytest.approx(11.0)
+
+
 def test_a_measured_speed_is_its_mean_about_a_mark() -> None:
     speed = np.arange(100.0)
     s = replace(even(100), speed=speed)

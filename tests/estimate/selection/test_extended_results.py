@@ -113,6 +113,7 @@ def test_what_is_too_uncertain_is_not_given(name: str) -> None:
 def test_a_count_is_a_whole_number_that_was_given() -> None:
     p = results.parameters(findings({"T_c": 0.1}, {}), fitted("cogging", N_c=7.0))["N_c"]
     assert (p.value, p.status, p.total) == (7.0, Status.FIXED, 0.0)
+    assert (p.statistical, p.instrument) == (0.0, 0.0)
     assert p.interval_95 == (7.0, 7.0)
 
 
