@@ -91,7 +91,8 @@ def record(
     return SimpleNamespace(
         shown_parts=parts, capture=capture, timeline=SimpleNamespace(period_s=period_s),
         runs=runs, emf_constant=lambda _: 0.05,
-        sources=[None, SimpleNamespace(ohms=source)], motor=lambda _: np.array([2.0, L, 0.05]),
+        sources=[None, *(SimpleNamespace(ohms=part * source) for part in (1.0, 0.3))],
+        motor=lambda _: np.array([2.0, L, 0.05]),
         sensed=SimpleNamespace(series_ohm=0.4), brush_drop=lambda _s, _o, mean: 0.1 * mean,
     )  # fmt: skip
 
