@@ -6,6 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from motorid.estimate.solver.problem import Solution, Unknown
 
@@ -27,3 +28,16 @@ def record(simulated: int = 10, period_s: float = 1e-4) -> Any:
         simulated=simulated, untried=0, timeline=SimpleNamespace(period_s=period_s), shape="joined",
         capture="capture", driving=SimpleNamespace(decided=True),
     )  # fmt: skip
+
+
+def note(
+    monkeypatch: pytest.MonkeyPatch, module: Any, name: str, seen: list[Any], *answers: Any
+) -> None:
+    """A stage that notes what it is handed, and gives these answers in turn, the last for ever."""
+    left = list(answers)
+
+    def stage(*asked: Any, **how: Any) -> Any:
+        seen.append((name, *asked, *how.items()))
+        return left.pop(0) if len(left) > 1 else left[0]
+
+    monkeypatch.setattr(module, name, stage)

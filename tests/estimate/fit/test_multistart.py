@@ -58,6 +58,16 @@ def test_other_starts_are_tried_and_the_best_is_followed_to_its_end(
     assert searches.began[5]["K"] == 0.07
 
 
+def test_other_starts_are_within_what_start_values_are_off_by() -> None:
+    """A winding's resistance to a half, an inertia to about two, an inductance to five times."""
+    most = {"R": 1.5, "J": 2.5, "L": 5.0}
+    for factors in multistart.OTHER_STARTS:
+        for name, factor in factors.items():
+            assert 1.0 < max(factor, 1.0 / factor) <= most[name]
+    inductances = [one["L"] for one in multistart.OTHER_STARTS if "L" in one]
+    assert min(inductances) < 1.0 < max(inductances)  # both ways
+
+
 def test_another_answer_must_be_better_by_more_than_chance(monkeypatch: pytest.MonkeyPatch) -> None:
     answers = [solution(100.0, K=0.09), *[solution(99.1, K=0.01)] * 4, solution(99.0)]
     searches = Searches(monkeypatch, *answers)

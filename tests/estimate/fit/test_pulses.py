@@ -13,6 +13,7 @@ from motorid.estimate.fit import discontinuous_current_inductance as pulses
 from motorid.estimate.fit.discontinuous_current_inductance import FEWEST, Pulses
 from motorid.estimate.signals.source.step_transient import HEAD
 from motorid.estimate.signals.time_grid import Part
+from motorid.motor.reading import Quantity
 from motorid.program import Decay, StepKind
 
 L, R, RAIL, PWM_HZ, DUTY = 2e-4, 3.0, 12.0, 20e3, 0.3
@@ -79,10 +80,19 @@ def record(
     )
     speed, current = np.linspace(100.0, 200.0, n), np.linspace(0.5, 0.2, n)
     sign = np.sign(parts[0].level)
+
+    def runs(shared: Any, own: Any, over: Any) -> Any:
+        """Means over a sample of what is asked for, in the order of asking."""
+        known = {Quantity.SPEED: sign * speed, Quantity.CURRENT: sign * current}
+        assert (len(shared), len(own)) == (6, 0)
+        assert {one.aperture_s for one in over} == {period_s}
+        return [known[one.quantity] for one in over]
+
     return SimpleNamespace(
         shown_parts=parts, capture=capture, timeline=SimpleNamespace(period_s=period_s),
-        runs=lambda *_: (sign * speed, sign * current), emf_constant=lambda _: 0.05,
-        sources=[None, SimpleNamespace(ohms=source)], motor=lambda _: np.array([2.0, L, 0.05]),
+        runs=runs, emf_constant=lambda _: 0.05,
+        sources=[None, *(SimpleNamespace(ohms=part * source) for part in (1.0, 0.3))],
+        motor=lambda _: np.array([2.0, L, 0.05]),
         sensed=SimpleNamespace(series_ohm=0.4), brush_drop=lambda _s, _o, mean: 0.1 * mean,
     )  # fmt: skip
 
@@ -108,3 +118,39 @@ def test_a_short_part_and_an_unknown_pwm_tell_nothing() -> None:
     for subject in (record([short]), record([through]), record([part], pwm_hz=0.0),
                     record([part], rail=0.0)):  # fmt: skip
         assert pulses.pulses_of(subject, np.zeros(6), np.zeros(0)) == []
+
+
+def test_pulses_of_all_records_are_as_large_as_one_inductance_makes_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each record's by its own unknowns at the common parameters."""
+    asked: list[Any] = []
+
+    def pulses_of(record: Any, shared: Any, own: Any) -> list[Pulses]:
+        asked.append((record, shared, own))
+        return [made(duty=0.2 if record == "one" else 0.4)]
+
+    monkeypatch.setattr(pulses, "pulses_of", pulses_of)
+    records, solution = ["one", "two"], SimpleNamespace(own=["a", "b"], values="shared")
+    found = pulses.inductance(records, solution)  # type: ignore[arg-type]
+    assert found == pytest.approx(L, rel=1e-3)
+    assert asked == [("one", "shared", "a"), ("two", "shared", "b")]
+
+
+def test_a_current_flows_on_below_and_above_what_an_inductance_may_be() -> None:
+    """From a thousandth to a hundred times L/R of a PWM period."""
+    per_ohm = R / PWM_HZ
+    for henry, known in ((2e-3, True), (5e-4, False), (50.0, True), (150.0, False)):
+        found = pulses._as_large([made(henry * per_ohm)])
+        assert (found is not None) is known
+        assert found is None or found == pytest.approx(henry * per_ohm, rel=1e-2)
+
+
+@pytest.mark.parametrize(("duty", "stops"), [(0.42, True), (0.48, False)])
+def test_pulses_stop_where_the_middle_one_does(duty: float, stops: bool) -> None:
+    """Of a small resistance they rise and fall straight: by on times 12 - e over 13.4 + e."""
+    against = np.array([-9.0, 0.0, 9.0]) - 2.0
+    one = Pulses(np.zeros(3), against, duty, 1e-3, 12.0, 1e-3)
+    falls = duty * 14.0 / (12.0 + pulses.DIODE_DROPS_V - 2.0)
+    assert (duty + falls < 1.0) is stops
+    assert one.stops(1.0) is stops

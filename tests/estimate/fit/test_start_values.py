@@ -183,7 +183,8 @@ def test_a_part_begins_where_the_one_before_it_ended() -> None:
     assert sum((row[1] / 0.5) ** 2 / PERIOD_S for row in rows) == pytest.approx(200)
     s = replace(s, open=(True, False))
     rows = list(start_values._voltage_windows(s))
-    assert sum((row[1] / 0.5) ** 2 / PERIOD_S for row in rows) == pytest.approx(200)
+    lengths = [round((row[1] / 0.5) ** 2 / PERIOD_S) for row in rows]
+    assert lengths == [1, 2, 4, 8, 16, 32, 49, 49, 39]  # up to a quarter of 199, of its own part
 
 
 def test_the_top_speed_is_of_a_window_and_not_of_one_reading() -> None:
@@ -219,6 +220,27 @@ def test_a_motor_that_hardly_turns_may_be_held_by_friction(share: float, counts:
     late = [r for r in start_values._torque_windows(even(481, angle), 0.04)
             if r[2] / r[3] < 5e-3 * 100.0]  # fmt: skip
     assert bool(late) is counts
+
+
+def test_a_window_counts_where_its_motor_surely_turns_at_both_ends() -> None:
+    """Twelve marks as good as at rest, then eleven at speed: ten windows lie between those."""
+    speed = np.where(np.arange(481) < 240, 0.05, 100.0)
+    rows = list(start_values._torque_windows(replace(even(481), speed=speed), 0.04))
+    assert len(rows) == 10
+    assert all(row[1] == 0.0 for row in rows)
+
+
+def test_a_window_of_the_torque_begins_where_the_part_before_it_ended() -> None:
+    """Of a rotor that speeds up evenly, the speed in its mean tells where a window lies."""
+    s = replace(even(481, 5e-4 * np.arange(481.0) ** 2), edges=(0, 201, 481), open=(False,) * 2)
+    rows = np.array(list(start_values._torque_windows(s, 0.04)))
+    times = np.sign(rows[:, 3]) * rows[:, 3] ** 2 / PERIOD_S
+    middles = rows[:, 2] / rows[:, 3] * PERIOD_S / 1e-3
+    later = middles[middles > 200.0]
+    # 200 + 5 is the first mark, 11 to the next
+    assert times[-1] == pytest.approx(11.0)
+    assert later[0] == pytest.approx(205.0 + 5.5)
+    assert np.diff(later) == pytest.approx(11.0)
 
 
 def test_a_measured_speed_is_its_mean_about_a_mark() -> None:

@@ -94,6 +94,10 @@ def test_each_resistance_that_the_peaks_allow_is_tried(monkeypatch: pytest.Monke
     most = np.abs(volts - SERIES * current).max() / np.abs(current).max()
     found, tried = begun(monkeypatch)
     ohms = sorted({s["R"] for s in tried})
+    shares = np.array(ohms) / most  # the smallest ones leave no motion that follows the current
+    assert shares[-1] <= 1.0 + 1e-9
+    assert np.diff(shares) == pytest.approx(0.1)
+    assert [round(s["L"] / s["R"] / PERIOD_S, 9) for s in tried] == [0.1, 1.0, 10.0] * len(ohms)
     assert set(np.round(ohms, 9)) <= set(np.round(most * without.SHARES, 9))
     assert found["R"] == min(ohms, key=lambda r: abs(r / R - 1.0))
     assert found["J"] > 0.0
@@ -187,3 +191,35 @@ def test_some_start_has_nearly_the_time_constant_of_the_winding(
     _, tried = begun(monkeypatch, R=R)
     ratios = [s["L"] / (periods * R * PERIOD_S) for s in tried]
     assert min(abs(np.log10(r)) for r in ratios) < 0.6
+
+
+def test_the_likelihood_of_all_readings_chooses(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With every parameter that is not held as it begins there."""
+    seen: list[Any] = []
+
+    class Likelihood:
+        def __init__(self, *of: Any) -> None:
+            seen.append(of)
+            self.start = SimpleNamespace(objective=7.0)
+
+    monkeypatch.setattr(without, "unknowns_of", lambda *of: seen.append(of) or "unknowns")
+    monkeypatch.setattr(without, "Concentrated", Likelihood)
+    records, start = ["record"], {"R": 2.0}
+    assert without._misfit(records, start, {"K": K, "B": B}) == 7.0  # type: ignore[arg-type]
+    assert seen == [(records, ["R", "L", "J", "T0"], start), ("unknowns", records)]
+
+
+def test_a_motion_of_one_record_is_enough_and_so_is_a_lacking_constant() -> None:
+    still, moving = record(), record(names=(CURRENT, SPEED))
+    assert without.suits([still, still], {"K": K})
+    assert not without.suits([still, moving], {"K": K})
+    assert not without.suits([still], {"R": R})
+
+
+def test_the_currents_of_all_captures_must_flow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And one that is driven is enough."""
+    silent, undriven = record(), record(0.0)
+    silent.measured[0].values = np.zeros(DRIVEN)
+    with pytest.raises(DataError, match="no current flowed"):
+        begun(monkeypatch, record(), silent)
+    assert begun(monkeypatch, undriven, record(), R=R)[0]["R"] == R

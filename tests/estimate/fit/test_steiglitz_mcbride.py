@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import cont2discrete
 
 from motorid.errors import DataError
-from motorid.estimate.fit.steiglitz_mcbride import _stable, motor_of, steiglitz_mcbride
+from motorid.estimate.fit.steiglitz_mcbride import _pass, _stable, motor_of, steiglitz_mcbride
 from motorid.motor.batch import LINEAR, Record, blank
 
 UNDERDAMPED = {"R": 3.1363, "L": 0.01307, "K": 0.048774, "B": 1.69e-4, "J": 9e-6}
@@ -94,3 +95,46 @@ def test_a_stable_denominator_has_the_same_spectrum(roots):
     assert ratio == pytest.approx(ratio[0])
     if max(abs(r) for r in roots) < 1.0:
         assert found == pytest.approx(given)
+
+
+@pytest.mark.parametrize("motor", [UNDERDAMPED, OVERDAMPED])
+@pytest.mark.parametrize("period", [1e-4, 1e-3])
+def test_a_discrete_system_is_taken_back_to_its_motor(motor, period):
+    """The system by scipy: a voltage that is held between samples."""
+    R, L, K, B, J = motor.values()
+    continuous = np.array([[-R / L, -K / L], [K / J, -B / J]]), np.array([[1.0 / L], [0.0]])
+    Ad, Bd, *_ = cont2discrete((*continuous, np.eye(2), np.zeros((2, 1))), period)
+    a = np.poly(Ad)
+    h1, h2 = Bd[:, 0], Ad @ Bd[:, 0]
+    b = np.column_stack([h1, h2 + a[1] * h1])  # of y = h1 v[-1] + h2 v[-2] ..
+    assert motor_of(a, b, period) == pytest.approx(motor)
+
+
+def test_passes_are_counted_until_they_settle():
+    record = step(UNDERDAMPED, 5e-4, 400)
+    one = steiglitz_mcbride(record, 1)
+    assert (one.passes, one.settled) == (1, False)
+    assert one.denominator[0] == pytest.approx(1.0)
+    whole = steiglitz_mcbride(record)
+    assert whole.settled
+    assert 1 < whole.passes < 20
+    again = steiglitz_mcbride(record, whole.passes)
+    assert again.settled
+    assert again.denominator == pytest.approx(whole.denominator)
+    assert not steiglitz_mcbride(record, whole.passes - 1).settled
+
+
+def test_each_output_counts_by_its_own_spread():
+    """A channel in other units is the same channel: milliamperes move nothing but K, R and L."""
+    record = step(UNDERDAMPED, 5e-4, 400)
+    rng = np.random.default_rng(3)
+    noisy = {
+        name: y + 0.01 * np.std(y) * rng.standard_normal(len(y))
+        for name, y in record.measured.items()
+    }
+    first = _pass(record.input, np.array([*noisy.values()]), np.array([1.0, 0.0, 0.0]))
+    scaled = np.array([1e3 * noisy["current"], noisy["speed"]])
+    other = _pass(record.input, scaled, np.array([1.0, 0.0, 0.0]))
+    assert other[0] == pytest.approx(first[0])
+    assert other[1][0] == pytest.approx(1e3 * first[1][0])
+    assert other[1][1] == pytest.approx(first[1][1])

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT
-from motorid.estimate.model.angle_spectrum import Turned, periods_a_turn, recurring, turned
+from motorid.estimate.model.angle_spectrum import (
+    MOST,
+    PEAK,
+    Turned,
+    _stands,
+    periods_a_turn,
+    recurring,
+    turned,
+)
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from tests.exact_capture import FAULHABER, Plan, clean_capture
@@ -70,3 +78,20 @@ def test_about_a_rest_nothing_repeats() -> None:
     angle = np.concatenate([path, np.full(300, 10.0), path[::-1]])
     left = recurring(np.cos(angle), angle, period=2.0)
     assert len(left) == pytest.approx(2 * 600, abs=8)
+
+
+@pytest.mark.parametrize(
+    ("level", "peak", "stands"),
+    [(1.0, 14.9, False), (1.0, 15.1, True), (20.0, 79.0, False), (20.0, 81.0, True)],
+)
+def test_a_count_stands_out_of_noise_and_of_its_neighbours(
+    level: float, peak: float, stands: bool
+) -> None:
+    """By 15 of what noise gives, and by four times the middle of eight on either side."""
+    for count in (1, 30, MOST):
+        power = np.full(MOST + 1, level)
+        power[0], power[count] = 0.0, peak
+        found = np.flatnonzero(_stands(power, PEAK)).tolist()
+        assert found == ([count] if stands else [])
+    wide = np.where(np.abs(np.arange(MOST + 1) - 30) <= 4, 81.0, 20.0)  # nine of seventeen
+    assert not _stands(wide, PEAK).any()

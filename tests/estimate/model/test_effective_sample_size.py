@@ -34,3 +34,33 @@ def test_a_count_that_stays_is_one_reading_not_a_wander() -> None:
 
 def test_too_few_samples_show_nothing() -> None:
     assert excess([np.ones(50)], [np.ones(50)]) == 1.0
+
+
+@pytest.mark.parametrize(("length", "worth"), [(127, 1.0), (128, 16.0)])
+def test_stretches_of_some_length_alone_show_a_wander(length: int, worth: float) -> None:
+    """All readings off by as much: an eighth of them count as one."""
+    assert excess([np.ones(length)], [np.ones(length)]) == pytest.approx(worth)
+    assert excess([np.ones(127), np.ones(128)], [np.ones(127), np.ones(128)]) == pytest.approx(16.0)
+
+
+def test_a_wander_stands_out_of_the_scatter_of_its_batches() -> None:
+    """Three deviations of eight squares: 1 + 3 √(2/8). Batches of 16, whose sums are given."""
+    level = np.repeat(np.array([1.0, -1.0] * 4), 16)
+    noise = np.tile([1.0, -1.0], 64)
+    for share, stands in ((0.15, False), (0.16, True)):  # of the variance, in the level
+        mixed = np.sqrt(share) * level + np.sqrt(1.0 - share) * noise
+        found = excess([mixed], [np.ones(128)])
+        assert (found > 1.0) is stands
+        assert found == (pytest.approx(16.0 * share) if stands else 1.0)
+
+
+def test_nothing_left_is_worth_all() -> None:
+    assert excess([np.zeros(200)], [np.ones(200)]) == 1.0
+    assert excess([], []) == 1.0
+
+
+def test_readings_without_weight_say_nothing() -> None:
+    """Of a stretch of which only a half counts: batches of that half."""
+    roots = np.where(np.arange(256) < 128, 1.0, 0.0)
+    half = excess([roots], [roots])
+    assert half == pytest.approx((4 * 32.0 / 8.0) / 1.0)

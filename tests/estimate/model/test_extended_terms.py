@@ -76,7 +76,8 @@ def test_bounds_keep_a_motor_a_motor() -> None:
     for share in ("d_L", "L2_share", "c_load"):
         assert ADDED[share].lower == 0.0
         assert 0.5 < ADDED[share].upper < 1.0
-    assert (ADDED["d_T0"].lower, ADDED["d_T0"].upper) == (-1.0, 1.0)
+    for share in ("d_T0", "k_R"):  # of a friction, or of a resistance: what is left is one
+        assert (ADDED[share].lower, ADDED[share].upper) == (-1.0, 1.0)
     for size in ("V_b", "T_lc", "T_s", "T_c", "k_K", "Ks", "b", "a_K", "k_w"):
         assert ADDED[size].lower == 0.0
 

@@ -105,3 +105,42 @@ def test_the_worst_channel_is_named_and_none_of_stamps_that_jump() -> None:
     assert found.channel == CURRENT
     bad.sensed.waveform, bad.timeline.jitter = object(), 0.5
     assert unexplained.unsupported([bad], solution) is None
+
+
+def test_one_log_whose_stamps_jump_is_enough_to_say_nothing() -> None:
+    """Of several; stamps of a board may jump as they do."""
+    left = np.linspace(-1.5, 1.5, 100)
+    solution: Any = SimpleNamespace(values=None, own=[[left], [left]])
+    runs = [record(CURRENT, np.ones(100)), record(CURRENT, np.ones(100))]
+    assert unexplained.unsupported(runs, solution) is not None
+    runs[0].timeline.jitter = 0.5
+    assert unexplained.unsupported(runs, solution) is not None
+    runs[0].sensed.waveform = object()
+    assert unexplained.unsupported(runs, solution) is None
+    runs[0].timeline.jitter = unexplained.IRREGULAR
+    assert unexplained.unsupported(runs, solution) is not None
+
+
+def test_only_a_back_emf_is_compared_with_what_drove_the_motor() -> None:
+    """By the voltage while it was driven."""
+    left = np.full(100, 0.1)
+    assert of(record(CURRENT, np.full(100, 0.1), volts=10.0), left).share == pytest.approx(1.0)
+    part = record(EMF, np.full(100, 0.1), volts=10.0)
+    part.driven = np.arange(10) < 4
+    part.volts = np.where(part.driven, 2.0, 50.0)
+    assert of(part, left).share == pytest.approx(0.01 / 4.0)
+    still = record(EMF, np.full(100, 0.1), volts=10.0)
+    still.driven = np.zeros(10, dtype=bool)
+    assert of(still, left).share == pytest.approx(1.0)
+
+
+def test_runs_of_a_channel_count_together() -> None:
+    """By the sums of their squares, each channel for itself."""
+    solution: Any = SimpleNamespace(values=None, own=[[np.full(10, 1.0)], [np.full(30, 2.0)]])
+    runs = [record(CURRENT, np.full(10, 4.0)), record(CURRENT, np.full(30, -8.0))]
+    (found,) = unexplained.unexplained(runs, solution)
+    assert found.share == pytest.approx((10.0 + 30 * 4.0) / (160.0 + 30 * 64.0))
+    made = (10 * 9.0 + 30 * 100.0) / (160.0 + 30 * 64.0)
+    assert found.made == pytest.approx(made)
+    runs[1].measured[0].block.name = SPEED
+    assert [one.channel for one in unexplained.unexplained(runs, solution)] == [CURRENT, SPEED]

@@ -213,3 +213,19 @@ def test_a_rise_of_temperature_is_over_that_of_the_first_capture(first: bool) ->
     )
     assert ("initial warmth" in {u.name for u in one.unknowns}) is not first
     assert one.modelled == {"heating"}
+
+
+def test_sources_are_judged_and_steps_are_planned_for_them() -> None:
+    """By the values and with the mixer that are given, once each."""
+    one, seen = again(), []
+    own = np.array([u.start for u in one.unknowns])
+    driving, steps = one.driving, one._steps
+    one.plan = lambda *of: seen.append(of)  # type: ignore[method-assign,assignment]
+    one.retake_sources(shared(one), own)
+    assert one.driving is not driving
+    assert one.judged_at is not None
+    assert one.judged_at[: len(PARAMETERS)] == pytest.approx(POINT)
+    assert steps is one._steps
+    ((values, sizes),) = seen
+    assert values == pytest.approx(shared(one))
+    assert sizes is own

@@ -113,6 +113,7 @@ def test_what_is_too_uncertain_is_not_given(name: str) -> None:
 def test_a_count_is_a_whole_number_that_was_given() -> None:
     p = results.parameters(findings({"T_c": 0.1}, {}), fitted("cogging", N_c=7.0))["N_c"]
     assert (p.value, p.status, p.total) == (7.0, Status.FIXED, 0.0)
+    assert (p.statistical, p.instrument) == (0.0, 0.0)
     assert p.interval_95 == (7.0, 7.0)
 
 
@@ -122,6 +123,9 @@ def test_a_heat_capacity_is_one_over_what_was_searched() -> None:
     p = out["C_w"]
     assert (p.value, p.unit) == (4.0, "J/K")
     assert p.statistical == pytest.approx(0.01 / 0.25**2)
+    chain = findings({"per_C_w": 0.25, "k_w": 0.1}, {}, {"per_C_w": 0.02})
+    by_chain = results.parameters(chain, fitted("heating"))["C_w"].instrument
+    assert by_chain == pytest.approx(0.02 / 0.25**2)
     assert "per_C_w" not in out
     cold = findings({"per_C_w": 0.0, "k_w": 0.1}, {"per_C_w": 0.01, "k_w": 0.001})
     out = results.parameters(cold, fitted("heating"))
@@ -198,6 +202,17 @@ def test_iron_states_k_and_l_where_they_are_used() -> None:
     assert out["K_rated"].instrument == pytest.approx(out["K_rated"].value * 0.04, rel=1e-3)
     assert out["L_rated"].statistical == pytest.approx(SIX["L"] * 0.03, rel=1e-3)
     assert measurands.stated(found, fitted("direction")) == {}
+
+
+def test_constants_of_a_motor_whose_iron_is_unknown_in_part() -> None:
+    """A fall from the first ampere on; an inductance that nothing takes."""
+    assert measurands.torque_constant({"K": 2.0, "a_K": 0.1}, -3.0) == pytest.approx(1.4)
+    assert measurands.torque_constant({"K": 2.0, "i_K": 5.0}, 3.0) == 2.0
+    assert measurands.inductance({"L": 2.0}, 3.0, 1e4) == 2.0
+    assert measurands.inductance({"L": 2.0, "d_L": 0.5}, 1.0) == pytest.approx(1.5)
+    slow = {"L": 2.0, "L2_share": 0.5, "t_e": 1.0 / (2.0 * np.pi)}  # at 1 Hz it is halved
+    assert measurands.inductance(slow, 9.0, 1.0) == pytest.approx(1.5)
+    assert measurands.inductance(slow, 9.0, 0.0) == 2.0
 
 
 def test_what_nobody_stated_is_asked_for() -> None:

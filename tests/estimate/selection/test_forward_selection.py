@@ -234,6 +234,17 @@ def test_when_the_responses_are_spent_the_others_are_left_out(
     assert search.left_out == [C]  # D moves too little to matter
 
 
+@pytest.mark.parametrize(("most", "begun"), [(14.9, 1), (15.0, 2)])
+def test_another_round_begins_until_more_than_the_budget_is_spent(
+    most: float, begun: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A fit costs 15 responses here; nothing that was tried was taken until a search says so."""
+    fits = Fits(monkeypatch, direction=(300.0, BAD, 0.5), cogging=(300.0, BAD, 0.5))
+    found, _ = rounds(monkeypatch, [candidate(A, 100.0, R=1.0), candidate(C, 45.0, R=0.1)], most)
+    assert len(fits.begun) == begun
+    assert not any(one.taken for one in found)
+
+
 def test_responses_are_counted_of_the_busiest_capture() -> None:
     records: Any = [SimpleNamespace(simulated=n) for n in (3, 9, 5)]
     assert forward.evaluations(records) == 9

@@ -51,6 +51,7 @@ def turning(*speeds: float) -> np.ndarray:
     [
         ((turning(1.0, -1.0),), True), ((turning(1.0, 0.3),), False),
         ((turning(-2.0), turning(1.0)), True),  # one record each way
+        ((turning(-1.0, 0.9 * BACKWARDS),), False), ((turning(-1.0, 1.1 * BACKWARDS),), True),
         ((turning(1.0, -0.9 * BACKWARDS),), False), ((turning(1.0, -1.1 * BACKWARDS),), True),
         ((turning(10.0), turning(0.1, -0.3)), False),  # of the fastest of all records
         ((turning(10.0), turning(0.1, -0.6)), True),
@@ -71,3 +72,7 @@ def test_two_constants_are_told_apart_where_what_scales_with_them_is_held(
         {*held} & {"J", "B", "T0"}
     )
     assert probe(turning(1.0), names=names).tells(TERMS["quadratic-load"])
+
+
+def test_two_constants_are_not_told_by_mechanics_alone() -> None:
+    assert not probe(turning(1.0), names=("J", "B", "T0")).tells(TERMS["ke-kt"])

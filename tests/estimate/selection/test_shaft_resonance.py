@@ -160,3 +160,12 @@ def test_a_slow_swing_and_noise_are_no_peaks() -> None:
                ((300, 1.0), (500, 2.0), (900, 3.0), (1500, 4.0)))  # fmt: skip
     found = shaft_resonance._peaks(four + 0.01 * RNG.standard_normal(4000), 0.4)
     assert sorted(found / 2 / np.pi) == pytest.approx([500, 900, 1500], rel=0.01)
+
+
+@pytest.mark.parametrize(("power", "stands"), [(14.0, False), (45.0, True)])
+def test_a_peak_stands_out_by_some_tens_of_its_neighbours_power(power: float, stands: bool) -> None:
+    """Waves of all frequencies, as strong as each other, and one of so many times their power."""
+    spectrum = np.exp(2j * np.pi * np.random.default_rng(8).random(2001))
+    spectrum[400] *= np.sqrt(power)
+    found = shaft_resonance._peaks(np.fft.irfft(spectrum), 1.0)
+    assert found == pytest.approx([2 * np.pi * 400.0] if stands else [], rel=3e-3)

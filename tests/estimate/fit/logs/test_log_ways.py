@@ -382,11 +382,15 @@ def test_every_shape_begins_at_the_start_values_and_then_where_the_first_ended(
         started.append((records[0].shape, dict(near)))
         return f"solution of {records[0].shape}"
 
-    monkeypatch.setattr(log_lags, "MotorRecord", lambda *given: SimpleNamespace(shape=given[-1]))
-    monkeypatch.setattr(log_lags, "start_values", lambda *_: {"R": 2.0})
+    def made(capture: Any, free: Any, fixed: Any, shape: str) -> Any:
+        assert (capture, free, fixed) == ("run", NAMES, {"J": 7.0})
+        return SimpleNamespace(shape=shape)
+
+    monkeypatch.setattr(log_lags, "MotorRecord", made)
+    monkeypatch.setattr(log_lags, "start_values", lambda runs, _: {"R": 2.0 * bool(runs[0].shape)})
     monkeypatch.setattr(log_lags, "settled", settled)
     monkeypatch.setattr(log_lags, "merged", lambda near, solution: {**near, "from": solution})
-    fits = list(log_lags._of_shapes(["run"], NAMES, {"R": 1.0, "K": 5.0}, {}))  # type: ignore[list-item]
+    fits = list(log_lags._of_shapes(["run"], NAMES, {"R": 1.0, "K": 5.0}, {"J": 7.0}))  # type: ignore[list-item]
     first, *others = log_lags.SHAPES
     assert started[0] == (first, {"R": 2.0, "K": 5.0})
     ended = {"R": 2.0, "K": 5.0, "from": f"solution of {first}"}
