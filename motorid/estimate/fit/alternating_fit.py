@@ -157,9 +157,9 @@ def _coordinates(solution: Solution) -> Floats:
 
 def vanished(solution: Solution, records: Sequence[MotorRecord]) -> bool:
     """The inductance has gone to where it is none; what the ripple does went with it."""
-    values = merged({}, solution)
+    resistance, inductance = (float(v) for v in records[0].motor(solution.values)[:2])
     period = min(record.timeline.period_s for record in records)
-    return 0.0 < values.get("L", 0.0) < VANISHED * values.get("R", 0.0) * period
+    return 0.0 < inductance < VANISHED * resistance * period
 
 
 def again(

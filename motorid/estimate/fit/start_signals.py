@@ -71,8 +71,10 @@ def _insist(record: MotorRecord, named: set[str]) -> None:
                 f"there is {why} of the {what}{where}: the fit of all six parameters needs "
                 "voltage, current and motion"
             )
-        m = next(m for m in record.measured if m.block.name in names)
-        if float(np.ptp(m.values)) <= 1.5 * m.channel.resolution * record.gear:
+        used = next(name for name in names if name in named)
+        m = next(m for m in record.measured if m.block.name == used)
+        gear = record.gear if used != CURRENT else 1.0
+        if float(np.ptp(m.values)) <= 1.5 * m.channel.resolution * gear:
             raise DataError(
                 f"the {m.block.name} never changes{where}: check its sensor, and that the motor "
                 "moves"

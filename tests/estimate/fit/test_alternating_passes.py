@@ -122,8 +122,14 @@ def test_a_source_that_stays_ends_a_bare_search(monkeypatch: pytest.MonkeyPatch)
 def test_an_inductance_has_vanished_below_what_readings_tell_from_none(
     henry: float, gone: bool
 ) -> None:
+    """Whether the resistance is searched or held."""
     found = solution(1.0, L=henry * 2.0 * 1e-4)
-    assert alternating_fit.vanished(found, [record(period_s=1e-4), record(period_s=1.0)]) is gone
+    records = [record(period_s=1e-4), record(period_s=1.0)]
+    records[0].motor = lambda values: values
+    assert alternating_fit.vanished(found, records) is gone
+    searched = replace(found, unknowns=found.unknowns[1:], values=found.values[1:])
+    records[0].motor = lambda values: np.r_[2.0, values]
+    assert alternating_fit.vanished(searched, records) is gone
 
 
 def test_a_parameter_that_stays_at_its_bound_does_not_move() -> None:

@@ -47,9 +47,9 @@ def test_each_is_held_in_records_of_its_own_from_the_same_values(
         ("_as_of", records, tuple(before), one.near),
         ("with_inductance", records, FREE, START, "near", 4e-5),
     ]
-    one.held(5e-5)
-    assert one.trials == [50, 8]
-    assert one.spent == 58
+    others, _ = one.held(5e-5)
+    assert one.trials == [records, others]
+    assert (one.spent(), one.spent(records), one.spent(others)) == (58, 8, 50)
 
 
 def test_places_are_judged_in_the_noise_of_the_likeliest(monkeypatch: pytest.MonkeyPatch) -> None:

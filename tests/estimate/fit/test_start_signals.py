@@ -78,17 +78,25 @@ def test_a_channel_whose_readings_are_all_bad_is_no_missing_channel() -> None:
 @pytest.mark.parametrize(("steps", "moves"), [(1.4, False), (1.6, True)])
 @pytest.mark.parametrize("name", ["current", "position", "speed"])
 def test_a_channel_must_change_by_more_than_a_step(name: str, steps: float, moves: bool) -> None:
-    """A step and a half, of 1e-4; of a motion at a shaft behind a gear of 3."""
+    """A step and a half, of 1e-4; of a motion as the motor's shaft sees it before a gear of 3."""
     gear = 1.0 if name == "current" else 3.0
     flat = (EVERY, np.where(EVERY < 100, 1.0, 1.0 + steps * gear * 1e-4))
     moving = {} if name == "position" else {"speed": SPEED}
     one = record(200, **{"current": CURRENT, **moving, name: flat})
-    one.gear = gear
+    one.gear = 3.0
     if moves:
         signals(one)
         return
     with pytest.raises(DataError, match=rf"the {name} never changes in run\.h5"):
         signals(one)
+
+
+def test_of_two_motions_the_one_that_is_used_must_change() -> None:
+    one = record(200, current=CURRENT, speed=SPEED, position=(EVERY, np.ones(200)))
+    with pytest.raises(DataError, match="the position never changes"):
+        signals(one)
+    still = record(200, current=CURRENT, speed=(EVERY, np.ones(200)), position=POSITION)
+    signals(still)
 
 
 # which records have a say
