@@ -6,6 +6,7 @@ import gc
 import os
 import signal
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import hypothesis
@@ -54,10 +55,16 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items[:] = [item for item in items if not _is_of_a_device(item)]
 
 
-def pytest_collection_finish() -> None:
-    """Thousands of tests and modules stay to the end: the collector need not look at them again."""
-    gc.collect()
-    gc.freeze()
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[object]:
+    """Thousands of tests and modules stay to the end: the collector need not look at them."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+        gc.collect()
+        gc.freeze()
 
 
 def _is_of_a_device(item: pytest.Item) -> bool:
