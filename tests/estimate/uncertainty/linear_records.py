@@ -19,7 +19,7 @@ BLOCKS = (30, 20)  # readings
 SIGMAS = np.array([0.5, 4.0])
 
 
-@dataclass
+@dataclass(eq=False)
 class LinearRecord:
     """Derivatives (n, ·) of its readings in their unit, and what else is asked of a record."""
 
