@@ -154,6 +154,10 @@ def test_a_misfit_lies_in_the_segment_that_holds_most_of_it() -> None:
         record, m, residual, wider
     )
     assert localise.place(record, m, residual, []) == ""
+    m.block.floor = 1.0  # of a variance of 1, above which one reading is by what others are below
+    m.keep = np.arange(0, 8, 2)
+    first: Any = [SimpleNamespace(kind=SegmentKind.STEADY, start=0, stop=1)]
+    assert localise.place(record, m, np.array([2.0, 0.0, 0.0, 0.0]), first) == ""
 
 
 def test_a_lack_of_fit_is_half_as_much_again_as_the_declared_noise() -> None:

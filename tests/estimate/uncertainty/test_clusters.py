@@ -88,6 +88,8 @@ def test_white_residuals_count_by_their_own_variance_and_no_less_than_one() -> N
     one = line([2.0, -2.0, -2.0, 2.0, 0.5, -0.5, -0.5, 0.5], columns, slice(0, 4), slice(4, 8))
     expected = 4.0 * (1 + 4 + 9 + 16) + (25 + 36 + 49 + 64)
     assert score_covariance(one)[0, 0] == pytest.approx(expected)
+    single = line([3.0], [[2.0]])
+    assert score_covariance(single)[0, 0] == pytest.approx(36.0)
 
 
 def test_a_covariance_of_few_readings_is_wider_by_what_was_fitted() -> None:
@@ -159,6 +161,15 @@ def test_what_runs_and_their_parts_scatter_beyond_noise(
 def test_an_inverse_of_unlike_units_is_that_of_the_matrix() -> None:
     information = np.array([[4.0e8, 3.0], [3.0, 5.0e-8]])
     assert covariance_of(information) == pytest.approx(np.linalg.inv(information))
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_no_two_parameters_are_told_as_more_than_one(sign: float) -> None:
+    """What rounding leaves of a correlation beyond 1 is 1: of either alone nothing is known."""
+    beyond = np.array([[4.0, sign * 6.06], [sign * 6.06, 9.0]])
+    alike = np.array([[4.0, sign * 6.0], [sign * 6.0, 9.0]])
+    assert covariance_of(beyond) == pytest.approx(covariance_of(alike))
+    assert (np.diag(covariance_of(beyond)) > 1e10).all()
 
 
 # ---------------------------------------------------------------- stretches of a log

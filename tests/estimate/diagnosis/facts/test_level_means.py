@@ -160,6 +160,17 @@ def test_a_speed_is_foretold_by_the_voltage_of_the_level() -> None:
     assert steady_levels._speed(one, [SPEED_THERE]) is not None
 
 
+def test_a_speed_is_as_unsure_as_friction_makes_it() -> None:
+    """By B, which is no logarithm: dω/dB = −R ω/(K² + R B)."""
+    one: Any = Known(B=2e-5)
+    found = steady_levels._speed(one, [_Means(SPEED, 220.0, 2.0, 0.0), CURRENT_THERE])
+    assert found is not None
+    m = MOTOR
+    stiff = m["K"] ** 2 + m["R"] * m["B"]
+    speed = (m["K"] * (m["R"] * 0.316 + m["K"] * 218.0) - m["R"] * m["T0"]) / stiff
+    assert found.u == pytest.approx(2e-5 * m["R"] * speed / stiff, rel=1e-4)
+
+
 def test_a_current_is_foretold_by_the_friction_at_the_measured_speed() -> None:
     one: Any = Known(T0=1e-4, K=0.01)
     found = steady_levels._current(one, [SPEED_THERE, CURRENT_THERE])
