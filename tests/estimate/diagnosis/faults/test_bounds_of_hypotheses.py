@@ -8,16 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motorid.capture.model import CURRENT, SPEED, Channel
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.diagnosis.faults import (
     channel_delay,
     current_zero,
     decay_mode,
     encoder_bandwidth,
     load_slip,
+    lost_rows,
     low_pass_filter,
     model_alternatives,
     repeated_readings,
+    scale_errors,
     unstated_channels,
 )
 from motorid.estimate.diagnosis.faults.lost_rows import _even, _Lines, _peaks, _step
@@ -117,7 +119,73 @@ def test_a_run_is_of_six_or_more() -> None:
     assert (list(starts), list(lengths)) == ([6, 14], [6, 9])
 
 
+def held(raw: Any) -> tuple[int, int]:
+    """How many readings repeat, and where the first does."""
+    found = repeated_readings._of(Channel(CURRENT, "A", raw, scale=0.01, resolution=0.01))
+    return (found.stuck, found.first) if found is not None else (0, -1)
+
+
+def noise(count: int, spread: float = 1.0) -> Any:
+    """Counts whose neighbours are equal in three of ten, and seldom beyond two codes in turn."""
+    return np.round(2000.0 + np.random.default_rng(4).normal(0.0, spread, count))
+
+
+def test_a_stretch_is_judged_by_sixty_four_readings_on_either_side() -> None:
+    """Wherever it lies."""
+    for place in (100, 1000, 1900):
+        raw = noise(2000)
+        raw[place - 2 : place + 21] = [1990, *[2001] * 21, 2010]
+        assert held(raw) == (20, place - 1)
+
+
+@pytest.mark.parametrize(("around", "told"), [(34, True), (30, False)])
+def test_thirty_two_readings_around_show_how_often_neighbours_are_equal(
+    around: int, told: bool
+) -> None:
+    raw = noise(around + 25, 6.0)
+    raw[8:35] = [1990, *[2001] * 25, 2010]
+    assert held(raw) == ((24, 9) if told else (0, -1))
+
+
+@pytest.mark.parametrize(("length", "told"), [(7, False), (16, True)])
+def test_a_stretch_is_longer_than_chance_makes_one_in_the_whole_capture(
+    length: int, told: bool
+) -> None:
+    """Of two thousand readings, .3 of whose neighbours are equal: .3^7 · 2000 is a half."""
+    raw = noise(2000)
+    raw[1000 : 1000 + length] = raw[999]
+    assert (held(raw)[0] > 0) is told
+
+
+# ---------------------------------------------------------------- scales of a winding
+
+
+def test_windings_of_one_slot_and_leads_obey_their_laws() -> None:
+    """N times the turns of a wire N times thinner: K as N, R and L as N²; friction, and so the
+    torque at no load, stays, and its current goes as 1/N. Leads add to R alone."""
+    turns = 1.7
+    of = {n: turns**power for n, power in scale_errors.WINDING.powers.items()}
+    assert of["K"] * of[scale_errors.NO_LOAD] == pytest.approx(1.0)
+    assert of["R"] == of["L"] == pytest.approx(of["K"] ** 2) == pytest.approx(turns**2)
+    assert set(of) == {"R", "L", "K", scale_errors.NO_LOAD}
+    assert scale_errors.SERIES.powers == {"R": 1}
+
+
 # ---------------------------------------------------------------- lines beside a place
+
+
+def test_a_log_is_judged_from_eight_lines_on() -> None:
+    """160 rows of a motor that gets up to speed, one of which is missing after every 25."""
+    for count, found in ((160, True), (159, False)):
+        at = np.arange(count) + np.cumsum(np.arange(count) % 25 == 12)
+        left = np.exp(-at / 40.0)
+        series = {VOLTAGE: np.full(count, 9.0), CURRENT: 3.0 * left, SPEED: 400.0 * (1.0 - left)}
+        channels = {
+            n: Channel(n, "", y + 1e-3 * np.random.default_rng(2).standard_normal(count))
+            for n, y in series.items()
+        }
+        log = Capture(1000 * np.arange(count), 1e6, channels)
+        assert (lost_rows.find(log) is not None) is found
 
 
 def test_a_jump_is_between_two_lines_and_as_sure_as_they_are() -> None:
