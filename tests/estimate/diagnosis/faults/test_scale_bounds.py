@@ -16,6 +16,8 @@ from motorid.estimate.diagnosis.faults.scale_errors import (
     Cause,
     Verdict,
 )
+from motorid.estimate.results.estimate import Parameter
+from motorid.estimate.results.status import Status
 
 X = 0.375  # a departure of three and of two standard deviations
 BOTH = {"R": (X, X / 3.0), "K": (X, X / 2.0)}
@@ -72,6 +74,24 @@ def test_a_usual_factor_costs_nothing_and_another_one_a_unit() -> None:
     assert other is not None
     assert (other.left, other.factor) == (pytest.approx(1.0), pytest.approx(math.exp(0.2)))
     assert scale_errors._best(SERIES, {"K": (0.2, 0.05)}) is None
+
+
+def test_motors_of_one_label_differ_by_so_much() -> None:
+    """The usual spread of each figure, as the logarithm's deviation, of a fit that is exact."""
+
+    def exact(value: float) -> Parameter:
+        return Parameter("", "", value, 0.0, 0.0, 0.0, None, Status.ESTIMATED)
+
+    plate = {"R": 2.0, "L": 1e-3, "K": 0.05, "J": 2e-5}
+    fitted = {name: exact(1.5 * value) for name, value in plate.items()}
+    found = scale_errors.departures(fitted, plate)
+    assert {n: d for n, (d, _) in found.items()} == pytest.approx(
+        dict.fromkeys(plate, math.log(1.5))
+    )
+    spread = {name: s for name, (_, s) in found.items()}
+    assert spread == pytest.approx({"R": 0.08, "L": 0.3, "K": 0.08, "J": 0.15})
+    none = {name: exact(0.0) for name in plate}
+    assert scale_errors.departures(none, plate) == {}
 
 
 def test_a_large_factor_is_roughly_so() -> None:
