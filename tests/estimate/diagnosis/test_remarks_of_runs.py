@@ -271,6 +271,9 @@ def test_an_angle_that_stays_has_lost_no_share_of_its_counts(
     monkeypatch.setattr(reach.lost_samples, "find", lambda *_: SimpleNamespace(lost=3.0, dropped=2))
     assert reach._counts(record) == 0.0
     assert reach._time(record) == pytest.approx(0.4)
+    once = replace(channel, raw=np.array([3.0, 3.0, 3.5, 3.5, 3.5]))  # by a count in all
+    record.capture = Capture(np.arange(5), 1e3, {"position": once})
+    assert reach._counts(record) == pytest.approx(3.0)
     bare: Any = SimpleNamespace(capture=Capture(np.arange(5), 1e3, {}), timeline=None)
     assert reach._counts(bare) == 0.0
 

@@ -55,7 +55,11 @@ def test_a_channel_is_what_it_was_some_samples_before(monkeypatch: pytest.Monkey
     monkeypatch.setattr(filter_rest, "_apart", lambda *_: 2)
     current, emf, speed = np.arange(40.0) ** 2, np.ones(30), np.arange(50.0)
     record = log(shown=(current, emf, speed), names=(CURRENT, "emf", SPEED))
-    changes = list(filter_rest._changes(record, np.zeros(1), np.zeros(1)))
+    shown = {("values", "own"): [current, emf, speed]}
+    record.fitted = lambda *given: shown[given]
+    values: Any = "values"
+    own: Any = "own"
+    changes = list(filter_rest._changes(record, values, own))
     assert len(changes) == 24
     for k in range(1, 13):
         first, other = changes[k - 1], changes[k + 11]

@@ -141,6 +141,11 @@ def test_derivatives_in_white_noise_are_taken_where_the_fit_ended(
     assert wide.hypothesis is None
 
 
+def test_a_hypothesis_is_a_fault_unless_it_is_said_to_be_none() -> None:
+    plain = hypothesis()
+    assert (plain.guard, plain.quantity, plain.remedy) == (False, None, None)
+
+
 # ---------------------------------------------------------------- what a fault does to the readings
 
 
