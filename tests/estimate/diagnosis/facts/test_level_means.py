@@ -252,7 +252,9 @@ def test_a_level_that_turns_twice_and_shows_a_speed_is_looked_at(
     one.solution.own, turns_fast = [np.zeros(0)] * 2, record(np.full(1001, 13.0), SPEED)
     turns_fast.departures = lambda *_: [np.zeros(1001)]
     second: Any = [(capture, [quiet]), (capture, [segment])]
-    (later,) = steady_levels.levels(one, [turns_fast, turns_fast], second)
+    still = record(np.full(1001, 13.0), SPEED)
+    still.departures = lambda *_: pytest.fail("nothing is computed without a level")
+    (later,) = steady_levels.levels(one, [still, turns_fast], second)
     assert (later.capture, later.start_s) == (1, 0.0)
     one.solution.own = [np.zeros(0)]
     none: Any = [(capture, [other])]
