@@ -92,6 +92,15 @@ def test_friction_is_given_up_to_its_own_size_of_uncertainty() -> None:
     assert at.value == VALUES["B"]
 
 
+def test_friction_at_its_bound_keeps_its_two_parts_apart() -> None:
+    p = intervals.parameters(findings(bound=("B",), causes={"gain": {"B": 0.3}}))["B"]
+    parts = RELATIVE["B"] * VALUES["B"], 0.3 * VALUES["B"]
+    assert (p.statistical, p.instrument) == pytest.approx(parts)
+    assert p.total == pytest.approx(math.hypot(*parts))
+    assert p.interval_95 == pytest.approx((0.0, intervals.NORMAL_95 * math.hypot(*parts)))
+    assert (p.value, p.status, p.unit) == (0.0, Status.AT_BOUND, UNITS["B"])
+
+
 @pytest.mark.parametrize(("terms", "kelvin"), [(("drag",), 20.0), (("drag", "heating"), 0.0)])
 def test_a_wider_model_that_knows_the_heating_is_as_warm_as_its_room(
     terms: tuple[str, ...], kelvin: float, monkeypatch: pytest.MonkeyPatch
