@@ -14,15 +14,7 @@ from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Linearised
 from motorid.estimate.uncertainty import covariance, log_scatter, unstated_gains
 from motorid.estimate.uncertainty.between_run_variance import pull, spread_of
-from motorid.estimate.uncertainty.covariance import (
-    NOISE,
-    SPREAD,
-    Known,
-    Statistical,
-    covariance_of,
-    score_covariance,
-    statistical,
-)
+from motorid.estimate.uncertainty.covariance import Known, Statistical, covariance_of, statistical
 from motorid.estimate.uncertainty.log_scatter import STRETCHES
 from tests.estimate.uncertainty.linear_records import P, drawn, followed, solved
 
@@ -87,9 +79,9 @@ def test_white_residuals_count_by_their_own_variance_and_no_less_than_one() -> N
     columns = np.arange(1.0, 9.0)[:, None]
     one = line([2.0, -2.0, -2.0, 2.0, 0.5, -0.5, -0.5, 0.5], columns, slice(0, 4), slice(4, 8))
     expected = 4.0 * (1 + 4 + 9 + 16) + (25 + 36 + 49 + 64)
-    assert score_covariance(one)[0, 0] == pytest.approx(expected)
+    assert covariance.score_covariance(one)[0, 0] == pytest.approx(expected)
     single = line([3.0], [[2.0]])
-    assert score_covariance(single)[0, 0] == pytest.approx(36.0)
+    assert covariance.score_covariance(single)[0, 0] == pytest.approx(36.0)
 
 
 def test_a_covariance_of_few_readings_is_wider_by_what_was_fitted() -> None:
@@ -102,7 +94,7 @@ def test_a_covariance_of_few_readings_is_wider_by_what_was_fitted() -> None:
     found = statistical(solution)
     white = np.array([1.0 / 12.0, 1.0 / 8.0])
     assert np.diag(found.covariance) == pytest.approx(white * 12.0 / 9.0)
-    assert found.lines[NOISE] == pytest.approx(white * 12.0 / 9.0)
+    assert found.lines[covariance.NOISE] == pytest.approx(white * 12.0 / 9.0)
     assert found.coloured == pytest.approx((12.0 / 9.0) ** 0.5)
     assert not found.between_runs
     assert np.isinf(found.freedom).all()
@@ -145,13 +137,15 @@ def test_what_runs_and_their_parts_scatter_beyond_noise(
 
     monkeypatch.setattr(covariance, "spread_of", spread)
     solution: Any = SimpleNamespace(records=(one, one, one))
-    within = Statistical(np.array([[2.0]]), np.full(1, np.inf), 1.0, True, {NOISE: np.full(1, 2.0)})
+    within = Statistical(
+        np.array([[2.0]]), np.full(1, np.inf), 1.0, True, {covariance.NOISE: np.full(1, 2.0)}
+    )
     pieces = [np.array([0, 0, 1, 1])] * 3
     found = covariance._between(solution, np.eye(1), within, pieces)
     assert asked == [[10.0] * 3, [3.0, 7.0] * 3]
     assert found.covariance[0, 0] == pytest.approx(total)
     assert found.freedom[0] == pytest.approx(freedom)
-    spreads = found.lines.get(SPREAD)
+    spreads = found.lines.get(covariance.SPREAD)
     assert (spreads is None) is (total == 2.0)
     assert spreads is None or spreads == pytest.approx([total - 2.0])
     alone = covariance._between(solution, np.eye(1), within, ())

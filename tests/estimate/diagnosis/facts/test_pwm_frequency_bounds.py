@@ -13,6 +13,7 @@ from motorid.capture.model import CURRENT, SPEED
 from motorid.errors import DataError
 from motorid.estimate.diagnosis.facts import pwm_frequency
 from motorid.estimate.results.status import Status
+from tests.estimate.diagnosis.facts.test_pwm_frequency import Told
 
 ONES = np.ones(64)
 NOISE = np.random.default_rng(6).standard_normal(6000)
@@ -30,16 +31,6 @@ class Wiring:
     """Its board's statement."""
 
     pwm_hz: float
-
-
-@dataclass(frozen=True, eq=False)
-class Told:
-    """What is read of an estimate."""
-
-    curves: tuple[Any, ...]
-    parameters: Any
-    suspects: tuple[Any, ...] = ()
-    alternative: Any = None
 
 
 def curve(left: Any, channel: str = CURRENT) -> Any:
