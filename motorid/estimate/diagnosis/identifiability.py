@@ -217,7 +217,7 @@ def _slope(combination: Callable[[Motor], float], at: Motor, scale: Floats) -> F
     for column, (name, size) in enumerate(zip(PARAMETERS, scale, strict=True)):
         up = combination({**at, name: at[name] + STEP * size})
         down = combination({**at, name: at[name] - STEP * size})
-        slope[column] = (up - down) / (2 * STEP)
+        slope[column] = up - down
     length = float(np.linalg.norm(slope))
     return slope / length if length else slope
 
@@ -232,8 +232,8 @@ def _sensitivities(run: Excitation, at: Motor, scale: Floats) -> Floats:
     matrix = np.stack(columns, axis=1)
     if not run.coast:
         return matrix
-    faster = _readings(run, at, at, 1 + STEP) - _readings(run, at, at, 1 - STEP)
-    start = faster / (2 * STEP)  # the speed at which a coast-down begins is a nuisance
+    # the speed at which a coast-down begins is a nuisance, projected out whatever its length
+    start = _readings(run, at, at, 1 + STEP) - _readings(run, at, at, 1 - STEP)
     length = float(start @ start)
     return matrix - np.outer(start, start @ matrix) / length if length else matrix
 

@@ -110,7 +110,7 @@ def _with_travel(
     parameters: Mapping[str, Parameter],
 ) -> dict[str, float]:
     """Lost counts and lost time make a speed wrong by their share of all."""
-    share = max((MOVING[one.code](record) for record in records), default=0.0)
+    share = max(MOVING[one.code](record) for record in records)
     out = dict(allowed)
     for name, power in SIZED_BY_TRAVEL.items():
         p = parameters.get(name)

@@ -142,7 +142,7 @@ def _dropping(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnosti
     motor = found.motor()
     drop = max(record.capture.wiring.bridge_drop_v for record in records)
     periods = motor.L / motor.R / min(record.timeline.period_s for record in records)
-    amperes = max((_largest_current(record.capture) for record in records), default=0.0)
+    amperes = max(_largest_current(record.capture) for record in records)
     if not drop or not amperes or periods > SHOWN_DESPITE_DROP:
         return []
     moves = {"L": motor.L, "R": DROP_IN_R * drop / amperes}

@@ -234,7 +234,7 @@ class Alternative:
     at_25: Mapping[str, Parameter] = field(default_factory=dict)  # as of ``Estimate``
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class Estimate(Look):
     """The answer of a fit.
 

@@ -141,7 +141,7 @@ def _sums(change: Floats, line: Linearised) -> _Sums:
     free, information = line.cleared()
     own = free.T
     taken, pulled = project(own, change), project(own, line.residual)
-    follows = covariance_of(information) if len(own) else np.zeros((0, 0))
+    follows = covariance_of(information)
     return _Sums(
         square(change) - float(taken @ follows @ taken),
         project(line.orthogonal.T, change),
@@ -153,7 +153,7 @@ def _cleared(change: Floats, line: Linearised) -> Floats:
     """The change less what the record's nuisances explain of it."""
     free, information = line.cleared()
     own = free.T
-    return change - covariance_of(information) @ project(own, change) @ own if len(own) else change
+    return np.asarray(change - covariance_of(information) @ project(own, change) @ own)
 
 
 def _left(

@@ -60,6 +60,19 @@ def test_a_log_is_cut_evenly_where_it_has_too_few_parts(monkeypatch: pytest.Monk
     assert reach.disagreement([], found) == pytest.approx(as_two)
 
 
+def test_three_parts_of_a_program_show_a_disagreement(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By what each of them pulls: of a first that is off alone, the pieces of a log say less."""
+    columns = np.ones((N, 2)) * [1.0, 0.0] + RNG.standard_normal((N, 2)) * [0.0, 1.0]
+    thirds = np.arange(N) * 3 // N
+    residual = np.array([4.0, -4.0, 0.0])[thirds]
+    monkeypatch.setattr(reach, "by_part", lambda *_: [thirds])
+    inverse = np.linalg.inv(columns.T @ columns)
+    pulls = [inverse @ (columns[thirds == k].T @ residual[thirds == k]) for k in range(3)]
+    spread = np.square(pulls).sum(axis=0) - 2.0 * np.diag(inverse)
+    found = reach.disagreement([], solution(residual, columns))
+    assert found["R"] == pytest.approx(2.0 * 2.0 * np.sqrt(spread[0]))
+
+
 def test_a_fault_may_hide_a_part_of_the_norm_beyond_noise(monkeypatch: pytest.MonkeyPatch) -> None:
     columns = RNG.standard_normal((N, 2))
     found = solution(np.zeros(N), columns)
@@ -97,8 +110,15 @@ def of_lack(
     monkeypatch: pytest.MonkeyPatch, said: list[Diagnostic], found: list[Suspect] | None = None,
     beyond: float = 0.04,
 ) -> tuple[Diagnostic, ...]:  # fmt: skip
-    monkeypatch.setattr(reach, "disagreement", lambda *_: {"R": 0.5, "T0": 0.01})
-    monkeypatch.setattr(reach, "hidden", lambda *_: {"R": 0.3, "T0": 0.02})
+    def moves(**given: float) -> Any:
+        def of(records: Any, answer: Any) -> dict[str, float]:
+            assert (records, answer) == ([], None)
+            return given
+
+        return of
+
+    monkeypatch.setattr(reach, "disagreement", moves(R=0.5, T0=0.01))
+    monkeypatch.setattr(reach, "hidden", moves(R=0.3, T0=0.02))
     monkeypatch.setattr(reach, "unexplained", lambda *_: [SimpleNamespace(beyond=beyond)])
     nothing: Any = None
     return reach.of_lack(said, found or [], [], nothing, {"R": parameter(2.0)})

@@ -98,6 +98,7 @@ def test_no_drop_or_a_slow_rise_hides_nothing(drop: float, periods: float) -> No
     ("widest", "between", "codes"),
     [
         (1.31, True, ["widened"]),
+        (1.3, True, []),
         (1.29, True, []),
         (1.0, False, ["few_runs"]),
         (2.0, False, ["widened", "few_runs"]),

@@ -50,8 +50,12 @@ def mended(
     tried: list[str] = []
 
     def fit(name: str) -> Any:
-        def made(*_: Any) -> Any:
+        def made(records: Any, *given: Any) -> Any:
             tried.append(name)
+            assert records == []
+            began = {"T0": 0.0, "R": 2.0, "K": 0.05}
+            assert given[1:] == ((guilty, {"T0": 0.0}) if name == "size" else (began,))
+            assert name == "size" or given[0] == {"T0": 0.0}
             if name == fails:
                 raise DataError("no start")
             return None if name == none else (["again"], solution(converged=converged))

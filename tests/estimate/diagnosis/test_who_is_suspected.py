@@ -39,9 +39,14 @@ class Given:
         monkeypatch.setattr(scales, "read_nameplate", lambda _: {"R": 1.0})
         monkeypatch.setattr(scales, "absurd", lambda *_: self.absurd.pop(0))
         monkeypatch.setattr(scales, "suspects", self.scales)
-        monkeypatch.setattr(room, "without_loss", lambda _, parameters: "without loss")
+        monkeypatch.setattr(room, "without_loss", self.without_loss)
         monkeypatch.setattr(room.rank, "direct", lambda _: list(direct))
         monkeypatch.setattr(room.rank, "suspects", lambda *_: (found, "convicted"))
+
+    def without_loss(self, records: Any, parameters: Any) -> str:
+        assert [list(record.volts) for record in records] == [[3.0, -9.0]]
+        assert parameters == "parameters"
+        return "without loss"
 
     def scales(self, parameters: Any, plate: Any, *top: float, turned: Any = None) -> Any:
         self.asked.append((parameters, plate, *top, turned))

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from motorid.estimate.uncertainty.pull_scatter import STRETCHES, pull_scatter
+from motorid.estimate.uncertainty.pull_scatter import STRETCHES, _stretches, pull_scatter
 
 READINGS = 4000
 CHANGE = np.linspace(0.0, 1.0, READINGS) ** 2
@@ -55,3 +55,24 @@ def test_records_that_agree_say_more_than_one() -> None:
 def test_what_no_reading_shows_does_not_scatter() -> None:
     assert pull_scatter([], []) == 1.0
     assert pull_scatter([np.zeros(5)], [np.ones(5)]) == 1.0
+
+
+def test_stretches_tell_as_much_of_an_effect_each() -> None:
+    """Eight of them: of a change that is even, and of one that is thrice as large later on."""
+    assert _stretches(np.ones(80)).tolist() == [10 * k for k in range(8)]
+    change = np.where(np.arange(100) < 90, 1.0, 3.0)  # 90 and then 90 again
+    begins = _stretches(change)
+    sums = np.add.reduceat(change**2, begins)
+    assert len(begins) == 8
+    assert sums == pytest.approx(np.full(8, 22.5), abs=9.0)
+    assert _stretches(np.r_[np.zeros(9), 1.0]).tolist() == [0, 9]  # one reading tells all
+
+
+def test_a_scatter_is_of_sums_over_stretches_or_of_single_readings() -> None:
+    """Eight stretches of ten readings, each off alike: of their sums 8/7, of each alone 1."""
+    left = np.repeat([1.0, -1.0] * 4, 10)
+    assert pull_scatter([np.ones(80)], [left]) == pytest.approx(8 * 100.0 * 8 / 7 / 80.0)
+    turns = np.tile([3.0, -3.0], 40)
+    assert pull_scatter([np.ones(80)], [turns]) == pytest.approx(9.0)
+    twice = pull_scatter([np.ones(80)] * 2, [left, turns])
+    assert twice == pytest.approx(max(8 * 100.0 * 8 / 7 / 160.0, (80.0 + 720.0) / 160.0))

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 # V, ohm, H, N·m/A, kg·m². Each inductance that a data sheet bounds from above is taken at half.
+# Compared again: 0816K with its data sheet, 2338S with the SRV02 manual; RE 35, RE 40 and GR 42
+# (without J) with parameters that others publish. Diameters bear out coreless and disc motors.
 MOTORS = {
     # Faulhaber 0816K..SR, data sheet: four windings of one motor, 0.5 W
     "Faulhaber 0816K003SR": (3.0, 5.4, 53e-6, 2.11e-3, 5.1e-9),

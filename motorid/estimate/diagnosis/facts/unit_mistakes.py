@@ -39,7 +39,8 @@ ONE_ROW = 1e-6  # of a unit of time, by which a step of a row number may miss on
 PERIODS = np.arange(0.5, 7.0, 0.5)  # of a logger, as powers of ten below a unit of time
 HIGH = 99.0  # percentile of a log's voltages that counts as the highest
 SI = {TIME: "s", CURRENT: "A", VOLTAGE: "V", SPEED: "rad/s", POSITION: "rad"}
-BY_TIME = ("L", "J/K²", "JR/(K²+RB)")  # in proportion to a stretched clock, whatever the motion
+# in proportion to a stretched clock, whatever the motion
+BY_TIME = ("L", "L/R", "J/K²", "J R/K²", "JR/(K²+RB)")
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,8 @@ def _by_themselves(capture: Capture, known: Mapping[str, Parameter]) -> Iterator
         if clocks:
             hint = f"perhaps {clocks[0].instead.replace(' were ', ' is ')}"
             factor = clocks[0].factor
-            moves = {n: abs(values[n] * (1.0 - 1.0 / factor)) for n in BY_TIME if n in values}
+            timed = [n for n in BY_TIME if n in known and n in values]
+            moves = {n: abs(values[n] * (1.0 - 1.0 / factor)) for n in timed}
         yield Diagnostic(
             "unit_mistake", "warning",
             f"{name} is {value:.3g} {unit}, and motors have {low:.2g} {most}: check the units "

@@ -160,6 +160,17 @@ def test_a_speed_is_foretold_by_the_voltage_of_the_level() -> None:
     assert steady_levels._speed(one, [SPEED_THERE]) is not None
 
 
+def test_a_speed_is_as_unsure_as_friction_makes_it() -> None:
+    """By B, which is no logarithm: dω/dB = −R ω/(K² + R B)."""
+    one: Any = Known(B=2e-5)
+    found = steady_levels._speed(one, [_Means(SPEED, 220.0, 2.0, 0.0), CURRENT_THERE])
+    assert found is not None
+    m = MOTOR
+    stiff = m["K"] ** 2 + m["R"] * m["B"]
+    speed = (m["K"] * (m["R"] * 0.316 + m["K"] * 218.0) - m["R"] * m["T0"]) / stiff
+    assert found.u == pytest.approx(2e-5 * m["R"] * speed / stiff, rel=1e-4)
+
+
 def test_a_current_is_foretold_by_the_friction_at_the_measured_speed() -> None:
     one: Any = Known(T0=1e-4, K=0.01)
     found = steady_levels._current(one, [SPEED_THERE, CURRENT_THERE])
@@ -237,5 +248,14 @@ def test_a_level_that_turns_twice_and_shows_a_speed_is_looked_at(
         kept += found
     (level,) = kept
     assert (level.start_s, level.end_s, level.current) == (0.0, pytest.approx(1.0), None)
+    quiet = SimpleNamespace(kind=SegmentKind.COAST, start=0, stop=1001)
+    one.solution.own, turns_fast = [np.zeros(0)] * 2, record(np.full(1001, 13.0), SPEED)
+    turns_fast.departures = lambda *_: [np.zeros(1001)]
+    second: Any = [(capture, [quiet]), (capture, [segment])]
+    still = record(np.full(1001, 13.0), SPEED)
+    still.departures = lambda *_: pytest.fail("nothing is computed without a level")
+    (later,) = steady_levels.levels(one, [still, turns_fast], second)
+    assert (later.capture, later.start_s) == (1, 0.0)
+    one.solution.own = [np.zeros(0)]
     none: Any = [(capture, [other])]
     assert steady_levels.levels(one, [subject], none) == []

@@ -104,6 +104,13 @@ def test_ends_have_no_neighbours_to_judge_by(k: int) -> None:
     assert not len(found.places)
 
 
+@pytest.mark.parametrize(("k", "seen"), [(5, 0), (6, 1), (COUNT - 6, 1), (COUNT - 5, 0)])
+def test_five_increments_on_either_side_show_what_is_usual(k: int, seen: int) -> None:
+    found = module.find(capture(turned({k: PER_SAMPLE})), timeline())
+    assert found is not None
+    assert len(found.places) == seen
+
+
 def test_without_steps_of_a_position_nothing_is_told() -> None:
     smooth = capture(turned({100: PER_SAMPLE}))
     channel = replace(smooth.channels[POSITION], resolution=0.0)

@@ -193,3 +193,13 @@ def test_a_run_that_was_stopped_is_no_shorter() -> None:
     assert lost_samples.short_of_program(replace(cut(7), program=None)) == 0
     late = tuple(replace(phase, index=phase.index + 1) for phase in capture.phases)
     assert lost_samples.short_of_program(replace(cut(7), phases=late)) == 0
+
+
+@pytest.mark.parametrize(("count", "told"), [(1500, True), (2000, False)])
+def test_chance_makes_no_such_stretch_in_a_capture_of_that_length(count: int, told: bool) -> None:
+    """Of three readings two are equal, 42 of 128 around: fifteen in turn by (43/130)^15 a place."""
+    raw = np.tile([6.0, 6.0, -6.0], 700)[:count]
+    raw[900:916] = 20.0
+    found = repeated_readings._of(Channel(CURRENT, "A", raw, scale=STEP, resolution=STEP))
+    assert (found is not None) is told
+    assert (count * (43 / 130) ** 15 < 1e-4) is told

@@ -1,0 +1,180 @@
+"""Which effects are looked for in which records, and of what a whole uncertainty is made."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from motorid.estimate.effects.influence_quantity import Use
+from motorid.estimate.effects.source.voltage_noise import VOLTAGE_NOISE
+from motorid.estimate.solver.problem import Unknown
+from motorid.estimate.uncertainty import budget, undetected
+from motorid.estimate.uncertainty import findings as whole
+from motorid.estimate.uncertainty.covariance import SCATTER, Known
+from motorid.estimate.uncertainty.undetected import FOUND, Undetected
+from tests.estimate.uncertainty.linear_records import (
+    BLOCKS,
+    LinearRecord,
+    P,
+    drawn,
+    followed,
+    solved,
+    system,
+)
+
+USUAL = 0.2  # standard deviation of the prior
+
+
+def looked_for(monkeypatch: pytest.MonkeyPatch, records: list[LinearRecord],
+               *names: str) -> tuple[Undetected, ...]:  # fmt: skip
+    """Of quantities that may be in the records whose readings they change."""
+
+    def places(quantity: Any, record: LinearRecord) -> list[Any]:
+        def unknown(of: LinearRecord) -> Unknown | None:
+            assert of is record
+            return Unknown("", 0.0, prior_sd=USUAL) if quantity.name in record.changes else None
+
+        return [SimpleNamespace(unknown=unknown, name=quantity.name)]
+
+    def tangent(record: LinearRecord, values: Any, own: Any, one: Any) -> Any:
+        return record.blocks(record.changes[one.name])
+
+    quantities = tuple(SimpleNamespace(name=name) for name in names)
+    monkeypatch.setattr(undetected, "used", lambda use: quantities if use is Use.UNDETECTED else ())
+    monkeypatch.setattr(undetected, "instances", places)
+    monkeypatch.setattr(undetected, "tangent", tangent)
+    return undetected.undetected(solved(records), records)  # type: ignore[arg-type]
+
+
+def moved(records: list[LinearRecord]) -> list[Any]:
+    """What one standard deviation of drag does to the readings of each."""
+    return [USUAL * record.changes.get("drag", np.zeros(sum(BLOCKS))) for record in records]
+
+
+def posterior(records: list[LinearRecord]) -> tuple[float, float]:
+    """Size of drag in standard deviations of its prior, and the deviation that is left of that."""
+    known, H = system(records)
+    each = zip(records, moved(records), strict=True)
+    column = np.concatenate([record.scaled(change) for record, change in each])
+    cross = known.T @ column
+    every = np.block([[H, cross[:, None]], [cross[None], np.array([[column @ column + 1.0]])]])
+    left = np.concatenate([record.line.residual for record in records])
+    inverse = np.linalg.inv(every)
+    found = inverse @ np.concatenate([known.T @ left, [column @ left]])
+    return float(found[-1]), float(inverse[-1, -1]) ** 0.5
+
+
+@pytest.mark.parametrize("runs", [("drag", "drag"), ("drag", "iron")])
+@pytest.mark.parametrize("size", [-0.5, 0.6])
+def test_an_effect_is_one_of_all_runs_that_may_have_it(
+    runs: tuple[str, ...], size: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is open of it is its posterior by the readings of all; runs without it tell the rest."""
+    records = [drawn(11 + k, name) for k, name in enumerate(runs)]
+    for record, change in zip(records, moved(records), strict=True):
+        record.residual = record.residual + size * change
+    (found,) = looked_for(monkeypatch, records, "drag")
+    mean, deviation = posterior(records)
+    assert found.open == pytest.approx(deviation)
+    assert abs(mean) < FOUND * deviation
+    way = followed(records, moved(records))[:P]
+    assert found.shift == pytest.approx(-way * np.hypot(deviation, max(mean, 0.0)))
+    assert found.seen == 0.0
+
+
+def test_what_no_record_could_have_or_all_model_is_not_looked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    runs = [drawn(13, "drag", "iron"), drawn(14, "iron")]
+    runs[0].modelled, runs[1].modelled = ("iron",), ("drag", "iron")
+    found = looked_for(monkeypatch, runs, "heat", "iron", "drag")
+    assert [one.quantity.name for one in found] == ["drag"]
+    assert looked_for(monkeypatch, [runs[1]], "iron", "drag") == ()
+
+
+def test_a_size_that_is_seen_is_held_against_the_scatter_of_its_pull(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """That of what neither parameters nor nuisances explain of it, on what is left."""
+    run = drawn(17, "drag")
+    run.changes = {"drag": 10.0 * run.changes["drag"]}
+    run.residual = 0.8 * moved([run])[0]
+    mean, deviation = posterior([run])
+    asked: list[tuple[Any, Any]] = []
+
+    def scattering(changes: Any, residuals: Any) -> float:
+        asked.append((changes, residuals))
+        return 4.0
+
+    monkeypatch.setattr(undetected, "pull_scatter", scattering)
+    (found,) = looked_for(monkeypatch, [run], "drag")
+    assert mean > 4.0 * FOUND * deviation
+    assert found.seen == pytest.approx(mean / deviation / 2.0)
+    (((change,), (residual,)),) = asked
+    known, _ = system([run])
+    left = run.scaled(moved([run])[0]) - known @ followed([run], moved([run]))
+    assert change == pytest.approx(left)
+    assert residual == pytest.approx(run.line.residual)
+
+
+# ---------------------------------------------------------------- all that is uncertain, together
+
+
+@pytest.fixture
+def parts(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """Each part of an uncertainty is its own name."""
+    monkeypatch.setattr(whole.errors_in_variables, "hidden", lambda *_: ("hidden",))
+    monkeypatch.setattr(whole, "scattered", lambda *given: ("scattered", *given))
+    shift = np.array([1.0])
+    line = Undetected(SimpleNamespace(name="drag"), shift, 0.01)  # type: ignore[arg-type]
+    monkeypatch.setattr(whole, "undetected", lambda *_: (line,))
+    monkeypatch.setattr(budget, "carried", lambda *_: SimpleNamespace(shared={"gain": shift}))
+    monkeypatch.setattr(budget, "lines_of", lambda shared, *_: {**shared, "held": shift})
+    monkeypatch.setattr(whole.profile_likelihood, "intervals", lambda *_: {"B": (0.0, 1.0)})
+    return {"line": line}
+
+
+def test_an_answer_has_every_cause_and_profiles_unless_asked(parts: dict[str, Any]) -> None:
+    solution: Any = SimpleNamespace(converged=True)
+    records: Any = ("run",)
+    found = whole.findings(records, solution, {"K": 2.0}, ("B",))
+    assert found.solution is solution
+    assert found.statistical == ("scattered", solution, records, ("hidden",))
+    assert set(found.causes) == {"gain", "held", "drag"}
+    assert (found.fixed, found.without) == ({"K": 2.0}, ("B",))
+    assert found.profiles == {"B": (0.0, 1.0)}
+    assert found.undetected == (parts["line"],)
+    assert found.hidden == ("hidden",)
+    assert set(found.carried.shared) == {"gain"}
+    assert whole.findings(records, solution, {}, (), profiled=False).profiles == {}
+    without = whole.findings(records, solution, {}, (), answers=False)
+    assert (without.undetected, set(without.causes)) == ((), {"gain", "held"})
+    solution.converged = False
+    assert whole.findings(records, solution, {}, ()).profiles == {}
+
+
+def test_what_no_residual_shows_is_counted_by_cause(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first record has what all were settled by; every record has its own lags."""
+    one, two, three, four = (np.array([float(k)]) for k in range(1, 5))
+    known = Known({"drop": np.ones((1, 1))})
+    monkeypatch.setattr(budget, "of_priors", lambda *_: known)
+    monkeypatch.setattr(whole, "by_part", lambda *_: ("part",))
+    monkeypatch.setattr(whole.log_scatter, "shifts", lambda *_: [four])
+    monkeypatch.setattr(whole, "statistical", lambda *given: given)
+    records: Any = [
+        SimpleNamespace(left_open=[one], unsettled=two, between_ticks=None),
+        SimpleNamespace(left_open=[two, three], unsettled=None, between_ticks=one),
+    ]
+    unseen: Any = [SimpleNamespace(shared=three)]
+    _, priors, hidden, pieces = whole.scattered("solution", records, unseen)  # type: ignore[misc, arg-type]
+    assert (priors, pieces) == (known, ("part",))
+    assert hidden == {
+        VOLTAGE_NOISE.name: [three], SCATTER: [four], budget.UNSTATED: [one, two, three],
+        budget.SETTLING: [two], budget.GRID: [],
+    }  # fmt: skip
+    records.reverse()
+    _, _, hidden, _ = whole.scattered("solution", records, unseen)  # type: ignore[misc, arg-type]
+    assert (hidden[budget.SETTLING], hidden[budget.GRID]) == ([], [one])
