@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from motorid.capture.model import Capture, Wiring
+from motorid.estimate.signals.source.current_transient import PLACES, Rise
 from motorid.estimate.signals.source.dead_time import (
     UNSURE,
     DeadTime,
+    _within,
     dead_time_loss,
     swinging,
     turning,
@@ -29,7 +31,8 @@ PART = Part(4, COUNT, StepKind.DRIVE_DUTY, 0.5, Decay.SYNCHRONOUS_SLOW)
 
 
 def dead(side: float = 1.0, blur: float = 0.0) -> DeadTime:
-    return DeadTime(side, AMPERES, VOLTS, blur, np.array([-0.1, 0.0, 0.1]), np.zeros(3))
+    starts, firsts = np.array([-1.0, 0.0, 0.1]), np.array([-0.5, 0.2, 0.4])
+    return DeadTime(side, AMPERES, VOLTS, blur, starts, firsts)
 
 
 def capture(**wiring: float) -> Capture:
@@ -154,3 +157,31 @@ def test_a_loss_is_that_without_a_resistance_unless_it_is_told() -> None:
     other, _ = dead_time_loss(capture(), [PART], current, 1e-4, 1.0)
     assert plain.tolist() == bare.tolist() == shown.tolist()
     assert np.abs(plain - other).max() > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("level", "decay", "late"),
+    [
+        (0.4, Decay.SYNCHRONOUS_SLOW, 0.0),
+        (0.4, Decay.FAST, 0.0),
+        (-0.4, Decay.FAST, 0.3),  # forward comes first, for three tenths of the period
+    ],
+)
+def test_each_period_of_a_rise_loses_by_the_current_that_it_begins_with(
+    level: float, decay: Decay, late: float
+) -> None:
+    """Two periods an interval, of a current that rises in a line; the first has no ripple yet."""
+    part = replace(PART, level=level, decay=decay)
+    times = np.arange(2)[:, None] + PLACES
+    rise = Rise(part, np.sign(level) * (0.3 + 0.25 * times), np.full(16, 1.0 / 16.0))
+    one = dead(np.sign(level))
+    found = _within(capture(), rise, one, 0.02)
+    for row, place, begins in ((0, 15, 0.5), (1, 0, 1.0), (1, 7, 1.0), (1, 8, 1.5)):
+        at = begins + late / 2.0
+        # none is known before the first place of an interval
+        at = max(at, np.floor(at) + PLACES[0])
+        wanted = one.lost(np.array([np.sign(level) * (0.3 + 0.25 * at)]))[0]
+        assert found[row, place] == pytest.approx(wanted)
+    ahead = AMPERES[2] - AMPERES[3] if late else 0.0
+    assert found[0, :8] == pytest.approx(one.first(0.02 + np.sign(level) * ahead))
+    assert np.ptp(found[1]) > 0.0
