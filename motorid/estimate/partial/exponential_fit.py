@@ -180,15 +180,14 @@ def _start(record: Record) -> Start:
     constants = np.geomspace(SHORTEST * record.period_s, LONGEST * record.length_s, CONSTANTS)
     onsets = np.quantile(t[:-LAST], np.linspace(0.0, 0.9, ONSETS))
     onsets = np.unique([*onsets, t[0] + record.period_s / 2.0])
-    best, found = np.inf, Start(float(constants[0]), float(t[0]), False)
+    best, constant_s, onset_s = np.inf, float(constants[0]), float(t[0])
     for onset in onsets:
         for constant in constants:
             X = columns(record, np.array([constant]), float(onset))
             left = record.values - X @ np.linalg.lstsq(X, record.values, rcond=None)[0]
             if float(left @ left) < best:
-                best = float(left @ left)
-                found = Start(float(constant), float(onset), False)
-    return Start(found.constant_s, found.onset_s, bool(found.onset_s > t[0]))
+                best, constant_s, onset_s = float(left @ left), float(constant), float(onset)
+    return Start(constant_s, onset_s, bool(onset_s > t[0]))
 
 
 class _Problem:

@@ -265,7 +265,7 @@ def quiet(volts: Floats) -> Floats:
     out = volts.copy()
     if not deviation:
         return out
-    for half in (w for w in HALF_WINDOWS if 2 * w < len(volts)):  # the widest has the last word
+    for half in HALF_WINDOWS:  # the widest has the last word
         middle = slice(half, len(volts) - half)
         _, left = _parabolas(volts, half)
         inner = half // 2

@@ -27,7 +27,7 @@ def within(volts: Floats) -> NDArray[np.intp]:
     deviation = neighbour_noise(volts)
     before, here, after = volts[1:-3], volts[2:-2], volts[3:-1]
     rise = after - before
-    far = np.abs(rise) > max(CLEAR * deviation, SHARE * float(np.ptp(volts)))
+    far = np.abs(rise) > SHARE * float(np.ptp(volts))
     between = (here - before) * (after - here) > 0.0
     inside = np.minimum(np.abs(here - before), np.abs(after - here)) > CLEAR / 2.0 * deviation
     flat = np.maximum(np.abs(before - volts[:-4]), np.abs(volts[4:] - after))

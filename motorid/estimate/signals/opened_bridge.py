@@ -262,7 +262,7 @@ def _slows(s: _Signals, run: slice) -> bool:
     part = len(here) // 4  # two at least, of FEWEST
     spread = scatter(shown) or float(np.abs(np.diff(here, 2)).mean()) / 2
     fall = float(here[:part].mean() - here[-part:].mean())
-    return fall > SLOWER * spread / np.sqrt(part / 2) and fall > 0.0
+    return bool(fall > SLOWER * spread / np.sqrt(part / 2))
 
 
 def _decayed_from(s: _Signals, start: int) -> int:

@@ -207,3 +207,39 @@ def test_a_single_width_has_no_neighbours() -> None:
     assert best is not None
     np.testing.assert_array_equal(best.covariance, only.covariance)
     assert choose_width([1.0, 2.0], lambda _: None) is None
+
+
+def test_a_column_without_an_entry_is_nothing_and_takes_nothing() -> None:
+    given = rows()
+    matrix = given.matrix.copy()
+    matrix[:, 3] = 0.0
+    one = module.solve(replace(given, matrix=matrix), ALL, np.zeros(4), 0.05)
+    expected = np.linalg.lstsq(matrix[:, :3], given.drive, rcond=None)[0]
+    assert one.coefficients == pytest.approx([*expected, 0.0])
+    assert np.isfinite(one.covariance).all()
+
+
+def test_runs_may_be_counted_from_one() -> None:
+    given = rows(capture=1 + np.arange(60) // 20)
+    found = module._between_runs(given, ALL, np.zeros(4))
+    np.testing.assert_allclose(found, jackknife(given, given.capture, ALL), rtol=1e-6)
+
+
+def test_two_blocks_leave_one_degree_of_freedom() -> None:
+    """Of six rows, too few to be cut."""
+    given = rows(6, stretch=[0, 0, 0, 1, 1, 1])
+    free = np.array([True, False, False, False])
+    assert module.solve(given, free, np.zeros(4), 0.05).freedom == 1
+
+
+def test_the_movement_to_a_single_other_width_is_added_whole() -> None:
+    one = module.solve(rows(), ALL, np.zeros(4), 0.05)
+    moved = np.array([0.3, -0.1, 0.2, 0.4])
+    other = replace(
+        one, coefficients=one.coefficients + moved, covariance=4.0 * one.covariance,
+        half_width_s=0.1,
+    )  # fmt: skip
+    chosen = choose_width((0.05, 0.1), {0.05: one, 0.1: other}.__getitem__)
+    assert chosen is not None
+    assert chosen.coefficients is one.coefficients
+    assert chosen.covariance == pytest.approx(one.covariance + np.outer(moved, moved))

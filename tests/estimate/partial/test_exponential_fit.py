@@ -29,9 +29,9 @@ def test_readings_without_a_quantum_scatter_as_their_residuals() -> None:
     found = exponential_fit.variances(left, np.arange(6.0), 0.0, 2)
     assert found == pytest.approx(10.0 / 4)
     exact = exponential_fit.variances(np.zeros(6), np.arange(6.0), 0.0, 2)
-    assert exact == pytest.approx((1e-7 * 5.0) ** 2)
+    assert exact == pytest.approx((1e-7 * 5.0) ** 2, rel=1e-6, abs=0.0)
     still = exponential_fit.variances(np.zeros(6), np.full(6, 3.0), 0.0, 2)
-    assert still == pytest.approx(1e-14)
+    assert still == pytest.approx(1e-14, rel=1e-6, abs=0.0)
 
 
 def test_readings_of_one_quantum_share_what_noise_leaves_of_its_rounding() -> None:

@@ -77,6 +77,24 @@ def test_what_may_be_nothing_is_given_as_a_bound(value: float) -> None:
     assert f"below {max(value + REACH, 0.0):.2g} V" in p.note
 
 
+def test_what_is_not_told_or_given_keeps_its_name_and_unit() -> None:
+    p = Judge(FREEDOM).parameter("x", "V", Quantity(0.5, 1.0), "note")
+    assert (p.name, p.unit) == ("x", "V")
+    assert p.note.startswith("note; these data say only that it is below")
+    known = results.fixed("K", "N·m/A", 0.05)
+    assert (known.name, known.unit, known.value, known.interval_95) == (
+        "K", "N·m/A", 0.05, (0.05, 0.05),
+    )  # fmt: skip
+    assert (known.statistical, known.instrument, known.total) == (0.0, 0.0, 0.0)
+    assert known.status is Status.FIXED
+
+
+@pytest.mark.parametrize(("relative_u", "weak"), [(0.29, False), (0.31, True)])
+def test_weak_is_relative(relative_u: float, weak: bool) -> None:
+    p = Judge(FREEDOM).parameter("x", "V", Quantity(50.0, (50.0 * relative_u) ** 2))
+    assert ("weakly known" in p.note) is weak
+
+
 def test_an_offset_may_have_either_sign() -> None:
     p = Judge(FREEDOM).parameter("x", "V", Quantity(-0.5, 1.0), signed=True)
     assert p.status is Status.ESTIMATED

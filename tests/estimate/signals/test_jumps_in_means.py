@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from motorid.capture.model import CURRENT, VOLTAGE, Capture, Channel
 from motorid.estimate.signals import jumps_in_means
@@ -57,3 +58,55 @@ def test_a_mean_that_holds_a_jump_is_two_levels_on_the_grid() -> None:
     true = np.diff(flux(edges)) / fine.period_s
     inside = slice(4, fine.count - 8)
     np.testing.assert_allclose(found.volts[inside], true[inside], atol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("volts", "at"),
+    [
+        ((0, 0, 0, 4, 10, 10, 10, 10), [3]),
+        ((0, 0, 0, 4, 10, 10, 10, 10, 10.2, 10.55, 10.55, 10.55), [3, 8]),
+        ((0, 0, 0, 4, 10, 10, 10, 10, 10.2, 10.45, 10.45, 10.45), [3]),  # a twentieth is more
+        ((0, 0, 0, 10, 10, 10, 10, 10), []),  # at a moment that begins a mean
+        ((0, 0, 0, 12, 10, 10, 10, 10), []),  # no mean of both
+        ((-1.5, -1.5, 0, 4, 10, 10, 10, 10), [3]),  # a fifth of the jump before it is 2 V
+        ((-2.5, -2.5, 0, 4, 10, 10, 10, 10), []),
+        ((0, 0, 0, 4, 10, 11.5, 11.5, 11.5), [3]),
+        ((0, 0, 0, 4, 10, 12.5, 12.5, 12.5), []),
+        ((10, 10, 10, 4, 0, 0, 0, 0), [3]),
+    ],
+)
+def test_a_jump_is_from_a_level_to_another(volts: tuple[float, ...], at: list[int]) -> None:
+    """Between levels that last."""
+    whole = np.pad(np.array(volts, float), 20, mode="edge")
+    assert (jumps_in_means.within(whole) - 20).tolist() == at
+
+
+@pytest.mark.parametrize(("after", "found"), [(3, []), (4, [3])])
+def test_of_eight_readings_one_may_hold_a_jump(after: int, found: list[int]) -> None:
+    volts = np.array([0.0, 0.0, 0.0, 4.0] + [10.0] * after)
+    assert jumps_in_means.within(volts).tolist() == found
+
+
+@pytest.mark.parametrize(("mean", "found"), [(0.08, False), (0.115, True), (0.48, False)])
+def test_both_parts_of_a_jump_are_more_than_noise(mean: float, found: bool) -> None:
+    """Readings that are .01 off by turns: neighbours scatter by .024, four times which is .097."""
+    volts = np.where(np.arange(60) < 30, 0.0, 0.5) + 0.01 * (-1.0) ** np.arange(60)
+    volts[30] = volts[29] + mean
+    assert (jumps_in_means.within(volts).tolist() == [30]) is found
+
+
+def test_a_mean_is_split_by_the_levels_beside_it() -> None:
+    """8 V: three tenths of its 2 s at 1 V, as before it, and seven at 11 V, as after."""
+    volts = np.pad([0.0, 0.5, 1.0, 8.0, 11.0, 11.5, 12.0], 20, mode="edge")
+    begun = 2.0 * (np.arange(47.0) - 20.0)
+    starts, levels = jumps_in_means.split(begun, begun + 2.0, volts)
+    assert levels[20:28] == pytest.approx([0.0, 0.5, 1.0, 1.0, 11.0, 11.0, 11.5, 12.0])
+    assert starts[20:28] == pytest.approx([0.0, 2.0, 4.0, 6.0, 6.6, 8.0, 10.0, 12.0])
+    assert len(levels) == len(starts) == 48
+
+
+def test_means_without_a_jump_stay_as_they_are() -> None:
+    begun, volts = np.arange(40.0), np.full(40, 3.0)
+    starts, levels = jumps_in_means.split(begun, begun + 1.0, volts)
+    assert starts.tolist() == begun.tolist()
+    assert levels.tolist() == volts.tolist()

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motorid.capture.model import Capture, Channel, Gap
+from motorid.capture.model import Capture, Channel, Gap, Phase
 from motorid.estimate.results.estimate import Diagnostic
 from motorid.estimate.signals import log_sections
-from motorid.estimate.signals.log_sections import FEWEST, PAUSE, driven, unbroken
+from motorid.estimate.signals.log_sections import FEWEST, PAUSE, driven, pieces, unbroken
 from motorid.estimate.signals.opened_bridge import Opening
+from motorid.program import Program, Step, StepKind
 
 
 def log(*lengths: int, pause: float = 100.0) -> Capture:
@@ -80,7 +81,7 @@ def test_what_an_open_bridge_leaves_out_is_said_with_its_times_and_its_share() -
     (said,) = opened(Opening(150, 300, 270), path="run.csv")
     assert (said.code, said.severity) == ("bridge_open", "info")
     assert said.message.startswith("the bridge was open in run.csv at 0.15 to 0.269 s: no current")
-    assert "20 % of the samples are left out" in said.message
+    assert " motor. 20 % of the samples are left out" in said.message
     many = [Opening(60 * k + 40, 60 * k + 50, 60 * k + 50) for k in range(9)]
     (several,) = opened(*many)
     assert f" and {9 - log_sections.LISTED} more: no current" in several.message
@@ -109,3 +110,49 @@ def test_a_rest_before_a_drive_belongs_to_it() -> None:
         (110, int(capture.ticks[0])), (150, int(capture.ticks[150])),
     ]  # fmt: skip
     assert driven(capture, []) == [capture]
+
+
+def test_a_short_capture_and_one_with_a_program_stay_whole() -> None:
+    short = log(64, 63)
+    assert unbroken([short]) == [short]
+    assert len(unbroken([log(64, 64)])) == 2
+    paused = log(100, 100)
+    told = replace(paused, program=Program((Step(StepKind.COAST, 1.0),)), phases=(Phase(0, 0),))
+    assert unbroken([told]) == [told]
+    assert pieces([short, told]) == [short, told]
+
+
+def bridges(patch: pytest.MonkeyPatch, *each: list[Opening]) -> list[Capture]:
+    """Captures of 200 samples, and where the bridge of each was open."""
+    captures = [replace(moving(True, each=200), path=f"{k}.csv") for k in range(len(each))]
+    found = {one.path: openings for one, openings in zip(captures, each, strict=True)}
+    patch.setattr(log_sections, "openings", lambda one: found[one.path])
+    return captures
+
+
+OFTEN = [Opening(8 * k, 8 * k + 4, 8 * k + 4) for k in range(25)]
+
+
+def test_what_is_open_throughout_is_left_out_beside_what_is_not(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    captures = bridges(monkeypatch, OFTEN, [], [Opening(100, 120, 120)])
+    assert [len(piece) for piece in pieces(captures)] == [200, 100, 80]
+    said = log_sections.left_out(captures)
+    assert [d.severity for d in said] == ["info", "info"]
+    assert "open in 0.csv at" in said[0].message
+    assert "open in 2.csv at 0.1 to 0.119 s" in said[1].message
+
+
+def test_what_is_open_throughout_stays_where_nothing_else_is(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    captures = bridges(monkeypatch, OFTEN, OFTEN)
+    assert pieces(captures) == captures
+    assert [d.severity for d in log_sections.left_out(captures)] == ["warning"]
+
+
+@pytest.mark.parametrize(("count", "more"), [(4, ""), (5, " and 1 more")])
+def test_four_openings_are_listed(count: int, more: str) -> None:
+    (said,) = opened(*(Opening(60 * k + 40, 60 * k + 50, 60 * k + 50) for k in range(count)))
+    assert f"0.{60 * 3 + 49} s{more}: no current" in said.message

@@ -72,3 +72,37 @@ def test_the_inductance_holds_behind_a_weak_supply(samples: float) -> None:
         p = found[name]
         assert abs(p.value - true) < 3.0 * p.total, name
         assert p.total < 0.05 * true, name
+
+
+def stretch(count: int, volts: float, ohms: float = 0.3, off: float = 0.0) -> np.ndarray:
+    """Rows of V and A behind so many ohms, the first two of which came in the jump's middle."""
+    amperes = 1.0 + 0.5 * (-1.0) ** np.arange(count)
+    shown = volts - ohms * amperes + off * (-1.0) ** (np.arange(count) // 2)
+    shown[:2] = 77.0
+    return np.array([shown, amperes])
+
+
+def told(*stretches: np.ndarray) -> float:
+    volts, amperes = np.hstack(stretches)
+    return source_ohms(volts, amperes, np.cumsum([s.shape[1] for s in stretches])[:-1])
+
+
+def test_two_stretches_of_eight_readings_after_the_jump_tell_a_resistance() -> None:
+    assert told(stretch(10, 6.0), stretch(10, 2.0)) == pytest.approx(0.3)
+    assert told(stretch(20, 6.0)) == 0.0
+    assert told(stretch(10, 6.0), stretch(9, 2.0)) == 0.0
+
+
+def test_a_stretch_with_a_missing_current_tells_nothing() -> None:
+    broken = stretch(30, 4.0, ohms=5.0)
+    broken[1, 20] = np.nan
+    assert told(stretch(10, 6.0), broken, stretch(10, 2.0)) == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(("sure", "given"), [(8.0, False), (12.0, True)])
+def test_a_resistance_is_any_from_ten_deviations_on(sure: float, given: bool) -> None:
+    """Of 16 readings .5 A from their mean, which are e V off: e / (.5 sqrt(16))."""
+    for ohms in (0.3, 30.0):
+        off = ohms / sure * 0.5 * 4.0
+        found = told(stretch(10, 6.0, ohms, off), stretch(10, 2.0, ohms, off))
+        assert found == pytest.approx(ohms if given else 0.0)

@@ -156,3 +156,47 @@ def test_rows_at_uneven_times_are_readings() -> None:
     ticks = whole.ticks + np.random.default_rng(2).integers(-9, 9, len(whole)) * 2
     uneven = Capture(ticks=ticks, clock_hz=1e6, channels=whole.channels)
     assert find(uneven) is None
+
+
+@pytest.mark.parametrize(("rows", "shown"), [(39, False), (40, True)])
+def test_forty_rows_are_enough(rows: int, shown: bool) -> None:
+    whole = held(2)
+    cut = capture({n: c.raw[:rows] for n, c in whole.channels.items()})
+    assert find(cut) == (Upsampled(0, 2, True) if shown else None)
+
+
+def test_a_row_that_was_not_read_tells_that_no_program_made_it() -> None:
+    whole = straight(5)
+    speed = whole.channels[SPEED]
+    raw = speed.raw.copy()
+    raw[300] = np.nan
+    lost = replace(whole, channels={**whole.channels, SPEED: replace(speed, raw=raw)})
+    assert find(lost) is None
+
+
+@pytest.mark.parametrize(("off", "shown"), [(9, True), (11, False)])
+def test_stamps_of_many_ticks_are_off_by_a_thousandth(off: int, shown: bool) -> None:
+    whole = straight(5)
+    ticks = 100 * whole.ticks
+    ticks[300] += off
+    assert (find(replace(whole, ticks=ticks)) is not None) is shown
+
+
+@pytest.mark.parametrize("scale", [0.1, -0.1])
+def test_rows_that_were_rounded_to_counts_bend_by_their_rounding_alone(scale: float) -> None:
+    """In counts, of which the resolution is one: of no unit."""
+    fine = np.arange((ROWS - 1) * 5 + 1) / 5.0
+    columns = {}
+    for name, read in readings().items():
+        counts = np.round(50_000.0 * read / np.abs(read).max())
+        raw = np.round(np.interp(fine, np.arange(ROWS), counts))
+        columns[name] = Channel(name, "", raw, scale=scale, resolution=0.1)
+    whole = replace(straight(5), channels=columns)
+    assert find(whole) == Upsampled(0, 5, False)
+
+
+def test_what_is_said_of_rows_names_the_time_between_readings() -> None:
+    _, said = own_readings(straight(10))
+    assert said is not None
+    assert (said.code, said.severity) == ("rows_interpolated", "warning")
+    assert "The fit takes the readings alone, 1 ms apart" in said.message

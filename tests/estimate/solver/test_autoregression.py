@@ -81,6 +81,8 @@ def test_what_is_short_has_a_low_order_or_none() -> None:
     few = process(7, 0.9)
     assert autoregression(few)[1] == pytest.approx(float(np.mean(few**2)))
     assert len(autoregression(process(4000, 0.9), process(15, 0.9))[0]) <= 1
+    assert len(autoregression(process(4000, 0.9), process(8, 0.9))[0]) == 1
+    assert len(autoregression(process(4000, 0.9), process(7, 0.9))[0]) == 0
     assert len(autoregression(process(4000, 1.2, -0.5), process(15, 0.9))[0]) == 1
     none, nothing = autoregression(np.zeros(0))
     assert (len(none), nothing) == (0, 0.0)
@@ -101,9 +103,16 @@ def test_the_mean_of_the_spectrum_is_the_variance(c: float, innovation: float) -
     assert whole.mean() == pytest.approx(innovation / (1 - c**2), rel=1e-6)
 
 
+def test_a_spectrum_is_highest_at_rest_where_neighbours_are_alike() -> None:
+    """Σ c[k] at rest, Σ c[k] (-1)^k at half the rate of the readings."""
+    found = power(np.array([0.5, -0.2]), 3.0, 64)
+    assert found[0] == pytest.approx(3.0 / (1 - 0.5 + 0.2) ** 2)
+    assert found[-1] == pytest.approx(3.0 / (1 + 0.5 + 0.2) ** 2)
+
+
 def test_prominence_is_the_top_over_the_mean() -> None:
     """Of a first order: (1 + c)/(1 - c), nearly, by its power at rest over its variance."""
-    for c in (0.5, 0.8):
+    for c in (0.3, 0.5, 0.8):
         r = process(50_000, c)
         assert prominence(r) == pytest.approx((1 + c) / (1 - c), rel=0.1)
 

@@ -38,11 +38,15 @@ def test_noise_is_no_misfit_and_a_bow_is() -> None:
     bow = 10.0 * np.sin(np.linspace(0.0, np.pi, 2000))
     assert not misfits(noise, 0.0)
     assert misfits(noise + bow, 0.0)
+    assert misfits(noise + bow, 5.0)
     assert not misfits(noise + bow, 20.0)  # less than what counts at all
 
 
+@pytest.mark.parametrize("scale", [1.0, 3.0])
 @pytest.mark.parametrize(("times", "said"), [(0.9, False), (1.1, True)])
-def test_a_misfit_begins_at_its_multiple_of_the_scatter(times: float, said: bool) -> None:
+def test_a_misfit_begins_at_its_multiple_of_the_scatter(
+    times: float, said: bool, scale: float
+) -> None:
     """An offset adds nothing between neighbours: with it the rms is that multiple."""
     noise = np.tile([1.0, -1.0], 1000) / np.sqrt(2.0)  # sqrt(half the mean square step) is 1
-    assert misfits(noise + np.sqrt((times * MISFIT) ** 2 - 0.5), 0.0) == said
+    assert misfits(scale * (noise + np.sqrt((times * MISFIT) ** 2 - 0.5)), 0.0) == said

@@ -92,3 +92,24 @@ def test_what_is_at_a_bound_and_pulled_out_is_blocked() -> None:
     assert frame.blocked(frame.start, np.array([-1.0, 1.0])).tolist() == [True, True]
     assert frame.blocked(frame.start, np.array([1.0, -1.0])).tolist() == [False, False]
     assert frame.blocked(np.array([0.5, 0.5]), np.array([-1.0, 1.0])).tolist() == [False, False]
+    assert frame.blocked(frame.start, np.zeros(2)).tolist() == [False, False]
+
+
+@pytest.mark.parametrize(
+    ("upper", "wanted"),
+    [((9.0, 9.0), (2.0, -1.0)), ((1.0, 9.0), (1.0, -0.5)), ((1.0, -0.7), (1.0, -0.7))],
+)
+def test_what_stops_at_a_bound_changes_how_far_the_others_go(
+    upper: tuple[float, float], wanted: tuple[float, float]
+) -> None:
+    """2 a + b = 3 and a + 2 b = 0; with a = 1, b is -1/2."""
+    frame = Coordinates(
+        [Unknown("a", 0.0, upper=upper[0]), Unknown("b", -1.0, lower=-4.0, upper=upper[1])]
+    )
+    H, g = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([3.0, 0.0])
+    x = np.array([0.0, -1.0])
+    assert x + frame.bounded_step(x, H, g - H @ x) == pytest.approx(wanted)
+
+
+def test_a_difference_may_reach_the_bound_itself() -> None:
+    assert Coordinates([Unknown("x", 0.0, upper=1e-6)]).difference(np.zeros(1), 0) == 1e-6

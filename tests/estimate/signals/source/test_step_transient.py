@@ -47,3 +47,20 @@ def test_each_readings_noise_and_one_doubt() -> None:
     assert doubt == pytest.approx(DOUBT * (share - 1.0) * departure)
     # every reading is known by itself: together their noise is that of each interval's own
     assert np.sqrt(np.sum(np.square(own), axis=0)) == pytest.approx(0.01 * share)
+
+
+def test_a_share_is_of_what_changed_since_the_command() -> None:
+    """The current was .5 A; one that hardly changed by then tells nothing, and has all of it."""
+    mean, current = np.zeros(20), np.zeros(20)
+    mean[3:5] = 9.0, 0.5
+    current[5:13] = 0.5 + np.array([4.0, 2.0, -1.0, 0.09, 0.07, -0.07, 1.0, 1.0])
+    mean[5:13] = 0.5 + np.array([3.0, 2.5, -0.5, 0.045, 0.9, 0.9, -1.0, 9.0])
+    found = shares(current, mean, KNOWN, Part(5, 20))
+    assert found == pytest.approx([0.75, 1.25, 0.5, 0.5, 1.0, 1.0, 0.0, 1.5])
+
+
+def test_a_first_reading_that_is_missing_is_the_next_ones() -> None:
+    current, mean = np.full(20, 2.0), np.full(20, 1.0)
+    current[:1], mean[:1] = np.nan, np.nan
+    found = shares(current, mean, KNOWN[1:], Part(0, 20))
+    assert found == pytest.approx([0.0] + [0.5] * 7)

@@ -1,0 +1,145 @@
+"""The voltage of a log at its edges and limits: another period, jumps that are hardly any."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from motorid.capture.model import VOLTAGE
+from motorid.estimate.signals import intersample_voltage as module
+from motorid.estimate.signals.intersample_voltage import (
+    BROKEN,
+    HALF_WINDOWS,
+    JOINED,
+    LOOSE,
+    MOST_JUMPS,
+    Shape,
+    Waveform,
+    of_log,
+    quiet,
+    scatter,
+)
+from motorid.program import Program, Step, StepKind
+from tests.estimate.signals.test_readings_of_a_log import grid, log
+
+Floats = NDArray[np.float64]
+SLOW_S = 2.0  # a usual period that is not one
+
+
+def wave(volts: Floats, shape: Shape = BROKEN, time_s: Floats | None = None) -> Waveform:
+    stamps = SLOW_S * np.arange(len(volts)) if time_s is None else time_s
+    return Waveform(stamps, np.asarray(volts, float), shape, SLOW_S)
+
+
+def test_a_joined_voltage_reaches_from_its_first_reading_to_its_last() -> None:
+    """Before it and after it the voltage stays; the last line counts."""
+    shown = wave(np.array([1.0, 3.0, 9.0]), JOINED)
+    assert shown._slopes.tolist() == [1.0, 3.0, 0.0]
+    assert shown._flux(np.array([-3.0, 0.0, 2.0, 4.0, 4.5])) == pytest.approx(
+        [-3.0, 0.0, 4.0, 16.0, 16.0 + 4.5]
+    )
+    assert shown._value(np.array([0.5, 3.0, 4.0])) == pytest.approx([1.5, 6.0, 9.0])
+    assert (shown.window_s, shown.ohms) == (0.0, 0.0)
+
+
+def test_behind_a_low_pass_the_first_and_the_last_line_were_ahead_too() -> None:
+    """3 V/s, which a time constant of .5 s makes 1.5 V more; before it and after it, nothing."""
+    shown = wave(3.0 * SLOW_S * np.arange(6.0), JOINED)
+    means = shown.means(grid(8, SLOW_S), 0.0, (), 0.5)
+    assert means[1:6] == pytest.approx(6.0 * (np.arange(1, 6) - 0.5) + 1.5)
+    assert means[[0, 6, 7]] == pytest.approx([0.0, 30.0, 30.0])
+
+
+def test_two_readings_that_lie_close_tell_no_slope() -> None:
+    """A tenth of the usual period is the least."""
+    stamps = np.array([0.0, 2.0, 2.01, 4.0])
+    shown = wave(np.array([0.0, 0.0, 1.0, 1.0]), JOINED, stamps)
+    assert shown._slopes == pytest.approx([0.0, 1.0 / 0.2, 0.0, 0.0])
+    held = replace(shown, shape="held")._before_filter(0.3)
+    assert held == pytest.approx([0.0, 0.0, 1.0 + 1.0 / np.expm1(0.2 / 0.3), 1.0])
+
+
+@pytest.mark.parametrize(("drift", "wanders"), [(0.4, False), (0.6, True)])
+def test_a_voltage_wanders_by_more_than_a_twentieth_of_its_range(
+    drift: float, wanders: bool
+) -> None:
+    """Of 10 V, without noise."""
+    volts = np.concatenate([np.linspace(0.0, drift, 20), np.full(20, 10.0)])
+    shown = wave(volts)
+    assert shown.steps_off.tolist() == [20]
+    assert shown.wanders is wanders
+    assert wave(np.linspace(0.0, 10.0, 60)).wanders is False  # without a jump
+
+
+@pytest.mark.parametrize(("by_turns", "found"), [(0.05, [100]), (0.15, [])])
+def test_a_jump_is_eight_deviations_high(by_turns: float, found: list[int]) -> None:
+    """Readings that are a off by turns scatter by 2.42 a; of 2 V, a twentieth is less than that."""
+    volts = np.where(np.arange(200) < 100, 0.0, 2.0) + by_turns * (-1.0) ** np.arange(200)
+    assert scatter(volts) == pytest.approx(by_turns * 4.0 / 0.6745 / np.sqrt(6.0))
+    assert wave(volts).steps_off.tolist() == found
+
+
+def test_stamps_are_irregular_beside_the_usual_period() -> None:
+    volts, stamps = np.repeat([0.0, 6.0, 2.0], 8), SLOW_S * np.arange(24.0)
+    assert wave(volts, "held", stamps).jumps.tolist() == []
+    stamps[8:] += 0.1 * SLOW_S
+    assert wave(volts, "held", stamps).jumps.tolist() == [8]
+
+
+def test_where_jumps_are_too_many_those_of_least_voltage_and_time_are_left() -> None:
+    """One of 1.5 V over three periods says more than one of 1.2 V, and than 2 V over one."""
+    rises = np.full(MOST_JUMPS + 1, 2.0)
+    rises[3], rises[7] = 1.5, 1.2
+    levels = np.concatenate([[0.0], np.cumsum(rises * (-1.0) ** np.arange(len(rises)))])
+    steps = np.full(4 * len(levels), SLOW_S)
+    steps[4 * 4 - 1] *= 3.0  # before the fourth jump
+    stamps = np.concatenate([[0.0], np.cumsum(steps)[:-1]])
+    found = wave(np.repeat(levels, 4), LOOSE, stamps).jumps.tolist()
+    assert len(found) == MOST_JUMPS
+    assert 4 * 4 in found
+    assert 4 * 8 not in found
+
+
+def test_a_program_without_its_phases_is_a_log() -> None:
+    capture = log(np.arange(20.0))
+    lone = replace(capture, program=Program((Step(StepKind.COAST, 1.0),)))
+    assert of_log(lone, lone.channels[VOLTAGE], JOINED) is not None
+    twice = log(np.r_[1.0, np.full(10, np.nan), 2.0])
+    found = of_log(twice, twice.channels[VOLTAGE], JOINED)
+    assert found is not None
+    assert found.volts.tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize("half", HALF_WINDOWS)
+def test_a_window_s_parabola_is_that_of_least_squares(half: int) -> None:
+    volts = 5.0 + np.random.default_rng(3).standard_normal(2 * half + 8)
+    values, left = module._parabolas(volts, half)
+    place = np.arange(-half, half + 1.0)
+    assert len(values) == 8
+    for k in range(8):
+        here = volts[k : k + 2 * half + 1]
+        fitted = np.polynomial.Polynomial.fit(place, here, 2)
+        off = here - fitted(place)
+        assert values[k] == pytest.approx(fitted(0.0))
+        assert left[k] == pytest.approx(float(off @ off) / (2 * half + 1 - 3))
+
+
+def test_small_noise_hides_no_small_jump() -> None:
+    """One of .2 V beside .01 V of noise stays as sharp as it was read."""
+    rng = np.random.default_rng(4)
+    true = np.where(np.arange(400) < 200, 0.0, 0.2)
+    read = true + 0.01 * rng.standard_normal(400)
+    left = quiet(read) - true
+    assert np.abs(left[190:210]).max() < 0.05
+    assert np.std(left[50:150]) < 0.005
+
+
+def test_a_bend_that_noise_does_not_explain_is_kept() -> None:
+    """A wave of 24 readings, .3 V high, beside .01 V of noise: no wide parabola follows it."""
+    rng = np.random.default_rng(6)
+    true = 0.3 * np.sin(2.0 * np.pi * np.arange(600) / 24.0)
+    left = quiet(true + 0.01 * rng.standard_normal(600)) - true
+    assert np.abs(left).max() < 0.06
