@@ -13,11 +13,12 @@ from motorid.estimate.solver.levenberg_marquardt import _lent, _straightened, ma
 from motorid.estimate.solver.normal_equations import Normal, products
 from motorid.estimate.solver.problem import Block, Derivatives, Unknown, bounded_inverse
 from motorid.estimate.solver.schur_complement import Eliminated
+from tests.estimate.solutions import OneByOne
 
 T = np.linspace(0.0, 1.0, 30)
 
 
-class Plane:
+class Plane(OneByOne):
     """y = a t + b t² + Σ c[k] t^(3 + k), in two blocks; counts what it is asked."""
 
     simulated = 0
