@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 from motorid.motor.response import Response
-from motorid.motor.wide import WideResponse
+from motorid.motor.wide import Posed, WideResponse
 
 
 class Count:
@@ -18,8 +18,9 @@ class Count:
 
 @contextmanager
 def counted() -> Iterator[Count]:
-    """Counts every run of a response within, of six parameters or more."""
+    """Counts every run of a response within, of six parameters or more, side by side or alone."""
     count, own = Count(), {cls: cls.__call__ for cls in (Response, WideResponse)}
+    several = WideResponse.several
 
     def counting(call: Callable[..., Any]) -> Callable[..., Any]:
         def run(*arguments: Any, **named: Any) -> Any:
@@ -28,10 +29,17 @@ def counted() -> Iterator[Count]:
 
         return run
 
+    def side_by_side(response: WideResponse, runs: Sequence[Posed]) -> list[Any]:
+        answers = several(response, runs)
+        count.responses += sum(answer is not None for answer in answers)
+        return answers
+
     try:
         for cls, call in own.items():
             setattr(cls, "__call__", counting(call))  # noqa: B010
+        WideResponse.several = side_by_side  # type: ignore[method-assign]
         yield count
     finally:
         for cls, call in own.items():
             setattr(cls, "__call__", call)  # noqa: B010
+        WideResponse.several = several  # type: ignore[method-assign]
