@@ -18,7 +18,8 @@ from bench.iron import TERMS, present
 from motorid.estimate.model.extended_terms import TERMS as KNOWN
 from motorid.motor.reading import Output, Quantity
 from motorid.motor.response import Response
-from motorid.motor.wide import AT_REST, NAMES, WideResponse
+from motorid.motor.wide import AT_REST, WideResponse
+from motorid.motor.wide import NAMES as OF_A_MOTOR
 
 SEEDS = range(3000, 3012)
 
@@ -110,7 +111,7 @@ def test_responses_are_counted_while_asked_for_and_not_after() -> None:
 
 def test_responses_side_by_side_are_counted_each() -> None:
     response = WideResponse(1e-3, np.ones(10), [Output(Quantity.CURRENT)])
-    motor = np.array([*(1.0, 1e-3, 0.01, 1e-6, 1e-6, 1e-4), *[0.0] * (len(NAMES) - 6)])
+    motor = np.array([*(1.0, 1e-3, 0.01, 1e-6, 1e-6, 1e-4), *[0.0] * (len(OF_A_MOTOR) - 6)])
     runs = [response.pose(motor * (1.0 + 0.01 * k), AT_REST) for k in range(3)]
     with counted() as count:
         answers = response.several(runs)
