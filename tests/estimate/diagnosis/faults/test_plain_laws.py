@@ -319,6 +319,20 @@ def test_few_readings_at_rest_tell_no_zero() -> None:
     assert current_zero.seen(record) == pytest.approx(0.05)
 
 
+def test_a_current_may_flow_for_eight_samples_after_the_bridge_opened() -> None:
+    """Of rests of nine readings only the last of each tells the zero."""
+    driven = np.tile(np.r_[np.ones(5), np.zeros(9)] > 0, 40)
+    values = np.tile(np.r_[np.full(5, 2.0), np.linspace(1.5, 0.8, 8), 0.05], 40)
+    record = rested(0.0)
+    channel = replace(record.measured[0].channel, raw=values)
+    record.driven, record.capture = driven, Capture(np.arange(560), 1e3, {CURRENT: channel})
+    record.measured = [
+        SimpleNamespace(block=SimpleNamespace(name=CURRENT), unsigned=False, channel=channel,
+                        keep=np.arange(560), values=values)
+    ]  # fmt: skip
+    assert current_zero.seen(record) == pytest.approx(0.05)
+
+
 def test_a_current_is_declared_to_end_a_little_before_it_stops() -> None:
     channel = Channel(CURRENT, "A", np.zeros(4), scale=-0.01, offset=512.0, raw_max=600.0)
     capture = Capture(np.arange(4), 1e3, {CURRENT: channel})
