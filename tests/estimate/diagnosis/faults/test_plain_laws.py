@@ -296,7 +296,8 @@ def test_a_zero_beyond_what_is_declared_is_named(zero: float) -> None:
 
 
 def test_a_zero_that_is_declared_or_harmless_is_not() -> None:
-    assert current_zero.seen(rested(0.05, declared=0.011)) is None  # less than 5 of them
+    assert current_zero.seen(rested(0.05, declared=0.0101)) is None  # less than 5 of them
+    assert current_zero.seen(rested(0.05, declared=0.0099)) == pytest.approx(0.05)
     assert current_zero.seen(rested(0.05, declared=0.0)) is None
     assert current_zero.seen(rested(0.039)) is None  # a fiftieth of what runs
     assert current_zero.seen(rested(0.05, resolution=0.06)) is None
