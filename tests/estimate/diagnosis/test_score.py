@@ -84,6 +84,8 @@ def test_a_unit_of_one_fault_is_scaled_to_what_is_there(
 def test_of_several_sizes_the_best_stands_for_itself(monkeypatch: pytest.MonkeyPatch) -> None:
     found = screen(monkeypatch, left(0.5)).best(fault((0.1, 3.0), (0.4, 2.0)))
     assert found.size in ((0.1, 3.0), (0.4, 2.0))  # along a line both explain as much
+    lone = screen(monkeypatch, left(0.5)).best(fault((1.0, 2.0)))
+    assert lone.size == pytest.approx((0.5, 2.0), abs=0.03)  # the first is scaled alone
     bounded = screen(monkeypatch, left(0.5)).best(fault((1.0,), upper=0.3))
     assert bounded.size == (0.3,)
     below = screen(monkeypatch, left(-0.5)).best(fault((1.0,), lower=-0.3))

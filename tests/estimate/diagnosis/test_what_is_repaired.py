@@ -155,7 +155,8 @@ def test_else_the_likeliest_of_the_captures_that_declare_it_is_taken(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     began = fitted(monkeypatch, (9.0, 4.0, 6.0))
-    monkeypatch.setattr(repair, "_fresh", lambda capture, _r, _h: Again(capture))
+    fresh: list[Any] = []
+    monkeypatch.setattr(repair, "_fresh", lambda *given: fresh.append(given[1:]) or Again(given[0]))
     asked: list[Any] = []
 
     def remedy(capture: str, size: float) -> list[str]:
@@ -165,6 +166,7 @@ def test_else_the_likeliest_of_the_captures_that_declare_it_is_taken(
     records: Any = [Again("one"), Again("two")]
     found = repair._with_size(records, solution(), convicted(LAG, (1,), remedy=remedy), {})
     assert asked == [("two", -3e-4)]
+    assert fresh == [(records[0], {}), (records[1], {})] * 3
     assert [[r.capture for r in again] for again, _ in began] == [
         ["one", "two 0"], ["one", "two 1"], ["one", "two 2"],
     ]  # fmt: skip
@@ -201,3 +203,21 @@ def test_a_zero_is_about_as_far_off_as_it_reads(monkeypatch: pytest.MonkeyPatch)
     (unknown,) = one.found.values()
     assert (unknown.start, unknown.prior_sd) == (-0.02, 0.02)
     assert other.found == {}
+
+
+def test_another_capture_has_what_was_found_of_the_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And nothing of what every record has by itself."""
+    asked: list[Any] = []
+
+    def made(*given: Any) -> Again:
+        asked.append(given)
+        return Again()
+
+    monkeypatch.setattr(repair, "MotorRecord", made)
+    monkeypatch.setattr(repair, "searched", lambda held: ("free of", *held))
+    first: Any = Again()
+    first.instances, first.unknowns, first.found = ("lag", "offset"), (1.0, 2.0), {"lag": 1.0}
+    capture: Any = "mended"
+    again: Any = repair._fresh(capture, first, {"K": 2.0})
+    assert asked == [("mended", ("free of", "K"), {"K": 2.0}, "joined")]
+    assert again.found == {"lag": 1.0}

@@ -40,8 +40,8 @@ def seen(record: MotorRecord) -> float | None:
     m = next((m for m in record.measured if m.block.name == CURRENT and not m.unsigned), None)
     if m is None or not m.channel.offset_uncertainty > 0:
         return None
-    still = ~record.driven[m.keep]
-    still[LATE:] &= ~record.driven[m.keep][:-LATE]
+    driven = record.driven[m.keep]
+    still = np.convolve(driven, np.ones(LATE + 1))[: len(driven)] < 0.5  # now, and as long before
     if still.sum() < FEWEST or still.all():
         return None
     zero = float(np.median(m.values[still]))

@@ -28,7 +28,7 @@ def seen(records: Sequence[MotorRecord]) -> tuple[Hypothesis, Start] | None:
     peak = float(np.abs(b.speed[b.settled]).max(initial=0.0))
     motor = electrical(b, b.settled & (np.abs(b.speed) < BELOW * peak))
     use = b.settled & (np.abs(b.speed) > TOP * peak)
-    if motor is None or not use.any():
+    if motor is None:
         return None
     R, K = motor
     if float(np.median((b.volts - R * b.current)[use] / (K * b.speed[use]))) < 1.0 + CLEAR:

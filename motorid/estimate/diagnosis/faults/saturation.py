@@ -78,7 +78,7 @@ def seen(records: Sequence[MotorRecord]) -> tuple[Hypothesis, Start] | None:
     peak = float(np.abs(b.volts[b.settled]).max(initial=0.0))
     top, below = np.abs(b.volts) > TOP * peak, np.abs(b.volts) < BELOW * peak
     motor = electrical(b, b.settled & below)
-    if motor is None or not (b.settled & top).any():
+    if motor is None:
         return None
     R, K = motor
     use = b.settled & top

@@ -114,7 +114,7 @@ def test_sixty_four_conversions_show_a_repeat() -> None:
 
 
 def test_a_run_is_of_six_or_more() -> None:
-    equal = np.array([1] * 5 + [0] + [1] * 6 + [0, 0] + [1] * 9, dtype=bool)
+    equal = np.array([1] * 5 + [0] + [1] * 6 + [0, 0] + [1] * 9 + [0] + [1] * 5, dtype=bool)
     starts, lengths = repeated_readings._runs(equal)
     assert (list(starts), list(lengths)) == ([6, 14], [6, 9])
 

@@ -296,7 +296,8 @@ def test_a_zero_beyond_what_is_declared_is_named(zero: float) -> None:
 
 
 def test_a_zero_that_is_declared_or_harmless_is_not() -> None:
-    assert current_zero.seen(rested(0.05, declared=0.011)) is None  # less than 5 of them
+    assert current_zero.seen(rested(0.05, declared=0.0101)) is None  # less than 5 of them
+    assert current_zero.seen(rested(0.05, declared=0.0099)) == pytest.approx(0.05)
     assert current_zero.seen(rested(0.05, declared=0.0)) is None
     assert current_zero.seen(rested(0.039)) is None  # a fiftieth of what runs
     assert current_zero.seen(rested(0.05, resolution=0.06)) is None
@@ -316,6 +317,20 @@ def test_few_readings_at_rest_tell_no_zero() -> None:
     assert current_zero.seen(record) is None
     record.driven[15:17] = False
     record.driven[8:15] = False
+    assert current_zero.seen(record) == pytest.approx(0.05)
+
+
+def test_a_current_may_flow_for_eight_samples_after_the_bridge_opened() -> None:
+    """Of rests of nine readings only the last of each tells the zero."""
+    driven = np.tile(np.r_[np.ones(5), np.zeros(9)] > 0, 40)
+    values = np.tile(np.r_[np.full(5, 2.0), np.linspace(1.5, 0.8, 8), 0.05], 40)
+    record = rested(0.0)
+    channel = replace(record.measured[0].channel, raw=values)
+    record.driven, record.capture = driven, Capture(np.arange(560), 1e3, {CURRENT: channel})
+    record.measured = [
+        SimpleNamespace(block=SimpleNamespace(name=CURRENT), unsigned=False, channel=channel,
+                        keep=np.arange(560), values=values)
+    ]  # fmt: skip
     assert current_zero.seen(record) == pytest.approx(0.05)
 
 
