@@ -203,3 +203,10 @@ def test_a_motor_gets_faster_from_its_first_two_readings_to_its_last_eighth(
     assert room._gets_faster(TIME[:88], values, SPEED) is faster
     few = np.array([10.0, 10.0, 90.0, 50.0, 100.0, 40.0])  # of two at least
     assert room._gets_faster(TIME[:6], few, SPEED) is True
+
+
+@pytest.mark.parametrize(("quantum", "moves"), [(25.0, False), (24.0, True)])
+def test_four_quanta_themselves_are_no_motion(quantum: float, moves: bool) -> None:
+    ramp = capture(np.arange(101.0)[1:] - 1.0, np.full(100, 12.0), resolution=quantum)
+    ramp.channels[SPEED].raw[-1] = 100.0
+    assert (room.steps([ramp]) is not None) is moves
