@@ -263,7 +263,7 @@ static int iron_fits(const mw_motor *p)
 {
     if (p->reaction != 0.0 && !(p->reaction_bend >= 0.0)) return 0;
     if (p->saturation != 0.0 && !(p->saturation < 1.0 && p->saturation_current > 0.0)) return 0;
-    return p->eddy == 0.0 || (p->eddy > 0.0 && p->eddy < 1.0 && p->eddy_time > 0.0);
+    return p->eddy == 0.0 || (fabs(p->eddy) < 1.0 && p->eddy_time > 0.0);
 }
 
 /* What a term that is zero leaves out. */

@@ -16,7 +16,7 @@ from motorid.estimate.diagnosis import (
 )
 from motorid.estimate.diagnosis.identifiability import run_to_add
 from motorid.estimate.effects.brush_and_heating import BENT, DROP
-from motorid.estimate.effects.iron.eddy_currents import WITHIN
+from motorid.estimate.effects.iron.eddies_in_pulses import WITHIN
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
 from motorid.estimate.effects.source.held_inductance import HELD_INDUCTANCE
 from motorid.estimate.fit import lagging_start

@@ -116,6 +116,7 @@ class InfluenceQuantity:
     ``scale``: over which its effect keeps its course, in ``unit``; a derivative's step is ``step``
     of it. ``places``: the parts, or jumps, of a capture that have one each. ``told``: the readings
     may tell a propagated one better than its declaration. ``listed`` among what was estimated.
+    ``term``: of a wider model, that has the effect by itself.
     """
 
     name: str
@@ -131,6 +132,7 @@ class InfluenceQuantity:
     step: float = 1e-5
     told: Callable[[Any], bool] = never
     listed: bool = True
+    term: str = ""
 
     @property
     def simulated(self) -> bool:

@@ -9,6 +9,7 @@ from motorid.estimate.effects.friction.quadratic_friction import QUADRATIC_FRICT
 from motorid.estimate.effects.friction.windage import WINDAGE
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Use
 from motorid.estimate.effects.iron.armature_reaction import ARMATURE_REACTION
+from motorid.estimate.effects.iron.eddies_in_pulses import EDDIES_IN_PULSES
 from motorid.estimate.effects.iron.eddy_currents import EDDY_CURRENTS
 from motorid.estimate.effects.iron.saturation import SATURATION
 from motorid.estimate.effects.reading.converter_steps import CONVERTER_STEPS
@@ -112,12 +113,13 @@ CAPTURED = (
     DUTY_OF_VOLTS,
     DIODE_DROPS,
     WIRING_RESISTANCE,
-    EDDY_CURRENTS,
+    EDDIES_IN_PULSES,
     # lines of the budget by what is usual, as far as the readings leave them open
     LOAD_FRICTION,
     WINDAGE,
     ARMATURE_REACTION,
     SATURATION,
+    EDDY_CURRENTS,
 )
 """What a capture of a driven motor has by itself."""
 ADDED = (

@@ -18,7 +18,7 @@ from functools import cache
 import numpy as np
 
 from motorid.capture.model import CURRENT, SUPPLY, Capture
-from motorid.estimate.effects.iron.eddy_currents import USUAL as IRON
+from motorid.estimate.effects.iron.eddies_in_pulses import USUAL as IRON
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.fit import discontinuous_current_inductance
 from motorid.estimate.fit.alternating_fit import (

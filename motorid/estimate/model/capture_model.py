@@ -56,7 +56,7 @@ class MotorRecord(Weighed):
     """
 
     names: tuple[str, ...] = PARAMETERS  # what ``free`` and ``fixed`` may name, in order
-    modelled: frozenset[str] = frozenset()  # effects that a wider model has by itself
+    modelled: frozenset[str] = frozenset()  # terms that a wider model has by itself
     states = 3  # of a run's beginning: current, speed, angle
 
     def __init__(

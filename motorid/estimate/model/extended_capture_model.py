@@ -52,7 +52,7 @@ class WideRecord(MotorRecord):
         shape = log.shape if log is not None else JOINED
         super().__init__(six.capture, free, {**absent, **fixed}, shape)
         self.scales, self.priors = scales, priors
-        self.modelled = frozenset(term.name.replace("-", " ") for term in terms)
+        self.modelled = frozenset(term.name for term in terms)
         self._repeats = any(term.per_turn for term in terms)
         self.repeating = six.repeating
         begins = [

@@ -128,7 +128,7 @@ def _changes(
 ) -> Iterator[tuple[Floats, Linearised]]:
     """(n,) of a record's readings by one standard deviation of the effect, wherever it may be."""
     for record, own, line in zip(records, solution.own, solution.records, strict=True):
-        if quantity.name in record.modelled:
+        if quantity.term in record.modelled:
             continue
         for one in instances(quantity, record):
             if (unknown := one.unknown(record)) is not None:

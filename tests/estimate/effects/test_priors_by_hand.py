@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from motorid.estimate.effects.iron.armature_reaction import ARMATURE_REACTION
+from motorid.estimate.effects.iron.eddies_in_pulses import EDDIES_IN_PULSES
 from motorid.estimate.effects.iron.eddy_currents import EDDY_CURRENTS
 from motorid.estimate.effects.iron.saturation import SATURATION
 from motorid.estimate.effects.source.duty_of_volts import DUTY_OF_VOLTS
@@ -33,20 +34,28 @@ def test_iron_is_expected_at_the_stall_current_of_the_motor() -> None:
     iron = SATURATION.prior(judged(), 0)
     assert iron is not None
     assert (iron.sd, iron.mean) == (0.2, 0.0)
+    eddies = EDDY_CURRENTS.prior(judged(), 0)
+    assert eddies is not None
+    assert (eddies.sd, eddies.mean) == (0.2, 0.0)
     setup: Any = SimpleNamespace(motor={})
     (act,) = SATURATION.acts
     for size in (0.1, 0.05):  # of which the second comes on top
         act(setup, judged(), 0, size)  # type: ignore[operator]
     assert setup.motor["saturation"] == pytest.approx(0.15)
     assert setup.motor["saturation_current"] == pytest.approx(STALL_A / 2)
+    (act,) = EDDY_CURRENTS.acts
+    for size in (0.1, -0.04):
+        act(setup, judged(), 0, size)  # type: ignore[operator]
+    assert (setup.motor["eddy"], setup.motor["eddy_time"]) == (pytest.approx(0.06), 1e-4)
 
 
 def test_nothing_is_expected_of_iron_before_a_motor_is_known_or_without_an_inductance() -> None:
     assert ARMATURE_REACTION.prior(judged(None), 0) is None
     assert SATURATION.prior(judged(None), 0) is None
+    assert EDDY_CURRENTS.prior(judged(None), 0) is None
     bare = MOTOR.copy()
     bare[1] = 0.0
-    assert SATURATION.prior(judged(bare), 0) is None
+    assert SATURATION.prior(judged(bare), 0) is EDDY_CURRENTS.prior(judged(bare), 0) is None
     assert ARMATURE_REACTION.prior(judged(bare), 0) is not None
 
 
@@ -64,13 +73,13 @@ def test_eddy_currents_are_expected_where_pulses_alone_tell_the_inductance(
         judged_at=MOTOR, foretold=held, shown_parts=parts,
         timeline=SimpleNamespace(period_s=period_s),
     )  # fmt: skip
-    prior = EDDY_CURRENTS.prior(subject, 0)
+    prior = EDDIES_IN_PULSES.prior(subject, 0)
     assert (prior is not None) is there
     if prior is not None:
         assert (prior.sd, prior.mean) == (pytest.approx(0.15 * MOTOR[1]), 0.0)
-        assert EDDY_CURRENTS.scale(subject) == pytest.approx(MOTOR[1])
+        assert EDDIES_IN_PULSES.scale(subject) == pytest.approx(MOTOR[1])
     subject.judged_at = None
-    assert EDDY_CURRENTS.prior(subject, 0) is None
+    assert EDDIES_IN_PULSES.prior(subject, 0) is None
 
 
 @pytest.mark.parametrize(

@@ -12,10 +12,12 @@ from motorid.estimate.effects.influence_quantity import (
     InfluenceQuantity,
     Instance,
     Scope,
+    Use,
     instances,
 )
 from motorid.estimate.effects.registry import BY_NAME, CAPTURED, REGISTRY, SECOND_ORDER
 from motorid.estimate.model.capture_model import Floats, MotorRecord
+from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.model.tangent import tangent
 from tests.estimate.effects.benches import BENCHES, POINT, record, start
 
@@ -58,6 +60,11 @@ def test_a_declaration_is_whole(quantity: InfluenceQuantity) -> None:
     assert quantity.remedy[0].islower()
     assert not quantity.remedy.endswith(".")  # it ends a sentence of the report
     assert 0.0 < quantity.step < 1.0
+
+
+def test_an_effect_that_was_not_found_is_a_term_of_wider_models() -> None:
+    assert {q.term for q in REGISTRY if q.use is Use.UNDETECTED} <= TERMS.keys()
+    assert {q.use for q in REGISTRY if q.term} == {Use.UNDETECTED}
 
 
 @pytest.mark.parametrize("quantity", CAPTURED, ids=lambda q: q.name)

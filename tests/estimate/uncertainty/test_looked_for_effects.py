@@ -42,7 +42,7 @@ def looked_for(monkeypatch: pytest.MonkeyPatch, records: list[LinearRecord],
     def tangent(record: LinearRecord, values: Any, own: Any, one: Any) -> Any:
         return record.blocks(record.changes[one.name])
 
-    quantities = tuple(SimpleNamespace(name=name) for name in names)
+    quantities = tuple(SimpleNamespace(name=name, term=f"{name} term") for name in names)
     monkeypatch.setattr(undetected, "used", lambda use: quantities if use is Use.UNDETECTED else ())
     monkeypatch.setattr(undetected, "instances", places)
     monkeypatch.setattr(undetected, "tangent", tangent)
@@ -89,7 +89,7 @@ def test_what_no_record_could_have_or_all_model_is_not_looked_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     runs = [drawn(13, "drag", "iron"), drawn(14, "iron")]
-    runs[0].modelled, runs[1].modelled = ("iron",), ("drag", "iron")
+    runs[0].modelled, runs[1].modelled = ("iron term",), ("drag term", "iron term")
     found = looked_for(monkeypatch, runs, "heat", "iron", "drag")
     assert [one.quantity.name for one in found] == ["drag"]
     assert looked_for(monkeypatch, [runs[1]], "iron", "drag") == ()

@@ -35,4 +35,5 @@ LOAD_FRICTION = InfluenceQuantity(
     scale=scales.one,
     remedy="record a run that brakes, or reverses against the motion",
     step=1e-4,
+    term="load-friction",
 )

@@ -40,4 +40,5 @@ WINDAGE = InfluenceQuantity(
     prior=_prior,
     scale=_scale,
     remedy="record three levels of speed or more, and a coast from the highest",
+    term="quadratic-load",
 )

@@ -39,4 +39,5 @@ ARMATURE_REACTION = InfluenceQuantity(
     scale=_scale,
     remedy="record a run that reverses, or brakes, at speed",
     step=1e-4,
+    term="armature-reaction",
 )

@@ -1,46 +1,52 @@
-"""Eddy currents in iron, where only what happens within PWM periods tells L.
+"""A part of L beside a resistance: the iron, in which eddy currents flow.
 
-A pulse of current holds frequencies above that of the PWM, and the higher they are, the less of L
-is left by eddy currents. How much depends on the iron, and nobody says that there are none. Slower
-readings tell them as a term of a wider model (``eddy``).
+    L1 di/dt + u, u = L2 die/dt = Rc (i - ie), L2 = share L, L2/Rc = TIME_S
+
+What changes slowly meets the whole of L, what changes fast L1 alone. Steps tell it, where the
+current is sampled several times within L/R.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from motorid.estimate.effects.action import MotorParameter
-from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Prior, Scope, Use
+from motorid.estimate.effects import scales
+from motorid.estimate.effects.action import Setup, Simulated
+from motorid.estimate.effects.influence_quantity import (
+    InfluenceQuantity,
+    Prior,
+    Scope,
+    Subject,
+    Use,
+)
 
-USUAL = 0.15  # of L, of what they may do to it within PWM periods: standard, stated by nobody
-WITHIN = 0.2  # of a sample period: L/R of which only what happens within it is seen
-
-
-def told_within(subject: Any) -> bool:
-    """Readings of pulses tell L, and no slower ones."""
-    motor, period = subject.judged_at, subject.timeline.period_s
-    pulsed = any(part.discontinuous for part in subject.shown_parts)
-    if motor is None or subject.foretold is not None or not pulsed:
-        return False
-    return bool(0.0 < motor[1] < WITHIN * period * motor[0])
+USUAL = 0.2  # of L: standard, stated by nobody
+TIME_S = 1e-4  # of L2 beside the resistance: the middle of what motors have, 30 to 300 us
 
 
-def _inductance(subject: Any) -> float:
-    return float(subject.judged_at[1])
+class _Shields(Simulated):
+    """A share of L lies beside a resistance."""
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        setup.motor["eddy"] = setup.motor.get("eddy", 0.0) + size
+        setup.motor["eddy_time"] = TIME_S
 
 
-def _prior(subject: Any, _: int) -> Prior | None:
-    return Prior(sd=USUAL * _inductance(subject)) if told_within(subject) else None
+def _prior(subject: Subject, _: int) -> Prior | None:
+    if subject.judged_at is None or not float(subject.judged_at[1]) > 0.0:
+        return None
+    return Prior(USUAL)
 
 
 EDDY_CURRENTS = InfluenceQuantity(
     name="eddy currents",
-    unit="H",
+    unit="1",
     scope=Scope.MOTOR,
-    use=Use.PROPAGATED,
-    acts=(MotorParameter("L"),),
+    use=Use.UNDETECTED,
+    acts=(_Shields(),),
     prior=_prior,
-    scale=_inductance,
-    step=1e-3,
-    remedy="sample the current several times within L/R, or measure L apart (--fix L)",
+    scale=scales.one,
+    remedy="sample the current faster, or measure L apart (--fix L)",
+    step=1e-4,
+    term="eddy",
 )

@@ -47,4 +47,5 @@ SATURATION = InfluenceQuantity(
     scale=scales.one,
     remedy="sample the current faster, in steps to several levels",
     step=1e-4,
+    term="saturation",
 )
