@@ -7,6 +7,7 @@ import pytest
 
 from motorid.estimate.model.extended_capture_model import WideRecord
 from motorid.estimate.model.responses_at_hand import REMEMBERED, AtHand
+from motorid.estimate.model.standing_response import Run, StandingResponse
 from motorid.motor.wide import LANES
 from tests.estimate.model.test_wide_record import again, encoder, shared
 
@@ -74,6 +75,27 @@ def test_what_was_foreseen_is_forgotten_when_something_else_drives_the_motor() -
         record.standing.excite(0.9 * record.volts, record.stretches)
     for a, b in zip(one.residuals(*asked[1]), other.residuals(*asked[1]), strict=True):
         np.testing.assert_array_equal(a, b)
+
+
+@needs_lanes
+def test_runs_that_need_a_response_of_their_own_are_left_out() -> None:
+    one = again()
+    asked = points(one)
+    one.plan(*asked[0])
+    standing = StandingResponse(one.response, one.measured, one.outputs)
+    runs = {}
+    for k, (motor, own) in enumerate(asked[:3]):
+        setup = one.setup(own)
+        setup.clock += 1e-6 * (k == 2)
+        runs[(float(k),)] = Run(setup, one.motor(motor), 0.0)
+    found = standing.several(runs, one.first, lambda readings, _: 2.0 * readings)
+    assert set(found) == {(0.0,), (1.0,)}
+    for (k,), (readings, worth) in found.items():
+        alone = standing.of(runs[(k,)].setup, 0.0, one.first)(
+            runs[(k,)].motor, runs[(k,)].setup.initial
+        )
+        np.testing.assert_array_equal(readings, 2.0 * alone)
+        assert worth == 1
 
 
 def test_the_motor_of_six_parameters_is_quicker_one_by_one() -> None:
