@@ -120,6 +120,14 @@ def test_nelsons_patterns_the_other_way(rule: str, points: list[float]) -> None:
     assert SETS["nelson"] is NELSON
 
 
+def test_a_tie_is_neither_rising_nor_falling() -> None:
+    steady = next(rule for rule in NELSON if rule.name == "3")
+    points = np.array([-0.5, -0.2, 0.1, 0.1, 0.3, 0.6])
+    assert alarms(points, (steady,)) == alarms(-points, (steady,)) == ()
+    points[3] = 0.2
+    assert len(alarms(points, (steady,))) == len(alarms(-points, (steady,))) == 1
+
+
 DAYS = np.array([0.0, 1.0, 2.0, 3.0, 6.0])
 GOLD = np.array([1.0, 3.0, 2.0, 5.0, 4.0])
 
