@@ -113,6 +113,13 @@ def test_numbers_stay_within_reason(field: str, least: float, most: float) -> No
         assert made(repr(most))
 
 
+@pytest.mark.parametrize(("end", "most"), [("high", 1e12), ("low", -1e12)])
+def test_the_farthest_limits(end: str, most: float) -> None:
+    limit = product(end=f"[limits.R_25]\n{end} = {most}\n").limits["R_25"]
+    assert (limit.high if end == "high" else limit.low) == most
+    refused(f"R_25.{end} must be a number from", end=f"[limits.R_25]\n{end} = {1.1 * most}\n")
+
+
 @pytest.mark.parametrize("volts", [1e-3, 1e3])
 def test_the_motors_voltage(volts: float) -> None:
     head = f"[motor]\nvoltage_v = {volts}\n{STEP}{END}"
