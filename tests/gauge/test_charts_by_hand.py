@@ -40,6 +40,14 @@ def test_charts_of_subgroups() -> None:
     assert [a.index for a in xbar_r(wide, baseline=3)[1].alarms] == [4]
 
 
+def test_ranges_of_many_have_a_lower_limit() -> None:
+    """Of eight: 1 - 3 d3/d2 is 0.136 of the mean range of 7 (Montgomery, appendix VI)."""
+    groups = np.array([[0.0, 6.0, *[3.0] * 6], [0.0, 8.0, *[4.0] * 6], [0.0, 0.5, *[0.2] * 6]])
+    _, ranges = xbar_r(groups, baseline=2)
+    assert (ranges.lower, ranges.upper) == pytest.approx((0.136 * 7.0, 1.864 * 7.0), abs=8e-3)
+    assert [a.index for a in ranges.alarms] == [2]
+
+
 def test_charts_of_individuals() -> None:
     """Moving ranges 2, 1, 4, 0, 24: of the first four readings, 7/3 in the mean."""
     single, moving = i_mr(MOVES, baseline=4)

@@ -54,6 +54,7 @@ def test_columns_that_are_quantities(tmp_path: Path) -> None:
 
 def test_one_column(tmp_path: Path) -> None:
     found = rows(tmp_path)
+    assert column(found[:1], "u", "s.csv") == [0.1]
     assert column(found, "u", "s.csv")[2:4] == [0.3, 0.4]
     with pytest.raises(DataError, match=r"s\.csv, line 3: K is '', not a number"):
         column(found, "K", "s.csv")
@@ -62,6 +63,7 @@ def test_one_column(tmp_path: Path) -> None:
             read(found, "Motr", "s.csv")
     marked = rows(tmp_path, "part,operator,R\n'=a , b ,1\n-c,'d,2\n")
     assert texts(marked, "part", "s.csv") == ["=a", "-c"]
+    assert texts(marked[:1], "part", "s.csv") == ["=a"]
     assert labels(marked, "part", "s.csv") == ["=a", "-c"]
     assert labels(marked, "operator", "s.csv") == ["b", "'d"]
 
