@@ -78,6 +78,8 @@ def test_intervals_of_a_bootstrap() -> None:
     half = stats.norm.ppf(0.9) * math.sqrt(0.08 / 3)
     low, high = skewed._less_bias(math.e, drawn, 0.8)
     assert (math.log(low), math.log(high)) == pytest.approx((1.9 - half, 1.9 + half))
+    low, high = skewed._less_bias(math.exp(-0.5), drawn, 0.8)
+    assert (math.log(low), math.log(high)) == pytest.approx((-1.1 - half, -1.1 + half))
     for value, some in ((0.0, drawn), (-1.0, drawn), (1.0, drawn - drawn[0]), (1.0, drawn - 2.0)):
         assert skewed._less_bias(value, some, 0.8) == skewed._percentiles(value, some, 0.8)
 

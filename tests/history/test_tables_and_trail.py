@@ -9,7 +9,8 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from sqlalchemy import inspect
+from sqlalchemy import UniqueConstraint, inspect
+from sqlalchemy.dialects import sqlite
 
 from motorid.errors import DataError
 from motorid.quality.guard_band import Rule
@@ -37,8 +38,9 @@ def test_the_tables_are_those_that_the_code_means(history: History) -> None:
         found = inspect(connection)
         assert set(s.results.metadata.tables) <= set(found.get_table_names())
         for name, table in s.results.metadata.tables.items():
-            columns = {one["name"]: one["nullable"] for one in found.get_columns(name)}
-            assert columns == {c.name: c.nullable for c in table.columns}, name
+            kinds = {c.name: c.type.compile(dialect=sqlite.dialect()) for c in table.columns}
+            columns = {c["name"]: (c["nullable"], str(c["type"])) for c in found.get_columns(name)}
+            assert columns == {c.name: (c.nullable, kinds[c.name]) for c in table.columns}, name
             key = found.get_pk_constraint(name)["constrained_columns"]
             assert key == [c.name for c in table.primary_key], name
             cited = {
@@ -49,8 +51,13 @@ def test_the_tables_are_those_that_the_code_means(history: History) -> None:
                 (fk.parent.name, fk.column.table.name, fk.column.name) for fk in table.foreign_keys
             }, name
             indexes = {one["name"]: one["column_names"] for one in found.get_indexes(name)}
-            for index in table.indexes:
-                assert indexes[index.name] == [c.name for c in index.columns], name
+            assert indexes == {i.name: [c.name for c in i.columns] for i in table.indexes}, name
+            unique = {tuple(one["column_names"]) for one in found.get_unique_constraints(name)}
+            assert unique == {
+                tuple(c.name for c in one.columns)
+                for one in table.constraints
+                if isinstance(one, UniqueConstraint)
+            }, name
 
 
 def test_an_instant_goes_down_in_utc_and_comes_up_aware() -> None:
@@ -61,6 +68,25 @@ def test_an_instant_goes_down_in_utc_and_comes_up_aware() -> None:
     assert kind.process_bind_param(None, None) is kind.process_result_value(None, None) is None
     with pytest.raises(ValueError, match="time zone"):
         kind.process_bind_param(datetime(2026, 1, 5), None)
+
+
+@pytest.mark.parametrize(
+    ("kind", "good", "bad"),
+    [
+        (s.Words(9), ("", "x"), (3, b"x")), (s.LongWords(), ("x",), (3.0,)),
+        (s.Number(), (1.5, 2, -0.0), ("1", float("nan"), float("inf"))),
+        (s.Count(), (0, -3), (1.5, "1")), (s.LongCount(), (10**12,), (1.0,)),
+    ],
+)  # fmt: skip
+def test_what_comes_up_is_what_it_should_be(
+    kind: s.Words | s.Number, good: tuple[object, ...], bad: tuple[object, ...]
+) -> None:
+    assert kind.process_result_value(None, None) is None
+    for value in good:
+        assert kind.process_result_value(value, None) == value
+    for value in bad:
+        with pytest.raises(ValueError, match="it is damaged"):
+            kind.process_result_value(value, None)
 
 
 def test_newer_tables_are_refused_and_complaints_are_sentences() -> None:

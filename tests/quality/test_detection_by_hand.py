@@ -74,6 +74,13 @@ def test_a_likelihood_by_the_formula() -> None:
     assert np.abs(weights - expected / expected.sum()).max() < 1e-5 * weights.max()
 
 
+@pytest.mark.parametrize("hit", [True, False])
+def test_no_single_trial_rules_out_a_curve(hit: bool) -> None:
+    """Where good motors all pass, the least likely finding still has a chance of a billionth."""
+    weights = trials((0.1,), (hit,), good=10**12, rejected=0)._posterior[3]
+    assert weights.min() / weights.max() == pytest.approx(1e-9, rel=1e-3)
+
+
 @pytest.mark.parametrize("share", [0.2, 0.9])
 def test_where_a_share_is_found_on_each_curve(share: float) -> None:
     """g + (1 - g) Φ((ln x - m)/s) is the share there, but where it lies far below the range."""

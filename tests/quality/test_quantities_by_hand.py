@@ -214,6 +214,11 @@ def test_what_stretches_need(name: str) -> None:
     doubtful = with_parameter(parameter_, status=Status.DOUBTFUL, note="moved")
     assert read(name, doubtful, one).problem == f"{parameter_} is moved"
     assert read(name, doubtful, one).unit == QUANTITIES[name].unit
+    all_of_them = replace(estimate(), parameters={
+        n: parameter(n, v, status=Status.DOUBTFUL, note="moved") for n, v in VALUES.items()
+    })  # fmt: skip
+    first = "R" if name.startswith("ripple") else "K"
+    assert read(name, all_of_them, one).problem == f"{first} is moved"
 
 
 def test_ripple_over_a_turn_and_by_commutation() -> None:
