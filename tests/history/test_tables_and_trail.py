@@ -9,7 +9,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from sqlalchemy import UniqueConstraint, inspect
+from sqlalchemy import UniqueConstraint, inspect, update
 from sqlalchemy.dialects import sqlite
 
 from motorid.errors import DataError
@@ -18,6 +18,7 @@ from motorid.quality.history import History, MeasurementRecord, Query, open_hist
 from motorid.quality.history import schema as s
 from motorid.quality.history.candidates import candidates
 from motorid.quality.history.engine import said
+from motorid.quality.history.forgetting import RULE
 from motorid.quality.history.steps import refuse_newer
 from motorid.quality.limits import Limit
 from motorid.quality.signed import Trusted
@@ -148,6 +149,20 @@ def test_names_are_forgotten_by_their_age(tmp_path: Path) -> None:
         assert history.trail()[-1]["subject"] == "for ever"
         assert history.sealed_names() == 0
         assert history.verify().problems == ()
+
+
+@pytest.mark.parametrize(
+    ("rule", "days"), [("36500", 36_500), ("36501", None), ("-1", None), ("3.5", None), ("", None)]
+)
+def test_a_rule_of_a_century_is_the_longest(tmp_path: Path, rule: str, days: int | None) -> None:
+    with open_history(tmp_path / "line.db") as history:
+        with history.engine.begin() as connection:
+            connection.execute(update(s.meta).where(s.meta.c.name == RULE).values(value=rule))
+        if days is None:
+            with pytest.raises(DataError, match="is no number of days"):
+                history.forget_names("boss", now=NOW)
+        else:
+            assert history.forget_names("boss", now=NOW).days == days
 
 
 def test_limits_that_nobody_signed_are_named(tmp_path: Path) -> None:
