@@ -42,6 +42,7 @@ def test_the_tables_are_those_that_the_code_means(history: History) -> None:
             kinds = {c.name: c.type.compile(dialect=sqlite.dialect()) for c in table.columns}
             columns = {c["name"]: (c["nullable"], str(c["type"])) for c in found.get_columns(name)}
             assert columns == {c.name: (c.nullable, kinds[c.name]) for c in table.columns}, name
+            assert list(columns) == [c.name for c in table.columns], name
             key = found.get_pk_constraint(name)["constrained_columns"]
             assert key == [c.name for c in table.primary_key], name
             cited = {
