@@ -23,8 +23,13 @@ FEW = np.array([1.2, 0.7, 2.9, 1.6, 0.9, 4.2, 1.1, 2.2, 0.8, 1.4])
 def draws(monkeypatch: pytest.MonkeyPatch) -> list[np.ndarray]:
     """The resamples of FEW as the bootstrap draws them, reading by reading; 30 instead of 1000."""
     monkeypatch.setattr(skewed, "DRAWS", 30)
-    often = np.random.default_rng(skewed.SEED).multinomial(10, np.full(10, 0.1), size=30)
+    often = np.random.default_rng(1964).multinomial(10, np.full(10, 0.1), size=30)
     return [np.repeat(np.sort(FEW), times) for times in often]
+
+
+def test_a_thousand_resamples_of_as_many_readings() -> None:
+    found = skewed._resampled(np.ones((2, 1)), np.array([0.25, 0.75]), 8)
+    assert found.tolist() == [[8.0]] * 1000
 
 
 def test_the_curves_of_resamples_have_their_moments(draws: list[np.ndarray]) -> None:

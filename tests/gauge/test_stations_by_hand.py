@@ -13,6 +13,7 @@ from motorid.quality.agreement import (
     Ratings,
     Share,
     _interval,
+    _weights,
     agreement,
     cohen,
     fleiss,
@@ -152,6 +153,11 @@ def test_kappa_by_hand() -> None:
     # the first part three times, the second once: shares 10/12 and 2/12
     weighed = fleiss(counts, np.array([[3, 1, 0]]))
     assert weighed[0] == pytest.approx(((3 + 1 / 3) / 4 - 104 / 144) / (40 / 144))
+
+
+def test_parts_are_resampled_a_thousand_times_and_always_alike() -> None:
+    drawn = np.random.default_rng(1960).multinomial(4, [0.25] * 4, size=1000)
+    assert np.array_equal(_weights(4), drawn)
 
 
 def test_intervals_of_kappa_need_nine_of_ten_resamples() -> None:
