@@ -35,7 +35,8 @@ def test_what_is_left_out() -> None:
     assert (found.segments, found.commutations_per_turn, found.lost_samples) == (0, 0, 0)
     assert found.warm_up is found.serial is found.ambient is None
     assert found.temperature == Temperature()
-    assert found.self_test == SelfTest((), 50, 2)
+    assert found.self_test == SelfTest() == SelfTest((), 50, 2)
+    assert Rule() == Rule("uncertainty", 1.0, 2.0, 0.025, None, None)
     assert found.limits == {"R_25": Limit("R_25", "ohm", -math.inf, 2.8, Rule(), False, "", "")}
     assert found.digest == hashlib.sha256(found.text.encode()).hexdigest()
     assert found.cited == {"product": found.digest}

@@ -180,6 +180,12 @@ def test_a_current_that_differs_with_the_direction() -> None:
     assert unsure.uncertainty == pytest.approx(math.hypot(noise, 8e-3) / 0.6)
 
 
+def test_a_motor_that_creeps_has_a_direction_too() -> None:
+    """At half a radian a second, as behind a worm gear."""
+    slow = [replace(window(sign, [0.01, 0.03] * 2), speed=0.5 * sign) for sign in (1.0, -1.0)]
+    assert read("direction_current", estimate(), slow).value == pytest.approx(0.04 / 0.5)
+
+
 def test_a_speed_that_differs_with_the_direction() -> None:
     """Slopes of 0.03 and 0.01 ahead, of -0.01 back, over a level of (5 + 5 + 8)/3 V."""
     ahead = [window(1.0, [0.0] * 8, slope) for slope in (0.03, 0.01)]
