@@ -252,7 +252,10 @@ def test_alarms_are_said_by_chart_and_rule() -> None:
         "moving range chart, rule 1: a point beyond three sigma, at point 21, 31"
     )
     assert not found.in_control
-    values[28:30] = noisy()[28:30]
+    values[29] = noisy()[29]
+    nine = trend(values, np.arange(40.0), baseline=20, rules="limits")
+    assert nine.alarms[0].endswith(f"at point {where}")
+    values[28] = noisy()[28]
     eight = trend(values, np.arange(40.0), baseline=20, rules="limits")
     assert eight.alarms[0].endswith("at point 21, 22, 23, 24, 25, 26, 27, 28")
 
