@@ -211,6 +211,8 @@ def brush_noise(curve: Curve) -> tuple[float, float]:
     Rms of what is quicker than ``SLOW`` samples in the residual, so that the model's own slow
     errors do not count; steps of the program are left out.
     """
+    if len(curve.fitted) < LEAST_SAMPLES:
+        return float("nan"), float("nan")
     largest = float(np.abs(curve.fitted).max())
     jumps = np.abs(np.diff(curve.fitted, prepend=curve.fitted[0])) > STEP_SHARE * largest
     near = np.convolve(jumps, np.ones(2 * STEP_REACH + 1), mode="same") > 0

@@ -46,7 +46,7 @@ def spread_of(product: Product, otherwise: Spread) -> dict[str, Range]:
             low = limit.low if math.isfinite(limit.low) else min(low, high)
             if math.isfinite(limit.low) and math.isfinite(limit.high):
                 high = limit.high
-            found[parameter] = (low, high)
+            found[parameter] = (low, max(low, high))
     return found
 
 
