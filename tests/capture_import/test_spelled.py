@@ -103,7 +103,8 @@ def test_a_header_s_cell_may_spell_a_unit(cell: str, unit: str | None) -> None:
 
 
 def test_a_cell_is_a_unit_alone_or_a_name_with_one() -> None:
-    assert [only_unit(cell) for cell in ("mA", "(mA)", "[mA]", "i (mA)", "speed", "CH2:A", "-")] == [
+    cells = ("mA", "(mA)", "[mA]", "i (mA)", "speed", "CH2:A", "-")
+    assert [only_unit(cell) for cell in cells] == [
         True, True, True, False, False, True, True,
     ]  # fmt: skip
 
