@@ -20,9 +20,9 @@ WORKING = {  # filled while they are used
 }  # fmt: skip
 
 
-def records(room: str) -> list[type]:
+def records(room: str, within: str = "motorid.estimate") -> list[type]:
     """Each dataclass of a room that has fields."""
-    whole = importlib.import_module(f"motorid.estimate.{room}")
+    whole = importlib.import_module(f"{within}.{room}")
     found = []
     for info in pkgutil.walk_packages(whole.__path__, f"{whole.__name__}."):
         for _, one in inspect.getmembers(importlib.import_module(info.name), inspect.isclass):
