@@ -10,26 +10,10 @@ from motorid.motor._response import lib
 
 from motorid.motor.reading import Output, Quantity, Stretch
 from motorid.motor.wide import LANES, NAMES, START, Posed, WideResponse
+from tests.motor.test_wide_response import MOTOR, PERIOD_S
+from tests.motor.test_wide_response import TERMS as WIDE_TERMS
 
-MOTOR = {"R": 2.6, "L": 180e-6, "K": 7.68e-3, "B": 3e-7, "J": 3.9e-7, "T0": 3e-4}
-PERIOD_S = 1e-4
-TERMS = {
-    "none": {},
-    "brush": {"brush": 0.3, "brush_current": 0.1},
-    "quadratic": {"quadratic": 3e-10},
-    "direction": {"asymmetry": 0.3},
-    "stribeck": {"stiction": 2e-4, "stribeck": 40.0},
-    "cogging": {"cogging": 2e-4, "cogging_per_turn": 10.0},
-    "ripple": {"k_ripple": 0.04, "r_ripple": 0.03, "ripple_per_turn": 10.0},
-    "heat": {"warming": 2.0, "cooling": 1.0},
-    "two masses": {"load_inertia": 2e-7, "stiffness": 0.02, "damping": 1e-6},
-    "load friction": {"load_friction": 0.05, "cogging": 1e-4, "cogging_per_turn": 7.0},
-    "reaction": {"reaction": 0.04, "reaction_bend": 0.2},
-    "saturation": {"saturation": 0.6, "saturation_current": 0.8},
-    "eddy": {"eddy": 0.5, "eddy_time": 2e-4},
-    "iron": {"saturation": 0.6, "saturation_current": 0.8, "eddy": 0.5, "eddy_time": 1e-4},
-}
-TERMS["all"] = {name: value for term in TERMS.values() for name, value in term.items()}
+TERMS = {"none": {}, **WIDE_TERMS}
 VOLTS = np.concatenate(
     [np.zeros(5), np.full(75, 6.0), np.full(80, -4.0), np.zeros(60), np.full(40, 5.0)]
 )
