@@ -147,20 +147,6 @@ static int all_finite(const lanes *g)
     return all;
 }
 
-int wide_lanes_break_loose(lanes *g, const lane *y)
-{
-    int loose = 0;
-    for (int l = 0; l < LANES; l++) {
-        wide_run *r = &g->run[l];
-        wide_state x;
-        for (int row = 0; row < WROWS; row++) x.x[row] = row < r->rows ? y[row][l] : 0.0;
-        r->now.warmth = g->warmth[l], r->now.at = g->at;
-        const double torque = wide_push(r, &x);
-        loose |= wide_breakaway(r, x.x[WI], torque) - fabs(torque) < 0.0;
-    }
-    return loose;
-}
-
 /* ---- the walk ------------------------------------------------------------------------------ */
 
 static void interval_together(lanes *g, int n, int level, const lanes_level *m)
@@ -192,13 +178,13 @@ static void interval_of_all(lanes *g, int n, int level)
     for (int l = 0; l < LANES; l++) wide_interval(&g->run[l], n, level);
 }
 
-static void begin_stretch(lanes *g, const mr_stretch *const *stretches, int k, int first, int end)
+static void begin_stretch(lanes *g, int k, int first, int end)
 {
     scatter(g);
     for (int l = 0; l < LANES; l++) {
         wide_run *r = &g->run[l];
         r->taps.first = first, r->taps.end = end;
-        wide_begin_stretch(r, &stretches[l < g->used ? l : g->used - 1][k], first);
+        wide_begin_stretch(r, &g->of[l]->stretches[k], first);
     }
 }
 
@@ -233,16 +219,16 @@ size_t mw_lanes_work_size(int count, int n_outputs)
     return lanes_doubles() + LANES * mw_work_size(count, n_outputs);
 }
 
-static int begin(lanes *g, const mw_case *cases, double period, double pwm_period, int count,
-                 int n_stretches, int n_outputs, const double *angle, double *values)
+static int begin(lanes *g, double period, double pwm_period, int count, int n_stretches,
+                 int n_outputs, const double *angle, double *values)
 {
     for (int l = 0; l < LANES; l++) {
-        const mw_case *c = &cases[l < g->used ? l : g->used - 1];
+        const mw_case *c = g->of[l];
         const mw_start *s = &c->start;
         const state x0 = {s->current, s->speed, 0.0, s->position};
         wide_run *r = &g->run[l];
         if (!stretches_fit(count, c->stretches, n_stretches)) return -1;
-        if (!same_starts(cases->stretches, c->stretches, n_stretches)) return -1;
+        if (!same_starts(g->of[0]->stretches, c->stretches, n_stretches)) return -1;
         if (!outputs_fit(period, c->outputs, n_outputs)) return -1;
         memset(r, 0, sizeof *r);
         if (wide_begin(r, &c->motor, period, pwm_period, count, c->v, s, angle)) return -1;
@@ -258,20 +244,19 @@ int mw_responses(int n_cases, mw_case *cases, double period, double pwm_period, 
                  double *work)
 {
     lanes *g = (lanes *)(((uintptr_t)work + sizeof(lane) - 1) / sizeof(lane) * sizeof(lane));
-    const mr_stretch *stretches[LANES];
+    const mr_stretch *stretches = cases->stretches;
     if (n_cases < 1 || n_cases > LANES || n_outputs < 1) return -1;
     if (avx2 < 0) mw_instructions(1);
-    g->used = n_cases, g->together = 0;
-    if (begin(g, cases, period, pwm_period, count, n_stretches, n_outputs, angle,
-              work + lanes_doubles()))
+    g->together = 0;
+    for (int l = 0; l < LANES; l++) g->of[l] = &cases[l < n_cases ? l : n_cases - 1];
+    if (begin(g, period, pwm_period, count, n_stretches, n_outputs, angle, work + lanes_doubles()))
         return -1;
-    for (int l = 0; l < n_cases; l++) stretches[l] = cases[l].stretches;
     const int alike = spread_motors(g);
     for (int k = 0; k < n_stretches; k++) {
-        const int first = stretches[0][k].start > 1 ? stretches[0][k].start : 1;
-        const int end = k + 1 < n_stretches ? stretches[0][k + 1].start : count;
+        const int first = stretches[k].start > 1 ? stretches[k].start : 1;
+        const int end = k + 1 < n_stretches ? stretches[k + 1].start : count;
         if (first >= count) break;
-        begin_stretch(g, stretches, k, first, end);
+        begin_stretch(g, k, first, end);
         for (int n = first; n < end; n++) {
             const int level = levels[n] < FINEST ? levels[n] : FINEST;
             if (alike)

@@ -39,7 +39,7 @@ typedef struct {
 
 typedef struct {
     wide_run run[LANES];
-    int used;     /* the other lanes repeat the last one */
+    const mw_case *of[LANES]; /* beyond those that there are, the last one again */
     int together; /* the state stands below, and not in the runs */
     lanes_motor motor;
     lane x[WROWS], warmth, y[MAX_FILTERS];
@@ -48,9 +48,6 @@ typedef struct {
     double *values[LANES];
     lanes_level levels[FINEST + 1];
 } lanes;
-
-/* Of motors that stand: whether one breaks loose in a step that ends there. */
-int wide_lanes_break_loose(lanes *g, const lane *y);
 
 /* From the start of interval n, or of a step in it: steps of a level, as wide_steps takes them.
  * Returns how many were taken; the next one, of which nothing was kept, sets the lanes apart. */

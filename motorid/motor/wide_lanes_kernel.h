@@ -31,7 +31,7 @@ static inline lane each_fabs(lane a)
     return either(a < 0.0, -a, a);
 }
 
-static inline lanes_turn repeats_of(const lanes *g, lane position, int node, double length)
+static inline lanes_turn lanes_turn_at(const lanes *g, lane position, int node, double length)
 {
     const wide_run *r = &g->run[0];
     const lanes_motor *p = &g->motor;
@@ -50,7 +50,7 @@ static inline lanes_turn repeats_of(const lanes *g, lane position, int node, dou
 }
 
 /* The brushes' part of their drop, mean over the ripple. */
-static inline lane smooth_signs(const lanes *g, lane i)
+static inline lane lanes_signs(const lanes *g, lane i)
 {
     const lane swing = g->swing, knee = g->motor.brush_current, square = knee * knee;
     const lane here = i / each_sqrt(i * i + square);
@@ -64,7 +64,7 @@ static inline lane smooth_signs(const lanes *g, lane i)
 }
 
 /* What is left of K. */
-static inline lane constants(const lanes *g, lane i)
+static inline lane lanes_constant(const lanes *g, lane i)
 {
     const lane bend = g->motor.reaction_bend;
     const lane square = i * i + g->swing * g->swing / 3.0;
@@ -73,14 +73,14 @@ static inline lane constants(const lanes *g, lane i)
 }
 
 /* What is left of L, whose current swings by that. */
-static inline lane inductances(const lanes *g, lane i, lane swing)
+static inline lane lanes_inductance(const lanes *g, lane i, lane swing)
 {
     const lane knee = g->motor.saturation_current * g->motor.saturation_current;
     const lane square = i * i + swing * swing / 3.0;
     return 1.0 - g->motor.saturation * square / (square + knee);
 }
 
-static inline lane stribeck_torque(const lanes *g, lane w)
+static inline lane lanes_stribeck(const lanes *g, lane w)
 {
     const lanes_motor *p = &g->motor;
     lane torque = {0};
@@ -91,7 +91,7 @@ static inline lane stribeck_torque(const lanes *g, lane w)
     return torque;
 }
 
-static inline lane load_torque(const lanes *g, lane i, lane left)
+static inline lane lanes_load(const lanes *g, lane i, lane left)
 {
     const lanes_motor *p = &g->motor;
     const lane swing = g->swing, flat = each_fabs(i);
@@ -99,18 +99,18 @@ static inline lane load_torque(const lanes *g, lane i, lane left)
     return p->load_friction * p->K * left * either(flat < swing, bent, flat);
 }
 
-static inline void forces_of(const lanes *g, const lane *x, const lanes_turn *t, lane warmth,
+static inline void lanes_forces(const lanes *g, const lane *x, const lanes_turn *t, lane warmth,
                              lane f[FORCES])
 {
     const lanes_motor *p = &g->motor;
     const wide_run *r = &g->run[0];
-    const lane i = x[WI], w = x[WW], left = constants(g, i);
+    const lane i = x[WI], w = x[WW], left = lanes_constant(g, i);
     const double s = r->now.mode.s;
     lane volts = -p->R * warmth * i, torque = {0};
-    if (p->brush[0] != 0.0 && r->now.mode.circuit != OPEN) volts -= p->brush * smooth_signs(g, i);
+    if (p->brush[0] != 0.0 && r->now.mode.circuit != OPEN) volts -= p->brush * lanes_signs(g, i);
     if (p->quadratic[0] != 0.0) torque -= p->quadratic * w * each_fabs(w);
-    if (p->stiction[0] != 0.0 && s != 0.0) torque -= s * stribeck_torque(g, w);
-    if (p->load_friction[0] != 0.0) torque -= s * load_torque(g, i, left) + p->cogging * t->cogging;
+    if (p->stiction[0] != 0.0 && s != 0.0) torque -= s * lanes_stribeck(g, w);
+    if (p->load_friction[0] != 0.0) torque -= s * lanes_load(g, i, left) + p->cogging * t->cogging;
     else if (p->cogging[0] != 0.0) torque -= p->cogging * t->cogging;
     if (r->ripples || p->reaction[0] != 0.0) {
         const lane constant = (1.0 + t->ripple * p->k_ripple) * left - 1.0;
@@ -122,11 +122,11 @@ static inline void forces_of(const lanes *g, const lane *x, const lanes_turn *t,
     const lane shielded = g->shield * (i - x[WEDDY]), none = {0};
     const lane emf = s != 0.0 ? p->K * (1.0 + p->emf) * w : none;
     f[VOLTS] += (g->v - g->Rt * i - emf - shielded + volts) *
-                (1.0 / inductances(g, i, g->swing) - 1.0);
-    f[SHIELDED] = shielded * (1.0 / inductances(g, x[WEDDY], none) - 1.0);
+                (1.0 / lanes_inductance(g, i, g->swing) - 1.0);
+    f[SHIELDED] = shielded * (1.0 / lanes_inductance(g, x[WEDDY], none) - 1.0);
 }
 
-static inline lane linear_of(const lanes *g, const lanes_map *m, const int rows, int r)
+static inline lane lanes_linear(const lanes *g, const lanes_map *m, const int rows, int r)
 {
     lane y = m->g[r] * g->v + m->c[r] + m->P[0][r] * g->x[WI] + m->P[1][r] * g->x[WW];
     if (rows > PLAIN) y += m->P[EDDY][r] * g->x[WEDDY];
@@ -134,7 +134,7 @@ static inline lane linear_of(const lanes *g, const lanes_map *m, const int rows,
     return r == WQ || r == WTH ? y + g->x[r] : y;
 }
 
-static inline lane forced_of(const lanes_map *m, const int rows, int r, const int acts[FORCES],
+static inline lane lanes_forced(const lanes_map *m, const int rows, int r, const int acts[FORCES],
                              lane linear, lane f[NODES][FORCES])
 {
     for (int k = 0; k < (rows > PLAIN ? FORCES : SHIELDED); k++)
@@ -144,7 +144,7 @@ static inline lane forced_of(const lanes_map *m, const int rows, int r, const in
     return linear;
 }
 
-static inline void warm_of(const lanes *g, const lane current[NODES], double length,
+static inline void lanes_warm(const lanes *g, const lane current[NODES], double length,
                            lane warmth[NODES])
 {
     const lanes_motor *p = &g->motor;
@@ -159,53 +159,68 @@ static inline void warm_of(const lanes *g, const lane current[NODES], double len
 }
 
 /* From the present states through a step; nothing is kept. */
-static inline void step_of(const lanes *g, const int rows, const lanes_level *m, lane *y,
+static inline void lanes_step(const lanes *g, const int rows, const lanes_level *m, lane *y,
                            lanes_drive *d)
 {
     const wide_run *r = &g->run[0];
     lane to_middle[WROWS] = {{0}}, to_end[WROWS], middle[WROWS];
     lane warmth[NODES] = {g->warmth, g->warmth, g->warmth};
     lanes_turn turn[NODES];
-    for (int row = 0; row < rows; row++) y[row] = to_end[row] = linear_of(g, &m->full, rows, row);
+    for (int row = 0; row < rows; row++) y[row] = to_end[row] = lanes_linear(g, &m->full, rows, row);
     d->warmth = g->warmth;
     if (!(r->acts[VOLTS] || r->acts[TORQUE] || r->acts[SHIELDED])) return;
     for (int row = 0; row < rows; row++)
-        if (r->asked[row]) to_middle[row] = linear_of(g, &m->half, rows, row);
-    for (int n = 0; n < NODES; n++) turn[n] = repeats_of(g, g->x[WTH], n, m->length);
-    forces_of(g, g->x, &turn[BEGIN], warmth[BEGIN], d->f[BEGIN]);
+        if (r->asked[row]) to_middle[row] = lanes_linear(g, &m->half, rows, row);
+    for (int n = 0; n < NODES; n++) turn[n] = lanes_turn_at(g, g->x[WTH], n, m->length);
+    lanes_forces(g, g->x, &turn[BEGIN], warmth[BEGIN], d->f[BEGIN]);
     for (int k = 0; k < FORCES; k++) d->f[MIDDLE][k] = d->f[END][k] = d->f[BEGIN][k];
     for (int sweep = 0; sweep < r->sweeps; sweep++) {
         for (int row = 0; row < rows; row++) {
             if (!r->asked[row]) continue;
-            middle[row] = forced_of(&m->half, rows, row, r->acts, to_middle[row], d->f);
-            y[row] = forced_of(&m->full, rows, row, r->acts, to_end[row], d->f);
+            middle[row] = lanes_forced(&m->half, rows, row, r->acts, to_middle[row], d->f);
+            y[row] = lanes_forced(&m->full, rows, row, r->acts, to_end[row], d->f);
         }
         const lane current[NODES] = {g->x[WI], middle[WI], y[WI]};
-        if (r->warms) warm_of(g, current, m->length, warmth);
+        if (r->warms) lanes_warm(g, current, m->length, warmth);
         if (r->turns && !r->angle) {
-            turn[MIDDLE] = repeats_of(g, middle[WTH], MIDDLE, m->length);
-            turn[END] = repeats_of(g, y[WTH], END, m->length);
+            turn[MIDDLE] = lanes_turn_at(g, middle[WTH], MIDDLE, m->length);
+            turn[END] = lanes_turn_at(g, y[WTH], END, m->length);
         }
-        forces_of(g, middle, &turn[MIDDLE], warmth[MIDDLE], d->f[MIDDLE]);
-        forces_of(g, y, &turn[END], warmth[END], d->f[END]);
+        lanes_forces(g, middle, &turn[MIDDLE], warmth[MIDDLE], d->f[MIDDLE]);
+        lanes_forces(g, y, &turn[END], warmth[END], d->f[END]);
     }
     d->warmth = warmth[END];
     for (int row = 0; row < rows; row++)
-        y[row] = forced_of(&m->full, rows, row, r->acts, to_end[row], d->f);
+        y[row] = lanes_forced(&m->full, rows, row, r->acts, to_end[row], d->f);
+}
+
+/* Of motors that stand: one breaks loose in a step that ends there. */
+static inline int lanes_loose(lanes *g, const lane *y)
+{
+    int loose = 0;
+    for (int l = 0; l < LANES; l++) {
+        wide_run *r = &g->run[l];
+        wide_state x;
+        for (int row = 0; row < WROWS; row++) x.x[row] = row < r->rows ? y[row][l] : 0.0;
+        r->now.warmth = g->warmth[l], r->now.at = g->at;
+        const double torque = wide_push(r, &x);
+        loose |= wide_breakaway(r, x.x[WI], torque) - fabs(torque) < 0.0;
+    }
+    return loose;
 }
 
 /* Some motor stops or breaks loose, or its current is out. */
-static inline int apart(lanes *g, const lane *y)
+static inline int lanes_apart(lanes *g, const lane *y)
 {
     const mode *m = &g->run[0].now.mode;
     const lane ahead = (double)m->s * y[WW], flows = m->fi * y[WI];
     int events = 0;
     if (m->s && !m->still) EACH_LANE events |= ahead[l] < 0.0;
     if (m->circuit == FREEWHEEL) EACH_LANE events |= flows[l] < 0.0;
-    return events || (!m->s && !m->still && wide_lanes_break_loose(g, y));
+    return events || (!m->s && !m->still && lanes_loose(g, y));
 }
 
-static inline lane shown_by(const lanes *g, const int rows, const lanes_row *m,
+static inline lane lanes_shown(const lanes *g, const int rows, const lanes_row *m,
                             const lanes_drive *d, lane y)
 {
     y += m->P[0] * g->x[WI] + m->P[1] * g->x[WW];
@@ -217,7 +232,7 @@ static inline lane shown_by(const lanes *g, const int rows, const lanes_row *m,
     return y;
 }
 
-static inline void read_taps(lanes *g, const int rows, int n, int k, const lanes_level *level,
+static inline void lanes_read(lanes *g, const int rows, int n, int k, const lanes_level *level,
                              const lanes_drive *d)
 {
     const taps *all = &g->run[0].taps;
@@ -228,24 +243,24 @@ static inline void read_taps(lanes *g, const int rows, int n, int k, const lanes
         lane y = m->g * g->v + m->c + m->extra;
         if (t->integral) y += m->base * g->x[t->row ? WTH : WQ];
         if (t->filter >= 0) y += m->keep * g->y[t->filter];
-        y = shown_by(g, rows, m, d, y);
+        y = lanes_shown(g, rows, m, d, y);
         EACH_LANE g->values[l][(size_t)j * all->count + n] = y[l];
     }
     for (int j = 0; j < all->filters; j++) {
         const lanes_row *m = &level->filters[j];
         const lane y = m->keep * g->y[j] + m->base * g->x[WTH] + m->g * g->v + m->c;
-        g->y[j] = shown_by(g, rows, m, d, y);
+        g->y[j] = lanes_shown(g, rows, m, d, y);
     }
 }
 
-static inline int steps_of(lanes *g, const int rows, int n, const lanes_level *m, int steps)
+static inline int lanes_steps(lanes *g, const int rows, int n, const lanes_level *m, int steps)
 {
     for (int k = 0; k < steps; k++) {
         lane y[WROWS];
         lanes_drive d;
-        step_of(g, rows, m, y, &d);
-        if (apart(g, y)) return k;
-        read_taps(g, rows, n, k, m, &d);
+        lanes_step(g, rows, m, y, &d);
+        if (lanes_apart(g, y)) return k;
+        lanes_read(g, rows, n, k, m, &d);
         for (int row = 0; row < rows; row++) g->x[row] = y[row];
         g->warmth = d.warmth;
         g->at += m->length;
@@ -255,9 +270,9 @@ static inline int steps_of(lanes *g, const int rows, int n, const lanes_level *m
 
 int KERNEL(wide_lanes_steps)(lanes *g, int n, const lanes_level *m, int steps)
 {
-    switch (g->run[0].rows) { /* constants, so that the loops over rows unroll */
-    case WROWS: return steps_of(g, WROWS, n, m, steps);
-    case EDDIES: return steps_of(g, EDDIES, n, m, steps);
-    default: return steps_of(g, PLAIN, n, m, steps);
+    switch (g->run[0].rows) { /* lanes_constant, so that the loops over rows unroll */
+    case WROWS: return lanes_steps(g, WROWS, n, m, steps);
+    case EDDIES: return lanes_steps(g, EDDIES, n, m, steps);
+    default: return lanes_steps(g, PLAIN, n, m, steps);
     }
 }
