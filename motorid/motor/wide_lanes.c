@@ -55,7 +55,7 @@ static void spread_row(lanes_row *to, const wide_row *from, double extra, int l)
 }
 
 /* Readings of all lanes fall into the same step; a delay may put one into the next. */
-static const lanes_level *spread(lanes *g, int level)
+static const lanes_level *level_across(lanes *g, int level)
 {
     lanes_level *to = &g->levels[level];
     if (to->made) return to->made > 0 ? to : NULL;
@@ -169,7 +169,7 @@ static void interval_of_all(lanes *g, int n, int level)
         else
             gather(g);
     }
-    const lanes_level *m = g->together ? spread(g, level) : NULL;
+    const lanes_level *m = g->together ? level_across(g, level) : NULL;
     if (m) {
         interval_together(g, n, level, m);
         return;
@@ -219,7 +219,7 @@ size_t mw_lanes_work_size(int count, int n_outputs)
     return lanes_doubles() + LANES * mw_work_size(count, n_outputs);
 }
 
-static int begin(lanes *g, double period, double pwm_period, int count, int n_stretches,
+static int begin_runs(lanes *g, double period, double pwm_period, int count, int n_stretches,
                  int n_outputs, const double *angle, double *values)
 {
     for (int l = 0; l < LANES; l++) {
@@ -249,7 +249,7 @@ int mw_responses(int n_cases, mw_case *cases, double period, double pwm_period, 
     if (avx2 < 0) mw_instructions(1);
     g->together = 0;
     for (int l = 0; l < LANES; l++) g->of[l] = &cases[l < n_cases ? l : n_cases - 1];
-    if (begin(g, period, pwm_period, count, n_stretches, n_outputs, angle, work + lanes_doubles()))
+    if (begin_runs(g, period, pwm_period, count, n_stretches, n_outputs, angle, work + lanes_doubles()))
         return -1;
     const int alike = spread_motors(g);
     for (int k = 0; k < n_stretches; k++) {

@@ -13,12 +13,12 @@ from motorid.capture.model import Capture
 from motorid.errors import DataError
 from motorid.estimate.effects.action import Setup
 from motorid.estimate.effects.brush_and_heating import Loss
-from motorid.estimate.effects.influence_quantity import Instance, Use, instances
-from motorid.estimate.effects.registry import used
+from motorid.estimate.effects.influence_quantity import Instance, Use
 from motorid.estimate.effects.rotor.repeating import STEADY
 from motorid.estimate.effects.source.held_inductance import Foretold
 from motorid.estimate.effects.source_noise import SourceNoise
 from motorid.estimate.effects.unstated import ahead
+from motorid.estimate.model import own_unknowns
 from motorid.estimate.model.low_passes import behind, declared, low_passes
 from motorid.estimate.model.rebuilt_response import Planned, extended, rebuilt
 from motorid.estimate.model.reconstructed_voltage import Course, Driving
@@ -105,14 +105,7 @@ class MotorRecord(Weighed):
         self.standing = StandingResponse(response, self.measured, self.outputs)
         self._second_order = declared(self.measured, self.timeline.period_s)
         self._drive_by(self.driving)
-        self._take(
-            [
-                (one, unknown)
-                for quantity in used(Use.ESTIMATED)
-                for one in instances(quantity, self)
-                if (unknown := one.unknown(self)) is not None
-            ]
-        )
+        self._take(own_unknowns.of_use(Use.ESTIMATED, self))
 
     def twin(self, given: Excitation | None = None) -> MotorRecord:
         """This record as it is now, whatever becomes of it; with a response of its own. ``given``:
@@ -126,7 +119,7 @@ class MotorRecord(Weighed):
         response = self.respond(
             self.timeline.period_s, twin.volts, self.outputs, twin.stretches, self.pwm_period_s
         )
-        twin.standing = StandingResponse(response, self.measured, self.outputs)
+        twin.standing = StandingResponse(response, self.measured, self.outputs, twin.first)
         return twin
 
     @property
@@ -175,17 +168,12 @@ class MotorRecord(Weighed):
     @property
     def propagated(self) -> tuple[tuple[Instance, Unknown], ...]:
         """Quantities that are no unknowns here, but whose uncertainty is stated."""
-        found = (
-            (one, one.unknown(self))
-            for quantity in used(Use.PROPAGATED)
-            for one in instances(quantity, self)
-            if one not in self.instances
-        )
-        return tuple((one, unknown) for one, unknown in found if unknown is not None)
+        stated = own_unknowns.of_use(Use.PROPAGATED, self)
+        return tuple(pair for pair in stated if pair[0] not in self.instances)
 
     def estimate(self, *quantities: Instance) -> None:
         """Let these be unknowns too, the last of all."""
-        more = [(one, unknown) for one in quantities if (unknown := one.unknown(self)) is not None]
+        more = own_unknowns.there(quantities, self)
         self._take([*zip(self.instances, self.unknowns, strict=True), *more])
 
     def propagate(self, *quantities: Instance) -> None:
@@ -212,13 +200,8 @@ class MotorRecord(Weighed):
 
     def renew(self) -> None:
         """Priors follow what drives the motor; starts and bounds stay."""
-        renewed = []
-        for one, unknown in zip(self.instances, self.unknowns, strict=True):
-            prior = None if one in self.found else one.quantity.prior(self, one.place)
-            if prior is not None:
-                unknown = replace(unknown, prior_mean=prior.mean, prior_sd=prior.sd)
-            renewed.append(unknown)
-        self.unknowns = tuple(renewed)
+        pairs = zip(self.instances, self.unknowns, strict=True)
+        self.unknowns = tuple(own_unknowns.renewed(pairs, self, self.found))
 
     def sizes(self, own: Floats) -> dict[str, float]:
         """Its own unknowns (SI) by name."""
@@ -234,7 +217,7 @@ class MotorRecord(Weighed):
     def _drive_by(self, driving: Driving) -> None:
         self.driving, given = driving, driving.excitation
         self.volts, self.stretches, self.first = given.volts, given.stretches, given.first
-        self.standing.excite(self.volts, self.stretches)
+        self.standing.excite(self.volts, self.stretches, self.first)
 
     def decide(self, decided: bool) -> None:
         """Whether what is a choice between two things, of what drives the motor, stays as it is."""
@@ -339,7 +322,7 @@ class MotorRecord(Weighed):
             if key not in runs and key not in at_hand:
                 setup = self.setup(own)
                 runs[key] = Run(setup, self._with(setup, self.motor(shared)), self.stamped(setup))
-        at_hand.expect(self.standing.several(runs, self.first, self.smoothed))
+        at_hand.expect(self.standing.several(runs, self.smoothed))
 
     def _simulate(self, shared: Floats, setup: Setup) -> Floats:
         motor = self.motor(shared)
@@ -350,7 +333,7 @@ class MotorRecord(Weighed):
         if setup.rebuilt:
             response = rebuilt(self, setup, self.respond)
         else:
-            response = self.standing.of(setup, self.stamped(setup), self.first)
+            response = self.standing.of(setup, self.stamped(setup))
         readings = response(motor, setup.initial)
         self.simulated += response.worth
         return self.smoothed(readings, setup)

@@ -38,19 +38,23 @@ class StandingResponse:
     """
 
     def __init__(
-        self, response: Response, measured: Sequence[Measured], outputs: Sequence[Output]
+        self,
+        response: Response,
+        measured: Sequence[Measured],
+        outputs: Sequence[Output],
+        first: First = (),
     ) -> None:
-        self.response = response
+        self.response, self._first = response, first
         self.at_hand = AtHand()
         self._measured, self._outputs = measured, outputs
         self._kicked: Mapping[int, float] = {}
         self._late_s: Mapping[str, float] = {}
         self._filter_s: Mapping[str, float] = {}
 
-    def excite(self, volts: Floats, stretches: Sequence[Stretch]) -> None:
+    def excite(self, volts: Floats, stretches: Sequence[Stretch], first: First) -> None:
         """Be driven like that from here on."""
         self.at_hand.clear()
-        self._kicked = {}
+        self._kicked, self._first = {}, first
         self.response.excite(volts, stretches)
 
     @contextmanager
@@ -58,18 +62,19 @@ class StandingResponse:
         self, volts: Floats, usual: Floats, stretches: Sequence[Stretch]
     ) -> Iterator[None]:
         """In between, ``volts`` (count,) in place of the usual ones."""
-        at_hand = self.at_hand
-        self.at_hand = AtHand()
-        self.excite(volts, stretches)
-        yield
-        self.excite(usual, stretches)
-        self.at_hand = at_hand
+        at_hand, self.at_hand = self.at_hand, AtHand()
+        self.excite(volts, stretches, self._first)
+        try:
+            yield
+        finally:
+            self.excite(usual, stretches, self._first)
+            self.at_hand = at_hand
 
-    def of(self, setup: Setup, stamped: Floats | float, first: First) -> Response:
+    def of(self, setup: Setup, stamped: Floats | float) -> Response:
         """The response, changed into this run."""
         self.response.shift(setup.volts + stamped)
         for part in self._kicked.keys() | setup.kicks.keys():
-            self.response.kick(first[part], setup.kicks.get(part, 0.0))
+            self.response.kick(self._first[part], setup.kicks.get(part, 0.0))
         filters = first_orders(self._measured, self._outputs, setup)
         for m in self._measured:
             late = setup.late_s.get(m.block.name, 0.0)
@@ -86,7 +91,7 @@ class StandingResponse:
         return isinstance(self.response, WideResponse)
 
     def several(
-        self, runs: Mapping[Key, Run], first: First, finished: Callable[[Floats, Setup], Floats]
+        self, runs: Mapping[Key, Run], finished: Callable[[Floats, Setup], Floats]
     ) -> dict[Key, tuple[Floats, int]]:
         """Readings of runs and what each is worth, side by side; those that are quicker alone, or
         need a response of their own, are left out. ``finished``: what comes behind a response.
@@ -95,7 +100,7 @@ class StandingResponse:
         fitting = {key: run for key, run in runs.items() if not run.setup.rebuilt}
         posed = []
         for run in fitting.values():
-            self.of(run.setup, run.stamped, first)
+            self.of(run.setup, run.stamped)
             posed.append(self.response.pose(run.motor, run.setup.initial))
         answers = zip(fitting.items(), self.response.several(posed), strict=True)
         return {

@@ -8,6 +8,7 @@ import pytest
 from motorid.estimate.model.extended_capture_model import WideRecord
 from motorid.estimate.model.responses_at_hand import REMEMBERED, AtHand
 from motorid.estimate.model.standing_response import Run, StandingResponse
+from motorid.estimate.results.estimate import PARAMETERS
 from motorid.motor.wide import LANES
 from tests.estimate.model.test_wide_record import again, encoder, shared
 
@@ -72,7 +73,7 @@ def test_what_was_foreseen_is_forgotten_when_something_else_drives_the_motor() -
     one.foresee(asked)
     for record in (one, other):
         record.excite(record.driving)
-        record.standing.excite(0.9 * record.volts, record.stretches)
+        record.standing.excite(0.9 * record.volts, record.stretches, record.first)
     for a, b in zip(one.residuals(*asked[1]), other.residuals(*asked[1]), strict=True):
         np.testing.assert_array_equal(a, b)
 
@@ -82,18 +83,16 @@ def test_runs_that_need_a_response_of_their_own_are_left_out() -> None:
     one = again()
     asked = points(one)
     one.plan(*asked[0])
-    standing = StandingResponse(one.response, one.measured, one.outputs)
+    standing = StandingResponse(one.response, one.measured, one.outputs, one.first)
     runs = {}
     for k, (motor, own) in enumerate(asked[:3]):
         setup = one.setup(own)
         setup.clock += 1e-6 * (k == 2)
         runs[(float(k),)] = Run(setup, one.motor(motor), 0.0)
-    found = standing.several(runs, one.first, lambda readings, _: 2.0 * readings)
+    found = standing.several(runs, lambda readings, _: 2.0 * readings)
     assert set(found) == {(0.0,), (1.0,)}
     for (k,), (readings, worth) in found.items():
-        alone = standing.of(runs[(k,)].setup, 0.0, one.first)(
-            runs[(k,)].motor, runs[(k,)].setup.initial
-        )
+        alone = standing.of(runs[(k,)].setup, 0.0)(runs[(k,)].motor, runs[(k,)].setup.initial)
         np.testing.assert_array_equal(readings, 2.0 * alone)
         assert worth == 1
 
@@ -116,3 +115,15 @@ def test_other_volts_drive_it_only_in_between() -> None:
         np.testing.assert_array_equal(a, b)
         assert np.abs(c).max() < np.abs(a).max()
     assert one.simulated == count  # the usual ones were at hand all the time
+
+
+def test_the_usual_volts_come_back_whatever_happens_in_between() -> None:
+    one = again()
+    motor, own = points(one)[0]
+    usual = one.fitted(motor, own)
+    absurd = motor * np.where(np.arange(len(motor)) == PARAMETERS.index("J"), -1.0, 1.0)
+    with pytest.raises(ValueError, match="no response exists"):
+        one.fitted_with(absurd, own, 0.5 * one.volts)
+    one.standing.at_hand.clear()
+    for a, b in zip(usual, one.fitted(motor, own), strict=True):
+        np.testing.assert_array_equal(a, b)
