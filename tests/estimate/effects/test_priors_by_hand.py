@@ -12,6 +12,7 @@ from motorid.estimate.effects.iron.armature_reaction import ARMATURE_REACTION
 from motorid.estimate.effects.iron.eddies_in_pulses import EDDIES_IN_PULSES
 from motorid.estimate.effects.iron.eddy_currents import EDDY_CURRENTS
 from motorid.estimate.effects.iron.saturation import SATURATION
+from motorid.estimate.effects.iron.share_of_inductance import ShareOfInductance, usual
 from motorid.estimate.effects.source.duty_of_volts import DUTY_OF_VOLTS
 from motorid.estimate.effects.source.voltage_resolution import VOLTAGE_RESOLUTION
 from motorid.estimate.signals.time_grid import Part
@@ -57,6 +58,17 @@ def test_nothing_is_expected_of_iron_before_a_motor_is_known_or_without_an_induc
     bare[1] = 0.0
     assert SATURATION.prior(judged(bare), 0) is EDDY_CURRENTS.prior(judged(bare), 0) is None
     assert ARMATURE_REACTION.prior(judged(bare), 0) is not None
+
+
+def test_a_share_of_an_inductance_brings_along_where_it_sets_in() -> None:
+    act = ShareOfInductance("saturation", "saturation_current", lambda subject: subject.knee_a)
+    setup: Any = SimpleNamespace(motor={"saturation": 0.1})
+    act(setup, SimpleNamespace(knee_a=3.0), 0, 0.05)
+    assert setup.motor == {"saturation": pytest.approx(0.15), "saturation_current": 3.0}
+    assert act.simulated
+    found = usual(0.3)(judged(), 0)
+    assert found is not None
+    assert (found.sd, found.mean) == (0.3, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -17,13 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import Capture
-from motorid.estimate.diagnosis.facts.motor_laws import columns, left
+from motorid.estimate.diagnosis.facts.motor_laws import columns, convinces, left
 from motorid.estimate.results.estimate import PARAMETERS, Diagnostic
 
 Floats = NDArray[np.float64]
 
-GOOD = 0.05  # share that both laws together leave of the squares: a motor's current
-BETTER = 5.0  # times less than the logged current leaves
 LEAST = 0.01  # that the logged one leaves: below it, nothing is worth a word
 FEW, MANY = 20.0, 10.0  # time constants that are tried: from so many rows to so many whole logs
 A_DECADE = 8  # of them
@@ -58,8 +56,7 @@ def found(capture: Capture) -> float | None:
     best = int(np.argmin(rests))
     if not 0 < best < len(rests) - 1:  # another fault, which any slope eases
         return None
-    good = rests[best] < min(GOOD, as_it_is / BETTER)
-    return float(constants[best]) if good else None
+    return float(constants[best]) if convinces(rests[best], as_it_is) else None
 
 
 def restored(current: Floats, rows: float) -> Floats:

@@ -19,6 +19,8 @@ Columns = tuple[Floats, Floats, Floats]  # voltage, current and speed, (n,) each
 BLOCKS, SHORTEST, FEWEST = 400, 3, 40  # of a log; rows of a block; blocks
 SLOW = 0.02  # of the highest speed, below which friction has no sign
 QUANTITIES = (VOLTAGE, CURRENT, SPEED)
+GOOD = 0.05  # share that both laws together leave of the squares: a motor's current
+BETTER = 5.0  # times less than the logged current leaves
 
 
 def columns(capture: Capture) -> Columns | None:
@@ -57,6 +59,11 @@ def left(
         non_negative([x[whole] for x in electrical], _means(volts, width)[whole])[1],
         non_negative([x[whole] for x in mechanical], _means(current, width)[whole])[1],
     )
+
+
+def convinces(mended: float, logged: float) -> bool:
+    """A current as it is mended follows both laws, and as it is logged it does so far worse."""
+    return mended < min(GOOD, logged / BETTER)
 
 
 def _means(values: Floats, width: int) -> Floats:

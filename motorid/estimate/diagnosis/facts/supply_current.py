@@ -13,12 +13,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from motorid.capture.model import Capture
-from motorid.estimate.diagnosis.facts.motor_laws import columns, left
+from motorid.estimate.diagnosis.facts.motor_laws import columns, convinces, left
 from motorid.estimate.results.estimate import PARAMETERS, Diagnostic
 
 LOW = 0.08  # of the highest voltage: below it, the division makes noise of the current
-GOOD = 0.05  # share that both laws together leave of the squares: a motor's current
-BETTER = 5.0  # times less than the logged current leaves
 
 
 def findings(capture: Capture, where: str = "") -> Iterator[Diagnostic]:
@@ -43,4 +41,4 @@ def found(capture: Capture) -> bool:
     driven = np.abs(volts) > LOW
     motors = np.where(driven, current / np.where(driven, volts, 1.0), 0.0)
     divided = sum(left(volts, motors, speed, driven))
-    return divided < min(GOOD, sum(left(volts, current, speed, driven)) / BETTER)
+    return convinces(divided, sum(left(volts, current, speed, driven)))

@@ -14,6 +14,7 @@ from motorid.estimate.diagnosis.facts.motor_laws import (
     FEWEST,
     SHORTEST,
     columns,
+    convinces,
     left,
     non_negative,
 )
@@ -102,3 +103,14 @@ def test_no_coefficient_is_below_zero_and_nothing_explains_nothing() -> None:
     assert found == pytest.approx([0.0, 2e-6])
     assert rest == pytest.approx(45.0 / 49.0)
     assert non_negative([one, other], np.zeros(3)) == ([0.0, 0.0], 1.0)
+
+
+@pytest.mark.parametrize(
+    ("mended", "logged", "yes"),
+    [(0.049, 1.0, True), (0.051, 1.0, False), (0.019, 0.1, True), (0.021, 0.1, False)],
+)
+def test_a_mended_current_convinces_by_itself_and_beside_the_logged_one(
+    mended: float, logged: float, yes: bool
+) -> None:
+    """5 % of the squares, and a fifth of what the logged one leaves."""
+    assert convinces(mended, logged) is yes
