@@ -17,21 +17,20 @@ from motorid.estimate.fit.parameter_bounds import merged, unknowns_of
 from motorid.estimate.model.extended_capture_model import WideRecord
 from motorid.estimate.model.extended_terms import ADDED, Term
 from motorid.estimate.selection.extended_fit import Fitted
+from motorid.estimate.selection.left_out_captures import foretold
 from motorid.estimate.solver.autoregression import prominence
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Solution
-from motorid.estimate.uncertainty.covariance import covariance_of, statistical
+from motorid.estimate.uncertainty.covariance import statistical
 
 Floats = NDArray[np.float64]
 
 MARGIN = 10.0  # beyond Schwarz's penalty: odds of exp(-5)
 SURE = 4.0  # of a size, in standard deviations
 BEYOND = 5.0  # times the gain that is needed, from which a shape may be open
-PINNED = 1e-9  # relative freedom of a parameter that is held
 COARSE = 100.0  # change of F that is near enough for a narrower fit which is out of the question
 SETTLED = 20.0  # of that, from which it is
 LEAST = 1e-8  # of a variance, that rounding leaves
-FOLDS = 8  # captures left out in turn, at most
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,7 @@ def weigh(wider: Fitted, narrower: Sequence[Term], before: Solution, added: Term
     cost = max(record.simulated for record in null.records)
     found = replace(found, size=size, evaluations=cost)
     if len(wider.records) > 1 and found.suffices:
-        return replace(found, left_out=_left_out(null) - _left_out(wider))
+        return replace(found, left_out=foretold(found.gain, wider.solution, null.solution))
     return found
 
 
@@ -193,33 +192,3 @@ def inflation(solution: Solution) -> float:
         (prominence(line.residual[part]) for line in solution.records for part in line.slices),
         default=1.0,
     )
-
-
-def _left_out(fitted: Fitted) -> float:
-    """F of every capture at the parameters that the others alone would give, summed.
-
-    Those follow by one Newton step from the common answer, with that capture's part of the
-    information and of the slope taken out.
-    """
-    solution = fitted.solution
-    total = 0.0
-    for k, (record, line) in enumerate(zip(fitted.records, solution.records, strict=True)):
-        if k == FOLDS:
-            break
-        rest = solution.information - line.orthogonal.T @ line.orthogonal
-        step = -covariance_of(rest) @ (line.orthogonal.T @ line.residual)
-        step = np.clip(step, -1.0, 1.0)
-        total += _alone(fitted, record, step)
-    return total
-
-
-def _alone(fitted: Fitted, record: WideRecord, step: Floats) -> float:
-    """F of one record with the shared parameters held a step away, its nuisances its own."""
-    pinned = []
-    start = merged(fitted.start, fitted.solution)
-    for u, move in zip(unknowns_of([record], fitted.free, start), step, strict=True):
-        value = u.start * float(np.exp(move)) if u.log else u.start + float(move)
-        value = float(np.clip(value, u.lower, u.upper))
-        room = PINNED * max(abs(value), 0.0 if u.log else u.scale)
-        pinned.append(replace(u, start=value, lower=value - room, upper=value + room))
-    return maximise(pinned, [record]).objective

@@ -140,14 +140,3 @@ def test_a_term_is_weighed_by_its_gain_its_price_and_its_size() -> None:
     assert found.size == pytest.approx(module.size_of(wide.solution, wide.free.index("T_lc")))
     assert found.left_out is None
     assert found.evaluations > 0
-
-
-def test_a_capture_alone_at_the_common_answer_is_as_likely_as_in_it() -> None:
-    wide = wider()
-    at = module._alone(wide, wide.records[0], np.zeros(len(wide.free)))
-    assert at == pytest.approx(wide.solution.objective, abs=0.5)
-    moved = np.zeros(len(wide.free))
-    k = wide.free.index("K")
-    moved[k] = 3.0 * wide.solution.information[k, k] ** -0.5
-    far = module._alone(wide, wide.records[0], moved)
-    assert far - at == pytest.approx(9.0, rel=0.2)
