@@ -50,6 +50,9 @@ class Straight(MotorRecord):
         left = self._left - lines - np.einsum("m,mn->n", own, self._slopes)
         return list(np.split(left, self._edges))
 
+    def foresee(self, points: Sequence[tuple[Floats, Floats]]) -> None:
+        """No motor is simulated: there is nothing to compute at once."""
+
     def weighed(self, parts: Sequence[Floats], filtered: bool = True) -> list[Floats]:
         """By filters and thinning; the roots are in ``parts`` already."""
         return self.filtered(parts) if filtered else list(parts)

@@ -8,11 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.extended_terms import ADDED, TERMS, Term
 from motorid.estimate.selection import predicted_gain
 from motorid.estimate.selection.evidence import Evidence
+from motorid.estimate.selection.extended_fit import begin
 from motorid.estimate.selection.score_test import Candidate
+from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Unknown
+from tests.estimate.effects.benches import FAULHABER
+from tests.estimate.uncertainty.test_budget import fitted
 
 LOG = Unknown("R", 1.0, log=True, prior_mean=0.5, prior_sd=0.2)
 LINEAR = Unknown("B", 1.0, lower=0.0, scale=3.0, prior_mean=4.0, prior_sd=0.1)
@@ -104,3 +109,22 @@ def test_a_term_pays_for_what_it_adds_and_for_a_phase_in_each_capture(
     assert seen.sized == []
     Foreseen(monkeypatch, False, False, gain=30.0)
     assert (seen.of(term).size == np.inf) is bool(term.per_turn)
+
+
+def test_a_search_over_straight_lines_simulates_no_motor() -> None:
+    """Whether derivatives are lent to it or taken anew, and with however many sizes."""
+    narrow, six = fitted("measured")
+    start = {"R": FAULHABER["R"], "T_lc": 1e-10}
+    wide = begin(narrow, six, [TERMS["quadratic-load"]], fixed={}, start=start).roughly()
+    records, white = wide.records, plain(wide.records, wide.solution)
+    assert records[0].standing.takes_several
+    rng = np.random.default_rng(2)
+    size = len(white.records[0].residual)
+    many = Candidate(TERMS["ripple"], 1.0, {}, {}, changes=(rng.standard_normal((4, size)),))
+    straight = [predicted_gain._straight(records[0], white, many, 0)]
+    before = straight[0].simulated
+    unknowns = [*predicted_gain._moves(white), *predicted_gain._sizes(many)]
+    lent = predicted_gain._maximum(unknowns, straight, white)
+    anew = maximise(unknowns, straight, enough=predicted_gain.ENOUGH)
+    assert anew.objective == pytest.approx(lent.objective, abs=0.1)
+    assert straight[0].simulated == before
