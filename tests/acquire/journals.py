@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from motorid.acquire.assemble import Assembler
-from motorid.acquire.journal import Kind, Record
+from motorid.acquire.journal import MAGIC, Kind, Record, encode_record
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.wire.codec import channel_mask, encode_command, encode_event, encode_reply
 from motorid.wire.enums import Channel, ChannelKind, EndReason, Status
@@ -106,3 +107,11 @@ def assembled(*records: Record, **header: Any) -> Assembler:
     for one in records:
         made.feed(one)
     return made
+
+
+def written(path: Path, *records: Record, tail: bytes = b"", **header: Any) -> bytes:
+    """Writes a journal of these records, and what is torn at its end; returns its bytes."""
+    first = Record(Kind.HEADER, 0.0, json.dumps(HEADER | header).encode())
+    data = b"".join(encode_record(one.kind, one.time_s, one.data) for one in (first, *records))
+    path.write_bytes(MAGIC + data + tail)
+    return path.read_bytes()
