@@ -33,8 +33,8 @@ def head(length: int) -> bytes:
 
 
 @pytest.mark.parametrize("before", [0, 1, 200])
-@pytest.mark.parametrize("after", [b"", b"z" * 5, b"z" * 100])
-@pytest.mark.parametrize("good", [GOOD, encode_record(Kind.MARK, 0, b"")])
+@pytest.mark.parametrize("after", [b"", b"z" * 5, b"z" * 100], ids=len)
+@pytest.mark.parametrize("good", [GOOD, encode_record(Kind.MARK, 0, b"")], ids=len)
 def test_a_good_record_behind_a_bad_one_is_damage(before: int, after: bytes, good: bytes) -> None:
     assert whole(UNENDED + b"z" * before + good + after) is Wholeness.DAMAGED
     spoilt = good[:-1] + bytes([good[-1] ^ 0x55])

@@ -43,6 +43,7 @@ def names(folder: Path) -> list[str]:
         ((*RUN[:-1], block(4, 1, first_tick=4001), done()), b"", ["run.h5.journal.raw"]),
         ((*RUN[:-1], block(4, 1, first_tick=4001), done()), b"R123", ["run.h5.journal.raw"]),
     ],
+    ids=("whole", "torn", "altered", "unplaced", "unplaced and torn"),
 )
 def test_a_journal_goes_once_all_of_it_is_in_the_capture(
     records: Any, tail: bytes, stays: list[str], tmp_path: Path

@@ -85,8 +85,10 @@ def test_what_is_lost_before_an_answer_is_not_waited_for() -> None:
 
 
 @pytest.mark.parametrize(
-    "bad", [b"\x05abcd\0", encode(b"\xff\xff\xff\xff"), b"\x01\x01\0"]
-)  # a wrong check, no message, no frame
+    "bad",
+    [b"\x05abcd\0", encode(b"\xff\xff\xff\xff"), b"\x01\x01\0"],
+    ids=("wrong check", "no message", "no frame"),
+)
 def test_damaged_frames_are_counted(bad: bytes) -> None:
     line = Line()
     line.says(bad + bad)

@@ -15,7 +15,7 @@ from motorid.acquire.scpi.bench_file import of_rig
 from motorid.acquire.scpi.notes import Told
 from motorid.acquire.scpi.run import _Bench, _Run, capture_all, refuse
 from motorid.capture import store
-from motorid.errors import DataError, LinkError, RigError
+from motorid.errors import DataError, LinkError, RigError, UsageError
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Calibration, Rig
 from tests.scpi.bench import Bench, SettableClock
@@ -212,6 +212,16 @@ def test_what_an_output_does_is_by_its_quadrants(
         else:
             with pytest.raises(RigError, match=r"^step 1 of the program (brakes|asks for -3 V)"):
                 refuse(one, file, program)
+
+
+def test_a_file_that_is_there_stays_unless_told(tmp_path: Path) -> None:
+    opened, path = Opened(), tmp_path / "a.h5"
+    path.write_bytes(b"mine")
+    with pytest.raises(UsageError, match="exists"):
+        opened.run(polled(tmp_path), path)
+    assert (path.read_bytes(), opened.opened) == (b"mine", [])
+    opened.run(polled(tmp_path), path, force=True)
+    assert len(store.load(path)) > 2
 
 
 # -- what is kept and raised, by how a run ends
