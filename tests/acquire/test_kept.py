@@ -247,6 +247,7 @@ def test_a_copy_goes_to_the_next_place_that_takes_it(
     assert [one.closed for one in copies] == [True, False]
     assert file.closed
     assert journal_place.is_named(copy, place)
+    assert lock.is_free(place) in (False, None)  # nobody else may write it
     copy.close()
 
 

@@ -35,6 +35,7 @@ class Played:
     """A board whose position goes from 5 to 105 in a drive that has these samples."""
 
     opens, trip = True, ""
+    shown: tuple[Channel, ...] = CHANNELS
 
     def __init__(self, columns: Any, kept: Any, reason: str = "completed") -> None:
         self.identity = {
@@ -51,13 +52,14 @@ class Played:
         return Step(StepKind.COAST, seconds)
 
     def drive(self, board: Any, wire: Any, config: Any, stop: Any, consume: Any) -> str:
-        assert (board, config, stop) == (self, CONFIG, GO)
+        assert (board, stop) == (self, GO)
         self.wire = wire
         assert next(self.positions) == 105  # it was asked where it stood before
         self.positions = iter((105,))
         for n in self.kept:
-            sample = np.array([[self.columns[name][n] for name in range(3)]], np.int16)
-            consume(SampleBlock(0, 1000 * n, 0, int(self.columns[2][n]), CHANNELS, sample))
+            by_name = dict(zip(CHANNELS, self.columns, strict=True))
+            sample = np.array([[by_name[name][n] for name in self.shown]], np.int16)
+            consume(SampleBlock(0, 1000 * n, 0, int(self.columns[2][n]), self.shown, sample))
         return self.reason
 
 
@@ -67,7 +69,8 @@ def pulsed(
     loaded: list[Any] = []
     monkeypatch.setattr(pulse, "load", lambda to, wire: loaded.append((to, wire)))
     monkeypatch.setattr(pulse, "drive", board.drive)
-    found = pulse.weak_pulse(board, rig, CONFIG, ZERO, GO, 0.2, 7.0, **more)  # type: ignore[arg-type]
+    config = CONFIG | {"channels": channel_mask(board.shown)}
+    found = pulse.weak_pulse(board, rig, config, ZERO, GO, 0.2, 7.0, **more)  # type: ignore[arg-type]
     assert loaded == [(board, board.wire)]
     return found
 
@@ -116,6 +119,19 @@ def test_terminals_that_stay_shorted_show_no_voltage(monkeypatch: pytest.MonkeyP
     found = pulsed(monkeypatch, board)
     assert found is not None
     assert found.coast_v is None
+
+
+def test_without_sensors_a_pulse_shows_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    board = Played(columns(), range(90))
+    board.descriptors, board.shown = {}, (Channel.POSITION,)
+    found = pulsed(monkeypatch, board)
+    assert found is not None
+    assert (found.current_a, found.voltage_v, found.coast_v, found.saturated) == (
+        None, None, None, False
+    )  # fmt: skip
+    assert (found.current_noise_a, found.peak_a, found.counts) == (0.0, 0.0, 100)
+    assert found.counts_per_s is not None
+    assert not found.draws
 
 
 @pytest.mark.parametrize(("kept", "known"), [(32, True), (31, False)])
