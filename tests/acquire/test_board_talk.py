@@ -102,6 +102,9 @@ def test_requests_go_on_from_the_first(first: int, request_id: int) -> None:
     wire = Wire()
     Board(wire, first).tell("stop")
     assert wire.heard == [Command("stop", request_id, {})]
+    wire = Wire()
+    Board(wire).tell("stop")
+    assert wire.heard[0].request == 2
 
 
 def test_a_question_is_sent_four_times_under_one_number() -> None:

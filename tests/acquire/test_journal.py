@@ -162,10 +162,16 @@ def test_a_full_disk_is_told_to_the_reader(tmp_path: Path) -> None:
 
 
 def test_a_disk_that_is_full_from_the_start_leaves_nothing(tmp_path: Path) -> None:
-    path = tmp_path / "run.h5.journal"
+    path, opened = tmp_path / "run.h5.journal", list[BinaryIO]()
+
+    def open_noted(path: Path) -> BinaryIO:
+        opened.append(open_full(path))
+        return opened[0]
+
     with pytest.raises(DataError, match="cannot be written"):
-        JournalWriter(path, {"note": "x" * 1000}, open_file=open_full)
+        JournalWriter(path, {"note": "x" * 1000}, open_file=open_noted)
     assert not path.exists()
+    assert opened[0].closed
 
 
 class Watched(queue.SimpleQueue[Any]):

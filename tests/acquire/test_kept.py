@@ -226,12 +226,13 @@ def test_a_copy_goes_to_the_next_place_that_takes_it(
 ) -> None:
     copies: list[Any] = []
     create = journal_place.create
-    path = tmp_path / "gone" / "run.journal"
-    path.parent.mkdir()
+    path = tmp_path / "gone" / "too" / "run.journal"
+    path.parent.mkdir(parents=True)
     file = create(path)
     file.write(b"what was written")
     path.unlink()
     path.parent.rmdir()
+    path.parent.parent.rmdir()
 
     def creates(place: Path) -> Any:
         copies.append(create(place))

@@ -12,11 +12,17 @@ import pytest
 
 from motorid.acquire import held_rotor, interrupt
 from motorid.acquire import journal_writer as writing
+from motorid.acquire.clock import Clock, Pair
 from motorid.acquire.controls import BUSY, Controls, Press
 from motorid.acquire.held_rotor import check_held
-from motorid.acquire.journal import Kind
+from motorid.acquire.journal import Journal, Kind, Record
+from motorid.acquire.journal_check import JournalState
 from motorid.acquire.journal_writer import JournalWriter
+from motorid.acquire.keep import Kept
 from motorid.acquire.link_test import LinkTest
+from motorid.acquire.live import Live
+from motorid.acquire.plan import WireProgram
+from motorid.acquire.ports import PortInfo
 from motorid.acquire.pulse import Pulse
 from motorid.acquire.scpi.bench_file import BenchFile, Place, Source
 from motorid.acquire.scpi.dialect import Dialect
@@ -26,6 +32,7 @@ from motorid.acquire.scpi.scan import Scans
 from motorid.acquire.session import Level
 from motorid.acquire.strips import Strip
 from motorid.acquire.tap import RunFacts, Scale
+from motorid.acquire.timeline import Arrays
 from motorid.errors import DataError, LinkError, RigError
 from motorid.rig import Nameplate
 from motorid.wire.codec import Event
@@ -205,7 +212,8 @@ def test_who_waits_for_a_slow_disk_is_told_why_it_refused(
     "kind",
     [
         LinkTest, Pulse, BenchFile, Place, Source, Dialect, Told, Recording, Trace, Scans, Level,
-        Strip, RunFacts, Scale,
+        Strip, RunFacts, Scale, PortInfo, Pair, Clock, Live, Kept, JournalState, WireProgram,
+        Arrays, Record, Journal,
     ],
 )  # fmt: skip
 def test_facts_that_are_handed_on_do_not_change(kind: type) -> None:

@@ -112,6 +112,15 @@ def test_a_session_samples_a_thousand_times_a_second_at_most(asked_hz: float, ti
     assert len(session.facts) > 1
 
 
+def test_a_contact_that_is_open_lets_no_session_begin(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuses(board: Any, rig: Any) -> None:
+        raise RigError(f"{board.identity['board']}: a contact is open at {rig.sampling.rate_hz:g}")
+
+    monkeypatch.setattr(room, "check_inputs", refuses)
+    with pytest.raises(RigError, match="motorid-sim: a contact is open at 1000"), opened():
+        pass
+
+
 @pytest.mark.parametrize(
     ("seconds", "samples"), [(0.2, 200), (0.001, 16), (0.05, 50), (10.0, 4096)]
 )

@@ -215,7 +215,13 @@ class First:
         return next(self.coming)
 
 
-def first(monkeypatch: pytest.MonkeyPatch, board: First) -> Any:
+def first(monkeypatch: pytest.MonkeyPatch, board: First, judged: str = "") -> Any:
+    def judge(rig: Any, shown: Pulse) -> None:
+        assert (rig, abs(shown.counts) >= 4) == (CALM, True)
+        if judged:
+            raise RigError(judged)
+
+    monkeypatch.setattr(check, "judge_scale", judge)
     monkeypatch.setattr(check, "weak_pulse", board.pulse)
     return check.check_signs(board, CALM, CONFIG, ZERO, 7.0, GO)  # type: ignore[arg-type]
 
@@ -234,6 +240,8 @@ def test_the_first_pulse_that_moves_the_motor_is_judged(monkeypatch: pytest.Monk
         first(monkeypatch, First(MEANS, BRAKES))
     with pytest.raises(RigError, match="the motor is shorted"):
         first(monkeypatch, First(MEANS, replace(STILL, saturated=True)))
+    with pytest.raises(RigError, match="too fast"):
+        first(monkeypatch, First(MEANS, TURNS), judged="too fast")
     with pytest.raises(RigError, match="counts backwards"):
         first(monkeypatch, First(MEANS, replace(TURNS, counts=-PER_TURN)))
 

@@ -93,6 +93,12 @@ def test_a_waveform_in_units(origin: str, offset: float) -> None:
     assert (found.clock_uncertainty, found.uniform, found.polled) == (3e-5, True, False)
 
 
+def test_a_block_of_no_text_is_no_reading() -> None:
+    recorder, _ = scope({"P1": preamble(), "D1": "#0"}, (CURRENT,), type="ascii")
+    with pytest.raises(LinkError, match="nothing on input 1"):
+        recorder.recording()
+
+
 @pytest.mark.parametrize("answer", ["1.5,2.5,,3", "#15xxxxx"])
 def test_a_waveform_as_text(answer: str) -> None:
     block = "#2111.5,2.5,,3 " if answer[0] == "#" else answer
