@@ -17,7 +17,7 @@ from motorid.acquire.interrupt import Stop
 from motorid.acquire.keep import Kept
 from motorid.acquire.resets import reset_error
 from motorid.acquire.signs import Sign, SignError
-from motorid.errors import DataError, LinkError, RigError
+from motorid.errors import DataError, LinkError, RigError, UsageError
 from motorid.program import Rotor
 from motorid.wire.enums import ResetCause
 from tests.acquire.rigs import sim_rig
@@ -311,6 +311,20 @@ def test_the_first_of_several_runs_checks_and_says_what_contradicts(
     assert closed == ["closed"]
     assert room.capture(RIG, RIG.program, paths[0], force=True) == paths[0]
     assert runs[2] == ("a.h5", True, ("", ""), False, None, None, None)
+
+
+def test_what_could_pass_a_limit_opens_no_port(
+    runs: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(room, "open_port", lambda url: 1 // 0)
+    rig = replace(RIG, limits=replace(RIG.limits, run_time_s=0.01))
+    with pytest.raises(RigError, match=r"limits\.run_time_s"):
+        room.capture_all(rig, RIG.program, [tmp_path / "a.h5"])
+    (tmp_path / "a.h5").write_bytes(b"mine")
+    for capture in (room.capture, lambda *words: room.capture_over(object(), *words)):  # type: ignore[arg-type]
+        with pytest.raises(UsageError, match="exists"):
+            capture(RIG, RIG.program, tmp_path / "a.h5")
+    assert runs == []
 
 
 def test_a_run_over_an_open_port_leaves_it_open(runs: list[Any], tmp_path: Path) -> None:

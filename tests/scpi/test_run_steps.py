@@ -105,6 +105,14 @@ def test_steps_in_which_the_current_was_limited_are_kept_once() -> None:
     assert run.limited == [1, 2]
 
 
+def test_a_step_that_begins_limited_is_kept_though_it_ends_otherwise() -> None:
+    run, supply, _ = made(UP)
+    answers = iter((True, False))
+    supply.limited = lambda: next(answers)
+    assert run._measure(None) == "completed"
+    assert run.limited == [0]
+
+
 def test_rows_are_asked_for_at_their_rate() -> None:
     run, _, _ = made(UP)
     clock: Any = run.bench.clock
