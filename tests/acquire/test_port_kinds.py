@@ -18,8 +18,6 @@ from motorid.acquire.port import SerialPort, SocketPort, open_port
 from motorid.errors import LinkError, UsageError
 from motorid.wire.spec import load
 
-linux = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo terminals")
-
 
 class Device:
     """A serial device with so many bytes waiting, or one that fails."""
@@ -142,7 +140,6 @@ def test_why_a_device_does_not_open(
     assert (str(caught.value) == says) == (says != DENIED)
 
 
-@linux
 def test_who_holds_a_device_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """This process, taken for another one: as it holds the file open, then as it has locked it."""
     if not Path("/proc/self/fd").is_dir():
