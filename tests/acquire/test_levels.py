@@ -132,6 +132,10 @@ def test_a_zero_is_of_so_many_readings(seconds: float, samples: int) -> None:
         assert session.zero(seconds) == (zero, samples)
         assert (session.last_zero, session.zero_samples) == (zero, samples)
         assert asked == [samples]
+        end = session.facts["current"]["raw_max"]
+        patch.setattr(session.board, "zero", lambda count: zero | {"current_offset": float(end)})
+        with pytest.raises(RigError, match="an end of its range"):
+            session.zero(seconds)
 
 
 @contextmanager
