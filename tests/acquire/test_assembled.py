@@ -121,6 +121,23 @@ def test_a_tick_was_asked_for_when_its_question_first_went_out() -> None:
     )
 
 
+@pytest.mark.parametrize(("host", "step_s"), [({}, 0.0), ({"clock_resolution_s": 0.5}, 0.5)])
+def test_a_clock_is_as_sure_as_this_computer_s(host: dict[str, float], step_s: float) -> None:
+    """To 100 ppm at most, and to its own steps over the 99 s between first and last question."""
+
+    def question(second: int) -> list[Record]:
+        fields = {"tick": 1_000_000 * second, "at_s": float(second)}
+        return [sent("read_status", second, float(second)), reply("read_status", second, **fields)]
+
+    early = [one for second in range(5) for one in question(second)]
+    late = [one for second in range(95, 100) for one in question(second)]
+    run = assembled(*early, *BEGUN, *WHOLE, *late, host=host).capture()
+    found = run.provenance["clock"]
+    assert (found["rate"], found["pairs"]) == (pytest.approx(1.0), 10)
+    by_steps = step_s / math.sqrt(6) / 99
+    assert found["uncertainty"] == pytest.approx(math.hypot(1e-4 / math.sqrt(3), by_steps))
+
+
 # -- what was damaged
 def test_frames_that_cannot_be_read_are_counted_in_the_run_alone() -> None:
     unread = came(bytes([BLOCK, 1, 2]))
