@@ -13,6 +13,7 @@ from motorid.acquire.encoder_scale import judge_scale, why_too_fast
 from motorid.acquire.pulse import Pulse
 from motorid.capture import store
 from motorid.errors import RigError
+from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Rig, load_rig
 from motorid.rig_file import parse
 from motorid.wire.enums import ChannelKind
@@ -44,6 +45,21 @@ def test_a_window_over_part_of_a_pwm_period_in_step_with_the_samples() -> None:
     (one,) = said(sim_rig(), 100_000, 7.0)
     assert "1.6 periods of the 16000 Hz PWM" in one
     assert said(sim_rig(), 100_000, 7.0, period=1600) == []  # a beat of 6 kHz is noise
+
+
+def test_the_level_that_is_read_the_most_wrong_for_its_size_is_named() -> None:
+    """Instants of V = 8 V: at a duty d wrong by max(d, 1 - d) V, so that the lowest level is it."""
+    levels = [
+        Step(StepKind.DRIVE_VOLTS, 0.1, volts, Decay.SYNCHRONOUS_SLOW) for volts in (6.0, -2.0, 4.0)
+    ]
+    fact = {"kind": ChannelKind.INSTANT, "aperture_ns": 100_000}
+    known = {"terminal_voltage": fact}
+    rig = replace(sim_rig(program=Program(tuple(levels))), supply_voltage_v=8.0)
+    (one,) = contradictions(rig, rig.program, IDENTITY, known, 8.0, IN_STEP)
+    assert "sees an instant of the 16000 Hz PWM, so that 2 V may be read 6 V wrong" in one
+    assert list(contradictions(rig, rig.program, IDENTITY | {"pwm_hz": 0}, known, 8.0, 1)) == []
+    coast = Program((Step(StepKind.COAST, 0.1),))
+    assert list(contradictions(rig, coast, IDENTITY, known, 8.0, IN_STEP)) == []
 
 
 @pytest.mark.slow

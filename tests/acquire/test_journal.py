@@ -119,6 +119,21 @@ def test_one_journal_has_one_writer(tmp_path: Path) -> None:
         JournalWriter(path, {})
 
 
+def test_a_closed_journal_is_sound_and_goes_once(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5.journal"
+    for count in (0, 3):
+        writer = JournalWriter(path, {})
+        for number in range(count):
+            writer.append(Kind.RECEIVED, float(number), b"data")
+        writer.close()
+        data = path.read_bytes()
+        assert state_of(data) == JournalState(Wholeness.SOUND, len(data))
+        assert len(read_journal(path).records) == count
+        writer.discard()
+        writer.discard()
+        assert not path.exists()
+
+
 def test_no_thread_is_left(tmp_path: Path) -> None:
     before = threading.active_count()
     writer = JournalWriter(tmp_path / "a", {})
@@ -162,10 +177,16 @@ def test_a_full_disk_is_told_to_the_reader(tmp_path: Path) -> None:
 
 
 def test_a_disk_that_is_full_from_the_start_leaves_nothing(tmp_path: Path) -> None:
-    path = tmp_path / "run.h5.journal"
+    path, opened = tmp_path / "run.h5.journal", list[BinaryIO]()
+
+    def open_noted(path: Path) -> BinaryIO:
+        opened.append(open_full(path))
+        return opened[0]
+
     with pytest.raises(DataError, match="cannot be written"):
-        JournalWriter(path, {"note": "x" * 1000}, open_file=open_full)
+        JournalWriter(path, {"note": "x" * 1000}, open_file=open_noted)
     assert not path.exists()
+    assert opened[0].closed
 
 
 class Watched(queue.SimpleQueue[Any]):

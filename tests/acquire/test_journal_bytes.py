@@ -101,6 +101,9 @@ def test_zeros_at_an_end_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
         (b"", "it is empty, so delete it"), (MAGIC[:7], "it is empty, so delete it"),
         (b"else", "not a motorid journal, or damaged in its first line"),
         (MAGIC + HEADER[:12], "ends before its header"), (MAGIC, "ends before its header"),
+        (MAGIC + HEADER[:-1], "ends before its header"),
+        (MAGIC + HEADER[:-4], "ends before its header"),
+        (MAGIC + HEADER[:-5], "ends before its header"),
         (MAGIC + DATA, "header is damaged"), (MAGIC + HEADER[:-1] + b"\1", "header is damaged"),
     ],
 )  # fmt: skip

@@ -88,6 +88,10 @@ def test_a_current_is_clear_beyond_five_times_its_noise(
     assert of(current_a=0.7 * sign, current_noise_a=noise).draws is clear
 
 
+def test_a_current_of_five_times_its_noise_is_not_clear() -> None:
+    assert not of(current_a=0.5, current_noise_a=0.1).draws
+
+
 def test_no_sensor_draws_nothing() -> None:
     assert not of(current_a=None).draws
 

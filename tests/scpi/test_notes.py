@@ -68,6 +68,17 @@ def test_readings_at_the_limit_below_the_level_were_limited(
     assert notes(level, current, protection={}) == []
 
 
+def test_the_lowest_level_may_have_been_reached() -> None:
+    """4 V at the limit are short of the level of 6 V, and no less than that of 4 V."""
+    level = UP.copy()
+    level[40:52] = 4.0
+    current = np.where((TIMES >= 0.4) & (TIMES < 0.52), 2.0, 0.5)
+    both = [{"volts": 4.0}, {"volts": 6.0}]
+    assert notes(level, current, commanded=both) == []
+    level[40:52] = 3.7
+    assert len(notes(level, current, commanded=both)) == 1
+
+
 @pytest.mark.parametrize(("rise", "said"), [(3, False), (4, True)])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_level_that_takes_more_than_three_samples_is_a_ramp(

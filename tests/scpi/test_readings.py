@@ -93,6 +93,12 @@ def test_a_waveform_in_units(origin: str, offset: float) -> None:
     assert (found.clock_uncertainty, found.uniform, found.polled) == (3e-5, True, False)
 
 
+def test_a_block_of_no_text_is_no_reading() -> None:
+    recorder, _ = scope({"P1": preamble(), "D1": "#0"}, (CURRENT,), type="ascii")
+    with pytest.raises(LinkError, match="nothing on input 1"):
+        recorder.recording()
+
+
 @pytest.mark.parametrize("answer", ["1.5,2.5,,3", "#15xxxxx"])
 def test_a_waveform_as_text(answer: str) -> None:
     block = "#2111.5,2.5,,3 " if answer[0] == "#" else answer
@@ -202,9 +208,8 @@ def test_even_scans_lie_on_a_grid(late: float) -> None:
     assert found.time_s == pytest.approx(stamps)
     assert found.late_s == {"101": 0.0}
     assert (found.period_uncertainty > 0.0) is (late == 0.0)
-    assert scans_of(rows[:1].ravel(), ("reading", "time", "channel"), ("101",)).time_s.tolist() == [
-        0.0
-    ]
+    one = scans_of(rows[:1].ravel(), ("reading", "time", "channel"), ("101",))
+    assert (one.time_s.tolist(), one.late_uncertainty_s) == ([0.0], 0.0)
 
 
 # -- one query after another
@@ -299,6 +304,10 @@ def test_when_a_channel_was_read_adds_to_its_delay() -> None:
     assert (late.delay_s, late.delay_uncertainty_s) == (pytest.approx(0.02), pytest.approx(3e-3))
     assert "delay" not in late.undeclared
     facts = {"delay": "5ms", "delay_uncertainty": "4ms"}
+    stated = build.capture_of(RIG, recording(facts=facts), TOLD).channels["current"]
+    assert (stated.delay_s, stated.delay_uncertainty_s) == (
+        pytest.approx(5e-3), pytest.approx(4e-3)
+    )  # fmt: skip
     both = build.capture_of(RIG, recording(late=(0.02, 3e-3), facts=facts), TOLD).channels[
         "current"
     ]

@@ -49,6 +49,7 @@ def made(
 
 def test_levels_are_set_before_the_output_is_on_and_a_coast_has_it_off() -> None:
     run, supply, told = made(REST, UP, DOWN, REST, REST)
+    run.bench.clock.sleep(64.0)  # a computer's clock began long ago
     assert run._measure(None) == "completed"
     assert supply.told == ["set 3", "on", "set -1", "off"]
     assert [(one["step"], one["kind"], one["volts"]) for one in run.commanded] == [
@@ -103,6 +104,14 @@ def test_steps_in_which_the_current_was_limited_are_kept_once() -> None:
     run, _, _ = made(REST, UP, DOWN, limited=True)
     assert run._measure(None) == "completed"
     assert run.limited == [1, 2]
+
+
+def test_a_step_that_begins_limited_is_kept_though_it_ends_otherwise() -> None:
+    run, supply, _ = made(UP)
+    answers = iter((True, False))
+    supply.limited = lambda: next(answers)
+    assert run._measure(None) == "completed"
+    assert run.limited == [0]
 
 
 def test_rows_are_asked_for_at_their_rate() -> None:

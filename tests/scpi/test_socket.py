@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -193,6 +194,53 @@ def test_a_field_that_is_none_is_found_before_a_run() -> None:
 def test_other_commands_say_that_there_is_no_board() -> None:
     with pytest.raises(UsageError, match="instruments are no board"):
         open_port("scpi://instruments.toml")
+
+
+@pytest.mark.parametrize(
+    ("resource", "plain"),
+    [
+        ("TCPIP0::h::5025::socket", True),
+        ("asrl/dev/x::INSTR", True),
+        ("USB0::1::2::3::INSTR", False),
+    ],
+)
+def test_a_resource_is_opened_with_its_time_and_its_ends(
+    resource: str, plain: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import pyvisa
+
+    device, asked = SimpleNamespace(), list[str]()
+
+    def manager(backend: str) -> Any:
+        asked.append(backend)
+        return SimpleNamespace(open_resource=lambda name: (asked.append(name), device)[1])
+
+    monkeypatch.setattr(pyvisa, "ResourceManager", manager)
+    open_visa("@py", resource, 2.5, "dmm")
+    ends = {"read_termination": "\n"} if plain else {}
+    assert vars(device) == {"timeout": 2500.0, "write_termination": "\n", **ends}
+    assert asked == ["@py", resource]
+
+
+@pytest.mark.parametrize(
+    ("error", "says"),
+    [
+        (OSError("no way\nat all"), "no way"),
+        (ValueError(), "ValueError"),
+        (OSError("x" * 200), "x" * 160),
+    ],
+)
+def test_a_resource_that_does_not_open_says_why(
+    error: Exception, says: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import pyvisa
+
+    def fails(backend: str) -> None:
+        raise error
+
+    monkeypatch.setattr(pyvisa, "ResourceManager", fails)
+    with pytest.raises(LinkError, match=rf"^the dmm \(R\) cannot be opened \({says}\): check addr"):
+        open_visa("@py", "R", 2.5, "dmm")
 
 
 def test_without_pyvisa_it_says_what_to_install(
