@@ -95,6 +95,20 @@ def test_samples_lie_a_thousandth_of_a_period_apart(late: float, found: bool) ->
     assert (most(40, {12: late}, 1e-4) is not None) is found
 
 
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize(("off", "found"), [(0.9e-4, True), (1.6e-4, False)])
+def test_stamps_so_close_to_a_grid_are_on_it_in_any_unit(
+    off: float, found: bool, scale: float
+) -> None:
+    """A hundred thousandth of a period is no lateness, however finely the stamps are written."""
+    stamps = off_by(40, {12: 3.7}) + off * (np.arange(40) % 3 - 1.0)
+    grid = _of_most(scale * stamps, np.full(40, scale * 1e-9))
+    assert (grid is not None) is found
+    if grid is not None:
+        assert np.flatnonzero(grid.places != np.arange(40.0)).tolist() == [12]
+        assert grid.period == pytest.approx(scale * PERIOD, rel=1e-5)
+
+
 def test_two_stamps_of_one_place_have_no_grid() -> None:
     stamps = np.insert(off_by(40, {}), 20, 50.0 + 20 * PERIOD)
     assert _of_most(stamps, np.full(41, 0.1)) is None
