@@ -185,3 +185,9 @@ def test_a_table_beyond_the_limits_is_refused(
 def test_an_error_of_the_parser_is_one_line(tmp_path: Path) -> None:
     found = source(tmp_path, "a,b\n1,2\n")._ragged("odd\nand more")
     assert re.search(r"a\.csv is not a table: odd$", str(found))
+
+
+def test_a_line_wider_than_the_table_names_no_columns(tmp_path: Path) -> None:
+    found = source(tmp_path, "a,b,c,d\nx,y,\n0,1\n1,2\n")  # a comma more may end a line
+    assert list(found.names) == ["x", "y", "column1", "column2"]
+    assert found.header_lines == 2

@@ -35,7 +35,7 @@ from motorid.limits import CAPTURE
         (".x", b"\x89MCAP0\r\n", "MCAP"), (".x", b'{"a": 1}\n{"a": 2}\n', "JSON lines"),
         (".x", '{"a": 1}\n{"a": 2}\n'.encode("utf-16"), "JSON lines"),
         (".x", b"a:1 b:2\na:3 b:4\n", "labelled lines"), (".x", b"a,b\n1,2\n", "text table"),
-        (".x", b"", "text table"),
+        (".x", b"", "text table"), (".x", b"a:1\n" * 50 + b"1,2\n" * 90, "labelled lines"),
     ],
 )  # fmt: skip
 def test_a_file_s_reader_is_known_by_its_beginning(suffix: str, head: bytes, kind: str) -> None:
