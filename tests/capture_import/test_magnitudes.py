@@ -57,6 +57,9 @@ def test_a_current_is_judged_by_the_way_of_the_speed() -> None:
     assert notes == ["the current is never negative though the motor runs both ways: a magnitude"]
     assert unsigned(**{SPEED: speed, CURRENT: 0.3 * np.sign(speed)}) == ([], [])
     assert unsigned(**{CURRENT: np.full(14, 0.3)}) == ([], [])
+    current, way = np.full(14, 0.3), speed.copy()
+    current[2], way[3] = NAN, NAN  # a missing reading of either says nothing
+    assert unsigned(**{SPEED: way, CURRENT: current})[0] == [CURRENT]
 
 
 def test_a_current_beside_an_unsigned_speed_is_judged_by_the_voltage() -> None:
