@@ -70,7 +70,7 @@ def test_the_first_bad_cell_of_each_column_is_named_by_its_row(piece: int) -> No
 
 
 def test_a_number_by_other_marks_is_asked_about_where_it_stands(piece: int) -> None:
-    with pytest.raises(MarkedError) as caught:
+    with pytest.raises(MarkedError, match="for a decimal mark") as caught:
         parser(2).careful(StringIO('1,2\nx,3\n4,5\n"1,5",6\n'), {"b": 1, "a": 0}, 9)
     assert caught.value.cell == BadCell(3, "a", "1,5")
     assert "has ',' for a decimal mark, where others have '.'" in caught.value.question
@@ -191,3 +191,8 @@ def test_a_line_wider_than_the_table_names_no_columns(tmp_path: Path) -> None:
     found = source(tmp_path, "a,b,c,d\nx,y,\n0,1\n1,2\n")  # a comma more may end a line
     assert list(found.names) == ["x", "y", "column1", "column2"]
     assert found.header_lines == 2
+
+
+def test_a_header_that_is_a_comment_names_columns_without_its_mark(tmp_path: Path) -> None:
+    found = source(tmp_path, "# t,#v\n0,1\n1,2\n")
+    assert list(found.names) == ["t", "#v", "column1", "column2"]
