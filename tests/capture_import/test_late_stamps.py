@@ -9,7 +9,7 @@ import pytest
 
 from motorid.capture.stamp_grid import _by_rows, _by_steps, _core, _grid, _of_most, grid_of
 from motorid.capture.stamp_period import Grid, laid
-from motorid.capture.stamp_resolution import _of_timer, _shared
+from motorid.capture.stamp_resolution import _decimal_step, _of_timer, _shared
 from motorid.capture.stamps import _nanoseconds, _on_grid, _repeats
 
 PERIOD = 10.0
@@ -229,6 +229,23 @@ def test_differences_count_their_step_however_large_the_stamps_are() -> None:
     assert _shared(np.array([7.0, 7.5, 9.0]), 0.25) == 0.5
     assert _shared(np.array([0.0, 2e14, 4e14]), 1.0) == 2e14
     assert _shared(np.array([0.0, 2e15, 4e15]), 1.0) == 1.0  # no double is exact to so much
+
+
+@pytest.mark.parametrize(
+    ("stamps", "decade", "step"),
+    [
+        ([0.135, 0.2], -1, 1e-3),
+        ([1350.0, 2000.0], 3, 10.0),
+        ([3.0], 0, 1.0),
+        ([0.1353352832366127], -1, 1e-16),  # all digits that a double has
+        ([135335.2832366127], 5, 1e-10),
+        ([*[0.5] * 300, 0.25], -1, 0.01),
+    ],
+)
+def test_the_power_of_ten_that_stamps_of_a_decade_share(
+    stamps: list[float], decade: int, step: float
+) -> None:
+    assert _decimal_step(np.array(stamps), decade) == pytest.approx(step, rel=1e-9)
 
 
 def test_a_timer_s_two_steps_are_apart_by_its_own() -> None:

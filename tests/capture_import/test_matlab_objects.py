@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
@@ -108,3 +110,17 @@ def test_matrices_give_columns_and_rows_and_more_dimensions_are_pressed_flat() -
 )  # fmt: skip
 def test_what_to_do_in_matlab_is_said(objects: dict[str, str], said: str) -> None:
     assert _said(objects) == said
+
+
+def test_references_that_lead_nowhere_or_too_deep_are_left_out(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "a.mat", "w") as file:
+        file["x"] = np.array([[1.0, 2.0]])
+        cells = file.create_dataset("c", (2, 1), dtype=h5py.ref_dtype)
+        cells[1, 0] = file["x"].ref
+        for name, path in (("c", "c[2]"), ("s.c", "s[2].c")):
+            found = Found()
+            mat_child._walk_references(name, cells, found, 11)
+            assert {n: a.tolist() for n, a in found.arrays.items()} == {path: [1.0, 2.0]}
+        found = Found()
+        mat_child._walk_references("c", cells, found, 12)
+        assert found.arrays == {}

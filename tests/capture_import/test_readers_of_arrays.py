@@ -13,9 +13,10 @@ from motorid.capture import columnar_reader, mat_reader, sheet_child, sheet_read
 from motorid.capture.child import ChildFailedError
 from motorid.capture.columnar_reader import ColumnarSource
 from motorid.capture.mat_reader import MatSource
+from motorid.capture.record_reader import RecordSource
 from motorid.capture.recording_reader import RecordingSource
 from motorid.capture.sheet_reader import SheetSource
-from motorid.errors import DataError
+from motorid.errors import DataError, UsageError
 from motorid.limits import COLUMNAR, MAT, RECORDING, SHEET
 
 
@@ -132,3 +133,15 @@ def test_a_child_that_fails_is_one_sentence(
     with pytest.raises(DataError) as caught:
         read(path)
     assert str(caught.value) == f"{path} cannot be read as {kind} (odd): is it damaged?"
+
+
+def test_a_file_without_arrays_or_names_has_no_rows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given(monkeypatch, columnar_reader, arrays(["x"]))
+    source = ColumnarSource(Path("a.npz"), "NPZ")
+    assert (source.rows, list(source.names)) == (0, [])
+    (tmp_path / "a.jsonl").write_text('{"a": 1}\n{"a": 2}\n')
+    for one in (source, RecordSource(tmp_path / "a.jsonl", "JSON lines")):
+        with pytest.raises(UsageError, match="no column 'b'"):
+            one.read(["b"])

@@ -16,7 +16,7 @@ from motorid.capture.table_options import (
     insist_options,
     stated_options,
 )
-from motorid.capture.units import spelled, unit_of
+from motorid.capture.units import QUANTITIES, Unit, spelled, unit_of, units_of
 from motorid.capture.wrapped_position import continued
 from motorid.errors import UsageError
 
@@ -185,3 +185,26 @@ def test_a_position_of_more_than_its_register_does_not_wrap() -> None:
     assert continued(within, 0.0, notes).tolist() == np.arange(0.0, 560.0, 10.0).tolist()
     assert len(notes) == 1
     assert "jumps by 360 at 1 places" in notes[0]
+
+
+@pytest.mark.parametrize("number", ["1e999", "-1e999", "9" * 400])
+def test_a_number_beyond_any_column_is_refused(number: str) -> None:
+    with pytest.raises(UsageError, match=r"--map: the number .*\.\.\. is out of range"):
+        Formula(f"a*{number}", ["a"], {})
+
+
+PREFIXES = {"u": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "": 1.0}
+METRIC = ("s", "V", "A", "m", "N", "rad", "N·m", "m/s")
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_a_prefix_is_a_power_of_ten(quantity: str) -> None:
+    known = units_of(quantity)
+    assert all(unit_of(quantity, name) == Unit(name, *known[name]) for name in known)
+    for si in METRIC:
+        for prefix, scale in PREFIXES.items():
+            found = known.get(f"{prefix}{si}")
+            if found is not None and f"{prefix}{si}" not in ("min", "m"):
+                assert found == (si, pytest.approx(scale, rel=1e-12))
+            if not prefix and any(one == si for one, _ in known.values()):
+                assert found == (si, 1.0)
