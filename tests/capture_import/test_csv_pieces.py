@@ -196,3 +196,12 @@ def test_a_line_wider_than_the_table_names_no_columns(tmp_path: Path) -> None:
 def test_a_header_that_is_a_comment_names_columns_without_its_mark(tmp_path: Path) -> None:
     found = source(tmp_path, "# t,#v\n0,1\n1,2\n")
     assert list(found.names) == ["t", "#v", "column1", "column2"]
+
+
+@pytest.mark.parametrize(
+    ("cell", "decimal", "number"),
+    [("1,5", ",", True), ("1,5", ".", False), ("1.5", ".", True), ("1.5", ",", True),
+     (" -.5e3 ", ".", True), (",5", ",", True), ("e3", ".", False), ("1x", ".", False)],
+)  # fmt: skip
+def test_a_cell_is_a_number_by_its_mark(cell: str, decimal: str, number: bool) -> None:
+    assert csv_reader._is_number(cell, decimal) is number

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -199,6 +200,9 @@ def test_the_content_of_an_own_file_is_not_looked_through_again(
     found = store.load(path)
     assert found.ticks.tolist() == [10, 20, 40]
     assert len(found.content_sha256) == 64
+    monkeypatch.setattr(store, "CAPTURE", replace(CAPTURE, file=99))
+    with pytest.raises(DataError, match=r"a file of its kind \(capture\) may have 99 B"):
+        store.load(path)
     assert found.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
     with pytest.raises(AssertionError, match="looked through"):
         store_read.read(path.read_bytes(), str(path), found.sha256)

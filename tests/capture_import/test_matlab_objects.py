@@ -124,3 +124,31 @@ def test_references_that_lead_nowhere_or_too_deep_are_left_out(tmp_path: Path) -
         found = Found()
         mat_child._walk_references("c", cells, found, 12)
         assert found.arrays == {}
+
+
+def test_a_cell_that_holds_itself_ends(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "a.mat", "w") as file:
+        file["x"] = np.array([1.0, 2.0])
+        cells = file.create_dataset("c", (2,), dtype=h5py.ref_dtype)
+        cells[:] = [cells.ref, file["x"].ref]
+        found = Found()
+        mat_child._walk_references("c", cells, found, 8)
+    assert len(found.arrays) == 4  # x, at each of the depths that are left
+
+
+@pytest.mark.parametrize(
+    ("kind", "said", "found"),
+    [("u1", "", {"x": "block of raw bytes"}), ("i1", "", {"x": "block of raw bytes"}),
+     ("u1", "uint8", {}), ("u2", "", {}), ("f4", "", {}), ("f8", "odd", {"x": "odd"})],
+)  # fmt: skip
+def test_bytes_without_a_class_are_no_readings(
+    kind: str, said: str, found: dict[str, str], tmp_path: Path
+) -> None:
+    with h5py.File(tmp_path / "a.mat", "w") as file:
+        file["x"] = np.array([1, 2], dtype=kind)
+        if said:
+            file["x"].attrs["MATLAB_class"] = np.bytes_(said)
+        seen = Found()
+        mat_child._walk_node("x", file["x"], seen, 0)
+    assert seen.objects == found
+    assert {n: a.tolist() for n, a in seen.arrays.items()} == ({} if found else {"x": [1.0, 2.0]})

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from motorid.capture import columnar_reader, mat_reader, sheet_child, sheet_reader
+from motorid.capture import columnar_reader, mat_reader, record_reader, sheet_child, sheet_reader
 from motorid.capture.child import ChildFailedError
 from motorid.capture.columnar_reader import ColumnarSource
 from motorid.capture.mat_reader import MatSource
@@ -17,7 +18,7 @@ from motorid.capture.record_reader import RecordSource
 from motorid.capture.recording_reader import RecordingSource
 from motorid.capture.sheet_reader import SheetSource
 from motorid.errors import DataError, UsageError
-from motorid.limits import COLUMNAR, MAT, RECORDING, SHEET
+from motorid.limits import COLUMNAR, MAT, RECORDING, RECORDS, SHEET
 
 
 def given(monkeypatch: pytest.MonkeyPatch, module: Any, answer: Any) -> list[Any]:
@@ -145,3 +146,20 @@ def test_a_file_without_arrays_or_names_has_no_rows(
     for one in (source, RecordSource(tmp_path / "a.jsonl", "JSON lines")):
         with pytest.raises(UsageError, match="no column 'b'"):
             one.read(["b"])
+
+
+@pytest.mark.parametrize(
+    ("limit", "good"), [({"file": 20}, False), ({"file": 21}, True), ({"rows": 2}, False),
+                        ({"rows": 3}, True), ({"columns": 0}, False), ({"numbers": 2}, False)],
+)  # fmt: skip
+def test_records_beyond_the_limits_are_refused(
+    limit: dict[str, int], good: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(record_reader, "RECORDS", replace(RECORDS, **limit))
+    path = tmp_path / "a.jsonl"
+    path.write_bytes(b'{"a":1}' + b"\n" + b'{"a":2}\n{}\n\n\n')
+    if good:
+        assert RecordSource(path, "JSON lines").rows == 3
+    else:
+        with pytest.raises(DataError, match=r"may have 20 B$|more than .* lines"):
+            RecordSource(path, "JSON lines")

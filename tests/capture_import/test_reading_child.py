@@ -113,6 +113,8 @@ def test_what_a_child_may_take_is_by_the_limits_and_the_file_s_size(
     monkeypatch.setattr(child, "_read_warm", note)
     child.arrays_from("p.py", path, replace(CAPTURE, memory=77, cpu_s=10), patience_s=5.0)
     assert seen == ["p.py", path, Bounds(77, 12), 5.0]  # a second for each 4 MiB
+    child.arrays_from("p.py", path, replace(CAPTURE, memory=None, cpu_s=None))
+    assert seen[6] == Bounds(0, 2)
     with pytest.raises(DataError):
         child.arrays_from("p.py", path, replace(CAPTURE, file=9 * MB - 1))
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from motorid.capture import table
 from motorid.capture.mapping import Formula, parse_maps
 from motorid.capture.model import Channel
 from motorid.capture.table_options import (
@@ -170,7 +171,23 @@ def test_arithmetic_of_columns(text: str, values: list[float]) -> None:
     assert formula.evaluate(columns, 2).tolist() == values
 
 
-@pytest.mark.parametrize("text", ["c", "a**b", "a.b", "a[0]", "f(a)", "a if a else b", "'a'", "a-"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "c",
+        "a**b",
+        "a.b",
+        "a[0]",
+        "f(a)",
+        "a if a else b",
+        "'a'",
+        "a-",
+        "quadrature(a,c)",
+        "quadrature(c,b)",
+        "quadrature(a)",
+        "quadrature(a,b,x=1)",
+    ],
+)
 def test_what_is_no_arithmetic_is_no_column(text: str) -> None:
     with pytest.raises(UsageError, match="the file has no column"):
         Formula(text, ["a", "b"], {})
@@ -208,3 +225,27 @@ def test_a_prefix_is_a_power_of_ten(quantity: str) -> None:
                 assert found == (si, pytest.approx(scale, rel=1e-12))
             if not prefix and any(one == si for one, _ in known.values()):
                 assert found == (si, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("sensed", "options", "ambient"),
+    [
+        (None, {}, (None, 0.0)),
+        (None, {"ambient_c": 20.0, "ambient_uncertainty_c": 0.5}, (20.0, 0.5)),
+        ([30.0, 31.0], {"ambient_c": 20.0, "ambient_uncertainty_c": 0.5}, (20.0, 0.5)),
+        ([20.0, nan, 26.0], {}, (23.0, 3.0)),  # 3 either way
+        ([20.0, 26.0], {"ambient_uncertainty_c": 4.0}, (23.0, 5.0)),
+        ([20.0, 26.0], {"offset_uncertainty": {"ambient": 4.0}}, (23.0, 5.0)),
+        (
+            [23.0],
+            {"offset_uncertainty": {"ambient": 1.0}, "ambient_uncertainty_c": 2.0},
+            (23.0, 2.0),
+        ),
+    ],
+)
+def test_the_room_is_as_stated_or_as_its_thermometer_says(
+    sensed: list[float] | None, options: dict[str, Any], ambient: tuple[float | None, float]
+) -> None:
+    readings = None if sensed is None else np.array(sensed)
+    found = table._ambient(readings, TableOptions(**options))
+    assert found == (ambient[0], pytest.approx(ambient[1]))
