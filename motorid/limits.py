@@ -134,6 +134,11 @@ def refuse_size(
         )
 
 
+def beyond(count: int, most: int | None) -> bool:
+    """Whether so many are more than a reader takes, if it has such a limit."""
+    return most is not None and count > most
+
+
 def cpu_s(limits: Limits, file_bytes: int) -> int:
     """Seconds of the processor that a child may spend on a file."""
     return (limits.cpu_s or 0) + file_bytes // BYTES_A_SECOND

@@ -11,7 +11,7 @@ import numpy as np
 
 from motorid.capture.child import serve
 from motorid.errors import DataError
-from motorid.limits import COLUMNAR
+from motorid.limits import COLUMNAR, beyond
 
 _NARROW = 64  # columns of a matrix that are columns of a table each
 Columns = dict[str, Any]
@@ -74,7 +74,7 @@ def _parquet(source: str) -> Iterator[tuple[str, Any]]:
 def refuse_shape(name: str, shape: Sequence[int]) -> None:
     """Raises DataError for an array that is larger than the limits allow."""
     rows, numbers = max(shape, default=1), math.prod(shape)
-    if rows > (COLUMNAR.rows or 0) or numbers > (COLUMNAR.numbers or 0):
+    if beyond(rows, COLUMNAR.rows) or beyond(numbers, COLUMNAR.numbers):
         raise DataError(
             f"{name} has {rows:,} rows and {numbers:,} numbers; a file of its kind may have "
             f"{COLUMNAR.rows:,} and {COLUMNAR.numbers:,}: save a part of it"
@@ -100,7 +100,7 @@ def _keep(name: str, values: Any, found: Columns) -> bool:
     else:
         for column in range(array.shape[1]):
             found[f"{name}[{column + 1}]"] = array[:, column]
-    if COLUMNAR.columns is not None and len(found) > COLUMNAR.columns:
+    if beyond(len(found), COLUMNAR.columns):
         raise DataError(f"it holds more than {COLUMNAR.columns:,} columns, the most that it may")
     return True
 

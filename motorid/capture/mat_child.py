@@ -11,7 +11,7 @@ import numpy as np
 
 from motorid.capture.child import serve
 from motorid.errors import DataError
-from motorid.limits import MAT
+from motorid.limits import MAT, beyond
 
 _MAX_DEPTH = 12
 _NARROW = 64  # columns, or rows, of a matrix that are columns of a table each
@@ -66,14 +66,14 @@ def _keep(name: str, value: Any, found: Found) -> None:
             found.arrays[f"{name}[{column + 1}]"] = array[:, column]
         for row in range(rows if rows <= _NARROW else 0):
             found.arrays[f"{name}[{row + 1},:]"] = array[row]
-    if MAT.columns is not None and len(found.arrays) > MAT.columns:
+    if beyond(len(found.arrays), MAT.columns):
         raise DataError(f"it holds more than {MAT.columns:,} arrays, the most that it may")
 
 
 def refuse_shape(name: str, shape: Sequence[int]) -> None:
     """Raises DataError for an array that is larger than the limits allow."""
     rows, numbers = max(shape, default=1), math.prod(shape)
-    if (MAT.rows and rows > MAT.rows) or (MAT.numbers and numbers > MAT.numbers):
+    if beyond(rows, MAT.rows) or beyond(numbers, MAT.numbers):
         raise DataError(
             f"{name} has {rows:,} rows and {numbers:,} numbers; a MAT file may have "
             f"{MAT.rows:,} and {MAT.numbers:,}: save a part of it"

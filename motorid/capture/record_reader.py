@@ -13,7 +13,7 @@ from motorid.capture.columns import BadCell, Columns, Described, unknown_column
 from motorid.capture.csv_text import measure, opened
 from motorid.capture.record_lines import KINDS, STAMP, Moment, NoRecordError, moment
 from motorid.errors import DataError
-from motorid.limits import RECORDS, refuse_large
+from motorid.limits import RECORDS, beyond, refuse_large
 
 DAY_S = 86400.0
 _NAN = float("nan")
@@ -90,11 +90,8 @@ class RecordSource:
 
     def _refuse(self, columns: int, rows: int) -> None:
         most = RECORDS
-        if (
-            columns > (most.columns or 0)
-            or rows > (most.rows or 0)
-            or columns * rows > (most.numbers or 0)
-        ):
+        counts = (columns, most.columns), (rows, most.rows), (columns * rows, most.numbers)
+        if any(beyond(count, limit) for count, limit in counts):
             raise DataError(
                 f"{self._path} has more than {most.rows:,} lines, {most.columns:,} names or "
                 f"{most.numbers:,} values, the most that such a file may have: import a part"

@@ -16,7 +16,7 @@ import numpy as np
 from motorid.capture import wpilog
 from motorid.capture.child import serve
 from motorid.errors import DataError
-from motorid.limits import RECORDING
+from motorid.limits import RECORDING, beyond
 
 DEEPEST = 6
 
@@ -59,7 +59,8 @@ def main(source: str, target: str) -> None:
 def refuse(columns: int, rows: int, numbers: int) -> None:
     """Raises DataError beyond the limits."""
     most = RECORDING
-    if columns > (most.columns or 0) or rows > (most.rows or 0) or numbers > (most.numbers or 0):
+    counts = (columns, most.columns), (rows, most.rows), (numbers, most.numbers)
+    if any(beyond(count, limit) for count, limit in counts):
         raise DataError(
             f"it holds more than {most.columns:,} signals, {most.rows:,} readings of one or "
             f"{most.numbers:,} in all, the most that it may: save a part of it"
@@ -67,7 +68,7 @@ def refuse(columns: int, rows: int, numbers: int) -> None:
 
 
 def _wpilog(source: str) -> Iterator[Signal]:
-    found, others = wpilog.entries(Path(source).read_bytes(), RECORDING.numbers or 0)
+    found, others = wpilog.entries(Path(source).read_bytes(), RECORDING.numbers)
     for entry in found:
         yield Signal(f"{entry.name}.time", np.array(entry.stamps), "s")
         yield Signal(f"{entry.name}.value", np.array(entry.values))

@@ -10,7 +10,7 @@ import numpy as np
 
 from motorid.capture.child import serve
 from motorid.errors import DataError
-from motorid.limits import SHEET
+from motorid.limits import SHEET, beyond
 
 SEPARATOR = "\t"
 _BLANKS = str.maketrans("\t\r\n\v\f\x85\u2028\u2029", " " * 8)
@@ -46,7 +46,7 @@ def main(source: str, target: str) -> None:
 def refuse_shape(name: str, rows: int, columns: int) -> None:
     """Raises DataError for a sheet that is larger than the limits allow."""
     most = SHEET
-    if columns > (most.columns or 0) or rows * columns > (most.numbers or 0):
+    if beyond(columns, most.columns) or beyond(rows * columns, most.numbers):
         raise DataError(
             f"sheet {name!r} has {rows:,} rows of {columns:,} columns; a sheet may have "
             f"{most.columns:,} columns and {most.numbers:,} cells: save a part of it"

@@ -72,7 +72,7 @@ class _Bounds:
         own[starts] = np.diff(count[starts], prepend=0)
         within = count - np.cumsum(own)
         first = stamps - stamps[0]
-        usual = float(np.median(np.diff(stamps))) or first[-1] / float(count[-1])
+        usual = float(np.median(np.diff(stamps)))  # 0: the rounding is more than a period
         half = np.maximum(resolution, SAME * usual) / 2
         return cls(within, first - half, first + half, starts)
 

@@ -52,12 +52,12 @@ class WarmChild:
         with self._lock:
             try:
                 code = self._ask(order.encode(), time_s)
+            except TimeoutError:  # an OSError too
+                self.stop()
+                raise
             except (OSError, ValueError) as error:
                 self.stop()
                 raise GoneError(str(error)) from None
-            except TimeoutError:
-                self.stop()
-                raise
         with open(target + SAID, "rb") as said:
             return code, said.read().decode("utf-8", "replace").strip()
 

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from motorid.errors import DataError
+from motorid.limits import beyond
 
 MAGIC = b"WPILOG"
 _HEADER = struct.Struct("<6sHI")
@@ -37,8 +38,8 @@ class Entry:
     values: array[float] = field(default_factory=lambda: array("d"))
 
 
-def entries(data: bytes, most: int) -> tuple[list[Entry], list[str]]:
-    """Entries of numbers, and the names of others. ``most`` numbers in all.
+def entries(data: bytes, most: int | None) -> tuple[list[Entry], list[str]]:
+    """Entries of numbers, and the names of others. At most ``most`` numbers in all.
 
     Raises DataError where the data are no such log, are cut short, or hold more.
     """
@@ -65,7 +66,7 @@ def entries(data: bytes, most: int) -> tuple[list[Entry], list[str]]:
             entry.stamps.append(stamp * 1e-6)
             entry.values.append(float(value))
             count += 2
-            if count > most:
+            if beyond(count, most):
                 raise DataError(f"it holds more than {most:,} numbers: save a part of it")
     return found, [entry.name for entry in others]
 

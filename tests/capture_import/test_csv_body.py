@@ -25,4 +25,5 @@ def test_all_at_once_and_line_by_line_are_the_same() -> None:
     assert list(Body(StringIO(TEXT), 2, LINES)) == ["1,2\n", "2,3\n"]
     body = Body(StringIO(TEXT), 0, LINES)
     assert body.read(4) + body.read(-1) == TEXT[:LINES]
-    assert body.read() == ""
+    assert body.read(0) == body.read() == ""
+    assert Body(StringIO(TEXT), 1, LINES).read(0) == ""

@@ -236,6 +236,7 @@ def test_numbers_that_could_be_thousands(values: list[float], groups: bool) -> N
         (["12", "12.003"] * 2, True),  # changes three times
         ([*["12", "12.003"] * 2, "12"], False),  # four times, within a factor of two
         ([*["12", "24.003"] * 2, "12"], True),
+        ([*["12", "24.000"] * 2, "12"], True),
         ([*["12", "23.003"] * 2, "12"], False),
     ],
 )  # fmt: skip

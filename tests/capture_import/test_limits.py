@@ -189,3 +189,10 @@ def test_pieces_join(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     kept = read_table(path, MAPS, drop_bad=True)
     assert int(np.isnan(kept.channels["current"].raw).sum()) + 100 - len(kept) == 2
     assert "2 rows are bad" in kept.provenance[NOTES][0]
+
+
+@pytest.mark.parametrize(
+    ("count", "most", "refused"), [(3, 3, False), (4, 3, True), (4, None, False), (1, 0, True)]
+)
+def test_only_a_limit_refuses(count: int, most: int | None, refused: bool) -> None:
+    assert limits.beyond(count, most) is refused

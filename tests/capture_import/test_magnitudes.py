@@ -57,6 +57,9 @@ def test_a_current_is_judged_by_the_way_of_the_speed() -> None:
     assert notes == ["the current is never negative though the motor runs both ways: a magnitude"]
     assert unsigned(**{SPEED: speed, CURRENT: 0.3 * np.sign(speed)}) == ([], [])
     assert unsigned(**{CURRENT: np.full(14, 0.3)}) == ([], [])
+    current, way = np.full(14, 0.3), speed.copy()
+    current[2], way[3] = NAN, NAN  # a missing reading of either says nothing
+    assert unsigned(**{SPEED: way, CURRENT: current})[0] == [CURRENT]
 
 
 def test_a_current_beside_an_unsigned_speed_is_judged_by_the_voltage() -> None:
@@ -150,3 +153,21 @@ def test_columns_that_never_change_or_are_held_are_noted() -> None:
         "position never changes: is it the right column?",
         "current is held: it changes only every 7 samples",
     ]
+
+
+@pytest.mark.parametrize(
+    ("values", "backward", "counted"),
+    [
+        ([9, 9, 0, 5, 6, 7], "...bbb", "...xxx"),  # the motor started from the reading before
+        ([0, 9, 9, 5, 6, 7], "...bbb", "......"),  # an earlier rest says nothing
+        ([9, 9, 5, 0, 6, 7], "..bbbb", "...xxx"),
+        ([0, 5, 6, 9, 9, 9], "bbb...", "xxx..."),
+        ([9, 5, 0, 9, 0, 9], "bb..bb", "....xx"),
+        ([9, 5, 1, 6, 9, 9], "bbbb..", "......"),  # 1 is no rest yet
+        ([9, 0, 0, 6, 0, 9], ".bbb.b", ".xxx.x"),
+    ],
+)
+def test_a_stretch_counts_from_its_rest_on(values: Any, backward: str, counted: str) -> None:
+    stretches = np.array([one == "b" for one in backward])
+    found = checks._after_rest(np.array(values, dtype=float), stretches, 1.0)
+    assert "".join("x" if one else "." for one in found) == counted

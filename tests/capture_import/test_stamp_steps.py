@@ -44,7 +44,7 @@ def test_significant_digits_are_coarser_the_larger_a_stamp_is() -> None:
 
 def test_arithmetic_of_stamps_leaves_its_noise() -> None:
     written = steps_of([0.0, 1.0, 3.0, 4.0])[0]
-    assert written - 1.0 == pytest.approx(np.full(4, 2 * 4 * EPS * 4.0), rel=0.2)
+    assert written - 1.0 == pytest.approx(np.full(4, 2 * 4 * EPS * 4.0), rel=0.1, abs=0.0)
 
 
 def test_a_number_of_single_precision_is_rounded_to_its_23rd_binary_digit() -> None:

@@ -92,6 +92,12 @@ def test_one_bad_cell_is_one_row() -> None:
         cleaned(columns((BadCell(0, "k", "x"),), i=[1.0, 2.0], k=[NAN]), drop_bad=False)
 
 
+def test_columns_of_two_rows_have_two() -> None:
+    bad = BadCell(0, "i", "x"), BadCell(1, "w", "y")
+    with pytest.raises(DataError, match="2 rows are bad in all"):
+        cleaned(columns(bad, i=[NAN, 1.0], w=[1.0, NAN]), drop_bad=False)
+
+
 def test_marks_that_a_person_tells_are_left_out_of_the_columns_that_have_them() -> None:
     notes: list[str] = []
     given = columns(v=[1.0, -1.0, 0.5, -1.0], i=[2.0, 3.0, 0.5, 4.0], w=[9.0, 8.0, 7.0, 6.0])

@@ -39,6 +39,8 @@ def test_an_instant_sees_the_bridge_on_or_off(duty: float) -> None:
 
 def test_whole_periods_and_a_bridge_that_never_switches_show_the_level() -> None:
     assert is_whole(3.0005)
+    assert is_whole(1.0)
+    assert is_whole(0.9995)
     assert not is_whole(3.0015)
     assert not is_whole(0.0)
     for periods, duty in ((3.0, 0.4), (2.9995, 0.4), (0.5, 0.0), (0.5, 1.0), (0.0, 1.0)):
