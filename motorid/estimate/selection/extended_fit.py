@@ -115,7 +115,7 @@ class Begun:
 def _most(records: Sequence[WideRecord]) -> int:
     """Iterations of a search to be judged by: fewer where every response is long to integrate."""
     steps = sum(record.integrated for record in records)
-    return min(max(MOST_INTEGRATED // steps, ROUGH_STEPS), MAX_ITERATIONS)
+    return min(max(MOST_INTEGRATED // steps, ROUGH_STEPS), alternating_fit.JUDGED_STEPS)
 
 
 def finished(near: Fitted) -> Fitted:

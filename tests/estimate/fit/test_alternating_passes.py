@@ -31,7 +31,9 @@ class Turns:
     def decide(self, decided: bool) -> None:
         self.decided.append(decided)
 
-    def again(self, _r: Any, _f: Any, _s: Any, before: Any, enough: float, _h: float) -> Solution:
+    def again(
+        self, _r: Any, _f: Any, _s: Any, before: Any, enough: float, _held: float, _most: int
+    ) -> Solution:
         self.enough.append(enough)
         move = self.moves.pop(0) if self.moves else 0.0
         return replace(before, values=before.values + np.r_[move, np.zeros(5)])

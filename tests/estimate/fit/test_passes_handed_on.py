@@ -112,9 +112,13 @@ def test_one_record_without_losses_or_with_more_names_is_enough(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Of two: then few passes are made, and those roughly; one undecided record decides anew."""
-    for facts in ({"loss": None}, {"names": (*PARAMETERS, "T_q")}):
+    bare: dict[str, Any] = {"loss": None}
+    wide: dict[str, Any] = {"names": (*PARAMETERS, "T_q")}
+    for facts, steps in ((bare, 100), (wide, 25)):
         seen = handed(monkeypatch, False, **facts)
-        assert {of[4] for of in seen if len(of) == 6} <= {alternating_fit.ROUGH}
+        searches = [(of[4], of[6]) for of in seen if len(of) == 7]
+        assert searches
+        assert set(searches) == {(alternating_fit.ROUGH, steps)}
     undecided = handed(monkeypatch, True, driving=SimpleNamespace(decided=False))
     assert undecided[0][2] is None
 
