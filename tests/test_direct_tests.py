@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
+import pytest
+
 from tests.import_statements import imported
 
 ROOM = "motorid/estimate"
@@ -17,6 +19,7 @@ def modules(root: Path) -> set[str]:
     return {".".join(path.with_suffix("").parts) for path in files if path.name != "__init__.py"}
 
 
+@pytest.mark.slow
 def test_every_module_has_a_direct_test(repo_root: Path) -> None:
     files = [path for path in (repo_root / "tests").rglob("*.py") if path.name != "conftest.py"]
     named = {name for path in files for name in imported(path)}

@@ -40,6 +40,7 @@ KNOWN = Map(
 )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_tests_that_cover_the_line_come_first_then_their_files() -> None:
     own, quick, same_file = (
         "tests/wire/test_b.py::two",

@@ -91,6 +91,27 @@ def test_a_capture_that_says_little_is_packed_as_it_is() -> None:
     assert store_pack.unpack(store_pack.pack(rig)).stated == Stated({"resistance_ohm": 2.0})
 
 
+@pytest.mark.parametrize(
+    ("broken", "named"), [("", "the root"), ("/samples/tick", "/samples/tick")]
+)
+def test_a_part_that_cannot_be_read_is_damage(
+    broken: str, named: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    image, parts = store.to_bytes(made()), content_digest._parts
+
+    def failing(path: str, item: Any) -> Any:
+        if path == broken:
+            raise OSError("wrong checksum\nat a place of memory")
+        return parts(path, item)
+
+    monkeypatch.setattr(content_digest, "_parts", failing)
+    with h5py.File(io.BytesIO(image)) as file:
+        assert "samples/tick" in file
+        with pytest.raises(DataError) as caught:
+            content_sha256(file, len(image))
+    assert str(caught.value) == f"{named} is damaged (wrong checksum)"
+
+
 def test_what_a_file_is_silent_about_has_its_usual_value() -> None:
     def silent(file: h5py.File) -> None:
         for name in list(file.attrs):

@@ -160,6 +160,7 @@ def test_settings_left_of_the_readings() -> None:
     assert settings_beside([*rows, ["x"], ["Samples", "7"], ["Big", "1e999"]]) == {
         "Samples": 1000.0
     }
+    assert settings_beside([["Samples", "1000"]]) == {"Samples": 1000.0}
     assert not beside_readings([], first)
     assert not beside_readings(rows, ["", "5", "0.3", "1.7"])  # one column is no setting
     assert not beside_readings([*rows, ["a", "b", "0.4"]], first)

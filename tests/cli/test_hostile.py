@@ -62,6 +62,7 @@ def lines(words: tuple[str, ...]) -> Iterator[list[str]]:
                 yield [*words, f"{param.opts[-1]}={value}"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", all_commands(), ids=" ".join)
 def test_no_value_is_an_internal_error(
     words: tuple[str, ...], here: Path, capsys: pytest.CaptureFixture[str]

@@ -65,6 +65,7 @@ def _tracebacks_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", all_commands(), ids=" ".join)
 def test_every_command_by_every_outcome_and_stream(
     words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -18,6 +18,8 @@ from motorid.quality.history.records import digest as sha256
 from motorid.quality.history.seals import content_of
 from tests.history.records import UNSTEPPED, record
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def place(tmp_path: Path) -> Path:
@@ -143,7 +145,6 @@ def test_older_results_are_unsealed_and_counted(place: Path) -> None:
     assert problems(place) == ("there were 10 results from before the seals, and there are 9 now",)
 
 
-@pytest.mark.slow
 def test_any_one_change_of_any_table_is_found(place: Path) -> None:
     """Drawn: a row of a table that a result rests on, deleted or with one column changed."""
     rng = random.Random(20)

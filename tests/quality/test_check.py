@@ -22,6 +22,7 @@ LINE = "sim://?motor=faulhaber-2338s006s&load_inertia=6.4e-8&speed=max"
 CHECK = ["check", "--product", "sim-disc", "--rig", "sim-line"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("url", "code", "word"),
     [
