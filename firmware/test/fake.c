@@ -125,6 +125,7 @@ static const struct port DEFAULT = {
     .idle_sample_period_ticks = 1600,
     .burst_sample_period_ticks = 800 / FAKE_FAST,
     .burst_bytes = sizeof fake.fast,
+    .position_delay_ns = 4250,
     .encoder_edge_ceiling_hz = 100000,
     .max_current_ma = 4000,
     .max_host_silence_ms = 5000,

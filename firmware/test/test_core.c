@@ -318,12 +318,14 @@ static void a_command_may_come_as_the_run_ends(void) {
 }
 
 /* What was kept of each period comes after the run, from its first tick up to its end, in order. */
-static void a_fast_burst_is_kept_and_sent(void) {
+static void keep_and_send(bool reversed) {
     enum { PERIODS = 3, CHANNELS = 3 };
+    const int way = reversed ? -1 : 1;
     uint8_t payload[WIRE_MAX_PAYLOAD];
     wire_configure_t config = fake_config();
     config.mode = WIRE_MODE_BURST;
     config.sample_period_ticks = 800 / FAKE_FAST;
+    config.encoder_reversed = reversed;
     fake_start();
     fake_settle();
     CHECK(fake_configure(&config) == WIRE_STATUS_OK && core.period == 800);
@@ -331,7 +333,8 @@ static void a_fast_burst_is_kept_and_sent(void) {
     CHECK(fake_run() == WIRE_STATUS_OK);
     for (int16_t n = 0; n <= PERIODS; n++) {
         for (int16_t k = 0; k < FAKE_FAST; k++) {
-            fake.fast[k] = (struct reading){{(int16_t)(FAKE_FAST * n + k), 0, 2400}, 0};
+            const int16_t count = (int16_t)(FAKE_FAST * n + k);
+            fake.fast[k] = (struct reading){{count, 0, 2400}, 500u + (uint32_t)count};
         }
         fake_sample();
     }
@@ -346,10 +349,17 @@ static void a_fast_burst_is_kept_and_sent(void) {
         }
         CHECK(wire_get_event_sample_block(payload + WIRE_EVENT_HEADER, WIRE_MAX_PAYLOAD, &block));
         for (uint8_t k = 0; k < block.count; k++, sample += 2 * CHANNELS) {
-            CHECK(wire_get_i16(sample) == next++);
+            CHECK(wire_get_i16(sample) == next);
+            CHECK(wire_get_i16(sample + 4) == way * (500 + next));
+            next++;
         }
     }
     CHECK(next == FAKE_FAST - 1 + PERIODS * FAKE_FAST);
+}
+
+static void a_fast_burst_is_kept_and_sent(void) {
+    SURE(keep_and_send(false));
+    SURE(keep_and_send(true));
 }
 
 const struct test core_tests[] = {

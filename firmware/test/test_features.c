@@ -163,7 +163,23 @@ static void a_board_without_inputs_or_a_known_supply_says_so(void) {
     CHECK(fake_configure(&config) == WIRE_STATUS_OK);
 }
 
+/* A board that has an encoder says of its position what no description of the port can. */
+static void the_position_is_described(void) {
+    const uint8_t channel = WIRE_CHANNEL_POSITION;
+    uint8_t reply[WIRE_MAX_PAYLOAD];
+    wire_describe_channel_reply_t found;
+    fake_start();
+    fake_settle();
+    CHECK(fake_ask(WIRE_DESCRIBE_CHANNEL_CODE, &channel, sizeof channel, reply) == WIRE_STATUS_OK);
+    CHECK(wire_get_describe_channel_reply(reply, WIRE_DESCRIBE_CHANNEL_REPLY_SIZE, &found));
+    CHECK(found.channel == channel && found.unit == WIRE_UNIT_COUNT && found.bits == 16);
+    CHECK(found.kind == WIRE_CHANNEL_KIND_INSTANT && found.delay_ns == 4250);
+    CHECK(found.scale == 1.0f && found.raw_min == INT16_MIN && found.raw_max == INT16_MAX);
+    CHECK(found.pwm_phase_permille == UINT16_MAX);
+}
+
 const struct test feature_tests[] = {
+    TEST(the_position_is_described),
     TEST(a_wrong_sign_trips_within_the_check_alone),
     TEST(an_input_that_opens_ends_the_run_at_the_next_sample),
     TEST(a_driver_is_told_to_the_port_and_bounds_what_a_step_may_be),
