@@ -17,7 +17,7 @@ from motorid.estimate.assembly import doubt, plot_data, untold
 from motorid.estimate.assembly.measured_levels import brushes_of, measured_levels
 from motorid.estimate.assembly.refusal import refused
 from motorid.estimate.diagnosis import rank, reach, remarks, repeating_remarks, residual_remarks
-from motorid.estimate.diagnosis.facts import steady_levels
+from motorid.estimate.diagnosis.facts import coasting_constant, steady_levels
 from motorid.estimate.diagnosis.repair import repaired
 from motorid.estimate.diagnosis.suspects import suspects
 from motorid.estimate.fit.joint_fit import solved
@@ -203,6 +203,7 @@ def unjudged(
         diagnostics=(
             *remarks.diagnostics(found, records, parameters, named),
             *steady_levels.findings(reached, found.motor(), len(records)),
+            *coasting_constant.findings(solution, records, parameters),
         ),
         curves=curves,
         steady=plot_data.steady(found.motor(), [r.gear for r in records], named, reached),
