@@ -74,6 +74,24 @@ static void the_least_that_is_asked_for_is_looked_at_in_each_run(void) {
     }
 }
 
+/* A drive of one unit of the bridge has a sign, too. */
+static void the_least_drive_is_checked_for_its_sign(void) {
+    const wire_configure_t config = least(2);
+    for (int way = -1; way <= 1; way += 2) {
+        fake_start();
+        CHECK(fake_configure(&config) == WIRE_STATUS_OK);
+        CHECK(fake_add_step(0, WIRE_STEP_KIND_DRIVE_DUTY, way * 2500, 50) == WIRE_STATUS_OK);
+        CHECK(fake_run() == WIRE_STATUS_OK);
+        fake_sample();
+        fake.now.raw[WIRE_CHANNEL_CURRENT] = (int16_t)(2048 + way * 1000);
+        fake_samples(5);
+        CHECK(fake.level == way && core_state() == WIRE_STATE_RUNNING);
+        fake.now.raw[WIRE_CHANNEL_CURRENT] = (int16_t)(2048 - way * 1000);
+        fake_sample();
+        CHECK(core.fault == WIRE_FAULT_WRONG_SIGN);
+    }
+}
+
 /* A fault is told in each run that has one, and the run after it is told none. */
 static void a_fault_is_of_its_run_alone(void) {
     const uint8_t faults[] = {WIRE_FAULT_DRIVER, WIRE_FAULT_NONE, WIRE_FAULT_ENCODER_EDGES};
@@ -177,6 +195,7 @@ const struct test anew_tests[] = {
     TEST(no_command_leaves_the_interrupt_locked_out),
     TEST(a_run_after_a_stop_begins_with_its_first_step),
     TEST(the_least_that_is_asked_for_is_looked_at_in_each_run),
+    TEST(the_least_drive_is_checked_for_its_sign),
     TEST(a_fault_is_of_its_run_alone),
     TEST(a_limit_of_time_beyond_all_counting_never_trips),
     TEST(a_slow_burst_comes_in_full_blocks),

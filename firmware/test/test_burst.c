@@ -115,11 +115,37 @@ static void a_burst_leaves_nothing_to_the_next_run(void) {
     }
 }
 
+/* It may have one sample a period: that of the burst, not the stream's. */
+static void a_burst_may_be_as_slow_as_a_stream(void) {
+    uint8_t payload[WIRE_MAX_PAYLOAD];
+    wire_configure_t config = fake_config();
+    config.mode = WIRE_MODE_BURST;
+    config.sample_period_ticks = 800;
+    fake_start();
+    fake_settle();
+    (void)fake_heard(payload);
+    port.burst_sample_period_ticks = 800;
+    CHECK(fake_configure(&config) == WIRE_STATUS_OK && core.burst.fast == 1);
+    CHECK(fake_add_step(0, WIRE_STEP_KIND_COAST, 0, 3) == WIRE_STATUS_OK && fake_run() == WIRE_STATUS_OK);
+    for (int16_t n = 0; n < 4; n++) {
+        fake.fast[0].raw[0] = (int16_t)(100 + n);
+        fake_sample();
+    }
+    fake_settle();
+    while (fake_heard(payload) > 0 && payload[0] != WIRE_EVENT_SAMPLE_BLOCK_CODE) {
+    }
+    CHECK(payload[BLOCK_HEADER - 1] == 3);
+    for (int n = 0; n < 3; n++) {
+        CHECK(wire_get_i16(payload + BLOCK_HEADER + 6 * n) == 100 + n);
+    }
+}
+
 const struct test burst_tests[] = {
     TEST(the_watch_period_is_a_multiple_of_both),
     TEST(each_width_of_samples_fills_its_block),
     TEST(what_the_memory_does_not_hold_is_dropped_at_the_end),
     TEST(a_burst_that_is_stopped_keeps_what_was_taken),
+    TEST(a_burst_may_be_as_slow_as_a_stream),
     TEST(a_burst_leaves_nothing_to_the_next_run),
     {0},
 };
