@@ -199,7 +199,24 @@ static void a_name_is_printable_up_to_its_zeros(void) {
     CHECK(with_byte(0, 'n') && with_byte(15, 0) && !with_byte(14, 0) && !with_byte(15, 0x7F));
 }
 
+/* Ports make their descriptors of these. */
+static void facts_are_read_in_each_width(void) {
+    fake_start();
+    for (uint8_t n = 0; n < sizeof fake.compiled; n++) {
+        fake.compiled[n] = (uint8_t)(0x40 + n);
+    }
+    for (uint8_t at = 0; at + 4 < (int)sizeof fake.compiled; at++) {
+        const uint32_t byte = 0x40u + at;
+        const uint32_t wide = byte | (byte + 1) << 8 | (byte + 2) << 16 | (byte + 3) << 24;
+        float value;
+        memcpy(&value, &wide, sizeof value); /* on this computer, as on the wire */
+        CHECK(front_end_u8(at) == byte && front_end_u16(at) == (wide & 0xFFFFu));
+        CHECK(front_end_u32(at) == wide && front_end_f32(at) == value);
+    }
+}
+
 const struct test limit_tests[] = {
+    TEST(facts_are_read_in_each_width),
     TEST(no_limit_allows_the_ends_of_the_converter),
     TEST(limits_of_the_supply_end_where_readings_do),
     TEST(signs_are_looked_for_on_the_channels_that_are_there),

@@ -36,6 +36,31 @@ static void hello_says_which_reset_it_was(void) {
     CHECK(hello.boot_id == 0x01020304 && hello.reset_cause == WIRE_RESET_CAUSE_EXTERNAL);
 }
 
+static void hello_is_a_delimiter_and_one_frame(void) {
+    fake_start();
+    fake_settle();
+    CHECK(fake.out_end == 1 + FRAME_BYTES(WIRE_EVENT_HEADER + WIRE_EVENT_HELLO_SIZE));
+    CHECK(fake.out[1] != WIRE_DELIMITER && fake.out[fake.out_end - 1] == WIRE_DELIMITER);
+}
+
+static unsigned empty_writes;
+
+static uint16_t write_something(const uint8_t *bytes, uint16_t length) {
+    (void)bytes;
+    empty_writes += length == 0;
+    return length;
+}
+
+static void a_port_is_given_nothing_where_there_is_nothing(void) {
+    fake_start();
+    port.write = write_something;
+    empty_writes = 0;
+    for (int n = 0; n < 5; n++) {
+        (void)core_poll();
+    }
+    CHECK(empty_writes == 0);
+}
+
 /* ------------------------------------------------------------------ repeated */
 
 static void a_repeated_number_gets_the_last_reply_again(void) {
@@ -190,6 +215,8 @@ static void replies_go_ahead_of_events(void) {
 
 const struct test talk_tests[] = {
     TEST(hello_says_which_reset_it_was),
+    TEST(hello_is_a_delimiter_and_one_frame),
+    TEST(a_port_is_given_nothing_where_there_is_nothing),
     TEST(a_repeated_number_gets_the_last_reply_again),
     TEST(a_repeated_command_is_not_executed_again),
     TEST(identify_is_answered_afresh),
