@@ -166,6 +166,18 @@ static void a_loss_of_power_between_any_two_bytes_leaves_the_old_or_the_new(void
     SURE(cut_everywhere(memory, "old")); /* in the second */
 }
 
+/* One slot after the other, each with the number after the last one's. */
+static void each_storing_has_the_next_number(void) {
+    begin();
+    for (int n = 0; n < 520; n++) {
+        const int slot = n % 2 ? FRONT_END_SLOT : 0;
+        CHECK(write("same") == WIRE_STATUS_OK && core.front_end.at == slot);
+        CHECK(fake.memory[slot + FRONT_END_NUMBER] == n % 256);
+        CHECK(fake.memory[slot + FRONT_END_MARK] == FRONT_END_WHOLE);
+        CHECK(fake.memory[FRONT_END_SLOT - slot + FRONT_END_MARK] == FRONT_END_WRITING);
+    }
+}
+
 /* Power went when the new facts were whole and the old ones not yet given up. */
 static void of_two_whole_slots_the_newer_is_in_force(void) {
     begin();
@@ -334,6 +346,7 @@ const struct test front_end_tests[] = {
     TEST(storing_spares_the_facts_in_force),
     TEST(storing_writes_no_byte_more_than_it_needs),
     TEST(a_loss_of_power_between_any_two_bytes_leaves_the_old_or_the_new),
+    TEST(each_storing_has_the_next_number),
     TEST(of_two_whole_slots_the_newer_is_in_force),
     TEST(one_byte_that_is_not_blank_is_enough_for_damage),
     TEST(no_facts_are_told_as_zeros),

@@ -195,6 +195,8 @@ static void a_name_is_printable_up_to_its_zeros(void) {
             CHECK(!with_byte(at, bad[n]));
         }
     }
+    memset(fake.compiled + 1, 0, 15);
+    CHECK(with_byte(0, 'f') && !with_byte(0, 0)); /* one letter is enough, none is not */
     memset(fake.compiled, 'n', 16);
     CHECK(with_byte(0, 'n') && with_byte(15, 0) && !with_byte(14, 0) && !with_byte(15, 0x7F));
 }
