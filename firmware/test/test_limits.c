@@ -138,6 +138,11 @@ static void the_largest_limit_is_the_least_of_board_facts_and_converter(void) {
     CHECK(most_with(0.0009765625f, 2071, WIRE_SENSOR_MAGNITUDE, 4000) == 1976);
     CHECK(most_with(0.0009765625f, 47, WIRE_SENSOR_MAGNITUDE, 4000) == 3953); /* 4048 above */
     CHECK(most_with(-0.0009765625f, 2024, WIRE_SENSOR_MAGNITUDE, 4000) == 1976);
+    fake_channels[0].raw_min = -1025; /* a converter with a sign */
+    CHECK(most_with(0.0009765625f, 0, WIRE_SENSOR_HALL, 4000) == 1000);
+    fake_channels[0].raw_min = 1023; /* or one whose lowest readings are none */
+    CHECK(most_with(0.0009765625f, 2048, WIRE_SENSOR_HALL, 4000) == 1000);
+    fake_channels[0].raw_min = 0;
     CHECK(most_with(0.002f, 5000, WIRE_SENSOR_HALL, 4000) == 0); /* no reading of it is within */
     port.memory_read = NULL;
     CHECK(most_with(0.002f, 5000, WIRE_SENSOR_HALL, 1) == 4000);
