@@ -68,6 +68,20 @@ static void each_channel_is_measured_by_itself_and_anew(void) {
     CHECK(near(reply.voltage_offset, -504) && near(reply.voltage_noise, sqrt(32)));
 }
 
+/* Sums are of differences from the first reading: from one far off they would lose their last bits. */
+static void one_reading_that_differs_is_seen_in_the_mean(void) {
+    struct zero zero;
+    wire_zero_reply_t reply;
+    memset(&zero, 0x5A, sizeof zero);
+    zero_begin(&zero, 4096, 7);
+    for (int n = 0; n < 4096; n++) {
+        const int16_t raw = n == 4095 ? 101 : 100;
+        (void)zero_add(&zero, &(struct reading){{raw, raw, 0}, 7});
+    }
+    zero_result(&zero, &reply);
+    CHECK(reply.current_offset == 100.000244140625f && reply.voltage_offset == 100.000244140625f);
+}
+
 /* The position may be any; what differs from the first one is motion, in either direction. */
 static void motion_back_ends_it_too(void) {
     for (int samples = 1; samples <= 2; samples++) {
@@ -85,6 +99,7 @@ const struct test zero_tests[] = {
     TEST(one_reading_has_no_noise),
     TEST(motion_ends_it_at_once),
     TEST(each_channel_is_measured_by_itself_and_anew),
+    TEST(one_reading_that_differs_is_seen_in_the_mean),
     TEST(motion_back_ends_it_too),
     {0},
 };
