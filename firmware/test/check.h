@@ -34,6 +34,8 @@ struct test {
 #define TEST(function) {#function, function}
 
 extern const struct test frame_tests[], block_tests[], guard_tests[], program_tests[],
-    zero_tests[], core_tests[], feature_tests[], tick_tests[], front_end_tests[];
+    zero_tests[], core_tests[], feature_tests[], tick_tests[], front_end_tests[],
+    command_tests[], describe_tests[], run_tests[], burst_tests[], limit_tests[],
+    anew_tests[], talk_tests[];
 
 #endif

@@ -131,7 +131,39 @@ static void a_burst_keeps_so_many_and_no_more(void) {
     }
 }
 
+static void a_ring_that_begins_again_has_nothing_of_before(void) {
+    uint8_t payload[WIRE_MAX_FRAME];
+    blocks_begin(&ring, 1, true, 0);
+    add(0, 100);
+    (void)take(payload);
+    blocks_begin(&ring, 9, false, 0);
+    CHECK(!blocks_are_waiting(&ring) && take(payload).count == 0);
+    CHECK(ring.dropped == 0 && ring.blocks_sent == 0 && ring.samples_sent == 0);
+    add(7, 40);
+    const wire_event_sample_block_t header = take(payload);
+    CHECK(header.sequence == 0 && header.count == 32 && header.first_tick == 7 * 1600u);
+    CHECK(header.channels == 9 && header.dropped == 0);
+}
+
+static void a_block_of_its_own_size_is_one_alone(void) {
+    uint8_t payload[WIRE_MAX_FRAME];
+    blocks_begin(&ring, 3, true, 0);
+    blocks_begin_one(&ring, 19 + 4 * 7 + 3); /* seven samples and a bit */
+    CHECK(ring.size == 7 && ring.count == 1);
+    add(0, 7);
+    CHECK(!blocks_have_room(&ring));
+    add(7, 1);
+    CHECK(ring.dropped == 1 && take(payload).count == 7 && blocks_have_room(&ring));
+    add(8, 2 * 7);
+    CHECK(take(payload).dropped == 1 && ring.dropped == 8);
+    blocks_begin(&ring, 1, true, 0);
+    blocks_begin_one(&ring, 243); /* no more than a block has */
+    CHECK(ring.size == 32);
+}
+
 const struct test block_tests[] = {
+    TEST(a_ring_that_begins_again_has_nothing_of_before),
+    TEST(a_block_of_its_own_size_is_one_alone),
     TEST(every_mask_is_carried),
     TEST(a_full_block_is_as_large_as_the_payload_allows),
     TEST(age_makes_blocks_smaller),

@@ -18,7 +18,7 @@ static void a_watchdog_reset_is_latched(void) {
     fake_start();
     fake.cause = WIRE_RESET_CAUSE_WATCHDOG;
     core_init();
-    CHECK(core_state() == WIRE_STATE_FAULTED);
+    CHECK(core_state() == WIRE_STATE_FAULTED && core.fault == WIRE_FAULT_WATCHDOG);
     const wire_configure_t config = fake_config();
     CHECK(fake_configure(&config) == WIRE_STATUS_FAULT_LATCHED);
     CHECK(fake_ask(WIRE_CLEAR_FAULT_CODE, NULL, 0, NULL) == WIRE_STATUS_OK);

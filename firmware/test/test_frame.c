@@ -109,7 +109,39 @@ static void a_frame_that_is_too_long_spoils_only_itself(void) {
     }
 }
 
+static bool is_taken(const uint8_t *frame, uint16_t size) {
+    struct receiver r = {0};
+    for (uint16_t n = 0; n + 1 < size; n++) {
+        if (receiver_take(&r, frame[n])) {
+            return false;
+        }
+    }
+    return receiver_take(&r, frame[size - 1]);
+}
+
+static void a_payload_has_a_byte_at_least(void) {
+    uint8_t frame[WIRE_MAX_FRAME] = {0};
+    CHECK(!is_taken(frame, frame_seal(frame, 0)));
+    frame[FRAME_PAYLOAD] = 7;
+    CHECK(is_taken(frame, frame_seal(frame, 1)));
+}
+
+/* The longest command and its check, as they should be, and then more. */
+static void what_follows_a_whole_command_spoils_it(void) {
+    for (uint16_t more = 0; more < 20; more++) {
+        uint8_t frame[WIRE_MAX_FRAME];
+        uint8_t *const check = frame + FRAME_PAYLOAD + WIRE_MAX_COMMAND;
+        memset(frame, 5, sizeof frame);
+        wire_put_u16(check, crc16(frame + FRAME_PAYLOAD, WIRE_MAX_COMMAND));
+        cobs_stuff(frame, WIRE_MAX_COMMAND + 2u + more);
+        check[2 + more] = WIRE_DELIMITER;
+        CHECK(is_taken(frame, (uint16_t)(WIRE_MAX_COMMAND + FRAME_OVERHEAD + more)) == (more == 0));
+    }
+}
+
 const struct test frame_tests[] = {
+    TEST(a_payload_has_a_byte_at_least),
+    TEST(what_follows_a_whole_command_spoils_it),
     TEST(checks_match_their_standards),
     TEST(frames_are_pythons),
     TEST(the_receiver_takes_pythons_commands),

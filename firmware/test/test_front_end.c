@@ -106,6 +106,13 @@ static void storing_spares_the_facts_in_force(void) {
     CHECK(memcmp(before, fake.memory, sizeof before) == 0);
 }
 
+/* Memory wears: a byte is written once, the slot's mark twice, the other's twice (the second time to wait). */
+static void storing_writes_no_byte_more_than_it_needs(void) {
+    begin();
+    CHECK(write("first") == WIRE_STATUS_OK);
+    CHECK(UINT32_MAX - fake.writes_left == FRONT_END_SLOT + 3);
+}
+
 /* ------------------------------------------------------------------ power goes */
 
 /* The new facts' bytes come one by one; power goes after so many. Nothing in between comes out. */
@@ -157,6 +164,51 @@ static void a_loss_of_power_between_any_two_bytes_leaves_the_old_or_the_new(void
     CHECK(write("older") == WIRE_STATUS_OK && write("old") == WIRE_STATUS_OK);
     memcpy(memory, fake.memory, sizeof memory);
     SURE(cut_everywhere(memory, "old")); /* in the second */
+}
+
+/* One slot after the other, each with the number after the last one's. */
+static void each_storing_has_the_next_number(void) {
+    begin();
+    for (int n = 0; n < 520; n++) {
+        const int slot = n % 2 ? FRONT_END_SLOT : 0;
+        CHECK(write("same") == WIRE_STATUS_OK && core.front_end.at == slot);
+        CHECK(fake.memory[slot + FRONT_END_NUMBER] == n % 256);
+        CHECK(fake.memory[slot + FRONT_END_MARK] == FRONT_END_WHOLE);
+        CHECK(fake.memory[FRONT_END_SLOT - slot + FRONT_END_MARK] == FRONT_END_WRITING);
+    }
+}
+
+/* Power went when the new facts were whole and the old ones not yet given up. */
+static void of_two_whole_slots_the_newer_is_in_force(void) {
+    begin();
+    CHECK(write("even") == WIRE_STATUS_OK);
+    for (int n = 1; n < 600; n++) { /* the number wraps */
+        CHECK(write(n % 2 ? "odd" : "even") == WIRE_STATUS_OK);
+        fake.memory[FRONT_END_MARK] = fake.memory[FRONT_END_SLOT + FRONT_END_MARK] = FRONT_END_WHOLE;
+        restart();
+        CHECK(holds(n % 2 ? "odd" : "even"));
+    }
+}
+
+/* The mark is the last byte of a slot. */
+static void one_byte_that_is_not_blank_is_enough_for_damage(void) {
+    for (uint8_t at = 0; at < FRONT_END_MEMORY; at++) {
+        begin();
+        fake.memory[at] = 0xFE;
+        restart();
+        CHECK(source() == WIRE_FRONT_END_SOURCE_NONE);
+    }
+}
+
+static void no_facts_are_told_as_zeros(void) {
+    uint8_t reply[WIRE_READ_FRONT_END_REPLY_SIZE];
+    begin();
+    core.front_end.source = WIRE_FRONT_END_SOURCE_NONE;
+    memset(reply, 0x55, sizeof reply);
+    front_end_tell(&core.front_end, reply);
+    for (size_t n = 0; n < sizeof reply; n++) {
+        CHECK(reply[n] == 0);
+    }
 }
 
 /* ------------------------------------------------------------------ damage */
@@ -292,7 +344,12 @@ const struct test front_end_tests[] = {
     TEST(stored_facts_hold_at_once_and_after_a_reset),
     TEST(a_slow_memory_holds_up_nothing_but_the_answer),
     TEST(storing_spares_the_facts_in_force),
+    TEST(storing_writes_no_byte_more_than_it_needs),
     TEST(a_loss_of_power_between_any_two_bytes_leaves_the_old_or_the_new),
+    TEST(each_storing_has_the_next_number),
+    TEST(of_two_whole_slots_the_newer_is_in_force),
+    TEST(one_byte_that_is_not_blank_is_enough_for_damage),
+    TEST(no_facts_are_told_as_zeros),
     TEST(a_board_whose_facts_are_damaged_does_not_drive),
     TEST(a_byte_that_falls_to_blank_is_damage_too),
     TEST(memory_that_another_program_wrote_to_is_no_blank_one),
