@@ -29,7 +29,8 @@ from motorid.estimate.uncertainty.pull_scatter import pull_scatter
 
 Floats = NDArray[np.float64]
 
-UNTOLD = 0.5  # of a prior: where more of it stays open, these data do not tell the effect
+UNTOLD = 0.2  # of a prior: where more of it stays open, these data do not tell the effect
+BESIDE = 0.5  # the same beside an effect that was found: what can be told of both is less
 FARTHEST = 1.0  # of it: a larger size is for other causes to explain
 UNBOUNDED = 50.0  # of a logarithm, by which no reading tells it: any more says the same
 FOUND = 4.0  # standard deviations of a size that is seen
@@ -118,7 +119,7 @@ def beside(found: Sequence[Undetected]) -> dict[str, Floats]:
     return {
         one.quantity.name: one.shift * float(np.hypot(1.0, one.seen))
         for one in found
-        if not one.untold
+        if one.open <= BESIDE
     }
 
 
