@@ -309,3 +309,12 @@ wire_configure_t fake_config(void) {
         .host_silence_ms = 500,
     };
 }
+
+wire_configure_t fake_sign_checked(void) {
+    wire_configure_t config = fake_config();
+    config.sign_check_ms = 2; /* 20 samples */
+    config.sign_check_ma = 400;
+    config.sign_check_mv = 1000;
+    config.sign_check_counts = 10;
+    return config;
+}

@@ -71,6 +71,9 @@ int fake_run(void);
 /* A configuration that fake boards accept. */
 wire_configure_t fake_config(void);
 
+/* The same with a check of the signs in the first 20 samples of the first drive. */
+wire_configure_t fake_sign_checked(void);
+
 /* Configure, and load one drive of so many samples; `begin` has taken its first sample, too. */
 void fake_load(uint32_t samples);
 void fake_begin(uint32_t samples);

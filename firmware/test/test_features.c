@@ -4,18 +4,9 @@
 #include "crc.h"
 #include "fake.h"
 
-static wire_configure_t checked(void) {
-    wire_configure_t config = fake_config();
-    config.sign_check_ms = 2; /* 20 samples */
-    config.sign_check_ma = 400;
-    config.sign_check_mv = 1000;
-    config.sign_check_counts = 10;
-    return config;
-}
-
 /* Coast, then drive so: the check begins with the drive, not before. */
 static void begin_checked(int32_t duty, uint32_t samples) {
-    const wire_configure_t config = checked();
+    const wire_configure_t config = fake_sign_checked();
     fake_start();
     fake_settle();
     CHECK(fake_configure(&config) == WIRE_STATUS_OK);

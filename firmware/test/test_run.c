@@ -110,18 +110,9 @@ static void of_several_faults_the_first_in_order_is_told(void) {
     }
 }
 
-static wire_configure_t with_signs(void) {
-    wire_configure_t config = fake_config();
-    config.sign_check_ms = 2; /* 20 samples */
-    config.sign_check_ma = 400;
-    config.sign_check_mv = 1000;
-    config.sign_check_counts = 10;
-    return config;
-}
-
 static void the_last_sample_of_a_sign_check_is_checked(void) {
     for (int good = 19; good <= 20; good++) {
-        SURE(begin_duty(with_signs(), 100));
+        SURE(begin_duty(fake_sign_checked(), 100));
         fake_samples(good);
         fake.now.raw[WIRE_CHANNEL_TERMINAL_VOLTAGE] = 1947;
         fake_sample();
@@ -133,7 +124,7 @@ static void the_last_sample_of_a_sign_check_is_checked(void) {
 static void motion_against_the_drive_trips_from_where_it_stood(void) {
     for (int back = 0; back < 2; back++) {
         const uint32_t way = back ? 1u : UINT32_MAX; /* against the drive */
-        const wire_configure_t config = with_signs();
+        const wire_configure_t config = fake_sign_checked();
         fake_start();
         fake.now.position = 5;
         CHECK(fake_configure(&config) == WIRE_STATUS_OK);
@@ -151,7 +142,7 @@ static void motion_against_the_drive_trips_from_where_it_stood(void) {
 
 /* A drive of no level, like a coast, begins no check; the step after the drive ends it. */
 static void only_the_first_step_that_drives_is_checked(void) {
-    const wire_configure_t config = with_signs();
+    const wire_configure_t config = fake_sign_checked();
     const int32_t levels[] = {0, 500000, 0};
     for (int step = 0; step < 3; step++) {
         fake_start();
