@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.solver.dense_products import gram, project
 from motorid.estimate.solver.problem import Solution, bounded_inverse
 from motorid.estimate.solver.search_coordinates import Coordinates
 
@@ -26,8 +27,9 @@ def given_up(solution: Solution) -> float:
 
     For each capture that is left out in turn, by one Newton step of the others; summed.
     """
-    informations = [line.orthogonal.T @ line.orthogonal for line in solution.records]
-    slopes = [line.orthogonal.T @ line.residual for line in solution.records]
+    tables = [(line.orthogonal.T, line.residual) for line in solution.records]
+    informations = [gram(columns, columns) for columns, _ in tables]
+    slopes = [project(columns, left) for columns, left in tables]
     rest = _towards_the_top(solution, np.sum(slopes, axis=0))
     total = 0.0
     for own, slope in zip(informations, slopes, strict=True):

@@ -18,13 +18,13 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic, Parameter
 from motorid.estimate.signals.measurements import EMF
 from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.coloured_mean import variance_growth
 
 Floats = NDArray[np.float64]
 
 SURE = 4.0  # standard uncertainties of a difference
 HARM = 0.005  # of K: less is worth no remark
 FEWEST = 32  # readings of a coast
-COLOUR = 0.98  # largest correlation of neighbours that is believed
 TORQUES = ("K", "B", "J", "T0")  # which a torque, and so K, is the measure of
 
 
@@ -81,11 +81,8 @@ def slope(foretold: Floats, left: Floats, floor: float) -> Share | None:
         return None
     size = float(x @ left) / extent
     about = left - left.mean() - size * x
-    squares = float(about @ about)
-    rho = float(about[1:] @ about[:-1]) / squares if squares else 0.0
-    rho = min(max(rho, 0.0), COLOUR)
-    scatter = max(np.sqrt(squares / len(x)), floor) * np.sqrt((1.0 + rho) / (1.0 - rho))
-    return Share(size, float(scatter / np.sqrt(extent)))
+    scatter = max(float(np.sqrt(np.mean(about**2))), floor)
+    return Share(size, scatter * float(np.sqrt(variance_growth(about) / extent)))
 
 
 def pooled(shares: Sequence[Share]) -> Share | None:

@@ -16,6 +16,7 @@ from motorid.capture.model import CURRENT, POSITION, SPEED, Capture
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic
 from motorid.estimate.signals.measurements import Measured
+from motorid.estimate.uncertainty.coloured_mean import variance_growth
 from motorid.estimate.uncertainty.intervals import Findings
 from motorid.motor.parameters import Motor
 from motorid.segment import Segment, SegmentKind
@@ -28,7 +29,6 @@ FEWEST = 16  # readings of a level
 TURNS = 2.0  # that a level must last: slots and brushes make friction swing once a turn, or faster
 STEP = 1e-4  # of a search coordinate, for a derivative
 HARM = 0.01  # relative difference below which no level is worth a remark
-COLOUR = 0.98  # largest correlation of neighbours that is believed
 
 
 @dataclass(frozen=True)
@@ -132,8 +132,7 @@ def _means(record: MotorRecord, m: Measured, left: Floats, s: Segment) -> _Means
         return _travel(time, y, r, m.block.floor)
     about = r - r.mean()
     scatter = max(float(np.sqrt(np.mean(about**2))), m.block.floor)
-    rho = float(np.clip((about[1:] * about[:-1]).sum() / max((about**2).sum(), 1e-300), 0, COLOUR))
-    u = scatter * float(np.sqrt((1.0 + rho) / (1.0 - rho) / n))
+    u = scatter * float(np.sqrt(variance_growth(about) / n))
     quarter = max(n // 4, 1)
     drift = float(r[-quarter:].mean() - r[:quarter].mean()) / 2.0  # the level has not settled
     return _Means(name, float(y.mean()), float(r.mean()), float(np.hypot(u, drift)))
