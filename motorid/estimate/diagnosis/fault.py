@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,6 +40,7 @@ class Hypothesis:
     lacks: where it explains the residuals, no fault is named. ``quantity``: by which a fit takes
     it among its unknowns; None: it only marks what it could have moved. ``remedy``: the captures
     that declare a fault of about that size; for whole fits, where no quantity acts as it does.
+    ``belongs``: shares of parameters that are the fault's own at a size, not the motor's.
     """
 
     code: str
@@ -52,6 +53,7 @@ class Hypothesis:
     guard: bool = False
     quantity: InfluenceQuantity | None = None
     remedy: Remedy | None = None
+    belongs: Callable[[Floats], Mapping[str, float]] | None = None
 
 
 def acting(quantity: InfluenceQuantity) -> Effect:

@@ -190,13 +190,21 @@ def _said(best: Trial, solution: Solution, where: str) -> Suspect:
         f"{words.evidence}; that explains {min(best.share, 1.0):.0%} of the misfit, and "
         f"taken into account moves {name} by {most:+.1%}{where}"
     )
-    moves = {
-        u.name: abs(float(after - before))
-        for u, after, before in zip(
-            solution.unknowns, best.found.values, solution.values, strict=True
-        )
-    }
+    moves = _moves(best, solution)
     return Suspect(best.hypothesis.code, words.where, evidence, words.action, "named", moves)
+
+
+def _moves(best: Trial, solution: Solution) -> dict[str, float]:
+    """SI, by parameter: how far the fault moved it, or what of it is the fault's own."""
+    names = [u.name for u in solution.unknowns]
+    ended = dict(zip(names, best.found.values.tolist(), strict=True))
+    usual = dict(zip(names, solution.values.tolist(), strict=True))
+    moves = {name: abs(value - usual[name]) for name, value in ended.items()}
+    belongs = best.hypothesis.belongs
+    for name, share in (belongs(best.found.size) if belongs is not None else {}).items():
+        if name in moves:
+            moves[name] = max(moves[name], share * abs(ended[name]))
+    return moves
 
 
 def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:

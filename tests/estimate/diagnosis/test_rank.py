@@ -94,6 +94,20 @@ def test_a_named_fault_says_what_it_explains_and_moves() -> None:
     assert said.moves["L"] == 0.0
 
 
+@pytest.mark.parametrize("share", [0.25, 0.05])
+def test_a_share_of_a_parameter_that_is_the_faults_own_may_be_missing_in_it(share: float) -> None:
+    found = trial(shift=0.1)
+    own = replace(found.hypothesis, belongs=lambda size: {"J": share, "R": share * size[0] / 3e-4})
+    values = np.array([v * (1.0 + 0.1 * (n == "R")) for n, v in MOTOR.items()])
+    said = rank._said(replace(found, hypothesis=own), solution(), "")
+    assert said.moves["J"] == pytest.approx(share * MOTOR["J"])
+    R = values[list(MOTOR).index("R")]
+    assert said.moves["R"] == pytest.approx(max(share * R, 0.1 * MOTOR["R"]))
+    assert said.moves["L"] == 0.0
+    nowhere = replace(own, belongs=lambda size: {"no such": 0.5})
+    assert "no such" not in rank._said(replace(found, hypothesis=nowhere), solution(), "").moves
+
+
 def runs(monkeypatch: pytest.MonkeyPatch, *excesses: float) -> int | None:
     left = iter(excesses)
     monkeypatch.setattr(misfit, "residuals", lambda *_: [])

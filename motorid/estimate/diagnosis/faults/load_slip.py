@@ -102,6 +102,7 @@ def _hypothesis(records: Sequence[MotorRecord], begin: Start) -> Hypothesis:
     return Hypothesis(
         "load_slips", effect, (begin.size,), (0.1, 0.1 * rate),
         (0.02, 0.1 * rate), (0.99, 10.0 * rate), words,
+        belongs=lambda size: {"J": float(size[0])},
     )  # fmt: skip
 
 

@@ -43,6 +43,8 @@ def test_a_share_and_an_acceleration_are_looked_for_about_the_start(
     said = found.words(np.array([0.25, 123.4]))
     assert said.where == "load"
     assert said.evidence.startswith("25 % of the inertia follows the shaft at 123 rad/s²")
+    assert found.belongs is not None
+    assert found.belongs(np.array([0.25, 123.4])) == {"J": 0.25}
 
 
 def slipping(share: float, explained: float = 1.0) -> Any:
