@@ -40,6 +40,7 @@ from motorid.estimate.selection.joint_start import starts
 from motorid.estimate.selection.seen_effects import with_seen
 from motorid.estimate.selection.shaft_resonance import springs
 from motorid.estimate.selection.trigger import ALLOWED, carry_loss, loss_stands_out
+from motorid.estimate.selection.unsettled_models import Unsettled, with_unsettled
 from motorid.estimate.signals.log_sections import pieces, unbroken
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.intervals import Findings
@@ -90,19 +91,20 @@ def _of(
         fitted = asked_for(*narrow, terms)
         found = findings(fitted, fix, without)
         trials: tuple[TermTrial, ...] = ()
+        unsettled: Sequence[Unsettled] = ()
     else:
         chosen, narrow = looked_for(records, solution, held, reach(estimate.parameters))
         trials = tuple(_stated(trial) for trial in chosen.trials)
         estimate = _with_left_out(estimate, chosen.left_out)
-        best = _known(chosen.stages, fix, without)
+        best, unsettled = _known(chosen, fix, without)
         if best is None:
-            return with_seen(_with_trials(estimate, trials), known)
+            return with_seen(with_unsettled(_with_trials(estimate, trials), unsettled), known)
         fitted, found = best
         offered = {term.name for term in fitted.terms}
         trials = tuple(replace(t, taken=t.taken and t.term in offered) for t in trials)
     better = alternative(fitted, found, *narrow[:2], trials, asked=bool(terms))
     estimate = _said(replace(estimate, alternative=better), fitted)
-    return with_seen(estimate, found)
+    return with_seen(with_unsettled(estimate, unsettled), found)
 
 
 def _outlying(records: Sequence[MotorRecord]) -> bool:
@@ -160,7 +162,8 @@ def looked_for(
         others = [term for term in TERMS.values() if term not in ALLOWED]
         then = select(*narrow, matters, others)
         trials, left_out = (*found.trials, *then.trials), (*found.left_out, *then.left_out)
-        found = Selection(then.stages, trials, left_out)
+        unsettled = (*found.unsettled, *then.unsettled)
+        found = Selection(then.stages, trials, left_out, unsettled)
     return found, narrow
 
 
@@ -226,17 +229,20 @@ def reach(parameters: Mapping[str, Parameter]) -> dict[str, float]:
 
 
 def _known(
-    stages: Sequence[Fitted], fix: Mapping[str, float], without: Sequence[str]
-) -> tuple[Fitted, Findings] | None:
+    chosen: Selection, fix: Mapping[str, float], without: Sequence[str]
+) -> tuple[tuple[Fitted, Findings] | None, Sequence[Unsettled]]:
     """The widest of these fits in which the size of its last term stands out of all that is
-    uncertain of it: instruments and what the voltage hides, too.
+    uncertain of it: instruments and what the voltage hides, too. And what the data half support
+    beside it.
     """
-    for stage in reversed(stages):
+    unsettled = list(chosen.unsettled)
+    for stage in reversed(chosen.stages):
         fitted = finished(stage)
         found = findings(fitted, fix, without)
         if stands_out(found, fitted.terms[-1]):
-            return fitted, found
-    return None
+            return (fitted, found), unsettled
+        unsettled.append(Unsettled(fitted.terms[-1], fitted.values))
+    return None, unsettled
 
 
 def asked_for(

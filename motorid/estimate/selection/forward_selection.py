@@ -18,6 +18,7 @@ from motorid.estimate.selection.revision import Revision
 from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
 from motorid.estimate.selection.shaft_resonance import springs
 from motorid.estimate.selection.trigger import HINT
+from motorid.estimate.selection.unsettled_models import Unsettled
 from motorid.estimate.solver.problem import Solution
 
 WORTH = 5.0  # of chi-square in white noise: a term that promises less is not looked at
@@ -62,6 +63,7 @@ class Selection:
     stages: tuple[Fitted, ...]
     trials: tuple[Trial, ...]
     left_out: tuple[Term, ...] = ()  # which might matter, and which the search had no room for
+    unsettled: tuple[Unsettled, ...] = ()  # which the data half support, beside the last stage
 
 
 def select(
@@ -81,6 +83,7 @@ def select(
     """
     stages: list[Fitted] = []
     trials: list[Trial] = []
+    unsettled: list[Unsettled] = []
     most = MOST * evaluations(records)
     now, search = _Model(records, solution, values, tuple(taken)), _Search(reach, but, most)
     revision = Revision((*but, *taken), most)
@@ -95,10 +98,14 @@ def select(
             fitted = revision.of(fitted)
         if earns:
             stages.append(fitted)
+            unsettled.clear()
+        else:
+            unsettled += [Unsettled(t.term, f.values) for f, t in found if t.goes_on]
         now = _Model(fitted.records, fitted.solution, fitted.values, fitted.terms)
     kept = stages[-1].terms if stages else ()
     told = tuple(replace(t, taken=t.term in kept and t.goes_on) for t in trials)
-    return Selection(tuple(stages), told, tuple(search.left_out))
+    possible = [one for one in revision.possible if one.term not in kept]
+    return Selection(tuple(stages), told, tuple(search.left_out), (*unsettled, *possible))
 
 
 def evaluations(records: Sequence[MotorRecord]) -> int:

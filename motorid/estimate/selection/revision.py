@@ -8,27 +8,30 @@ out in turn, and the terms that were not taken are tried in its place.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.extended_terms import TERMS, Term
 from motorid.estimate.selection.evidence import SURE, priced, shapes_of, size_of, weigh
 from motorid.estimate.selection.extended_fit import Begun, Fitted, begin, sizes_by_name
 from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
+from motorid.estimate.selection.unsettled_models import Unsettled
 
 CLEAR = 3.0  # times SURE: a size that nobody asks about again
 RIVAL = 0.5  # of what a term promises, from which another is tried in its place
+SAME = 0.5  # of what a rival promises in a term's place, that it may promise beside it
+DECIDED = 0.5  # of what a term explains, by which another that explains more has refuted it
 TRIED = 2  # in the place of one
 
 
 class Revision:
     """What looking again costs together: no more than ``most`` responses of a capture.
 
-    ``but``: terms that are not looked for.
+    ``but``: terms that are not looked for. ``possible``: terms that gave way to others which
+    explain hardly more, and the values beside them.
     """
 
     def __init__(self, but: Sequence[Term], most: float) -> None:
         self.but, self.most, self.spent = but, most, 0
+        self.possible: list[Unsettled] = []
 
     def of(self, fitted: Fitted) -> Fitted:
         """The same model, without terms that it does not need, or with better ones in their
@@ -58,6 +61,13 @@ class Revision:
                 self.spent += _evaluations(begun)
         return fitted
 
+    def _in_white_noise(self, fitted: Fitted) -> Fitted | None:
+        """The same model as roughly fitted as its rivals: colour weighs other readings."""
+        begun = _begun(fitted, fitted.terms)
+        usual = begun.followed()
+        self.spent += _evaluations(begun)
+        return usual
+
     def _exchanged(self, fitted: Fitted, term: Term) -> Fitted | None:
         """Another term in the place of ``term``, if it leaves clearly less in white noise."""
         rest = _but(fitted.terms, term)
@@ -70,8 +80,10 @@ class Revision:
         tried = screen(null.records, plain(null.records, null.solution), null.values, rest, names)
         promised = next((c.gain for c in tried if c.term is term), 0.0)
         rivals = [c for c in tried if c.term not in fitted.terms and c.gain > RIVAL * promised]
-        white = replace(fitted, solution=plain(fitted.records, fitted.solution))
-        now = priced(white, term)
+        usual = self._in_white_noise(fitted) if rivals else None
+        if usual is None:
+            return None
+        rivals, now = _explaining_the_same(rivals, usual), priced(usual, term)
         least, best = now.paid - now.open, None
         for candidate in rivals[:TRIED]:
             other = _begun(null, (*rest, candidate.term), candidate)
@@ -79,7 +91,20 @@ class Revision:
             self.spent += _evaluations(other)
             if rough is not None and priced(rough, candidate.term).paid < least:
                 best, least = (other, rough), priced(rough, candidate.term).paid
-        return best[0].nearly(best[1]) if best else None
+        if best is None:
+            return None
+        if now.paid - least < DECIDED * promised:
+            self.possible.append(Unsettled(term, fitted.values))
+        return best[0].nearly(best[1])
+
+
+def _explaining_the_same(rivals: Sequence[Candidate], usual: Fitted) -> list[Candidate]:
+    """Those that promise much less beside the term than in its place; another effect does not."""
+    names = [c.term.name for c in rivals]
+    white = plain(usual.records, usual.solution)
+    beside = screen(usual.records, white, usual.values, usual.terms, names)
+    gains = {c.term: c.gain for c in beside}
+    return [c for c in rivals if gains.get(c.term, 0.0) < SAME * c.gain]
 
 
 def _but(terms: Sequence[Term], term: Term) -> tuple[Term, ...]:

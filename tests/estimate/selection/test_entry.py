@@ -18,6 +18,7 @@ from motorid.estimate.results.status import Status
 from motorid.estimate.selection import entry
 from motorid.estimate.selection.evidence import Evidence
 from motorid.estimate.selection.forward_selection import Selection, Trial
+from motorid.estimate.selection.unsettled_models import Unsettled
 from tests.estimate.solutions import MOTOR, solution
 from tests.report.example import estimate
 
@@ -104,15 +105,21 @@ def test_terms_that_repeat_with_the_rotor_come_after_the_others_and_ripple_first
 def test_of_the_stages_the_widest_counts_whose_last_term_stands_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    stages: Any = [SimpleNamespace(terms=("a",)), SimpleNamespace(terms=("a", "b"))]
+    stages: Any = [
+        SimpleNamespace(terms=terms, values={"R": float(len(terms))})
+        for terms in (("a",), ("a", "b"))
+    ]
     monkeypatch.setattr(entry, "finished", lambda stage: stage)
     monkeypatch.setattr(entry, "findings", lambda stage, *_: len(stage.terms))
     monkeypatch.setattr(entry, "stands_out", lambda _, term: term == "a")
-    assert entry._known(stages, {}, ()) == (stages[0], 1)
+    before = Unsettled(COGS, {"R": 9.0})
+    chosen = Selection(tuple(stages), (), (), (before,))
+    first, second = (Unsettled(s.terms[-1], s.values) for s in stages)
+    assert entry._known(chosen, {}, ()) == ((stages[0], 1), [before, second])
     monkeypatch.setattr(entry, "stands_out", lambda _, term: True)
-    assert entry._known(stages, {}, ()) == (stages[1], 2)
+    assert entry._known(chosen, {}, ()) == ((stages[1], 2), [before])
     monkeypatch.setattr(entry, "stands_out", lambda *_: False)
-    assert entry._known(stages, {}, ()) is None
+    assert entry._known(chosen, {}, ()) == (None, [before, second, first])
 
 
 class Looked:

@@ -48,15 +48,16 @@ class Answer:
             "a": TermTrial("direction", "", (), 1.0, 2.0, 3.0, None, 4.0, True),
             "b": TermTrial("cogging", "", (), 1.0, 2.0, 3.0, None, 4.0, True),
         }
-        chosen = SimpleNamespace(stages=("stage",), trials=self.trials, left_out=("left",))
+        self.chosen = chosen = SimpleNamespace(stages=("stage",), trials=self.trials, left_out=("left",))
         self.fitted, self.found = SimpleNamespace(terms=(SIDED,)), SimpleNamespace(name="findings")
         narrow = ("narrow", "its solution", "its values")
         noting(
             monkeypatch, entry, self.seen, _closed=("captures", "records", "solved"),
             answered=(self.six, self.records, self.known), looked_for=(chosen, narrow),
             _with_left_out=replace(self.six, suspects=("left out",)),
-            _known=(self.fitted, self.found) if best else None, alternative="alternative",
-            _with_trials="with trials", _said="said", with_seen="seen", _narrow=narrow,
+            _known=((self.fitted, self.found) if best else None, ("unsettled",)),
+            alternative="alternative", _with_trials="with trials", _said="said",
+            with_unsettled="settled", with_seen="seen", _narrow=narrow,
             asked_for=self.fitted, findings=self.found, reach={"R": 0.5},
         )  # fmt: skip
         monkeypatch.setattr(entry, "_stated", lambda trial: stated[trial.name])
@@ -75,7 +76,7 @@ def test_a_better_model_is_looked_for_and_offered_beside_the_six(
     assert seen["reach"] == [(made.six.parameters,)]
     assert seen["looked_for"] == [(made.records, made.known.solution, HELD, {"R": 0.5})]
     assert seen["_with_left_out"] == [(made.six, ("left",))]
-    assert seen["_known"] == [(("stage",), FIX, WITHOUT)]
+    assert seen["_known"] == [(made.chosen, FIX, WITHOUT)]
     ((fitted, found, records, before, trials, asked),) = seen["alternative"]
     assert (fitted, found, records, before) == (made.fitted, made.found, "narrow", "its solution")
     # what was taken on the way is no part of what is offered
@@ -83,7 +84,8 @@ def test_a_better_model_is_looked_for_and_offered_beside_the_six(
     assert asked == ("asked", False)
     ((said, fitted),) = seen["_said"]
     assert (said.alternative, said.suspects, fitted) == ("alternative", ("left out",), made.fitted)
-    assert seen["with_seen"] == [("said", made.found)]
+    assert seen["with_unsettled"] == [("said", ("unsettled",))]
+    assert seen["with_seen"] == [("settled", made.found)]
 
 
 def test_where_none_stands_out_what_was_tried_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -91,7 +93,8 @@ def test_where_none_stands_out_what_was_tried_is_said(monkeypatch: pytest.Monkey
     ((estimated, trials),) = made.seen["_with_trials"]
     assert estimated.suspects == ("left out",)
     assert [t.taken for t in trials] == [True, True]
-    assert made.seen["with_seen"] == [("with trials", made.known)]
+    assert made.seen["with_unsettled"] == [("with trials", ("unsettled",))]
+    assert made.seen["with_seen"] == [("settled", made.known)]
     assert "alternative" not in made.seen
 
 

@@ -40,12 +40,11 @@ class Given:
         self.evidence = dict[str, Evidence]()
         self.weighed, self.begun = list[tuple[str, ...]](), list[tuple[str, ...]]()
         self.paid = dict[tuple[str, ...], float]()
-        self.screened = list[Candidate]()
+        self.screened, self.beside = list[Candidate](), list[Candidate]()
         for name in ("weigh", "size_of", "screen", "priced"):
             monkeypatch.setattr(revision, name, getattr(self, name))
         monkeypatch.setattr(revision, "_begun", self.begin)
         monkeypatch.setattr(revision, "plain", lambda *_: "white")
-        monkeypatch.setattr(revision, "replace", lambda fitted, **_: fitted)
 
     def size_of(self, _s: Any, k: int, _shapes: Any) -> float:
         return self.sizes[self.free[k]]
@@ -71,7 +70,10 @@ class Given:
         )  # fmt: skip
 
     def screen(self, *given: Any) -> list[Candidate]:
-        self.names = given[-1]
+        taken, names = given[3:]
+        if OLD in taken:
+            return [c for c in self.beside if c.term.name in names]
+        self.names = names
         return self.screened
 
     def priced(self, fitted: Any, _term: Term) -> Price:
@@ -117,12 +119,42 @@ def test_another_takes_its_place_where_it_leaves_clearly_less(
         ("cogging", "brush-drop"): 88.0, ("cogging", "heating"): 1.0,
     }  # fmt: skip
     found, looked = given.of(fit(OLD, LAST))
-    assert given.begun == [("cogging",), ("cogging", "quadratic-load"), ("cogging", "brush-drop")]
+    assert given.begun == [
+        ("cogging",), ("direction", "cogging"),  # as roughly as those that may replace it
+        ("cogging", "quadratic-load"), ("cogging", "brush-drop"),
+    ]  # fmt: skip
     assert found.terms == (LAST, DROP)  # the better of the two that are tried
-    assert looked.spent == 15
+    assert looked.spent == 20
     given.paid |= {("cogging", "quadratic-load"): 91.0, ("cogging", "brush-drop"): 90.0}
     same = fit(OLD, LAST)
     assert given.of(same)[0] is same
+
+
+@pytest.mark.parametrize(("beside", "replaced"), [(45.0, False), (44.0, True)])
+def test_what_promises_as_much_beside_a_term_explains_something_else(
+    beside: float, replaced: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A ripple that moves nothing took the place of a windage that moved B by a third."""
+    given = Given(monkeypatch, d_T0=20.0, T_c=0.0)
+    given.screened, given.beside = [candidate(HEAT, 90.0)], [candidate(HEAT, beside)]
+    given.paid = {("direction", "cogging"): 100.0, ("cogging", "heating"): 1.0}
+    found, _ = given.of(fit(OLD, LAST))
+    assert (found.terms == (LAST, HEAT)) is replaced
+
+
+@pytest.mark.parametrize(("paid", "possible"), [(51.0, True), (49.0, False)])
+def test_a_term_that_gives_way_to_a_little_better_one_stays_possible(
+    paid: float, possible: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It explains 100: half of that more than it does would refute it."""
+    given = Given(monkeypatch, d_T0=20.0, T_c=0.0)
+    given.screened = [candidate(OLD, 100.0), candidate(HEAT, 90.0)]
+    given.paid = {("direction", "cogging"): 100.0, ("cogging", "heating"): paid}
+    fitted = fit(OLD, LAST)
+    found, looked = given.of(fitted)
+    assert found.terms == (LAST, HEAT)
+    expected = [(OLD, fitted.values)] if possible else []
+    assert [(one.term, one.values) for one in looked.possible] == expected
 
 
 def test_a_rival_must_promise_half_of_what_the_term_does(monkeypatch: pytest.MonkeyPatch) -> None:

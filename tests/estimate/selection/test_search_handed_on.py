@@ -16,6 +16,7 @@ from motorid.estimate.selection import revision, score_test
 from motorid.estimate.selection.evidence import Evidence, Price
 from motorid.estimate.selection.forward_selection import Trial
 from motorid.estimate.selection.score_test import Candidate
+from motorid.estimate.selection.unsettled_models import Unsettled
 from tests.estimate.selection.noted_stages import noting
 from tests.estimate.solutions import MOTOR, solution
 
@@ -47,10 +48,12 @@ def test_a_search_looks_beside_what_the_solution_has_within_four_times_its_cost(
             return []
 
     monkeypatch.setattr(forward, "_Search", Search)
-    monkeypatch.setattr(forward, "Revision", lambda *given: seen.append(given))
+    revised = SimpleNamespace(possible=[Unsettled(LOAD, {"R": 3.0})])
+    monkeypatch.setattr(forward, "Revision", lambda *given: seen.append(given) or revised)
     records: Any = [SimpleNamespace(simulated=5), SimpleNamespace(simulated=7)]
     found = forward.select(records, "solution", MOTOR, {"R": 0.1}, [SIDED], [LOAD])  # type: ignore[arg-type]
     assert (found.stages, found.trials, found.left_out) == ((), (), (COGS,))
+    assert found.unsettled == tuple(revised.possible)
     assert seen == [
         ({"R": 0.1}, [SIDED], 28.0), ((SIDED, LOAD), 28.0),
         (records, "solution", MOTOR, (LOAD,)),
@@ -292,35 +295,50 @@ def test_rivals_of_a_term_are_screened_where_it_is_not(monkeypatch: pytest.Monke
     null = SimpleNamespace(records=["null"], solution="null's", values={"R": 1.0})
     rough = SimpleNamespace(name="rough")
     begun = SimpleNamespace(followed=lambda: null, records=[SimpleNamespace(simulated=1)])
+    usual = SimpleNamespace(
+        records=["mine"], solution="mine, white", values={"R": 2.0}, terms=(SIDED, COGS)
+    )
+    same = SimpleNamespace(followed=lambda: usual, records=[SimpleNamespace(simulated=1)])
     other = SimpleNamespace(
         followed=lambda: rough, records=[SimpleNamespace(simulated=1)],
         nearly=lambda one: "near" if one is rough else None,
     )  # fmt: skip
-    left = [begun, other]
+    left = [begun, same, other]
     monkeypatch.setattr(
         revision, "_begun", lambda *of: seen.setdefault("begun", []).append(of) or left.pop(0)
     )
-    monkeypatch.setattr(revision, "replace", lambda fitted, **new: (fitted, new))
     prices = {True: Price(100.0, 1, 10.0), False: Price(89.0, 1, 10.0)}
     monkeypatch.setattr(
         revision, "priced",
         lambda *of: seen.setdefault("priced", []).append(of) or prices[of[1] is SIDED],
     )  # fmt: skip
     rivals = [candidate(LOAD, 60.0), candidate(SIDED, 100.0)]
-    noting(monkeypatch, revision, seen, plain="white", screen=rivals)
-    fitted: Any = SimpleNamespace(terms=(SIDED, COGS), records=["mine"], solution="s")
+    noting(monkeypatch, revision, seen, plain="white")
+    screens = [rivals, [candidate(LOAD, 29.0)]]
+    monkeypatch.setattr(
+        revision, "screen",
+        lambda *of: seen.setdefault("screen", []).append(of) or screens[len(seen["screen"]) - 1],
+    )  # fmt: skip
+    fitted: Any = SimpleNamespace(
+        terms=(SIDED, COGS), records=["mine"], solution="s", values={"R": 4.0}
+    )
     looked = revision.Revision((TWO,), 1e9)
     assert looked._exchanged(fitted, SIDED) == "near"  # type: ignore[comparison-overlap]
-    assert seen["begun"] == [(fitted, (COGS,)), (null, (COGS, LOAD), rivals[0])]
-    assert seen["plain"] == [(["null"], "null's"), (["mine"], "s")]
-    ((records, white, values, rest, names),) = seen["screen"]
+    assert seen["begun"] == [
+        (fitted, (COGS,)), (fitted, (SIDED, COGS)), (null, (COGS, LOAD), rivals[0])
+    ]  # fmt: skip
+    assert seen["plain"] == [(["null"], "null's"), (["mine"], "mine, white")]
+    (records, white, values, rest, names), beside = seen["screen"]
+    assert beside == (["mine"], "white", {"R": 2.0}, (SIDED, COGS), [LOAD.name])
     assert (records, white, values, rest) == (["null"], "white", {"R": 1.0}, (COGS,))
     assert names == [n for n in score_test.SCREENED if n != "cogging"]
-    assert seen["priced"][0] == ((fitted, {"solution": "white"}), SIDED)
+    assert seen["priced"][0] == (usual, SIDED)
     assert seen["priced"][1] == (rough, LOAD)
     left[:] = [SimpleNamespace(followed=lambda: None, records=begun.records)]
+    screens += [rivals]
     assert looked._exchanged(fitted, SIDED) is None
-    assert looked.spent == 3
+    assert looked.spent == 4
+    assert looked.possible == [Unsettled(SIDED, {"R": 4.0})]  # it gains 11 of the 100 it is worth
 
 
 def test_a_fit_of_other_terms_begins_from_the_same_solution(

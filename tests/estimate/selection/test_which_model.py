@@ -67,9 +67,9 @@ class Room:
         trials = tuple(Trial(t, (), Evidence(1.0, 1.0, 1.0), 1.0, True) for t in (SIDED, COGS))
         return Selection(("stage",), trials, ()), ("narrow records", known, {})  # type: ignore[arg-type]
 
-    def best(self, stages: Any, fix: Any, without: Any) -> Any:
-        assert (stages, fix, without) == (("stage",), {}, ("B",))
-        return (SimpleNamespace(terms=self.offered), "known") if self.offered else None
+    def best(self, chosen: Any, fix: Any, without: Any) -> Any:
+        assert (chosen.stages, fix, without) == (("stage",), {}, ("B",))
+        return (SimpleNamespace(terms=self.offered), "known") if self.offered else None, ()
 
     def alternative(self, fitted: Any, found: Any, *rest: Any, asked: bool) -> Any:
         self.asked["alternative"] = (fitted.terms, found, *rest)

@@ -1,0 +1,67 @@
+"""Models that the data half support, and that are not offered: no value may exclude theirs.
+
+The likelihood may rise by far more than a term costs while its size stays open, by what else is
+lacking or by what instruments leave. Such a term is no answer. But the values beside it are as
+possible as those without it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from motorid.estimate.assembly.doubt import settled
+from motorid.estimate.model.extended_terms import Term
+from motorid.estimate.results.estimate import PARAMETERS, Diagnostic, Estimate, Parameter
+
+REACHED = 1.0  # of half an interval: nearer values it does not exclude
+
+
+@dataclass(frozen=True)
+class Unsettled:
+    """A term, and the ``values`` of the parameters (SI) of the model that it was the last of."""
+
+    term: Term
+    values: Mapping[str, float]
+
+
+def with_unsettled(estimate: Estimate, models: Sequence[Unsettled]) -> Estimate:
+    """The estimate, whose intervals and whose better model's reach to the values of these."""
+    if not models:
+        return estimate
+    said = _said(estimate.parameters, models)
+    if estimate.alternative is not None:
+        better = estimate.alternative
+        beside = _said(better.parameters, models)
+        alone = replace(estimate, parameters=better.parameters, combinations={}, derived={},
+                        budget={}, alternative=None)  # fmt: skip
+        better = replace(better, parameters=settled(alone, beside).parameters)
+        estimate = replace(estimate, alternative=better)
+        said = said or [replace(one, moves={}, sides={}) for one in beside]
+    whole = settled(estimate, said)
+    return replace(whole, diagnostics=(*said, *whole.diagnostics))
+
+
+def _said(parameters: Mapping[str, Parameter], models: Sequence[Unsettled]) -> list[Diagnostic]:
+    """One finding of all models; none where no interval excludes theirs."""
+    sides: dict[str, tuple[float, float]] = {}
+    for name in PARAMETERS:
+        p = parameters.get(name)
+        if p is None or p.value is None or p.interval_95 is None:
+            continue
+        moved = [one.values[name] - p.value for one in models]
+        below, above = max(0.0, *(-move for move in moved), 0.0), max(0.0, *moved, 0.0)
+        if max(below, above) > REACHED * (p.interval_95[1] - p.interval_95[0]) / 2.0:
+            sides[name] = below, above
+    if not sides:
+        return []
+    titles = " or ".join(dict.fromkeys(one.term.title for one in models))
+    return [
+        Diagnostic(
+            "model_unsettled", "warning",
+            f"the data speak for {titles}, but do not settle how much: that can move "
+            f"{', '.join(sides)}; record more levels of speed and a coast from the highest, or "
+            f"name it, as by --model {models[0].term.name}",
+            {name: max(pair) for name, pair in sides.items()}, sides,
+        )  # fmt: skip
+    ]
