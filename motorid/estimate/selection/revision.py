@@ -8,6 +8,7 @@ out in turn, and the terms that were not taken are tried in its place.
 from __future__ import annotations
 
 from collections.abc import Sequence
+
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.extended_terms import TERMS, Term
 from motorid.estimate.selection.evidence import SURE, priced, shapes_of, size_of, weigh

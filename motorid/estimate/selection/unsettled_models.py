@@ -58,10 +58,12 @@ def _said(parameters: Mapping[str, Parameter], models: Sequence[Unsettled]) -> l
     titles = " or ".join(dict.fromkeys(one.term.title for one in models))
     return [
         Diagnostic(
-            "model_unsettled", "warning",
+            "model_unsettled",
+            "warning",
             f"the data speak for {titles}, but do not settle how much: that can move "
             f"{', '.join(sides)}; record more levels of speed and a coast from the highest, or "
             f"name it, as by --model {models[0].term.name}",
-            {name: max(pair) for name, pair in sides.items()}, sides,
-        )  # fmt: skip
+            {name: max(pair) for name, pair in sides.items()},
+            sides,
+        )
     ]

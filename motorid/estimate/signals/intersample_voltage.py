@@ -218,7 +218,7 @@ class Waveform:
 @dataclass(frozen=True)
 class Rival:
     """An answer (p,) under another shape of the voltage: its values, and the objective by which it
-    is the less likely. ``late_s``: by how much the voltage comes later there; NaN: it was not asked.
+    is the less likely. ``late_s``: by how much the voltage comes later there; NaN: it has no lag.
     """
 
     values: Floats

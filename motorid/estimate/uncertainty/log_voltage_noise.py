@@ -130,9 +130,7 @@ def _shaken(
     return moved
 
 
-def _driven_by(
-    record: MotorRecord, waveform: Waveform, as_heard: NDArray[np.bool_]
-) -> MotorRecord:
+def _driven_by(record: MotorRecord, waveform: Waveform, as_heard: NDArray[np.bool_]) -> MotorRecord:
     """The record under another waveform, where no source was fitted to its readings."""
     twin = record.twin()
     volts = waveform.means(record.timeline)

@@ -48,7 +48,9 @@ class Answer:
             "a": TermTrial("direction", "", (), 1.0, 2.0, 3.0, None, 4.0, True),
             "b": TermTrial("cogging", "", (), 1.0, 2.0, 3.0, None, 4.0, True),
         }
-        self.chosen = chosen = SimpleNamespace(stages=("stage",), trials=self.trials, left_out=("left",))
+        self.chosen = chosen = SimpleNamespace(
+            stages=("stage",), trials=self.trials, left_out=("left",)
+        )
         self.fitted, self.found = SimpleNamespace(terms=(SIDED,)), SimpleNamespace(name="findings")
         narrow = ("narrow", "its solution", "its values")
         noting(

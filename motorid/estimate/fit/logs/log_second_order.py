@@ -63,7 +63,9 @@ def without_vanished(
     """Without those that ended at nothing, where the search on their account went elsewhere: as
     unknowns they would leave a lag open that all else tells.
     """
-    gone = [set(_vanished(record, own)) for record, own in zip(before[0], before[1].own, strict=True)]
+    gone = [
+        set(_vanished(record, own)) for record, own in zip(before[0], before[1].own, strict=True)
+    ]
     if not any(gone):
         return before
     records = like(before, [MotorRecord(r.capture, free, fixed, r.shape) for r in before[0]])

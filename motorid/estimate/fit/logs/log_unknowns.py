@@ -45,7 +45,7 @@ def with_rivals_of(before: Fit, other: Fit, gain: float) -> Fit:
 
 def late_s(record: MotorRecord, own: Floats) -> float:
     """By how much the voltage is taken later than its stamps; NaN: that is no unknown."""
-    sizes = dict(zip(record.instances, own.tolist(), strict=True))
+    sizes: dict[Instance, float] = dict(zip(record.instances, own.tolist(), strict=True))
     return -sizes.get(Instance(VOLTAGE_LATE), math.nan)
 
 
