@@ -155,9 +155,11 @@ def whitened(
     white = solution.derivatives
     for _ in range(COLOUR_PASSES):
         coloured = prewhitening.whiten(records, solution)
-        prewhitening.thin(records, solution)
+        weighed = prewhitening.thin(records, solution) or coloured
         lent = replace(solution, derivatives=_filtered(records, white))
         solution = again(records, free, start, lent, enough, most=most)
+        if not weighed and solution.objective >= lent.objective:  # it began where it had ended
+            solution = replace(solution, converged=lent.converged)
         if not coloured:
             break
     return solution

@@ -11,7 +11,15 @@ from collections.abc import Sequence
 
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.extended_terms import TERMS, Term
-from motorid.estimate.selection.evidence import SURE, priced, shapes_of, size_of, weigh
+from motorid.estimate.selection.evidence import (
+    SURE,
+    Price,
+    in_order,
+    priced,
+    shapes_of,
+    size_of,
+    weigh,
+)
 from motorid.estimate.selection.extended_fit import Begun, Fitted, begin, sizes_by_name
 from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
 from motorid.estimate.selection.unsettled_models import Unsettled
@@ -26,7 +34,7 @@ TRIED = 2  # in the place of one
 class Revision:
     """What looking again costs together: no more than ``most`` responses of a capture.
 
-    ``but``: terms that are not looked for. ``possible``: terms that gave way to others which
+    ``but``: terms that are not looked for. ``possible``: terms of which others in their place
     explain hardly more, and the values beside them.
     """
 
@@ -70,7 +78,9 @@ class Revision:
         return usual
 
     def _exchanged(self, fitted: Fitted, term: Term) -> Fitted | None:
-        """Another term in the place of ``term``, if it leaves clearly less in white noise."""
+        """Another term in the place of ``term``, if it leaves clearly less in white noise, or about
+        as much with fewer unknowns.
+        """
         rest = _but(fitted.terms, term)
         begun = _begun(fitted, rest)
         null = begun.followed()
@@ -84,19 +94,39 @@ class Revision:
         usual = self._in_white_noise(fitted) if rivals else None
         if usual is None:
             return None
-        rivals, now = _explaining_the_same(rivals, usual), priced(usual, term)
-        least, best = now.paid - now.open, None
-        for candidate in rivals[:TRIED]:
-            other = _begun(null, (*rest, candidate.term), candidate)
-            rough = other.followed()
-            self.spent += _evaluations(other)
-            if rough is not None and priced(rough, candidate.term).paid < least:
-                best, least = (other, rough), priced(rough, candidate.term).paid
-        if best is None:
+        others = self._in_its_place(null, rest, _explaining_the_same(rivals, usual))
+        prices = [priced(usual, term), *(priced(rough, other) for other, _, rough in others)]
+        taken, models = _taken(prices), [(term, fitted), *((t, rough) for t, _, rough in others)]
+        for k, (price, (other, model)) in enumerate(zip(prices, models, strict=True)):
+            limit = DECIDED * promised if k == 0 else min(DECIDED * promised, price.open)
+            if k != taken and price.paid - prices[taken].paid < limit:
+                self.possible.append(Unsettled(other, model.values))
+        if not taken:
             return None
-        if now.paid - least < DECIDED * promised:
-            self.possible.append(Unsettled(term, fitted.values))
-        return best[0].nearly(best[1])
+        _, begun, rough = others[taken - 1]
+        return begun.nearly(rough)
+
+    def _in_its_place(
+        self, null: Fitted, rest: Sequence[Term], rivals: Sequence[Candidate]
+    ) -> list[tuple[Term, Begun, Fitted]]:
+        """The best few of the rivals, roughly fitted."""
+        found = []
+        for candidate in rivals[:TRIED]:
+            begun = _begun(null, (*rest, candidate.term), candidate)
+            rough = begun.followed()
+            self.spent += _evaluations(begun)
+            if rough is not None:
+                found.append((candidate.term, begun, rough))
+        return found
+
+
+def _taken(prices: Sequence[Price]) -> int:
+    """The best place; the first of them stays where another is about as good with no fewer
+    unknowns.
+    """
+    now, best = prices[0], in_order(prices)[0]
+    alike = now.paid < prices[best].paid + now.open
+    return 0 if alike and prices[best].unknowns >= now.unknowns else best
 
 
 def _explaining_the_same(rivals: Sequence[Candidate], usual: Fitted) -> list[Candidate]:

@@ -34,6 +34,7 @@ MEANS: Shape = "means"  # each over the time since the one before
 HALF_WINDOWS = (4, 8, 16, 32, 64, 128)  # samples
 SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
 BY_CHANCE = 3.0  # standard deviations of that variance: less is called noise of many readings
+GRADUAL = 0.2  # of that, over which a window loses its say
 CALM = 16  # stretches of a log, of which the calmer ones tell its noise
 ENOUGH = 64  # readings of each
 COARSE = 0.02  # of the range: larger steps are levels of a command, and no converter's
@@ -279,8 +280,16 @@ def quiet(volts: Floats) -> Floats:
         inner = half // 2
         value = _parabolas(volts, inner)[0][half - inner : len(volts) - half - inner]
         most = min(SMOOTH, 1.0 + BY_CHANCE / math.sqrt(half - 1))
-        out[middle] = np.where(left <= most * deviation**2, value, out[middle])
+        share = _trusted(left / (most * deviation**2))
+        out[middle] = share * value + (1.0 - share) * out[middle]
     return out
+
+
+def _trusted(left: Floats) -> Floats:
+    """By how much windows count that leave such shares of the most: a little less or more of it
+    must change little.
+    """
+    return np.clip((1.0 + GRADUAL - left) / (2.0 * GRADUAL), 0.0, 1.0)
 
 
 def _parabolas(volts: Floats, half: int) -> tuple[Floats, Floats]:

@@ -248,6 +248,29 @@ def test_a_fit_is_settled_and_then_whitened_from_its_values(
     ]
 
 
+@pytest.mark.parametrize(
+    ("colour", "weighed", "objective", "settled"),
+    [
+        (False, False, 50.0, True),  # nothing was new: it began where it had ended
+        (False, False, 49.0, False), (False, True, 50.0, False), (True, False, 50.0, False),
+    ],
+)  # fmt: skip
+def test_a_search_that_begins_where_it_ended_has_settled(
+    colour: bool, weighed: bool, objective: float, settled: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No step leads down from a bend, though the slopes beside it promise one."""
+    stuck = replace(solution(objective), converged=False)
+    monkeypatch.setattr(multistart.prewhitening, "whiten", lambda *_: colour)
+    monkeypatch.setattr(multistart.prewhitening, "thin", lambda *_: weighed)
+    monkeypatch.setattr(multistart, "_filtered", lambda *_: None)
+    monkeypatch.setattr(multistart, "again", lambda *_, **__: stuck)
+    monkeypatch.setattr(multistart, "COLOUR_PASSES", 1)
+    found = multistart.whitened([record()], PARAMETERS, START, solution(50.0))
+    assert found.converged is settled
+    before = replace(solution(50.0), converged=False)
+    assert not multistart.whitened([record()], PARAMETERS, START, before).converged
+
+
 def test_starts_are_searched_in_the_same_records(monkeypatch: pytest.MonkeyPatch) -> None:
     """One that misfits or did not converge; what follows is handed the likelier answer."""
     seen: list[Any] = []

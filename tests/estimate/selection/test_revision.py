@@ -39,7 +39,7 @@ class Given:
         self.monkeypatch, self.sizes = monkeypatch, sizes
         self.evidence = dict[str, Evidence]()
         self.weighed, self.begun = list[tuple[str, ...]](), list[tuple[str, ...]]()
-        self.paid = dict[tuple[str, ...], float]()
+        self.paid, self.unknowns = dict[tuple[str, ...], float](), dict[tuple[str, ...], int]()
         self.screened, self.beside = list[Candidate](), list[Candidate]()
         for name in ("weigh", "size_of", "screen", "priced"):
             monkeypatch.setattr(revision, name, getattr(self, name))
@@ -77,7 +77,8 @@ class Given:
         return self.screened
 
     def priced(self, fitted: Any, _term: Term) -> Price:
-        return Price(self.paid[tuple(t.name for t in fitted.terms)], 1, 10.0)
+        names = tuple(t.name for t in fitted.terms)
+        return Price(self.paid[names], self.unknowns.get(names, 1), 10.0)
 
 
 def candidate(term: Term, gain: float) -> Candidate:
@@ -125,9 +126,27 @@ def test_another_takes_its_place_where_it_leaves_clearly_less(
     ]  # fmt: skip
     assert found.terms == (LAST, DROP)  # the better of the two that are tried
     assert looked.spent == 20
-    given.paid |= {("cogging", "quadratic-load"): 91.0, ("cogging", "brush-drop"): 90.0}
+    given.paid |= {("cogging", "quadratic-load"): 91.0, ("cogging", "brush-drop"): 90.5}
     same = fit(OLD, LAST)
-    assert given.of(same)[0] is same
+    kept, looked = given.of(same)
+    assert kept is same
+    assert [one.term for one in looked.possible] == [OTHER, DROP]  # about as good
+
+
+def test_about_as_good_with_fewer_unknowns_takes_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A windage has one unknown, Stribeck friction two."""
+    given = Given(monkeypatch, d_T0=20.0, T_c=0.0)
+    given.screened = [candidate(OLD, 100.0), candidate(OTHER, 90.0)]
+    given.paid = {("direction", "cogging"): 100.0, ("cogging", "quadratic-load"): 109.0}
+    given.unknowns = {("direction", "cogging"): 2}
+    found, looked = given.of(fit(OLD, LAST))
+    assert found.terms == (LAST, OTHER)
+    assert [one.term for one in looked.possible] == [OLD]
+    given.paid["cogging", "quadratic-load"] = 111.0
+    fitted = fit(OLD, LAST)
+    kept, looked = given.of(fitted)
+    assert kept is fitted
+    assert looked.possible == []
 
 
 @pytest.mark.parametrize(("beside", "replaced"), [(45.0, False), (44.0, True)])
