@@ -125,13 +125,15 @@ def test_a_full_disk_stops_the_motor_and_keeps_what_fits(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The journal's disk fills in mid-run; room is made; the journal holds the beginning."""
-    full, refused = threading.Event(), threading.Event()
+    full, begun, refused = threading.Event(), threading.Event(), threading.Event()
     fsync = os.fsync
 
     def sync(handle: int) -> None:
-        if full.is_set():
+        if begun.is_set():
             refused.set()
             raise OSError(28, "No space left on device")
+        if full.is_set():  # of what was there before the first samples; the next has those
+            begun.set()
         fsync(handle)
 
     monkeypatch.setattr("motorid.acquire.journal_writer.os.fsync", sync)
@@ -145,6 +147,7 @@ def test_a_full_disk_stops_the_motor_and_keeps_what_fits(
     with pytest.raises(DataError, match=r"No space left.*the motor was stopped"):
         record.capture(rig, rig.program, tmp_path / "run.h5", progress=fill)
     assert not (tmp_path / "run.h5").exists()
+    begun.clear()
     full.clear()
     monkeypatch.setattr(leftover, "STILL_GROWING_S", 0.0)
     capture = store.load(record.recover(tmp_path / "run.h5"))
