@@ -8,7 +8,6 @@ second is an unknown of the fit.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -20,7 +19,6 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, Capture, Channel
 from motorid.estimate.signals import jumps_in_means
 from motorid.estimate.signals.log_source import source_ohms
-from motorid.estimate.signals.neighbour_noise import of_differences
 from motorid.estimate.signals.time_grid import IRREGULAR, Timeline
 
 Floats = NDArray[np.float64]
@@ -31,13 +29,9 @@ BROKEN: Shape = "broken"  # joined, but for jumps, before which a reading is hel
 LOOSE: Shape = "loose"  # the same, and no stamp says when in its sample the voltage jumped
 SOURCED: Shape = "sourced"  # broken, of a source whose resistance the current shows
 MEANS: Shape = "means"  # each over the time since the one before
-HALF_WINDOWS = (4, 8, 16, 32, 64, 128)  # samples
+HALF_WINDOWS = (4, 8, 16, 32)  # samples
 SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
-BY_CHANCE = 3.0  # standard deviations of that variance: less is called noise of many readings
-GRADUAL = 0.04  # of that, over which a window loses its say: hard, rounding moves an answer
 CALM = 16  # stretches of a log, of which the calmer ones tell its noise
-ENOUGH = 64  # readings of each
-COARSE = 0.02  # of the range: larger steps are levels of a command, and no converter's
 CLEAR, SHARE = 8.0, 0.05  # a jump in standard deviations of a reading, and of the range
 SHORTEST = 0.1  # usual periods: two readings that lie closer tell no slope
 REMEMBERED = 3  # means of it, of a search
@@ -219,12 +213,11 @@ class Waveform:
 @dataclass(frozen=True)
 class Rival:
     """An answer (p,) under another shape of the voltage: its values, and the objective by which it
-    is the less likely. ``late_s``: by how much the voltage comes later there; NaN: it has no lag.
+    is the less likely.
     """
 
     values: Floats
     behind: float
-    late_s: float = math.nan
 
 
 def of_log(capture: Capture, channel: Channel, shape: Shape) -> Waveform | None:
@@ -273,23 +266,12 @@ def quiet(volts: Floats) -> Floats:
     if not deviation:
         return out
     for half in HALF_WINDOWS:  # the widest has the last word
-        if 2 * half >= len(volts):
-            break
         middle = slice(half, len(volts) - half)
         _, left = _parabolas(volts, half)
         inner = half // 2
         value = _parabolas(volts, inner)[0][half - inner : len(volts) - half - inner]
-        most = min(SMOOTH, 1.0 + BY_CHANCE / math.sqrt(half - 1))
-        share = _trusted(left / (most * deviation**2))
-        out[middle] = share * value + (1.0 - share) * out[middle]
+        out[middle] = np.where(left <= SMOOTH * deviation**2, value, out[middle])
     return out
-
-
-def _trusted(left: Floats) -> Floats:
-    """By how much windows count that leave such shares of the most: a little less or more of it
-    must change little.
-    """
-    return np.clip((1.0 + GRADUAL - left) / (2.0 * GRADUAL), 0.0, 1.0)
 
 
 def _parabolas(volts: Floats, half: int) -> tuple[Floats, Floats]:
@@ -310,15 +292,6 @@ def scatter(volts: Floats) -> float:
     """Standard deviation of a reading by its neighbours, in the calmer quarter of the log."""
     if len(volts) < CALM * 8:
         return 0.0
-    second = np.diff(volts, 2)
-    stretches = min(max(len(second) // ENOUGH, CALM // 4), CALM)
-    blocks = second[: len(second) // stretches * stretches].reshape(stretches, -1)
-    return float(np.percentile(of_differences(blocks, 2, _count_of(volts)), 25))
-
-
-def _count_of(volts: Floats) -> float:
-    """V by which readings in coarse steps differ at least; 0: they change by whole levels."""
-    apart = np.abs(np.diff(volts))
-    apart = apart[apart > 0.0]
-    step = float(np.percentile(apart, 10)) if len(apart) else 0.0
-    return step if step < COARSE * float(np.ptp(volts)) else 0.0
+    second = np.abs(np.diff(volts, 2))
+    blocks = second[: len(second) // CALM * CALM].reshape(CALM, -1)
+    return float(np.percentile(np.median(blocks, axis=1), 25) / 0.6745 / np.sqrt(6.0))

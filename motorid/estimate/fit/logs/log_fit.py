@@ -26,7 +26,6 @@ from motorid.estimate.fit.logs import (
 )
 from motorid.estimate.fit.logs.log_unknowns import (
     Fit,
-    late_s,
     like,
     moved,
     readings,
@@ -117,7 +116,6 @@ def best(
         for other in (filtered, means, lagged, alone):
             wider = log_means.likelier(wider, other, price)
         wider = log_readings.reconsidered(wider, free, known, fixed)
-        wider = log_second_order.without_vanished(wider, free, known, fixed)
         for record in wider[0]:
             record.as_stamped = known
         return wider
@@ -220,12 +218,10 @@ def _has_source(record: MotorRecord) -> bool:
 def _likeliest(found: Sequence[Fit]) -> Fit:
     """And the others are its rivals."""
     records, solution = min(found, key=lambda one: one[1].objective)
-    for k, record in enumerate(records):
+    for record in records:
         record.rivals = tuple(
-            Rival(
-                other.values, other.objective - solution.objective, late_s(others[k], other.own[k])
-            )
-            for others, other in found
+            Rival(other.values, other.objective - solution.objective)
+            for _, other in found
             if other is not solution
         )
     return records, solution
