@@ -50,7 +50,7 @@ def _said(parameters: Mapping[str, Parameter], models: Sequence[Unsettled]) -> l
         if p is None or p.value is None or p.interval_95 is None:
             continue
         moved = [one.values[name] - p.value for one in models]
-        below, above = max(0.0, *(-move for move in moved), 0.0), max(0.0, *moved, 0.0)
+        below, above = max(0.0, -min(moved)), max(0.0, max(moved))
         if max(below, above) > REACHED * (p.interval_95[1] - p.interval_95[0]) / 2.0:
             sides[name] = below, above
     if not sides:
