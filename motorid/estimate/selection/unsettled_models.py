@@ -11,9 +11,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from motorid.estimate.assembly.doubt import settled
+from motorid.estimate.effects.influence_quantity import Use
+from motorid.estimate.effects.registry import used
 from motorid.estimate.model.extended_terms import Term
 from motorid.estimate.results.estimate import PARAMETERS, Diagnostic, Estimate, Parameter
 
+USUAL = "record more levels of speed"  # of a term whose effect has no remedy of its own
 REACHED = 1.0  # of half an interval: nearer values it does not exclude
 
 
@@ -56,14 +59,19 @@ def _said(parameters: Mapping[str, Parameter], models: Sequence[Unsettled]) -> l
     if not sides:
         return []
     titles = " or ".join(dict.fromkeys(one.term.title for one in models))
+    name = models[0].term.name
     return [
         Diagnostic(
             "model_unsettled",
             "warning",
             f"the data speak for {titles}, but do not settle how much: that can move "
-            f"{', '.join(sides)}; record more levels of speed and a coast from the highest, or "
-            f"name it, as by --model {models[0].term.name}",
+            f"{', '.join(sides)}; {_remedy(name)}, or name it, as by --model {name}",
             {name: max(pair) for name, pair in sides.items()},
             sides,
         )
     ]
+
+
+def _remedy(term: str) -> str:
+    """What tells the effect, as of one that was not found."""
+    return next((one.remedy for one in used(Use.UNDETECTED) if one.term == term), USUAL)

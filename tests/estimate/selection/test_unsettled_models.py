@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from motorid.estimate.effects.friction.windage import WINDAGE
 from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.results.estimate import Alternative, Estimate, Parameter
 from motorid.estimate.results.status import Status
@@ -47,8 +48,10 @@ def test_an_interval_reaches_as_far_beyond_each_of_them_as_it_did_beyond_its_val
     said = found.diagnostics[0]
     assert (said.code, said.severity) == ("model_unsettled", "warning")
     assert f"{LOAD.title} or {SLOW.title}" in said.message
-    assert "can move B;" in said.message
+    assert f"can move B; {WINDAGE.remedy}, or name it" in said.message
     assert said.message.endswith("--model quadratic-load")
+    slow = with_unsettled(usual, models[1:]).diagnostics[0]
+    assert "can move B; record more levels of speed, or name it" in slow.message
 
 
 @pytest.mark.parametrize(("part", "said"), [(0.99, False), (1.01, True)])
