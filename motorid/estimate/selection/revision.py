@@ -34,7 +34,7 @@ TRIED = 2  # in the place of one
 class Revision:
     """What looking again costs together: no more than ``most`` responses of a capture.
 
-    ``but``: terms that are not looked for. ``possible``: terms of which others in their place
+    ``but``: terms that are not looked for. ``possible``: terms that gave way to others which
     explain hardly more, and the values beside them.
     """
 
@@ -96,13 +96,11 @@ class Revision:
             return None
         others = self._in_its_place(null, rest, _explaining_the_same(rivals, usual))
         prices = [priced(usual, term), *(priced(rough, other) for other, _, rough in others)]
-        taken, models = _taken(prices), [(term, fitted), *((t, rough) for t, _, rough in others)]
-        for k, (price, (other, model)) in enumerate(zip(prices, models, strict=True)):
-            limit = DECIDED * promised if k == 0 else min(DECIDED * promised, price.open)
-            if k != taken and price.paid - prices[taken].paid < limit:
-                self.possible.append(Unsettled(other, model.values))
+        taken = _taken(prices)
         if not taken:
             return None
+        if prices[0].paid - prices[taken].paid < DECIDED * promised:
+            self.possible.append(Unsettled(term, fitted.values))
         _, begun, rough = others[taken - 1]
         return begun.nearly(rough)
 
