@@ -55,7 +55,7 @@ def maximise(
     """The most likely parameters of ``records``. Finds no start point of its own.
 
     The search ends when F would fall by less than ``enough`` (a change of chi-square).
-    ``converged`` is false when the iterations ran out or no step helped while one was promised, or
+    ``converged`` is false when the iterations ran out or no step helped while much was promised, or
     responses took much longer than those of all iterations do: an absurd motor's are worth many.
     ``before``, a solution for the same unknowns and nearly the same readings, lends its nuisances
     and its derivatives, and its evaluations are counted with this search's.
@@ -71,13 +71,15 @@ def maximise(
         other = Concentrated(straight, records)
         other.known = _lent(search, other)
         first = other.point(other.frame.start, at.own)
-        ahead, _, _ = _descend(other, first, max_iterations, enough, LEAST_DAMPING)
+        ahead, ended, _ = _descend(other, first, max_iterations, enough, LEAST_DAMPING)
         search.evaluations += other.evaluations
         if ahead.objective < at.objective:
             values = other.frame.outward(ahead.shared)
             search.known = _lent(other, search)
             back = search.point(search.frame.inward(values), ahead.own)
             at, converged, _ = _descend(search, back, max_iterations, enough)
+        elif ended and ahead.objective < at.objective + enough:
+            converged = True  # other coordinates lead no further
     return _solution(search, at, converged)
 
 
@@ -155,6 +157,7 @@ def _descend(
             damping *= 8.0
             stopped = True  # the first step that gets through does not lift what let it
             if damping > 1e12:
+                converged = search.move(at, normals, 0.0)[-1] <= CREEPING * enough
                 break
     search.known = known
     *_, undamped = search.move(at, search.normals(at, known), 0.0)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from motorid.estimate.solver.concentrated_likelihood import Point
-from motorid.estimate.solver.levenberg_marquardt import _descend
-from motorid.estimate.solver.problem import Derivatives
+from motorid.estimate.solver.levenberg_marquardt import _descend, maximise
+from motorid.estimate.solver.problem import Block, Derivatives, Unknown
+from tests.estimate.solutions import OneByOne
 
 HELPS = (1.0, 1.0, 1.0)  # what F falls by, chi-square falls by, and the step promised
 FAILS = (-1.0, -1.0, 1.0)
@@ -188,7 +189,7 @@ def test_derivatives_that_miss_a_quarter_of_their_promise_are_taken_anew(
 
 @pytest.mark.parametrize(("damping", "tries"), [(1.25e11, 2), (2.5e11, 1), (1e9, 4)])
 def test_no_step_helps_with_a_damping_beyond_all_reason(damping: float, tries: int) -> None:
-    search = Told(*[FAILS] * 9)
+    search = Told(*[FAILS] * 9, left=6.0)
     at, converged, _ = descend(search, damping=damping)
     assert len(search.dampings) == tries
     assert not converged
@@ -215,3 +216,30 @@ def test_it_creeps_where_steps_without_damping_promise_ten_times_enough(
     left: float, creeps: bool
 ) -> None:
     assert descend(Told(ENDS, left=left))[2] is creeps
+
+
+class Kink(OneByOne):
+    """A residual that rises to both sides of 1, and another that is 0 there: forward differences
+    promise more.
+    """
+
+    unknowns, simulated = (), 0
+    blocks = (Block("kink", 1.0, 1), Block("straight", 1.0, 1))
+
+    def __init__(self, steep: float) -> None:
+        self.steep = steep
+
+    def residuals(self, shared: np.ndarray, own: np.ndarray) -> list[np.ndarray]:
+        off = shared[0] - 1.0
+        return [np.array([0.5 + self.steep * abs(off)]), np.array([off])]
+
+
+@pytest.mark.parametrize("lower", [-np.inf, 0.0], ids=["straight", "in two coordinates"])
+@pytest.mark.parametrize(("steep", "converged"), [(0.1, True), (1.0, False)])
+def test_where_no_step_helps_a_search_ends_if_little_was_promised(
+    lower: float, steep: float, converged: bool
+) -> None:
+    """(steep / 2)² / (steep² + 1) of F: .0025 and .125, of which .01 is little."""
+    solution = maximise([Unknown("x", 1.0, lower=lower)], [Kink(steep)])
+    assert solution.values[0] == pytest.approx(1.0, abs=1e-9)
+    assert solution.converged is converged
