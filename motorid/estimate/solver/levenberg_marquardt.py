@@ -37,6 +37,7 @@ Floats = NDArray[np.float64]
 
 ENOUGH = 1e-3  # predicted decrease of F (in chi-square units) at which the search ends
 DAMPING, LEAST_DAMPING = 1e-3, 1e-12  # at the start, and ever
+MOST_DAMPING = 1e12  # beyond which no step helps
 CREEPING = 10.0  # times the decrease that is enough: what undamped steps would still promise
 MAX_ITERATIONS = 100
 NEAR = 0.01  # distance, in search coordinates, over which derivatives are taken to stay the same
@@ -78,7 +79,7 @@ def maximise(
             search.known = _lent(other, search)
             back = search.point(search.frame.inward(values), ahead.own)
             at, converged, _ = _descend(search, back, max_iterations, enough)
-        elif ended and ahead.objective < at.objective + enough:
+        elif ended:
             converged = True  # other coordinates lead no further
     return _solution(search, at, converged)
 
@@ -156,12 +157,12 @@ def _descend(
                 break
             damping *= 8.0
             stopped = True  # the first step that gets through does not lift what let it
-            if damping > 1e12:
-                converged = search.move(at, normals, 0.0)[-1] <= CREEPING * enough
+            if damping > MOST_DAMPING:
                 break
     search.known = known
     *_, undamped = search.move(at, search.normals(at, known), 0.0)
-    return at, converged, undamped > CREEPING * enough
+    creeping = undamped > CREEPING * enough
+    return at, converged or (damping > MOST_DAMPING and not creeping), creeping
 
 
 def _solution(search: Concentrated, at: Point, converged: bool) -> Solution:
