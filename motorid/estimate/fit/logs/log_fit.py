@@ -165,7 +165,7 @@ def _instead(before: Fit, other: Fit) -> Fit:
         return before
     for record, last in zip(other[0], before[0], strict=True):
         record.left_open = last.left_open
-    return with_rivals_of(before, other, gain)
+    return with_rivals_of(before, other)
 
 
 def _less_known(narrow: Solution, wide: Solution) -> tuple[Floats, ...]:

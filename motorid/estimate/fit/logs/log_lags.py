@@ -14,7 +14,7 @@ from motorid.errors import DataError
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.effects.unstated.current_lag import CURRENT_LAG
-from motorid.estimate.fit.logs.log_unknowns import Fit
+from motorid.estimate.fit.logs.log_unknowns import Fit, with_rivals_of
 from motorid.estimate.fit.logs.unstated_channels import told
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
@@ -59,8 +59,8 @@ def taken(
             continue
         best = min(best, *fits, key=lambda fit: fit[1].objective)
     if best is not before:
-        for record, last, heard in zip(best[0], before[0], told(*best), strict=True):
-            record.rivals = last.rivals
+        with_rivals_of(before, best)
+        for record, heard in zip(best[0], told(*best), strict=True):
             record.left_open = (*heard.shifts, heard.step)
     return best
 

@@ -20,7 +20,7 @@ from motorid.estimate.effects.unstated import default
 from motorid.estimate.effects.unstated.current_lag import CURRENT_LAG
 from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
 from motorid.estimate.fit.alternating_fit import vanished
-from motorid.estimate.fit.logs.log_unknowns import Fit, found_sizes, widened
+from motorid.estimate.fit.logs.log_unknowns import Fit, found_sizes, widened, with_rivals_of
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
@@ -56,9 +56,7 @@ def taken(
     means = min(tried.values(), key=lambda fit: fit[1].objective)
     if means[1].objective >= before[1].objective or vanished(means[1], means[0]):
         return before
-    for record, last in zip(means[0], before[0], strict=True):
-        record.rivals = last.rivals
-    return means
+    return with_rivals_of(before, means)
 
 
 def _smoothed(record: MotorRecord, own: Floats) -> float:

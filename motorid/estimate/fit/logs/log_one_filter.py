@@ -25,7 +25,7 @@ from motorid.estimate.effects.unstated.current_lag import CURRENT_LAG
 from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
 from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
 from motorid.estimate.effects.unstated.voltage_smoothing import VOLTAGE_SMOOTHING
-from motorid.estimate.fit.logs.log_unknowns import Fit, widened
+from motorid.estimate.fit.logs.log_unknowns import Fit, widened, with_rivals_of
 from motorid.estimate.fit.multistart import MOST_TRIED, settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
@@ -78,10 +78,7 @@ def taken(
     least = SOUGHT if sought else 0.0
     fits = [fit for channel in FIRST for fit in _finite(_of(channel, before, search, near, least))]
     best = min([before, *fits], key=lambda fit: fit[1].objective)
-    if best is not before:
-        for record, last in zip(best[0], before[0], strict=True):
-            record.rivals = last.rivals
-    return best
+    return best if best is before else with_rivals_of(before, best)
 
 
 def _finite(fits: Iterator[Fit]) -> Iterator[Fit]:

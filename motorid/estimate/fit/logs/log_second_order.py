@@ -59,7 +59,7 @@ def taken(
 def _better(before: Fit, other: Fit) -> Fit:
     """The other fit where it is worth an unknown more (Schwarz)."""
     gain = before[1].objective - other[1].objective
-    return with_rivals_of(before, other, gain) if gain > np.log(readings(before[0])) else before
+    return with_rivals_of(before, other) if gain > np.log(readings(before[0])) else before
 
 
 def _size(record: MotorRecord, own: Floats, quantity: InfluenceQuantity) -> float:

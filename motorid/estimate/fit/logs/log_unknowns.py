@@ -33,10 +33,9 @@ def like(before: Fit, records: list[MotorRecord], whole: bool = False) -> list[M
     return records
 
 
-def with_rivals_of(before: Fit, other: Fit, gain: float) -> Fit:
-    """Another fit of the same readings, likelier by ``gain`` of F, with the rivals that the one
-    before it had.
-    """
+def with_rivals_of(before: Fit, other: Fit) -> Fit:
+    """Another fit of the same readings, with the rivals that the one before it had."""
+    gain = before[1].objective - other[1].objective
     for record, last in zip(other[0], before[0], strict=True):
         record.rivals = tuple(Rival(r.values, r.behind + gain) for r in last.rivals)
     return other

@@ -272,5 +272,5 @@ def test_readings_of_all_channels_and_records_count() -> None:
 
 def test_rivals_of_the_one_before_are_farther_behind_by_the_gain() -> None:
     before = [record(rivals=(Rival(np.array([8.0]), 3.0),))], solution(20.0)
-    records, _ = log_unknowns.with_rivals_of(before, fit(15.0), 5.0)
+    records, _ = log_unknowns.with_rivals_of(before, fit(15.0))
     assert [(r.values[0], r.behind) for r in records[0].rivals] == [(8.0, 8.0)]

@@ -283,4 +283,4 @@ def test_a_taken_current_has_the_rivals_and_the_doubts_of_its_records(
     before = [one, other], solution(9.0, None, own, more)
     records, _ = log_lags.taken(before, ["a", "b"], NAMES, START, FIXED)  # type: ignore[list-item]
     assert [r.left_open for r in records] == [(1, -1), (2, -2)]
-    assert [r.rivals for r in records] == [one.rivals, ()]
+    assert [[r.behind for r in one.rivals] for one in records] == [[1.0 + 8.0], []]

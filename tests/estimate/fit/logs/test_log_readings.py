@@ -48,6 +48,7 @@ def test_a_current_behind_a_low_pass_of_second_order_tells_the_inductance(tmp_pa
         assert one.total is not None
         assert abs(one.value - true) < 4.0 * one.total, name
         assert one.value == pytest.approx(true, rel=0.2 if name == "L" else 0.02), name
+    assert (found.parameters["L"].total or 1.0) < 0.1 * MOTOR.L  # none worse is its rival
 
 
 def over_samples(count: int) -> Callable[[Floats], Floats]:

@@ -76,7 +76,7 @@ def means_tried(
     monkeypatch.setattr(log_means, "_over", over)
     monkeypatch.setattr(log_means, "vanished", lambda *_: lost)
     one, own = known((SMOOTHING, smoothed * PERIOD_S, PERIOD_S))
-    one.rivals = ("kept",)
+    one.rivals = (Rival(np.zeros(3), 3.0),)
     before = [one], replace(solution(100.0), own=(own,))
     return tried, before, log_means.taken(before, NAMES, {}, {})
 
@@ -88,7 +88,7 @@ def test_means_are_tried_about_as_wide_as_the_low_pass_says(
     assert tried[0] == round(np.sqrt(12.0) * 1.5)
     assert sorted(tried) == [4, 5, 6]
     assert taken[1].objective == 80.0
-    assert taken[0][0].rivals == ("kept",)
+    assert [r.behind for r in taken[0][0].rivals] == [3.0 + 20.0]
     walked, _, _ = means_tried(monkeypatch, 1.5, 1)
     assert walked == [5, 4, 3, 2]
     far, _, _ = means_tried(monkeypatch, 1.5, 40)
@@ -222,7 +222,7 @@ def lags_tried(
     monkeypatch.setattr(log_lags, "_earlier", lambda _, late_s: late_s)
     monkeypatch.setattr(log_lags, "told", lambda *_: [heard])
     one, own = known((LAG, lag * PERIOD_S, PERIOD_S), found=[LAG])
-    one.rivals = ("kept",)
+    one.rivals = (Rival(np.zeros(3), 3.0),)
     before = [one], replace(solution(100.0), own=(own,))
     capture: Any = "as read"
     return tried, before, log_lags.taken(before, [capture], NAMES, {}, {})
@@ -234,7 +234,7 @@ def test_lags_of_whole_samples_about_the_one_that_was_found_are_tried(
     tried, _, taken = lags_tried(monkeypatch, 3.3, {4: 90.0, 3: 95.0})
     assert tried == [3, 2, 4]
     assert taken[1].objective == 90.0
-    assert taken[0][0].rivals == ("kept",)
+    assert [r.behind for r in taken[0][0].rivals] == [3.0 + 10.0]
     assert taken[0][0].left_open == ("a", "b", "c")
 
 

@@ -192,7 +192,7 @@ def test_the_likeliest_channel_is_taken_with_the_rivals_of_before(
 ) -> None:
     found, before, asked = taken(monkeypatch, {CURRENT: 90.0, VOLTAGE: 80.0})
     assert found[1].objective == 80.0
-    assert found[0][0].rivals == before[0][0].rivals
+    assert [r.behind for r in found[0][0].rivals] == [1.0 + 20.0]
     assert [channel for channel, *_ in asked] == [CURRENT, SPEED, VOLTAGE]
     _, first, search, near, least = asked[0]
     assert first is before
