@@ -172,6 +172,21 @@ def test_noise_of_a_voltage_is_averaged_and_its_jumps_stay() -> None:
     assert abs(clean @ wave / (wave @ wave) - 1) < 2e-4  # no smaller than it was
 
 
+@pytest.mark.parametrize("bits", [9, 10, 12])
+def test_of_a_voltage_in_coarse_steps_most_noise_is_taken(bits: int) -> None:
+    """A slow sine, 2500 readings a period: the wider the window, the less is left."""
+    rng = np.random.default_rng(bits)
+    true = 9.0 * np.sin(2.0 * np.pi * np.arange(5000) / 2500.0)
+    step = 27.0 / 2**bits
+    read = step * np.round((true + 0.3 * step * rng.standard_normal(5000)) / step)
+    left = float(np.std(quiet(read) - true)) / float(np.std(read - true))
+    assert left < 0.35
+    few = read[:40]  # less than a window: as it was read
+    assert np.array_equal(quiet(few), few)
+    some = read[:130]
+    assert np.isfinite(quiet(some)).all()
+
+
 def test_a_pause_parts_a_log_and_a_slower_rate_does_not() -> None:
     grid = regular(1e-3)
     paused = np.delete(grid, slice(600, 640))

@@ -51,7 +51,7 @@ GRIDS = {  # values; the span to cover; the largest ratio between neighbours
     "a wrong PWM frequency": (pwm_frequency.FACTORS, 0.25, 4.0, 4.0),
     "share of an inertia behind a shaft": (shaft_resonance.SHARES, 0.3, 0.85, 2.0),
     "windows of a smooth voltage": (smoothing.WINDOWS, 4.0, 64.0, 2.0),
-    "windows beside a jump": (intersample_voltage.HALF_WINDOWS, 4.0, 32.0, 2.0),
+    "windows beside a jump": (intersample_voltage.HALF_WINDOWS, 4.0, 128.0, 2.0),
 }
 
 

@@ -85,7 +85,7 @@ def answered(
     """``report``, with the records and the solution that it speaks of: faults may be repaired."""
     known = uncertain(records, solution, fix, without, profiled)
     found = unjudged(captures, records, known, fix, without, profiled)
-    said = accused(found, records, solution)
+    said = accused(found, records, solution, known)
     allowed: list[Suspect] = []
     for _ in range(MOST_REPAIRS if profiled and said.worst is None else 0):
         mended = repaired(records, solution, said.suspects, said.convicted, fix, without)
@@ -96,7 +96,7 @@ def answered(
         known = uncertain(records, solution, fix, without)
         found = unjudged(captures, records, known, fix, without)
         allowed.append(mended.suspect)
-        said = accused(found, records, solution).after(allowed)
+        said = accused(found, records, solution, known).after(allowed)
     return judged(found, records, solution, said, refusable=profiled), records, known
 
 
@@ -118,9 +118,18 @@ class Accused:
         return replace(self, suspects=(*allowed, *others))
 
 
-def accused(estimate: Estimate, records: Sequence[MotorRecord], solution: Solution) -> Accused:
-    """What may have spoiled the captures, by what this solution leaves."""
+def accused(
+    estimate: Estimate,
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    known: Findings | None = None,
+) -> Accused:
+    """What may have spoiled the captures, by what this solution leaves; ``known``: what is
+    uncertain of it.
+    """
     worst = unsupported(records, solution)
+    if known is not None:
+        solution = errors_in_variables.with_errors(solution, known.hidden)
     found, convicted = suspects(records, solution, estimate.parameters, tried=worst is None)
     return Accused(worst, found, convicted)
 

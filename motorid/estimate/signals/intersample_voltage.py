@@ -8,6 +8,7 @@ second is an unknown of the fit.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, Capture, Channel
 from motorid.estimate.signals import jumps_in_means
 from motorid.estimate.signals.log_source import source_ohms
+from motorid.estimate.signals.neighbour_noise import of_differences
 from motorid.estimate.signals.time_grid import IRREGULAR, Timeline
 
 Floats = NDArray[np.float64]
@@ -29,11 +31,17 @@ BROKEN: Shape = "broken"  # joined, but for jumps, before which a reading is hel
 LOOSE: Shape = "loose"  # the same, and no stamp says when in its sample the voltage jumped
 SOURCED: Shape = "sourced"  # broken, of a source whose resistance the current shows
 MEANS: Shape = "means"  # each over the time since the one before
-HALF_WINDOWS = (4, 8, 16, 32)  # samples
+HALF_WINDOWS = (4, 8, 16, 32, 64, 128)  # samples
 SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
+BY_CHANCE = 3.0  # standard deviations of that variance: less is called noise of many readings
 CALM = 16  # stretches of a log, of which the calmer ones tell its noise
+ENOUGH = 64  # readings of each
+SAME = 1e-9  # of the range: readings that differ by less agree but for rounding
+COARSE = 0.02  # of the range: larger steps are levels of a command, and no converter's
 CLEAR, SHARE = 8.0, 0.05  # a jump in standard deviations of a reading, and of the range
 SHORTEST = 0.1  # usual periods: two readings that lie closer tell no slope
+RAMP = 1e-4  # usual periods within which a jump is done, on either side of its time
+LOOSE_RAMP = 5e-3  # the same where no stamp tells that time: readings tell it no better
 REMEMBERED = 3  # means of it, of a search
 MISSING = 1.5  # usual periods between two readings, of which none is missing
 OFTEN, MOST_JUMPS = 0.5, 40  # share of stamps that makes a log irregular; unknowns for its jumps
@@ -160,7 +168,24 @@ class Waveform:
         inside = np.clip(at_s, self.time_s[0], self.time_s[-1])
         outside = at_s - inside
         beyond = np.where(outside < 0, self.volts[0], self.volts[-1])
-        return np.asarray(self._integral(inside) + outside * beyond, dtype=np.float64)
+        flux = self._integral(inside) + outside * beyond
+        return np.asarray(flux + self._of_ramps(inside), dtype=np.float64)
+
+    def _of_ramps(self, at_s: Floats) -> Floats:
+        """V·s more, since no jump takes no time: it is a ramp about its moment.
+
+        Jumps that lie at the stamps of the current would give the likelihood of their lag a corner,
+        at which no derivative holds.
+        """
+        if self.shape == "curved":
+            return np.zeros(len(at_s))
+        half = (LOOSE_RAMP if self.shape == LOOSE else RAMP) * self.period_s
+        steps, slopes = np.diff(self.time_s), self._slopes
+        jumps = np.diff(self.volts) - slopes[:-1] * steps
+        near = np.searchsorted(self.time_s[1:] - steps / 2, at_s, side="right")
+        jump = np.concatenate([[0.0], jumps])[near]
+        left = np.maximum(half - np.abs(at_s - self.time_s[near]), 0.0)
+        return np.asarray(jump * left**2 / (4.0 * half))
 
     @cached_property
     def _value(self) -> Callable[[Floats], Floats]:
@@ -213,11 +238,12 @@ class Waveform:
 @dataclass(frozen=True)
 class Rival:
     """An answer (p,) under another shape of the voltage: its values, and the objective by which it
-    is the less likely.
+    is the less likely. ``late_s``: by how much the voltage comes later there; NaN: it has no lag.
     """
 
     values: Floats
     behind: float
+    late_s: float = math.nan
 
 
 def of_log(capture: Capture, channel: Channel, shape: Shape) -> Waveform | None:
@@ -266,11 +292,14 @@ def quiet(volts: Floats) -> Floats:
     if not deviation:
         return out
     for half in HALF_WINDOWS:  # the widest has the last word
+        if 2 * half >= len(volts):
+            break
         middle = slice(half, len(volts) - half)
         _, left = _parabolas(volts, half)
         inner = half // 2
         value = _parabolas(volts, inner)[0][half - inner : len(volts) - half - inner]
-        out[middle] = np.where(left <= SMOOTH * deviation**2, value, out[middle])
+        most = min(SMOOTH, 1.0 + BY_CHANCE / math.sqrt(half - 1))
+        out[middle] = np.where(left <= most * deviation**2, value, out[middle])
     return out
 
 
@@ -292,6 +321,15 @@ def scatter(volts: Floats) -> float:
     """Standard deviation of a reading by its neighbours, in the calmer quarter of the log."""
     if len(volts) < CALM * 8:
         return 0.0
-    second = np.abs(np.diff(volts, 2))
-    blocks = second[: len(second) // CALM * CALM].reshape(CALM, -1)
-    return float(np.percentile(np.median(blocks, axis=1), 25) / 0.6745 / np.sqrt(6.0))
+    second = np.diff(volts, 2)
+    stretches = min(max(len(second) // ENOUGH, CALM // 4), CALM)
+    blocks = second[: len(second) // stretches * stretches].reshape(stretches, -1)
+    return float(np.percentile(of_differences(blocks, 2, _count_of(volts)), 25))
+
+
+def _count_of(volts: Floats) -> float:
+    """V by which readings in coarse steps differ at least; 0: they change by whole levels."""
+    apart, range_v = np.abs(np.diff(volts)), float(np.ptp(volts))
+    apart = apart[apart > SAME * range_v]
+    step = float(np.percentile(apart, 10)) if len(apart) else 0.0
+    return step if step < COARSE * range_v else 0.0

@@ -10,15 +10,28 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 HALF_BELOW = 0.6745  # standard deviations within which half of normal readings lie
+CLIP = 3.9  # standard deviations beyond which a difference is no noise; of no count a whole number
 
 
 def neighbour_noise(values: Floats, order: int = 2) -> float:
-    """Standard deviation of readings (n,), rounding and all; 0: too few.
+    """Standard deviation of readings (n,), rounding and all; 0: too few, or most of them agree.
 
-    By the median of their differences of that ``order``, in which a polynomial of a lower one
-    leaves nothing and a few jumps count for little.
+    By their differences of that ``order``, in which a polynomial of a lower one leaves nothing.
     """
-    left = np.abs(np.diff(values, order))
-    if not len(left):
-        return 0.0
-    return float(np.median(left)) / HALF_BELOW / math.sqrt(math.comb(2 * order, order))
+    left = np.diff(values, order)
+    return float(of_differences(left, order)) if len(left) else 0.0
+
+
+def of_differences(left: Floats, order: int, step: float = 0.0) -> Floats:
+    """Standard deviations (...,) of readings whose differences of that ``order`` are (..., n).
+
+    Their median says which of them are jumps, and the mean square of the others is the noise: of
+    readings in coarse steps the median itself is a whole number of steps, or none. A ``step`` of a
+    converter is no jump.
+    """
+    sizes = np.abs(left)
+    usual = np.maximum(np.median(sizes, axis=-1, keepdims=True) / HALF_BELOW, step)
+    kept = sizes <= CLIP * usual
+    squares = np.where(kept, sizes, 0.0) ** 2
+    mean = squares.sum(axis=-1) / np.maximum(kept.sum(axis=-1), 1)
+    return np.asarray(np.sqrt(mean / math.comb(2 * order, order)))

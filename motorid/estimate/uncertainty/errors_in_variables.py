@@ -6,7 +6,7 @@ An error in the input leaves its mark on current and motion alike, where no resi
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.source.thevenin_source import Source
 from motorid.estimate.solver.dense_products import project
 from motorid.estimate.solver.problem import Linearised, Solution
+from motorid.estimate.uncertainty import log_voltage_noise
 from motorid.estimate.uncertainty.covariance import covariance_of
 
 Floats = NDArray[np.float64]
@@ -53,6 +54,14 @@ def own_variance(errors: Sequence[Hidden], k: int, count: int) -> Floats:
     return sum((one.own**2 for one in errors if one.record == k), np.zeros(count))
 
 
+def with_errors(solution: Solution, errors: Sequence[Hidden]) -> Solution:
+    """The solution whose nuisances are as uncertain as such errors leave them."""
+    covariance = [one.copy() for one in solution.own_covariance]
+    for one in errors:
+        covariance[one.record] += np.outer(one.own, one.own)
+    return replace(solution, own_covariance=tuple(covariance))
+
+
 def _of_record(
     k: int, record: MotorRecord, solution: Solution, inverse: Floats
 ) -> Iterator[Hidden]:
@@ -60,6 +69,8 @@ def _of_record(
     for change in _changes(record, line, solution.values, solution.own[k]):
         shared = inverse @ project(line.orthogonal.T, change)
         yield Hidden(k, shared, own @ (change - line.shared @ shared))
+    for step in log_voltage_noise.steps(k, record, solution):
+        yield Hidden(k, step.shared, step.own)
 
 
 def _followed_by_own(line: Linearised) -> Floats:

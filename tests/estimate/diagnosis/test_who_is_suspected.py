@@ -17,6 +17,7 @@ from motorid.estimate.effects.unstated.current_lag import CURRENT_LAG
 from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
 from motorid.estimate.fit.logs.log_lags import TAKEN
 from motorid.estimate.results.estimate import Suspect
+from motorid.estimate.signals.intersample_voltage import Rival
 from motorid.estimate.solver.problem import Solution, Unknown
 
 PERIOD_S = 1e-3
@@ -116,7 +117,7 @@ def log(*instances: Any, taken_s: float = 0.0, window_s: float = 0.0, names: Any
     blocks = {n: SimpleNamespace(channel=current) for n in names}
     return SimpleNamespace(
         instances=instances, capture=capture, as_stamped={"R": 7.0}, block=blocks.get,
-        found=frozenset(),
+        found=frozenset(), rivals=(), measured=[SimpleNamespace(values=np.zeros(100))],
         sensed=SimpleNamespace(waveform=SimpleNamespace(period_s=PERIOD_S)),
     )  # fmt: skip
 
@@ -141,6 +142,24 @@ def test_of_several_runs_the_largest_size_is_said() -> None:
     board = log(lag)
     board.sensed.waveform = None
     assert named(board, found=solution([4e-3])) == {}
+
+
+@pytest.mark.parametrize(
+    ("late_s", "behind", "said"),
+    [
+        (0.39e-3, 4.9, False),  # ln 150 = 5.01; .4 samples are worth saying
+        (0.39e-3, 5.1, True),
+        (-0.41e-3, 0.0, True),
+        (float("nan"), 0.0, True),  # it had no lag among its unknowns
+    ],
+)
+def test_a_lag_is_there_under_every_shape_of_the_voltage_that_is_as_likely(
+    late_s: float, behind: float, said: bool
+) -> None:
+    one = log(Instance(VOLTAGE_LATE))
+    one.measured = [SimpleNamespace(values=np.zeros(n)) for n in (100, 50)]
+    one.rivals = (Rival(np.ones(1), 99.0, 0.0), Rival(np.ones(1), behind, late_s))
+    assert ("voltage_lag" in named(one, found=solution([-0.5e-3]))) is said
 
 
 def test_a_current_taken_earlier_and_one_of_means_are_said_once() -> None:

@@ -28,8 +28,8 @@ def solution(
     table = np.eye(3) if information is None else information
     return Solution(
         tuple(Unknown(n, 1.0) for n in NAMES), np.array([objective, 2.0, 3.0]),
-        tuple(np.array(one, dtype=float) for one in own), (), table, np.zeros(3, dtype=bool), tuple,
-        objective, 1, True,
+        tuple(np.array(one, dtype=float) for one in own or ((),)), (), table,
+        np.zeros(3, dtype=bool), tuple, objective, 1, True,
     )  # fmt: skip
 
 

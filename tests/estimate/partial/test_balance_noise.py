@@ -22,7 +22,7 @@ from motorid.estimate.partial.mechanical_signals import (
 Floats = NDArray[np.float64]
 COUNT, H = 400, 1e-3
 BY_TURNS = (-1.0) ** np.arange(COUNT)
-SCATTER = 4.0 / 0.6745 / np.sqrt(6.0)  # of readings that are a unit off by turns
+SCATTER = 4.0 / np.sqrt(6.0)  # of readings that are a unit off by turns
 
 
 def capture(gear: float = 1.0, path: str | None = None, **channels: Any) -> Capture:

@@ -145,9 +145,9 @@ BY_TURNS = (-1.0) ** np.arange(COUNT)
         (Channel(CURRENT, "A", np.linspace(0.0, 0.7, COUNT), resolution=0.1), False),
         (DECAY[:12], True),
         (DECAY[:11], False),
-        # .1 by turns scatter by .242: eight times that is 1.94, of which turns are .2
-        (np.linspace(0.0, 1.9, COUNT) + 0.1 * BY_TURNS, True),
-        (np.linspace(0.0, 1.6, COUNT) + 0.1 * BY_TURNS, False),
+        # .1 by turns scatter by .163: eight times that is 1.31, of which turns are .2
+        (np.linspace(0.0, 1.25, COUNT) + 0.1 * BY_TURNS, True),
+        (np.linspace(0.0, 1.0, COUNT) + 0.1 * BY_TURNS, False),
         (np.ones(COUNT), False),
     ],
 )

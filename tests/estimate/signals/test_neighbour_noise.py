@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motorid.estimate.signals.neighbour_noise import neighbour_noise
+from motorid.estimate.signals.intersample_voltage import scatter
+from motorid.estimate.signals.neighbour_noise import neighbour_noise, of_differences
 
 NOISE = 0.3 * np.random.default_rng(5).standard_normal(20_000)
 PLACE = np.arange(20_000.0)
@@ -23,6 +24,25 @@ def test_a_polynomial_of_a_lower_order_is_no_noise(order: int) -> None:
     curve = np.polyval([2.0] * order, PLACE[:200] / 8.0)  # of that order less one
     assert neighbour_noise(curve, order) == pytest.approx(0.0, abs=1e-9)
     assert neighbour_noise(np.polyval([2.0] * (order + 1), PLACE[:200] / 8.0), order) > 1e-3
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 1.0, 3.0])
+def test_of_readings_in_coarse_steps_the_noise_is_that_of_rounding_too(share: float) -> None:
+    """The median of their differences is a whole number of steps, of which none is none at all."""
+    step = 0.3 / share
+    read = step * np.round((NOISE + 60.0 * np.sin(PLACE / 2000.0)) / step)
+    whole = np.hypot(0.3, step / np.sqrt(12.0))
+    assert of_differences(np.diff(read, 2), 2, step) == pytest.approx(whole, rel=0.04)
+    assert neighbour_noise(read) == pytest.approx(whole if share > 0.4 else 0.0, rel=0.04)
+    assert scatter(read) == pytest.approx(whole, rel=0.06)
+
+
+def test_readings_that_mostly_agree_have_no_noise() -> None:
+    held = np.repeat([0.0, 6.0, -4.0, 5.0], 20)
+    assert neighbour_noise(held) == 0.0
+    assert scatter(np.tile(held, 10)) == 0.0
+    blocks = np.stack([np.diff(held, 2), np.diff(NOISE[: len(held)], 2)])
+    assert of_differences(blocks, 2) == pytest.approx([0.0, neighbour_noise(NOISE[: len(held)])])
 
 
 def test_too_few_readings_tell_none() -> None:

@@ -139,7 +139,7 @@ def driven(seed: int) -> LinearRecord:
     one.facts = {
         "fitted": lambda values, own: with_volts(values, own, VOLTS), "fitted_with": with_volts,
         "volts": VOLTS, "sources": sources, "timeline": SimpleNamespace(parts=PARTS),
-        "gains": gains,
+        "gains": gains, "sensed": SimpleNamespace(waveform=None), "capture": {},
     }  # fmt: skip
     return one
 

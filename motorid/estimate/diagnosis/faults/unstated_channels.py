@@ -20,6 +20,7 @@ from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHIN
 from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
 from motorid.estimate.effects.unstated.voltage_smoothing import VOLTAGE_SMOOTHING
 from motorid.estimate.fit.logs.log_lags import TAKEN
+from motorid.estimate.fit.logs.log_unknowns import readings
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Suspect
 from motorid.estimate.solver.problem import Solution
@@ -67,10 +68,24 @@ def suspects(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect
                 last = found.get((kind, size.channel))
                 if size.worth_saying(period) and (last is None or size.seconds > last[0].seconds):
                     found[kind, size.channel] = size, period
+    late = found.get(("lag", VOLTAGE))
+    if late is not None and _as_likely_without(records, WORTH_SAYING * late[1]):
+        del found["lag", VOLTAGE]
     before = records[0].as_stamped
     said = [_said(kind, size, period, before) for (kind, _), (size, period) in found.items()]
     named = [*_averaged(records, before), *_taken_earlier(records, before), *said]
     return _with_rest(named, records, solution)
+
+
+def _as_likely_without(records: Sequence[MotorRecord], least_s: float) -> bool:
+    """An answer under another shape of the voltage has no lag, and is as likely but for chance.
+
+    A voltage that is held comes half a sample later than one that is joined, and of a smooth drive
+    no reading tells the two apart.
+    """
+    most = float(np.log(readings(records)))  # Schwarz
+    rivals = [rival for record in records for rival in record.rivals]
+    return any(abs(rival.late_s) <= least_s and rival.behind <= most for rival in rivals)
 
 
 def _with_rest(

@@ -30,6 +30,7 @@ VOLTAGE_JUMP = InfluenceQuantity(
     acts=(LogJump(),),
     prior=lambda subject, place: Prior(EVEN, mean=0.5),
     scale=scales.one,
+    step=1e-7,  # of the sample: far below the ramp of a jump
     remedy="log the voltage faster, or the moments of its steps",
     bounds=lambda subject: (0.0, 1.0),
     places=_jumps,

@@ -26,6 +26,7 @@ from motorid.estimate.fit.logs import (
 )
 from motorid.estimate.fit.logs.log_unknowns import (
     Fit,
+    late_s,
     like,
     moved,
     readings,
@@ -116,6 +117,7 @@ def best(
         for other in (filtered, means, lagged, alone):
             wider = log_means.likelier(wider, other, price)
         wider = log_readings.reconsidered(wider, free, known, fixed)
+        wider = log_second_order.without_vanished(wider, free, known, fixed)
         for record in wider[0]:
             record.as_stamped = known
         return wider
@@ -218,10 +220,12 @@ def _has_source(record: MotorRecord) -> bool:
 def _likeliest(found: Sequence[Fit]) -> Fit:
     """And the others are its rivals."""
     records, solution = min(found, key=lambda one: one[1].objective)
-    for record in records:
+    for k, record in enumerate(records):
         record.rivals = tuple(
-            Rival(other.values, other.objective - solution.objective)
-            for _, other in found
+            Rival(
+                other.values, other.objective - solution.objective, late_s(others[k], other.own[k])
+            )
+            for others, other in found
             if other is not solution
         )
     return records, solution

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, SPEED, Capture
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.alternating_fit import vanished
-from motorid.estimate.fit.logs.log_unknowns import Fit, like, readings, widened
+from motorid.estimate.fit.logs.log_unknowns import Fit, late_s, like, readings, widened
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
@@ -85,9 +85,10 @@ def _averaged(before: Fit, name: str, again: Search) -> Fit:
     else:
         best, rival, behind = other, before, gain
     worse = gain if best is other else 0.0
-    known = [Rival(r.values, r.behind + worse) for r in before[0][0].rivals]
-    for record in best[0]:
-        record.rivals = (*known, Rival(rival[1].values, behind))
+    known = [replace(r, behind=r.behind + worse) for r in before[0][0].rivals]
+    for k, record in enumerate(best[0]):
+        late = late_s(rival[0][k], rival[1].own[k])
+        record.rivals = (*known, Rival(rival[1].values, behind, late))
     return best
 
 

@@ -6,7 +6,7 @@ leaves the rest of it to the winding: L was then off by up to three times its va
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 Floats = NDArray[np.float64]
 
 BENT = (0.3, 0.7)  # of the time constant found, to begin a second order with
+NOTHING = 1e-3  # of the time constant that was expected
 SHORTER = 0.5  # of the inductance found, the same
 
 
@@ -54,6 +55,35 @@ def taken(
                 best, (records, widened(records, free, near, settled(records, free, near)))
             )
     return best
+
+
+def without_vanished(
+    before: Fit, free: Sequence[str], known: Mapping[str, float], fixed: Mapping[str, float]
+) -> Fit:
+    """Without those that ended at nothing, where the search on their account went elsewhere: as
+    unknowns they would leave a lag open that all else tells.
+    """
+    gone = [
+        set(_vanished(record, own)) for record, own in zip(before[0], before[1].own, strict=True)
+    ]
+    if not any(gone):
+        return before
+    records = like(before, [MotorRecord(r.capture, free, fixed, r.shape) for r in before[0]])
+    for record, nothing in zip(records, gone, strict=True):
+        record.propagate(*nothing)
+        record.found -= nothing
+    solution = settled(records, free, merged(known, before[1]))
+    behind = solution.objective - before[1].objective
+    if behind > np.log(readings(records)):
+        return before
+    return with_rivals_of(before, (records, solution))
+
+
+def _vanished(record: MotorRecord, own: Floats) -> Iterator[Instance]:
+    """Second orders of no size."""
+    for one, unknown, size in zip(record.instances, record.unknowns, own.tolist(), strict=True):
+        if one.quantity in SECOND_ORDER.values() and size <= NOTHING * unknown.prior_sd:
+            yield one
 
 
 def _better(before: Fit, other: Fit) -> Fit:

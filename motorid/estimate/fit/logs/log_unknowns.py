@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -10,11 +11,11 @@ from numpy.typing import NDArray
 
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.registry import UNSTATED, WITHOUT_WORD
+from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.intersample_voltage import Rival
 from motorid.estimate.solver.problem import Solution, Unknown
 
 Floats = NDArray[np.float64]
@@ -37,8 +38,14 @@ def with_rivals_of(before: Fit, other: Fit) -> Fit:
     """Another fit of the same readings, with the rivals that the one before it had."""
     gain = before[1].objective - other[1].objective
     for record, last in zip(other[0], before[0], strict=True):
-        record.rivals = tuple(Rival(r.values, r.behind + gain) for r in last.rivals)
+        record.rivals = tuple(replace(r, behind=r.behind + gain) for r in last.rivals)
     return other
+
+
+def late_s(record: MotorRecord, own: Floats) -> float:
+    """By how much the voltage is taken later than its stamps; NaN: that is no unknown."""
+    sizes: dict[Instance, float] = dict(zip(record.instances, own.tolist(), strict=True))
+    return -sizes.get(Instance(VOLTAGE_LATE), math.nan)
 
 
 def readings(records: Sequence[MotorRecord]) -> int:

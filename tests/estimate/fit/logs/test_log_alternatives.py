@@ -57,11 +57,11 @@ def test_a_current_taken_earlier_is_declared_later(tmp_path: Path) -> None:
 
     read = logged(tmp_path, i=late)
     (record,), solution = solved([read], {}, ())
-    found = dict(zip(record.instances, solution.own[0].tolist(), strict=True))
-    assert found[log_lags.LAG] == pytest.approx(3 * PERIOD_S, rel=0.01)
     known = dict(zip(FREE, solution.values.tolist(), strict=True))
-    worse = [record], replace(solution, objective=np.inf)
-    (record,), _ = log_lags.taken(worse, [read], FREE, known, {})
+    rough = record.twin()
+    rough.found, rough.instances = {log_lags.LAG}, (log_lags.LAG,)
+    worse = replace(solution, own=(np.array([3.1 * PERIOD_S]),), objective=np.inf)
+    (record,), _ = log_lags.taken(([rough], worse), [read], FREE, known, {})
     taken_s = record.capture.provenance[log_lags.TAKEN]
     assert taken_s == pytest.approx(3 * PERIOD_S, rel=1e-6)
     assert record.capture.channels[CURRENT].delay_s == pytest.approx(taken_s)

@@ -14,6 +14,7 @@ import pytest
 
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.registry import SECOND_ORDER, WITHOUT_WORD
+from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
 from motorid.estimate.fit.logs import log_fit, log_unknowns
 from motorid.estimate.signals.intersample_voltage import MEANS, SHAPES, Rival
 from motorid.estimate.solver.problem import Solution, Unknown
@@ -40,6 +41,14 @@ def test_the_likeliest_has_the_others_as_rivals_by_how_much_they_are_behind() ->
         (30.0, 20.0),
         (25.0, 15.0),
     ]
+    assert all(np.isnan(r.late_s) for r in records[0].rivals)
+
+
+def test_a_rival_says_how_late_its_voltage_is() -> None:
+    late = Instance(VOLTAGE_LATE)
+    best, other = fit(10.0), ([record(instances=(LAG, late))], solution(12.0, None, (3.0, -2e-3)))
+    records, _ = log_fit._likeliest([best, other])
+    assert [r.late_s for r in records[0].rivals] == [2e-3]
 
 
 def test_a_fit_takes_another_ones_place_where_it_is_likelier() -> None:

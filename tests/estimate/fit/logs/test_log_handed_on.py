@@ -48,7 +48,10 @@ class Handed:
             log_fit.log_means, "likelier",
             lambda *of: self.compared.append(of) or likelier(*of),
         )  # fmt: skip
-        monkeypatch.setattr(log_fit.log_readings, "reconsidered", self.reconsidered)
+        monkeypatch.setattr(log_fit.log_readings, "reconsidered", self.passed_on("reconsidered"))
+        monkeypatch.setattr(
+            log_fit.log_second_order, "without_vanished", self.passed_on("without vanished")
+        )
         monkeypatch.setattr(
             log_fit, "MotorRecord", lambda *given: record(given[3], made_of=given[:3])
         )
@@ -69,9 +72,12 @@ class Handed:
 
         monkeypatch.setattr(module, name, stage)
 
-    def reconsidered(self, *asked: Any) -> Any:
-        self.seen["reconsidered"] = asked
-        return asked[0]
+    def passed_on(self, name: str) -> Any:
+        def stage(*asked: Any) -> Any:
+            self.seen[name] = asked
+            return asked[0]
+
+        return stage
 
 
 def test_every_stage_is_handed_what_the_one_before_it_found(
@@ -103,6 +109,7 @@ def test_every_stage_is_handed_what_the_one_before_it_found(
         assert seen[name] == (wider, ["as read"], NAMES, known, FIXED)
     assert seen["serves_few"] == (handed.plain, wider)
     assert seen["reconsidered"] == (wider, NAMES, known, FIXED)
+    assert seen["without vanished"] == (wider, NAMES, known, FIXED)
     assert handed.found[0][0].as_stamped == known
 
 

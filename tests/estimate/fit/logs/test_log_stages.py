@@ -48,6 +48,7 @@ class Stages:
         monkeypatch.setattr(log_fit.log_readings, "reconsidered", self.reconsidered)
         monkeypatch.setattr(log_fit.smoothed_voltage, "begun", lambda *_: [self.fit(SMOOTHED)])
         monkeypatch.setattr(log_fit.log_second_order, "taken", lambda *_: self.way("second"))
+        monkeypatch.setattr(log_fit.log_second_order, "without_vanished", lambda fit, *_: fit)
         monkeypatch.setattr(log_fit.log_means, "taken", lambda *_: self.way("means"))
         monkeypatch.setattr(log_fit.log_lags, "taken", lambda *_: self.way("lags"))
         monkeypatch.setattr(log_fit.log_one_filter, "taken", lambda *_, **_how: self.way("alone"))
@@ -55,7 +56,7 @@ class Stages:
 
     def fit(self, name: str) -> Any:
         one = record(found={"lag": 1} if self.found else {}, capture=name)
-        return [one], solution(self.objectives[name], None, (0.0,))
+        return [one], solution(self.objectives[name])
 
     def gone(self) -> set[float]:
         return {self.objectives[name] for name in self.lost}

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, SPEED, Capture, Channel
+from motorid.estimate.effects.influence_quantity import Instance
+from motorid.estimate.effects.registry import SECOND_ORDER
 from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
 from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
 from motorid.estimate.fit.logs import log_lags, log_means, log_readings, log_second_order
@@ -371,6 +373,36 @@ def test_second_orders_are_begun_from_two_bends_and_half_the_inductance(
     unsure, own = known((SMOOTHING, 2e-3, 1e-3))
     log_second_order.taken(([unsure], replace(solution(1.0), own=(own,))), NAMES, {}, {})
     assert began == []
+
+
+@pytest.mark.parametrize(("size", "worse", "dropped"), [(1e-7, 6.8, True), (1e-7, 7.0, False),
+                                                        (3e-6, 0.0, False)])  # fmt: skip
+def test_a_second_order_of_no_size_is_no_unknown_any_more(
+    size: float, worse: float, dropped: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of 2 ms that were expected, a thousandth is none; ln 1000 = 6.91."""
+    bent = Instance(SECOND_ORDER[CURRENT_SMOOTHING])
+    last, own = known((SMOOTHING, 2e-3, 1e-3), (bent, size, 2e-3), found=[SMOOTHING, bent])
+    last.capture, last.rivals = "run", (Rival(np.zeros(3), 50.0),)
+    given: list[Any] = []
+
+    class Fresh(SimpleNamespace):
+        def propagate(self, *gone: Instance) -> None:
+            given.append(gone)
+
+    def fresh(*_: Any) -> Fresh:
+        return Fresh(found={SMOOTHING, bent}, measured=[SimpleNamespace(values=np.zeros(1000))])
+
+    monkeypatch.setattr(log_second_order, "MotorRecord", fresh)
+    monkeypatch.setattr(log_second_order, "like", lambda _, records: records)
+    monkeypatch.setattr(log_second_order, "settled", lambda *_: solution(100.0 + worse))
+    before = [last], replace(solution(100.0), own=(own,))
+    found = log_second_order.without_vanished(before, NAMES, {}, {})
+    assert (found is not before) is dropped
+    if dropped:
+        assert given == [(bent,)]
+        assert found[0][0].found == {SMOOTHING}
+        assert [r.behind for r in found[0][0].rivals] == [pytest.approx(50.0 - worse)]
 
 
 def test_every_shape_begins_at_the_start_values_and_then_where_the_first_ended(
