@@ -26,7 +26,7 @@ class Address:
     host: str
     port: int
     tls: ssl.SSLContext | None = None
-    token: str = field(default_factory=lambda: secrets.token_urlsafe(24))
+    token: str = field(default_factory=lambda: secrets.token_hex(24))
     option: str = "--listen"  # which names it, for what is said
     tokens: Tokens | None = None
 

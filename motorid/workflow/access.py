@@ -117,7 +117,7 @@ class Tokens:
             raise UsageError(f"{self.path} has a token of {name!r}: remove it first, or add a name")
         if len(known) >= MOST_TOKENS:
             raise UsageError(f"{self.path} holds {MOST_TOKENS} tokens already")
-        token, salt = secrets.token_urlsafe(24), secrets.token_hex(16)
+        token, salt = secrets.token_hex(24), secrets.token_hex(16)
         added = datetime.now(UTC).isoformat(timespec="seconds")
         self._write([*known, Token(name, role, salt, _digest(salt, token), added)])
         return token
