@@ -171,21 +171,26 @@ class Waveform:
         flux = self._integral(inside) + outside * beyond
         return np.asarray(flux + self._of_ramps(inside), dtype=np.float64)
 
-    def _of_ramps(self, at_s: Floats) -> Floats:
-        """V·s more, since no jump takes no time: it is a ramp about its moment.
+    @cached_property
+    def _of_ramps(self) -> Callable[[Floats], Floats]:
+        """V·s more at times, since no jump takes no time: it is a ramp about its moment.
 
         Jumps that lie at the stamps of the current would give the likelihood of their lag a corner,
         at which no derivative holds.
         """
         if self.shape == "curved":
-            return np.zeros(len(at_s))
+            return np.zeros_like
         half = (LOOSE_RAMP if self.shape == LOOSE else RAMP) * self.period_s
         steps, slopes = np.diff(self.time_s), self._slopes
-        jumps = np.diff(self.volts) - slopes[:-1] * steps
-        near = np.searchsorted(self.time_s[1:] - steps / 2, at_s, side="right")
-        jump = np.concatenate([[0.0], jumps])[near]
-        left = np.maximum(half - np.abs(at_s - self.time_s[near]), 0.0)
-        return np.asarray(jump * left**2 / (4.0 * half))
+        between = self.time_s[1:] - steps / 2
+        jumps = np.concatenate([[0.0], np.diff(self.volts) - slopes[:-1] * steps])
+
+        def more(at_s: Floats) -> Floats:
+            near = np.searchsorted(between, at_s, side="right")
+            left = np.maximum(half - np.abs(at_s - self.time_s[near]), 0.0)
+            return np.asarray(jumps[near] * left**2 / (4.0 * half))
+
+        return more
 
     @cached_property
     def _value(self) -> Callable[[Floats], Floats]:

@@ -26,7 +26,7 @@ from motorid.estimate.fit.logs import (
 )
 from motorid.estimate.fit.logs.log_unknowns import (
     Fit,
-    late_s,
+    as_rival,
     like,
     moved,
     readings,
@@ -43,7 +43,6 @@ from motorid.estimate.signals.intersample_voltage import (
     MEANS,
     SHAPES,
     SOURCED,
-    Rival,
     Shape,
 )
 from motorid.estimate.signals.measurements import motion
@@ -219,16 +218,10 @@ def _has_source(record: MotorRecord) -> bool:
 
 def _likeliest(found: Sequence[Fit]) -> Fit:
     """And the others are its rivals."""
-    records, solution = min(found, key=lambda one: one[1].objective)
-    for k, record in enumerate(records):
-        record.rivals = tuple(
-            Rival(
-                other.values, other.objective - solution.objective, late_s(others[k], other.own[k])
-            )
-            for others, other in found
-            if other is not solution
-        )
-    return records, solution
+    best = min(found, key=lambda one: one[1].objective)
+    for k, record in enumerate(best[0]):
+        record.rivals = tuple(as_rival(one, best, k) for one in found if one[1] is not best[1])
+    return best
 
 
 def _begun_elsewhere(

@@ -16,11 +16,18 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, SPEED, Capture
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.alternating_fit import vanished
-from motorid.estimate.fit.logs.log_unknowns import Fit, late_s, like, readings, widened
+from motorid.estimate.fit.logs.log_unknowns import (
+    Fit,
+    as_rival,
+    like,
+    readings,
+    widened,
+    with_rivals_of,
+)
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.intersample_voltage import LOOSE, MEANS, Rival, Shape
+from motorid.estimate.signals.intersample_voltage import LOOSE, MEANS, Shape
 from motorid.estimate.signals.measurements import motion
 from motorid.estimate.solver.problem import Solution
 
@@ -81,14 +88,11 @@ def _averaged(before: Fit, name: str, again: Search) -> Fit:
     if name == CURRENT and vanished(other[1], others):
         return before  # the mean has taken the winding's time constant for its own
     if gain <= (STRONG * np.log(readings(others)) if name == CURRENT else 0.0):
-        best, rival, behind = before, other, -gain
+        best, rival = before, other
     else:
-        best, rival, behind = other, before, gain
-    worse = gain if best is other else 0.0
-    known = [replace(r, behind=r.behind + worse) for r in before[0][0].rivals]
+        best, rival = with_rivals_of(before, other), before
     for k, record in enumerate(best[0]):
-        late = late_s(rival[0][k], rival[1].own[k])
-        record.rivals = (*known, Rival(rival[1].values, behind, late))
+        record.rivals = (*record.rivals, as_rival(rival, best, k))
     return best
 
 

@@ -16,6 +16,7 @@ from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.signals.intersample_voltage import Rival
 from motorid.estimate.solver.problem import Solution, Unknown
 
 Floats = NDArray[np.float64]
@@ -42,7 +43,14 @@ def with_rivals_of(before: Fit, other: Fit) -> Fit:
     return other
 
 
-def late_s(record: MotorRecord, own: Floats) -> float:
+def as_rival(other: Fit, best: Fit, k: int) -> Rival:
+    """Another fit of the same readings, as the record of that number has it for a rival."""
+    records, solution = other
+    behind = solution.objective - best[1].objective
+    return Rival(solution.values, behind, _late_s(records[k], solution.own[k]))
+
+
+def _late_s(record: MotorRecord, own: Floats) -> float:
     """By how much the voltage is taken later than its stamps; NaN: that is no unknown."""
     sizes: dict[Instance, float] = dict(zip(record.instances, own.tolist(), strict=True))
     return -sizes.get(Instance(VOLTAGE_LATE), math.nan)
