@@ -56,3 +56,19 @@ def known(*sizes: tuple[Instance, float, float], found: Sequence[Instance] = ())
     )
     one.find = one.found.update
     return one, np.array([size for _, size, _ in sizes])
+
+
+class Found:
+    """A record that notes what it is asked to estimate and to find."""
+
+    def __init__(self, capture: object, free: object, fixed: object, shape: str) -> None:
+        self.capture, self.shape, self.sizes = capture, shape, dict[object, object]()
+        self.found, self.instances, self.unknowns = dict[object, object](), (), ()
+        self.measured = [SimpleNamespace(values=np.zeros(1000))]
+        self.rivals = ()
+
+    def estimate(self, *instances: object) -> None:
+        self.asked = instances
+
+    def find(self, sizes: dict[object, object]) -> None:
+        self.sizes |= sizes
