@@ -25,7 +25,7 @@ CHANNELS = (Channel.CURRENT, Channel.POSITION)
 FACTS = RunFacts(
     1e6, 1000, CHANNELS, (Scale("current", "A", 0.001), Scale("position", "rad", 0.01))
 )
-URL = re.compile(r"^open http://127\.0\.0\.1:\d+/[\w-]{32}/$", re.MULTILINE)
+URL = re.compile(r"^open http://127\.0\.0\.1:\d+/[0-9a-f]{48}/$", re.MULTILINE)
 
 
 class Terminal(io.StringIO):
