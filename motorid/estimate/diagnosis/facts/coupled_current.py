@@ -48,12 +48,12 @@ def found(capture: Capture) -> float | None:
     if logged is None:
         return None
     volts, current, speed = logged
-    as_it_is = sum(left(volts, current, speed))
-    if as_it_is < LEAST:
+    as_it_is = left(volts, current, speed)
+    if sum(as_it_is) < LEAST:
         return None
     constants = _constants(len(current))
-    rests = [sum(left(volts, restored(current, rows), speed)) for rows in constants]
-    best = int(np.argmin(rests))
+    rests = [left(volts, restored(current, rows), speed) for rows in constants]
+    best = int(np.argmin([sum(both) for both in rests]))
     if not 0 < best < len(rests) - 1:  # another fault, which any slope eases
         return None
     return float(constants[best]) if convinces(rests[best], as_it_is) else None

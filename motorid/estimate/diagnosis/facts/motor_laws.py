@@ -14,6 +14,7 @@ from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+Shares = tuple[float, float]  # of the squares that each law leaves
 Columns = tuple[Floats, Floats, Floats]  # voltage, current and speed, (n,) each
 
 BLOCKS, SHORTEST, FEWEST = 400, 3, 40  # of a log; rows of a block; blocks
@@ -42,7 +43,7 @@ def left(
     speed: Floats,
     rows: Bools | None = None,
     blocks: int = BLOCKS,
-) -> tuple[float, float]:
+) -> Shares:
     """Share of the squares that each law leaves of columns (n,), in blocks that are all ``rows``.
 
     Of at most so many ``blocks``. 1 where fewer than FEWEST blocks remain.
@@ -61,9 +62,14 @@ def left(
     )
 
 
-def convinces(mended: float, logged: float) -> bool:
-    """A current as it is mended follows both laws, and as it is logged it does so far worse."""
-    return mended < min(GOOD, logged / BETTER)
+def convinces(mended: Shares, logged: Shares) -> bool:
+    """A current as it is mended follows both laws, each better, and together far better.
+
+    Readings of a coarse speed follow the second law badly whatever the current is; one that is
+    bent until it follows them leaves the first.
+    """
+    each = all(now < before for now, before in zip(mended, logged, strict=True))
+    return each and sum(mended) < min(GOOD, sum(logged) / BETTER)
 
 
 def _means(values: Floats, width: int) -> Floats:

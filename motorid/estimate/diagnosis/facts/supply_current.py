@@ -40,5 +40,5 @@ def found(capture: Capture) -> bool:
     volts, current, speed = logged
     driven = np.abs(volts) > LOW
     motors = np.where(driven, current / np.where(driven, volts, 1.0), 0.0)
-    divided = sum(left(volts, motors, speed, driven))
-    return convinces(divided, sum(left(volts, current, speed, driven)))
+    divided = left(volts, motors, speed, driven)
+    return convinces(divided, left(volts, current, speed, driven))

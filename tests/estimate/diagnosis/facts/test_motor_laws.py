@@ -13,6 +13,7 @@ from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.diagnosis.facts.motor_laws import (
     FEWEST,
     SHORTEST,
+    Shares,
     columns,
     convinces,
     left,
@@ -107,10 +108,17 @@ def test_no_coefficient_is_below_zero_and_nothing_explains_nothing() -> None:
 
 @pytest.mark.parametrize(
     ("mended", "logged", "yes"),
-    [(0.049, 1.0, True), (0.051, 1.0, False), (0.019, 0.1, True), (0.021, 0.1, False)],
+    [
+        ((0.0, 0.049), (0.1, 0.9), True),
+        ((0.0, 0.051), (0.1, 0.9), False),
+        ((0.009, 0.01), (0.01, 0.09), True),
+        ((0.009, 0.012), (0.01, 0.09), False),
+        ((0.002, 0.01), (0.001, 0.9), False),
+        ((0.01, 0.002), (0.9, 0.001), False),
+    ],
 )
 def test_a_mended_current_convinces_by_itself_and_beside_the_logged_one(
-    mended: float, logged: float, yes: bool
+    mended: Shares, logged: Shares, yes: bool
 ) -> None:
-    """5 % of the squares, and a fifth of what the logged one leaves."""
+    """5 % of the squares, a fifth of what the logged one leaves, and neither law followed worse."""
     assert convinces(mended, logged) is yes
