@@ -38,7 +38,7 @@ SEARCHED = 5.0  # the same of what a motor may have: a dozen terms are tried bes
 def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -> Findings:
     """Covariance and budget of a wider fit: what its input hides is in both, as for the six."""
     unseen = errors_in_variables.hidden(fitted.solution, fitted.records)
-    lines = undetected(fitted.solution, fitted.records)
+    lines = undetected(fitted.solution, fitted.records, unseen)
     carried = budget.carried(fitted.solution, fitted.records)
     return Findings(
         fitted.solution,

@@ -28,12 +28,13 @@ class Hidden:
     """What one standard deviation of one such error, independent of the others, does.
 
     ``shared`` (p,) to the parameters in search coordinates, ``own`` (m,) to the nuisances of the
-    record of that number.
+    record of that number; ``change`` (n,) of its readings, weighed, if neither followed.
     """
 
     record: int
     shared: Floats
     own: Floats
+    change: Floats
 
 
 def hidden(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Hidden, ...]:
@@ -68,9 +69,9 @@ def _of_record(
     line, own = solution.records[k], _followed_by_own(solution.records[k])
     for change in _changes(record, line, solution.values, solution.own[k]):
         shared = inverse @ project(line.orthogonal.T, change)
-        yield Hidden(k, shared, own @ (change - line.shared @ shared))
+        yield Hidden(k, shared, own @ (change - line.shared @ shared), change)
     for step in log_voltage_noise.steps(k, record, solution):
-        yield Hidden(k, step.shared, step.own)
+        yield Hidden(k, step.shared, step.own, step.change)
 
 
 def _followed_by_own(line: Linearised) -> Floats:

@@ -35,7 +35,7 @@ def findings(
     """
     unseen = errors_in_variables.hidden(solution, records)
     scatter = scattered(solution, records, unseen)
-    lines = undetected(solution, records) if answers else ()
+    lines = undetected(solution, records, unseen) if answers else ()
     carried = budget.carried(solution, records)
     leaning = profiled and solution.converged
     return Findings(

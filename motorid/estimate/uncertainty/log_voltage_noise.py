@@ -31,10 +31,13 @@ LEAST_LEFT = 0.1  # share of an information that is the motor's own, at least
 
 @dataclass(frozen=True)
 class Step:
-    """Of the answer, by one draw: ``shared`` (p,) in search coordinates, ``own`` (m,)."""
+    """Of the answer, by one draw: ``shared`` (p,) in search coordinates, ``own`` (m,). ``change``
+    (n,): of the model's readings, weighed, if the answer stayed.
+    """
 
     shared: Floats
     own: Floats
+    change: Floats
 
 
 def steps(k: int, record: MotorRecord, solution: Solution) -> Iterator[Step]:
@@ -54,7 +57,7 @@ def steps(k: int, record: MotorRecord, solution: Solution) -> Iterator[Step]:
         shared = inverse @ (pull - project(usual.orthogonal.T, usual.residual))
         own = project(line.own.T, line.residual) - project(usual.own.T, usual.residual)
         own = follows @ (own - usual.own.T @ project(usual.shared, shared))
-        yield Step(share * shared, share * own)
+        yield Step(share * shared, share * own, share * (usual.residual - line.residual))
 
 
 def _without_what_noise_tells(

@@ -6,7 +6,8 @@ open, about a size of D'r/(1 + D'D). The parameters' shift is by both together. 
 coasting alone hardly tell some effects. Where the prior says more of one than the readings do, the
 report says what its usual size would do: as of a gain that nobody stated, no interval holds it.
 
-An effect is seen only by as much as the pull of it on the residuals scatters (pull_scatter.py).
+An effect is seen only by as much as the pull of it on the residuals scatters (pull_scatter.py), and
+by errors of the voltage, which the model's readings hold and no residual shows.
 """
 
 from __future__ import annotations
@@ -25,9 +26,11 @@ from motorid.estimate.model.tangent import tangent
 from motorid.estimate.solver.dense_products import project, square
 from motorid.estimate.solver.problem import Linearised, Solution
 from motorid.estimate.uncertainty.covariance import covariance_of
+from motorid.estimate.uncertainty.errors_in_variables import Hidden
 from motorid.estimate.uncertainty.pull_scatter import pull_scatter
 
 Floats = NDArray[np.float64]
+_Change = tuple[int, Floats, Linearised]  # of the record of that number
 
 UNTOLD = 0.2  # of a prior: where more of it stays open, these data do not tell the effect
 BESIDE = 0.5  # the same beside an effect that was found: what can be told of both is less
@@ -80,8 +83,13 @@ class _Sums:
         return _Sums(square, shared, self.pull + other.pull)
 
 
-def undetected(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Undetected, ...]:
-    """What every effect leaves open that these records could have and do not model."""
+def undetected(
+    solution: Solution, records: Sequence[MotorRecord], unseen: Sequence[Hidden] = ()
+) -> tuple[Undetected, ...]:
+    """What every effect leaves open that these records could have and do not model.
+
+    ``unseen``: errors of the voltage.
+    """
     inverse = covariance_of(solution.information)
     slope = np.sum([project(line.orthogonal.T, line.residual) for line in solution.records], axis=0)
     left = []
@@ -89,20 +97,26 @@ def undetected(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Unde
         changes = list(_changes(quantity, solution, records))
         if not changes:
             continue
-        sums = reduce(_Sums.added, (_sums(change, line) for change, line in changes))
+        sums = reduce(_Sums.added, (_sums(change, line) for _, change, line in changes))
         white = _left(quantity, sums, inverse, slope)
         if white.seen:
-            scatter = _scatter(changes, inverse @ sums.shared)
+            scatter = _scatter(changes, inverse @ sums.shared, unseen)
             left.append(_left(quantity, sums, inverse, slope, scatter))
         else:
             left.append(white)
     return tuple(left)
 
 
-def _scatter(changes: Sequence[tuple[Floats, Linearised]], follows: Floats) -> float:
+def _scatter(changes: Sequence[_Change], follows: Floats, unseen: Sequence[Hidden]) -> float:
     """Variance of the pull, over that of white residuals; the parameters follow by ``follows``."""
-    left = [_cleared(change, line) - line.orthogonal @ follows for change, line in changes]
-    return pull_scatter(left, [line.residual for _, line in changes])
+    left = [_cleared(change, line) - line.orthogonal @ follows for _, change, line in changes]
+    by_chance = pull_scatter(left, [line.residual for *_, line in changes])
+    white = sum(square(one) for one in left)
+    pulls = [
+        sum(float(c @ e.change) for (k, *_), c in zip(changes, left, strict=True) if k == e.record)
+        for e in unseen
+    ]
+    return by_chance + (sum(pull**2 for pull in pulls) / white if white > 0.0 else 0.0)
 
 
 def told(found: Sequence[Undetected]) -> dict[str, Floats]:
@@ -125,16 +139,17 @@ def beside(found: Sequence[Undetected]) -> dict[str, Floats]:
 
 def _changes(
     quantity: InfluenceQuantity, solution: Solution, records: Sequence[MotorRecord]
-) -> Iterator[tuple[Floats, Linearised]]:
+) -> Iterator[_Change]:
     """(n,) of a record's readings by one standard deviation of the effect, wherever it may be."""
-    for record, own, line in zip(records, solution.own, solution.records, strict=True):
+    each = zip(records, solution.own, solution.records, strict=True)
+    for k, (record, own, line) in enumerate(each):
         if quantity.term in record.modelled:
             continue
         for one in instances(quantity, record):
             if (unknown := one.unknown(record)) is not None:
                 moved = record.weighed(tangent(record, solution.values, own, one))
-                each = zip(moved, line.sigmas, strict=True)
-                yield np.concatenate([unknown.prior_sd * d / s for d, s in each]), line
+                pairs = zip(moved, line.sigmas, strict=True)
+                yield k, np.concatenate([unknown.prior_sd * d / s for d, s in pairs]), line
 
 
 def _sums(change: Floats, line: Linearised) -> _Sums:

@@ -250,8 +250,8 @@ def test_a_wider_answer_has_what_its_input_hides_and_what_was_not_modelled(
     )  # fmt: skip
     fitted: Any = SimpleNamespace(solution="s", records="r")
     known: Any = extended_results.findings(fitted, {"J": 7.0}, ("B",))
-    assert asked["hidden"] == asked["undetected"] == asked["carried"] == [("s", "r")]
-    assert asked["scattered"] == [("s", "r", "hidden")]
+    assert asked["hidden"] == asked["carried"] == [("s", "r")]
+    assert asked["scattered"] == asked["undetected"] == [("s", "r", "hidden")]
     assert asked["lines_of"] == [("shared", "s", "r")]
     assert asked["beside"] == [(lines,)]
     assert asked["held_values"] == [({"J": 7.0}, ("B",))]

@@ -157,14 +157,16 @@ def test_an_error_of_the_voltage_moves_what_its_readings_move() -> None:
     assert found[0].own == pytest.approx(by_head[P : P + M])
     assert found[1].shared == pytest.approx(by_tilt[:P])
     assert found[1].own == pytest.approx(by_tilt[P + M :])
+    assert found[0].change == pytest.approx(runs[0].scaled(head))
+    assert found[1].change == pytest.approx(runs[1].scaled(tilt))
     assert (np.arange(6.0) == VOLTS).all()  # as they were
 
 
 def test_hidden_errors_are_shifts_and_variances_of_their_own_record() -> None:
     errors = [
-        Hidden(0, np.array([1.0]), np.array([3.0, 1.0])),
-        Hidden(1, np.array([2.0]), np.array([7.0, 7.0])),
-        Hidden(0, np.array([4.0]), np.array([4.0, 2.0])),
+        Hidden(0, np.array([1.0]), np.array([3.0, 1.0]), np.zeros(5)),
+        Hidden(1, np.array([2.0]), np.array([7.0, 7.0]), np.zeros(5)),
+        Hidden(0, np.array([4.0]), np.array([4.0, 2.0]), np.zeros(5)),
     ]
     assert np.concatenate(errors_in_variables.shifts(errors)) == pytest.approx([1.0, 2.0, 4.0])
     assert errors_in_variables.own_variance(errors, 0, 2) == pytest.approx([25.0, 5.0])

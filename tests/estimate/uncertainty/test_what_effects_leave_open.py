@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 from motorid.estimate.effects.friction.load_friction import LOAD_FRICTION
 from motorid.estimate.effects.iron.saturation import SATURATION
 from motorid.estimate.solver.problem import Linearised, Unknown
+from motorid.estimate.uncertainty.errors_in_variables import Hidden
 from motorid.estimate.uncertainty.undetected import (
     FOUND,
     Undetected,
     _cleared,
     _left,
+    _scatter,
     _sums,
     beside,
     told,
@@ -139,6 +141,20 @@ def test_an_effect_is_seen_by_as_much_as_its_pull_scatters() -> None:
     mean, deviation, moves = system.posterior()
     assert much.seen == 0.0
     assert much.shift == pytest.approx(moves * np.hypot(deviation, mean))
+
+
+def test_a_pull_scatters_by_errors_of_the_voltage_too() -> None:
+    """By what each changes along the effect, and by those of other records not at all."""
+    system = System.drawn(0.0)
+    line, c = system.line, _cleared(system.column, system.line)
+    rng = np.random.default_rng(8)
+    here, there = rng.standard_normal((2, COUNT)), rng.standard_normal(COUNT)
+    errors = [Hidden(0, np.zeros(2), np.zeros(2), e) for e in here]
+    errors.append(Hidden(1, np.zeros(2), np.zeros(2), there))
+    alone = _scatter([(0, system.column, line)], np.zeros(2), ())
+    found = _scatter([(0, system.column, line)], np.zeros(2), errors)
+    assert found - alone == pytest.approx(float(((here @ c) ** 2).sum() / (c @ c)))
+    assert _scatter([(0, 0.0 * system.column, line)], np.zeros(2), errors) == 1.0
 
 
 def test_a_shift_is_told_as_shares_of_the_parameters_the_largest_first() -> None:
