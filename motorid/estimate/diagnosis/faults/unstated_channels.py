@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
 from motorid.estimate.diagnosis import filter_rest
@@ -24,6 +25,8 @@ from motorid.estimate.fit.logs.log_unknowns import readings
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Suspect
 from motorid.estimate.solver.problem import Solution
+
+Floats = NDArray[np.float64]
 
 WORDS = {CURRENT: "current", POSITION: "position", SPEED: "speed", VOLTAGE: "voltage"}
 SURE = 3.0  # standard uncertainties beyond which a size is no chance
@@ -63,11 +66,16 @@ def suspects(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect
             for one, size, sd in zip(record.instances, own, deviations, strict=True)
             if one.quantity in WITHOUT_WORD
         }
-        for kind, each in (("lag", lags(record, sizes)), ("filtered", smoothings(record, sizes))):
-            for size in each:
-                last = found.get((kind, size.channel))
-                if size.worth_saying(period) and (last is None or size.seconds > last[0].seconds):
-                    found[kind, size.channel] = size, period
+        each = [("lag", size) for size in lags(record, sizes)]
+        each += [("filtered", size) for size in smoothings(record, sizes)]
+        worth = [(kind, size) for kind, size in each if size.worth_saying(period)]
+        if not any(size.channel == CURRENT for _, size in worth):
+            both = _together(record, own, covariance)
+            worth += [(kind, size) for kind, size in both if size.worth_saying(period)]
+        for kind, size in worth:
+            last = found.get((kind, size.channel))
+            if last is None or size.seconds > last[0].seconds:
+                found[kind, size.channel] = size, period
     late = found.get(("lag", VOLTAGE))
     if late is not None and _as_likely_without(records, WORTH_SAYING * late[1]):
         del found["lag", VOLTAGE]
@@ -141,6 +149,19 @@ def lags(record: MotorRecord, sizes: Mapping[str, tuple[float, float]]) -> Itera
     doubt = max(sd for _, sd in known.values())
     for channel, (size, _) in known.items():
         yield Size(channel, size - usual, doubt)
+
+
+def _together(record: MotorRecord, own: Floats, covariance: Floats) -> Iterator[tuple[str, Size]]:
+    """Lag and time constant of a current, as the kind that is more of it: behind a held voltage
+    readings may tell their sum alone, for both shift an exponential between two jumps.
+    """
+    places = {one.quantity: k for k, one in enumerate(record.instances)}
+    if CURRENT_LAG in places and CURRENT_SMOOTHING in places:
+        pair = [places[CURRENT_LAG], places[CURRENT_SMOOTHING]]
+        late_s, smooth_s = (float(x) for x in own[pair])
+        doubt = float(np.sqrt(max(covariance[np.ix_(pair, pair)].sum(), 0.0)))
+        kind = "lag" if late_s > smooth_s else "filtered"
+        yield kind, Size(CURRENT, late_s + smooth_s, doubt)
 
 
 def smoothings(record: MotorRecord, sizes: Mapping[str, tuple[float, float]]) -> Iterator[Size]:
