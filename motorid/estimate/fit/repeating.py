@@ -33,6 +33,7 @@ from motorid.estimate.model.angle_spectrum import (
 )
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.repeating_response import RepeatingResponse, is_of_motor
+from motorid.estimate.signals.measurements import EMF
 from motorid.estimate.solver.problem import Derivatives, Linearised, Solution
 from motorid.estimate.uncertainty.covariance import covariance_of
 
@@ -48,6 +49,11 @@ OF_ENCODER = (1, 2)  # a turn: a disc off its centre, a disc that is bent
 SAME = 3.0  # standard deviations of all readings together, by which courses are still the same
 SHIFTED = 0.1  # of a parameter: the same of what they would move
 HEAVY = 0.05  # of K or R
+KINDS = (
+    (K_RIPPLE, R_RIPPLE),
+    (K_RIPPLE,),
+    (COGGING,),
+)  # of what repeats so often; of two ripples, one may show alone
 STRAIGHT = 0.3  # of what a ripple shows, beyond which it is no straight line in its size
 
 
@@ -161,10 +167,18 @@ class _Turning:
         """Of its rotor, from one end of its motion to the other."""
         return float(np.ptp(self.response.angle)) / TURN
 
-    def sights(self, period: float) -> list[Sight]:
-        """What to look at of each block's residuals to see whether something repeats so (rad)."""
-        angles = (self.response.angle[m.keep] for m in self.record.measured)
-        return [partial(recurring, angle=angle, period=period) for angle in angles]
+    def sights(self, period: float, coasts: bool) -> list[Sight]:
+        """What to look at of each block's residuals to see whether something repeats so (rad).
+
+        ``coasts``: at an open bridge too.
+        """
+        angle = self.response.angle
+        return [
+            partial(recurring, keep=m.keep, angle=angle, period=period)
+            if coasts or m.block.name != EMF
+            else _nothing
+            for m in self.record.measured
+        ]
 
     def counted(self) -> list[Turned]:
         """What is left of its readings over the rotor's angle."""
@@ -235,8 +249,7 @@ def _take(found: Sequence[_Turning]) -> None:
 def _either(found: Sequence[_Turning], periods: int) -> _Trial:
     """A ripple of so many periods a turn, or cogging: what explains more."""
     slopes = [one.response.slopes(periods) for one in found]
-    each = ((K_RIPPLE, R_RIPPLE), (COGGING,))
-    trials = [_trial(found, [_of(x, kind) for x in slopes], TURN / periods) for kind in each]
+    trials = [_trial(found, [_of(x, kind) for x in slopes], TURN / periods) for kind in KINDS]
     return max(trials, key=lambda trial: trial.gain)
 
 
@@ -251,14 +264,20 @@ def _taken(found: Sequence[_Turning], trial: _Trial) -> None:
 
 def _trial(found: Sequence[_Turning], slopes: Sequence[Slopes], period: float) -> _Trial:
     """Beside what was taken. ``period``: of the rotor's angle, rad. Only what repeats with it
-    counts, each block by the colour of what is left of it.
+    counts, each block by the colour of what is left of it. An open bridge is asked about K alone:
+    cogging moves the speed of a coast, which is no straight line in its size for long.
     """
     gain, readings = -MARGIN, 0.0
     for one, more in zip(found, slopes, strict=True):
         _, left = one.lines.fitted({**one.slopes, **more})
-        fallen, worth = fall(one.lines.line, one.left, left, one.sights(period))
+        coasts = any(known.quantity is K_RIPPLE for known in more)
+        fallen, worth = fall(one.lines.line, one.left, left, one.sights(period, coasts))
         gain, readings = gain + fallen, readings + worth
     return _Trial(slopes, gain - sum(map(len, slopes)) * float(np.log(max(readings, 2.0))))
+
+
+def _nothing(residual: Floats) -> Floats:
+    return residual[:0]
 
 
 def _lent(known: Derivatives | None, found: Sequence[_Turning]) -> Derivatives | None:

@@ -14,11 +14,13 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.solver.dense_products import square
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 MOST = 60  # periods a turn that are looked for
 STANDS_OUT = 15.0  # of a count's power over what noise gives: exp(-15), for each of 60
 PEAK = 4.0  # times the middle of its neighbours' powers
 TURNING = 0.02  # of the largest speed: below it the angle hardly changes
+GAP = 4  # intervals without a reading that may be amid a row
 SAMPLED = 2.0  # rad of a period in a sample that still show it
 BEST = 4
 LEAST_STEP = 1e-9  # rad
@@ -66,16 +68,20 @@ def turned(record: MotorRecord, departures: Sequence[Floats], angle: Floats) -> 
     return out
 
 
-def recurring(residual: Floats, angle: Floats, period: float) -> Floats:
-    """What of a channel's residuals (n,) may repeat with every ``period`` (rad) of the angle (n,).
+def recurring(residual: Floats, keep: Indices, angle: Floats, period: float) -> Floats:
+    """What of a channel's residuals (n,) may repeat with every ``period`` (rad) of the angle.
 
-    Each is taken less the mean over the period about it, where the rotor is within a motion by a
-    period at both ends of it: about a rest, what repeats can't be told from friction that varies.
+    ``angle`` (count,) on the grid, of which ``keep`` (n,) are the readings. Each is taken less the
+    mean over the period about it, where the rotor is within a motion, and the readings are within a
+    row, by a period at both ends: about a rest, what repeats can't be told from friction that
+    varies.
     """
     speed = np.abs(np.gradient(angle))
-    path = _path(angle)
-    rests = speed <= TURNING * speed.max()
+    path = _path(angle)[keep]
+    rests = (speed <= TURNING * speed.max())[keep]
     rests[[0, -1]] = True
+    gaps = np.flatnonzero(np.diff(keep) > GAP)
+    rests[gaps] = rests[gaps + 1] = True
     since = path - np.maximum.accumulate(np.where(rests, path, 0.0))
     until = np.minimum.accumulate(np.where(rests, path, path[-1])[::-1])[::-1] - path
     within = (since >= period) & (until >= period)

@@ -31,6 +31,7 @@ class Rotor:
     def __init__(self, counts: list[list[int]], turns: float = 20.0, gear: float = 1.0) -> None:
         self.counts, self.turns, self.record = counts, turns, SimpleNamespace(gear=gear)
         self.slopes: Slopes = {}
+        self.coasts: list[bool] = []
         self.left = "left"
         self.lines = SimpleNamespace(fitted=lambda known: (None, known), line="line")
         self.response = SimpleNamespace(
@@ -41,7 +42,8 @@ class Rotor:
     def counted(self) -> Any:
         return self.counts.pop(0) if self.counts else []
 
-    def sights(self, period: float) -> Any:
+    def sights(self, period: float, coasts: bool) -> Any:
+        self.coasts.append(coasts)
         return period
 
     def take(self, more: Slopes) -> None:
@@ -67,7 +69,7 @@ class Given:
         new = list(after)[-1]
         names = {
             K_RIPPLE: "ripple",
-            R_RIPPLE: "ripple",
+            R_RIPPLE: "both",
             COGGING: "cogging",
             ENCODER_ERROR: "encoder",
         }
@@ -80,6 +82,7 @@ def taken(rotor: Rotor) -> set[tuple[str, int]]:
 
 
 RIPPLE_COST = 10.0 + 4 * np.log(1000.0)  # K and R, each with a phase
+K_COST = 10.0 + 2 * np.log(1000.0)
 COGGING_COST = 10.0 + 2 * np.log(1000.0)
 
 
@@ -87,17 +90,29 @@ COGGING_COST = 10.0 + 2 * np.log(1000.0)
 def test_an_order_must_pay_for_its_unknowns_and_a_margin(
     more: float, found: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    Given(monkeypatch, ripple_10=RIPPLE_COST + more)
+    Given(monkeypatch, ripple_10=K_COST + more)
+    assert bool(taken(Rotor([[10]]))) is found
+    Given(monkeypatch, both_10=RIPPLE_COST + more)
     assert bool(taken(Rotor([[10]]))) is found
     Given(monkeypatch, cogging_10=COGGING_COST + more)
     assert bool(taken(Rotor([[10]]))) is found
 
 
 def test_it_is_a_ripple_or_cogging_whichever_pays_more(monkeypatch: pytest.MonkeyPatch) -> None:
-    Given(monkeypatch, ripple_10=RIPPLE_COST + 30.0, cogging_10=COGGING_COST + 29.0)
+    Given(monkeypatch, both_10=RIPPLE_COST + 30.0, cogging_10=COGGING_COST + 29.0)
     assert {name for name, _ in taken(Rotor([[10]]))} == {K_RIPPLE.name, R_RIPPLE.name}
-    Given(monkeypatch, ripple_10=RIPPLE_COST + 30.0, cogging_10=COGGING_COST + 31.0)
+    Given(monkeypatch, both_10=RIPPLE_COST + 30.0, cogging_10=COGGING_COST + 31.0)
     assert {name for name, _ in taken(Rotor([[10]]))} == {COGGING.name}
+
+
+def test_a_ripple_of_k_need_not_pay_for_one_of_r(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An open bridge shows no resistance: a coast tells K alone."""
+    Given(monkeypatch, both_10=RIPPLE_COST - 5.0, ripple_10=K_COST + 5.0)
+    assert {name for name, _ in taken(Rotor([[10]]))} == {K_RIPPLE.name}
+    Given(monkeypatch, both_10=RIPPLE_COST + 9.0, ripple_10=K_COST + 5.0)
+    rotor = Rotor([[10]])
+    assert {name for name, _ in taken(rotor)} == {K_RIPPLE.name, R_RIPPLE.name}
+    assert rotor.coasts == [True, True, False, False, False]  # cogging, and an encoder's errors
 
 
 def test_orders_are_taken_one_after_the_other_the_strongest_first(
@@ -120,7 +135,7 @@ def test_no_more_than_four_orders_of_a_motor(monkeypatch: pytest.MonkeyPatch) ->
 def test_a_count_that_was_taken_is_not_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
     given = Given(monkeypatch, cogging_10=500.0)
     taken(Rotor([[10], [10]]))
-    assert len([p for p in given.periods if p == pytest.approx(TURN / 10)]) == 2  # of both kinds
+    assert len([p for p in given.periods if p == pytest.approx(TURN / 10)]) == 3  # of every kind
 
 
 @pytest.mark.parametrize(("turns", "peak"), [(5.1, repeating.PEAK), (4.9, repeating.NO_PEAK)])

@@ -13,6 +13,7 @@ from motorid.estimate.effects.rotor.k_ripple import K_RIPPLE
 from motorid.estimate.effects.rotor.repeating import of_order
 from motorid.estimate.fit import repeating, straight_lines
 from motorid.estimate.fit.straight_lines import StraightLines, fall
+from motorid.estimate.signals.measurements import EMF
 from motorid.estimate.solver.problem import Block, Linearised, Unknown
 
 COSINE, SINE = of_order(K_RIPPLE, 7)
@@ -197,11 +198,16 @@ def test_counts_are_of_what_is_left_of_the_readings(monkeypatch: pytest.MonkeyPa
 def test_each_channel_is_looked_at_along_its_own_angle(monkeypatch: pytest.MonkeyPatch) -> None:
     one, _ = turning(monkeypatch)
     monkeypatch.setattr(
-        repeating, "recurring", lambda left, angle, period: (left, angle.tolist(), period)
+        repeating, "recurring", lambda left, keep, angle, period: (left, keep, angle, period)
     )
-    current, speed = one.sights(2.5)
-    assert current("a") == ("a", one.response.angle[:40].tolist(), 2.5)
-    assert speed("b") == ("b", one.response.angle[40:].tolist(), 2.5)
+    current, speed = one.sights(2.5, coasts=True)
+    angle, (first, second) = one.response.angle, (m.keep for m in one.record.measured)
+    assert current("a") == ("a", first, angle, 2.5)
+    assert speed("b") == ("b", second, angle, 2.5)
+    one.record.measured[1].block = SimpleNamespace(name=EMF)
+    current, emf = one.sights(2.5, coasts=False)
+    assert current("a") == ("a", first, angle, 2.5)
+    assert len(emf(np.ones(60))) == 0
 
 
 @pytest.mark.parametrize(("share", "bends"), [(0.29, True), (0.31, False)])
@@ -302,7 +308,7 @@ def test_several_records_gain_together_less_one_margin(monkeypatch: pytest.Monke
     left = list(falls)
     monkeypatch.setattr(repeating, "fall", lambda *_: left.pop(0))
     one: Any = SimpleNamespace(
-        slopes={}, left=None, sights=lambda period: [],
+        slopes={}, left=None, sights=lambda period, _: [],
         lines=SimpleNamespace(fitted=lambda _: (None, None), line=None),
     )  # fmt: skip
     slopes: Any = [{COSINE: {}, SINE: {}}, {COSINE: {}}]

@@ -54,7 +54,7 @@ def test_of_a_residual_only_what_repeats_is_left() -> None:
     angle = np.linspace(0.0, 60.0, 6000)
     period = 2 * np.pi / 7
     wave = np.cos(7 * angle)
-    left = recurring(wave + 3.0 + 0.2 * angle, angle, period)
+    left = recurring(wave + 3.0 + 0.2 * angle, np.arange(6000), angle, period)
     inside = (angle >= period) & (angle <= angle[-1] - period)
     assert left == pytest.approx(wave[inside], abs=1e-3)
 
@@ -76,8 +76,23 @@ def test_about_a_rest_nothing_repeats() -> None:
     """A rotor that turns, rests and turns back: a period at every end of a motion is left out."""
     path = np.linspace(0.0, 10.0, 1000)
     angle = np.concatenate([path, np.full(300, 10.0), path[::-1]])
-    left = recurring(np.cos(angle), angle, period=2.0)
+    left = recurring(np.cos(angle), np.arange(len(angle)), angle, period=2.0)
     assert len(left) == pytest.approx(2 * 600, abs=8)
+
+
+@pytest.mark.parametrize(("without", "rows"), [(2, 1), (200, 2)])
+def test_a_channel_may_show_some_stretches_of_a_motion_alone(without: int, rows: int) -> None:
+    """As an open bridge shows coasts: at both ends of each row of readings a period is left out,
+    and a reading or two that are lost end no row.
+    """
+    angle = np.linspace(0.0, 60.0, 6000)
+    keep = np.concatenate([np.arange(1000, 2500), np.arange(2500 + without, 4000)])
+    period = 2 * np.pi / 7
+    left = recurring(np.cos(7 * angle[keep]) + 0.5, keep, angle, period)
+    shown = len(keep) - rows * 2 * period * 6000 / 60.0
+    assert len(left) == pytest.approx(shown, abs=2 * rows + 1)
+    assert np.abs(left).max() == pytest.approx(1.0, abs=0.02)
+    assert left[0] == pytest.approx(np.cos(7 * (angle[1000] + period)), abs=0.1)
 
 
 @pytest.mark.parametrize(
