@@ -49,11 +49,7 @@ OF_ENCODER = (1, 2)  # a turn: a disc off its centre, a disc that is bent
 SAME = 3.0  # standard deviations of all readings together, by which courses are still the same
 SHIFTED = 0.1  # of a parameter: the same of what they would move
 HEAVY = 0.05  # of K or R
-KINDS = (
-    (K_RIPPLE, R_RIPPLE),
-    (K_RIPPLE,),
-    (COGGING,),
-)  # of what repeats so often; of two ripples, one may show alone
+KINDS = ((K_RIPPLE, R_RIPPLE), (K_RIPPLE,), (COGGING,))  # of an order: one; K may show alone
 STRAIGHT = 0.3  # of what a ripple shows, beyond which it is no straight line in its size
 
 

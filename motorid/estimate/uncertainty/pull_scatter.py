@@ -21,10 +21,13 @@ Floats = NDArray[np.float64]
 STRETCHES = 8  # of a record: each longer than what stays off, and enough for a variance
 
 
-def pull_scatter(changes: Sequence[Floats], residuals: Sequence[Floats]) -> float:
+def pull_scatter(
+    changes: Sequence[Floats], residuals: Sequence[Floats], unseen: Sequence[float] = ()
+) -> float:
     """Variance of the pull over that of white residuals, 1 at least.
 
-    ``changes`` and ``residuals``: (n,) a record, each reading divided by its deviation.
+    ``changes`` and ``residuals``: (n,) a record, each reading divided by its deviation. ``unseen``:
+    pulls by one standard deviation each of errors that all residuals share, and so do not show.
     """
     white = sum(float(change @ change) for change in changes)
     if not white > 0.0:
@@ -36,7 +39,7 @@ def pull_scatter(changes: Sequence[Floats], residuals: Sequence[Floats]) -> floa
         single += float(pulls @ pulls)
         sums = np.add.reduceat(pulls, _stretches(change))
         joint += float(sums @ sums) * STRETCHES / (STRETCHES - 1)
-    return max(single / white, joint / white, 1.0)
+    return max(single / white, joint / white, 1.0) + sum(pull**2 for pull in unseen) / white
 
 
 def _stretches(change: Floats) -> NDArray[np.intp]:

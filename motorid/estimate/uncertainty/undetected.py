@@ -110,13 +110,11 @@ def undetected(
 def _scatter(changes: Sequence[_Change], follows: Floats, unseen: Sequence[Hidden]) -> float:
     """Variance of the pull, over that of white residuals; the parameters follow by ``follows``."""
     left = [_cleared(change, line) - line.orthogonal @ follows for _, change, line in changes]
-    by_chance = pull_scatter(left, [line.residual for *_, line in changes])
-    white = sum(square(one) for one in left)
     pulls = [
         sum(float(c @ e.change) for (k, *_), c in zip(changes, left, strict=True) if k == e.record)
         for e in unseen
     ]
-    return by_chance + (sum(pull**2 for pull in pulls) / white if white > 0.0 else 0.0)
+    return pull_scatter(left, [line.residual for *_, line in changes], pulls)
 
 
 def told(found: Sequence[Undetected]) -> dict[str, Floats]:

@@ -105,7 +105,8 @@ def test_a_size_that_is_seen_is_held_against_the_scatter_of_its_pull(
     mean, deviation = posterior([run])
     asked: list[tuple[Any, Any]] = []
 
-    def scattering(changes: Any, residuals: Any) -> float:
+    def scattering(changes: Any, residuals: Any, unseen: Any) -> float:
+        assert unseen == []
         asked.append((changes, residuals))
         return 4.0
 
