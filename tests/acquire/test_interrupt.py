@@ -11,7 +11,7 @@ from motorid.acquire import interrupt
 from motorid.errors import UsageError
 from motorid.sim.port import open_sim
 
-WAIT_S = 5.0
+WAIT_S = 60.0  # however busy the computer
 
 
 def wait_while_asked_to_stop(until: float) -> None:

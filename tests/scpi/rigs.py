@@ -39,11 +39,13 @@ coast_s = {drive_s}
 SUPPLY = """
 [supply]
 resource = "{supply}"
+timeout_s = {patience_s}
 """
 SCOPE = f"""
 [recorder]
 resource = "{{scope}}"
 dialect = "scope.toml"
+timeout_s = {{patience_s}}
 lead_s = 0.02
 
 [channels.current]
@@ -116,10 +118,12 @@ def rig(
     supply: str = "supply",
     scope_at: str = "scope",
     top: str = "",
+    patience_s: float = 5.0,
 ) -> Rig:
     """The mock rig, its files in ``folder``."""
     (folder / "scope.toml").write_text(SCOPE_DIALECT)
-    text = SUPPLY.format(supply=supply) + more + (SCOPE.format(scope=scope_at) if scope else "")
+    text = SUPPLY.format(supply=supply, patience_s=patience_s) + more
+    text += SCOPE.format(scope=scope_at, patience_s=patience_s) if scope else ""
     (folder / "instruments.toml").write_text(top + text)
     path = folder / "rig.toml"
     path.write_text(RIG.format(rate_hz=rate_hz, levels=levels, drive_s=drive_s))

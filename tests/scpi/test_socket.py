@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -21,10 +20,11 @@ from motorid.acquire.scpi.supply import truth
 from motorid.cli.main import run
 from motorid.errors import LinkError, RigError, UsageError
 from motorid.toml_file import packaged
-from tests.scpi.bench import Bench, block
-from tests.scpi.rigs import MockLink, rig
+from tests.scpi.bench import block
+from tests.scpi.rigs import MockLink, mock, rig
 
 Answer = Callable[[str], Any]
+PATIENCE_S = 240.0  # for threads of a busy computer
 
 
 class Server(threading.Thread):
@@ -71,9 +71,14 @@ def serve() -> Iterator[Callable[[Answer], str]]:
 
 @pytest.mark.slow
 def test_a_run_over_sockets_with_binary_blocks(
-    serve: Callable[[Answer], str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    serve: Callable[[Answer], str],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    bench = Bench(time.monotonic)
+    """On a clock that passes only where somebody waits: a busy computer is none the slower."""
+    bench, clock = mock()
+    monkeypatch.setattr("motorid.acquire.scpi.run.Clock", lambda: clock)
     guard = threading.Lock()
 
     def locked(answer: Answer) -> Answer:
@@ -84,7 +89,7 @@ def test_a_run_over_sockets_with_binary_blocks(
         return one
 
     where = {"supply": serve(locked(bench.supply)), "scope_at": serve(locked(bench.scope))}
-    rig(tmp_path, rate_hz=2000, levels="[[4]]", drive_s=0.5, **where)  # for a busy computer
+    rig(tmp_path, rate_hz=2000, levels="[[4]]", patience_s=PATIENCE_S, **where)
     path = tmp_path / "run.h5"
     code = run(["capture", "--rig", str(tmp_path / "rig.toml"), "-o", str(path), "--serial", "M1"])
     said = capsys.readouterr().err
@@ -102,7 +107,7 @@ def test_a_run_over_sockets_with_binary_blocks(
 def test_a_block_may_hold_every_byte(serve: Callable[[Answer], str]) -> None:
     """Line feeds among them, on a link where one ends each message."""
     words = np.arange(65536, dtype="<u2")
-    link = open_visa("@py", serve({"D?": block(words)}.get), 2.0, "recorder")
+    link = open_visa("@py", serve({"D?": block(words)}.get), PATIENCE_S, "recorder")
     np.testing.assert_array_equal(Instrument("recorder", link).block("D?", "H"), words)
 
 
