@@ -52,11 +52,15 @@ def draw_motor(rng: Rng) -> Motor:
 
 @dataclass(frozen=True)
 class Good:
-    """One drawn case: what it is, its truth, and what its user is told."""
+    """One drawn case: what it is, its truth, and what its user is told.
+
+    ``has``: wider models' terms whose effect the motor really has.
+    """
 
     what: str
     truth: dict[str, float]
     answer: Answer
+    has: frozenset[str] = frozenset()
 
 
 def good_log(seed: int, folder: Path) -> Good:
@@ -136,7 +140,15 @@ def good_capture(seed: int, folder: Path) -> Good:
         capture_over(port, rig, rig.program, path, force=True)
     except MotoridError as error:
         return Good(what, truth, Answer(3, None, str(error)))
-    return Good(what, truth, fitted([path]))
+    return Good(what, truth, fitted([path]), _effects(options))
+
+
+def _effects(o: OwnMotor) -> frozenset[str]:
+    sizes = {
+        "brush-drop": o.brush_drop, "cogging": o.cogging, "ripple": o.ripple,
+        "stribeck": o.stiction - 1.0,
+    }  # fmt: skip
+    return frozenset(name for name, size in sizes.items() if size)
 
 
 def _options(rng: Rng, seed: int, m: Motor) -> OwnMotor:
