@@ -5,7 +5,7 @@ python bench/bench_false_alarms.py --count 2   two of each
 
 Every second rig has a motor with cogging, ripple, a brush drop and stiction; the others are plain.
 An accusation is a named fault, a doubtful or unsupported value, or a refusal. A better model of
-effects that the motor has is none, and no more what it makes doubtful: it is found. Ends with 1
+effects that the motor has is none, nor is what it makes doubtful: it is found. Ends with 1
 where an accusation is made, or where more than 5 % of the cases are warned of anything else.
 """
 
@@ -26,10 +26,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from bench.bench_mistakes import commit
 from bench.mistakes.good import Good, good_capture, good_log
 from bench.mistakes.score import score
+from motorid.estimate.model.extended_terms import TERMS
 
 ROOT = Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "bench" / "results" / "false_alarms.json"
 MOST_WARNED = 0.05
+OF_EFFECTS = ("better_model", "model_unsettled")  # findings that name what a motor has
 KINDS: dict[str, Callable[[int, Path], Good]] = {"logs": good_log, "captures": good_capture}
 
 
@@ -62,10 +64,7 @@ def heard(good: Good) -> Heard:
     ]
     judged = score(good.answer, good.truth, ())
     said = [s for s in judged.said if s.split(": ")[0] not in {n.split(": ")[0] for n in named}]
-    true: list[str] = []
-    better = found["alternative"] or {}
-    if {term["name"] for term in better.get("terms", ())} <= good.has:
-        true = [s for s in said if s.startswith("better_model: ")]
+    true = [one for one in said if _names_what_is(one, good.has)]
     if true and not named:
         true, poor = [*true, *poor], []
     intervals = {n: found["parameters"][n]["interval_95"] for n in good.truth}
@@ -79,6 +78,13 @@ def heard(good: Good) -> Heard:
         of=len(known),
         found=tuple(true),
     )
+
+
+def _names_what_is(sentence: str, has: frozenset[str]) -> bool:
+    """It speaks of effects, and of none that the motor lacks."""
+    code, _, words = sentence.partition(": ")
+    spoken = {name for name, term in TERMS.items() if term.title in words}
+    return code in OF_EFFECTS and bool(spoken) and spoken <= has
 
 
 def summary(cases: Sequence[Heard]) -> dict[str, Any]:
