@@ -122,11 +122,10 @@ def _longer(search: Search, stages: Stages, runs: float) -> Predicted | None:
     while factor < math.ceil(runs):
         factor *= STRETCH
         longer = tuple(replace(stage, seconds=factor * stage.seconds) for stage in stages)
-        found = _predicted(search, longer)
-        if not search.allowed(found[0]):
+        if not search.allowed(search.frame.program(longer)):
             break
-        if search.runs(found[1]) <= 1.0:
-            return found
+        if search.in_one_run(longer):
+            return _predicted(search, longer)
     best = None
     for _ in range(CYCLES):
         cycles = math.ceil(cycles * runs)

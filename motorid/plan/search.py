@@ -87,6 +87,11 @@ class Search:
                     return price
         return price
 
+    def in_one_run(self, stages: Stages) -> bool:
+        """Whether one run of an allowed program is enough: one motor that needs more settles it."""
+        just = self.frame.program(stages).duration_s
+        return self.price(stages, just * (1.0 + 1e-9)) <= just
+
     def _decided(self, k: int) -> None:
         self._worst = [k, *(other for other in self._worst if other != k)]
 

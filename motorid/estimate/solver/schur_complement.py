@@ -20,6 +20,7 @@ Bools = NDArray[np.bool_]
 
 LOST = 1e-6  # of an information, that nuisances may leave before its digits are in doubt
 INFLATED = 1e8  # times the variance of a nuisance alone: the same for what nuisances are alike
+STRETCH = 512  # rows turned into a triangle at once
 ALIKE = 1e-12  # of the largest singular value: nuisances that differ by less are one
 
 
@@ -47,18 +48,33 @@ def by_sums(normal: Normal, held: Bools) -> Eliminated:
 
 
 def by_rows(shared: Floats, own: Floats, precision: Floats, held: Bools) -> Eliminated:
-    """From weighed derivatives (p, n) and (m, n), and the priors' ``precision`` (m,)."""
+    """From weighed derivatives (p, n) and (m, n), and the priors' ``precision`` (m,).
+
+    Of all rows their triangle alone is needed: what turns them into it keeps every product.
+    """
     free = np.flatnonzero(~held)
-    rows = np.hstack([own, np.diag(np.sqrt(precision))])[free].T
-    columns = np.hstack([shared, np.zeros((len(shared), len(own)))]).T
-    scale = np.sqrt((rows**2).sum(axis=0))
+    ends = np.diag(np.sqrt(precision))[free]
+    scale = np.sqrt((own[free] ** 2).sum(axis=1) + precision[free])
     scale[scale == 0.0] = 1.0
-    u, s, v = np.linalg.svd(rows / scale, full_matrices=False)
+    rows = np.vstack([own[free] / scale[:, None], shared]).T
+    prior = np.hstack([(ends / scale[:, None]).T, np.zeros((len(own), len(shared)))])
+    triangle = _triangle(np.vstack([rows, prior]))
+    m = len(free)
+    turned = triangle[:, m:]
+    u, s, v = np.linalg.svd(triangle[:, :m], full_matrices=False)
     known = s > ALIKE * s.max(initial=0.0)
     u, back = u[:, known], v[known].T / s[known] / scale[:, None]
-    shares = u.T @ columns
-    over = (columns - u @ shares).T
+    shares = u.T @ turned
+    over = (turned - u @ shares).T
     follows, inverse = np.zeros((len(own), len(shared))), np.zeros((len(own), len(own)))
     follows[free] = back @ shares
     inverse[np.ix_(free, free)] = back @ back.T
     return Eliminated(gram(over, over), follows, inverse)
+
+
+def _triangle(rows: Floats) -> Floats:
+    """R of the rows' QR, (k, columns) of at most as many rows; stretch by stretch, in the cache."""
+    width = rows.shape[1]
+    step = max(STRETCH, 4 * width)
+    found = [np.linalg.qr(rows[a : a + step], mode="r") for a in range(0, len(rows), step)]
+    return np.asarray(np.linalg.qr(np.vstack(found), mode="r"))
