@@ -94,6 +94,9 @@ PARTS = (
                for kind, rigs in (("spice", "30"), ("mujoco", "20"))
                for more in ((), ("--seed", "101", "--effects"))),
          (_bench("foreign_plants", "--short"),)),
+    Part("studies", "tests that take too long for every run",
+         ((PY, "-m", "pytest", "-q", "-n", "2", "--studies", "-m", "study"),),
+         ((PY, "-m", "pytest", "-q", "--studies", "-m", "study", "-k", "coverage_scores"),)),
     Part("mutants", "faults put into the code on purpose, and how many of them a test sees",
          (_module("tools.mutants", "--json", "bench/results/mutants.json"),),
          (_module("tools.mutants", "--rooms", "firmware", "--count", "1"),)),

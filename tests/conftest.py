@@ -6,7 +6,7 @@ import gc
 import os
 import signal
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import hypothesis
@@ -51,8 +51,17 @@ def shared_data() -> Path:
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: item.get_closest_marker("long") is None)  # the rest stay in order
     if config.getoption("--device") is None:
-        config.hook.pytest_deselected(items=[item for item in items if _is_of_a_device(item)])
-        items[:] = [item for item in items if not _is_of_a_device(item)]
+        _leave_out(config, items, [item for item in items if _is_of_a_device(item)])
+    if not config.getoption("--studies"):
+        _leave_out(config, items, [item for item in items if item.get_closest_marker("study")])
+
+
+def _leave_out(
+    config: pytest.Config, items: list[pytest.Item], others: Sequence[pytest.Item]
+) -> None:
+    config.hook.pytest_deselected(items=others)
+    left_out = set(others)
+    items[:] = [item for item in items if item not in left_out]
 
 
 @pytest.hookimpl(wrapper=True)
@@ -75,6 +84,11 @@ def _is_of_a_device(item: pytest.Item) -> bool:
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--device", help="port of a real board whose motor may turn; without it, the "
                      "conformance suite's cases for a real board are deselected")  # fmt: skip
+    parser.addoption(
+        "--studies",
+        action="store_true",
+        help="with the tests that take so long that they belong to the evidence",
+    )
     parser.addoption(
         "--strict-skips",
         action="store_true",

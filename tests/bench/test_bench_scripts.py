@@ -1,8 +1,9 @@
 """Every script of bench/ still runs from end to end, in its shortest useful form.
 
-Each is started as a person starts it, and its table is looked at; never its times, which another
-program on the machine can spoil. A script may therefore end with 1 where it judges times, or shares
-of more runs than it is given here. Not run:
+Those that take longest are studies, run with the evidence. Each is started as a person starts it,
+and its table is looked at; never its times, which another program on the machine can spoil. A
+script may therefore end with 1 where it judges times, or shares of more runs than it is given here.
+Not run:
 
 - bench_plan.py plans a rig for 25 s of the processor; tests/plan/test_plan.py runs its ``confirm``.
 - bench_emulated_motors.py emulates at least five captures; tests/emulated/test_motors.py runs what
@@ -87,6 +88,7 @@ def test_every_script_is_run_here_or_left_out_with_its_reason() -> None:
     assert all(f"- bench_{name}.py " in (__doc__ or "") for name in LEFT_OUT)
 
 
+@pytest.mark.study
 def test_branches_counts_what_some_tests_take() -> None:
     said = run("branches", "--tests", "tests/wire/test_wire_framing.py", "--jobs", "1")
     count, taken = cells("motorid/wire", said)
@@ -95,6 +97,7 @@ def test_branches_counts_what_some_tests_take() -> None:
     assert "tests ended with 0" in said
 
 
+@pytest.mark.study
 def test_coverage_scores_a_rig_and_sums_up(tmp_path: Path) -> None:
     out = tmp_path / "coverage.jsonl"
     parts = ("--parts", "bound", "fit", "naive")
@@ -120,6 +123,7 @@ def test_cycle_inspects_a_good_motor() -> None:
     assert "outcomes PASS" in run("cycle", "1")
 
 
+@pytest.mark.study
 def test_exactness_is_near_the_bound_and_the_truth() -> None:
     small = ("--captures", "12", "--count", "1000", "--seeds", "1", "--motor", "faulhaber")
     text = run("exactness", *small)
@@ -129,6 +133,7 @@ def test_exactness_is_near_the_bound_and_the_truth() -> None:
     assert "an lfilter pass" in text
 
 
+@pytest.mark.study
 def test_fit_speed_has_one_minimum_with_its_peer() -> None:
     """Without archimedes, which needs an environment of its own."""
     text = run("fit_speed", "--repeats", "1", "--rtol", "1e-5")
@@ -153,6 +158,7 @@ def test_foreign_plants_are_judged_by_their_truth() -> None:
     assert 4 <= held <= count <= len(SIX)
 
 
+@pytest.mark.study
 def test_gauge_foretells_what_the_study_finds() -> None:
     """Of 2 parts, fixtures and repeats: 4 to 5 degrees of freedom for EV, and 1 for AV."""
     text = run("gauge", "2", "2", "2", "1")
@@ -200,6 +206,7 @@ def test_kills_leave_the_history_equal_to_the_disk() -> None:
     assert "orders accepted; 0 faults" in text
 
 
+@pytest.mark.study
 def test_log_chain_counts_intervals_with_a_fault_stated_and_not() -> None:
     text = run("log_chain", "--short")
     row = cells("current delay", text)
@@ -219,6 +226,7 @@ def test_mistakes_are_named_in_a_log_and_at_a_rig(tmp_path: Path) -> None:
     assert codes == {"rig": {3}, "log": {0}}  # the fit of a log turns it round
 
 
+@pytest.mark.study
 def test_a_strangers_logs_are_fine_or_named() -> None:
     text = run("stranger", "--short")
     assert "good: harmless 2" in text
@@ -264,6 +272,7 @@ def test_startup_compares_both_commands() -> None:
     assert len(re.findall(r"ms / \d+ ms = \d+\.\d+ \(at most 2\)", text)) == 2
 
 
+@pytest.mark.study
 def test_suspects_names_faults_and_no_others() -> None:
     parts = ("--part", "chain", "--part", "scale", "--part", "clean")
     cases = ("--case", "current saturated", "--case", "mA for A")
@@ -298,6 +307,7 @@ def test_emulated_boards_sustain_the_highest_rate() -> None:
     assert [row[-1] for row in rows] == ["0", "0"]  # samples dropped
 
 
+@pytest.mark.study
 def test_emulated_bursts_find_the_inductance() -> None:
     if lack := emulator_lacks():
         pytest.skip(f"no emulated board: {lack}")
@@ -325,6 +335,7 @@ def test_verdicts_go_on_where_they_were_stopped(tmp_path: Path) -> None:
     assert motors == {0, 1}
 
 
+@pytest.mark.study
 def test_history() -> None:
     table = run("history", "40", "file", "1")
     assert "| command | 10 | 20 | 40 | for a million more | at 10,000,000 |" in table
@@ -344,6 +355,7 @@ def test_dashboard(tmp_path: Path) -> None:
         assert found(rf"\| {question} \| [\d.]+, [\d.]+ \|", table)
 
 
+@pytest.mark.study
 def test_chain_fits_a_rig_with_and_without_what_its_file_states(tmp_path: Path) -> None:
     rows = tmp_path / "chain.jsonl"
     text = run("chain", "--rigs", "1", "--out", str(rows))
@@ -353,6 +365,7 @@ def test_chain_fits_a_rig_with_and_without_what_its_file_states(tmp_path: Path) 
     assert text == run("chain", "--tables", str(rows))
 
 
+@pytest.mark.study
 @pytest.mark.long
 def test_plant_loses_and_doubles_nothing() -> None:
     programs()

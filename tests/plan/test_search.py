@@ -47,7 +47,14 @@ def drawn(rng: np.random.Generator, tau: float) -> tuple[Stage, ...]:
 
 @pytest.mark.slow
 @pytest.mark.long
-@pytest.mark.parametrize("wants", [USUAL, ("L=1%", "R=1%"), ("J=0.5%", "B=3%", "T0=2%")])
+@pytest.mark.parametrize(
+    "wants",
+    [
+        USUAL,
+        pytest.param(("L=1%", "R=1%"), marks=pytest.mark.study),
+        pytest.param(("J=0.5%", "B=3%", "T0=2%"), marks=pytest.mark.study),
+    ],
+)
 def test_no_random_program_is_much_cheaper(wants: tuple[str, ...]) -> None:
     """At most a tenth dearer than the best of 300 draws, which the search has not seen."""
     found = search(wants)

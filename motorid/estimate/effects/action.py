@@ -100,13 +100,28 @@ class Simulated:
 
 @dataclass(frozen=True)
 class SourceVoltage(Simulated):
-    """``shape`` of subject and place: V (count,), or one figure, for a unit of size."""
+    """``shape`` of subject and place: V (count,), or one figure, for a unit of size; a loss is
+    ``taken`` from the source.
+    """
 
     shape: Callable[[Any, int], Floats | float]
+    taken: bool = False
 
     def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
         if size:
-            setup.add_volts(size * self.shape(subject, place))
+            setup.add_volts((-size if self.taken else size) * self.shape(subject, place))
+
+
+@dataclass(frozen=True)
+class PartLoss(Simulated):
+    """``shape`` (count,) in V for a unit of size, taken from the source of one part alone."""
+
+    shape: Callable[[Any, int], Floats]
+
+    def __call__(self, setup: Setup, subject: Any, place: int, size: float) -> None:
+        if size:
+            where = subject.timeline.parts[place].slice
+            setup.add_volts(-size * self.shape(subject, place)[where], where)
 
 
 class PartVoltage(Simulated):

@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,10 +94,7 @@ def taken(unknown: Callable[[int], str]) -> SourceVoltage:
     ``unknown``: its name, of a part of the program or wherever it is.
     """
 
-    def shape(subject: Any, place: int) -> Floats:
-        return np.asarray(-subject.loss.shapes[unknown(place)])
-
-    return SourceVoltage(shape)
+    return SourceVoltage(lambda subject, place: subject.loss.shapes[unknown(place)], taken=True)
 
 
 @dataclass(frozen=True)

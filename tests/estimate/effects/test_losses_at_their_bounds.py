@@ -169,6 +169,12 @@ def test_volts_of_a_source_are_of_its_shape_or_of_a_part() -> None:
     action.PartVoltage()(run, parts, 1, 10.0)
     assert np.asarray(run.volts).tolist() == [0.5, 11.0, 11.5, 2.0]
     action.PartVoltage()(run, None, 9, 0.0)
+    action.SourceVoltage(lambda *of: np.ones(4), taken=True)(run, "subject", 7, 0.5)
+    assert np.asarray(run.volts).tolist() == [0.0, 10.5, 11.0, 1.5]
+    lost = action.PartLoss(lambda subject, place: np.array([1.0, 2.0, 3.0, 4.0]) * place)
+    lost(run, parts, 1, 0.25)
+    assert np.asarray(run.volts).tolist() == [0.0, 10.0, 10.25, 1.5]
+    lost(run, None, 9, 0.0)
 
 
 def test_what_a_channel_shows_more_is_by_its_size_and_share() -> None:

@@ -250,7 +250,7 @@ def test_bad_requests_and_bad_captures_are_one_sentence(clean: Capture) -> None:
 @pytest.mark.slow
 def test_intervals_hold_what_they_promise() -> None:
     """60 noisy runs: the 95 % intervals hold each ratio about that often, and bias is small."""
-    t, i, w = closed_loop(MOTOR, sweep(120.0, 0.7), 0.02, 8.0)
+    t, i, w = closed_loop(MOTOR, sweep(120.0, 0.7), 0.02, 4.0)
     runs, hits, shifts = 60, dict.fromkeys(RATIOS, 0), {name: [] for name in RATIOS}
     for seed in range(runs):
         rng = np.random.default_rng(seed)

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from motorid.estimate.effects.brush_and_heating import TURN, taken, turn_of
+from motorid.estimate.effects.action import PartLoss
+from motorid.estimate.effects.brush_and_heating import TURN, turn_of
 from motorid.estimate.effects.influence_quantity import (
     InfluenceQuantity,
     Prior,
@@ -40,7 +41,7 @@ DEAD_TIME_TURN = InfluenceQuantity(
     unit="1",
     scope=Scope.MOTOR,
     use=Use.ESTIMATED,
-    acts=(taken(turn_of),),
+    acts=(PartLoss(lambda subject, place: subject.loss.shapes[turn_of(place)]),),
     prior=_prior,
     scale=lambda subject: UNSURE,
     remedy="measure the voltage at the motor's terminals",
