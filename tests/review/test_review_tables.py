@@ -64,7 +64,10 @@ def misses(method: str, n: int) -> dict[str, np.ndarray]:
 
 @pytest.mark.slow
 @pytest.mark.long
-@pytest.mark.parametrize(("method", "n"), RECOVERED)
+@pytest.mark.parametrize(
+    ("method", "n"),
+    [pytest.param(*one, marks=[pytest.mark.study] if one[1] >= 30 else []) for one in RECOVERED],
+)
 def test_medians_of_table_9_are_the_recovered_ones(method, n):
     """Within a factor of 2 over the five parameters together, and each could be of our runs.
 
