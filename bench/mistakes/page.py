@@ -150,14 +150,18 @@ def chained(results: Mapping[str, Any]) -> str:
 
 def alarmed(results: Mapping[str, Any]) -> str:
     """A row a kind of good case."""
-    head = ("good", "accused", "warned at all", "of plain motors", "beyond 4 u", "intervals hold")
+    head = (
+        "good", "accused", "warned at all", "of plain motors", "a true effect named",
+        "beyond 4 u", "intervals hold",
+    )  # fmt: skip
     lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for kind in ("logs", "captures"):
         one = results[kind]
         plain = one["of_plain_motors"]
         lines.append(
             f"| {one['cases']} {kind} | {one['accused']} | {one['warned_or_accused']} "
-            f"| {plain['warned_or_accused']} of {plain['cases']} | {one['beyond_4_u']} "
+            f"| {plain['warned_or_accused']} of {plain['cases']} "
+            f"| {one.get('true_effect_found', 0)} | {one['beyond_4_u']} "
             f"| {one['intervals_held']} of {one['intervals']} |"
         )
     codes = {k: v for kind in ("logs", "captures") for k, v in results[kind]["codes"].items()}
