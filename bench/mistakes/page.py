@@ -161,7 +161,7 @@ def alarmed(results: Mapping[str, Any]) -> str:
         lines.append(
             f"| {one['cases']} {kind} | {one['accused']} | {one['warned_or_accused']} "
             f"| {plain['warned_or_accused']} of {plain['cases']} "
-            f"| {one.get('true_effect_found', 0)} | {one['beyond_4_u']} "
+            f"| {one['true_effect_found']} | {one['beyond_4_u']} "
             f"| {one['intervals_held']} of {one['intervals']} |"
         )
     codes = {k: v for kind in ("logs", "captures") for k, v in results[kind]["codes"].items()}

@@ -15,7 +15,7 @@ before a bipolar bridge, that bridge's own drop is lost as well, by the same s.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -88,13 +88,9 @@ def turn_of(part: int) -> str:
     return f"{TURN} {part}"
 
 
-def taken(unknown: Callable[[int], str]) -> SourceVoltage:
-    """What a unit of an unknown takes from the source, by the loss of the capture.
-
-    ``unknown``: its name, of a part of the program or wherever it is.
-    """
-
-    return SourceVoltage(lambda subject, place: subject.loss.shapes[unknown(place)], taken=True)
+def taken(unknown: str) -> SourceVoltage:
+    """What a unit of an unknown takes from the source, by the loss of the capture."""
+    return SourceVoltage(lambda subject, place: subject.loss.shapes[unknown], taken=True)
 
 
 @dataclass(frozen=True)
