@@ -40,6 +40,7 @@ QUICKEST, SLOWEST = 0.3, 0.95  # that a pass changes of what the one before did
 HOVERING = 6  # passes that stay near where they lead away by less than ASTRAY of their way
 ASTRAY = 0.5
 ROUGH = 1.0  # change of chi-square that is near enough while sources and noise are unsettled
+JUDGED = 0.1  # the same of a model that is to be judged: its size must not hang on where it ended
 JUDGED_STEPS = 25  # of a search whose model is to be judged: one that creeps is no better than that
 CLOSE = 1e-4  # the same once they nearly are: what passes leave undone, the next take for a change
 SAME = 1e-9  # of a voltage: less is rounding
@@ -128,8 +129,8 @@ def in_turn(
         if bare and all(map(_same, driven, records)):
             break
         unsettled_yet = n <= ROUGH_PASSES and not decided
-        enough = ROUGH if bare or wide or lost or unsettled_yet else CLOSE
-        steps = JUDGED_STEPS if wide else MAX_ITERATIONS
+        enough = ROUGH if bare or lost or unsettled_yet else CLOSE
+        enough, steps = (JUDGED, JUDGED_STEPS) if wide else (enough, MAX_ITERATIONS)
         found = again(records, free, start, solution, enough, held_h, steps)
         change = Change.of(solution, found)
         solution, left = found, change.left(changes[-1] if changes else None)

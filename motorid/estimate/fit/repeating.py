@@ -49,7 +49,8 @@ OF_ENCODER = (1, 2)  # a turn: a disc off its centre, a disc that is bent
 SAME = 3.0  # standard deviations of all readings together, by which courses are still the same
 SHIFTED = 0.1  # of a parameter: the same of what they would move
 HEAVY = 0.05  # of K or R
-KINDS = ((K_RIPPLE, R_RIPPLE), (K_RIPPLE,), (COGGING,))  # of an order: one; K may show alone
+RIPPLE = (K_RIPPLE, R_RIPPLE)
+KINDS = (RIPPLE, (K_RIPPLE,), (COGGING,))  # of an order: one; K may show alone
 STRAIGHT = 0.3  # of what a ripple shows, beyond which it is no straight line in its size
 
 
@@ -243,10 +244,15 @@ def _take(found: Sequence[_Turning]) -> None:
 
 
 def _either(found: Sequence[_Turning], periods: int) -> _Trial:
-    """A ripple of so many periods a turn, or cogging: what explains more."""
+    """A ripple of so many periods a turn, or cogging: what explains more.
+
+    Where K shows alone, R ripples too: starts and reversals tell it, and they do not repeat.
+    """
     slopes = [one.response.slopes(periods) for one in found]
-    trials = [_trial(found, [_of(x, kind) for x in slopes], TURN / periods) for kind in KINDS]
-    return max(trials, key=lambda trial: trial.gain)
+    trials = {kind: _trial(found, [_of(x, kind) for x in slopes], TURN / periods) for kind in KINDS}
+    best = max(trials, key=lambda kind: trials[kind].gain)
+    taken = trials[RIPPLE] if K_RIPPLE in best else trials[best]
+    return replace(taken, gain=trials[best].gain)
 
 
 def _of(slopes: Slopes, kind: Sequence[InfluenceQuantity]) -> Slopes:

@@ -98,13 +98,14 @@ def _of(
         estimate = _with_left_out(estimate, chosen.left_out)
         best, unsettled = _known(chosen, fix, without)
         if best is None:
-            return with_seen(with_unsettled(_with_trials(estimate, trials), unsettled), known)
+            estimate = with_unsettled(_with_trials(estimate, trials), unsettled)
+            return with_seen(estimate, _widest(known, chosen.harmless, fix, without))
         fitted, found = best
         offered = {term.name for term in fitted.terms}
         trials = tuple(replace(t, taken=t.taken and t.term in offered) for t in trials)
     better = alternative(fitted, found, *narrow[:2], trials, asked=bool(terms))
-    estimate = _said(replace(estimate, alternative=better), fitted)
-    return with_seen(with_unsettled(estimate, unsettled), found)
+    estimate = with_unsettled(_said(replace(estimate, alternative=better), fitted), unsettled)
+    return with_seen(estimate, found if terms else _widest(found, chosen.harmless, fix, without))
 
 
 def _outlying(records: Sequence[MotorRecord]) -> bool:
@@ -163,7 +164,8 @@ def looked_for(
         then = select(*narrow, matters, others)
         trials, left_out = (*found.trials, *then.trials), (*found.left_out, *then.left_out)
         unsettled = (*found.unsettled, *then.unsettled)
-        found = Selection(then.stages, trials, left_out, unsettled)
+        harmless = then.harmless or found.harmless
+        found = Selection(then.stages, trials, left_out, unsettled, harmless)
     return found, narrow
 
 
@@ -243,6 +245,17 @@ def _known(
             return (fitted, found), unsettled
         unsettled.append(Unsettled(fitted.terms[-1], fitted.values))
     return None, unsettled
+
+
+def _widest(
+    found: Findings, harmless: Fitted | None, fix: Mapping[str, float], without: Sequence[str]
+) -> Findings:
+    """What a search knows beside a term that explains more and moves nothing, where something is
+    still seen without it.
+    """
+    if harmless is None or not any(one.seen for one in found.undetected):
+        return found
+    return findings(finished(harmless), fix, without)
 
 
 def asked_for(

@@ -108,7 +108,7 @@ class Begun:
             record.starting(sizes)
         white = alternating_fit.with_sources(self.records, self.free, start)
         most = _most(self.records)
-        judged = _weighed(self.records, self.free, start, white, alternating_fit.ROUGH, most)
+        judged = _weighed(self.records, self.free, start, white, alternating_fit.JUDGED, most)
         return Fitted(self.terms, self.records, judged, self.free, merged(start, white))
 
 

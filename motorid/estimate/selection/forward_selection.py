@@ -13,8 +13,9 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import TERMS, Term
 from motorid.estimate.selection.evidence import Evidence, in_order, priced, weigh
 from motorid.estimate.selection.extended_fit import Begun, Fitted, begin, sizes_by_name
+from motorid.estimate.selection.joint_start import beside
 from motorid.estimate.selection.predicted_gain import foresee
-from motorid.estimate.selection.revision import Revision
+from motorid.estimate.selection.revision import SAME, Revision
 from motorid.estimate.selection.score_test import SCREENED, Candidate, screen
 from motorid.estimate.selection.shaft_resonance import springs
 from motorid.estimate.selection.trigger import HINT
@@ -64,6 +65,7 @@ class Selection:
     trials: tuple[Trial, ...]
     left_out: tuple[Term, ...] = ()  # which might matter, and which the search had no room for
     unsettled: tuple[Unsettled, ...] = ()  # which the data half support, beside the last stage
+    harmless: Fitted | None = None  # wider than the last stage: supported, and it moves nothing
 
 
 def select(
@@ -84,6 +86,7 @@ def select(
     stages: list[Fitted] = []
     trials: list[Trial] = []
     unsettled: list[Unsettled] = []
+    harmless: Fitted | None = None
     most = MOST * evaluations(records)
     now, search = _Model(records, solution, values, tuple(taken)), _Search(reach, but, most)
     revision = Revision((*but, *taken), most)
@@ -99,13 +102,16 @@ def select(
         if earns:
             stages.append(fitted)
             unsettled.clear()
+            harmless = None
         else:
             unsettled += [Unsettled(t.term, f.values) for f, t in found if t.goes_on]
+            harmless = fitted if found[-1][1].evidence.supports else harmless
         now = _Model(fitted.records, fitted.solution, fitted.values, fitted.terms)
     kept = stages[-1].terms if stages else ()
     told = tuple(replace(t, taken=t.term in kept and t.goes_on) for t in trials)
     possible = [one for one in revision.possible if one.term not in kept]
-    return Selection(tuple(stages), told, tuple(search.left_out), (*unsettled, *possible))
+    half = (*unsettled, *possible)
+    return Selection(tuple(stages), told, tuple(search.left_out), half, harmless)
 
 
 def evaluations(records: Sequence[MotorRecord]) -> int:
@@ -145,7 +151,8 @@ class _Search:
     def round(self, now: _Model) -> list[tuple[Fitted, Trial]]:
         """The candidates that were fitted; the last earns its place, if one does.
 
-        Beside one that is unsure the rest are tried in the next round.
+        Beside one that is unsure, or for which the first may only stand, the rest are tried in the
+        next round.
         """
         found: list[tuple[Fitted, Trial]] = []
         waiting, white = _asked(now, self.reach, self.but)
@@ -153,10 +160,12 @@ class _Search:
             if self.spent > self.most:
                 self.left_out += [c.term for c in waiting if _moves(c, self.reach) > HINT]
                 break
-            rivals, waiting = _rivals(waiting, self.reach)
-            for one in self._compared(now, rivals, white - WORTH):
-                found.append(one)
-                if one[1].earns:
+            first = waiting[0]
+            rivals, waiting = _rivals(waiting, self.reach, white)
+            behind = [c.term for c in rivals if _stands_for(first, c, white)]
+            for fitted, trial in self._compared(now, rivals, white.objective - WORTH):
+                found.append((fitted, trial))
+                if trial.earns or (trial.goes_on and trial.term in behind):
                     return found
             if any(trial.evidence.unsure for _, trial in found):
                 return found
@@ -202,8 +211,12 @@ class _Search:
 
 def _asked(
     now: _Model, reach: Mapping[str, float], but: Sequence[Term]
-) -> tuple[list[Candidate], float]:
-    """What the residuals ask for and a fit is foreseen to support, first what moves most."""
+) -> tuple[list[Candidate], Solution]:
+    """What the residuals ask for and a fit is foreseen to support, first what moves most; and the
+    solution in white noise.
+
+    What moves nothing is asked for too where something that matters may only stand for it.
+    """
     white = plain(now.records, now.solution)
     bare = (now.records, white, now.values)
     names = [name for name in SCREENED if TERMS[name] not in but]
@@ -211,8 +224,13 @@ def _asked(
     tried += [] if TERMS["two-masses"] in but else springs(*bare, now.taken)
     likely = [c for c in tried if c.gain > WORTH and _is_foreseen(now, white, c)]
     hidden = any(_matters(c, reach) and c.gain > HIDING and c not in likely for c in tried)
-    asked = [c for c in likely if hidden or c.gain > GROSS or _matters(c, reach)]
-    return sorted(asked, key=lambda c: -_moves(c, reach)), white.objective
+    matter = [c for c in likely if _matters(c, reach)]
+    asked = [
+        c
+        for c in likely
+        if hidden or c.gain > GROSS or c in matter or any(_stands_for(m, c, white) for m in matter)
+    ]
+    return sorted(asked, key=lambda c: -_moves(c, reach)), white
 
 
 def _is_foreseen(now: _Model, white: Solution, candidate: Candidate) -> bool:
@@ -226,12 +244,19 @@ def _is_foreseen(now: _Model, white: Solution, candidate: Candidate) -> bool:
     return found.supports or found.unsure
 
 
+def _stands_for(one: Candidate, other: Candidate, white: Solution) -> bool:
+    """The other explains more, and most of what ``one`` promises."""
+    if not (other.gain > one.gain and one.changes and other.changes):
+        return False
+    return beside(one, other, white) < SAME * one.gain
+
+
 def _rivals(
-    waiting: Sequence[Candidate], reach: Mapping[str, float]
+    waiting: Sequence[Candidate], reach: Mapping[str, float], white: Solution
 ) -> tuple[list[Candidate], list[Candidate]]:
     """Those that explain much the same as the first and move as much, or that explain more and
-    matter: the likelihood compares them. And the rest, which wait until none of these earns its
-    place.
+    matter, or for which the first may only stand: the likelihood compares them. And the rest, which
+    wait until none of these earns its place.
     """
     first = waiting[0]
     gain, moves = RIVAL * first.gain, ALIKE * _moves(first, reach)
@@ -240,6 +265,7 @@ def _rivals(
         for c in waiting
         if (c.gain >= gain and _moves(c, reach) >= moves)
         or (c.gain >= first.gain and _matters(c, reach))
+        or _stands_for(first, c, white)
     ]
     near = sorted(near, key=lambda c: -c.gain)[:REFITTED]
     return near, [c for c in waiting if c not in near]

@@ -1,6 +1,7 @@
 """Where a fit with several terms begins: all their sizes at once, by straight lines.
 
-Each term by itself would explain what another one does as well. The sums are the screen's.
+Each term by itself would explain what another one does as well: what one promises beside another is
+told by the same sums, which are the screen's.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.extended_terms import Term
 from motorid.estimate.selection.score_derivatives import Probe
-from motorid.estimate.selection.score_test import Tried, begins, everything, sums_of
+from motorid.estimate.selection.score_test import Candidate, Tried, begins, everything, sums_of
 from motorid.estimate.solver.dense_products import project
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import covariance_of
@@ -47,6 +48,12 @@ def starts(
             chosen[term] = max(same, key=lambda k: lines.gain({**chosen, term: k}.values()))
     sizes = lines.sizes(chosen.values())
     return {term: begins(probe, tried[k], sizes[k]) for term, k in chosen.items()}
+
+
+def beside(one: Candidate, other: Candidate, solution: Solution) -> float:
+    """What ``one`` promises beside another, of chi-square; both have changes."""
+    lines = _Lines([Tried(c.term, {}, c.changes) for c in (one, other)], solution)
+    return lines.gain([0, 1]) - lines.gain([1])
 
 
 class _Lines:

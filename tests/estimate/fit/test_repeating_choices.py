@@ -106,9 +106,11 @@ def test_it_is_a_ripple_or_cogging_whichever_pays_more(monkeypatch: pytest.Monke
 
 
 def test_a_ripple_of_k_need_not_pay_for_one_of_r(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An open bridge shows no resistance: a coast tells K alone."""
+    """A coast tells K alone. What R does at a start does not repeat, and is there all the same."""
     Given(monkeypatch, both_10=RIPPLE_COST - 5.0, ripple_10=K_COST + 5.0)
-    assert {name for name, _ in taken(Rotor([[10]]))} == {K_RIPPLE.name}
+    assert {name for name, _ in taken(Rotor([[10]]))} == {K_RIPPLE.name, R_RIPPLE.name}
+    Given(monkeypatch, both_10=RIPPLE_COST - 5.0, ripple_10=K_COST + 5.0, cogging_10=K_COST + 6.0)
+    assert {name for name, _ in taken(Rotor([[10]]))} == {COGGING.name}
     Given(monkeypatch, both_10=RIPPLE_COST + 9.0, ripple_10=K_COST + 5.0)
     rotor = Rotor([[10]])
     assert {name for name, _ in taken(rotor)} == {K_RIPPLE.name, R_RIPPLE.name}

@@ -49,7 +49,7 @@ class Answer:
             "b": TermTrial("cogging", "", (), 1.0, 2.0, 3.0, None, 4.0, True),
         }
         self.chosen = chosen = SimpleNamespace(
-            stages=("stage",), trials=self.trials, left_out=("left",)
+            stages=("stage",), trials=self.trials, left_out=("left",), harmless="harmless"
         )
         self.fitted, self.found = SimpleNamespace(terms=(SIDED,)), SimpleNamespace(name="findings")
         narrow = ("narrow", "its solution", "its values")
@@ -60,7 +60,7 @@ class Answer:
             _known=((self.fitted, self.found) if best else None, ("unsettled",)),
             alternative="alternative", _with_trials="with trials", _said="said",
             with_unsettled="settled", with_seen="seen", _narrow=narrow,
-            asked_for=self.fitted, findings=self.found, reach={"R": 0.5},
+            asked_for=self.fitted, findings=self.found, reach={"R": 0.5}, _widest="widest",
         )  # fmt: skip
         monkeypatch.setattr(entry, "_stated", lambda trial: stated[trial.name])
         captures: Any = ["run"]
@@ -87,7 +87,8 @@ def test_a_better_model_is_looked_for_and_offered_beside_the_six(
     ((said, fitted),) = seen["_said"]
     assert (said.alternative, said.suspects, fitted) == ("alternative", ("left out",), made.fitted)
     assert seen["with_unsettled"] == [("said", ("unsettled",))]
-    assert seen["with_seen"] == [("settled", made.found)]
+    assert seen["_widest"] == [(made.found, "harmless", FIX, WITHOUT)]
+    assert seen["with_seen"] == [("settled", "widest")]
 
 
 def test_where_none_stands_out_what_was_tried_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -96,8 +97,23 @@ def test_where_none_stands_out_what_was_tried_is_said(monkeypatch: pytest.Monkey
     assert estimated.suspects == ("left out",)
     assert [t.taken for t in trials] == [True, True]
     assert made.seen["with_unsettled"] == [("with trials", ("unsettled",))]
-    assert made.seen["with_seen"] == [("settled", made.known)]
+    assert made.seen["_widest"] == [(made.known, "harmless", FIX, WITHOUT)]
+    assert made.seen["with_seen"] == [("settled", "widest")]
     assert "alternative" not in made.seen
+
+
+@pytest.mark.parametrize(("harmless", "sizes", "asked"), [
+    ("wider", (0.0, 4.5), True), ("wider", (0.0,), False), (None, (4.5,), False),
+])  # fmt: skip
+def test_what_is_still_seen_is_asked_beside_what_explains_more_and_moves_nothing(
+    harmless: Any, sizes: tuple[float, ...], asked: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: dict[str, Any] = {}
+    noting(monkeypatch, entry, seen, findings="beside it", finished="finished")
+    known: Any = SimpleNamespace(undetected=[SimpleNamespace(seen=size) for size in sizes])
+    assert entry._widest(known, harmless, FIX, WITHOUT) == ("beside it" if asked else known)
+    assert seen.get("finished") == ([("wider",)] if asked else None)
+    assert seen.get("findings") == ([("finished", FIX, WITHOUT)] if asked else None)
 
 
 def test_named_terms_are_fitted_from_a_fit_that_leaves_them_what_they_explain(
@@ -111,6 +127,7 @@ def test_named_terms_are_fitted_from_a_fit_that_leaves_them_what_they_explain(
     assert seen["findings"] == [(made.fitted, FIX, WITHOUT)]
     ((*_, trials, asked),) = seen["alternative"]
     assert (trials, asked) == ((), ("asked", True))
+    assert seen["with_seen"] == [("settled", made.found)]
     assert "looked_for" not in seen
 
 

@@ -21,6 +21,7 @@ A, B, C, D = (TERMS[name] for name in NAMES)
 GOOD, BAD = Evidence(99.0, 1.0, 20.0, 9.0), Evidence(9.0, 1.0, 20.0, 9.0)
 UNSURE = Evidence(303.0, 3.0, 20.0, 3.9)  # explains five times what it costs, of an open size
 REACH = {"R": 0.1, "K": 2.0}
+WHITE: Any = SimpleNamespace(objective=500.0)
 
 
 def candidate(term: Term, gain: float = 100.0, **shift: float) -> Candidate:
@@ -64,23 +65,56 @@ def test_the_search_goes_on_beside_what_earns_its_place_or_hides_others() -> Non
     assert forward._next([]) is None
 
 
-def test_rivals_explain_and_move_much_the_same_as_the_first() -> None:
+def standing(monkeypatch: pytest.MonkeyPatch, *pairs: tuple[Term, Term]) -> None:
+    """The first of each pair may only stand for the second."""
+    monkeypatch.setattr(
+        forward, "_stands_for", lambda one, other, _: (one.term, other.term) in pairs
+    )
+
+
+@pytest.mark.parametrize(
+    ("gain", "left", "stands"),
+    [(101.0, 49.0, True), (101.0, 51.0, False), (99.0, 0.0, False)],
+)
+def test_one_stands_for_another_that_explains_more_and_most_of_what_it_promises(
+    gain: float, left: float, stands: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen = []
+
+    def beside(*given: Any) -> float:
+        seen.append(given)
+        return left
+
+    monkeypatch.setattr(forward, "beside", beside)
+    lines = (np.zeros((1, 2)),)
+    one, other = (replace(candidate(t, g), changes=lines) for t, g in ((A, 100.0), (B, gain)))
+    assert forward._stands_for(one, other, WHITE) is stands
+    assert all(given == (one, other, WHITE) for given in seen)
+    assert not forward._stands_for(one, candidate(B, 900.0), WHITE)  # of no straight line
+    assert not forward._stands_for(candidate(A, 1.0), other, WHITE)
+
+
+def test_rivals_explain_and_move_much_the_same_as_the_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     first = candidate(A, 100.0, R=0.2)
     near = candidate(B, 50.0, R=0.041)
     weak, still = candidate(C, 49.0, R=0.2), candidate(D, 90.0, R=0.039)
-    rivals, rest = forward._rivals([first, weak, near, still], REACH)
+    rivals, rest = forward._rivals([first, weak, near, still], REACH, WHITE)
     assert [c.term for c in rivals] == [A, B]
     assert [c.term for c in rest] == [C, D]
     stronger = candidate(C, 300.0, R=0.051)
-    harmless = candidate(D, 300.0, R=0.03)
-    rivals, rest = forward._rivals([candidate(A, 100.0, R=0.9), stronger, harmless], REACH)
-    assert [c.term for c in rivals] == [C, A]
-    assert [c.term for c in rest] == [D]
+    harmless, other = candidate(D, 200.0, R=0.03), candidate(B, 200.0, R=0.03)
+    standing(monkeypatch, (A, D))
+    waiting = [candidate(A, 100.0, R=0.9), stronger, other, harmless]
+    rivals, rest = forward._rivals(waiting, REACH, WHITE)
+    assert [c.term for c in rivals] == [C, D, A]
+    assert [c.term for c in rest] == [B]
 
 
 def test_three_rivals_at_most_and_those_that_promise_most() -> None:
     each = [candidate(t, g, R=1.0) for t, g in zip((A, B, C, D), (60, 90, 100, 80), strict=True)]
-    rivals, rest = forward._rivals(each, REACH)
+    rivals, rest = forward._rivals(each, REACH, WHITE)
     assert [c.term for c in rivals] == [C, B, D]
     assert [c.term for c in rest] == [A]
 
@@ -106,13 +140,13 @@ def asked(
         names.append(arguments[-1])
         return list(screened)
 
-    monkeypatch.setattr(forward, "plain", lambda *_: SimpleNamespace(objective=500.0))
+    monkeypatch.setattr(forward, "plain", lambda *_: WHITE)
     monkeypatch.setattr(forward, "screen", screen)
     monkeypatch.setattr(forward, "springs", lambda *_: [])
     monkeypatch.setattr(forward, "_is_foreseen", lambda _n, _w, c: c.term in foreseen)
     now: Any = SimpleNamespace(records=(), solution=None, values={}, taken=())
     found, white = forward._asked(now, REACH, but)
-    assert white == 500.0
+    assert white is WHITE
     assert not {b.name for b in but} & set(names[0])
     return [c.term for c in found]
 
@@ -125,6 +159,16 @@ def test_what_promises_enough_and_matters_is_asked_for_the_largest_move_first(
     small = [candidate(A, 900.0, R=0.01), candidate(B, 1001.0, R=0.01)]
     assert asked(monkeypatch, small, [A, B]) == [B]  # a gross one is fitted whatever it moves
     assert asked(monkeypatch, each, [A, B, C], [D]) == [C, A]
+
+
+def test_what_something_that_matters_may_only_stand_for_is_asked_for_whatever_it_moves(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As windage does for friction at low speed."""
+    each = [candidate(A, 14.0, R=0.2), candidate(B, 26.0, R=0.01), candidate(C, 26.0, R=0.01)]
+    standing(monkeypatch, (A, B), (B, C))
+    assert asked(monkeypatch, each, [A, B, C]) == [A, B]
+    assert asked(monkeypatch, each, [B, C]) == []  # beside none that matters
 
 
 def test_what_a_harmless_one_may_hide_is_a_reason_to_fit_it(
@@ -184,7 +228,7 @@ class Fits:
 def rounds(
     monkeypatch: pytest.MonkeyPatch, waiting: Sequence[Candidate], most: float = 1e9
 ) -> tuple[list[Trial], forward._Search]:
-    monkeypatch.setattr(forward, "_asked", lambda *_: (list(waiting), 500.0))
+    monkeypatch.setattr(forward, "_asked", lambda *_: (list(waiting), WHITE))
     search = forward._Search(REACH, (), most)
     now: Any = SimpleNamespace(values={"R": 2.0, "K": 1.0}, taken=(), solution=None)
     return [t for _, t in search.round(now)], search
@@ -222,6 +266,19 @@ def test_beside_one_that_is_unsure_the_rest_wait_for_the_next_round(
     found, _ = rounds(monkeypatch, waiting)
     assert [(t.term, t.earns) for t in found] == [(A, False)]
     assert fits.begun == ["direction"]
+
+
+@pytest.mark.parametrize(
+    ("pair", "evidence", "tried"),
+    [((C, A), GOOD, [A]), ((C, A), BAD, [A, C]), ((A, C), GOOD, [A, C])],
+)
+def test_beside_what_the_first_may_only_stand_for_the_rest_wait_too(
+    pair: tuple[Term, Term], evidence: Evidence, tried: list[Term], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    standing(monkeypatch, pair)
+    Fits(monkeypatch, direction=(200.0, evidence, 0.0), cogging=(300.0, GOOD, 0.5))
+    found, _ = rounds(monkeypatch, [candidate(C, 100.0, R=1.0), candidate(A, 110.0, R=0.9)])
+    assert [t.term for t in found] == tried
 
 
 def test_when_the_responses_are_spent_the_others_are_left_out(
@@ -289,6 +346,21 @@ def test_one_that_moves_nothing_is_part_of_the_answer_only_beside_another(
     assert alone.stages == ()
     assert not any(t.taken for t in alone.trials)
     assert seen == [(), (A,)]
+
+
+def test_what_is_supported_beyond_the_answer_is_kept_beside_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def terms(*each: Sequence[tuple[Term, float, Evidence]]) -> Any:
+        harmless = selected(monkeypatch, *each)[0].harmless
+        return None if harmless is None else harmless.terms
+
+    assert terms([(A, 0.1, GOOD)], [(C, 3.0, BAD)]) == (A,)
+    assert terms([(A, 0.1, GOOD)], [(C, 0.1, GOOD)]) == (A, C)
+    assert terms([(A, 0.1, GOOD)], [(C, 3.0, GOOD)]) is None  # it is part of the answer
+    assert terms([(A, 3.0, GOOD)], [(C, 0.1, GOOD)]) == (A, C)
+    assert terms([(A, 0.1, GOOD)], [(C, 0.1, UNSURE)]) == (A,)
+    assert terms([(A, 0.1, UNSURE)]) is None
 
 
 def test_a_search_has_five_rounds_at_most(monkeypatch: pytest.MonkeyPatch) -> None:

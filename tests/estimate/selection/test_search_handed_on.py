@@ -99,7 +99,7 @@ def test_what_the_residuals_ask_for_is_seen_in_white_noise(
     now: Any = forward._Model(["record"], "solution", MOTOR, (LOAD,))  # type: ignore[list-item,arg-type]
     found, least = forward._asked(now, {"R": 0.1}, [COGS])
     assert [c.term for c in found] == [TWO, SIDED]
-    assert least == 400.0
+    assert least is white
     names = [name for name in score_test.SCREENED if name != "cogging"]
     assert seen["plain"] == [(["record"], "solution")]
     assert seen["screen"] == [(["record"], white, MOTOR, (LOAD,), names)]

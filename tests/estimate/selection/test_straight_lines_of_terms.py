@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,7 +14,7 @@ from scipy.optimize import lsq_linear
 
 from motorid.estimate.model.extended_terms import TERMS, Term
 from motorid.estimate.selection import joint_start, score_test
-from motorid.estimate.selection.score_test import Tried, begins, sums_of
+from motorid.estimate.selection.score_test import Candidate, Tried, begins, sums_of
 from motorid.estimate.solver.problem import Block, Linearised, Unknown
 
 Floats = NDArray[np.float64]
@@ -88,6 +89,16 @@ def test_several_terms_at_once_are_least_squares_beside_all_else() -> None:
     sizes = lines.sizes([0, 1])
     assert sizes[0] == pytest.approx(found[4:5])
     assert sizes[1] == pytest.approx(found[5:9])  # two of each record
+
+
+def test_what_one_promises_beside_another_is_what_only_it_explains() -> None:
+    one, other = tried(DIRECTION), tried(COGGING, 2)
+    table, left = design([one, other], [False, True])
+    gain = least(np.delete(table, 4, axis=1), left)[1] - least(table, left)[1]
+    a, b = (Candidate(t.term, 1.0, {}, {}, (), t.changes) for t in (one, other))
+    assert joint_start.beside(a, b, solution()) == pytest.approx(gain)
+    twin = replace(a, changes=tuple(-2.0 * c for c in one.changes))
+    assert joint_start.beside(a, twin, solution()) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_size_that_cannot_be_below_nothing_is_none_or_more() -> None:

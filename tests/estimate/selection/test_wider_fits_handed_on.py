@@ -47,9 +47,9 @@ def test_a_fit_is_near_once_sources_and_noise_are_those_of_its_rough_end(
     start = {**MOTOR, "R": 5.0, "N_c": 3.0}
     assert seen["sizes_by_name"] == [(records, first)]
     assert seen["with_sources"] == [(records, ("R",), start)]
-    rough = extended_fit.alternating_fit.ROUGH
+    near = extended_fit.alternating_fit.JUDGED
     most = extended_fit.alternating_fit.JUDGED_STEPS  # less than 10⁷ steps, of which each takes 10⁴
-    assert seen["_weighed"] == [(records, ("R",), start, white, rough, most)]
+    assert seen["_weighed"] == [(records, ("R",), start, white, near, most)]
     assert (found.terms, found.records, found.free) == ((SIDED,), records, ("R",))
     assert found.start == {**MOTOR, "K": 0.07, "N_c": 3.0}
     assert found.solution.values[4] == 9.0
