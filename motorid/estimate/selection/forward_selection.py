@@ -96,16 +96,16 @@ def select(
         after = _next(found)
         if after is None:
             break
-        fitted, earns = after
+        fitted, trial = after
         if len(fitted.terms) > 1:
             fitted = revision.of(fitted)
-        if earns:
+        if trial.earns:
             stages.append(fitted)
             unsettled.clear()
             harmless = None
         else:
             unsettled += [Unsettled(t.term, f.values) for f, t in found if t.goes_on]
-            harmless = fitted if found[-1][1].evidence.supports else harmless
+            harmless = fitted if trial.evidence.supports else harmless
         now = _Model(fitted.records, fitted.solution, fitted.values, fitted.terms)
     kept = stages[-1].terms if stages else ()
     told = tuple(replace(t, taken=t.term in kept and t.goes_on) for t in trials)
@@ -129,16 +129,15 @@ class _Model:
     taken: tuple[Term, ...] = ()
 
 
-def _next(found: Sequence[tuple[Fitted, Trial]]) -> tuple[Fitted, bool] | None:
-    """The fit that the search goes on beside, and whether its term earns its place.
-
-    It is the one that earns it; else one that the data support, and that hides others.
+def _next(found: Sequence[tuple[Fitted, Trial]]) -> tuple[Fitted, Trial] | None:
+    """The fit that the search goes on beside: whose term earns its place; else one that the data
+    support, and that hides others.
     """
     for fitted, trial in found:
         if trial.earns:
-            return fitted, True
+            return fitted, trial
     harmless = [(fitted, trial) for fitted, trial in found if trial.goes_on]
-    return (max(harmless, key=lambda one: one[1].evidence.gain)[0], False) if harmless else None
+    return max(harmless, key=lambda one: one[1].evidence.gain, default=None)
 
 
 class _Search:

@@ -59,8 +59,9 @@ def test_the_search_goes_on_beside_what_earns_its_place_or_hides_others() -> Non
     harmless = trial(A, moves=0.1, evidence=Evidence(50.0, 1.0, 20.0, 9.0))
     gains = trial(B, moves=0.1, evidence=Evidence(70.0, 1.0, 20.0, 9.0))
     found: list[Any] = list(zip(fits, [harmless, trial(C), gains], strict=True))
-    assert forward._next(found) == (fits[1], True)
-    assert forward._next([found[0], found[2]]) == (fits[2], False)
+    assert forward._next(found) == found[1]
+    assert forward._next([found[0], found[2]]) == found[2]
+    assert forward._next([found[2], found[0]]) == found[2]
     assert forward._next([(fits[0], trial(A, evidence=BAD))]) is None
     assert forward._next([]) is None
 
@@ -361,6 +362,9 @@ def test_what_is_supported_beyond_the_answer_is_kept_beside_it(
     assert terms([(A, 3.0, GOOD)], [(C, 0.1, GOOD)]) == (A, C)
     assert terms([(A, 0.1, GOOD)], [(C, 0.1, UNSURE)]) == (A,)
     assert terms([(A, 0.1, UNSURE)]) is None
+    small = replace(GOOD, gain=50.0)
+    assert terms([(A, 0.1, small), (C, 0.1, UNSURE)]) is None  # the search goes on beside the other
+    assert terms([(C, 0.1, small), (A, 0.1, GOOD)], [(B, 3.0, BAD)]) == (A,)
 
 
 def test_a_search_has_five_rounds_at_most(monkeypatch: pytest.MonkeyPatch) -> None:
