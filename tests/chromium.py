@@ -67,17 +67,28 @@ class Page:
 
     def run(self, code: str) -> Any:
         """The value of an expression in the page."""
-        done = self.ask("Runtime.evaluate", expression=code, returnByValue=True, awaitPromise=True)
-        assert "exceptionDetails" not in done, done["exceptionDetails"]
-        return done["result"].get("value")
+        value, trouble = self._evaluated(code)
+        assert trouble is None, trouble
+        return value
 
     def wait(self, code: str) -> Any:
-        """The value of an expression, once it is true."""
+        """The value of an expression, once it is true. A page that is loading has few elements:
+        what an expression lacks may come.
+        """
         until = time.monotonic() + PATIENCE_S
-        while not (value := self.run(code)):
-            assert time.monotonic() < until, f"{code} stays {value!r}; {self.complaints}"
+        while True:
+            value, trouble = self._evaluated(code)
+            if value and trouble is None:
+                return value
+            stays = trouble or f"stays {value!r}"
+            assert time.monotonic() < until, f"{code}: {stays}; {self.complaints}"
             time.sleep(0.05)
-        return value
+
+    def _evaluated(self, code: str) -> tuple[Any, str | None]:
+        """The value of an expression, and what it threw."""
+        done = self.ask("Runtime.evaluate", expression=code, returnByValue=True, awaitPromise=True)
+        thrown = done.get("exceptionDetails")
+        return done["result"].get("value"), None if thrown is None else json.dumps(thrown)[:400]
 
     def size(self, width: int, height: int) -> None:
         """Of the window, in CSS pixels."""
