@@ -160,13 +160,14 @@ def _free(found: Findings, name: str) -> Parameter:
     unit = UNITS[name]
     if name in POSITIVE:
         relative = float(np.hypot(deviation, instrument))
-        if relative > UNKNOWN or found.solution.at_bound[k]:
-            return unknown(name, unit, f"these data do not determine it; {REMEDY[name]} would")
         half = student(freedom) * relative, student(freedom) * relative
         if name in found.profiles:
             ends = (abs(float(np.log(end / value))) for end in found.profiles[name])
             low, high = (float(np.hypot(end, student(freedom) * instrument)) for end in ends)
             half = low, high
+        wide = max(sum(half) / 2.0, student(freedom) * relative) > student(freedom) * UNKNOWN
+        if wide or found.solution.at_bound[k]:
+            return unknown(name, unit, f"these data do not determine it; {REMEDY[name]} would")
         return Parameter(
             name, unit, value, value * deviation, value * instrument, value * relative,
             (value * float(np.exp(-half[0])), value * float(np.exp(half[1]))), Status.ESTIMATED,

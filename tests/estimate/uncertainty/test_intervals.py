@@ -136,6 +136,21 @@ def test_the_ends_of_a_likelihood_take_the_place_of_its_curvature() -> None:
     assert wider["B"].interval_95[1] == pytest.approx(4e-5 + math.hypot(5e-5, z * 0.5 * 4e-5))
 
 
+@pytest.mark.parametrize(
+    ("reach", "status"),
+    [((0.9, 1.05), Status.ESTIMATED), ((0.9, 1.07), Status.NOT_IDENTIFIABLE),
+     ((0.1, 1.8), Status.ESTIMATED), ((0.1, 1.9), Status.NOT_IDENTIFIABLE)],
+)  # fmt: skip
+def test_ends_that_lie_a_factor_of_seven_apart_tell_nothing(
+    reach: tuple[float, float], status: Status
+) -> None:
+    """The same bound as the curvature's: half of the width, over 1.96, at most 50 %."""
+    down, up = (math.exp(x) for x in reach)
+    ends = {"L": (3e-3 / down, 3e-3 * up)}
+    found = intervals.parameters(replace(findings(), profiles=ends))["L"]
+    assert found.status is status
+
+
 def test_few_runs_widen_and_instruments_that_are_known_less() -> None:
     """Welch and Satterthwaite, GUM G.4.1: freedom times the square of total over statistical."""
     found = findings(freedom=4.0, causes={"gain": {"R": 0.01}})
