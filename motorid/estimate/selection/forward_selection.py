@@ -160,8 +160,8 @@ class _Search:
                 self.left_out += [c.term for c in waiting if _moves(c, self.reach) > HINT]
                 break
             first = waiting[0]
-            rivals, waiting = _rivals(waiting, self.reach, white)
-            behind = [c.term for c in rivals if _stands_for(first, c, white)]
+            behind = [c.term for c in waiting if _stands_for(first, c, white)]
+            rivals, waiting = _rivals(waiting, self.reach, behind)
             for fitted, trial in self._compared(now, rivals, white.objective - WORTH):
                 found.append((fitted, trial))
                 if trial.earns or (trial.goes_on and trial.term in behind):
@@ -251,11 +251,11 @@ def _stands_for(one: Candidate, other: Candidate, white: Solution) -> bool:
 
 
 def _rivals(
-    waiting: Sequence[Candidate], reach: Mapping[str, float], white: Solution
+    waiting: Sequence[Candidate], reach: Mapping[str, float], behind: Sequence[Term] = ()
 ) -> tuple[list[Candidate], list[Candidate]]:
     """Those that explain much the same as the first and move as much, or that explain more and
-    matter, or for which the first may only stand: the likelihood compares them. And the rest, which
-    wait until none of these earns its place.
+    matter, or that are ``behind`` it: the likelihood compares them. And the rest, which wait until
+    none of these earns its place.
     """
     first = waiting[0]
     gain, moves = RIVAL * first.gain, ALIKE * _moves(first, reach)
@@ -264,7 +264,7 @@ def _rivals(
         for c in waiting
         if (c.gain >= gain and _moves(c, reach) >= moves)
         or (c.gain >= first.gain and _matters(c, reach))
-        or _stands_for(first, c, white)
+        or c.term in behind
     ]
     near = sorted(near, key=lambda c: -c.gain)[:REFITTED]
     return near, [c for c in waiting if c not in near]

@@ -159,18 +159,17 @@ def _free(found: Findings, name: str) -> Parameter:
     deviation, instrument, freedom = found.propagate(gradient)
     unit = UNITS[name]
     if name in POSITIVE:
-        relative = float(np.hypot(deviation, instrument))
-        half = student(freedom) * relative, student(freedom) * relative
+        relative, factor = float(np.hypot(deviation, instrument)), student(freedom)
+        low = high = factor * relative
         if name in found.profiles:
             ends = (abs(float(np.log(end / value))) for end in found.profiles[name])
-            low, high = (float(np.hypot(end, student(freedom) * instrument)) for end in ends)
-            half = low, high
-        wide = max(sum(half) / 2.0, student(freedom) * relative) > student(freedom) * UNKNOWN
+            low, high = (float(np.hypot(end, factor * instrument)) for end in ends)
+        wide = max(relative, (low + high) / (2.0 * factor)) > UNKNOWN
         if wide or found.solution.at_bound[k]:
             return unknown(name, unit, f"these data do not determine it; {REMEDY[name]} would")
         return Parameter(
             name, unit, value, value * deviation, value * instrument, value * relative,
-            (value * float(np.exp(-half[0])), value * float(np.exp(half[1]))), Status.ESTIMATED,
+            (value * float(np.exp(-low)), value * float(np.exp(high))), Status.ESTIMATED,
         )  # fmt: skip
     if torque_is_lost(found.solution, found.statistical):
         return unknown(

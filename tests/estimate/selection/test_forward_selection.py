@@ -95,27 +95,24 @@ def test_one_stands_for_another_that_explains_more_and_most_of_what_it_promises(
     assert not forward._stands_for(candidate(A, 1.0), other, WHITE)
 
 
-def test_rivals_explain_and_move_much_the_same_as_the_first(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_rivals_explain_and_move_much_the_same_as_the_first() -> None:
     first = candidate(A, 100.0, R=0.2)
     near = candidate(B, 50.0, R=0.041)
     weak, still = candidate(C, 49.0, R=0.2), candidate(D, 90.0, R=0.039)
-    rivals, rest = forward._rivals([first, weak, near, still], REACH, WHITE)
+    rivals, rest = forward._rivals([first, weak, near, still], REACH)
     assert [c.term for c in rivals] == [A, B]
     assert [c.term for c in rest] == [C, D]
     stronger = candidate(C, 300.0, R=0.051)
     harmless, other = candidate(D, 200.0, R=0.03), candidate(B, 200.0, R=0.03)
-    standing(monkeypatch, (A, D))
     waiting = [candidate(A, 100.0, R=0.9), stronger, other, harmless]
-    rivals, rest = forward._rivals(waiting, REACH, WHITE)
+    rivals, rest = forward._rivals(waiting, REACH, [D])
     assert [c.term for c in rivals] == [C, D, A]
     assert [c.term for c in rest] == [B]
 
 
 def test_three_rivals_at_most_and_those_that_promise_most() -> None:
     each = [candidate(t, g, R=1.0) for t, g in zip((A, B, C, D), (60, 90, 100, 80), strict=True)]
-    rivals, rest = forward._rivals(each, REACH, WHITE)
+    rivals, rest = forward._rivals(each, REACH)
     assert [c.term for c in rivals] == [C, B, D]
     assert [c.term for c in rest] == [A]
 
