@@ -16,7 +16,7 @@ from motorid.estimate.model.extended_terms import Term
 ROOMS = [info.name for info in pkgutil.iter_modules(motorid.estimate.__path__)]
 WORKING = {  # filled while they are used
     "uncertainty": {"_Sums"}, "model": {"Mixer"}, "effects": {"Setup"},
-    "solver": {"Point", "Normal", "Products"},
+    "solver": {"Point", "Normal", "Products", "Moving", "_Own"},
 }  # fmt: skip
 
 

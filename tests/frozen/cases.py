@@ -93,7 +93,7 @@ CASES = (
     runs("wrong-counts"),
     runs("supply-sense-by-duty"),
     runs("brushes-and-cogging", dear=True),
-    runs("terms-asked", of="sim", dear=True, model="brush-drop+direction"),
+    runs("terms-asked", of="sim", dear=True, model="brush-drop+quadratic-load"),
     runs("fixed-and-left-out", of="sim", fix={"K": 7.68e-3}, without=("B",), model="six"),
     runs("steiglitz-mcbride", of="sim", dear=True, method="steiglitz-mcbride"),
     runs("steady-state", of="sim", method="steady-state"),

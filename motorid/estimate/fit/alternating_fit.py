@@ -32,6 +32,7 @@ LOST_PASSES = 7  # the same where L has vanished: no pass finds it again
 MOST_SIMULATED = 3000  # responses of a capture, after which no other pass begins
 ROUGH_PASSES = 2  # from a start
 LATEST = 12  # passes after which all is decided
+COMPARED_PASSES = 6  # of a fit that is only compared with others: one far off may swing for ever
 DECIDED = 0.02  # of a standard deviation by noise: with less to come nothing is decided anew
 SETTLED = 0.02  # of it: the same of what is worth no other pass
 SAID = 0.1  # of it: less would widen an interval by half a per cent at most
@@ -204,6 +205,30 @@ def with_inductance(
     """
     judge_at(records, near, inductance_h)
     return with_sources(records, free, {**known, "L": inductance_h}, inductance_h)
+
+
+def near_inductance(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    known: Mapping[str, float],
+    near: Solution,
+    inductance_h: float,
+) -> Solution:
+    """``with_inductance`` as far as it takes to be compared with others: until chi-square stays."""
+    judge_at(records, near, inductance_h)
+    start = {**known, "L": inductance_h}
+    for record in records:
+        record.decide(False)
+    first = _held(unknowns_of(records, free, start), inductance_h)
+    solution = maximise(first, records, enough=ROUGH)
+    for _ in range(COMPARED_PASSES):
+        for record, own in zip(records, solution.own, strict=True):
+            record.retake_sources(solution.values, own)
+        before = solution
+        solution = again(records, free, start, before, ROUGH, inductance_h)
+        if abs(solution.objective - before.objective) < ROUGH:
+            break
+    return solution
 
 
 def _held(unknowns: list[Unknown], held_h: float) -> list[Unknown]:

@@ -15,8 +15,8 @@ from motorid.estimate.fit.alternating_fit import (
     again,
     in_turn,
     judge_at,
+    near_inductance,
     vanished,
-    with_inductance,
     with_sources,
 )
 from motorid.estimate.fit.parameter_bounds import merged
@@ -89,7 +89,7 @@ def _begun_again(
     """From the likelier of some inductances, held while what drives the motor settles with them."""
     period = min(record.timeline.period_s for record in records)
     trials = [
-        with_inductance(records, free, known, lost, rise * known["R"] * period) for rise in RISES
+        near_inductance(records, free, known, lost, rise * known["R"] * period) for rise in RISES
     ]
     likeliest = min(trials, key=lambda one: one.objective)
     best = merged(known, likeliest)

@@ -25,6 +25,7 @@ from motorid.estimate.fit.alternating_fit import (
     ROUGH,
     again,
     in_turn,
+    near_inductance,
     vanished,
     with_inductance,
 )
@@ -128,13 +129,21 @@ class _Search:
         return sum(max(record.simulated for record in records) for records in others)
 
     def held(self, inductance_h: float) -> Fitted:
-        """With that one."""
+        """With that one, until what drives the motor stays."""
+        return self._by(with_inductance, inductance_h)
+
+    def compared(self, inductance_h: float) -> Fitted:
+        """With that one, as far as it takes to be compared with others."""
+        return self._by(near_inductance, inductance_h)
+
+    def _by(self, fitted: Callable[..., Solution], inductance_h: float) -> Fitted:
+        """In records of its own."""
         records = [
             MotorRecord(record.capture, self.free, self.fixed, record.shape)
             for record in self.before
         ]
         near = _as_of(records, self.before, self.near)
-        solution = with_inductance(records, self.free, self.known, near, inductance_h)
+        solution = fitted(records, self.free, self.known, near, inductance_h)
         self.trials.append(records)
         return records, solution
 
@@ -146,7 +155,7 @@ class _Search:
         tau = self.known["R"] * min(r.timeline.period_s for r in self.before)
         smallest, largest = (math.log(tau * part) / CLOSE for part in (SMALLEST, LARGEST))
         places = range(math.floor(largest / COARSE) * COARSE, math.floor(smallest), -COARSE)
-        held = cache(lambda place: self.held(math.exp(place * CLOSE)))
+        held = cache(lambda place: self.compared(math.exp(place * CLOSE)))
         likeliest = min(places, key=lambda place: held(place)[1].objective)
         for _ in range(JUDGED):
             worse = self._by_noise_of(likeliest, held)

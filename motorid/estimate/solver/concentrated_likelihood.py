@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.errors import DataError
+from motorid.estimate.solver.bounded_step import bounded_step
 from motorid.estimate.solver.dense_products import project, square
 from motorid.estimate.solver.normal_equations import Normal, Products, products
-from motorid.estimate.solver.problem import Derivatives, Record, Solution, Unknown, bounded_inverse
+from motorid.estimate.solver.problem import Derivatives, Record, Solution, Unknown
 from motorid.estimate.solver.search_coordinates import Coordinates
 
 Floats = NDArray[np.float64]
@@ -165,6 +166,13 @@ class Concentrated:
 
     def normals(self, at: Point, known: Derivatives) -> list[Normal]:
         """Normal equations at a point with derivatives taken there, or near it."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            out = self._normals(at, known)
+        if not all(one.finite for one in out):
+            raise DataError(BEYOND)
+        return out
+
+    def _normals(self, at: Point, known: Derivatives) -> list[Normal]:
         out = []
         for k, (frame, sums) in enumerate(zip(self.own, self._products(known), strict=True)):
             residual, prior = self.weighed_residual(at, k, 2), frame.precision
@@ -179,8 +187,6 @@ class Concentrated:
                     - prior * (at.own[k] - frame.mean),
                 )
             )  # fmt: skip
-        if not all(one.finite for one in out):
-            raise DataError(BEYOND)
         return out
 
     def weighed_residual(self, at: Point, k: int, power: int = 1) -> Floats:
@@ -213,32 +219,15 @@ class Concentrated:
     ) -> tuple[Floats, list[Floats], float]:
         """Where the damped step ends, and its promise."""
         frame = self.frame
-        H = np.diag(frame.precision.astype(np.float64))
-        g = -frame.precision * (at.shared - frame.mean)
-        solved = []
-        for normal, own_frame, own in zip(normals, self.own, at.own, strict=True):
-            oo = normal.oo + damping * np.diag(np.diag(normal.oo))
-            held = own_frame.blocked(own, normal.go)
-            inverse = bounded_inverse(oo, held)
-            H = H + normal.ss - normal.so @ inverse @ normal.so.T
-            g = g + normal.gs - normal.so @ (inverse @ normal.go)
-            solved.append(inverse)
-        diagonal = sum((n.ss for n in normals), np.diag(frame.precision)).diagonal()
-        ds = frame.bounded_step(at.shared, H + damping * np.diag(diagonal), g)
-        shared = np.clip(at.shared + ds, frame.lower, frame.upper)
-        moves: list[Floats] = []
-        promise = 0.0
-        for normal, inverse, x, limits in zip(normals, solved, at.own, self.own, strict=True):
-            moved = np.clip(
-                x + inverse @ (normal.go - normal.so.T @ ds), limits.lower, limits.upper
-            )
-            d = moved - x
+        shared, own = bounded_step(frame, at.shared, self.own, at.own, normals, damping)
+        ds, promise = shared - at.shared, 0.0
+        for normal, before, after in zip(normals, at.own, own, strict=True):
+            d = after - before
             promise += 2 * float(normal.gs @ ds + normal.go @ d)
             promise -= float(ds @ normal.ss @ ds + 2 * ds @ normal.so @ d + d @ normal.oo @ d)
-            moves.append(moved)
         p, m = frame.precision, frame.mean
         promise -= float(p @ (2 * (at.shared - m) * ds + ds**2))
-        return shared, moves, promise
+        return shared, own, promise
 
 
 def _moved(at: Floats, steps: Sequence[float]) -> Iterator[Floats]:

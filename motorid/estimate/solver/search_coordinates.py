@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.solver.problem import Unknown, bounded_inverse
+from motorid.estimate.solver.problem import Unknown
 
 Floats = NDArray[np.float64]
 
@@ -74,19 +74,6 @@ class Coordinates:
 
     def prior(self, x: Floats) -> float:
         return float(self.precision @ (x - self.mean) ** 2)
-
-    def bounded_step(self, x: Floats, H: Floats, g: Floats) -> Floats:
-        """Minimiser of d H d / 2 - g d within the bounds: what would leave them stops there."""
-        held, step = self.blocked(x, g), np.zeros(len(x))
-        for _ in range(len(x)):
-            pull = g - H @ np.where(held, step, 0.0)
-            step = np.where(held, step, bounded_inverse(H, held) @ pull)
-            over = ~held & ((x + step < self.lower) | (x + step > self.upper))
-            if not over.any():
-                break
-            step = np.where(over, np.clip(x + step, self.lower, self.upper) - x, step)
-            held |= over
-        return step
 
     def blocked(self, x: Floats, descent: Floats) -> NDArray[np.bool_]:
         """At a bound, and pulled further out."""

@@ -30,7 +30,10 @@ def good(runs: Runs) -> Estimate:
 
 
 def error(found: Estimate, runs: Runs, name: str) -> tuple[float, float]:
-    """By how much a parameter is off the motor's own, and the half-width of its interval."""
+    """By how much a parameter is off the motor's own, and how far its interval reaches that way.
+
+    No friction is below nothing: an interval that ends there reaches farther to the other side.
+    """
     m, p = runs.bench.preset, found.parameters[name]
     truth = {
         "R": m.resistance_ohm, "L": m.inductance_h, "K": m.torque_constant_nm_a,
@@ -38,7 +41,9 @@ def error(found: Estimate, runs: Runs, name: str) -> tuple[float, float]:
     }  # fmt: skip
     assert p.value is not None
     assert p.interval_95 is not None
-    return abs(p.value - truth[name]), (p.interval_95[1] - p.interval_95[0]) / 2.0
+    low, high = p.interval_95
+    reach = high - p.value if truth[name] > p.value else p.value - low
+    return abs(p.value - truth[name]), reach
 
 
 @pytest.mark.slow

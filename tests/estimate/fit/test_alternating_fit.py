@@ -16,6 +16,7 @@ from bench.coverage.runs import record
 from motorid.capture import store
 from motorid.capture.model import POSITION, Capture, Channel
 from motorid.estimate.fit import alternating_fit
+from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Estimate
 from motorid.identify import fit
 
@@ -91,6 +92,25 @@ def test_what_passes_leave_is_a_cause(turning: Capture, monkeypatch: pytest.Monk
     monkeypatch.setattr(alternating_fit, "MOST_PASSES", 3)
     cut = fit([turning], model="six")
     assert max(causes.get("source iteration", 0.0) for causes in cut.budget.values()) > 0.0
+
+
+@pytest.mark.slow
+def test_what_is_only_compared_is_as_likely_as_at_the_end(turning: Capture) -> None:
+    """For a fraction of the responses, where its inductance is a wrong one."""
+    found = fit([turning], model="six")
+    known = {name: float(found.parameters[name].value or 0.0) for name in SIX}
+    for part in (0.5, 1.0, 2.0):
+        likely, spent = [], []
+        for how in (alternating_fit.with_inductance, alternating_fit.near_inductance):
+            records = [MotorRecord(turning, SIX, {})]
+            near = alternating_fit.with_sources(records, SIX, known)
+            before = records[0].simulated
+            one = how(records, SIX, known, near, part * known["L"])
+            assert dict(zip(SIX, one.values, strict=True))["L"] == pytest.approx(part * known["L"])
+            likely.append(one.objective)
+            spent.append(records[0].simulated - before)
+        assert likely[1] == pytest.approx(likely[0], abs=3.0 * alternating_fit.ROUGH)
+        assert spent[1] < spent[0]
 
 
 @pytest.mark.slow

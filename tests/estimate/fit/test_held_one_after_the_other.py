@@ -89,7 +89,7 @@ def valleyed(
         return lambda place: depths[likeliest].get(place, 1e4 + abs(place))
 
     monkeypatch.setattr(
-        subsample._Search, "held",
+        subsample._Search, "compared",
         lambda _, henry: ([], solution(abs(math.log(henry) / CLOSE + 240.0))),
     )  # fmt: skip
     monkeypatch.setattr(subsample._Search, "_by_noise_of", by_noise_of)
@@ -148,7 +148,7 @@ def test_the_shortest_period_says_which_are_held(monkeypatch: pytest.MonkeyPatch
         asked.append(henry)
         return [], solution(-henry)
 
-    monkeypatch.setattr(subsample._Search, "held", held)
+    monkeypatch.setattr(subsample._Search, "compared", held)
     monkeypatch.setattr(subsample._Search, "_by_noise_of", lambda *_: lambda place: -float(place))
     assert search(record(period_s=1.0), record(period_s=1e-3)).by_ripple() is None
     tau = 2.0 * 1e-3

@@ -97,12 +97,12 @@ def test_an_inductance_that_vanished_begins_again_from_the_likelier_of_two(
     held: list[float] = []
     judged: list[float] = []
 
-    def with_inductance(_r: Any, _f: Any, known: Any, _n: Any, henry: float) -> Solution:
+    def near_inductance(_r: Any, _f: Any, known: Any, _n: Any, henry: float) -> Solution:
         assert known["R"] == 3.0
         held.append(henry)
         return solution(90.0 if len(held) == 2 else 95.0, L=henry)
 
-    monkeypatch.setattr(multistart, "with_inductance", with_inductance)
+    monkeypatch.setattr(multistart, "near_inductance", near_inductance)
     monkeypatch.setattr(multistart, "judge_at", lambda _r, _s, henry: judged.append(henry))
     assert multistart.settled([record()], PARAMETERS, START).objective == 40.0
     assert held == pytest.approx([rise * 3.0 * 1e-4 for rise in multistart.RISES])

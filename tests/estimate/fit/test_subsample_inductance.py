@@ -32,7 +32,7 @@ def searched(
     def by_noise_of(_: int, held: Callable[[int], Any]) -> Callable[[int], float]:
         return lambda place: float(held(place)[1].objective)
 
-    object.__setattr__(search, "held", held)
+    object.__setattr__(search, "compared", held)
     object.__setattr__(search, "_by_noise_of", by_noise_of)
     return search.by_ripple(), tried
 

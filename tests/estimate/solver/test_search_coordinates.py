@@ -1,4 +1,4 @@
-"""The vector that a search moves in: logarithms, bounds, priors, and steps that stop at a bound."""
+"""The vector that a search moves in: logarithms, bounds, priors."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.optimize import lsq_linear
 
 from motorid.estimate.solver.problem import Unknown
 from motorid.estimate.solver.search_coordinates import Coordinates
@@ -67,48 +66,12 @@ def test_derivatives_grow_with_the_values() -> None:
     assert FRAME.growth(FRAME.start, now)[:, 0] == pytest.approx([3.0, 1.0, 1.0, 1.0])
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_a_step_stays_within_the_bounds_and_helps(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    J, r = rng.normal(size=(12, 4)), 3 * rng.normal(size=12)
-
-    def left(d: np.ndarray) -> float:
-        return float(np.sum((r - J @ d) ** 2))
-
-    wide = Coordinates([Unknown(f"x{k}", 0.1) for k in range(4)])
-    step = wide.bounded_step(wide.start, J.T @ J, J.T @ r)
-    assert step == pytest.approx(np.linalg.lstsq(J, r, rcond=None)[0])
-    frame = Coordinates([Unknown(f"x{k}", 0.1, lower=-0.2, upper=0.3) for k in range(4)])
-    step = frame.bounded_step(frame.start, J.T @ J, J.T @ r)
-    assert (frame.start + step >= frame.lower - 1e-12).all()
-    assert (frame.start + step <= frame.upper + 1e-12).all()
-    best = lsq_linear(J, r, (frame.lower - frame.start, frame.upper - frame.start)).x
-    assert left(best) <= left(step) * (1 + 1e-12)
-    assert left(step) < left(np.zeros(4))
-
-
 def test_what_is_at_a_bound_and_pulled_out_is_blocked() -> None:
     frame = Coordinates([Unknown("a", 0.0, lower=0.0), Unknown("b", 1.0, upper=1.0)])
     assert frame.blocked(frame.start, np.array([-1.0, 1.0])).tolist() == [True, True]
     assert frame.blocked(frame.start, np.array([1.0, -1.0])).tolist() == [False, False]
     assert frame.blocked(np.array([0.5, 0.5]), np.array([-1.0, 1.0])).tolist() == [False, False]
     assert frame.blocked(frame.start, np.zeros(2)).tolist() == [False, False]
-
-
-@pytest.mark.parametrize(
-    ("upper", "wanted"),
-    [((9.0, 9.0), (2.0, -1.0)), ((1.0, 9.0), (1.0, -0.5)), ((1.0, -0.7), (1.0, -0.7))],
-)
-def test_what_stops_at_a_bound_changes_how_far_the_others_go(
-    upper: tuple[float, float], wanted: tuple[float, float]
-) -> None:
-    """2 a + b = 3 and a + 2 b = 0; with a = 1, b is -1/2."""
-    frame = Coordinates(
-        [Unknown("a", 0.0, upper=upper[0]), Unknown("b", -1.0, lower=-4.0, upper=upper[1])]
-    )
-    H, g = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([3.0, 0.0])
-    x = np.array([0.0, -1.0])
-    assert x + frame.bounded_step(x, H, g - H @ x) == pytest.approx(wanted)
 
 
 def test_a_difference_may_reach_the_bound_itself() -> None:
