@@ -95,10 +95,17 @@ def with_sources(
     """The fit and what drives the motor in turn, until that stays; ``held_h``: an inductance that
     is not searched, 0: it is.
     """
+    return in_turn(records, free, start, _begun(records, free, start, held_h), held_h)
+
+
+def _begun(
+    records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float], held_h: float
+) -> Solution:
+    """The fit with the sources as they are, of which nothing is decided yet."""
     first = _held(unknowns_of(records, free, start), held_h)
     for record in records:
         record.decide(False)
-    return in_turn(records, free, start, maximise(first, records, enough=ROUGH), held_h)
+    return maximise(first, records, enough=ROUGH)
 
 
 def in_turn(
@@ -217,13 +224,9 @@ def near_inductance(
     """``with_inductance`` as far as it takes to be compared with others: until chi-square stays."""
     judge_at(records, near, inductance_h)
     start = {**known, "L": inductance_h}
-    for record in records:
-        record.decide(False)
-    first = _held(unknowns_of(records, free, start), inductance_h)
-    solution = maximise(first, records, enough=ROUGH)
+    solution = _begun(records, free, start, inductance_h)
     for _ in range(COMPARED_PASSES):
-        for record, own in zip(records, solution.own, strict=True):
-            record.retake_sources(solution.values, own)
+        judge_at(records, solution, inductance_h)
         before = solution
         solution = again(records, free, start, before, ROUGH, inductance_h)
         if abs(solution.objective - before.objective) < ROUGH:

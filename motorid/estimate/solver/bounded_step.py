@@ -39,22 +39,33 @@ class Moving:
         """Where they are, within the bounds."""
         return np.asarray(np.clip(self.at + self.gone, self.frame.lower, self.frame.upper))
 
+    @property
+    def stopped(self) -> Floats:
+        """How far those have gone that are held; the others none."""
+        return np.where(self.held, self.gone, 0.0)
+
+    def target(self, free: Floats) -> Floats:
+        """The way's end where all that are not held go so far."""
+        return np.where(self.held, self.gone, free)
+
     def room(self, target: Floats) -> Floats:
         """The part of the way to a target that each may go, 1 where no bound is on it."""
-        way = target - self.gone
-        limit = np.where(way < 0.0, self.frame.lower, self.frame.upper) - self.at - self.gone
-        over = ~self.held & (np.abs(way) > np.abs(limit))
-        return np.where(over, np.abs(limit) / np.where(over, np.abs(way), 1.0), 1.0)
+        way, limit = np.abs(target - self.gone), np.abs(self._bounds(target) - self.gone)
+        over = ~self.held & (way > limit)
+        return np.where(over, limit / np.where(over, way, 1.0), 1.0)
 
     def go(self, target: Floats, part: float) -> bool:
         """That part of the way; whether any has no room for more, and stays at its bound."""
         ends = self.room(target) <= part if part < 1.0 else np.zeros(len(self.at), dtype=bool)
-        way = target - self.gone
-        bounds = np.where(way < 0.0, self.frame.lower, self.frame.upper) - self.at
-        moved = np.where(self.held, self.gone, self.gone + part * way)
-        self.gone = np.where(ends, bounds, moved)
+        moved = self.target(self.gone + part * (target - self.gone))
+        self.gone = np.where(ends, self._bounds(target), moved)
         self.held = self.held | ends
         return bool(ends.any())
+
+    def _bounds(self, target: Floats) -> Floats:
+        """How far each may go at most, that way."""
+        down = target < self.gone
+        return np.asarray(np.where(down, self.frame.lower, self.frame.upper) - self.at)
 
 
 @dataclass
@@ -77,22 +88,17 @@ class _Own:
     @property
     def pull(self) -> Floats:
         """On the nuisances, as those that are held have gone."""
-        return self.normal.go - self.damped @ self._stopped
-
-    @property
-    def _stopped(self) -> Floats:
-        return np.where(self.moving.held, self.moving.gone, 0.0)
+        return self.normal.go - self.damped @ self.moving.stopped
 
     def left(self) -> tuple[Floats, Floats]:
         """What is left of the equations of shared unknowns: (p, p), (p,)."""
         follows = self.normal.so @ self.inverse
-        pull = self.normal.gs - self.normal.so @ self._stopped - follows @ self.pull
+        pull = self.normal.gs - self.normal.so @ self.moving.stopped - follows @ self.pull
         return self.normal.ss - follows @ self.normal.so.T, pull
 
     def target(self, shared: Floats) -> Floats:
         """Of the nuisances, as shared unknowns go so far."""
-        free = self.inverse @ (self.pull - self.normal.so.T @ shared)
-        return np.where(self.moving.held, self.moving.gone, free)
+        return self.moving.target(self.inverse @ (self.pull - self.normal.so.T @ shared))
 
 
 def bounded_step(
@@ -115,16 +121,10 @@ def bounded_step(
     precision = np.diag(frame.precision.astype(np.float64))
     prior = precision + damping * np.diag(np.diag(precision + sum(n.ss for n in normals)))
     known = -frame.precision * (at - frame.mean)
-    shared = None
+    H, g = _left(records, prior, known)
+    shared = Moving(at, frame, frame.blocked(at, g))
     for _ in range(1 + len(at) + sum(map(len, own))):
-        left = [record.left() for record in records]
-        H = prior + sum(one for one, _ in left)
-        g = known + sum(pull for _, pull in left)
-        if shared is None:
-            shared = Moving(at, frame, frame.blocked(at, g))
-        stopped = np.where(shared.held, shared.gone, 0.0)
-        free = bounded_inverse(H, shared.held) @ (g - H @ stopped)
-        target = np.where(shared.held, shared.gone, free)
+        target = shared.target(bounded_inverse(H, shared.held) @ (g - H @ shared.stopped))
         targets = [record.target(target) for record in records]
         rooms = [shared.room(target)]
         rooms += [one.moving.room(to) for one, to in zip(records, targets, strict=True)]
@@ -134,5 +134,14 @@ def bounded_step(
             record.go(to, part)
         if part == 1.0:
             break
-    assert shared is not None
+        H, g = _left(records, prior, known)
     return shared.reached, [record.moving.reached for record in records]
+
+
+def _left(records: Sequence[_Own], prior: Floats, known: Floats) -> tuple[Floats, Floats]:
+    """The equations of the shared unknowns, every record's nuisances eliminated."""
+    H, g = prior, known
+    for record in records:
+        information, pull = record.left()
+        H, g = H + information, g + pull
+    return H, g
