@@ -23,12 +23,12 @@ from motorid.estimate.fit.multistart import leaves_misfit, settled, whitened, wi
 from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.unexplained import unsupported
-from motorid.estimate.solver.levenberg_marquardt import ENOUGH
 from motorid.estimate.solver.problem import Solution
 
 SHARED = (0.2, 0.8)  # of the friction at the highest speed, that is Coulomb's
 SURELY = 0.5  # of chi-square: less is no better
 FINE = 1e-4  # the same at the end of a fit of logs: how their parts pull is read off it
+FINE_STEPS = 5  # to it: what no log tells would creep
 TRIED = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)  # of a motion's lag by the start values
 
 
@@ -55,8 +55,10 @@ def solved(
         records, solution = log_grid.settled((records, solution), free, start, fixed)
         solution = _with_other_friction(records, solution, free, start)
     solution = with_repeated(records, free, start, solution)
-    enough = FINE if logged else ENOUGH
-    solution = whitened(records, free, merged(start, solution), solution, enough)
+    solution = whitened(records, free, merged(start, solution), solution)
+    if logged:
+        fine = again(records, free, start, solution, FINE, most=FINE_STEPS)
+        solution = replace(fine, converged=solution.converged)
     known = merged(start, solution)
     return subsample_inductance.told(records, free, fixed, known, solution) or (records, solution)
 

@@ -34,6 +34,7 @@ class Fit:
             "with_repeated": solution(60.0), "_with_other_friction": solution(70.0),
             "unsupported": None if supported else "so", "_begun": (START, doubt),
             "_doubted": (["doubted"], solution(75.0)), "lossless": "lossless",
+            "again": solution(45.0, converged=False),
         }  # fmt: skip
         for name, answer in answers.items():
             monkeypatch.setattr(joint_fit, name, self.noted(name, answer))
@@ -60,8 +61,8 @@ class Fit:
         self.found = joint_fit.solved(captures, facts.get("fix", FIXED), facts.get("without", ()))
 
     def noted(self, name: str, answer: Any) -> Callable[..., Any]:
-        def stage(*asked: Any) -> Any:
-            self.seen.setdefault(name, asked)
+        def stage(*asked: Any, **how: Any) -> Any:
+            self.seen.setdefault(name, (*asked, *how.items()))
             return answer
 
         return stage
@@ -83,7 +84,14 @@ def test_a_capture_of_a_board_is_settled_repeated_and_whitened(
     assert fit.seen["whitened"][3].objective == 60.0
     told = fit.seen["subsample_inductance.told"]
     assert told == (records, list(FREE), FIXED, {**START, "K": 0.06}, found)
-    skipped = {"log_fit.best", "log_grid.settled", "_with_other_friction", "_doubted", "lossless"}
+    skipped = {
+        "log_fit.best",
+        "log_grid.settled",
+        "_with_other_friction",
+        "_doubted",
+        "lossless",
+        "again",
+    }
     assert not skipped & set(fit.seen)
 
 
@@ -104,6 +112,13 @@ def test_a_log_is_fitted_by_all_its_ways(monkeypatch: pytest.MonkeyPatch) -> Non
     assert friction == (*fit.logs, list(FREE), START)
     assert fit.seen["with_repeated"][3].objective == 70.0
     assert fit.found[0] is fit.logs[0]
+    records, free, start, whitened, *fine = fit.seen["again"]
+    assert (records, free, start) == (fit.logs[0], list(FREE), START)
+    assert (whitened.objective, fine) == (
+        50.0, [joint_fit.FINE, ("most", joint_fit.FINE_STEPS)],
+    )  # fmt: skip
+    # few steps are no search that failed
+    assert (fit.found[1].objective, fit.found[1].converged) == (45.0, True)
 
 
 def test_a_late_motion_is_doubted_before_it_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
