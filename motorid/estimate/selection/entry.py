@@ -236,14 +236,20 @@ def _known(
     """The widest of these fits in which the size of its last term stands out of all that is
     uncertain of it: instruments and what the voltage hides, too. And what the data half support
     beside it.
+
+    A term that other effects could feign may stand out only in the fit that has one of those too.
     """
     unsettled = list(chosen.unsettled)
+    wider: tuple[Fitted, Findings] | None = None
     for stage in reversed(chosen.stages):
         fitted = finished(stage)
-        found = findings(fitted, fix, without)
-        if stands_out(found, fitted.terms[-1]):
+        found, last = findings(fitted, fix, without), fitted.terms[-1]
+        if stands_out(found, last):
             return (fitted, found), unsettled
-        unsettled.append(Unsettled(fitted.terms[-1], fitted.values))
+        if wider and last in wider[0].terms and stands_out(wider[1], last):
+            return wider, unsettled[:-1]
+        unsettled.append(Unsettled(last, fitted.values))
+        wider = fitted, found
     return None, unsettled
 
 

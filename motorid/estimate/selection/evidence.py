@@ -165,11 +165,13 @@ def size_of(solution: Solution, k: int, shapes: Sequence[int] = ()) -> float:
     """The k-th unknown in standard deviations, by its distance from 0 or as a factor.
 
     At the ``shapes`` that were found: where one is open, the size is open with it, but not nothing.
+    Neither is one that is as large as it may be.
     """
-    if solution.at_bound[k]:
+    one, value = solution.unknowns[k], float(solution.values[k])
+    if solution.at_bound[k] and 0.0 <= value <= max(one.lower, 0.0):
         return 0.0
     deviation = deviation_at(statistical(solution).covariance, k, shapes)
-    size = 1.0 if solution.unknowns[k].log else abs(float(solution.values[k]))
+    size = 1.0 if one.log else abs(value)
     return size / max(deviation, 1e-300)
 
 

@@ -122,6 +122,26 @@ def test_of_the_stages_the_widest_counts_whose_last_term_stands_out(
     assert entry._known(chosen, {}, ()) == (None, [before, second, first])
 
 
+def test_a_term_that_another_could_feign_stands_out_in_the_fit_with_both(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    stages: Any = [
+        SimpleNamespace(terms=tuple(terms), values={"R": float(len(terms))})
+        for terms in ("a", "ab", "abc")
+    ]
+    clear: set[tuple[int, str]] = {(2, "a")}  # in the fit of two terms, the first
+    monkeypatch.setattr(entry, "finished", lambda stage: stage)
+    monkeypatch.setattr(entry, "findings", lambda stage, *_: len(stage.terms))
+    monkeypatch.setattr(entry, "stands_out", lambda found, term: (found, term) in clear)
+    third, second = (Unsettled(s.terms[-1], s.values) for s in reversed(stages[1:]))
+    chosen = Selection(tuple(stages), ())
+    assert entry._known(chosen, {}, ()) == ((stages[1], 2), [third])
+    clear |= {(1, "a")}  # by itself too: what is added to it stays open
+    assert entry._known(chosen, {}, ()) == ((stages[0], 1), [third, second])
+    other = replace(chosen, stages=(SimpleNamespace(terms=("c",), values={}), stages[1]))
+    assert entry._known(other, {}, ())[0] is None  # "a" was exchanged for "c"
+
+
 class Looked:
     """What is looked for, on given selections."""
 

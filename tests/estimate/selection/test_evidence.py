@@ -51,8 +51,16 @@ def test_a_size_in_its_own_deviations() -> None:
     _, solution = fitted("measured")
     deviation = float(statistical(solution).deviations[0])  # of ln R
     assert size_of(solution, 0) == pytest.approx(1.0 / deviation)
-    bounded = replace(solution, at_bound=np.array([True, *[False] * 5]))
-    assert size_of(bounded, 0) == 0.0
+
+
+def test_a_size_at_a_bound_is_nothing_only_where_the_bound_is() -> None:
+    _, solution = fitted("measured")
+    b = [one.name for one in solution.unknowns].index("B")
+    at_bound = np.arange(len(solution.values)) == b
+    largest = replace(solution, at_bound=at_bound)
+    assert size_of(largest, b) == size_of(solution, b) > 4.0
+    none = replace(largest, values=np.where(at_bound, 0.0, solution.values))
+    assert size_of(none, b) == 0.0
 
 
 @pytest.mark.parametrize("hz", [40.0, 333.0, 1500.0])
