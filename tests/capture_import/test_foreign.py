@@ -13,9 +13,10 @@ from bench.foreign.cases import CASES, LENGTH_S, Case, prbs, regular, steps
 from motorid.capture.model import VOLTAGE, Capture, Channel
 from motorid.errors import UsageError
 from motorid.estimate.results.estimate import Estimate
-from motorid.estimate.signals.intersample_voltage import Waveform, quiet, scatter
+from motorid.estimate.signals.intersample_voltage import Waveform, quiet
 from motorid.estimate.signals.log_sections import pieces
 from motorid.estimate.signals.time_grid import lay
+from motorid.estimate.signals.voltage_jumps import scatter
 
 UNTOLD = "no motion, stamps at random"
 QUICK = (  # one for each set of columns

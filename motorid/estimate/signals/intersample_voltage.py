@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, Capture, Channel
 from motorid.estimate.signals import jumps_in_means
 from motorid.estimate.signals.log_source import source_ohms
-from motorid.estimate.signals.neighbour_noise import of_differences
 from motorid.estimate.signals.time_grid import IRREGULAR, Timeline
+from motorid.estimate.signals.voltage_jumps import jumps, least_jump, scatter
 
 Floats = NDArray[np.float64]
 Shape = Literal["joined", "curved", "held", "broken", "loose", "means", "sourced"]
@@ -34,11 +34,6 @@ MEANS: Shape = "means"  # each over the time since the one before
 HALF_WINDOWS = (4, 8, 16, 32, 64, 128)  # samples
 SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
 BY_CHANCE = 3.0  # standard deviations of that variance: less is called noise of many readings
-CALM = 16  # stretches of a log, of which the calmer ones tell its noise
-ENOUGH = 64  # readings of each
-SAME = 1e-9  # of the range: readings that differ by less agree but for rounding
-COARSE = 0.02  # of the range: larger steps are levels of a command, and no converter's
-CLEAR, SHARE = 8.0, 0.05  # a jump in standard deviations of a reading, and of the range
 SHORTEST = 0.1  # usual periods: two readings that lie closer tell no slope
 RAMP = 1e-4  # usual periods within which a jump is done, on either side of its time
 LOOSE_RAMP = 5e-3  # the same where no stamp tells that time: readings tell it no better
@@ -46,6 +41,7 @@ REMEMBERED = 3  # means of it, of a search
 MISSING = 1.5  # usual periods between two readings, of which none is missing
 OFTEN, MOST_JUMPS = 0.5, 40  # share of stamps that makes a log irregular; unknowns for its jumps
 SHAPES: tuple[Shape, ...] = ("joined", "curved", "held", BROKEN, SOURCED, MEANS)  # of a log
+CONTINUOUS: tuple[Shape, ...] = (JOINED, "curved")  # that do not jump between two readings
 LEVEL: tuple[Shape, ...] = ("held", MEANS)  # that stay between two moments
 
 
@@ -128,9 +124,7 @@ class Waveform:
     @cached_property
     def steps_off(self) -> NDArray[np.intp]:
         """Readings before which the voltage jumped, whichever shape it has."""
-        rises = np.abs(np.diff(self.volts))
-        least = max(CLEAR * scatter(self.volts), SHARE * float(np.ptp(self.volts)))
-        return np.asarray(np.flatnonzero(rises > least) + 1, dtype=np.intp)
+        return jumps(self.volts)
 
     @cached_property
     def wanders(self) -> bool:
@@ -140,13 +134,13 @@ class Waveform:
         """
         if not len(self.steps_off):
             return False
-        least = max(CLEAR * scatter(self.volts), SHARE * float(np.ptp(self.volts)))
+        least = least_jump(self.volts)
         return any(np.ptp(piece) > least for piece in np.split(self.volts, self.steps_off))
 
     @cached_property
     def jumps(self) -> NDArray[np.intp]:
         """Readings before which the voltage jumped at a moment that no stamp tells."""
-        if self.shape in (JOINED, "curved", MEANS):
+        if self.shape in (*CONTINUOUS, MEANS):
             return np.zeros(0, dtype=np.intp)
         found, steps = self.steps_off - 1, np.diff(self.time_s)
         rises = np.abs(np.diff(self.volts))
@@ -186,7 +180,7 @@ class Waveform:
         jumps = np.concatenate([[0.0], np.diff(self.volts) - slopes[:-1] * steps])
 
         def more(at_s: Floats) -> Floats:
-            near = np.searchsorted(between, at_s, side="right")
+            near = _before(between, at_s)
             left = np.maximum(half - np.abs(at_s - self.time_s[near]), 0.0)
             return np.asarray(jumps[near] * left**2 / (4.0 * half))
 
@@ -203,7 +197,7 @@ class Waveform:
         slopes = self._slopes
 
         def value(at_s: Floats) -> Floats:
-            k = np.searchsorted(self.time_s, at_s, side="right") - 1
+            k = _before(self.time_s, at_s) - 1
             return np.asarray(self.volts[k] + slopes[k] * (at_s - self.time_s[k]))
 
         return value
@@ -233,7 +227,7 @@ class Waveform:
         total = np.concatenate([[0.0], np.cumsum(rises)])
 
         def so_far(at_s: Floats) -> Floats:
-            k = np.searchsorted(time, at_s, side="right") - 1
+            k = _before(time, at_s) - 1
             past = at_s - time[k]
             return np.asarray(total[k] + past * (volts[k] + slopes[k] * past / 2))
 
@@ -285,6 +279,16 @@ def _of_means(capture: Capture, channel: Channel, window_s: float) -> Waveform:
     return Waveform(begun, levels, MEANS, capture.period_s, window_s=window_s)
 
 
+def _before(time_s: Floats, at_s: Floats) -> NDArray[np.intp]:
+    """How many of ``time_s`` are no later than each of ``at_s``; both in order.
+
+    As ``np.searchsorted``, which looks for each of many ticks among few stamps.
+    """
+    first = np.searchsorted(at_s, time_s, side="left")
+    ends = np.concatenate([[0], first, [len(at_s)]])
+    return np.repeat(np.arange(len(time_s) + 1), np.diff(ends))
+
+
 def quiet(volts: Floats) -> Floats:
     """Readings (n,) freed of noise where they follow a parabola for a while; jumps stay.
 
@@ -320,21 +324,3 @@ def _parabolas(volts: Floats, half: int) -> tuple[Floats, Floats]:
     squares = float(place @ place), float(bend @ bend)
     left = (total - first**2 / squares[0] - second**2 / squares[1]) / (size - 3)
     return mean + volts.mean() + second / squares[1] * bend[half], left
-
-
-def scatter(volts: Floats) -> float:
-    """Standard deviation of a reading by its neighbours, in the calmer quarter of the log."""
-    if len(volts) < CALM * 8:
-        return 0.0
-    second = np.diff(volts, 2)
-    stretches = min(max(len(second) // ENOUGH, CALM // 4), CALM)
-    blocks = second[: len(second) // stretches * stretches].reshape(stretches, -1)
-    return float(np.percentile(of_differences(blocks, 2, _count_of(volts)), 25))
-
-
-def _count_of(volts: Floats) -> float:
-    """V by which readings in coarse steps differ at least; 0: they change by whole levels."""
-    apart, range_v = np.abs(np.diff(volts)), float(np.ptp(volts))
-    apart = apart[apart > SAME * range_v]
-    step = float(np.percentile(apart, 10)) if len(apart) else 0.0
-    return step if step < COARSE * range_v else 0.0

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture
-from motorid.estimate.signals.intersample_voltage import scatter
 from motorid.estimate.signals.measurements import motion
+from motorid.estimate.signals.voltage_jumps import scatter
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

@@ -3,7 +3,8 @@
 Interval n ends at grid tick n. A step that begins at tick t governs the intervals after it. Lost
 samples keep their place on the grid and carry no reading. The grid of a log, whose voltage changed
 when it liked and whose stamps may be irregular, is several times finer than its samples, which lie
-between two ticks; but not where every reading of the voltage is a mean since the one before.
+between two ticks, and finer still where that voltage jumps; but not where every reading of the
+voltage is a mean since the one before.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import VOLTAGE, Capture
 from motorid.errors import DataError
 from motorid.estimate.signals import jumps_in_means
+from motorid.estimate.signals.voltage_jumps import jumps
 from motorid.program import Decay, StepKind
 
 Floats = NDArray[np.float64]
@@ -25,6 +27,7 @@ JITTER = 0.25  # of a period, by which a time stamp may miss the grid
 LARGEST_LOSS = 4.0  # grid ticks for one sample
 IRREGULAR = 0.02  # of a period, beyond which a log's stamps are called so
 FINER, QUICK = 4.0, 5.0  # ticks in a usual period of a log; percentile of periods that has two
+FINEST, JUMPED_TICKS = 16, 64_000  # the same where the voltage jumps, in so many ticks altogether
 ON_TICK = 1e-6  # of a grid period
 MOST_TICKS = 400_000
 TICKS_PER_SAMPLE = 100  # of a log, on average: the work that a reading may cost
@@ -105,8 +108,11 @@ class Timeline:
         return grid
 
 
-def lay(capture: Capture) -> Timeline:
-    """The capture's timeline. Raises DataError for fewer than 16 samples or irregular stamps."""
+def lay(capture: Capture, continuous: bool = False) -> Timeline:
+    """The capture's timeline; ``continuous``: of a log whose voltage is taken not to jump.
+
+    Raises DataError for fewer than 16 samples or irregular stamps.
+    """
     if len(capture) < 16:
         raise DataError(
             f"{capture.path or 'the capture'} holds {len(capture)} samples, too few to fit: "
@@ -119,7 +125,7 @@ def lay(capture: Capture) -> Timeline:
     index = np.rint(place).astype(np.intp)
     jitter = float(np.abs(place - index).max())
     if capture.program is None and not (jitter <= IRREGULAR and _told_throughout(capture)):
-        return _of_log(capture, jitter)
+        return _of_log(capture, jitter, continuous)
     if jitter > JITTER or np.diff(index).min() < 1:
         raise DataError(
             f"time stamps miss a uniform grid of {period:.6g} s by up to {jitter:.2f} periods: "
@@ -148,12 +154,12 @@ def _told_throughout(capture: Capture) -> bool:
     return not len(jumps_in_means.within(channel.values))
 
 
-def _of_log(capture: Capture, jitter: float) -> Timeline:
+def _of_log(capture: Capture, jitter: float, continuous: bool) -> Timeline:
     """The timeline of stamps as they come. Raises DataError where they do not advance."""
     steps = np.diff(capture.time_s)
     if steps.min() <= 0:
         raise DataError("the capture's time stamps do not advance: check its time column")
-    finest = capture.period_s / FINER
+    finest = capture.period_s / _ticks(capture, continuous)
     if jitter > IRREGULAR:
         finest = min(finest, float(np.percentile(steps, QUICK)) / 2)
     finest /= capture.provenance.get(FINER_GRID, 1)
@@ -165,6 +171,19 @@ def _of_log(capture: Capture, jitter: float) -> Timeline:
     lost = sum(gap.samples for gap in capture.gaps)
     parts, past = (Part(0, count),), place - index
     return Timeline(period, count, index, parts, jitter, lost, past, period / finest)
+
+
+def _ticks(capture: Capture, continuous: bool) -> float:
+    """In a usual period of a log. A voltage that jumps within a tick drives the model by its mean
+    there, and the current rises too early and too slowly, by up to V R/L² h²/8.
+    """
+    channel = capture.get(VOLTAGE)
+    if channel is None or (continuous and channel.window_s <= capture.period_s / 2):
+        return FINER  # means hold jumps whatever the voltage is taken for
+    volts = channel.values[np.isfinite(channel.values)]
+    if len(volts) < 2 or not len(jumps(volts)):
+        return FINER
+    return float(min(max(int(FINER), JUMPED_TICKS // len(capture)), FINEST))
 
 
 def _parts(capture: Capture, period: float, count: int) -> tuple[Part, ...]:

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import VOLTAGE, Channel
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.intersample_voltage import MEANS, Waveform, of_log, scatter
+from motorid.estimate.signals.intersample_voltage import MEANS, Waveform, of_log
+from motorid.estimate.signals.voltage_jumps import scatter
 from motorid.estimate.solver.dense_products import gram, project
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Linearised, Solution

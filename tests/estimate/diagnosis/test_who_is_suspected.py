@@ -118,7 +118,9 @@ def log(*instances: Any, taken_s: float = 0.0, window_s: float = 0.0, names: Any
     return SimpleNamespace(
         instances=instances, capture=capture, as_stamped={"R": 7.0}, block=blocks.get,
         found=frozenset(), rivals=(), measured=[SimpleNamespace(values=np.zeros(100))],
-        sensed=SimpleNamespace(waveform=SimpleNamespace(period_s=PERIOD_S)),
+        sensed=SimpleNamespace(
+            waveform=SimpleNamespace(period_s=PERIOD_S, shape="joined", steps_off=np.arange(3))
+        ),
     )  # fmt: skip
 
 
@@ -160,6 +162,23 @@ def test_a_lag_is_there_under_every_shape_of_the_voltage_that_is_as_likely(
     one.measured = [SimpleNamespace(values=np.zeros(n)) for n in (100, 50)]
     one.rivals = (Rival(np.ones(1), 99.0, 0.0), Rival(np.ones(1), behind, late_s))
     assert ("voltage_lag" in named(one, found=solution([-0.5e-3]))) is said
+
+
+@pytest.mark.parametrize(
+    ("shape", "late_s", "jumps", "said"),
+    [
+        ("held", 0.5e-3, 3, False), ("broken", 0.99e-3, 3, False), ("loose", 0.5e-3, 3, False),
+        ("sourced", 0.5e-3, 3, False), ("joined", 0.5e-3, 3, True), ("means", 0.5e-3, 3, True),
+        ("held", 1.02e-3, 3, False), ("held", 1.04e-3, 3, True), ("held", 0.5e-3, 0, True),
+    ],
+)  # fmt: skip
+def test_a_jump_that_the_next_reading_shows_is_no_lag(
+    shape: str, late_s: float, jumps: int, said: bool
+) -> None:
+    one = log(Instance(VOLTAGE_LATE))
+    one.sensed.waveform.shape, one.sensed.waveform.steps_off = shape, np.arange(jumps)
+    found = named(one, found=solution([-late_s], sd=0.01e-3))
+    assert ("voltage_lag" in found) is said
 
 
 def test_a_current_taken_earlier_and_one_of_means_are_said_once() -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motorid.estimate.signals.intersample_voltage import scatter
 from motorid.estimate.signals.neighbour_noise import neighbour_noise, of_differences
+from motorid.estimate.signals.voltage_jumps import scatter
 
 NOISE = 0.3 * np.random.default_rng(5).standard_normal(20_000)
 PLACE = np.arange(20_000.0)

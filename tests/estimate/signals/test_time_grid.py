@@ -26,7 +26,7 @@ from motorid.estimate.signals import measurements, opened_voltage
 from motorid.estimate.signals.source.discontinuous_current import confirmed, shows_ripple, unclear
 from motorid.estimate.signals.source.pwm_bridge import ripple
 from motorid.estimate.signals.standstill import starts_at_rest, with_standstill
-from motorid.estimate.signals.time_grid import FINER, Part, Timeline, lay
+from motorid.estimate.signals.time_grid import FINER, FINEST, JUMPED_TICKS, Part, Timeline, lay
 from motorid.motor.reading import Quantity
 from motorid.program import Decay, Program, Step, StepKind
 
@@ -168,13 +168,33 @@ def means(**facts: Any) -> Channel:
 
 def test_a_log_whose_voltage_is_told_throughout_needs_no_finer_grid() -> None:
     assert lay(capture(EVEN, **{VOLTAGE: means()})).period_s == 1e-4
+    calm = replace(means(), raw=np.r_[np.nan, np.ones(39)])
+    assert lay(capture(EVEN, **{VOLTAGE: calm})).period_s == pytest.approx(1e-4 / FINER)
     for other in (
         means(kind="instant"), means(aperture_s=0.95e-4), means(delay_s=3e-6),
-        means(undeclared=("delay",)), replace(means(), raw=np.r_[np.nan, np.ones(39)]),
+        means(undeclared=("delay",)),
         replace(means(), raw=np.r_[np.ones(20), 2.2, 3.0 * np.ones(19)]),  # it jumped in that time
     ):  # fmt: skip
-        assert lay(capture(EVEN, **{VOLTAGE: other})).period_s == pytest.approx(1e-4 / FINER)
+        assert lay(capture(EVEN, **{VOLTAGE: other})).period_s == pytest.approx(1e-4 / FINEST)
     assert lay(capture(EVEN, **{VOLTAGE: means(aperture_s=0.99e-4)})).period_s == 1e-4
+
+
+@pytest.mark.parametrize(
+    ("readings", "ticks"), [(4000, FINEST), (4001, FINEST - 1), (9000, 7), (20000, 4)]
+)
+def test_a_voltage_that_jumps_asks_for_a_grid_as_fine_as_its_length_allows(
+    readings: int, ticks: int
+) -> None:
+    """Whole ticks, so that a reading lies on one."""
+    stamps = 100 * np.arange(readings)
+    jumped = Channel(VOLTAGE, "V", np.repeat([0.0, 5.0], [99, readings - 99]))
+    assert ticks == min(max(JUMPED_TICKS // readings, 4), FINEST)
+    assert lay(capture(stamps, **{VOLTAGE: jumped})).period_s == pytest.approx(1e-4 / ticks)
+    assert lay(capture(stamps, **{VOLTAGE: jumped}), True).period_s == pytest.approx(1e-4 / FINER)
+    mean = replace(jumped, kind="mean", aperture_s=0.9e-4)
+    assert lay(capture(stamps, **{VOLTAGE: mean}), True).period_s == pytest.approx(1e-4 / ticks)
+    smooth = replace(jumped, raw=np.sin(np.arange(readings) / 50.0))
+    assert lay(capture(stamps, **{VOLTAGE: smooth})).period_s == pytest.approx(1e-4 / FINER)
 
 
 # blocks of readings

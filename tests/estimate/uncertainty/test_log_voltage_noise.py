@@ -15,7 +15,7 @@ from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
-from motorid.estimate.signals.intersample_voltage import scatter
+from motorid.estimate.signals.voltage_jumps import scatter
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import log_voltage_noise
 from motorid.estimate.uncertainty.errors_in_variables import hidden, with_errors

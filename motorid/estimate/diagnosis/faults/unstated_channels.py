@@ -24,6 +24,7 @@ from motorid.estimate.fit.logs.log_lags import TAKEN
 from motorid.estimate.fit.logs.log_unknowns import readings
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Suspect
+from motorid.estimate.signals.intersample_voltage import CONTINUOUS, MEANS
 from motorid.estimate.solver.problem import Solution
 
 Floats = NDArray[np.float64]
@@ -148,7 +149,17 @@ def lags(record: MotorRecord, sizes: Mapping[str, tuple[float, float]]) -> Itera
     )
     doubt = max(sd for _, sd in known.values())
     for channel, (size, _) in known.items():
-        yield Size(channel, size - usual, doubt)
+        found = Size(channel, size - usual, doubt)
+        if channel != VOLTAGE or not _jumped_before_its_reading(record, found):
+            yield found
+
+
+def _jumped_before_its_reading(record: MotorRecord, found: Size) -> bool:
+    """A voltage that jumps is seen to at the next reading, up to a sample later, by any clock."""
+    waveform = record.sensed.waveform
+    if waveform is None or waveform.shape in (*CONTINUOUS, MEANS) or not len(waveform.steps_off):
+        return False
+    return 0.0 <= found.seconds <= waveform.period_s + SURE * found.uncertainty_s
 
 
 def _together(record: MotorRecord, own: Floats, covariance: Floats) -> Iterator[tuple[str, Size]]:

@@ -14,11 +14,19 @@ from motorid.estimate.signals.time_grid import FINER_GRID, IRREGULAR
 from tests.estimate.fit.made_fits import NAMES, record, solution
 
 KNOWN = {"R": 2.0, "L": 4e-3, "K": 3.0}
+OWN = np.zeros(0)
 TAU = KNOWN["L"] / KNOWN["R"]
 
 
 def line(period_s: float, jitter: float = 1.0, past: Any = "shares") -> Any:
     return SimpleNamespace(period_s=period_s, jitter=jitter, past=past)
+
+
+def smooth(**facts: Any) -> Any:
+    """A record whose voltage does not jump."""
+    one = record(**facts)
+    one.sensed.waveform.shape, one.sensed.waveform.steps_off = "held", np.zeros(0, dtype=int)
+    return one
 
 
 @pytest.mark.parametrize(
@@ -32,10 +40,30 @@ def line(period_s: float, jitter: float = 1.0, past: Any = "shares") -> Any:
 def test_irregular_stamps_beside_a_quick_winding_ask_for_a_finer_grid(
     facts: dict[str, Any], coarse: bool
 ) -> None:
-    one = record(timeline=line(**{"period_s": TAU, **facts}))
-    assert log_grid._coarse(one, KNOWN) is coarse
+    one = smooth(timeline=line(**{"period_s": TAU, **facts}))
+    assert log_grid._coarse(one, OWN, KNOWN) is coarse
     one.sensed.waveform = None  # a program knows when its voltage jumps
-    assert not log_grid._coarse(one, KNOWN)
+    assert not log_grid._coarse(one, OWN, KNOWN)
+
+
+@pytest.mark.parametrize(
+    ("late", "own_moments", "coarse"),
+    [
+        (0.0, False, False), (-8.04, False, False), (-8.06, False, True), (-7.5, False, True),
+        (0.0, True, True),
+    ],
+)  # fmt: skip
+def test_a_jump_between_two_ticks_asks_for_one_too(
+    late: float, own_moments: bool, coarse: bool
+) -> None:
+    """Whether all come by so many ticks after their stamps, or each at a moment of its own."""
+    one = smooth(timeline=line(TAU, jitter=0.0), sizes=lambda _: {"voltage late": late * TAU})
+    assert not log_grid._coarse(one, OWN, KNOWN)
+    one.sensed.waveform.steps_off = np.array([3, 9])
+    one.sensed.waveform.jumps = np.array([3] if own_moments else [])
+    assert log_grid._coarse(one, OWN, KNOWN) is coarse
+    one.sensed.waveform.shape = "curved"
+    assert not log_grid._coarse(one, OWN, KNOWN)  # then it does not jump there
 
 
 def test_a_grid_gets_four_times_finer_each_time() -> None:
@@ -61,6 +89,7 @@ class Grids:
         monkeypatch.setattr(log_grid, "_as_fine", lambda *_: fine)
         monkeypatch.setattr(log_grid, "with_sources", self.search)
         monkeypatch.setattr(log_grid.default, "period_s", lambda _: 1e-3)
+        monkeypatch.setattr(log_grid, "readings", lambda _: 100)
 
     def finer(self) -> Any:
         one = record("finer")
@@ -80,10 +109,11 @@ class Grids:
         return found
 
 
-@pytest.mark.parametrize(("objective", "better"), [(50.9, True), (51.0, False)])
+@pytest.mark.parametrize(("objective", "better"), [(54.6, True), (54.61, False)])
 def test_a_search_may_rise_by_what_is_chance(
     objective: float, better: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """By ln 100 of as many readings."""
     grids = Grids(monkeypatch, objective, 90.0, 90.0)
     assert (grids.found() is not None) is better
     others = [rise * 1e-3 * KNOWN["R"] for rise in log_grid.RISES]

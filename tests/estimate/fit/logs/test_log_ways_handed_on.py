@@ -210,6 +210,7 @@ def test_a_finer_grid_goes_on_from_each_record(monkeypatch: pytest.MonkeyPatch) 
         for shape, c in zip(("held", "curved"), captures, strict=True)
     ]
     before = last, solution(50.0, None, (1.5,), (2.5,))
+    monkeypatch.setattr(log_grid, "readings", lambda records: 9 * len(records))
     found = log_grid._gone_on(before, NAMES, START, FIXED)
     assert found is not None
     records, answer = found
@@ -230,7 +231,7 @@ def test_a_grid_is_settled_from_the_values_of_the_fit_before(
     monkeypatch.setattr(log_grid, "_gone_on", noted(seen, "gone_on", None))
     assert log_grid.settled(before, NAMES, START, FIXED) is before
     near = {"R": 50.0, "L": 2.0, "K": 3.0, "J": 7.0}
-    assert seen["coarse"] == [(before[0][0], near)]
+    assert seen["coarse"] == [(before[0][0], before[1].own[0], near)]
     assert seen["gone_on"] == [(before, NAMES, near, FIXED)]
 
 
