@@ -98,6 +98,8 @@ def undetected(
         if not changes:
             continue
         sums = reduce(_Sums.added, (_sums(change, line) for _, change, line in changes))
+        if not np.isfinite(sums.square):  # no motor with it and these parameters has readings
+            continue
         white = _left(quantity, sums, inverse, slope)
         if white.seen:
             scatter = _scatter(changes, inverse @ sums.shared, unseen)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
 
 from motorid.estimate.effects.friction.load_friction import USUAL
 from motorid.estimate.fit import joint_fit
 from motorid.estimate.results.estimate import Estimate
+from motorid.estimate.uncertainty import undetected
 from motorid.estimate.uncertainty.findings import findings
 from motorid.identify import fit
 from motorid.report import suspects
@@ -50,3 +52,16 @@ def test_what_is_no_answer_is_not_asked_what_effects_leave_open_of_it() -> None:
     fewer = records[0].simulated - responses
     assert findings(records, solution, {}, (), profiled=False).undetected
     assert records[0].simulated - responses > 2 * fewer
+
+
+def test_an_effect_beside_which_no_motor_has_readings_has_no_line(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """An inductance of next to nothing, as a misfit may leave it."""
+    capture = noisy(clean_capture(FAULHABER, Plan(volts=(3.0, 6.0))), 1, 1e-2, 1e-3)
+    records, solution = joint_fit.solved([capture], {}, ())
+    assert undetected.undetected(solution, records)
+    monkeypatch.setattr(
+        undetected, "tangent", lambda record, *_: [np.nan * m.values for m in record.measured]
+    )
+    assert undetected.undetected(solution, records) == ()

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from motorid.estimate.fit.logs import log_fit
 from tests.estimate.fit.made_fits import NAMES, record, solution
@@ -127,6 +128,34 @@ def test_they_are_taken_where_they_gain_enough(
         assert one.as_stamped == {"R": 100.0, "L": 2.0, "K": 3.0}
     else:
         assert one.left_open == ()  # as much information: nothing is left open
+
+
+@pytest.mark.parametrize(
+    ("colour", "asked", "taken"),
+    [(3.9, False, False), (4.0, True, True), (5.1, True, False)],
+)
+def test_residuals_of_one_colour_ask_too_and_make_them_dearer(
+    colour: float, asked: bool, taken: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """20 likelier here, where each unknown that needs 4 of white readings needs 4 times as much."""
+    monkeypatch.setattr(log_fit, "_colour", lambda _: colour)
+    stages = Stages(monkeypatch, needed=4.0)
+    stages.objectives[SMOOTHED] = 100.0
+    _, found = stages.best()
+    assert ("widened" in stages.asked) is asked
+    assert found.objective == (1.0 if taken else 100.0)
+
+
+def test_a_colour_is_that_of_the_most_coloured_channel() -> None:
+    rng = np.random.default_rng(1)
+    white = rng.standard_normal(4000)
+    slow = lfilter([1.0], [1.0, -0.7], white)
+    both: Any = SimpleNamespace(
+        residual=np.concatenate([white, slow]), slices=(slice(4000), slice(4000, 8000))
+    )
+    alone: Any = SimpleNamespace(residual=white, slices=(slice(4000),))
+    assert log_fit._colour(SimpleNamespace(records=[alone, both])) > 4.0  # type: ignore[arg-type]
+    assert log_fit._colour(SimpleNamespace(records=[alone])) < 1.5  # type: ignore[arg-type]
 
 
 def test_what_serves_a_few_readings_alone_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
