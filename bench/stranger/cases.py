@@ -84,6 +84,15 @@ GOOD: dict[str, Maker] = {
     "converter, no motion": converter("steps", columns="vi"),
     "converter, locked": converter("steps", columns="vi", source=Source(locked=True)),
     "converter, jitter": converter("steps", clock="jitter"),
+    **{f"board, {d}, jumps at any moment": board(d, phase=None) for d in ("steps", "random")},
+    **{
+        f"converter, {d}, jumps at any moment": converter(d, phase=None)
+        for d in ("steps", "random")
+    },
+    **{
+        f"converter, jumps at {phase:g} of a sample": converter("steps", phase=phase)
+        for phase in (0.1, 0.5, 0.9)
+    },
     "converter, a weak supply": spoilt(
         converter("steps"), lambda log, m: replace(log, source=Source(ohms=0.25 * m.R))
     ),

@@ -77,6 +77,17 @@ def wave(kind: str, volts: float, tau_s: float, rate: float, rng: Rng) -> Floats
     return np.concatenate([rest, volts * moved])
 
 
+def driven(volts: Floats, ticks: int, phase: float | None, rng: Rng) -> Floats:
+    """V of every tick, of samples that have so many. A jump comes later by ``phase`` of its sample;
+    None: each by chance.
+    """
+    out = np.repeat(volts, ticks)
+    for k in np.flatnonzero(np.diff(volts)) + 1:
+        share = rng.random() if phase is None else phase
+        out[k * ticks : k * ticks + round(share * ticks)] = volts[k - 1]
+    return out
+
+
 def clock(kind: str, count: int, period_s: float, rng: Rng) -> tuple[Floats, Floats]:
     """Moments of the readings, and what the log says of them."""
     t = np.arange(count) * period_s

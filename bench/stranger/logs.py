@@ -27,6 +27,7 @@ TICKS, MOST_TICKS = 8, 700_000  # in L/R or in a sample; of a log
 class Log:
     """``filters``: kind and time constant, ``means`` and ``late``: s, all by column.
 
+    ``phase``: of a sample, by which the voltage jumps after a reading; None: by chance.
     ``counts``: the speed is counted edges over the time since the last row. ``said`` to the import.
     """
 
@@ -44,6 +45,7 @@ class Log:
     means: Mapping[str, float] = field(default_factory=dict)
     late: Mapping[str, float] = field(default_factory=dict)
     clock: str = "exact"
+    phase: float | None = 0.0
     edit: Edit | None = None
     said: tuple[str, ...] = ()
 
@@ -103,7 +105,7 @@ def table(log: Log, m: Motor, rng: chain.Rng) -> Table:
     wave, period_s = chain.wave(log.drive, m.volts, m.tau_s, log.rate, rng), 1.0 / log.rate
     ticks = min(max(TICKS, math.ceil(TICKS * period_s * m.R / m.L)), MOST_TICKS // len(wave))
     dt = period_s / ticks
-    true = turn(m, np.repeat(wave, ticks), dt, log.source)
+    true = turn(m, chain.driven(wave, ticks, log.phase, rng), dt, log.source)
     real, stamps = chain.clock(log.clock, len(wave), period_s, rng)
     within = real < dt * (len(true.asked) - 1)
     real, columns = real[within], {"t": stamps[within]}

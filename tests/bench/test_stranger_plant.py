@@ -9,7 +9,7 @@ import pytest
 
 from bench.bench_stranger import Kept
 from bench.mistakes.plant import Motor
-from bench.stranger.chain import low_pass
+from bench.stranger.chain import driven, low_pass
 from bench.stranger.plant import Source, turn
 
 MOTOR = Motor(0.5, 1e-4, 0.038, 7e-5, 4e-5, 14e-3, 12.0)
@@ -48,3 +48,13 @@ def test_rows_of_changed_files_are_not_taken_again(tmp_path: Path) -> None:
     path = tmp_path / "kept.jsonl"
     Kept(path, "a+").add("one", {"end": "named"})
     assert Kept(path, "a+").rows == {}
+
+
+def test_a_jump_comes_later_in_its_sample_by_a_phase_or_by_chance() -> None:
+    volts, rng = np.array([0.0, 0.0, 5.0, 5.0, np.nan]), np.random.default_rng(3)
+    assert np.array_equal(driven(volts, 4, 0.0, rng), np.repeat(volts, 4), equal_nan=True)
+    later = driven(volts, 4, 0.5, rng)
+    assert np.flatnonzero(later == 5.0).tolist() == list(range(10, 18))
+    begins = [np.flatnonzero(driven(volts, 100, None, rng) == 5.0)[0] for _ in range(200)]
+    assert 200 <= min(begins) < 210
+    assert 290 < max(begins) <= 300
