@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from motorid.estimate.assembly.doubt import SHARE, grown
@@ -29,6 +29,20 @@ def covering(plain: Estimate, better: Alternative, names: Iterable[str]) -> Cove
         if sides is not None:
             found.sides[name], found.moves[name] = sides, max(sides)
     return found
+
+
+def excluded(plain: Estimate, better: Alternative, but: Sequence[str]) -> list[str]:
+    """Parameters whose interval does not hold the better model's value, ``but`` some."""
+    out = []
+    for name, p in plain.parameters.items():
+        if name in but:
+            continue
+        value = better.parameters[name].value
+        if value is None or p.value is None or p.interval_95 is None:
+            continue
+        if not p.interval_95[0] <= value <= p.interval_95[1]:
+            out.append(name)
+    return out
 
 
 def _sides(plain: Estimate, better: Alternative, name: str) -> tuple[float, float] | None:

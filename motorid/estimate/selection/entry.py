@@ -32,7 +32,7 @@ from motorid.estimate.results.estimate import (
     TermTrial,
 )
 from motorid.estimate.results.status import Status
-from motorid.estimate.selection.covering import Covering, covering
+from motorid.estimate.selection.covering import covering, excluded
 from motorid.estimate.selection.extended_fit import Fitted, begin, finished, sizes_by_name
 from motorid.estimate.selection.extended_results import alternative, findings, stands_out
 from motorid.estimate.selection.forward_selection import Selection, Trial, select
@@ -50,6 +50,7 @@ Narrow = tuple[Sequence[MotorRecord], Solution, Mapping[str, float]]
 COARSE = 100.0  # change of F that is near enough before what repeats with the rotor is in
 COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
 VAGUE = 0.1  # the same, of an inductance that readings hardly tell
+OWN = ("R",)  # of such a model: without the drop of the brushes, or before the winding warms up
 HALF = 0.5  # of that, from which a term is worth offering
 
 
@@ -368,11 +369,12 @@ def _is_allowed_for(terms: Sequence[Term]) -> bool:
     return set(terms) <= set(ALLOWED)
 
 
-def _said_of(terms: Sequence[Term]) -> str:
+def _said_of(terms: Sequence[Term], harmless: bool) -> str:
     """What lacking these means for the six parameters."""
-    if _is_allowed_for(terms):
+    if harmless:
         return "the six parameters allow for it, and the better model says how large it is"
-    return "the six parameters do without it and are biased, so use those of the better model"
+    less = "allow for less of it" if _is_allowed_for(terms) else "do without it"
+    return f"the six parameters {less} and are biased, so use those of the better model"
 
 
 def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
@@ -382,11 +384,13 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
     if better.asked:
         said = Diagnostic("model_asked", "info", f"beside it, as asked: a model with {what}")
     else:
-        harmless = _is_allowed_for(fitted.terms)
-        found = Covering() if harmless else covering(estimate, better, estimate.parameters)
+        allowed = _is_allowed_for(fitted.terms)
+        names = excluded(estimate, better, but=OWN) if allowed else estimate.parameters
+        found = covering(estimate, better, names)
+        harmless = allowed and not found.sides
         said = Diagnostic(
             "better_model", "info" if harmless else "warning",
-            f"the residuals show {what}: {_said_of(fitted.terms)}",
+            f"the residuals show {what}: {_said_of(fitted.terms, harmless)}",
             found.moves, found.sides,
         )  # fmt: skip
         estimate = settled(estimate, [said])

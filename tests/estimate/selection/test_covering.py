@@ -10,7 +10,7 @@ import pytest
 
 from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.results.estimate import Diagnostic, Estimate
-from motorid.estimate.selection.covering import Covering, covering
+from motorid.estimate.selection.covering import Covering, covering, excluded
 from motorid.estimate.uncertainty.budget import FINDING
 from tests.report.example import estimate, parameter
 
@@ -53,6 +53,19 @@ def test_it_covers_the_better_models_and_no_more(
         return
     assert found.sides == {"R": pytest.approx(sides)}
     assert found.moves == {"R": pytest.approx(max(sides))}
+
+
+@pytest.mark.parametrize(
+    ("value", "out"), [(2.101, True), (2.1, False), (1.9, False), (1.899, True), (None, False)]
+)
+def test_an_interval_excludes_a_value_beyond_its_ends(value: float | None, out: bool) -> None:
+    better = beside(value, None)
+    better.parameters["L"] = parameter("L", "H", 1e-3)
+    assert excluded(plain(), better, ()) == (["R"] if out else [])
+    assert excluded(plain(), better, ("R",)) == []
+    none = replace(plain().parameters["R"], value=None, interval_95=None)
+    one = replace(plain(), parameters={"R": none})
+    assert excluded(one, better, ()) == []
 
 
 def test_a_value_that_is_unknown_is_not_covered() -> None:

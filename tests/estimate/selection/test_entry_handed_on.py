@@ -339,8 +339,24 @@ def test_what_was_found_is_covered_where_the_six_do_without_it(
     assert (said.moves, said.sides) == ({"R": 0.5}, {"R": (0.0, 0.5)})
     assert seen["covering"] == [(bare, better, bare.parameters)]
     assert seen["settled"] == [(bare, [said])]
-    seen.clear()
-    fitted.terms = (DROP,)
+    assert "do without it" in said.message
+
+
+def test_what_the_six_allow_for_is_covered_where_they_allow_for_too_little(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """That is where an interval does not hold the better model's value."""
+    seen: dict[str, Any] = {}
+    more = SimpleNamespace(moves={"K": 0.5}, sides={"K": (0.0, 0.5)})
+    noting(monkeypatch, entry, seen, covering=more, excluded=["K"], settled=estimate())
+    better: Any = SimpleNamespace(asked=False)
+    bare = replace(estimate(), alternative=better)
+    fitted: Any = SimpleNamespace(terms=(DROP,))
     said = entry._said(bare, fitted).diagnostics[0]
-    assert (said.moves, said.sides) == ({}, {})
-    assert "covering" not in seen
+    assert seen["covering"] == [(bare, better, ["K"])]
+    assert seen["excluded"] == [(bare, better, ("but", ("R",)))]
+    assert (said.moves, said.severity) == ({"K": 0.5}, "warning")
+    assert "the six parameters allow for less of it and are biased" in said.message
+    noting(monkeypatch, entry, seen, covering=SimpleNamespace(moves={}, sides={}))
+    said = entry._said(bare, fitted).diagnostics[0]
+    assert (said.moves, said.severity) == ({}, "info")

@@ -34,9 +34,7 @@ FINE = 1.0 / 32.0  # of L/R, an interval that needs no finer one
 LEFT = 1.0 / (FACTOR - 1)  # of a change, that all further ones bring: errors fall with the interval
 WORTH_IT = 0.3  # standard deviations by noise, left to come, that are worth a finer one
 RISES = (0.1, 0.3)  # L/R in samples of the log, to begin with instead
-WORSE = (
-    1.0  # times a gain that tells, by which a fit may be worse: more, and the search went astray
-)
+WORSE = 1.0  # times a gain that tells: a fit that is worse by more went astray
 
 
 def settled(
