@@ -180,7 +180,7 @@ def test_a_log_whose_voltage_is_told_throughout_needs_no_finer_grid() -> None:
 
 
 @pytest.mark.parametrize(
-    ("readings", "ticks"), [(4000, FINEST), (4001, FINEST - 1), (9000, 7), (20000, 4)]
+    ("readings", "ticks"), [(6400, FINEST), (6401, FINEST - 1), (11000, 5), (20000, 4)]
 )
 def test_a_voltage_that_jumps_asks_for_a_grid_as_fine_as_its_length_allows(
     readings: int, ticks: int

@@ -239,6 +239,7 @@ def test_one_coarse_record_is_enough_and_one_that_gets_finer(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Of several; inductances to begin with are in samples of the slowest log."""
+    monkeypatch.setattr(log_grid, "readings", lambda _: 100)
     began: list[Any] = []
 
     def search(_records: Any, _free: Any, start: Any) -> Any:
