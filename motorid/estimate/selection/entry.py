@@ -369,11 +369,11 @@ def _is_allowed_for(terms: Sequence[Term]) -> bool:
     return set(terms) <= set(ALLOWED)
 
 
-def _said_of(terms: Sequence[Term], harmless: bool) -> str:
-    """What lacking these means for the six parameters."""
+def _said_of(allowed: bool, harmless: bool) -> str:
+    """What lacking its terms means for the six parameters."""
     if harmless:
         return "the six parameters allow for it, and the better model says how large it is"
-    less = "allow for less of it" if _is_allowed_for(terms) else "do without it"
+    less = "allow for less of it" if allowed else "do without it"
     return f"the six parameters {less} and are biased, so use those of the better model"
 
 
@@ -390,7 +390,7 @@ def _said(estimate: Estimate, fitted: Fitted) -> Estimate:
         harmless = allowed and not found.sides
         said = Diagnostic(
             "better_model", "info" if harmless else "warning",
-            f"the residuals show {what}: {_said_of(fitted.terms, harmless)}",
+            f"the residuals show {what}: {_said_of(allowed, harmless)}",
             found.moves, found.sides,
         )  # fmt: skip
         estimate = settled(estimate, [said])

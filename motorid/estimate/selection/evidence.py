@@ -18,7 +18,7 @@ from motorid.estimate.model.extended_capture_model import WideRecord
 from motorid.estimate.model.extended_terms import ADDED, Term
 from motorid.estimate.selection.extended_fit import Fitted
 from motorid.estimate.selection.left_out_captures import foretold
-from motorid.estimate.solver.autoregression import prominence
+from motorid.estimate.solver.autoregression import inflation
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import statistical
@@ -186,11 +186,3 @@ def deviation_at(covariance: Floats, k: int, held: Sequence[int]) -> float:
     else:
         left = 1.0
     return float(scale[k] * np.sqrt(max(left, LEAST)))
-
-
-def inflation(solution: Solution) -> float:
-    """The most prominent frequency of what is left of any block: readings that count as one."""
-    return max(
-        (prominence(line.residual[part]) for line in solution.records for part in line.slices),
-        default=1.0,
-    )

@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 JITTER = 0.25  # of a period, by which a time stamp may miss the grid
 LARGEST_LOSS = 4.0  # grid ticks for one sample
 IRREGULAR = 0.02  # of a period, beyond which a log's stamps are called so
-FINER, QUICK = 4.0, 5.0  # ticks in a usual period of a log; percentile of periods that has two
+FINER, QUICK = 4, 5.0  # ticks in a usual period of a log; percentile of periods that has two
 FINEST, JUMPED_TICKS = 10, 64_000  # the same where the voltage jumps, in so many ticks altogether
 ON_TICK = 1e-6  # of a grid period
 MOST_TICKS = 400_000
@@ -173,7 +173,7 @@ def _of_log(capture: Capture, jitter: float, continuous: bool) -> Timeline:
     return Timeline(period, count, index, parts, jitter, lost, past, period / finest)
 
 
-def _ticks(capture: Capture, continuous: bool) -> float:
+def _ticks(capture: Capture, continuous: bool) -> int:
     """In a usual period of a log. A voltage that jumps within a tick drives the model by its mean
     there, and the current rises too early and too slowly, by up to V R/L² h²/8.
     """
@@ -183,7 +183,7 @@ def _ticks(capture: Capture, continuous: bool) -> float:
     volts = channel.values[np.isfinite(channel.values)]
     if len(volts) < 2 or not len(jumps(volts)):
         return FINER
-    return float(min(max(int(FINER), JUMPED_TICKS // len(capture)), FINEST))
+    return min(max(FINER, JUMPED_TICKS // len(capture)), FINEST)
 
 
 def _parts(capture: Capture, period: float, count: int) -> tuple[Part, ...]:

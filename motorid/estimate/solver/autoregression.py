@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.solver.dense_products import dot, square
+from motorid.estimate.solver.problem import Solution
 
 Floats = NDArray[np.float64]
 
@@ -32,6 +33,14 @@ def prominence(residual: Floats) -> float:
         return 1.0
     spectrum = power(coefficients, innovation, FREQUENCIES)
     return max(1.0, float(spectrum.max() / spectrum.mean()))
+
+
+def inflation(solution: Solution) -> float:
+    """The most prominent frequency of what is left of any block: readings that count as one."""
+    return max(
+        (prominence(line.residual[part]) for line in solution.records for part in line.slices),
+        default=1.0,
+    )
 
 
 def fast_length(least: int) -> int:

@@ -12,6 +12,7 @@ import pytest
 from motorid.estimate.model.extended_terms import ADDED, TERMS
 from motorid.estimate.selection import evidence, extended_fit
 from motorid.estimate.selection.extended_fit import Begun, Fitted
+from motorid.estimate.solver.autoregression import prominence
 from motorid.estimate.solver.problem import Derivatives
 from tests.estimate.selection.noted_stages import noting
 from tests.estimate.solutions import MOTOR, solution
@@ -169,7 +170,7 @@ def test_a_cost_is_of_readings_that_count_and_colour_of_the_worst_block() -> Non
     parts = (slice(0, 2000), slice(2000, 4000))
     first: Any = SimpleNamespace(residual=np.r_[white, white], slices=parts, blocks=blocks)
     second: Any = SimpleNamespace(residual=np.r_[white, red], slices=parts, blocks=blocks)
-    colour = evidence.prominence(red)
+    colour = prominence(red)
     assert colour > 3.0
     found: Any = SimpleNamespace(records=(first, second))
     assert evidence.inflation(found) == pytest.approx(colour)

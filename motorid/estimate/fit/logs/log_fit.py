@@ -47,7 +47,7 @@ from motorid.estimate.signals.intersample_voltage import (
 )
 from motorid.estimate.signals.measurements import motion
 from motorid.estimate.signals.time_grid import IRREGULAR
-from motorid.estimate.solver.autoregression import prominence
+from motorid.estimate.solver.autoregression import inflation
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import covariance_of
 
@@ -87,12 +87,12 @@ def best(
     better = any(plain[1].objective - fit[1].objective > needed for fit in smoothed)
     asked = any(one.asked_for for one in heard) or vanished(plain[1], plain[0])
     misfit = unsupported(*plain) is None and _leaves_much(*plain)
-    as_heard: Fit | None = None
-    if not (asked or better or misfit):
-        colour = _colour(plain[1])
+    coloured = not (asked or better or misfit)
+    if coloured:
+        colour = inflation(plain[1])
         if colour < COLOURED:
             return plain
-        as_heard, needed = plain, needed * colour  # so many readings count as one
+        needed *= colour
     known = merged(start, plain[1])
     records = like(plain, fresh(plain[0][0].shape))
     solution = widened(records, free, known, settled(records, free, known))
@@ -126,18 +126,12 @@ def best(
         for record in wider[0]:
             record.as_stamped = known
         return wider
-    if as_heard is not None:
-        return as_heard
+    if coloured:
+        return plain
     for record in plain[0]:
         record.left_open = ()
     plain[0][0].left_open = _less_known(plain[1], solution)  # larger steps are not worth it
     return plain
-
-
-def _colour(solution: Solution) -> float:
-    """By how much more than white noise the most prominent frequency of the residuals has."""
-    parts = ((line.residual, part) for line in solution.records for part in line.slices)
-    return max((prominence(left[part]) for left, part in parts), default=1.0)
 
 
 def serves_few(before: Fit, after: Fit) -> bool:

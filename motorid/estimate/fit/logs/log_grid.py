@@ -17,10 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import Capture
-from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.alternating_fit import Change, with_sources
-from motorid.estimate.fit.logs.log_unknowns import Fit, readings
+from motorid.estimate.fit.logs.log_unknowns import Fit, readings, voltage_delay_s
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.intersample_voltage import CONTINUOUS
@@ -103,7 +102,7 @@ def _jumps_between(record: MotorRecord, own: Floats) -> bool:
     waveform = record.sensed.waveform
     if waveform is None or waveform.shape in CONTINUOUS or not len(waveform.steps_off):
         return False
-    ticks = record.sizes(own).get(VOLTAGE_LATE.name, 0.0) / record.timeline.period_s
+    ticks = voltage_delay_s(record, own) / record.timeline.period_s
     return len(waveform.jumps) > 0 or abs(ticks - round(ticks)) > BETWEEN
 
 

@@ -52,8 +52,13 @@ def as_rival(other: Fit, best: Fit, k: int) -> Rival:
 
 def _late_s(record: MotorRecord, own: Floats) -> float:
     """By how much the voltage is taken later than its stamps; NaN: that is no unknown."""
+    return -voltage_delay_s(record, own, math.nan)
+
+
+def voltage_delay_s(record: MotorRecord, own: Floats, unknown: float = 0.0) -> float:
+    """Of the voltage behind its stamps; ``unknown`` where no unknown says it."""
     sizes: dict[Instance, float] = dict(zip(record.instances, own.tolist(), strict=True))
-    return -sizes.get(Instance(VOLTAGE_LATE), math.nan)
+    return sizes.get(Instance(VOLTAGE_LATE), unknown)
 
 
 def readings(records: Sequence[MotorRecord]) -> int:

@@ -20,11 +20,10 @@ import numpy as np
 
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.registry import UNSTATED
-from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.effects.unstated.voltage_second_order import VOLTAGE_SECOND_ORDER
 from motorid.estimate.effects.unstated.voltage_smoothing import VOLTAGE_SMOOTHING
-from motorid.estimate.fit.logs.log_unknowns import Fit, widened
+from motorid.estimate.fit.logs.log_unknowns import Fit, voltage_delay_s, widened
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.intersample_voltage import JOINED, Shape
@@ -39,7 +38,6 @@ SLOWEST = 0.95  # of a change that goes on: a low-pass of 20 samples
 SMOOTH: Shape = "curved"  # as a low-pass leaves it
 OTHERS: tuple[Shape, ...] = (JOINED, "held")
 LOW_PASS, SECOND = Instance(VOLTAGE_SMOOTHING), Instance(VOLTAGE_SECOND_ORDER)
-LATE = Instance(VOLTAGE_LATE)
 
 
 def begun(
@@ -106,8 +104,7 @@ def _goes_on(record: MotorRecord) -> float:
 
 def _delay_s(record: MotorRecord, own: np.ndarray, known: Mapping[str, float]) -> float:
     """Of the current behind the logged voltage, as its stamps and its winding together make it."""
-    late_s = float(own[record.instances.index(LATE)]) if LATE in record.instances else 0.0
-    return late_s + known["L"] / known["R"]
+    return voltage_delay_s(record, own) + known["L"] / known["R"]
 
 
 def _smooth(record: MotorRecord, size_s: float, order: int) -> None:

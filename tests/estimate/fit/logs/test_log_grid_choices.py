@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import Capture
+from motorid.estimate.effects.influence_quantity import Instance
+from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
 from motorid.estimate.fit.logs import log_grid
 from motorid.estimate.signals.time_grid import FINER_GRID, IRREGULAR
 from tests.estimate.fit.made_fits import NAMES, record, solution
@@ -57,13 +59,14 @@ def test_a_jump_between_two_ticks_asks_for_one_too(
     late: float, own_moments: bool, coarse: bool
 ) -> None:
     """Whether all come by so many ticks after their stamps, or each at a moment of its own."""
-    one = smooth(timeline=line(TAU, jitter=0.0), sizes=lambda _: {"voltage late": late * TAU})
-    assert not log_grid._coarse(one, OWN, KNOWN)
+    one = smooth(timeline=line(TAU, jitter=0.0), instances=(Instance(VOLTAGE_LATE),))
+    own = np.array([late * TAU])
+    assert not log_grid._coarse(one, own, KNOWN)
     one.sensed.waveform.steps_off = np.array([3, 9])
     one.sensed.waveform.jumps = np.array([3] if own_moments else [])
-    assert log_grid._coarse(one, OWN, KNOWN) is coarse
+    assert log_grid._coarse(one, own, KNOWN) is coarse
     one.sensed.waveform.shape = "curved"
-    assert not log_grid._coarse(one, OWN, KNOWN)  # then it does not jump there
+    assert not log_grid._coarse(one, own, KNOWN)  # then it does not jump there
 
 
 def test_a_grid_gets_four_times_finer_each_time() -> None:

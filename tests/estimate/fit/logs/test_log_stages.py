@@ -138,7 +138,7 @@ def test_residuals_of_one_colour_ask_too_and_make_them_dearer(
     colour: float, asked: bool, taken: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """20 likelier here, where each unknown that needs 4 of white readings needs 4 times as much."""
-    monkeypatch.setattr(log_fit, "_colour", lambda _: colour)
+    monkeypatch.setattr(log_fit, "inflation", lambda _: colour)
     stages = Stages(monkeypatch, needed=4.0)
     stages.objectives[SMOOTHED] = 100.0
     _, found = stages.best()
@@ -154,8 +154,8 @@ def test_a_colour_is_that_of_the_most_coloured_channel() -> None:
         residual=np.concatenate([white, slow]), slices=(slice(4000), slice(4000, 8000))
     )
     alone: Any = SimpleNamespace(residual=white, slices=(slice(4000),))
-    assert log_fit._colour(SimpleNamespace(records=[alone, both])) > 4.0  # type: ignore[arg-type]
-    assert log_fit._colour(SimpleNamespace(records=[alone])) < 1.5  # type: ignore[arg-type]
+    assert log_fit.inflation(SimpleNamespace(records=[alone, both])) > 4.0  # type: ignore[arg-type]
+    assert log_fit.inflation(SimpleNamespace(records=[alone])) < 1.5  # type: ignore[arg-type]
 
 
 def test_what_serves_a_few_readings_alone_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:

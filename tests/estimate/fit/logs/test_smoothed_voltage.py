@@ -149,7 +149,7 @@ def test_nothing_is_begun_where_it_would_be_a_guess(monkeypatch: pytest.MonkeyPa
 def test_the_delay_is_the_stamps_and_the_windings(late_s: float, named: bool) -> None:
     late = Instance(VOLTAGE_LATE)
     record: Any = SimpleNamespace(instances=(late,) if named else ())
-    found = smoothed_voltage._delay_s(record, np.array([late_s]), {"R": 2.0, "L": 4e-3})
+    found = smoothed_voltage._delay_s(record, np.full(int(named), late_s), {"R": 2.0, "L": 4e-3})
     assert found == pytest.approx(late_s + 2e-3)
 
 
