@@ -16,6 +16,7 @@ from motorid.estimate.diagnosis.faults import (
     current_limited_supply,
     current_zero,
     decay_mode,
+    distorted_readings,
     encoder_bandwidth,
     load_slip,
     lost_rows,
@@ -32,36 +33,50 @@ from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.fit.start_values import start_values
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Suspect
+from motorid.estimate.solver.autoregression import inflation
 from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.covariance import covariance_of
 
 Floats = NDArray[np.float64]
 
-SCREENED = (channel_delay, low_pass_filter, saturation, current_zero, decay_mode)  # by derivatives
+SCREENED = (
+    channel_delay,
+    low_pass_filter,
+    saturation,
+    current_zero,
+    decay_mode,
+    distorted_readings,
+)  # by derivatives
 SEEN = (
     load_slip,
     saturation,
     encoder_bandwidth,
     current_limited_supply,
 )  # in blocks: they mislead a fit too far for its derivatives
-WORTH = 0.08  # fall of F for each reading that a hypothesis must promise, to be fitted
+WORTH = 0.08  # fall of F for each reading that a hypothesis must promise, to be fitted; or CLEAR
 RIVAL = 0.1  # of the best promise, that makes a rival
 MOST = 4  # rivals
 SURELY = 0.7  # fall of F for each reading that names a suspect,
 LIKELY = 0.1  # or this much,
+CLEAR = 200.0  # or this much in all, of a misfit too small to matter but for what it moves,
 NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
-SHARE = 0.3  # and this share of all that there is to explain
+SHARE = 0.3  # and this share of all that there is to explain,
+PART = 0.15  # the least share of a fault that explains so much surely
 ODD = 2.0  # excess of one run over that of any other, which makes it the one to look at
 VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
 HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: others are sought too
-HARM = 0.002  # relative shift of a parameter that makes a fault worth naming
+HARM = 0.002  # relative shift of a parameter that makes a fault worth naming,
+BEYOND = 2.0  # or this many of its standard uncertainties
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A hypothesis after its own fit: ``gain`` is how far F fell for each reading.
+    """A hypothesis after its own fit: ``gain`` is how far F fell for each reading; ``clear``: that
+    is far beyond chance.
 
     ``share`` is that of all that there is to explain; ``shift`` how the fault moved each parameter,
-    as a share of it; ``seen``: the plain laws show it in blocks of the capture.
+    as a share of it, the ``farthest`` in standard uncertainties; ``seen``: the plain laws show it
+    in blocks of the capture.
     """
 
     hypothesis: Hypothesis
@@ -69,14 +84,19 @@ class Trial:
     gain: float
     share: float
     shift: Mapping[str, float]
+    farthest: float
+    clear: bool
     seen: bool = False
 
     @property
     def convincing(self) -> bool:
         """It explains enough, and matters; what the blocks show needs less."""
-        enough = self.gain > SURELY or (self.gain > LIKELY and (self.seen or self.share > SHARE))
-        harms = max(abs(s) for s in self.shift.values()) > HARM
-        return enough and harms and not self.at_bound
+        much = self.gain > SURELY and (self.seen or self.share > PART)
+        much |= self.gain > LIKELY and (self.seen or self.share > SHARE)
+        far = self.farthest > BEYOND
+        harms = far or max(abs(s) for s in self.shift.values()) > HARM
+        enough = (much and harms) or (self.clear and self.share > SHARE and far)
+        return enough and not self.at_bound
 
     @property
     def at_bound(self) -> bool:
@@ -197,14 +217,15 @@ def _said(best: Trial, solution: Solution, where: str) -> Suspect:
 def _moves(best: Trial, solution: Solution) -> dict[str, float]:
     """SI, by parameter: how far the fault moved it, or what of it is the fault's own."""
     names = [u.name for u in solution.unknowns]
-    ended = dict(zip(names, best.found.values.tolist(), strict=True))
-    usual = dict(zip(names, solution.values.tolist(), strict=True))
-    moves = {name: abs(value - usual[name]) for name, value in ended.items()}
-    belongs = best.hypothesis.belongs
-    for name, share in (belongs(best.found.size) if belongs is not None else {}).items():
-        if name in moves:
-            moves[name] = max(moves[name], share * abs(ended[name]))
-    return moves
+    moved = _moved(best.hypothesis, best.found, solution.values, names)
+    return dict(zip(names, moved, strict=True))
+
+
+def _moved(h: Hypothesis, found: Refit, usual: Floats, names: Sequence[str]) -> list[float]:
+    """The same, in the order of ``names``, from ``usual`` (p,)."""
+    own = h.belongs(found.size) if h.belongs is not None else {}
+    each = zip(names, found.values.tolist(), usual.tolist(), strict=True)
+    return [max(abs(v - u), own.get(name, 0.0) * abs(v)) for name, v, u in each]
 
 
 def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:
@@ -212,13 +233,16 @@ def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:
     left = misfit.residuals(records, solution)
     readings = sum(m.block.count for r in records for m in r.measured)
     excess = misfit.excess(records, left)
-    if excess < LIKELY:
+    clear = CLEAR * inflation(solution)
+    if excess * readings < min(LIKELY * readings, clear):
         return []
-    rivals = list(_rivals(records, solution, WORTH * readings))
+    rivals = list(_rivals(records, solution, min(WORTH * readings, clear)))
     if not rivals:
         return []
     starts, enough = _starts(records, solution), max(NEAR * excess * readings, 1.0)
     usual = refit(records, starts, enough=enough)
+    names = [u.name for u in solution.unknowns]
+    deviations = solution.slopes * np.sqrt(np.diag(covariance_of(solution.information)))
     out = []
     for hypothesis, size, begin, seen in rivals:
         found = refit(records, begin or starts, hypothesis, size, enough)
@@ -229,7 +253,10 @@ def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:
             for u, s, v in zip(solution.unknowns, moved, usual.values, strict=True)
             if v > 0 and u.name != "B"
         }
-        out.append(Trial(hypothesis, found, gain, gain / max(excess, 1e-9), shift, seen))
+        moves = _moved(hypothesis, found, usual.values, names)
+        far = max((m / sd for m, sd in zip(moves, deviations, strict=True) if sd > 0), default=0.0)
+        share, sure = gain / max(excess, 1e-9), gain * readings > clear
+        out.append(Trial(hypothesis, found, gain, share, shift, far, sure, seen))
     return sorted(out, key=lambda t: -t.gain)
 
 

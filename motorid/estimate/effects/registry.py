@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from motorid.estimate.effects.friction.friction_by_direction import FRICTION_BY_DIRECTION
 from motorid.estimate.effects.friction.load_friction import LOAD_FRICTION
 from motorid.estimate.effects.friction.quadratic_friction import QUADRATIC_FRICTION
 from motorid.estimate.effects.friction.windage import WINDAGE
@@ -133,6 +134,7 @@ ADDED = (
     SPEED_FILTER,
     DRIVEN_CURRENT_OFFSET,
     QUADRATIC_FRICTION,
+    FRICTION_BY_DIRECTION,
     # of wider models
     INITIAL_WARMTH,
     COGGING_PHASE,

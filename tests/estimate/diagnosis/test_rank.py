@@ -32,11 +32,12 @@ def _none(*_: Any) -> list[np.ndarray]:
 
 def trial(
     gain: float = 1.0, share: float = 0.9, shift: float = 0.1, seen: bool = False,
-    guard: bool = False, size: float = 3e-4,
+    guard: bool = False, size: float = 3e-4, far: float = 0.0, clear: bool = False,
 ) -> Trial:  # fmt: skip
     values = np.array([v * (1 + (shift if n == "R" else 0.0)) for n, v in MOTOR.items()])
     found = Refit(values, np.array([size]), 1.0, solution())
-    return Trial(hypothesis(guard), found, gain, share, {"R": shift, "K": -shift / 2}, seen)
+    shifts = {"R": shift, "K": -shift / 2}
+    return Trial(hypothesis(guard), found, gain, share, shifts, far, clear, seen)
 
 
 def suspect(code: str, allowed: bool = False) -> Suspect:
@@ -46,14 +47,21 @@ def suspect(code: str, allowed: bool = False) -> Suspect:
 @pytest.mark.parametrize(
     ("one", "named"),
     [
-        (trial(gain=0.75, share=0.01), True),  # much for each reading
-        (trial(gain=0.65, share=0.01), False),
+        (trial(gain=0.75, share=0.16), True),  # much for each reading
+        (trial(gain=0.65, share=0.16), False),
+        (trial(gain=0.75, share=0.14), False),  # but a small part of what there is
+        (trial(gain=0.75, share=0.14, seen=True), True),
         (trial(gain=0.11, share=0.31), True),  # or less, and much of all there is
         (trial(gain=0.11, share=0.29), False),
         (trial(gain=0.09, share=0.99), False),
         (trial(gain=0.11, share=0.01, seen=True), True),  # or the plain laws show it
         (trial(gain=0.09, share=0.01, seen=True), False),
         (trial(gain=9.0, shift=0.001), False),  # it moves nothing
+        (trial(gain=9.0, shift=0.001, far=2.1), True),  # but beyond what is uncertain
+        (trial(gain=0.01, share=0.4, shift=0.001, far=2.1, clear=True), True),  # small, and sure
+        (trial(gain=0.01, share=0.4, shift=0.1, far=1.9, clear=True), False),
+        (trial(gain=0.01, share=0.2, shift=0.1, far=2.1, clear=True), False),
+        (trial(gain=0.01, share=0.4, far=2.1), False),
         (trial(gain=9.0, shift=-0.003), True),
         (trial(gain=9.0, size=8.9), True),
         (trial(gain=9.0, size=9.0), False),  # such faults end there: it stands in for another
@@ -164,6 +172,7 @@ class Fits:
         monkeypatch.setattr(rank, "refit", self.refit)
         monkeypatch.setattr(rank, "_rivals", lambda *given: self.asked(*given))
         monkeypatch.setattr(rank, "_starts", lambda *_: ["usual starts"])
+        monkeypatch.setattr(rank, "inflation", lambda _: 1.5)
         self.least = 0.0
 
     def asked(self, _records: Any, _solution: Any, least: float) -> list[Any]:
@@ -175,7 +184,7 @@ class Fits:
     ) -> Refit:
         self.began.append(starts)
         self.enough.append(enough)
-        F, moves = self.each[h] if h else (self.usual, 0.0)
+        F, moves = self.each[h.code] if h else (self.usual, 0.0)
         values = np.array([v * (1 + moves * (n == "R")) for n, v in MOTOR.items()])
         return Refit(values, np.array(size), F, solution())
 
@@ -189,9 +198,10 @@ def test_each_rival_is_fitted_and_the_one_that_explains_most_comes_first(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     fits = Fits(monkeypatch, 5000.0, late=(4000.0, 0.1), slips=(3500.0, -0.2))
-    fits.rivals = [("late", (1.0,), None, False), ("slips", (2.0,), ["its own"], True)]
+    late, slips = (replace(hypothesis(), code=code) for code in ("late", "slips"))
+    fits.rivals = [(late, (1.0,), None, False), (slips, (2.0,), ["its own"], True)]
     one, two = rank.trials(readings(600.0, 400.0), solution())
-    assert [t.hypothesis for t in (one, two)] == ["slips", "late"]
+    assert [t.hypothesis.code for t in (one, two)] == ["slips", "late"]
     assert (one.gain, two.gain) == pytest.approx((1.5, 1.0))
     assert (one.share, two.share) == pytest.approx((0.75, 0.5))
     assert one.shift["R"] == pytest.approx(-0.2)
@@ -206,9 +216,12 @@ def test_nothing_is_fitted_where_there_is_little_to_explain_or_no_rival(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     calm = Fits(monkeypatch, 5000.0, excess=0.09, late=(4000.0, 0.1))
-    calm.rivals = [("late", (1.0,), None, False)]
+    calm.rivals = [(replace(hypothesis(), code="late"), (1.0,), None, False)]
     assert rank.trials(readings(1000.0), solution()) == []
     assert calm.began == []
+    many = readings(1.5 * rank.CLEAR / 0.04)  # enough readings show any misfit
+    assert len(rank.trials(many, solution())) == 1
+    assert calm.least == pytest.approx(1.5 * rank.CLEAR)
     more = Fits(monkeypatch, 5000.0, excess=0.11, late=(4000.0, 0.1))
     more.rivals = calm.rivals
     assert len(rank.trials(readings(1000.0), solution())) == 1
@@ -221,7 +234,7 @@ def test_a_parameter_that_the_usual_fit_has_at_nothing_has_no_share(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     fits = Fits(monkeypatch, 5000.0, late=(4000.0, 0.1))
-    fits.rivals = [("late", (1.0,), None, False)]
+    fits.rivals = [(replace(hypothesis(), code="late"), (1.0,), None, False)]
     monkeypatch.setitem(MOTOR, "T0", 0.0)
     (found,) = rank.trials(readings(1000.0), solution())
     assert "T0" not in found.shift

@@ -17,7 +17,12 @@ from motorid.estimate.diagnosis.fault import (
     nothing,
 )
 from motorid.estimate.effects.brush_and_heating import BEND, DROP, WARMING
+from motorid.estimate.effects.friction.friction_by_direction import FRICTION_BY_DIRECTION
+from motorid.estimate.effects.friction.load_friction import LOAD_FRICTION
 from motorid.estimate.effects.friction.quadratic_friction import QUADRATIC_FRICTION
+from motorid.estimate.effects.iron.armature_reaction import ARMATURE_REACTION
+from motorid.estimate.effects.iron.eddy_currents import EDDY_CURRENTS
+from motorid.estimate.effects.iron.saturation import SATURATION
 from motorid.estimate.effects.source.brush_drop import BRUSH_DROP
 from motorid.estimate.effects.source.winding_warming import WINDING_WARMING
 from motorid.estimate.model.capture_model import MotorRecord
@@ -26,19 +31,39 @@ Floats = NDArray[np.float64]
 
 
 def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
-    """A winding that warms up, a brush drop, friction that bends with speed."""
+    """A winding that warms up, a brush drop, friction that bends with speed, with the direction or
+    with the load, K and L that fall with the current, currents in the iron.
+    """
     volts = max(float(np.abs(r.volts).max()) for r in records)
     bend = min(QUADRATIC_FRICTION.scale(r) for r in records)
     return [
         _guard("winding_warms", _warming, 0.05, 0.2),
         _guard("brush_drop", _brush, 0.02 * volts, 0.1 * volts),
         _guard("friction_bends", acting(QUADRATIC_FRICTION), 0.1 * bend, 2.0 * bend),
+        _guard("friction_by_direction", acting(FRICTION_BY_DIRECTION), 0.05, 0.9),
+        _guard("load_friction", acting(LOAD_FRICTION), 0.01, 0.3, 0.0),
+        *_iron(records),
     ]
 
 
-def _guard(code: str, effect: Effect, size: float, most: float) -> Hypothesis:
+def _iron(records: Sequence[MotorRecord]) -> list[Hypothesis]:
+    """Whose sizes hang on the motor's stall current: of records that were fitted."""
+    if any(r.judged_at is None for r in records):
+        return []
+    reaction = min(ARMATURE_REACTION.scale(r) for r in records)
+    return [
+        _guard("armature_reaction", acting(ARMATURE_REACTION), 0.01 * reaction, reaction, 0.0),
+        _guard("saturation", acting(SATURATION), 0.1, 0.9, 0.0),
+        _guard("eddy_currents", acting(EDDY_CURRENTS), 0.1, 0.9, 0.0),
+    ]
+
+
+def _guard(
+    code: str, effect: Effect, size: float, most: float, least: float | None = None
+) -> Hypothesis:
+    lower = -most if least is None else least
     return Hypothesis(
-        code, effect, ((size,),), (size,), (-most,), (most,),
+        code, effect, ((size,),), (size,), (lower,), (most,),
         lambda size: Words("motor", "", ""), guard=True,
     )  # fmt: skip
 

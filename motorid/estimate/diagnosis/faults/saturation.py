@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, Capture
+from motorid.capture.model import CURRENT, SPEED, Capture
 from motorid.estimate.diagnosis.fault import Hypothesis, Words, changed_voltage, nothing, series
 from motorid.estimate.fit.block_regression import Start, blocks, electrical, mechanical
 from motorid.estimate.model.capture_model import MotorRecord
@@ -20,52 +21,52 @@ TOP = 0.985  # of the highest voltage read: at its end
 BELOW = 0.95  # of it: surely not
 END = 0.97  # of where the readings stop: noise is cut off from there on
 CLEAR = 0.02  # relative, by which the motor must answer to more than is read
+CURED = {
+    CURRENT: ("A", "use a sensor with more range, or drive with less voltage"),
+    SPEED: ("rad/s", "use a sensor with more range, or drive with less voltage"),
+}
 
 
 def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
-    """A current that stops."""
-    peak = max(
-        (float(np.abs(m.values).max()) for r in records for m in r.measured
-         if m.block.name == CURRENT), default=0.0,
-    )  # fmt: skip
-    if not peak > 0:
-        return []
+    """A current that stops, and a measured speed that does."""
+    found = []
+    for name, (unit, action) in CURED.items():
+        peak = max(
+            (float(np.abs(m.values).max()) for r in records for m in r.measured
+             if m.block.name == name), default=0.0,
+        )  # fmt: skip
+        if peak > 0:
+            found.append(_of(name, peak, unit, action))
+    return found
 
+
+def _of(name: str, peak: float, unit: str, action: str) -> Hypothesis:
     def effect(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:
         out, end = nothing(record), float(size[0])
-        for k, y in series(record, values, own, CURRENT):
+        for k, y in series(record, values, own, name):
             out[k] = (np.clip(y, -end, end) - y)[record.measured[k].where]
         return out
 
     def words(size: Floats) -> Words:
-        return Words(
-            "current",
-            f"the current's readings stop at {size[0]:.3g} A, below the end of its converter",
-            "use a sensor with more range, or drive with less voltage",
+        evidence = (
+            f"the {name}'s readings stop at {size[0]:.3g} {unit}, below the end of its converter"
         )
+        return Words(name, evidence, action)
 
     sizes = tuple((s * peak,) for s in SHARES)
-    return [
-        Hypothesis(
-            "current_saturated",
-            effect,
-            sizes,
-            (0.01 * peak,),
-            (0.05 * peak,),
-            (1.2 * peak,),
-            words,
-            remedy=_declared_end,
-        )
-    ]
+    return Hypothesis(
+        f"{name}_saturated", effect, sizes, (0.01 * peak,), (0.05 * peak,), (1.2 * peak,), words,
+        remedy=partial(_declared_end, name),
+    )  # fmt: skip
 
 
-def _declared_end(capture: Capture, amperes: float) -> list[Capture]:
-    """The capture whose current is declared to end there: readings at the end tell nothing."""
-    current = capture.channels[CURRENT]
-    reach = END * amperes / abs(current.scale)
-    low, high = current.offset - reach, current.offset + reach
-    ended = replace(current, raw_min=max(current.raw_min, low), raw_max=min(current.raw_max, high))
-    return [replace(capture, channels={**capture.channels, CURRENT: ended})]
+def _declared_end(name: str, capture: Capture, end: float) -> list[Capture]:
+    """The capture whose channel is declared to end there: readings at the end tell nothing."""
+    channel = capture.channels[name]
+    reach = END * end / abs(channel.scale)
+    low, high = channel.offset - reach, channel.offset + reach
+    ended = replace(channel, raw_min=max(channel.raw_min, low), raw_max=min(channel.raw_max, high))
+    return [replace(capture, channels={**capture.channels, name: ended})]
 
 
 def seen(records: Sequence[MotorRecord]) -> tuple[Hypothesis, Start] | None:

@@ -88,8 +88,8 @@ def test_a_current_is_declared_to_end_a_little_below_where_it_stops() -> None:
     capture = clean_capture(FAULHABER, Plan(count=400))
     channel = replace(capture.channels[CURRENT], scale=-0.5, offset=10.0, raw_max=13.0)
     given = replace(capture, channels={**capture.channels, CURRENT: channel})
-    (ended,) = saturation._declared_end(given, 2.0)
+    (ended,) = saturation._declared_end(CURRENT, given, 2.0)
     current = ended.channels[CURRENT]
     assert (current.raw_min, current.raw_max) == pytest.approx((10.0 - 3.88, 13.0))
-    (wide,) = saturation._declared_end(capture, 2.0)
+    (wide,) = saturation._declared_end(CURRENT, capture, 2.0)
     assert wide.channels[CURRENT].raw_max == pytest.approx(0.97 * 2.0)

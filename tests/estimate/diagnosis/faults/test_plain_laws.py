@@ -337,7 +337,7 @@ def test_a_current_may_flow_for_eight_samples_after_the_bridge_opened() -> None:
 def test_a_current_is_declared_to_end_a_little_before_it_stops() -> None:
     channel = Channel(CURRENT, "A", np.zeros(4), scale=-0.01, offset=512.0, raw_max=600.0)
     capture = Capture(np.arange(4), 1e3, {CURRENT: channel})
-    (found,) = saturation._declared_end(capture, 2.0)
+    (found,) = saturation._declared_end(CURRENT, capture, 2.0)
     ended = found.channels[CURRENT]
     assert ended.raw_min == pytest.approx(512.0 - 0.97 * 200.0)
     assert ended.raw_max == 600.0  # what was declared is nearer

@@ -1,0 +1,234 @@
+"""A channel that shows another figure by how large it is, by its sign, or by how it came there.
+
+A sensor may bend, have another gain in its low range or for one sign, stay behind by the hysteresis
+of its core, warm by what it measures, settle slowly, or drift. Each is put to the data as a change
+of what the channel shows.
+
+Readings tell that two gains of a channel differ, not which of them is the true one. A gain that is
+off by a share takes R and L with it, B, J and T0 the other way: so much of them is in doubt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from motorid.capture.model import CURRENT, SPEED, VOLTAGE
+from motorid.estimate.diagnosis.fault import (
+    Effect,
+    Hypothesis,
+    Words,
+    changed_voltage,
+    nothing,
+    series,
+)
+from motorid.estimate.fit.block_regression import Size
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.signals.measurements import EMF
+from motorid.estimate.signals.time_grid import IRREGULAR
+
+Floats = NDArray[np.float64]
+Shown = Callable[[Floats, Size, float], Floats]
+"""What a channel shows of a course (count,) for a size; the last is the time between both, s."""
+
+UNITS = {CURRENT: "A", SPEED: "rad/s", VOLTAGE: "V"}
+WORDS = {CURRENT: "current", SPEED: "speed", VOLTAGE: "terminal voltage"}
+BY_GAIN = {  # powers of a gain that are in the parameters, of either sign
+    CURRENT: {"R": 1, "L": 1, "B": 1, "J": 1, "T0": 1},
+    SPEED: {"K": 1, "T0": 1, "B": 2, "J": 2},
+    VOLTAGE: {"R": 1, "L": 1, "K": 1, "B": 1, "J": 1, "T0": 1},
+}
+WIDTHS = (0.0003, 0.001, 0.003, 0.01, 0.03)  # of the highest reading: hysteresis to begin with
+RANGES = (0.01, 0.02, 0.04, 0.08, 0.15, 0.3, 0.5)  # of it: where a low range may end
+TIMES_S = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # in which a shunt may warm, or a sensor settle
+SOME = 0.01  # of a gain, or of the highest reading
+MOST = 1.2  # of a gain: a channel that shows nothing below, or of one sign, is none of its ends
+SHORTEST = 1e-2  # samples: at once
+WIDEST, LONGEST = 0.5, 2.0  # of the highest reading; of the longest time tried
+
+
+@dataclass(frozen=True)
+class Distortion:
+    """What a channel whose highest reading is ``peak`` may do to its readings.
+
+    ``sizes`` of a peak are tried first, within ``bounds``. ``of_gain``: the first of a size is a
+    share of a gain.
+    """
+
+    code: str
+    shown: Shown
+    sizes: Callable[[float], tuple[Size, ...]]
+    bounds: Callable[[float], tuple[Size, Size]]
+    evidence: Callable[[str, Floats, float], str]
+    action: str
+    of_gain: bool = True
+
+
+def hysteresis(y: Floats, size: Size, _: float) -> Floats:
+    """(count,) behind a play of ``size[0]`` either way, which begins in its middle at zero."""
+    play, out, last = abs(size[0]), np.empty_like(y), 0.0
+    for k, value in enumerate(y.tolist()):
+        last = min(max(last, value - play), value + play)
+        out[k] = last
+    return out
+
+
+def low_range(y: Floats, size: Size, _: float) -> Floats:
+    """(count,) with another gain, by a share ``size[0]``, below ``size[1]``."""
+    return np.where(np.abs(y) < size[1], (1.0 + size[0]) * y, y)
+
+
+def one_sign(y: Floats, size: Size, _: float) -> Floats:
+    """(count,) with another gain below zero, by a share ``size[0]``."""
+    return np.where(y < 0.0, (1.0 + size[0]) * y, y)
+
+
+def bent(y: Floats, size: Size, _: float) -> Floats:
+    """(count,) that departs by a share ``size[0]`` at its highest, as its cube."""
+    return y * (1.0 + size[0] * (y / max(float(np.abs(y).max()), 1e-300)) ** 2)
+
+
+def warming(y: Floats, size: Size, period_s: float) -> Floats:
+    """(count,) with a gain that rises by a share ``size[0]`` as what y² heats is at its warmest,
+    in a time of ``size[1]`` s.
+    """
+    pole = _pole(size[1], period_s)
+    heat = lfilter([1.0 - pole], [1.0, -pole], y**2)
+    return np.asarray(y * (1.0 + size[0] * heat / max(float(heat.max()), 1e-300)))
+
+
+def settling(y: Floats, size: Size, period_s: float) -> Floats:
+    """(count,) of which a share ``size[0]`` comes late, by a low-pass of ``size[1]`` s."""
+    pole = _pole(size[1], period_s)
+    return np.asarray(y + size[0] * (lfilter([1.0 - pole], [1.0, -pole], y) - y))
+
+
+def _pole(time_s: float, period_s: float) -> float:
+    return float(np.exp(-period_s / max(time_s, SHORTEST * period_s)))
+
+
+def drifting(y: Floats, size: Size, _: float) -> Floats:
+    """(count,) with a zero that has moved by ``size[0]`` at the end."""
+    return y + size[0] * np.linspace(0.0, 1.0, len(y))
+
+
+BENT = Distortion(
+    "bent", bent, lambda peak: ((SOME,),), lambda peak: ((-0.5,), (0.5,)),
+    lambda unit, size, peak: f"at {peak:.3g} {unit} it shows {1.0 + size[0]:.3g} times what its "
+    "gain at small readings gives",
+    "calibrate it at several levels up to the highest",
+)  # fmt: skip
+HYSTERESIS = Distortion(
+    "hysteresis", hysteresis, lambda peak: tuple((w * peak,) for w in WIDTHS),
+    lambda peak: ((0.0,), (WIDEST * peak,)),
+    lambda unit, size, peak: f"it stays {size[0]:.3g} {unit} behind on the way up and down, as a "
+    "sensor with hysteresis",
+    "degauss its core, or take a shunt", of_gain=False,
+)  # fmt: skip
+LOW_RANGE = Distortion(
+    "low_range", low_range, lambda peak: tuple((SOME, share * peak) for share in RANGES),
+    lambda peak: ((-MOST, 0.2 * RANGES[0] * peak), (MOST, peak)),
+    lambda unit, size, peak: f"below {size[1]:.3g} {unit} it shows {1.0 + size[0]:.3g} times as "
+    "much as above, as another range",
+    "calibrate every range, or hold it in one",
+)  # fmt: skip
+ONE_SIGN = Distortion(
+    "one_sign", one_sign, lambda peak: ((SOME,),), lambda peak: ((-MOST,), (MOST,)),
+    lambda unit, size, peak: f"below zero it shows {1.0 + size[0]:.3g} times as much as above",
+    "calibrate it with both signs",
+)  # fmt: skip
+WARMING = Distortion(
+    "warming", warming, lambda peak: tuple((SOME, tau) for tau in TIMES_S),
+    lambda peak: ((-0.5, 0.2 * TIMES_S[0]), (0.5, LONGEST * TIMES_S[-1])),
+    lambda unit, size, peak: f"its gain changes by {size[0]:+.2g} of itself within "
+    f"{size[1]:.2g} s, as of a shunt that warms",
+    "take a shunt of more power, or of less resistance",
+)  # fmt: skip
+SETTLING = Distortion(
+    "settling", settling, lambda peak: tuple((SOME, tau) for tau in TIMES_S),
+    lambda peak: ((-0.5, 0.2 * TIMES_S[0]), (0.5, LONGEST * TIMES_S[-1])),
+    lambda unit, size, peak: f"{size[0]:+.2g} of what it shows comes late, within {size[1]:.2g} s",
+    "take a sensor that settles at once",
+)  # fmt: skip
+DRIFTING = Distortion(
+    "drifting", drifting, lambda peak: ((SOME * peak,),), lambda peak: ((-peak,), (peak,)),
+    lambda unit, size, peak: f"its zero moves by {size[0]:+.2g} {unit} from the first reading to "
+    "the last", "let it warm up, and record its zero before and after the run", of_gain=False,
+)  # fmt: skip
+OF = {
+    CURRENT: (BENT, HYSTERESIS, LOW_RANGE, ONE_SIGN, WARMING, SETTLING, DRIFTING),
+    SPEED: (BENT, LOW_RANGE),
+    VOLTAGE: (BENT, SETTLING),
+}
+
+
+def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
+    """Those of the current, of a measured speed, and of a voltage that is read throughout.
+
+    None of logs with irregular stamps: nobody knows what their voltage did between readings.
+    """
+    if any(r.sensed.waveform is not None and r.timeline.jitter > IRREGULAR for r in records):
+        return []
+    found = []
+    for name, each in OF.items():
+        peak = max((_peak(record, name) for record in records), default=0.0)
+        if peak > 0.0:
+            found += [_of(name, one, peak) for one in each]
+    return found
+
+
+def _peak(record: MotorRecord, name: str) -> float:
+    """The highest reading of a channel; 0: none that can be distorted."""
+    if name == VOLTAGE:
+        read = record.sensed.channel is not None and record.sensed.shows_emf
+        return float(np.abs(record.volts).max()) if read else 0.0
+    blocks = (m for m in record.measured if m.block.name == name and not m.unsigned)
+    return max((float(np.abs(m.values).max()) for m in blocks), default=0.0)
+
+
+def _of(name: str, one: Distortion, peak: float) -> Hypothesis:
+    def words(size: Floats) -> Words:
+        told = one.evidence(UNITS[name], size, peak)
+        return Words(WORDS[name], f"the {WORDS[name]} is distorted: {told}", one.action)
+
+    def belongs(size: Floats) -> Mapping[str, float]:
+        share = abs(float(size[0])) if one.of_gain else 0.0
+        return {parameter: power * share for parameter, power in BY_GAIN[name].items()}
+
+    sizes, (lower, upper) = one.sizes(peak), one.bounds(peak)
+    effect = _read(one.shown) if name == VOLTAGE else _effect(name, one.shown)
+    code = f"{'voltage' if name == VOLTAGE else name}_{one.code}"
+    return Hypothesis(code, effect, sizes, sizes[0], lower, upper, words, belongs=belongs)
+
+
+def _effect(name: str, shown: Shown) -> Effect:
+    def effect(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:
+        out, period_s = nothing(record), record.timeline.period_s
+        for k, y in series(record, values, own, name):
+            change = shown(y, tuple(size.tolist()), period_s) - y
+            out[k] = change[record.measured[k].where]
+        return out
+
+    return effect
+
+
+def _read(shown: Shown) -> Effect:
+    """Of a voltage: what drove the motor is what is read, less its distortion. Where the bridge is
+    open the back-EMF is read, with what is left of the drive.
+    """
+
+    def effect(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:
+        drive, emf = record.volts, list(series(record, values, own, EMF))
+        course = np.where(record.driven, drive, emf[0][1]) if emf else drive
+        more = shown(course, tuple(size.tolist()), record.timeline.period_s) - course
+        taken = np.where(record.driven, more, 0.0)
+        out = changed_voltage(record, values, own, drive - taken)
+        for k, _ in emf:
+            out[k] = out[k] + more[record.measured[k].where]
+        return out
+
+    return effect

@@ -1,0 +1,147 @@
+"""Channels whose readings hang on their size, their sign or their past."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.signal import lsim
+
+from motorid import sim
+from motorid.capture.model import CURRENT, VOLTAGE, Capture
+from motorid.estimate.diagnosis.faults import distorted_readings as distorted
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.identify import fit
+from tests.estimate.diagnosis.faults import inject
+from tests.estimate.diagnosis.faults.cases import Runs
+from tests.estimate.diagnosis.faults.rigs import DIRECTIONS, Bench
+from tests.estimate.effects.benches import POINT, record, start
+
+Floats = NDArray[np.float64]
+WAVE = 3.0 * np.sin(np.linspace(0.01, 9.0, 400))
+
+
+def behind(values: Floats, play: float) -> Floats:
+    """Prandtl's play, by its definition."""
+    out = [0.0]
+    for value in values:
+        low, high = value - play, value + play
+        out.append(low if out[-1] < low else high if out[-1] > high else out[-1])
+    return np.array(out[1:])
+
+
+def test_hysteresis_stays_behind_both_ways_and_holds_where_it_turns() -> None:
+    shown = distorted.hysteresis(WAVE, (0.4,), 1e-3)
+    assert shown == pytest.approx(behind(WAVE, 0.4), abs=1e-15)
+    assert np.abs(shown - WAVE).max() == pytest.approx(0.4)
+    assert distorted.hysteresis(WAVE, (0.0,), 1e-3) == pytest.approx(WAVE)
+
+
+def test_gains_of_a_range_and_of_a_sign() -> None:
+    low = distorted.low_range(WAVE, (0.05, 1.0), 1e-3) / WAVE - 1.0
+    assert low == pytest.approx(np.where(np.abs(WAVE) < 1.0, 0.05, 0.0), nan_ok=True)
+    below = distorted.one_sign(WAVE, (0.05,), 1e-3) / WAVE - 1.0
+    assert below == pytest.approx(np.where(WAVE < 0.0, 0.05, 0.0), nan_ok=True)
+    assert distorted.one_sign(WAVE, (-1.0,), 1e-3) == pytest.approx(np.maximum(WAVE, 0.0))
+
+
+def test_a_bend_is_stated_at_the_highest_reading() -> None:
+    shown = distorted.bent(WAVE, (-0.1,), 1e-3)
+    top = np.abs(WAVE).argmax()
+    assert shown[top] == pytest.approx(0.9 * WAVE[top])
+    small = np.abs(WAVE) < 0.1
+    assert shown[small] == pytest.approx(WAVE[small], rel=2e-4)
+
+
+def test_what_settles_and_warms_follows_a_first_order_lag() -> None:
+    time = np.linspace(0.0, 2.0, 20_001)
+    step = np.ones_like(time)
+    _, lag, _ = lsim(([1.0], [0.25, 1.0]), step, time)
+    settled = distorted.settling(step, (0.2, 0.25), time[1])
+    assert settled == pytest.approx(0.8 + 0.2 * lag, abs=1e-4)
+    warmed = distorted.warming(2.0 * step, (0.03, 0.25), time[1])
+    assert warmed == pytest.approx(2.0 + 0.06 * lag / lag[-1], abs=1e-4)
+
+
+def test_a_zero_that_drifts_ends_where_it_is_said() -> None:
+    shown = distorted.drifting(WAVE, (0.3,), 1e-3) - WAVE
+    assert shown[0] == 0.0
+    assert shown[-1] == pytest.approx(0.3)
+    assert np.diff(shown) == pytest.approx(0.3 / 399)
+
+
+def test_every_channel_that_is_read_may_be_distorted() -> None:
+    codes = {h.code for h in distorted.hypotheses([record("measured")])}
+    assert {"current_hysteresis", "current_bent", "voltage_settling"} <= codes
+    assert not any(code.startswith("speed") for code in codes)
+    commanded = {h.code for h in distorted.hypotheses([record("commanded")])}
+    assert not any(code.startswith("voltage") for code in commanded)
+    assert "speed_bent" in {h.code for h in distorted.hypotheses([record("moving")])}
+
+
+def test_a_share_of_a_gain_is_in_doubt_whichever_gain_is_right() -> None:
+    found = {h.code: h for h in distorted.hypotheses([record("measured")])}
+    low, late = found["current_low_range"], found["current_hysteresis"]
+    assert low.belongs is not None
+    assert late.belongs is not None
+    assert low.belongs(np.array([-0.02, 1.0])) == dict.fromkeys(("R", "L", "B", "J", "T0"), 0.02)
+    assert set(late.belongs(np.array([0.3])).values()) == {0.0}
+    said = low.words(np.array([0.04, 0.5]))
+    assert said.evidence == (
+        "the current is distorted: below 0.5 A it shows 1.04 times as much as above, as another "
+        "range"
+    )
+
+
+def test_a_distorted_voltage_drives_the_motor_by_as_much_less() -> None:
+    """A bend of 2 % throughout the low voltages is nearly a gain."""
+    subject = record("measured")
+    found = {h.code: h for h in distorted.hypotheses([subject])}["voltage_settling"]
+    change = found.effect(subject, POINT, start(subject), np.array([0.02, 1e-9]))
+    for one in change:  # it settles within a sample: nothing is distorted
+        assert np.abs(one).max() < 1e-9
+    slow = found.effect(subject, POINT, start(subject), np.array([0.02, 0.05]))
+    assert max(float(np.abs(one).max()) for one in slow) > 1e-3
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
+    return Runs(Bench("maxon-re35", 3, DIRECTIONS, tmp_path_factory.mktemp("rig")))
+
+
+def _of(name: str, shown: Callable[..., Floats], *size: float) -> Callable[[Runs], Capture]:
+    def capture(r: Runs) -> Capture:
+        values, period = r.good.channels[name].values, r.good.period_s
+        return inject.changed(r.good, name, shown(values, size, period))
+
+    return capture
+
+
+CASES = {
+    "current_bent": _of(CURRENT, distorted.bent, -0.05),
+    "current_hysteresis": lambda r: inject.changed(
+        r.good, CURRENT, behind(r.good.channels[CURRENT].values, 0.01 * r.peak_a)
+    ),
+    "current_low_range": lambda r: _of(CURRENT, distorted.low_range, 0.04, 0.2 * r.peak_a)(r),
+    "current_one_sign": _of(CURRENT, distorted.one_sign, 0.03),
+    "current_warming": _of(CURRENT, distorted.warming, 0.04, 0.1),
+    "current_settling": _of(CURRENT, distorted.settling, 0.04, 0.05),
+    "voltage_settling": _of(VOLTAGE, distorted.settling, 0.03, 0.03),
+    "voltage_bent": _of(VOLTAGE, distorted.bent, -0.03),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("code", CASES)
+def test_a_distorted_channel_is_named_and_what_it_moved_is_covered(code: str, runs: Runs) -> None:
+    estimate = fit([CASES[code](runs)])
+    assert code in [s.code for s in estimate.suspects if s.strength == "named"]
+    truth = sim.truth(f"sim://?motor={runs.bench.motor}")
+    for name in PARAMETERS:
+        p = estimate.parameters[name]
+        assert p.value is not None
+        assert p.interval_95 is not None
+        half = (p.interval_95[1] - p.interval_95[0]) / 2.0
+        assert abs(p.value - truth[name]) < 2.0 * half  # 4 u
