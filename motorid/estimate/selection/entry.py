@@ -13,10 +13,10 @@ from motorid.capture.model import Capture
 from motorid.errors import DataError
 from motorid.estimate.assembly.assemble import answered
 from motorid.estimate.assembly.doubt import settled
+from motorid.estimate.assembly.lack_of_fit import with_lack
 from motorid.estimate.diagnosis import misfit, rank
-from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.effects.brush_and_heating import lossless
-from motorid.estimate.fit import alternating_fit, joint_fit, multistart, sign_check
+from motorid.estimate.fit import joint_fit, multistart, sign_check
 from motorid.estimate.fit.alternating_fit import vanished, with_inductance
 from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
 from motorid.estimate.fit.repeating import is_heavy, repeat_as
@@ -33,12 +33,11 @@ from motorid.estimate.results.estimate import (
 )
 from motorid.estimate.results.status import Status
 from motorid.estimate.selection.covering import covering, excluded
-from motorid.estimate.selection.extended_fit import Fitted, begin, finished, sizes_by_name
+from motorid.estimate.selection.extended_fit import Fitted, finished
 from motorid.estimate.selection.extended_results import alternative, findings, stands_out
 from motorid.estimate.selection.forward_selection import Selection, Trial, select
-from motorid.estimate.selection.joint_start import starts
+from motorid.estimate.selection.named_terms import asked_for
 from motorid.estimate.selection.seen_effects import with_seen
-from motorid.estimate.selection.shaft_resonance import springs
 from motorid.estimate.selection.trigger import ALLOWED, carry_loss, loss_stands_out
 from motorid.estimate.selection.unsettled_models import Unsettled, with_unsettled
 from motorid.estimate.signals.log_sections import pieces, unbroken
@@ -47,7 +46,6 @@ from motorid.estimate.uncertainty.intervals import Findings
 
 Narrow = tuple[Sequence[MotorRecord], Solution, Mapping[str, float]]
 
-COARSE = 100.0  # change of F that is near enough before what repeats with the rotor is in
 COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
 VAGUE = 0.1  # the same, of an inductance that readings hardly tell
 OWN = ("R",)  # of such a model: without the drop of the brushes, or before the winding warms up
@@ -75,17 +73,25 @@ def fit(
 def _of(
     captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str], model: str
 ) -> Estimate:
+    """What the last model of all leaves unexplained moves the parameters still."""
+    return with_lack(*_answer(captures, fix, without, model))
+
+
+def _answer(
+    captures: Sequence[Capture], fix: Mapping[str, float], without: Sequence[str], model: str
+) -> tuple[Estimate, Sequence[MotorRecord], Solution]:
+    """The estimate, and the fit of the last model in it."""
     terms = () if model in (AUTO, SIX) else parse(model)
     captures, records, solution = _closed(captures, fix, without)
     estimate, records, known = answered(captures, records, solution, fix, without)
     solution = known.solution
     K = estimate.parameters["K"].status
     if K is Status.NOT_SUPPORTED:  # no model of a motor explains these captures
-        return estimate
+        return estimate, records, solution
     if model == SIX or (K.unknown and not terms):  # a wider model would know K even less
-        return estimate
+        return estimate, records, solution
     if not terms and _outlying(records):
-        return estimate
+        return estimate, records, solution
     held = held_values(fix, without)
     if terms:
         narrow = _narrow(records, solution, merged(held, solution), held, terms)
@@ -100,13 +106,15 @@ def _of(
         best, unsettled = _known(chosen, fix, without)
         if best is None:
             estimate = with_unsettled(_with_trials(estimate, trials), unsettled)
-            return with_seen(estimate, _widest(known, chosen.harmless, fix, without))
+            widest = _widest(known, chosen.harmless, fix, without)
+            return with_seen(estimate, widest), records, solution
         fitted, found = best
         offered = {term.name for term in fitted.terms}
         trials = tuple(replace(t, taken=t.taken and t.term in offered) for t in trials)
     better = alternative(fitted, found, *narrow[:2], trials, asked=bool(terms))
     estimate = with_unsettled(_said(replace(estimate, alternative=better), fitted), unsettled)
-    return with_seen(estimate, found if terms else _widest(found, chosen.harmless, fix, without))
+    widest = found if terms else _widest(found, chosen.harmless, fix, without)
+    return with_seen(estimate, widest), fitted.records, fitted.solution
 
 
 def _outlying(records: Sequence[MotorRecord]) -> bool:
@@ -263,71 +271,6 @@ def _widest(
     if harmless is None or not any(one.seen for one in found.undetected):
         return found
     return findings(finished(harmless), fix, without)
-
-
-def asked_for(
-    records: Sequence[MotorRecord],
-    solution: Solution,
-    values: Mapping[str, float],
-    terms: Sequence[Term],
-) -> Fitted:
-    """The fit with terms that a person names; the screen finds where each begins.
-
-    What repeats with the rotor shows once the others are in: they are fitted roughly before it.
-    """
-    names = {u.name for u in solution.unknowns}
-    fixed = {n: v for n, v in values.items() if n not in names}
-    now = (records, solution, values)
-    taken: tuple[Term, ...] = ()
-    for stage in _stages(terms):
-        start, own = _starts(*now, taken, stage)
-        taken = (*taken, *stage)
-        begun = begin(now[0], now[1], taken, fixed=fixed, start=start, own=own)
-        rough = begun.roughly(alternating_fit.ROUGH if len(taken) == len(terms) else COARSE)
-        now = rough.records, rough.solution, rough.values
-    return finished(begun.nearly(rough))
-
-
-def _stages(terms: Sequence[Term]) -> list[tuple[Term, ...]]:
-    """All that does not repeat with the rotor, then one by one what does: ripple shows more."""
-    still = tuple(t for t in terms if not t.per_turn)
-    turning = sorted((t for t in terms if t.per_turn), key=lambda t: t.name, reverse=True)
-    return [stage for stage in (still, *((t,) for t in turning)) if stage]
-
-
-def _starts(
-    records: Sequence[MotorRecord],
-    solution: Solution,
-    values: Mapping[str, float],
-    taken: Sequence[Term],
-    terms: Sequence[Term],
-) -> tuple[dict[str, float], list[dict[str, float]]]:
-    """Where the parameters and every record's nuisances begin, with ``terms`` beside ``taken``."""
-    white = plain(records, solution)
-    found = starts(records, white, values, [t for t in terms if t not in taken])
-    if TERMS["two-masses"] in terms:
-        found |= {
-            c.term: (dict(c.start), ()) for c in springs(records, white, values, taken, asked=True)
-        }
-    start: dict[str, float] = dict(values)
-    own = sizes_by_name(records, solution)
-    for term in terms:
-        if term in found:
-            shared, each = found[term]
-            start |= shared
-            for mine, more in zip(own, each or own, strict=True):
-                mine.update(more)
-        elif term.per_turn or term.name in ("ke-kt", "direction"):
-            raise DataError(f"these captures cannot tell {term.name} ({term.title}){_why(term)}")
-    return start, own
-
-
-def _why(term: Term) -> str:
-    if term.per_turn:
-        return ": their residuals do not repeat with the rotor's angle"
-    if term.name == "direction":
-        return ": the motor turns one way; add a run the other way"
-    return ": torque, inertia and friction scale together; hold one, as by --fix J=..."
 
 
 def _stated(trial: Trial) -> TermTrial:

@@ -30,10 +30,11 @@ from motorid.estimate.results.estimate import (
     TermTrial,
 )
 from motorid.estimate.selection.covering import covering
-from motorid.estimate.selection.entry import asked_for, reach
+from motorid.estimate.selection.entry import reach
 from motorid.estimate.selection.evidence import Evidence, weigh
 from motorid.estimate.selection.extended_fit import Fitted
 from motorid.estimate.selection.extended_results import alternative, findings
+from motorid.estimate.selection.named_terms import asked_for
 from motorid.estimate.signals.standstill import STIR
 from motorid.estimate.uncertainty.intervals import unknown
 from motorid.program import StepKind

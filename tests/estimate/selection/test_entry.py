@@ -95,13 +95,6 @@ def test_a_trial_is_stated_by_what_was_gained_for_what_was_needed() -> None:
     )
 
 
-def test_terms_that_repeat_with_the_rotor_come_after_the_others_and_ripple_first() -> None:
-    ripple = TERMS["ripple"]
-    assert entry._stages([COGS, DROP, ripple, SIDED]) == [(DROP, SIDED), (ripple,), (COGS,)]
-    assert entry._stages([COGS]) == [(COGS,)]
-    assert entry._stages([DROP]) == [(DROP,)]
-
-
 def test_of_the_stages_the_widest_counts_whose_last_term_stands_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -267,43 +260,6 @@ def test_a_bare_fit_whose_inductance_goes_is_fitted_with_the_one_that_was_known(
     assert dict(zip(PARAMETERS, found.values, strict=True))["R"] == 5.0  # a held one cannot go
 
 
-@pytest.mark.parametrize(
-    ("term", "why"),
-    [
-        (COGS, "do not repeat with the rotor's angle"), (SIDED, "the motor turns one way"),
-        (TERMS["ke-kt"], "scale together; hold one"),
-    ],
-)  # fmt: skip
-def test_a_term_that_the_captures_cannot_tell_is_refused(
-    term: Any, why: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(entry, "plain", lambda *_: "white")
-    monkeypatch.setattr(entry, "starts", lambda *_: {})
-    monkeypatch.setattr(entry, "sizes_by_name", lambda *_: [{}])
-    with pytest.raises(DataError, match=why):
-        entry._starts([], solution(), MOTOR, (), (term,))
-    start, _ = entry._starts([], solution(), MOTOR, (), (DROP,))
-    assert start == MOTOR  # what does not show yet may show beside the others
-
-
-def test_terms_begin_where_straight_lines_see_them_beside_those_that_are_there(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    asked: list[Any] = []
-
-    def starts(_r: Any, white: Any, _v: Any, terms: Any) -> Any:
-        asked.append((white, list(terms)))
-        return {COGS: ({"T_c": 1.0}, ({"phase": 0.5}, {"phase": 0.7})), DROP: ({"V_b": 2.0}, ())}
-
-    monkeypatch.setattr(entry, "plain", lambda *_: "white")
-    monkeypatch.setattr(entry, "starts", starts)
-    monkeypatch.setattr(entry, "sizes_by_name", lambda *_: [{"a": 1.0}, {"a": 2.0}])
-    start, own = entry._starts([], solution(), {"R": 3.0}, (SIDED,), (SIDED, COGS, DROP)[1:])
-    assert asked == [("white", [COGS, DROP])]
-    assert start == {"R": 3.0, "T_c": 1.0, "V_b": 2.0}
-    assert own == [{"a": 1.0, "phase": 0.5}, {"a": 2.0, "phase": 0.7}]
-
-
 def closed(
     monkeypatch: pytest.MonkeyPatch, whole: list[str], cut: list[str], left: float = 0.0,
     left_cut: float = 0.0, converged: bool = True, fails: bool = False,
@@ -343,33 +299,3 @@ def test_a_fit_that_explains_all_is_not_cut_for_a_search_that_did_not_settle(
 ) -> None:
     """A late current looks like an open bridge: R was then off by 81 u."""
     assert closed(monkeypatch, ["abcdef"], ["ab", "ef"], left=0.09, converged=False) == ["abcdef"]
-
-
-def test_each_stage_begins_where_the_one_before_ended_and_the_last_is_the_nearest(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    enough, begun = list[float](), list[Any]()
-
-    class Stage:
-        def __init__(self, name: str) -> None:
-            self.records, self.solution, self.values = name, name, {"R": 1.0}
-
-        def roughly(self, near: float) -> Any:
-            enough.append(near)
-            return self
-
-        def nearly(self, rough: Any) -> Any:
-            return rough
-
-    def begin(records: Any, _s: Any, terms: Any, **_: Any) -> Stage:
-        begun.append((records, terms))
-        return Stage("+".join(t.name for t in terms))
-
-    monkeypatch.setattr(entry, "begin", begin)
-    monkeypatch.setattr(entry, "_starts", lambda *_: ({}, []))
-    monkeypatch.setattr(entry, "finished", lambda fitted: fitted)
-    records: Any = "six"
-    found: Any = entry.asked_for(records, solution(), MOTOR, (COGS, DROP, TERMS["ripple"]))
-    assert [on for on, _ in begun] == ["six", "brush-drop", "brush-drop+ripple"]
-    assert found.records == "brush-drop+ripple+cogging"
-    assert enough[0] == enough[1] > enough[2]

@@ -9,12 +9,10 @@ from typing import Any
 import pytest
 
 from motorid.errors import DataError
-from motorid.estimate.fit import alternating_fit
 from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.results.estimate import TermTrial
 from motorid.estimate.results.status import Status
 from motorid.estimate.selection import entry
-from motorid.estimate.selection.score_test import Candidate
 from tests.estimate.selection.noted_stages import noting
 from tests.estimate.solutions import MOTOR, solution
 from tests.report.example import estimate
@@ -51,7 +49,8 @@ class Answer:
         self.chosen = chosen = SimpleNamespace(
             stages=("stage",), trials=self.trials, left_out=("left",), harmless="harmless"
         )
-        self.fitted, self.found = SimpleNamespace(terms=(SIDED,)), SimpleNamespace(name="findings")
+        self.fitted = SimpleNamespace(terms=(SIDED,), records="wide", solution="its own")
+        self.found = SimpleNamespace(name="findings")
         narrow = ("narrow", "its solution", "its values")
         noting(
             monkeypatch, entry, self.seen, _closed=("captures", "records", "solved"),
@@ -61,6 +60,7 @@ class Answer:
             alternative="alternative", _with_trials="with trials", _said="said",
             with_unsettled="settled", with_seen="seen", _narrow=narrow,
             asked_for=self.fitted, findings=self.found, reach={"R": 0.5}, _widest="widest",
+            with_lack="lack",
         )  # fmt: skip
         monkeypatch.setattr(entry, "_stated", lambda trial: stated[trial.name])
         captures: Any = ["run"]
@@ -72,7 +72,8 @@ def test_a_better_model_is_looked_for_and_offered_beside_the_six(
 ) -> None:
     made = Answer(monkeypatch)
     seen = made.seen
-    assert made.answer == "seen"
+    assert made.answer == "lack"
+    assert seen["with_lack"] == [("seen", "wide", "its own")]
     assert seen["_closed"] == [(["run"], FIX, WITHOUT)]
     assert seen["answered"] == [("captures", "records", "solved", FIX, WITHOUT)]
     assert seen["reach"] == [(made.six.parameters,)]
@@ -99,6 +100,7 @@ def test_where_none_stands_out_what_was_tried_is_said(monkeypatch: pytest.Monkey
     assert made.seen["with_unsettled"] == [("with trials", ("unsettled",))]
     assert made.seen["_widest"] == [(made.known, "harmless", FIX, WITHOUT)]
     assert made.seen["with_seen"] == [("settled", "widest")]
+    assert made.seen["with_lack"] == [("seen", made.records, made.known.solution)]
     assert "alternative" not in made.seen
 
 
@@ -147,9 +149,13 @@ def test_the_six_are_the_answer_where_no_wider_model_would_know_more(
 ) -> None:
     """One record of which few readings lie far off is enough."""
     made = Answer(monkeypatch, model, status, outlying)
-    assert (made.answer == "seen") is goes_on
+    assert made.answer == "lack"
+    ((answer, records, found),) = made.seen["with_lack"]
+    assert (answer == "seen") is goes_on
     if not goes_on:
-        assert made.answer is made.six
+        assert answer is made.six
+        assert records is made.records
+        assert found is made.known.solution
 
 
 def test_a_wrong_sign_is_put_right_and_said_before_all_else(
@@ -267,61 +273,6 @@ def test_a_bare_fit_is_of_the_same_parameters(monkeypatch: pytest.MonkeyPatch) -
 
 
 # terms that a person names
-
-
-def test_stages_begin_with_what_the_one_before_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Values that were not searched are held; the last stage is judged as near as any."""
-    seen: dict[str, Any] = {}
-    rough = [
-        SimpleNamespace(records=f"records {k}", solution=solution(R=k + 1.0), values=f"values {k}")
-        for k in (0, 1)
-    ]
-    left = list(rough)
-
-    class Begun:
-        def roughly(self, enough: float) -> Any:
-            seen.setdefault("enough", []).append(enough)
-            return left.pop(0)
-
-        def nearly(self, last: Any) -> Any:
-            seen["nearly"] = last
-            return "near"
-
-    noting(monkeypatch, entry, seen, begin=Begun(), _starts=("start", "own"), finished="finished")
-    values = {**MOTOR, "d_Ke": 0.1}
-    found: Any = entry.asked_for("records", solution(), values, (COGS, SIDED))  # type: ignore[arg-type]
-    assert found == "finished"
-    assert seen["finished"] == [("near",)]
-    assert seen["nearly"] is rough[1]
-    assert seen["enough"] == [entry.COARSE, alternating_fit.ROUGH]
-    first, second = seen["_starts"]
-    assert (first[0], *first[2:]) == ("records", values, (), (SIDED,))
-    assert second == ("records 0", rough[0].solution, "values 0", (SIDED,), (COGS,))
-    how = (("fixed", {"d_Ke": 0.1}), ("start", "start"), ("own", "own"))
-    (old, before, *first_how), later = seen["begin"]
-    assert (old, before.values.tolist()) == ("records", list(MOTOR.values()))
-    assert tuple(first_how) == ((SIDED,), *how)
-    assert later == ("records 0", rough[0].solution, (SIDED, COGS), *how)
-
-
-def test_where_terms_begin_is_seen_in_white_noise(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two masses where a resonance is, though the residuals be like noise."""
-    seen: dict[str, Any] = {}
-    shaft = Candidate(TWO, 9.0, {}, {"Ks": 3.0}, ())
-    noting(
-        monkeypatch, entry, seen, plain="white", starts={SIDED: ({"d_T0": 0.2}, ())},
-        springs=[shaft], sizes_by_name=[{"a": 1.0}],
-    )  # fmt: skip
-    found = solution()
-    start, own = entry._starts("records", found, MOTOR, (DROP,), (SIDED, TWO, DROP))  # type: ignore[arg-type]
-    assert start == {**MOTOR, "d_T0": 0.2, "Ks": 3.0}
-    assert own == [{"a": 1.0}]
-    assert seen["plain"] == seen["sizes_by_name"] == [("records", found)]
-    assert seen["starts"] == [("records", "white", MOTOR, [SIDED, TWO])]
-    assert seen["springs"] == [("records", "white", MOTOR, (DROP,), ("asked", True))]
-    seen.clear()
-    entry._starts("records", found, MOTOR, (), (SIDED,))  # type: ignore[arg-type]
-    assert "springs" not in seen
 
 
 def test_what_was_found_is_covered_where_the_six_do_without_it(

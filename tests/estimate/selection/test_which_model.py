@@ -58,7 +58,7 @@ class Room:
     def named(self, records: Any, _s: Any, _v: Any, terms: Any) -> Any:
         assert records == "narrow records"
         self.asked["named"] = tuple(terms)
-        return SimpleNamespace(terms=tuple(terms))
+        return SimpleNamespace(terms=tuple(terms), records="wide", solution="its own")
 
     def looked(self, records: Any, known: Any, held: Any, matters: Any) -> Any:
         assert (records, held) == ("closed records", {"B": 0.0})
@@ -69,7 +69,8 @@ class Room:
 
     def best(self, chosen: Any, fix: Any, without: Any) -> Any:
         assert (chosen.stages, fix, without) == (("stage",), {}, ("B",))
-        return (SimpleNamespace(terms=self.offered), "known") if self.offered else None, ()
+        wide = SimpleNamespace(terms=self.offered, records="wide", solution="its own")
+        return (wide, "known") if self.offered else None, ()
 
     def alternative(self, fitted: Any, found: Any, *rest: Any, asked: bool) -> Any:
         self.asked["alternative"] = (fitted.terms, found, *rest)
