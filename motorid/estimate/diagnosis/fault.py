@@ -41,6 +41,7 @@ class Hypothesis:
     it among its unknowns; None: it only marks what it could have moved. ``remedy``: the captures
     that declare a fault of about that size; for whole fits, where no quantity acts as it does.
     ``belongs``: shares of parameters that are the fault's own at a size, not the motor's.
+    ``least``: of its first number, that contradicts what is declared.
     """
 
     code: str
@@ -54,6 +55,7 @@ class Hypothesis:
     quantity: InfluenceQuantity | None = None
     remedy: Remedy | None = None
     belongs: Callable[[Floats], Mapping[str, float]] | None = None
+    least: float = 0.0
 
 
 def acting(quantity: InfluenceQuantity) -> Effect:

@@ -16,6 +16,7 @@ from motorid.estimate.diagnosis.faults import (
     current_limited_supply,
     current_zero,
     decay_mode,
+    declared_brushes,
     distorted_readings,
     encoder_bandwidth,
     load_slip,
@@ -46,6 +47,7 @@ SCREENED = (
     current_zero,
     decay_mode,
     distorted_readings,
+    declared_brushes,
 )  # by derivatives
 SEEN = (
     load_slip,
@@ -62,6 +64,7 @@ CLEAR = 200.0  # or this much in all, of a misfit too small to matter but for wh
 NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
 SHARE = 0.3  # and this share of all that there is to explain,
 PART = 0.15  # the least share of a fault that explains so much surely
+MOSTLY = 0.5  # the least share of one that explains a small misfit
 ODD = 2.0  # excess of one run over that of any other, which makes it the one to look at
 VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
 HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: others are sought too
@@ -95,8 +98,9 @@ class Trial:
         much |= self.gain > LIKELY and (self.seen or self.share > SHARE)
         far = self.farthest > BEYOND
         harms = far or max(abs(s) for s in self.shift.values()) > HARM
-        enough = (much and harms) or (self.clear and self.share > SHARE and far)
-        return enough and not self.at_bound
+        enough = (much and harms) or (self.clear and self.share > MOSTLY and far)
+        told = abs(float(self.found.size[0])) >= self.hypothesis.least
+        return enough and told and not self.at_bound
 
     @property
     def at_bound(self) -> bool:

@@ -38,11 +38,11 @@ Floats = NDArray[np.float64]
 DROP, BENT, WARMING = "brush drop", "brush bend", "winding warming"  # V, W, w
 BRIDGE = "bridge drop"  # of bipolar switches, where the voltage is a source's
 TURN, DIODES = "dead-time turn", "dead-time diodes"  # where a source is commanded
-DROP_SHARE = 0.03  # of the capture's highest voltage: standard deviation of a drop nobody declares
+DROP_SHARE = 0.03  # of the brushes' voltage: standard deviation of a drop nobody declares
 SAME_BEND = (DROP, BRIDGE)  # whose sum bends at one current
 DECLARED = 0.3  # of a declared drop: its standard uncertainty where none is given
 FACTOR = 0.7  # logarithm: the bend is known to a factor of 2
-BEND = 0.05  # of the stall current at the highest voltage: the usual bend
+BEND = 0.05  # of the stall current at the brushes' voltage: the usual bend
 CLEAR = 3e-3  # of the highest voltage: a drop that tells its bend
 NOTHING = 1e-3  # of it: one that does not, wherever earlier passes have moved the bend
 FARTHEST = 1.4  # logarithm of a bend over the usual one: two of its deviations
@@ -69,11 +69,19 @@ def lossless(capture: Capture) -> Capture:
     return replace(capture, wiring=none, stated=heavy)
 
 
-def expected_drop(wiring: Wiring, top_v: float) -> tuple[float, float]:
+def brushes_made_for(capture: Capture, top_v: float) -> float:
+    """V that brushes are chosen by: the nameplate's, or the highest of a run above it.
+
+    In a run at low levels alone all currents lie below the bend, where a drop is a resistance.
+    """
+    return max(top_v, capture.stated.nameplate.get("voltage_v", 0.0))
+
+
+def expected_drop(wiring: Wiring, brushes_v: float) -> tuple[float, float]:
     """The drop over both brushes (V) and its standard uncertainty; both 0: declared to be none."""
     drop, doubt = wiring.brush_drop_v, wiring.brush_drop_uncertainty_v
     if drop is None:
-        drop, doubt = 0.0, DROP_SHARE * top_v
+        drop, doubt = 0.0, DROP_SHARE * brushes_v
     return drop, doubt or DECLARED * drop
 
 
@@ -116,12 +124,14 @@ class Bent:
 class Loss:
     """What one capture loses: ``shapes`` (count,) are the volts a unit of each unknown takes.
 
+    ``top_v`` is its highest voltage, ``brushes_v`` the one that its brushes are made for.
     ``capacity_j_k`` is the winding's heat capacity, None where nobody stated its figures.
     """
 
     driven: NDArray[np.bool_]
     period_s: float
     top_v: float
+    brushes_v: float
     drop: tuple[float, float]
     capacity_j_k: float | None
     bridge: tuple[float, float] = (0.0, 0.0)  # what its switches drop, and the deviation
@@ -154,7 +164,8 @@ class Loss:
             return None
         sensed = capture.get(VOLTAGE)
         past_bridge = commanded or (sensed is not None and sensed.sense == "supply")
-        drop = expected_drop(capture.wiring, top)
+        made_for = brushes_made_for(capture, top)
+        drop = expected_drop(capture.wiring, made_for)
         bridge = bridge_drop(capture.wiring) if past_bridge else (0.0, 0.0)
         winding = by_figures(figures(capture))
         capacity = winding.capacity_j_k if winding is not None else None
@@ -172,8 +183,9 @@ class Loss:
         names = (*names, *(turn_of(k) for k in turns))
         shapes = dict.fromkeys(names, np.zeros(len(driven)))
         blank = cls(
-            driven, timeline.period_s, top, drop, capacity, bridge, turns=turns, shapes=shapes
-        )
+            driven, timeline.period_s, top, made_for, drop, capacity, bridge, turns=turns,
+            shapes=shapes,
+        )  # fmt: skip
         return blank if names else None
 
     def mixed(self, other: Loss, share: float) -> Loss:
@@ -263,7 +275,7 @@ class Loss:
 
     def _bend(self, further: float, resistance_ohm: float) -> float:
         """A at which the drop bends, by the logarithm that it is over the usual one."""
-        return BEND * (self.top_v / resistance_ohm) * float(np.exp(further))
+        return BEND * (self.brushes_v / resistance_ohm) * float(np.exp(further))
 
     def volts(self, values: Mapping[str, float]) -> Floats:
         """V (count,) that are lost."""

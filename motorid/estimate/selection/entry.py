@@ -15,6 +15,7 @@ from motorid.estimate.assembly.assemble import answered
 from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.assembly.lack_of_fit import with_lack
 from motorid.estimate.diagnosis import misfit, rank
+from motorid.estimate.diagnosis.faults import spikes
 from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.fit import joint_fit, multistart, sign_check
 from motorid.estimate.fit.alternating_fit import vanished, with_inductance
@@ -63,11 +64,13 @@ def fit(
     ``model``: auto, six, or terms joined by +. Raises UsageError for an unknown one, DataError
     where a term that was asked for cannot be told from these captures.
     """
+    captures, said = spikes.removed(captures)
     try:
-        return _of(captures, fix, without, model)
+        estimate = _of(captures, fix, without, model)
     except sign_check.WrongSignError as error:
         estimate = _of(sign_check.put_right(captures, error), fix, without, model)
-        return replace(estimate, suspects=(sign_check.allowed(error), *estimate.suspects))
+        said = (sign_check.allowed(error), *said)
+    return replace(estimate, suspects=(*said, *estimate.suspects)) if said else estimate
 
 
 def _of(

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from motorid.estimate.assembly import lack_of_fit
@@ -18,7 +20,7 @@ OTHER = Diagnostic("few_runs", "info", "one run")
 
 def told(
     monkeypatch: pytest.MonkeyPatch, *said: Diagnostic, suspects: tuple[Suspect, ...] = (),
-    **shares: float,
+    times: float = 2.1, **shares: float,
 ) -> Any:  # fmt: skip
     """An estimate with these findings, whose parts disagree by such shares of half-widths."""
     one = replace(estimate(), diagnostics=said, suspects=suspects)
@@ -26,8 +28,13 @@ def told(
     for name, share in shares.items():
         low, high = one.parameters[name].interval_95 or (0.0, 0.0)
         moves[name] = share * (high - low) / 2.0
+    noise = [SimpleNamespace(block=SimpleNamespace(count=4), noise=sd) for sd in (0.0, 0.3)]
+    monkeypatch.setattr(lack_of_fit, "declared_noise", lambda m: m.noise)
+    left = [[np.full(4, 9.0), np.full(4, 0.3 * times)]]
+    monkeypatch.setattr(lack_of_fit.misfit, "residuals", lambda *_: left)
+    records: Any = [SimpleNamespace(measured=noise)]
     monkeypatch.setattr(lack_of_fit, "disagreement", lambda *_: {**moves, "unknown": 1.0})
-    return one, lack_of_fit.with_lack(one, [], "solution")  # type: ignore[arg-type]
+    return one, lack_of_fit.with_lack(one, records, "solution")  # type: ignore[arg-type]
 
 
 def test_what_the_parts_disagree_by_is_in_the_interval(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -53,4 +60,6 @@ def test_what_was_explained_or_sized_before_stays(monkeypatch: pytest.MonkeyPatc
         one, found = told(monkeypatch, *said, suspects=suspects, R=9.0)
         assert found is one
     one, found = told(monkeypatch, LACK, R=0.3)
+    assert found is one
+    one, found = told(monkeypatch, LACK, times=1.9, R=9.0)  # less than twice the noise
     assert found is one

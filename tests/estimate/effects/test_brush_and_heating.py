@@ -36,7 +36,7 @@ def switched(wiring: Wiring = BRIDGE) -> Capture:
 
 @pytest.mark.parametrize("share", [-2.0, 0.0, 0.25, 1.0])
 def test_a_mixture_lies_by_its_share_between_two_losses(share: float) -> None:
-    one = Loss(np.ones(3, bool), 1e-4, 12.0, (0.0, 1.0), None, further=0.1,
+    one = Loss(np.ones(3, bool), 1e-4, 12.0, 12.0, (0.0, 1.0), None, further=0.1,
                shapes={"drop": np.array([1.0, 2.0, 3.0])})  # fmt: skip
     other = replace(one, further=0.3, shapes={"drop": np.array([2.0, 2.0, 0.0])})
     found = one.mixed(other, share)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from motorid.estimate.effects.brush_and_heating import (
     Bent,
     Loss,
     bridge_drop,
+    brushes_made_for,
     expected_drop,
     lossless,
     turn_of,
@@ -39,7 +41,19 @@ AMPERES = np.where(MASK, 1.0 + 0.02 * np.arange(N), 7.0)  # when open it is not 
 def loss(**facts: Any) -> Loss:
     names = (DROP, BENT, WARMING)
     known = {"shapes": dict.fromkeys(names, np.zeros(N)), **facts}
-    return Loss(MASK, PERIOD_S, TOP, (0.1, 0.3), known.pop("capacity", None), **known)
+    made_for = known.pop("brushes_v", TOP)
+    return Loss(MASK, PERIOD_S, TOP, made_for, (0.1, 0.3), known.pop("capacity", None), **known)
+
+
+def test_brushes_are_made_for_the_nameplates_voltage_or_more() -> None:
+    plate = SimpleNamespace(nameplate={"voltage_v": 24.0})
+    run: Any = SimpleNamespace(stated=plate)
+    assert brushes_made_for(run, 3.0) == 24.0
+    assert brushes_made_for(run, 30.0) == 30.0
+    plate.nameplate = {}
+    assert brushes_made_for(run, 3.0) == 3.0
+    near = loss(brushes_v=2.0 * TOP).bend_a(R)
+    assert near == pytest.approx(2.0 * loss().bend_a(R))
 
 
 def follow(one: Loss, **values: float) -> Loss:

@@ -38,7 +38,12 @@ TOP, R = 12.0, 2.0
 def loss(**facts: Any) -> Loss:
     names = dict.fromkeys((DROP, BENT, WARMING), np.zeros(3))
     return Loss(
-        np.ones(3, bool), 1e-3, TOP, (0.4, 0.3), **{"capacity_j_k": None, "shapes": names, **facts}
+        np.ones(3, bool),
+        1e-3,
+        TOP,
+        TOP,
+        (0.4, 0.3),
+        **{"capacity_j_k": None, "shapes": names, **facts},
     )
 
 

@@ -173,11 +173,14 @@ def test_a_wrong_sign_is_put_right_and_said_before_all_else(
 
     monkeypatch.setattr(entry, "_of", of)
     monkeypatch.setattr(entry.sign_check, "put_right", lambda captures, _: ["right", *captures])
-    captures: Any = ["run"]
+    spike = entry.sign_check.Suspect("spikes", "current", "they stand alone", "look", "named")
+    monkeypatch.setattr(entry.spikes, "removed", lambda given: (given[1:], (spike,)))
+    captures: Any = ["spiked", "run"]
     found = entry.fit(captures, FIX, WITHOUT, "six")
     assert asked == [(["run"], FIX, WITHOUT, "six"), (["right", "run"], FIX, WITHOUT, "six")]
-    first, *others = found.suspects
+    first, second, *others = found.suspects
     assert (first.code, first.allowed) == ("current_sign", True)
+    assert second is spike
     assert tuple(others) == one.suspects
     entry.fit(captures, FIX)
     assert asked[2] == (["run"], FIX, (), "auto")

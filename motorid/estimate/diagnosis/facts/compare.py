@@ -17,6 +17,7 @@ from motorid.estimate.diagnosis.facts import (
     swapped_columns,
     unit_mistakes,
     unreached_command,
+    voltage_scale,
 )
 from motorid.estimate.results.estimate import Diagnostic, Estimate
 
@@ -37,7 +38,8 @@ def findings(
         yield from doubled_rows.findings(capture, estimate.parameters, where)
         yield from supply.findings(capture, estimate.parameters, where)
         yield from pwm_aliasing.findings(capture, estimate.parameters, where)
-        yield from commanded.findings(capture, estimate.parameters, where)
+        above = tuple(commanded.findings(capture, estimate.parameters, where))
+        yield from above or voltage_scale.findings(capture, estimate.parameters, where)
         yield from unreached_command.findings(capture, where)
     yield from unit_mistakes.findings(captures, estimate.parameters, estimate.combinations)
     yield from plate.findings(captures, estimate)

@@ -19,6 +19,7 @@ from motorid.estimate.diagnosis.fault import (
     series,
 )
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity
+from motorid.estimate.effects.scales import least_delay_s
 from motorid.estimate.effects.timing.current_delay import CURRENT_DELAY
 from motorid.estimate.effects.timing.motion_delay import MOTION_DELAY
 from motorid.estimate.model.capture_model import MotorRecord
@@ -30,6 +31,10 @@ SAMPLES = (0.5, 2.0, 5.0, 12.0)  # by which a channel is tried to be late
 OF_VOLTAGE = (1.0, 3.0, 8.0)
 AROUND = (0.0, -0.3, -0.15, 0.15, 0.3)  # samples about a size found, that are tried too
 LATEST = 60.0  # samples
+EARLY = (0.4, 0.9)  # of the declared delay, by which a channel is tried to be early,
+SHORT = 0.98  # of it, that a search may take: its steps go a little beyond
+LITTLE = 0.05  # samples: where that is more
+BEYOND, LEAST = 4.0, 0.03  # uncertainties of the declared delay, and samples, that a lag must be
 ROUNDING = 1e-9
 DELAYS = {CURRENT: CURRENT_DELAY, POSITION: MOTION_DELAY, SPEED: MOTION_DELAY}
 WORDS = {CURRENT: "current", POSITION: "position", SPEED: "speed", VOLTAGE: "terminal voltage"}
@@ -47,7 +52,15 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
     own = min(r.capture.period_s for r in records)  # a log's grid is finer
     names = {m.block.name for r in records for m in r.measured}
     found = [
-        _hypothesis(name, acting(quantity), SAMPLES, (period, own), quantity)
+        _hypothesis(
+            name,
+            acting(quantity),
+            SAMPLES,
+            (period, own),
+            quantity,
+            early=_earliest(records, name),
+            least=max(BEYOND * _doubt(records, name), LEAST * own),
+        )
         for name, quantity in DELAYS.items()
         if name in names
     ]
@@ -56,6 +69,22 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
         late = _hypothesis(VOLTAGE, _late_voltage, OF_VOLTAGE, periods, remedy=_declared_later)
         found.append(late)
     return found
+
+
+def _earliest(records: Sequence[MotorRecord], name: str) -> float:
+    """s, at most 0, by which a channel may come before its declared delay: no reading is ahead of
+    its own instant. 0 where the fit has its delay among its unknowns.
+    """
+    if any(one.quantity is DELAYS[name] for r in records for one in r.instances):
+        return 0.0
+    blocks = (b for r in records if (b := r.block(name)))
+    return SHORT * max((least_delay_s(b) for b in blocks), default=0.0)
+
+
+def _doubt(records: Sequence[MotorRecord], name: str) -> float:
+    """s, the standard uncertainty of a declared delay."""
+    blocks = (b for r in records if (b := r.block(name)))
+    return max((b.channel.delay_uncertainty_s for b in blocks), default=0.0)
 
 
 def _declared_later(capture: Capture, by_s: float) -> list[Capture]:
@@ -86,20 +115,26 @@ def _hypothesis(
     periods: tuple[float, float],
     quantity: InfluenceQuantity | None = None,
     remedy: Remedy | None = None,
+    early: float = 0.0,
+    least: float = 0.0,
 ) -> Hypothesis:
-    """``periods``: of the fit's grid, by which it is tried, and of the samples."""
+    """``periods``: of the fit's grid, by which it is tried, and of the samples. ``early`` (s, at
+    most 0): by how much it may come before what it declares.
+    """
     what, (period, own) = WORDS[name], periods
 
     def words(size: Floats) -> Words:
         return Words(
             what,
-            f"the {what} comes {1e6 * size[0]:.0f} µs later than it declares "
-            f"({size[0] / own:.1f} samples)",
+            f"the {what} comes {1e6 * abs(size[0]):.0f} µs {'later' if size[0] > 0 else 'earlier'} "
+            f"than it declares ({abs(size[0]) / own:.1f} samples)",
             f"declare the delay of the {what}, or look for a buffer or a slow conversion in it",
         )
 
     code = f"{'voltage' if name == VOLTAGE else name}_lag"
+    tried = [(k * period,) for k in sizes]
+    tried += [(share * early,) for share in EARLY] if -early > LITTLE * period else []
     return Hypothesis(
-        code, effect, tuple((k * period,) for k in sizes), (period,), (0.0,),
-        (LATEST * period,), words, quantity=quantity, remedy=remedy,
+        code, effect, tuple(tried), (period,), (early,),
+        (LATEST * period,), words, quantity=quantity, remedy=remedy, least=least,
     )  # fmt: skip

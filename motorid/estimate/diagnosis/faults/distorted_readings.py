@@ -111,6 +111,11 @@ def _pole(time_s: float, period_s: float) -> float:
     return float(np.exp(-period_s / max(time_s, SHORTEST * period_s)))
 
 
+def changing(y: Floats, size: Size, _: float) -> Floats:
+    """(count,) with a gain that has changed by a share ``size[0]`` at the end."""
+    return y * (1.0 + size[0] * np.linspace(0.0, 1.0, len(y)))
+
+
 def drifting(y: Floats, size: Size, _: float) -> Floats:
     """(count,) with a zero that has moved by ``size[0]`` at the end."""
     return y + size[0] * np.linspace(0.0, 1.0, len(y))
@@ -159,10 +164,16 @@ DRIFTING = Distortion(
     lambda unit, size, peak: f"its zero moves by {size[0]:+.2g} {unit} from the first reading to "
     "the last", "let it warm up, and record its zero before and after the run", of_gain=False,
 )  # fmt: skip
+CHANGING = Distortion(
+    "changing", changing, lambda peak: ((SOME,),), lambda peak: ((-0.5,), (0.5,)),
+    lambda unit, size, peak: f"its gain changes by {size[0]:+.2g} of itself from the first reading "
+    "to the last",
+    "let it warm up, and look at the reference of its converter",
+)  # fmt: skip
 OF = {
-    CURRENT: (BENT, HYSTERESIS, LOW_RANGE, ONE_SIGN, WARMING, SETTLING, DRIFTING),
+    CURRENT: (BENT, HYSTERESIS, LOW_RANGE, ONE_SIGN, WARMING, SETTLING, DRIFTING, CHANGING),
     SPEED: (BENT, LOW_RANGE),
-    VOLTAGE: (BENT, SETTLING),
+    VOLTAGE: (BENT, SETTLING, CHANGING),
 }
 
 

@@ -38,7 +38,7 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
     bend = min(QUADRATIC_FRICTION.scale(r) for r in records)
     return [
         _guard("winding_warms", _warming, 0.05, 0.2),
-        _guard("brush_drop", _brush, 0.02 * volts, 0.1 * volts),
+        _guard("brush_drop", brush_drop, 0.02 * volts, 0.1 * volts),
         _guard("friction_bends", acting(QUADRATIC_FRICTION), 0.1 * bend, 2.0 * bend),
         _guard("friction_by_direction", acting(FRICTION_BY_DIRECTION), 0.05, 0.9),
         _guard("load_friction", acting(LOAD_FRICTION), 0.01, 0.3, 0.0),
@@ -80,7 +80,7 @@ def _warming(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> 
     return added_voltage(record, values, own, -R * size[0] * current * heat / max(heat[-1], 1e-300))
 
 
-def _brush(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:
+def brush_drop(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:
     """``size`` volts against the current's direction."""
     if record.loss is not None and DROP in record.loss.shapes:
         return acting(BRUSH_DROP)(record, values, own, size)

@@ -16,7 +16,7 @@ from motorid.estimate.effects.influence_quantity import (
 )
 
 BENDING = 1 / 3  # of the drop's size: deviation before any current is known
-WIDEST = 0.03  # of the highest voltage: no drop times the logarithm of its bend is more
+WIDEST = 0.03  # of the brushes' voltage: no drop times the logarithm of its bend is more
 
 
 def _prior(subject: Subject, place: int) -> Prior | None:
@@ -31,7 +31,7 @@ def _prior(subject: Subject, place: int) -> Prior | None:
 
 def _bounds(subject: Subject) -> tuple[float, float]:
     loss = subject.loss
-    return (0.0, 0.0) if loss is None else (-WIDEST * loss.top_v, WIDEST * loss.top_v)
+    return (0.0, 0.0) if loss is None else (-WIDEST * loss.brushes_v, WIDEST * loss.brushes_v)
 
 
 BRUSH_BEND = InfluenceQuantity(

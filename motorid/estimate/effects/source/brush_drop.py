@@ -17,7 +17,7 @@ from motorid.estimate.effects.influence_quantity import (
     Use,
 )
 
-LEAST, MOST = -0.01, 0.3  # of the highest voltage: no drop is less or more, but for other causes
+LEAST, MOST = -0.01, 0.3  # of the brushes' voltage: no drop is less or more, but for other causes
 
 
 def _prior(subject: Subject, place: int) -> Prior | None:
@@ -32,7 +32,7 @@ def _bounds(subject: Subject) -> tuple[float, float]:
     loss = subject.loss
     if loss is None:
         return 0.0, 0.0
-    return LEAST * loss.top_v, MOST * loss.top_v + loss.drop[0]
+    return LEAST * loss.brushes_v, MOST * loss.brushes_v + loss.drop[0]
 
 
 BRUSH_DROP = InfluenceQuantity(

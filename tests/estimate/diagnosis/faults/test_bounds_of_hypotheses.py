@@ -240,7 +240,7 @@ def test_unknowns_of_their_own_act_for_brushes_and_warmth(monkeypatch: pytest.Mo
     monkeypatch.setattr(model_alternatives, "acting", acting)
     record: Any = SimpleNamespace(loss=SimpleNamespace(shapes={DROP: 1, WARMING: 1}))
     given: Any = (record, "values", "own", "size")
-    model_alternatives._brush(*given)
+    model_alternatives.brush_drop(*given)
     model_alternatives._warming(*given)
     assert asked == [(BRUSH_DROP, *given), (WINDING_WARMING, *given)]
 
@@ -273,7 +273,7 @@ def test_lags_and_filters_are_tried_in_samples_of_the_finest_record() -> None:
         SimpleNamespace(
             timeline=SimpleNamespace(period_s=p), capture=SimpleNamespace(period_s=4.0 * p),
             sensed=SimpleNamespace(channel=None, shows_emf=True),
-            measured=ranged(1.0)[0].measured,
+            measured=ranged(1.0)[0].measured, instances=(), block=lambda _: None,
         )
         for p in (2e-3, 1e-3)
     ]  # fmt: skip

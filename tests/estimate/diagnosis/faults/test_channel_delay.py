@@ -9,19 +9,32 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Channel
 from motorid.estimate.diagnosis.faults import channel_delay
+from motorid.estimate.effects.influence_quantity import Instance
+from motorid.estimate.effects.timing.current_delay import CURRENT_DELAY
 from tests.exact_capture import FAULHABER, clean_capture
 
 PERIOD_S = 1e-4
 
 
-def record(*channels: str, emf: bool = True, finer: float = 1.0) -> Any:
+def record(
+    *channels: str, emf: bool = True, finer: float = 1.0, delay_s: float = 0.0, own: Any = ()
+) -> Any:
+    late = {
+        name: SimpleNamespace(
+            channel=Channel(name, "A", np.zeros(2), delay_s=delay_s),
+            block=SimpleNamespace(name=name),
+        )
+        for name in channels
+    }
     return SimpleNamespace(
         timeline=SimpleNamespace(period_s=PERIOD_S / finer),
         capture=SimpleNamespace(period_s=PERIOD_S),
-        measured=[SimpleNamespace(block=SimpleNamespace(name=name)) for name in channels],
+        measured=list(late.values()),
         sensed=SimpleNamespace(channel="terminals", shows_emf=emf),
+        instances=own,
+        block=late.get,
     )
 
 
@@ -49,6 +62,23 @@ def test_sizes_are_of_the_grid_and_words_of_the_samples() -> None:
     said = late.words(np.array([3.5e-4]))
     assert said.evidence == "the current comes 350 µs later than it declares (3.5 samples)"
     assert said.where == "current"
+
+
+def test_a_channel_may_come_before_its_declared_delay_but_not_before_its_instant() -> None:
+    late, *_ = channel_delay.hypotheses([record(CURRENT, delay_s=0.5 * PERIOD_S)])
+    assert late.lower == pytest.approx((-0.98 * 0.5 * PERIOD_S,))
+    early = [size for (size,) in late.sizes[len(channel_delay.SAMPLES) :]]
+    assert early == pytest.approx([-share * 0.98 * 0.5 * PERIOD_S for share in channel_delay.EARLY])
+    said = late.words(np.array([-2e-5])).evidence
+    assert said == "the current comes 20 µs earlier than it declares (0.2 samples)"
+    two = [record(CURRENT, delay_s=delay) for delay in (3e-5, 2e-5)]
+    assert channel_delay.hypotheses(two)[0].lower == pytest.approx((-0.98 * 2e-5,))
+    assert late.least == pytest.approx(0.03 * PERIOD_S)
+    vague = record(CURRENT, delay_s=3e-5)
+    vague.measured[0].channel = replace(vague.measured[0].channel, delay_uncertainty_s=2e-6)
+    assert channel_delay.hypotheses([vague])[0].least == pytest.approx(8e-6)
+    known = record(CURRENT, delay_s=0.5 * PERIOD_S, own=(Instance(CURRENT_DELAY),))
+    assert channel_delay.hypotheses([known])[0].lower == (0.0,)  # an unknown of the fit
 
 
 def test_a_voltage_that_is_hardly_late_is_not_declared_to_come_before_its_sample() -> None:

@@ -121,14 +121,14 @@ def test_without_unknowns_of_their_own_brushes_and_warmth_act_as_added_volts(
     current = fault.current_of(bare, POINT, own)
     assert current is not None
     R = FAULHABER["R"]
-    model_alternatives._brush(bare, POINT, own, np.array([0.3]))
+    model_alternatives.brush_drop(bare, POINT, own, np.array([0.3]))
     soft = model_alternatives.BEND * float(np.abs(bare.volts).max()) / R
     assert added[0] == pytest.approx(-0.3 * current / np.hypot(current, soft))
     model_alternatives._warming(bare, POINT, own, np.array([0.1]))
     heat = np.cumsum(current**2)
     assert added[1] == pytest.approx(-R * 0.1 * current * heat / heat[-1])
     monkeypatch.setattr(model_alternatives, "current_of", lambda *_: None)
-    for act in (model_alternatives._brush, model_alternatives._warming):
+    for act in (model_alternatives.brush_drop, model_alternatives._warming):
         assert not any(part.any() for part in act(bare, POINT, own, np.array([0.1])))
 
 

@@ -66,7 +66,7 @@ def test_a_reference_drifts_where_both_its_size_and_its_time_are_stated(
 
 def lossy(*names: str, **facts: Any) -> Any:
     loss = brushes.Loss(
-        np.ones(2, bool), 1e-4, TOP_V, (0.4, 0.3), None, bridge=(2.0, 0.4),
+        np.ones(2, bool), 1e-4, TOP_V, TOP_V, (0.4, 0.3), None, bridge=(2.0, 0.4),
         shapes=dict.fromkeys(names, np.zeros(2)), **facts,
     )  # fmt: skip
     return subject(loss=loss, losing={brushes.DROP: 0.2, brushes.BRIDGE: 0.1})
