@@ -41,7 +41,9 @@ class Hypothesis:
     it among its unknowns; None: it only marks what it could have moved. ``remedy``: the captures
     that declare a fault of about that size; for whole fits, where no quantity acts as it does.
     ``belongs``: shares of parameters that are the fault's own at a size, not the motor's.
-    ``least``: of its first number, that contradicts what is declared.
+    ``least``: of its first number, that contradicts what is declared. ``vague``: much that a motor
+    does looks like it, so that it must explain most of a small misfit. ``stepwise``: it acts in
+    whole samples.
     """
 
     code: str
@@ -56,6 +58,8 @@ class Hypothesis:
     remedy: Remedy | None = None
     belongs: Callable[[Floats], Mapping[str, float]] | None = None
     least: float = 0.0
+    vague: bool = False
+    stepwise: bool = False
 
 
 def acting(quantity: InfluenceQuantity) -> Effect:

@@ -64,7 +64,7 @@ CLEAR = 200.0  # or this much in all, of a misfit too small to matter but for wh
 NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
 SHARE = 0.3  # and this share of all that there is to explain,
 PART = 0.15  # the least share of a fault that explains so much surely
-MOSTLY = 0.5  # the least share of one that explains a small misfit
+MOSTLY = 0.5  # the least share of a vague one that explains a small misfit
 ODD = 2.0  # excess of one run over that of any other, which makes it the one to look at
 VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
 HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: others are sought too
@@ -98,7 +98,8 @@ class Trial:
         much |= self.gain > LIKELY and (self.seen or self.share > SHARE)
         far = self.farthest > BEYOND
         harms = far or max(abs(s) for s in self.shift.values()) > HARM
-        enough = (much and harms) or (self.clear and self.share > MOSTLY and far)
+        most = MOSTLY if self.hypothesis.vague else SHARE
+        enough = (much and harms) or (self.clear and self.share > most and far)
         told = abs(float(self.found.size[0])) >= self.hypothesis.least
         return enough and told and not self.at_bound
 
@@ -249,7 +250,7 @@ def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:
     deviations = solution.slopes * np.sqrt(np.diag(covariance_of(solution.information)))
     out = []
     for hypothesis, size, begin, seen in rivals:
-        found = refit(records, begin or starts, hypothesis, size, enough)
+        found = _ended(records, begin or starts, hypothesis, size, enough)
         gain = (usual.objective - found.objective) / readings
         moved = found.values / np.maximum(usual.values, 1e-300) - 1.0
         shift = {
@@ -262,6 +263,20 @@ def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:
         share, sure = gain / max(excess, 1e-9), gain * readings > clear
         out.append(Trial(hypothesis, found, gain, share, shift, far, sure, seen))
     return sorted(out, key=lambda t: -t.gain)
+
+
+def _ended(
+    records: Sequence[MotorRecord],
+    starts: Sequence[Solution],
+    h: Hypothesis,
+    size: Size,
+    enough: float,
+) -> Refit:
+    """The best fit from ``size``; from all that are tried of a fault that acts in whole samples:
+    on its way from one to another a search meets valleys.
+    """
+    sizes = (size, *(s for s in h.sizes if s != size)) if h.stepwise else (size,)
+    return min((refit(records, starts, h, s, enough) for s in sizes), key=lambda f: f.objective)
 
 
 def _rivals(

@@ -30,6 +30,7 @@ from motorid.estimate.results.estimate import (
     Diagnostic,
     Estimate,
     Parameter,
+    Suspect,
     TermTrial,
 )
 from motorid.estimate.results.status import Status
@@ -64,13 +65,19 @@ def fit(
     ``model``: auto, six, or terms joined by +. Raises UsageError for an unknown one, DataError
     where a term that was asked for cannot be told from these captures.
     """
-    captures, said = spikes.removed(captures)
+    captures, spiked = spikes.removed(captures)
     try:
         estimate = _of(captures, fix, without, model)
     except sign_check.WrongSignError as error:
         estimate = _of(sign_check.put_right(captures, error), fix, without, model)
-        said = (sign_check.allowed(error), *said)
-    return replace(estimate, suspects=(*said, *estimate.suspects)) if said else estimate
+        estimate = replace(estimate, suspects=(sign_check.allowed(error), *estimate.suspects))
+    return replace(estimate, suspects=_behind(estimate.suspects, spiked)) if spiked else estimate
+
+
+def _behind(found: Sequence[Suspect], spiked: Sequence[Suspect]) -> tuple[Suspect, ...]:
+    """Spikes, which are left out, stand behind what else is named."""
+    named = [one for one in found if one.strength == "named"]
+    return (*named, *spiked, *(one for one in found if one not in named))
 
 
 def _of(

@@ -21,6 +21,7 @@ port = "sim://?motor=maxon-re35&speed=max&cogging={COGGING}&seed=2"
 counts_per_turn = 2048
 bridge_resistance_ohm = 0.04
 supply_voltage_v = 34
+brush_drop_v = 0.0
 [limits]
 current_a = 33
 speed_rad_s = 1000

@@ -137,4 +137,5 @@ def _hypothesis(
     return Hypothesis(
         code, effect, tuple(tried), (period,), (early,),
         (LATEST * period,), words, quantity=quantity, remedy=remedy, least=least,
+        stepwise=remedy is not None,
     )  # fmt: skip

@@ -213,7 +213,9 @@ def _of(name: str, one: Distortion, peak: float) -> Hypothesis:
     sizes, (lower, upper) = one.sizes(peak), one.bounds(peak)
     effect = _read(one.shown) if name == VOLTAGE else _effect(name, one.shown)
     code = f"{'voltage' if name == VOLTAGE else name}_{one.code}"
-    return Hypothesis(code, effect, sizes, sizes[0], lower, upper, words, belongs=belongs)
+    return Hypothesis(
+        code, effect, sizes, sizes[0], lower, upper, words, belongs=belongs, vague=name == VOLTAGE
+    )
 
 
 def _effect(name: str, shown: Shown) -> Effect:

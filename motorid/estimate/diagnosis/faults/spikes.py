@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import medfilt
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.results.estimate import Suspect
@@ -20,8 +21,10 @@ Floats = NDArray[np.float64]
 
 SCATTER = 20.0  # times the usual bend between neighbours
 STEPS = 8.0  # of the converter, or counts, at least
+ROUNDING = 1e-6  # of all that a channel spans: of readings without noise
 SPAN, BULK = 0.03, (1.0, 99.0)  # of what most readings span, in per cent of them: less is noise
 BACK = 0.25  # of a spike: its neighbours differ by less
+AROUND = 11  # steps whose median is the motion's
 EDGE = 8  # samples about a step of the program, in which a reading may stand alone
 MOST = 0.02  # of the readings: more is no rare error
 WORDS = {CURRENT: "current", SPEED: "speed", POSITION: "position", VOLTAGE: "voltage"}
@@ -48,22 +51,31 @@ def removed(captures: Sequence[Capture]) -> tuple[list[Capture], tuple[Suspect, 
 def find(capture: Capture, name: str) -> NDArray[np.intp]:
     """Places of a channel's spikes; empty of more than are rare."""
     channel, none = capture.get(name), np.zeros(0, dtype=np.intp)
-    if channel is None or capture.program is None or len(capture) < 3:
+    if channel is None or capture.program is None or len(capture) < 2 * AROUND:
         return none
     steps = np.diff(channel.values)
+    if name == POSITION:  # one that turns: lost counts do not come back
+        steps = steps - medfilt(steps, AROUND)
     alone = np.minimum(np.abs(steps[:-1]), np.abs(steps[1:]))
-    bend = np.abs(np.diff(steps))
-    usual = float(np.median(bend[np.isfinite(bend)])) if np.isfinite(bend).any() else 0.0
-    least = max(SCATTER * usual, STEPS * channel.resolution)
-    if name != POSITION and usual > 0.0:  # which is exact, and goes on and on
-        least = max(least, SPAN * float(np.ptp(np.nanpercentile(channel.values, BULK))))
     with np.errstate(invalid="ignore"):
         back = np.abs(steps[:-1] + steps[1:]) < BACK * alone
-        found = np.flatnonzero((alone > least) & back & (least > 0.0)) + 1
-    steps_at = np.searchsorted(capture.ticks, [phase.tick for phase in capture.phases])
-    beside = np.abs(found[:, None] - steps_at[None, :]).min(axis=1, initial=len(capture))
+        found = np.flatnonzero((alone > _least(channel, name, steps)) & back) + 1
+    begins = np.searchsorted(capture.ticks, [phase.tick for phase in capture.phases])
+    beside = np.abs(found[:, None] - begins[None, :]).min(axis=1, initial=len(capture))
     found = found[beside > EDGE]
     return found if len(found) <= MOST * len(capture) else none
+
+
+def _least(channel: Channel, name: str, steps: Floats) -> float:
+    """By how much (SI) a reading stands alone."""
+    bend, known = np.abs(np.diff(steps)), channel.values[np.isfinite(channel.values)]
+    if not len(known):
+        return np.inf
+    usual = float(np.median(bend[np.isfinite(bend)])) if np.isfinite(bend).any() else 0.0
+    span = ROUNDING * float(np.ptp(known))
+    if name != POSITION:  # which is exact, and goes on and on
+        span = SPAN * float(np.ptp(np.percentile(known, BULK)))
+    return max(SCATTER * usual, STEPS * channel.resolution, span)
 
 
 def _without(channel: Channel, places: NDArray[np.intp]) -> Channel:

@@ -52,7 +52,8 @@ def test_of_a_position_steps_are_none_and_a_garbled_reading_is_one() -> None:
     assert spikes.find(capture, POSITION).tolist() == [500]
     channel = capture.channels[POSITION]
     raw = np.array(run().channels[POSITION].raw, dtype=np.float64)
-    raw[500:] -= 5.0 / channel.scale  # counts that are lost do not come back
+    raw[500:] -= 5.0 / channel.scale  # counts that are lost do not come back,
+    raw[600:] -= np.diff(raw)[600] * 2.0  # nor those that turn one step round
     lost = replace(capture, channels={**capture.channels, POSITION: replace(channel, raw=raw)})
     assert len(spikes.find(lost, POSITION)) == 0
 
