@@ -31,6 +31,7 @@ from motorid.estimate.effects.reference.temperature import (
 from motorid.estimate.effects.rotor.cogging import COGGING
 from motorid.estimate.effects.rotor.encoder_eccentricity import ENCODER_ECCENTRICITY
 from motorid.estimate.effects.rotor.encoder_error import ENCODER_ERROR
+from motorid.estimate.effects.rotor.friction_ripple import FRICTION_RIPPLE
 from motorid.estimate.effects.rotor.k_ripple import K_RIPPLE
 from motorid.estimate.effects.rotor.r_ripple import R_RIPPLE
 from motorid.estimate.effects.source.bridge_drop import BRIDGE_DROP
@@ -130,6 +131,7 @@ ADDED = (
     K_RIPPLE,
     R_RIPPLE,
     COGGING,
+    FRICTION_RIPPLE,
     ENCODER_ERROR,
     SPEED_FILTER,
     DRIVEN_CURRENT_OFFSET,

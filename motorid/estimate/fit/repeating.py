@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance
 from motorid.estimate.effects.rotor.cogging import COGGING
+from motorid.estimate.effects.rotor.friction_ripple import FRICTION_RIPPLE
 from motorid.estimate.effects.rotor.k_ripple import K_RIPPLE
 from motorid.estimate.effects.rotor.r_ripple import R_RIPPLE
 from motorid.estimate.effects.rotor.repeating import Courses, Repeating, order
@@ -50,7 +51,7 @@ SAME = 3.0  # standard deviations of all readings together, by which courses are
 SHIFTED = 0.1  # of a parameter: the same of what they would move
 HEAVY = 0.05  # of K or R
 RIPPLE = (K_RIPPLE, R_RIPPLE)
-KINDS = (RIPPLE, (K_RIPPLE,), (COGGING,))  # of an order: one; K may show alone
+KINDS = (RIPPLE, (K_RIPPLE,), (COGGING,), (FRICTION_RIPPLE,))  # of an order: one; K may show alone
 STRAIGHT = 0.3  # of what a ripple shows, beyond which it is no straight line in its size
 
 
@@ -244,7 +245,8 @@ def _take(found: Sequence[_Turning]) -> None:
 
 
 def _either(found: Sequence[_Turning], periods: int) -> _Trial:
-    """A ripple of so many periods a turn, or cogging: what explains more.
+    """A ripple of so many periods a turn, cogging, or friction: what explains more. One way cogging
+    and friction are alike, and it is called cogging.
 
     Where K shows alone, R ripples too: starts and reversals tell it, and they do not repeat.
     """

@@ -18,6 +18,7 @@ from motorid.capture.model import POSITION, SPEED
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance
 from motorid.estimate.effects.rotor.cogging import COGGING, friction
 from motorid.estimate.effects.rotor.encoder_error import ENCODER_ERROR
+from motorid.estimate.effects.rotor.friction_ripple import FRICTION_RIPPLE
 from motorid.estimate.effects.rotor.k_ripple import K_RIPPLE
 from motorid.estimate.effects.rotor.r_ripple import R_RIPPLE
 from motorid.estimate.effects.rotor.repeating import Courses, of_order, order
@@ -65,7 +66,10 @@ class RepeatingResponse:
             angle = turned - turned[0]
         self.angle: Floats = np.ascontiguousarray(angle)
         response.angle = self.angle
-        self._scales = {K_RIPPLE: 1.0, R_RIPPLE: 1.0, COGGING: friction(record)}
+        speed = record.runs(shared, own, [Output(Quantity.SPEED)])[0]
+        self._backwards = _goes_on(np.sign(speed)) < 0.0
+        torque = friction(record)
+        self._scales = {K_RIPPLE: 1.0, R_RIPPLE: 1.0, COGGING: torque, FRICTION_RIPPLE: torque}
 
     def slopes(self, periods: int) -> dict[Instance, Courses]:
         """Of ripple and cogging of so many periods a turn: what each block shows of a unit."""
@@ -108,10 +112,10 @@ class RepeatingResponse:
         record = self.record
         asked, period_s = record.driving.asked, record.timeline.period_s
         response = WideResponse(period_s, record.volts, asked, record.stretches)
-        response.angle = self.angle
         total: Floats = np.zeros((len(asked), record.timeline.count))
         for periods in sorted({order(one) for one in sizes if is_of_motor(one)}):
-            run = self._run(periods, self._waves(periods, sizes))
+            waves = self._waves(periods, sizes)
+            run, response.angle = self._run(periods, waves), self._turned(periods, waves)
             response.plan(*run)
             total += response(*run) - response(*self._run(periods, NOTHING))
             record.simulated += 2
@@ -149,15 +153,25 @@ class RepeatingResponse:
         each = zip(of_order(ENCODER_ERROR, periods), UNITS, strict=True)
         return {one: {motion.block.name: (unit * waves).real} for one, unit in each}
 
+    def _turned(self, periods: int, waves: Waves) -> Floats:
+        """rad (count,), by which torques go: of friction half a period on where the rotor turns
+        forwards, so that it is against the motion both ways. An order is friction alone.
+        """
+        if not waves.get(FRICTION_RIPPLE):
+            return self.angle
+        return np.where(self._backwards, self.angle, self.angle + math.pi / periods)
+
     def _plan(self, periods: int, waves: Waves) -> None:
         motor, initial = self._run(periods, waves)
+        self._response.angle = self._turned(periods, waves)
         self._response.plan(motor, initial)
         self.record.simulated += 1
 
     def _run(self, periods: int, waves: Waves) -> tuple[Floats, list[float]]:
         """Motor and initial state of a run."""
         motor, initial = self._motor.copy(), self._initial.copy()
-        K, R, torque = (complex(waves.get(q, 0.0)) for q in (K_RIPPLE, R_RIPPLE, COGGING))
+        K, R, cogs, rubs = (complex(waves.get(q, 0.0)) for q in self._scales)
+        torque = cogs + rubs
         along = cmath.phase(K or R)
         known = {
             "k_ripple": abs(K), "r_ripple": (R * cmath.rect(1.0, -along)).real,
@@ -172,6 +186,7 @@ class RepeatingResponse:
     def _shown(self, periods: int, waves: Waves) -> dict[str, Floats]:
         """What ideal channels show of a run, (n,) by block."""
         record, (motor, initial) = self.record, self._run(periods, waves)
+        self._response.angle = self._turned(periods, waves)
         shown = record.shown(
             record.smoothed(self._response(motor, initial), self._setup), *self._at
         )
@@ -183,3 +198,12 @@ class RepeatingResponse:
             more = rippled(m, output, shown[EMF], constant, wave, self.angle, period_s)
             shown[EMF] = shown[EMF] + abs(K) * more
         return shown
+
+
+def _goes_on(signs: Floats) -> Floats:
+    """(count,) with the next sign in the place of a rotor that stands: that way it breaks away."""
+    moving = np.flatnonzero(signs)
+    if not len(moving):
+        return signs
+    following = np.searchsorted(moving, np.arange(len(signs)))
+    return np.asarray(signs[moving[np.minimum(following, len(moving) - 1)]])

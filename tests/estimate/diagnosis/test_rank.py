@@ -80,7 +80,7 @@ def test_less_than_what_is_declared_leaves_open_is_no_fault() -> None:
 
 
 def test_a_vague_fault_explains_most_of_a_small_misfit() -> None:
-    for share, named in ((0.4, False), (0.6, True)):
+    for share, named in ((0.7, False), (0.8, True)):
         one = trial(gain=0.01, share=share, far=2.1, clear=True)
         assert one.convincing
         found = replace(one, hypothesis=replace(one.hypothesis, vague=True))

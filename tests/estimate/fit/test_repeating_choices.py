@@ -12,6 +12,7 @@ from motorid.estimate.diagnosis import repeating_remarks
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.rotor.cogging import COGGING
 from motorid.estimate.effects.rotor.encoder_error import ENCODER_ERROR
+from motorid.estimate.effects.rotor.friction_ripple import FRICTION_RIPPLE
 from motorid.estimate.effects.rotor.k_ripple import K_RIPPLE
 from motorid.estimate.effects.rotor.r_ripple import R_RIPPLE
 from motorid.estimate.effects.rotor.repeating import of_order, order
@@ -25,6 +26,9 @@ def slopes(quantity: Any, periods: int) -> Slopes:
     return {one: {} for one in of_order(quantity, periods)}
 
 
+OF_MOTOR = (K_RIPPLE, R_RIPPLE, COGGING, FRICTION_RIPPLE)
+
+
 class Rotor:
     """A record about a solution, whose counts and courses are given."""
 
@@ -35,7 +39,7 @@ class Rotor:
         self.left = "left"
         self.lines = SimpleNamespace(fitted=lambda known: (None, known), line="line")
         self.response = SimpleNamespace(
-            slopes=lambda n: {**slopes(K_RIPPLE, n), **slopes(R_RIPPLE, n), **slopes(COGGING, n)},
+            slopes=lambda n: {one: c for q in OF_MOTOR for one, c in slopes(q, n).items()},
             encoder_error=lambda n: slopes(ENCODER_ERROR, n),
         )
 
@@ -71,6 +75,7 @@ class Given:
             K_RIPPLE: "ripple",
             R_RIPPLE: "both",
             COGGING: "cogging",
+            FRICTION_RIPPLE: "friction",
             ENCODER_ERROR: "encoder",
         }
         return self.falls.get(f"{names.get(new.quantity, 'ripple')}_{order(new)}", 0.0), 1000.0
@@ -103,6 +108,11 @@ def test_it_is_a_ripple_or_cogging_whichever_pays_more(monkeypatch: pytest.Monke
     assert {name for name, _ in taken(Rotor([[10]]))} == {K_RIPPLE.name, R_RIPPLE.name}
     Given(monkeypatch, both_10=RIPPLE_COST + 30.0, cogging_10=COGGING_COST + 31.0)
     assert {name for name, _ in taken(Rotor([[10]]))} == {COGGING.name}
+    both_ways = {"cogging_10": COGGING_COST + 9.0, "friction_10": COGGING_COST + 10.0}
+    Given(monkeypatch, **both_ways)
+    assert {name for name, _ in taken(Rotor([[10]]))} == {FRICTION_RIPPLE.name}
+    Given(monkeypatch, **dict.fromkeys(both_ways, COGGING_COST + 9.0))  # one way they are alike
+    assert {name for name, _ in taken(Rotor([[10]]))} == {COGGING.name}
 
 
 def test_a_ripple_of_k_need_not_pay_for_one_of_r(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -114,7 +124,8 @@ def test_a_ripple_of_k_need_not_pay_for_one_of_r(monkeypatch: pytest.MonkeyPatch
     Given(monkeypatch, both_10=RIPPLE_COST + 9.0, ripple_10=K_COST + 5.0)
     rotor = Rotor([[10]])
     assert {name for name, _ in taken(rotor)} == {K_RIPPLE.name, R_RIPPLE.name}
-    assert rotor.coasts == [True, True, False, False, False]  # cogging, and an encoder's errors
+    # cogging, friction, and an encoder's errors
+    assert rotor.coasts == [True, True, False, False, False, False]
 
 
 def test_orders_are_taken_one_after_the_other_the_strongest_first(
@@ -137,7 +148,7 @@ def test_no_more_than_four_orders_of_a_motor(monkeypatch: pytest.MonkeyPatch) ->
 def test_a_count_that_was_taken_is_not_tried_again(monkeypatch: pytest.MonkeyPatch) -> None:
     given = Given(monkeypatch, cogging_10=500.0)
     taken(Rotor([[10], [10]]))
-    assert len([p for p in given.periods if p == pytest.approx(TURN / 10)]) == 3  # of every kind
+    assert len([p for p in given.periods if p == pytest.approx(TURN / 10)]) == 4  # of every kind
 
 
 @pytest.mark.parametrize(("turns", "peak"), [(5.1, repeating.PEAK), (4.9, repeating.NO_PEAK)])

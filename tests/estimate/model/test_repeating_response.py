@@ -10,11 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from motorid.capture.model import CURRENT, POSITION
-from motorid.estimate.effects.influence_quantity import Instance
+from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance
 from motorid.estimate.effects.rotor.cogging import COGGING
 from motorid.estimate.effects.rotor.encoder_error import ENCODER_ERROR
+from motorid.estimate.effects.rotor.friction_ripple import FRICTION_RIPPLE
 from motorid.estimate.effects.rotor.k_ripple import K_RIPPLE
 from motorid.estimate.effects.rotor.r_ripple import R_RIPPLE
 from motorid.estimate.effects.rotor.repeating import of_order
@@ -148,8 +150,71 @@ def test_what_judges_the_drive_has_the_ripple_of_the_run() -> None:
 
 
 def test_the_work_of_an_order_is_counted() -> None:
-    """A plan, the run as it is, and two runs of each of three quantities."""
+    """A plan, the run as it is, and two runs of each of four quantities."""
     at = response()
     before = at.record.simulated
     at.slopes(7)
-    assert at.record.simulated == before + 8
+    assert at.record.simulated == before + 10
+
+
+def turning(*volts: float) -> RepeatingResponse:
+    """At levels of these signs, without an encoder: the model's angle is exact."""
+    made = clean_capture(FAULHABER, replace(PLAN, volts=volts))
+    record = MotorRecord(made, PARAMETERS, {})
+    return RepeatingResponse(record, POINT, np.array([u.start for u in record.unknowns]))
+
+
+@pytest.mark.parametrize(("volts", "sign"), [((6.0, 3.0), -1.0), ((-6.0, -3.0), 1.0)])
+def test_one_way_friction_that_varies_is_cogging(volts: tuple[float, ...], sign: float) -> None:
+    """But for when the rotor breaks away, which bends."""
+    shown = turning(*volts).slopes(3)
+    for rubs, cogs in zip(of_order(FRICTION_RIPPLE, 3), of_order(COGGING, 3), strict=True):
+        for block, course in shown[rubs].items():
+            largest = np.abs(course).max()
+            assert course == pytest.approx(sign * shown[cogs][block], abs=0.05 * largest)
+
+
+def _driven(level_v: tuple[float, float], each_s: float, torque: float, at: np.ndarray) -> Any:
+    """The rotor's angle (n,), rad, from rest at two levels, integrated by SciPy.
+
+    Its friction has ``torque`` sin(3 angle) less.
+    """
+    R, L, K, B, J, T0 = FAULHABER.values()
+
+    def rates(t: float, x: np.ndarray) -> list[float]:
+        i, speed, angle = x
+        volts = level_v[0] if t < each_s else level_v[1]
+        dry = (T0 - torque * math.sin(3 * angle)) * math.tanh(speed / 1e-3)
+        return [(volts - R * i - K * speed) / L, (K * i - B * speed - dry) / J, speed]
+
+    ends = ((0.0, each_s), (each_s, 2.0 * each_s))
+    state, out = np.zeros(3), []
+    for k, span in enumerate(ends):
+        here = at[(at >= span[0]) & ((at < span[1]) | (k == 1))]
+        found = solve_ivp(rates, span, state, "LSODA", np.r_[here, span[1]], rtol=1e-10, atol=1e-12)
+        state = found.y[:, -1]
+        out.append(found.y[2, :-1])
+    return np.concatenate(out)
+
+
+def test_friction_that_varies_is_against_the_motion_both_ways() -> None:
+    """Beside the equations of a motor whose friction is T0 - F sin 3 angle: the second unknown."""
+    response = turning(6.0, -6.0)
+    slopes, block = response.slopes(3), response.record.block(POSITION)
+    assert block is not None
+
+    def shown(quantity: InfluenceQuantity) -> np.ndarray:
+        course = np.zeros(PLAN.count)
+        course[block.keep] = slopes[of_order(quantity, 3)[1]][POSITION]
+        return course[rest : rest + 2 * each]
+
+    rest, h = PLAN.count // 20, PLAN.period_s
+    each = (PLAN.count - 4 * rest) // 3
+    at = np.arange(2 * each) * h
+    small = 1e-3 * FAULHABER["T0"]
+    with_it, without = (_driven((6.0, -6.0), each * h, f, at) for f in (small, 0.0))
+    turned = (with_it - without) / small
+    largest = np.abs(turned).max()
+    assert largest > 0.0
+    assert shown(FRICTION_RIPPLE) == pytest.approx(turned, abs=0.05 * largest)
+    assert np.abs(shown(COGGING) - turned).max() > 0.2 * largest

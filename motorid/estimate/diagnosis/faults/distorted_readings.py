@@ -26,6 +26,7 @@ from motorid.estimate.diagnosis.fault import (
     nothing,
     series,
 )
+from motorid.estimate.effects.brush_and_heating import DROP
 from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.measurements import EMF
@@ -48,6 +49,7 @@ TIMES_S = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # in which a shunt may warm, or a se
 SOME = 0.01  # of a gain, or of the highest reading
 MOST = 1.2  # of a gain: a channel that shows nothing below, or of one sign, is none of its ends
 SHORTEST = 1e-2  # samples: at once
+LOSSY = 0.05  # of the highest voltage: brushes that drop more bend a little as a voltage may
 WIDEST, LONGEST = 0.5, 2.0  # of the highest reading; of the longest time tried
 
 
@@ -196,7 +198,8 @@ def _peak(record: MotorRecord, name: str) -> float:
     """The highest reading of a channel; 0: none that can be distorted."""
     if name == VOLTAGE:
         read = record.sensed.channel is not None and record.sensed.shows_emf
-        return float(np.abs(record.volts).max()) if read else 0.0
+        top_v = float(np.abs(record.volts).max())
+        return top_v if read and record.losing.get(DROP, 0.0) < LOSSY * top_v else 0.0
     blocks = (m for m in record.measured if m.block.name == name and not m.unsigned)
     return max((float(np.abs(m.values).max()) for m in blocks), default=0.0)
 

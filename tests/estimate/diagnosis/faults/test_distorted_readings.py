@@ -12,6 +12,7 @@ from scipy.signal import lsim
 from motorid import sim
 from motorid.capture.model import CURRENT, VOLTAGE, Capture
 from motorid.estimate.diagnosis.faults import distorted_readings as distorted
+from motorid.estimate.effects.brush_and_heating import DROP
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.identify import fit
 from tests.estimate.diagnosis.faults import inject
@@ -79,6 +80,15 @@ def test_every_channel_that_is_read_may_be_distorted() -> None:
     commanded = {h.code for h in distorted.hypotheses([record("commanded")])}
     assert not any(code.startswith("voltage") for code in commanded)
     assert "speed_bent" in {h.code for h in distorted.hypotheses([record("moving")])}
+
+
+def test_beside_brushes_that_drop_much_no_voltage_is_accused() -> None:
+    subject = record("measured").twin()
+    for drop, offered in ((0.04, True), (0.06, False)):
+        subject.losing = {DROP: drop * float(np.abs(subject.volts).max())}
+        codes = {h.code for h in distorted.hypotheses([subject])}
+        assert ("voltage_bent" in codes) is offered
+        assert "current_bent" in codes
 
 
 def test_a_share_of_a_gain_is_in_doubt_whichever_gain_is_right() -> None:

@@ -83,7 +83,7 @@ def named(estimate: Estimate) -> list[str]:
 @pytest.mark.parametrize(("name", "by"), [(CURRENT, 0.5), (VOLTAGE, 3.0)])
 def test_the_answer_is_as_without_them(name: str, by: float) -> None:
     good, bad = fit([run()], model="six"), fit([spiked(name, by)], model="six")
-    assert named(bad) == ["spikes", *named(good)]
+    assert named(bad) == [*named(good), "spikes"]
     for n in PARAMETERS:
         before, after = good.parameters[n], bad.parameters[n]
         assert before.value is not None
