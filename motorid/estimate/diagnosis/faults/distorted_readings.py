@@ -151,14 +151,15 @@ ONE_SIGN = Distortion(
 WARMING = Distortion(
     "warming", warming, lambda peak: tuple((SOME, tau) for tau in TIMES_S),
     lambda peak: ((-0.5, 0.2 * TIMES_S[0]), (0.5, LONGEST * TIMES_S[-1])),
-    lambda unit, size, peak: f"its gain changes by {size[0]:+.2g} of itself within "
+    lambda unit, size, peak: f"its gain changes by {100.0 * size[0]:+.2g} % within "
     f"{size[1]:.2g} s, as of a shunt that warms",
     "take a shunt of more power, or of less resistance",
 )  # fmt: skip
 SETTLING = Distortion(
     "settling", settling, lambda peak: tuple((SOME, tau) for tau in TIMES_S),
     lambda peak: ((-0.5, 0.2 * TIMES_S[0]), (0.5, LONGEST * TIMES_S[-1])),
-    lambda unit, size, peak: f"{size[0]:+.2g} of what it shows comes late, within {size[1]:.2g} s",
+    lambda unit, size, peak: f"{100.0 * size[0]:.2g} % of what it shows comes late, "
+    f"within {size[1]:.2g} s",
     "take a sensor that settles at once",
 )  # fmt: skip
 DRIFTING = Distortion(
@@ -168,8 +169,8 @@ DRIFTING = Distortion(
 )  # fmt: skip
 CHANGING = Distortion(
     "changing", changing, lambda peak: ((SOME,),), lambda peak: ((-0.5,), (0.5,)),
-    lambda unit, size, peak: f"its gain changes by {size[0]:+.2g} of itself from the first reading "
-    "to the last",
+    lambda unit, size, peak: f"its gain changes by {100.0 * size[0]:+.2g} % from the first "
+    "reading to the last",
     "let it warm up, and look at the reference of its converter",
 )  # fmt: skip
 OF = {
