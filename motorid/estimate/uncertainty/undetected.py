@@ -13,7 +13,7 @@ by errors of the voltage, which the model's readings hold and no residual shows.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
@@ -76,6 +76,7 @@ class _Sums:
     square: float
     shared: Floats
     pull: float
+    told: float | None = None  # of the square, what no parameter follows
 
     def added(self, other: _Sums) -> _Sums:
         """Of both records."""
@@ -100,6 +101,7 @@ def undetected(
         sums = reduce(_Sums.added, (_sums(change, line) for _, change, line in changes))
         if not np.isfinite(sums.square):  # no motor with it and these parameters has readings
             continue
+        sums = replace(sums, told=_told(changes, solution.records, inverse @ sums.shared))
         white = _left(quantity, sums, inverse, slope)
         if white.seen:
             scatter = _scatter(changes, inverse @ sums.shared, unseen)
@@ -107,6 +109,20 @@ def undetected(
         else:
             left.append(white)
     return tuple(left)
+
+
+def _told(changes: Sequence[_Change], lines: Sequence[Linearised], follows: Floats) -> float:
+    """What readings tell of an effect that the parameters follow by ``follows``: the squares of
+    what is left in all ``lines``, with those of the nuisances' priors. A difference of both squares
+    would be rounding where nothing is left.
+    """
+    total, by_record = 0.0, {k: change for k, change, _ in changes}
+    for k, line in enumerate(lines):
+        free, information = line.cleared()
+        target = by_record.get(k, 0.0) - line.shared @ follows
+        sizes = covariance_of(information) @ project(free.T, target)
+        total += square(target - free @ sizes) + float(line.own_precision @ sizes**2)
+    return total
 
 
 def _scatter(changes: Sequence[_Change], follows: Floats, unseen: Sequence[Hidden]) -> float:
@@ -174,8 +190,9 @@ def _cleared(change: Floats, line: Linearised) -> Floats:
 def _left(
     quantity: InfluenceQuantity, sums: _Sums, inverse: Floats, slope: Floats, scatter: float = 1.0
 ) -> Undetected:
-    information = max(sums.square - float(sums.shared @ inverse @ sums.shared), 0.0)
-    share = 1.0 / (1.0 + information)
+    if sums.told is None:
+        sums = replace(sums, told=sums.square - float(sums.shared @ inverse @ sums.shared))
+    share = 1.0 / (1.0 + max(sums.told or 0.0, 0.0))
     size = share * (sums.pull - float(sums.shared @ inverse @ slope))
     size = min(max(size, 0.0), FARTHEST)
     left = float(share**0.5)
