@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import CURRENT, Capture
+from motorid.capture.model import CURRENT, VOLTAGE, Capture
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Instance
 from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.model.capture_model import MotorRecord
@@ -70,6 +70,36 @@ def acting(quantity: InfluenceQuantity) -> Effect:
         usual = record.fitted(values, own)
         moved = record.fitted(values, own, {one: float(size[0])})
         return [new - old for old, new in zip(usual, moved, strict=True)]
+
+    return effect
+
+
+def short(name: str) -> str:
+    """A channel in codes and in a few words: current, position, speed, voltage."""
+    return "voltage" if name == VOLTAGE else name
+
+
+def word(name: str) -> str:
+    """A channel in a sentence."""
+    return name.replace("_", " ")
+
+
+def highest(records: Sequence[MotorRecord], name: str) -> float:
+    """The highest reading (SI) of a channel with a sign; 0: no record has one."""
+    blocks = (m for r in records for m in r.measured if m.block.name == name and not m.unsigned)
+    return max((float(np.abs(m.values).max()) for m in blocks), default=0.0)
+
+
+def showing(name: str, shown: Callable[[Floats, Floats, float], Floats]) -> Effect:
+    """A channel that shows another course (count,) of the run: ``shown`` of the course, of the
+    size, and of the time between ticks, s.
+    """
+
+    def effect(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:
+        out, period_s = nothing(record), record.timeline.period_s
+        for k, y in series(record, values, own, name):
+            out[k] = (shown(y, size, period_s) - y)[record.measured[k].where]
+        return out
 
     return effect
 

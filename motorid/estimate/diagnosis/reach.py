@@ -14,7 +14,7 @@ derivatives, r the residuals in units of their standard deviation.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -165,33 +165,40 @@ def of_lack(
         return tuple(replace(d, moves={}) if d.code.startswith(STEADY) else d for d in said)
     if not any(d.code == LACK for d in said):
         return tuple(said)
-    words = _movable(disagreement(records, solution), parameters)
+    parts = disagreement(records, solution)
+    words = _movable(parts, parameters)
     said = [replace(d, message=f"{d.message}; {words}") if d.code == LACK else d for d in said]
     if max((one.beyond for one in unexplained(records, solution)), default=0.0) < MATTERS:
         return tuple(said)
-    parts, norm = disagreement(records, solution), hidden(records, solution)
+    norm = hidden(records, solution)
     moves = {name: max(parts[name], norm[name]) for name in norm}
-    return tuple(_first(said, moves))
+    return stating(said, moves)
+
+
+def movable(moves: Moves, parameters: Mapping[str, Parameter]) -> dict[str, float]:
+    """Moves by more than half the half-width of the parameters' intervals."""
+    out = {}
+    for name, move in moves.items():
+        p = parameters.get(name)
+        if p is None or p.value is None or p.interval_95 is None:
+            continue
+        if move > HALF * (p.interval_95[1] - p.interval_95[0]) / 2.0:
+            out[name] = move
+    return out
 
 
 def _movable(moves: Moves, parameters: Mapping[str, Parameter]) -> str:
-    """Which of them are moved by more than half the half-width of their intervals."""
-    out = []
-    for name, move in moves.items():
-        p = parameters.get(name)
-        if p is None or not p.value or p.interval_95 is None:
-            continue
-        half = (p.interval_95[1] - p.interval_95[0]) / 2.0
-        if move > HALF * half:
-            out.append(f"{name} by {100.0 * move / abs(p.value):.2g} %")
+    """The same in words."""
+    each = (
+        (name, move, parameters[name].value) for name, move in movable(moves, parameters).items()
+    )
+    out = [f"{name} by {100.0 * move / abs(value):.2g} %" for name, move, value in each if value]
     if not out:
         return "the parts of the program agree on every parameter"
     return f"it can move {', '.join(out)}"
 
 
-def _first(said: Sequence[Diagnostic], moves: Moves) -> Iterator[Diagnostic]:
-    """One of several stands for all."""
-    done = False
-    for one in said:
-        yield replace(one, moves=moves) if one.code == LACK and not done else one
-        done |= one.code == LACK
+def stating(said: Sequence[Diagnostic], moves: Moves) -> tuple[Diagnostic, ...]:
+    """A lack of fit states its moves; one of several stands for all."""
+    first = next(k for k, one in enumerate(said) if one.code == LACK)
+    return (*said[:first], replace(said[first], moves=moves), *said[first + 1 :])

@@ -31,6 +31,11 @@ def declared_noise(m: Measured) -> float:
     return float(max(m.channel.noise, step)) if m.channel.noise > 0 else 0.0
 
 
+def rms(m: Measured, residual: Floats) -> float:
+    """Of a channel's residuals (n,), in its unit."""
+    return float(np.sqrt(square(residual) / m.block.count))
+
+
 def chi_square(solution: Solution, records: Sequence[MotorRecord]) -> tuple[float, int]:
     """Squared residuals over the declared noise, or over the noise found where none is declared.
 
@@ -52,7 +57,7 @@ def lack_of_fit(
     """A channel whose residuals are more than its declared noise, and where most of it lies."""
     out = []
     name = WORDS.get(m.block.name, m.block.name)
-    sigma = float(np.sqrt(square(residual) / m.block.count))
+    sigma = rms(m, residual)
     noise, unit = declared_noise(m), m.channel.unit
     if noise and sigma > LACK_OF_FIT * noise:
         mostly = place(record, m, residual, segments)

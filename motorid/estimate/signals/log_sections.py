@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from motorid.capture.model import Capture
 from motorid.estimate.results.estimate import PARAMETERS, Diagnostic
 from motorid.estimate.signals.measurements import motion
+from motorid.estimate.signals.neighbour_noise import running_median
 from motorid.estimate.signals.opened_bridge import Opening, openings
 
 PAUSE = 5.0  # usual periods between two samples, from which a log begins anew
@@ -46,10 +47,7 @@ def _cut(capture: Capture) -> list[Capture]:
     if capture.program is not None or len(capture) < 2 * FEWEST:
         return [capture]
     steps = np.diff(capture.time_s)
-    around = np.lib.stride_tricks.sliding_window_view(
-        np.pad(steps, NEAR, mode="edge"), 2 * NEAR + 1
-    )
-    cuts = np.flatnonzero(steps > PAUSE * np.median(around, axis=1)) + 1
+    cuts = np.flatnonzero(steps > PAUSE * running_median(steps, NEAR)) + 1
     edges = pairwise([0, *cuts.tolist(), len(capture)])
     long = _worth(capture, edges, FEWEST)
     if not len(cuts) or not long:

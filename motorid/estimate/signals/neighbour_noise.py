@@ -1,10 +1,11 @@
-"""The noise of readings by what neighbours differ by."""
+"""What neighbours say of readings: their noise, by what they differ by, and what is usual there."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
@@ -35,3 +36,9 @@ def of_differences(left: Floats, order: int, step: float = 0.0) -> Floats:
     squares = np.where(kept, sizes, 0.0) ** 2
     mean = squares.sum(axis=-1) / np.maximum(kept.sum(axis=-1), 1)
     return np.asarray(np.sqrt(mean / math.comb(2 * order, order)))
+
+
+def running_median(values: Floats, side: int) -> Floats:
+    """Of each value (n,) with so many on either side; the first and the last stand for more."""
+    around = sliding_window_view(np.pad(values, side, mode="edge"), 2 * side + 1)
+    return np.asarray(np.median(around, axis=1))

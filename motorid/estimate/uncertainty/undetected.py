@@ -13,7 +13,7 @@ by errors of the voltage, which the model's readings hold and no residual shows.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
@@ -76,7 +76,6 @@ class _Sums:
     square: float
     shared: Floats
     pull: float
-    told: float | None = None  # of the square, what no parameter follows
 
     def added(self, other: _Sums) -> _Sums:
         """Of both records."""
@@ -101,17 +100,18 @@ def undetected(
         sums = reduce(_Sums.added, (_sums(change, line) for _, change, line in changes))
         if not np.isfinite(sums.square):  # no motor with it and these parameters has readings
             continue
-        sums = replace(sums, told=_told(changes, solution.records, inverse @ sums.shared))
-        white = _left(quantity, sums, inverse, slope)
+        follows = inverse @ sums.shared
+        information = _information(changes, solution.records, follows)
+        white = _left(quantity, sums, information, inverse, slope)
         if white.seen:
-            scatter = _scatter(changes, inverse @ sums.shared, unseen)
-            left.append(_left(quantity, sums, inverse, slope, scatter))
+            scatter = _scatter(changes, follows, unseen)
+            left.append(_left(quantity, sums, information, inverse, slope, scatter))
         else:
             left.append(white)
     return tuple(left)
 
 
-def _told(changes: Sequence[_Change], lines: Sequence[Linearised], follows: Floats) -> float:
+def _information(changes: Sequence[_Change], lines: Sequence[Linearised], follows: Floats) -> float:
     """What readings tell of an effect that the parameters follow by ``follows``: the squares of
     what is left in all ``lines``, with those of the nuisances' priors. A difference of both squares
     would be rounding where nothing is left.
@@ -188,11 +188,14 @@ def _cleared(change: Floats, line: Linearised) -> Floats:
 
 
 def _left(
-    quantity: InfluenceQuantity, sums: _Sums, inverse: Floats, slope: Floats, scatter: float = 1.0
+    quantity: InfluenceQuantity,
+    sums: _Sums,
+    information: float,
+    inverse: Floats,
+    slope: Floats,
+    scatter: float = 1.0,
 ) -> Undetected:
-    if sums.told is None:
-        sums = replace(sums, told=sums.square - float(sums.shared @ inverse @ sums.shared))
-    share = 1.0 / (1.0 + max(sums.told or 0.0, 0.0))
+    share = 1.0 / (1.0 + information)
     size = share * (sums.pull - float(sums.shared @ inverse @ slope))
     size = min(max(size, 0.0), FARTHEST)
     left = float(share**0.5)

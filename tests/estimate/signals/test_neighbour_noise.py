@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motorid.estimate.signals.neighbour_noise import neighbour_noise, of_differences
+from motorid.estimate.signals.neighbour_noise import neighbour_noise, of_differences, running_median
 from motorid.estimate.signals.voltage_jumps import scatter
 
 NOISE = 0.3 * np.random.default_rng(5).standard_normal(20_000)
@@ -48,3 +48,9 @@ def test_readings_that_mostly_agree_have_no_noise() -> None:
 def test_too_few_readings_tell_none() -> None:
     assert neighbour_noise(np.array([1.0, 2.0])) == 0.0
     assert neighbour_noise(np.array([])) == 0.0
+
+
+def test_a_running_median_leaves_what_stands_alone() -> None:
+    values = np.array([1.0, 2.0, 90.0, 4.0, 5.0, 6.0, 7.0])
+    assert running_median(values, 1).tolist() == [1.0, 2.0, 4.0, 5.0, 5.0, 6.0, 7.0]
+    assert running_median(values, 2).tolist() == [1.0, 2.0, 4.0, 5.0, 6.0, 6.0, 7.0]

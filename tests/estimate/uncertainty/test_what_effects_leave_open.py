@@ -17,6 +17,7 @@ from motorid.estimate.uncertainty.undetected import (
     FOUND,
     Undetected,
     _cleared,
+    _information,
     _left,
     _scatter,
     _sums,
@@ -63,7 +64,10 @@ class System:
     def left(self, scatter: float = 1.0) -> Undetected:
         line = self.line
         slope = line.orthogonal.T @ self.residual
-        return _left(LOAD_FRICTION, _sums(self.column, line), self.inverse, slope, scatter)
+        sums = _sums(self.column, line)
+        follows = self.inverse @ sums.shared
+        information = _information([(0, self.column, line)], [line], follows)
+        return _left(LOAD_FRICTION, sums, information, self.inverse, slope, scatter)
 
     def posterior(self) -> tuple[float, float, Floats]:
         """The effect's size and standard deviation, and what a unit of it moves the parameters."""

@@ -17,6 +17,8 @@ from motorid.estimate.diagnosis.fault import (
     acting,
     changed_voltage,
     series,
+    short,
+    word,
 )
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity
 from motorid.estimate.effects.scales import least_delay_s
@@ -37,7 +39,6 @@ LITTLE = 0.05  # samples: where that is more
 BEYOND, LEAST = 4.0, 0.03  # uncertainties of the declared delay, and samples, that a lag must be
 ROUNDING = 1e-9
 DELAYS = {CURRENT: CURRENT_DELAY, POSITION: MOTION_DELAY, SPEED: MOTION_DELAY}
-WORDS = {CURRENT: "current", POSITION: "position", SPEED: "speed", VOLTAGE: "terminal voltage"}
 
 
 def late(values: Floats, samples: float) -> Floats:
@@ -121,7 +122,7 @@ def _hypothesis(
     """``periods``: of the fit's grid, by which it is tried, and of the samples. ``early`` (s, at
     most 0): by how much it may come before what it declares.
     """
-    what, (period, own) = WORDS[name], periods
+    what, (period, own) = word(name), periods
 
     def words(size: Floats) -> Words:
         return Words(
@@ -131,11 +132,10 @@ def _hypothesis(
             f"declare the delay of the {what}, or look for a buffer or a slow conversion in it",
         )
 
-    code = f"{'voltage' if name == VOLTAGE else name}_lag"
     tried = [(k * period,) for k in sizes]
     tried += [(share * early,) for share in EARLY] if -early > LITTLE * period else []
     return Hypothesis(
-        code, effect, tuple(tried), (period,), (early,),
+        f"{short(name)}_lag", effect, tuple(tried), (period,), (early,),
         (LATEST * period,), words, quantity=quantity, remedy=remedy, least=least,
         stepwise=remedy is not None,
     )  # fmt: skip

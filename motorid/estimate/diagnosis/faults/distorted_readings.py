@@ -12,10 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from motorid.capture.model import CURRENT, SPEED, VOLTAGE
 from motorid.estimate.diagnosis.fault import (
@@ -23,8 +23,11 @@ from motorid.estimate.diagnosis.fault import (
     Hypothesis,
     Words,
     changed_voltage,
-    nothing,
+    highest,
     series,
+    short,
+    showing,
+    word,
 )
 from motorid.estimate.effects.brush_and_heating import DROP
 from motorid.estimate.fit.block_regression import Size
@@ -33,11 +36,10 @@ from motorid.estimate.signals.measurements import EMF
 from motorid.estimate.signals.time_grid import IRREGULAR
 
 Floats = NDArray[np.float64]
-Shown = Callable[[Floats, Size, float], Floats]
-"""What a channel shows of a course (count,) for a size; the last is the time between both, s."""
+Shown = Callable[[Floats, Floats, float], Floats]
+"""What a channel shows of a course (count,) for a size, by ticks of so many s."""
 
 UNITS = {CURRENT: "A", SPEED: "rad/s", VOLTAGE: "V"}
-WORDS = {CURRENT: "current", SPEED: "speed", VOLTAGE: "terminal voltage"}
 BY_GAIN = {  # powers of a gain that are in the parameters, of either sign
     CURRENT: {"R": 1, "L": 1, "B": 1, "J": 1, "T0": 1},
     SPEED: {"K": 1, "T0": 1, "B": 2, "J": 2},
@@ -70,7 +72,7 @@ class Distortion:
     of_gain: bool = True
 
 
-def hysteresis(y: Floats, size: Size, _: float) -> Floats:
+def hysteresis(y: Floats, size: Floats, _: float) -> Floats:
     """(count,) behind a play of ``size[0]`` either way, which begins in its middle at zero."""
     play, out, last = abs(size[0]), np.empty_like(y), 0.0
     for k, value in enumerate(y.tolist()):
@@ -79,48 +81,50 @@ def hysteresis(y: Floats, size: Size, _: float) -> Floats:
     return out
 
 
-def low_range(y: Floats, size: Size, _: float) -> Floats:
+def low_range(y: Floats, size: Floats, _: float) -> Floats:
     """(count,) with another gain, by a share ``size[0]``, below ``size[1]``."""
     return np.where(np.abs(y) < size[1], (1.0 + size[0]) * y, y)
 
 
-def one_sign(y: Floats, size: Size, _: float) -> Floats:
+def one_sign(y: Floats, size: Floats, _: float) -> Floats:
     """(count,) with another gain below zero, by a share ``size[0]``."""
     return np.where(y < 0.0, (1.0 + size[0]) * y, y)
 
 
-def bent(y: Floats, size: Size, _: float) -> Floats:
+def bent(y: Floats, size: Floats, _: float) -> Floats:
     """(count,) that departs by a share ``size[0]`` at its highest, as its cube."""
-    return y * (1.0 + size[0] * (y / max(float(np.abs(y).max()), 1e-300)) ** 2)
+    share = float(size[0])
+    return y * (1.0 + share * (y / max(float(np.abs(y).max()), 1e-300)) ** 2)
 
 
-def warming(y: Floats, size: Size, period_s: float) -> Floats:
+def warming(y: Floats, size: Floats, period_s: float) -> Floats:
     """(count,) with a gain that rises by a share ``size[0]`` as what y² heats is at its warmest,
     in a time of ``size[1]`` s.
     """
-    pole = _pole(size[1], period_s)
-    heat = lfilter([1.0 - pole], [1.0, -pole], y**2)
+    heat = _lagging(y**2, size[1], period_s)
     return np.asarray(y * (1.0 + size[0] * heat / max(float(heat.max()), 1e-300)))
 
 
-def settling(y: Floats, size: Size, period_s: float) -> Floats:
+def settling(y: Floats, size: Floats, period_s: float) -> Floats:
     """(count,) of which a share ``size[0]`` comes late, by a low-pass of ``size[1]`` s."""
-    pole = _pole(size[1], period_s)
-    return np.asarray(y + size[0] * (lfilter([1.0 - pole], [1.0, -pole], y) - y))
+    return y + float(size[0]) * (_lagging(y, size[1], period_s) - y)
 
 
-def _pole(time_s: float, period_s: float) -> float:
-    return float(np.exp(-period_s / max(time_s, SHORTEST * period_s)))
+def _lagging(y: Floats, time_s: float, period_s: float) -> Floats:
+    """(count,) behind a low-pass of first order, from rest."""
+    pole = float(np.exp(-period_s / max(time_s, SHORTEST * period_s)))
+    steps = accumulate(((1.0 - pole) * y).tolist(), lambda last, more: pole * last + more)
+    return np.fromiter(steps, np.float64, len(y))
 
 
-def changing(y: Floats, size: Size, _: float) -> Floats:
+def changing(y: Floats, size: Floats, _: float) -> Floats:
     """(count,) with a gain that has changed by a share ``size[0]`` at the end."""
-    return y * (1.0 + size[0] * np.linspace(0.0, 1.0, len(y)))
+    return y * (1.0 + float(size[0]) * np.linspace(0.0, 1.0, len(y)))
 
 
-def drifting(y: Floats, size: Size, _: float) -> Floats:
+def drifting(y: Floats, size: Floats, _: float) -> Floats:
     """(count,) with a zero that has moved by ``size[0]`` at the end."""
-    return y + size[0] * np.linspace(0.0, 1.0, len(y))
+    return y + float(size[0]) * np.linspace(0.0, 1.0, len(y))
 
 
 BENT = Distortion(
@@ -201,36 +205,24 @@ def _peak(record: MotorRecord, name: str) -> float:
         read = record.sensed.channel is not None and record.sensed.shows_emf
         top_v = float(np.abs(record.volts).max())
         return top_v if read and record.losing.get(DROP, 0.0) < LOSSY * top_v else 0.0
-    blocks = (m for m in record.measured if m.block.name == name and not m.unsigned)
-    return max((float(np.abs(m.values).max()) for m in blocks), default=0.0)
+    return highest([record], name)
 
 
 def _of(name: str, one: Distortion, peak: float) -> Hypothesis:
     def words(size: Floats) -> Words:
         told = one.evidence(UNITS[name], size, peak)
-        return Words(WORDS[name], f"the {WORDS[name]} is distorted: {told}", one.action)
+        return Words(word(name), f"the {word(name)} is distorted: {told}", one.action)
 
     def belongs(size: Floats) -> Mapping[str, float]:
         share = abs(float(size[0])) if one.of_gain else 0.0
         return {parameter: power * share for parameter, power in BY_GAIN[name].items()}
 
     sizes, (lower, upper) = one.sizes(peak), one.bounds(peak)
-    effect = _read(one.shown) if name == VOLTAGE else _effect(name, one.shown)
-    code = f"{'voltage' if name == VOLTAGE else name}_{one.code}"
+    effect = _read(one.shown) if name == VOLTAGE else showing(name, one.shown)
     return Hypothesis(
-        code, effect, sizes, sizes[0], lower, upper, words, belongs=belongs, vague=name == VOLTAGE
-    )
-
-
-def _effect(name: str, shown: Shown) -> Effect:
-    def effect(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:
-        out, period_s = nothing(record), record.timeline.period_s
-        for k, y in series(record, values, own, name):
-            change = shown(y, tuple(size.tolist()), period_s) - y
-            out[k] = change[record.measured[k].where]
-        return out
-
-    return effect
+        f"{short(name)}_{one.code}", effect, sizes, sizes[0], lower, upper, words,
+        belongs=belongs, vague=name == VOLTAGE,
+    )  # fmt: skip
 
 
 def _read(shown: Shown) -> Effect:
@@ -241,7 +233,7 @@ def _read(shown: Shown) -> Effect:
     def effect(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:
         drive, emf = record.volts, list(series(record, values, own, EMF))
         course = np.where(record.driven, drive, emf[0][1]) if emf else drive
-        more = shown(course, tuple(size.tolist()), record.timeline.period_s) - course
+        more = shown(course, size, record.timeline.period_s) - course
         taken = np.where(record.driven, more, 0.0)
         out = changed_voltage(record, values, own, drive - taken)
         for k, _ in emf:

@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, SPEED, Capture
-from motorid.estimate.diagnosis.fault import Hypothesis, Words, changed_voltage, nothing, series
+from motorid.estimate.diagnosis.fault import (
+    Hypothesis,
+    Words,
+    changed_voltage,
+    highest,
+    showing,
+)
 from motorid.estimate.fit.block_regression import Start, blocks, electrical, mechanical
 from motorid.estimate.model.capture_model import MotorRecord
 
@@ -21,43 +27,33 @@ TOP = 0.985  # of the highest voltage read: at its end
 BELOW = 0.95  # of it: surely not
 END = 0.97  # of where the readings stop: noise is cut off from there on
 CLEAR = 0.02  # relative, by which the motor must answer to more than is read
-CURED = {
-    CURRENT: ("A", "use a sensor with more range, or drive with less voltage"),
-    SPEED: ("rad/s", "use a sensor with more range, or drive with less voltage"),
-}
+UNITS = {CURRENT: "A", SPEED: "rad/s"}
 
 
 def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
     """A current that stops, and a measured speed that does."""
-    found = []
-    for name, (unit, action) in CURED.items():
-        peak = max(
-            (float(np.abs(m.values).max()) for r in records for m in r.measured
-             if m.block.name == name), default=0.0,
-        )  # fmt: skip
-        if peak > 0:
-            found.append(_of(name, peak, unit, action))
-    return found
+    peaks = ((name, highest(records, name)) for name in UNITS)
+    return [_of(name, peak) for name, peak in peaks if peak > 0.0]
 
 
-def _of(name: str, peak: float, unit: str, action: str) -> Hypothesis:
-    def effect(record: MotorRecord, values: Floats, own: Floats, size: Floats) -> list[Floats]:
-        out, end = nothing(record), float(size[0])
-        for k, y in series(record, values, own, name):
-            out[k] = (np.clip(y, -end, end) - y)[record.measured[k].where]
-        return out
-
+def _of(name: str, peak: float) -> Hypothesis:
     def words(size: Floats) -> Words:
-        evidence = (
-            f"the {name}'s readings stop at {size[0]:.3g} {unit}, below the end of its converter"
+        return Words(
+            name,
+            f"the {name}'s readings stop at {size[0]:.3g} {UNITS[name]}, below the end of its "
+            "converter",
+            "use a sensor with more range, or drive with less voltage",
         )
-        return Words(name, evidence, action)
 
     sizes = tuple((s * peak,) for s in SHARES)
     return Hypothesis(
-        f"{name}_saturated", effect, sizes, (0.01 * peak,), (0.05 * peak,), (1.2 * peak,), words,
-        remedy=partial(_declared_end, name),
+        f"{name}_saturated", showing(name, _ending), sizes, (0.01 * peak,), (0.05 * peak,),
+        (1.2 * peak,), words, remedy=partial(_declared_end, name),
     )  # fmt: skip
+
+
+def _ending(y: Floats, size: Floats, _: float) -> Floats:
+    return np.clip(y, -size[0], size[0])
 
 
 def _declared_end(name: str, capture: Capture, end: float) -> list[Capture]:

@@ -12,10 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import medfilt
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel
+from motorid.estimate.diagnosis.fault import short
 from motorid.estimate.results.estimate import Suspect
+from motorid.estimate.signals.neighbour_noise import running_median
 
 Floats = NDArray[np.float64]
 
@@ -24,10 +25,10 @@ STEPS = 8.0  # of the converter, or counts, at least
 ROUNDING = 1e-6  # of all that a channel spans: of readings without noise
 SPAN, BULK = 0.03, (1.0, 99.0)  # of what most readings span, in per cent of them: less is noise
 BACK = 0.25  # of a spike: its neighbours differ by less
-AROUND = 11  # steps whose median is the motion's
+AROUND = 5  # steps on either side, whose median is the motion's
 EDGE = 8  # samples about a step of the program, in which a reading may stand alone
 MOST = 0.02  # of the readings: more is no rare error
-WORDS = {CURRENT: "current", SPEED: "speed", POSITION: "position", VOLTAGE: "voltage"}
+CHANNELS = (CURRENT, SPEED, POSITION, VOLTAGE)
 
 
 def removed(captures: Sequence[Capture]) -> tuple[list[Capture], tuple[Suspect, ...]]:
@@ -38,10 +39,10 @@ def removed(captures: Sequence[Capture]) -> tuple[list[Capture], tuple[Suspect, 
     for k, capture in enumerate(captures):
         where = f" in run {k + 1}" if len(captures) > 1 else ""
         cleared = dict(capture.channels)
-        for name, word in WORDS.items():
+        for name in CHANNELS:
             places = find(capture, name)
             if len(places):
-                said.append(_said(word, capture.channels[name], places, where))
+                said.append(_said(short(name), capture.channels[name], places, where))
                 cleared[name] = _without(capture.channels[name], places)
         spiked = any(cleared[n] is not capture.channels[n] for n in cleared)
         out.append(replace(capture, channels=cleared) if spiked else capture)
@@ -51,11 +52,11 @@ def removed(captures: Sequence[Capture]) -> tuple[list[Capture], tuple[Suspect, 
 def find(capture: Capture, name: str) -> NDArray[np.intp]:
     """Places of a channel's spikes; empty of more than are rare."""
     channel, none = capture.get(name), np.zeros(0, dtype=np.intp)
-    if channel is None or capture.program is None or len(capture) < 2 * AROUND:
+    if channel is None or capture.program is None or len(capture) < 4 * AROUND:
         return none
     steps = np.diff(channel.values)
     if name == POSITION:  # one that turns: lost counts do not come back
-        steps = steps - medfilt(steps, AROUND)
+        steps = steps - running_median(steps, AROUND)
     alone = np.minimum(np.abs(steps[:-1]), np.abs(steps[1:]))
     with np.errstate(invalid="ignore"):
         back = np.abs(steps[:-1] + steps[1:]) < BACK * alone

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
 from motorid.estimate.diagnosis import filter_rest
+from motorid.estimate.diagnosis.fault import short
 from motorid.estimate.effects.registry import WITHOUT_WORD
 from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
 from motorid.estimate.effects.unstated import default
@@ -29,7 +30,6 @@ from motorid.estimate.solver.problem import Solution
 
 Floats = NDArray[np.float64]
 
-WORDS = {CURRENT: "current", POSITION: "position", SPEED: "speed", VOLTAGE: "voltage"}
 SURE = 3.0  # standard uncertainties beyond which a size is no chance
 WORTH_SAYING = 0.4  # samples
 LONGER = 1.5  # samples, than a mean since the reading before
@@ -188,7 +188,7 @@ def _motion(record: MotorRecord) -> str:
 
 
 def _said(kind: str, size: Size, period_s: float, before: Mapping[str, float]) -> Suspect:
-    what = WORDS[size.channel]
+    what = short(size.channel)
     long = f"{1e3 * size.seconds:.3g} ms ({size.seconds / period_s:.2g} samples of the log)"
     if kind == "lag":
         within = size.channel == VOLTAGE and size.seconds < period_s

@@ -6,20 +6,10 @@ way it cannot be told from cogging.
 
 from __future__ import annotations
 
-from motorid.estimate.effects.action import AlongAngle
-from motorid.estimate.effects.influence_quantity import InfluenceQuantity, Prior, Scope, Use
-from motorid.estimate.effects.rotor.cogging import friction
-from motorid.estimate.effects.rotor.repeating import orders
+from dataclasses import replace
 
-FRICTION_RIPPLE = InfluenceQuantity(
-    name="friction ripple",
-    unit="N·m",
-    scope=Scope.CAPTURE,
-    use=Use.TESTED,
-    acts=(AlongAngle(),),
-    prior=lambda subject, place: Prior(friction(subject)),
-    scale=friction,
-    remedy="record more turns at each level, both ways",
-    places=orders,
-    listed=False,
+from motorid.estimate.effects.rotor.cogging import COGGING
+
+FRICTION_RIPPLE = replace(
+    COGGING, name="friction ripple", remedy="record more turns at each level, both ways"
 )
