@@ -9,7 +9,7 @@ import importlib
 import pkgutil
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from types import ModuleType
@@ -79,8 +79,17 @@ def _declared() -> Iterator[tuple[InfluenceQuantity, ModuleType]]:
         source = Path(str(module.__file__)).read_text(encoding="utf-8")
         for name, value in vars(module).items():
             made = re.search(rf"^{re.escape(name)}\b.*=", source, re.MULTILINE)
-            if isinstance(value, InfluenceQuantity) and made:
-                yield value, module
+            for quantity in _quantities(value) if made else ():
+                yield quantity, module
+
+
+def _quantities(value: object) -> Iterator[InfluenceQuantity]:
+    """A variable's own, or those of a family that stands in a mapping."""
+    if isinstance(value, InfluenceQuantity):
+        yield value
+    elif isinstance(value, Mapping):
+        for one in value.values():
+            yield from _quantities(one)
 
 
 def main(arguments: list[str]) -> int:

@@ -193,6 +193,7 @@ def test_import_takes_a_log_and_refuses_what_is_beyond_the_limits() -> None:
         assert float(found(r"(\d+) MiB", row[2])[1]) < 1024, name
 
 
+@pytest.mark.study
 def test_line_lets_no_defect_escape_and_loses_none() -> None:
     text = run("line", "3", "1")
     assert "escapes         0 " in text
@@ -200,6 +201,7 @@ def test_line_lets_no_defect_escape_and_loses_none() -> None:
     assert "trend of R_25" in text
 
 
+@pytest.mark.study
 def test_kills_leave_the_history_equal_to_the_disk() -> None:
     text = run("kills", "2")
     assert "2 shifts, each ended by a kill" in text
@@ -240,6 +242,7 @@ def test_false_alarms_hold_the_truth_of_good_cases() -> None:
     assert held >= of - 1  # at 95 % each, more would be missed by one rig in thirty
 
 
+@pytest.mark.study
 def test_captures_that_no_motor_gives_have_no_estimated_parameter() -> None:
     text = run("refusals", "--count", "2", "--seed", "1")
     assert "voltage and current swapped" in text
@@ -247,12 +250,14 @@ def test_captures_that_no_motor_gives_have_no_estimated_parameter() -> None:
     assert int(found(r"at most (\d+) evaluations", text)[1]) <= 20_000
 
 
+@pytest.mark.study
 def test_many_gives_the_same_digits_on_two_processes() -> None:
     text = run("many", "2", "2")
     assert "2 captures, 0 failed" in text
     assert found(r"the same digits +(\w+)", text)[1] == "True"
 
 
+@pytest.mark.study
 def test_review_finds_the_default_at_the_ideal() -> None:
     text = run("review", "--experiments", "2:4", "--jobs", "1")
     for name in SIX[:5]:
@@ -283,6 +288,7 @@ def test_suspects_names_faults_and_no_others() -> None:
     assert "all goals met" in text
 
 
+@pytest.mark.study
 def test_wider_names_a_brush_drop_and_its_size() -> None:
     row = found(r"\nbrush drop 0.15 V +(.*)", run("wider", "brush", "--seeds", "1"))[1].split()
     runs, _, offered, named, sizes, six = row[:6]
@@ -321,6 +327,7 @@ def test_emulated_bursts_find_the_inductance() -> None:
     assert halves[1] < 5.0
 
 
+@pytest.mark.study
 def test_verdicts_go_on_where_they_were_stopped(tmp_path: Path) -> None:
     """One motor, then a line that was cut short, then one more: the first is not judged again."""
     rows = tmp_path / "rows.jsonl"
@@ -377,6 +384,7 @@ def test_plant_loses_and_doubles_nothing() -> None:
     assert "0 faults" in text
 
 
+@pytest.mark.study
 def test_kit(tmp_path: Path) -> None:
     rows = tmp_path / "kit.json"
     table = json.loads(run("kit", "--rigs", "1", "--out", str(rows)))["table"]

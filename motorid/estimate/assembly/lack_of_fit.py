@@ -11,14 +11,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from motorid.estimate.assembly.doubt import settled
-from motorid.estimate.diagnosis import misfit
+from motorid.estimate.diagnosis import misfit, residual_remarks
 from motorid.estimate.diagnosis.reach import LACK, disagreement, movable, stating
-from motorid.estimate.diagnosis.residual_remarks import declared_noise, rms
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Estimate
 from motorid.estimate.solver.problem import Solution
 
-MUCH = 2.0  # times the noise that a channel declares
+MUCH = 2.0  # times the noise of a channel
 
 
 def with_lack(estimate: Estimate, records: Sequence[MotorRecord], solution: Solution) -> Estimate:
@@ -41,10 +40,10 @@ def with_lack(estimate: Estimate, records: Sequence[MotorRecord], solution: Solu
 
 
 def _is_much(records: Sequence[MotorRecord], solution: Solution) -> bool:
-    """The residuals of some channel are more than twice the noise that it declares."""
+    """The residuals of some channel are more than twice its noise."""
     left = misfit.residuals(records, solution)
     return any(
-        0.0 < MUCH * declared_noise(m) < rms(m, r)
+        residual_remarks.lacking(record, m, r) > MUCH
         for record, blocks in zip(records, left, strict=True)
         for m, r in zip(record.measured, blocks, strict=True)
     )

@@ -43,7 +43,8 @@ class Hypothesis:
     ``belongs``: shares of parameters that are the fault's own at a size, not the motor's.
     ``least``: of its first number, that contradicts what is declared. ``vague``: much that a motor
     does looks like it, so that it must explain most of a small misfit. ``stepwise``: it acts in
-    whole samples.
+    whole samples. ``afterwards``: it was done to the readings of a log, and no fit of
+    logs looks for it by itself.
     """
 
     code: str
@@ -60,6 +61,7 @@ class Hypothesis:
     least: float = 0.0
     vague: bool = False
     stepwise: bool = False
+    afterwards: bool = False
 
 
 def acting(quantity: InfluenceQuantity) -> Effect:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.effects.reading.smoothing_around import hidden_noise
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.measurements import Measured
 from motorid.estimate.solver.dense_products import square
@@ -42,7 +43,10 @@ def excess(records: Sequence[MotorRecord], left: Sequence[Sequence[Floats]]) -> 
     total = count = 0.0
     for record, blocks in zip(records, left, strict=True):
         for m, r in zip(record.measured, blocks, strict=True):
-            ratio = square(r) / max(len(r), 1) / max(noise_variance(m, r), 1e-300)
+            noise = noise_variance(m, r) * hidden_noise(
+                record.instances, record.unknowns, m.block.name
+            )
+            ratio = square(r) / max(len(r), 1) / max(noise, 1e-300)
             total += m.block.count * max(float(np.log(max(ratio, 1e-300))), 0.0)
             count += m.block.count
     return total / max(count, 1.0)

@@ -111,9 +111,11 @@ def _with_size(
 ) -> Fit | None:
     """With a fault that a fit convicted, by its quantity, or as a declared fact of the captures.
 
-    None of a log: its fit has looked for what nobody stated of its channels, in more ways.
+    None of a log, but for what was done to its readings afterwards: its fit has looked for all else
+    that nobody stated of its channels, in more ways.
     """
-    if any(record.sensed.waveform is not None for record in records):
+    logged = any(record.sensed.waveform is not None for record in records)
+    if logged and not convicted.trial.hypothesis.afterwards:
         return None
     names = [unknown.name for unknown in solution.unknowns]
     ended = dict(zip(names, map(float, convicted.trial.found.values), strict=True))

@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.diagnosis.localise import place
+from motorid.estimate.effects.reading.smoothing_around import hidden_noise
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic
 from motorid.estimate.signals.measurements import EMF, Measured
+from motorid.estimate.signals.neighbour_noise import neighbour_noise
+from motorid.estimate.signals.time_grid import IRREGULAR
 from motorid.estimate.solver.autoregression import autocovariance
 from motorid.estimate.solver.dense_products import square
 from motorid.estimate.solver.problem import Solution
@@ -19,6 +22,9 @@ from motorid.segment import Segment
 Floats = NDArray[np.float64]
 
 LACK_OF_FIT = 1.5  # residuals in units of the declared noise
+OF_NEIGHBOURS = 4.0  # the same of what neighbours differ by, where none is declared
+ORDER = 2  # of the differences that show it
+VISIBLE = 1e-3  # of a channel's span: residuals that are less lack nothing that matters
 WORDS = {EMF: "back-EMF while coasting"}
 
 
@@ -29,6 +35,22 @@ def declared_noise(m: Measured) -> float:
     """
     step = m.channel.resolution / np.sqrt(12.0)
     return float(max(m.channel.noise, step)) if m.channel.noise > 0 else 0.0
+
+
+def lacking(record: MotorRecord, m: Measured, residual: Floats) -> float:
+    """How many times the noise the residuals are, where they are more than they should be; else 0.
+
+    A log declares none: there it is what neighbouring residuals differ by.
+    """
+    sigma, noise = rms(m, residual), declared_noise(m)
+    if noise:
+        return sigma / noise if sigma > LACK_OF_FIT * noise else 0.0
+    if record.sensed.waveform is None or record.timeline.jitter > IRREGULAR:
+        return 0.0
+    hidden = np.sqrt(hidden_noise(record.instances, record.unknowns, m.block.name, ORDER))
+    between = max(neighbour_noise(residual, ORDER) * hidden, m.channel.resolution / np.sqrt(12.0))
+    least = max(OF_NEIGHBOURS * between, VISIBLE * float(np.ptp(m.values)))
+    return float(sigma / between) if between > 0.0 and sigma > least else 0.0
 
 
 def rms(m: Measured, residual: Floats) -> float:
@@ -55,21 +77,19 @@ def lack_of_fit(
     record: MotorRecord, m: Measured, residual: Floats, segments: Sequence[Segment], where: str
 ) -> list[Diagnostic]:
     """A channel whose residuals are more than its declared noise, and where most of it lies."""
-    out = []
+    times = lacking(record, m, residual)
+    if not times:
+        return []
     name = WORDS.get(m.block.name, m.block.name)
-    sigma = rms(m, residual)
-    noise, unit = declared_noise(m), m.channel.unit
-    if noise and sigma > LACK_OF_FIT * noise:
-        mostly = place(record, m, residual, segments)
-        out.append(
-            Diagnostic(
-                "lack_of_fit", "warning",
-                f"the residual of the {name} is {sigma:.3g} {unit} rms{where}, "
-                f"{sigma / noise:.1f} times its declared noise"
-                f"{f', {mostly}' if mostly else ''}: the model lacks an effect",
-            )
-        )  # fmt: skip
-    return out
+    of = "its declared noise" if declared_noise(m) else "what neighbours differ by"
+    mostly = place(record, m, residual, segments)
+    return [
+        Diagnostic(
+            "lack_of_fit", "warning",
+            f"the residual of the {name} is {rms(m, residual):.3g} {m.channel.unit} rms{where}, "
+            f"{times:.1f} times {of}{f', {mostly}' if mostly else ''}: the model lacks an effect",
+        )
+    ]  # fmt: skip
 
 
 def neighbour_correlation(residual: Floats) -> list[float]:

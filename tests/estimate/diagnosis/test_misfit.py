@@ -13,8 +13,9 @@ from motorid.estimate.diagnosis import misfit
 
 def measured(count: float = 200.0, floor: float = 0.0, roots: Any = None) -> Any:
     return SimpleNamespace(
-        block=SimpleNamespace(floor=floor, count=count), root_weights=roots, values=np.zeros(200)
-    )
+        block=SimpleNamespace(name="current", floor=floor, count=count), root_weights=roots,
+        values=np.zeros(200),
+    )  # fmt: skip
 
 
 def test_noise_is_told_by_neighbours_whatever_they_wander_about() -> None:
@@ -36,7 +37,9 @@ def test_noise_is_no_less_than_what_its_block_declares() -> None:
 def excess(*blocks: tuple[float, float, float]) -> float:
     """Of blocks of one record: worth, noise, and an offset that nothing explains."""
     rng = np.random.default_rng(2)
-    record: Any = SimpleNamespace(measured=[measured(count, 1e-9) for count, _, _ in blocks])
+    record: Any = SimpleNamespace(
+        measured=[measured(count, 1e-9) for count, _, _ in blocks], instances=(), unknowns=()
+    )
     left = [noise * rng.standard_normal(4000) + off for _, noise, off in blocks]
     return misfit.excess([record], [left])
 

@@ -142,3 +142,22 @@ def test_a_single_reading_that_is_far_off_is_placed_too() -> None:
     time = one.capture.time_s[at]
     assert said.startswith("100% of it in the acceleration segment")
     assert said.endswith(f"from {time:.3g} to {time:.3g} s")  # no band of a single reading
+
+
+def test_a_log_lacks_what_is_far_more_than_its_neighbours_differ_by() -> None:
+    """It declares no noise. What is nothing beside the readings is let be."""
+    one = record("moving")
+    assert one.sensed.waveform is not None
+    m = one.block(CURRENT)
+    assert m is not None
+    m = replace(m, channel=replace(m.channel, noise=0.0, resolution=0.0))
+    n, span = len(m.values), float(np.ptp(m.values))
+    noise = np.random.default_rng(4).normal(0.0, 1e-3 * span, n)
+    wave = 0.02 * span * np.sin(np.linspace(0.0, 20.0, n))
+    assert residual_remarks.lacking(one, m, noise) == 0.0
+    times = residual_remarks.lacking(one, m, noise + wave)
+    assert times == pytest.approx(float(np.std(wave)) / (1e-3 * span), rel=0.2)
+    assert residual_remarks.lacking(one, m, 0.05 * (noise + wave)) == 0.0
+    assert residual_remarks.lacking(record("measured"), m, noise + wave) == 0.0  # no log
+    said = residual_remarks.lack_of_fit(one, m, noise + wave, (), "")
+    assert "times what neighbours differ by" in said[0].message

@@ -33,7 +33,7 @@ def suspect(code: str, **facts: Any) -> Suspect:
 
 
 def convicted(one: Suspect, records: tuple[int, ...] = (0,), **hypothesis: Any) -> Convicted:
-    h = SimpleNamespace(**{"quantity": None, "remedy": None, **hypothesis})
+    h = SimpleNamespace(**{"quantity": None, "remedy": None, "afterwards": False, **hypothesis})
     found = SimpleNamespace(size=np.array([-3e-4]), values=np.array([2.5, 0.06]))
     trial: Any = SimpleNamespace(hypothesis=h, found=found)
     return Convicted(one, records, trial)
@@ -133,7 +133,7 @@ def fitted(monkeypatch: pytest.MonkeyPatch, objectives: tuple[float, ...] = (5.0
 def test_a_fault_with_a_quantity_is_an_unknown_of_about_the_trials_size(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    began = fitted(monkeypatch)
+    began = fitted(monkeypatch, (5.0, 5.0))
     guilty = convicted(LAG, (1,), quantity=CURRENT_OFFSET, scale=(1e-4,), lower=(-1e-3,),
                        upper=(2e-3,))  # fmt: skip
     records: Any = [Again(), Again()]
@@ -147,8 +147,10 @@ def test_a_fault_with_a_quantity_is_an_unknown_of_about_the_trials_size(
     assert (unknown.lower, unknown.upper, unknown.scale) == (-1e-3, 2e-3, 1e-4)
     assert [r.colour for r in again] == ["white in 2"] * 2
     assert records[0].colour == "coloured"
-    logs: Any = [Again(log=True)]
+    logs: Any = [Again(log=True), Again(log=True)]
     assert repair._with_size(logs, solution(), guilty, {}) is None
+    guilty.trial.hypothesis.afterwards = True  # which no fit of logs looks for
+    assert repair._with_size(logs, solution(), guilty, {}) is not None
 
 
 def test_else_the_likeliest_of_the_captures_that_declare_it_is_taken(

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import accumulate
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,10 +110,17 @@ def settling(y: Floats, size: Floats, period_s: float) -> Floats:
 
 
 def _lagging(y: Floats, time_s: float, period_s: float) -> Floats:
-    """(count,) behind a low-pass of first order, from rest."""
+    """(count,) behind a low-pass of first order, from rest.
+
+    1 / (1 - p/z) is the product of 1 + p/z, 1 + (p/z)², 1 + (p/z)⁴ and so on.
+    """
     pole = float(np.exp(-period_s / max(time_s, SHORTEST * period_s)))
-    steps = accumulate(((1.0 - pole) * y).tolist(), lambda last, more: pole * last + more)
-    return np.fromiter(steps, np.float64, len(y))
+    behind = (1.0 - pole) * y
+    late = 1
+    while late < len(y) and pole:
+        behind[late:] = behind[late:] + pole * behind[:-late]
+        pole, late = pole * pole, 2 * late
+    return behind
 
 
 def changing(y: Floats, size: Floats, _: float) -> Floats:

@@ -272,7 +272,7 @@ def test_lags_and_filters_are_tried_in_samples_of_the_finest_record() -> None:
     records: list[Any] = [
         SimpleNamespace(
             timeline=SimpleNamespace(period_s=p), capture=SimpleNamespace(period_s=4.0 * p),
-            sensed=SimpleNamespace(channel=None, shows_emf=True),
+            sensed=SimpleNamespace(channel=None, shows_emf=True, waveform=None),
             measured=ranged(1.0)[0].measured, instances=(), block=lambda _: None,
         )
         for p in (2e-3, 1e-3)

@@ -51,7 +51,7 @@ def test_one_hypothesis_for_each_channel_that_may_be_late_or_filtered() -> None:
         "current_lag", "position_lag",
     }  # fmt: skip
     assert {h.code for h in low_pass_filter.hypotheses([record("moving")])} == {
-        "current_filtered", "speed_filtered",
+        "current_filtered", "speed_filtered", "current_smoothed", "speed_smoothed",
     }  # fmt: skip
     assert {h.code for h in low_pass_filter.hypotheses([record("measured")])} == {
         "current_filtered"
