@@ -139,6 +139,7 @@ def _with_quantity(
     for k in convicted.records:
         unknown = Unknown(one.name, size, lower, upper, scale=scale, prior_sd=abs(size))
         again[k].find({one: unknown})
+        again[k].outlying = False  # they lay far off by what is now an unknown
     return _fitted(again, held, start)
 
 
