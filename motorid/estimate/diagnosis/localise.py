@@ -15,6 +15,8 @@ from motorid.segment import Segment
 Floats = NDArray[np.float64]
 
 FEWEST = 16  # readings of a segment that has a spectrum
+PERIODS = 4.0  # of a segment: fewer are a course, and no tone
+SPREAD = 3.0  # frequencies of the segment's spectrum over which its window spreads a tone
 MIDDLE = (0.1, 0.9)  # of the power, between whose frequencies a band lies
 
 
@@ -44,8 +46,23 @@ def place(record: MotorRecord, m: Measured, residual: Floats, segments: Sequence
     )
     if inside.stop - inside.start < FEWEST:
         return said
-    low, high = (f"{f:.2g}" for f in band(residual[inside], record.timeline.period_s))
-    return f"{said}, {f'at {low}' if low == high else f'{low} to {high}'} Hz"
+    return f"{said}, {_frequencies(residual[inside], _between(m) * record.timeline.period_s)}"
+
+
+def _between(m: Measured) -> float:
+    """Ticks from one reading to the next."""
+    return float(np.median(np.diff(m.keep)))
+
+
+def _frequencies(residual: Floats, period_s: float) -> str:
+    """In words; a tone is said to be one."""
+    low, high = band(residual, period_s)
+    in_all_s = period_s * len(residual)
+    if (high - low) * in_all_s < SPREAD and low * in_all_s > PERIODS:
+        hz = 0.5 * (low + high)
+        return f"at {hz:.2g} Hz, a tone as of the mains, or of PWM that the sampling shows there"
+    a, b = f"{low:.2g}", f"{high:.2g}"
+    return f"at {a} Hz" if a == b else f"{a} to {b} Hz"
 
 
 def band(residual: Floats, period_s: float) -> tuple[float, float]:

@@ -28,11 +28,11 @@ def told(
     for name, share in shares.items():
         low, high = one.parameters[name].interval_95 or (0.0, 0.0)
         moves[name] = share * (high - low) / 2.0
-    noise = [SimpleNamespace(block=SimpleNamespace(count=4), noise=sd) for sd in (0.0, 0.3)]
-    monkeypatch.setattr(lack_of_fit, "declared_noise", lambda m: m.noise)
+    channels = [SimpleNamespace(noise=sd, resolution=0.0) for sd in (0.0, 0.3)]
+    measured = [SimpleNamespace(block=SimpleNamespace(count=4), channel=c) for c in channels]
     left = [[np.full(4, 9.0), np.full(4, 0.3 * times)]]
     monkeypatch.setattr(lack_of_fit.misfit, "residuals", lambda *_: left)
-    records: Any = [SimpleNamespace(measured=noise)]
+    records: Any = [SimpleNamespace(measured=measured, sensed=SimpleNamespace(waveform=None))]
     monkeypatch.setattr(lack_of_fit, "disagreement", lambda *_: {**moves, "unknown": 1.0})
     return one, lack_of_fit.with_lack(one, records, "solution")  # type: ignore[arg-type]
 

@@ -61,6 +61,26 @@ def test_a_burst_is_placed_in_the_segment_that_has_it() -> None:
     assert localise.place(one, m, np.zeros(len(residual)), segments) == ""  # type: ignore[arg-type]
 
 
+def test_a_tone_of_a_log_is_at_its_own_frequency_and_is_called_one() -> None:
+    """The fit's grid is finer than the log: its ticks are not the readings."""
+    one = record("moving")
+    m = one.block(CURRENT)
+    assert m is not None
+    between_s = one.capture.period_s
+    assert one.timeline.period_s < 0.6 * between_s
+    n = len(m.values)
+    segments = [Segment(SegmentKind.STEADY, 0, len(one.capture))]
+    noise = np.random.default_rng(5).normal(0.0, 0.02, n)
+    for periods, is_tone in ((20, True), (1, False)):
+        hz = periods / (n * between_s)
+        wave = np.sin(2.0 * np.pi * hz * between_s * np.arange(n))
+        said = localise.place(one, m, wave + noise, segments)
+        assert ("a tone as of the mains" in said) == is_tone
+        if is_tone:
+            frequency = float(said.split(" at ")[1].split(" Hz")[0])
+            assert frequency == pytest.approx(hz, rel=0.1)
+
+
 @pytest.mark.parametrize("rho", [0.5, -0.4])
 def test_the_correlation_of_neighbours(rho: float) -> None:
     white = np.random.default_rng(3).normal(size=8000)
