@@ -44,7 +44,7 @@ class Hypothesis:
     ``least``: of its first number, that contradicts what is declared. ``vague``: much that a motor
     does looks like it, so that it must explain most of a small misfit. ``stepwise``: it acts in
     whole samples. ``afterwards``: it was done to the readings of a log, and no fit of
-    logs looks for it by itself.
+    logs looks for it by itself. ``whole``: its size is a whole number, at which a fit holds it.
     """
 
     code: str
@@ -62,6 +62,7 @@ class Hypothesis:
     vague: bool = False
     stepwise: bool = False
     afterwards: bool = False
+    whole: bool = False
 
 
 def acting(quantity: InfluenceQuantity) -> Effect:

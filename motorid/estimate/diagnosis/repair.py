@@ -136,6 +136,8 @@ def _with_quantity(
         return None
     one, again = Instance(hypothesis.quantity), _unweighed(records)
     (scale,), (lower,), (upper,) = hypothesis.scale, hypothesis.lower, hypothesis.upper
+    if hypothesis.whole:
+        size = lower = upper = float(round(size))
     for k in convicted.records:
         unknown = Unknown(one.name, size, lower, upper, scale=scale, prior_sd=abs(size))
         again[k].find({one: unknown})

@@ -33,7 +33,9 @@ def suspect(code: str, **facts: Any) -> Suspect:
 
 
 def convicted(one: Suspect, records: tuple[int, ...] = (0,), **hypothesis: Any) -> Convicted:
-    h = SimpleNamespace(**{"quantity": None, "remedy": None, "afterwards": False, **hypothesis})
+    h = SimpleNamespace(
+        **{"quantity": None, "remedy": None, "afterwards": False, "whole": False, **hypothesis}
+    )
     found = SimpleNamespace(size=np.array([-3e-4]), values=np.array([2.5, 0.06]))
     trial: Any = SimpleNamespace(hypothesis=h, found=found)
     return Convicted(one, records, trial)
@@ -151,6 +153,16 @@ def test_a_fault_with_a_quantity_is_an_unknown_of_about_the_trials_size(
     assert repair._with_size(logs, solution(), guilty, {}) is None
     guilty.trial.hypothesis.afterwards = True  # which no fit of logs looks for
     assert repair._with_size(logs, solution(), guilty, {}) is not None
+
+
+def test_a_size_that_is_a_whole_number_is_held_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    began = fitted(monkeypatch)
+    guilty = convicted(LAG, (0,), quantity=CURRENT_OFFSET, scale=(1.0,), lower=(0.0,),
+                       upper=(200.0,), whole=True)  # fmt: skip
+    guilty.trial.found.size[0] = 6.97
+    assert repair._with_size([Again()], solution(), guilty, {}) is not None  # type: ignore[list-item]
+    (unknown,) = began[0][0][0].found.values()
+    assert (unknown.start, unknown.lower, unknown.upper) == (7.0, 7.0, 7.0)
 
 
 def test_else_the_likeliest_of_the_captures_that_declare_it_is_taken(

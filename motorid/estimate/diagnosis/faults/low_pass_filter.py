@@ -11,7 +11,12 @@ from motorid.capture.model import CURRENT, SPEED
 from motorid.estimate.diagnosis.fault import Hypothesis, Words, acting
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity
 from motorid.estimate.effects.reading.current_filter import CURRENT_FILTER
-from motorid.estimate.effects.reading.smoothing_around import FARTHEST, SMOOTHING_AROUND
+from motorid.estimate.effects.reading.smoothing_around import (
+    FARTHEST,
+    KERNELS,
+    SMOOTHING_AROUND,
+    WHOLE,
+)
 from motorid.estimate.effects.reading.speed_filter import SPEED_FILTER
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.time_grid import IRREGULAR
@@ -51,6 +56,7 @@ def _smoothed(name: str, how: str, quantity: InfluenceQuantity) -> Hypothesis:
     return Hypothesis(
         f"{name}_smoothed", acting(quantity), tuple((w,) for w in HALF_WIDTHS), (1.0,), (0.0,),
         (float(FARTHEST),), words, quantity=quantity, afterwards=True,
+        whole=KERNELS[how] in WHOLE,
     )  # fmt: skip
 
 

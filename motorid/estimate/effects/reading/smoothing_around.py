@@ -97,6 +97,7 @@ KERNELS: dict[str, Kernel] = {
     "a Gaussian around each reading": gaussian,
     "a low-pass forwards and backwards": both_ways,
 }
+WHOLE = (moving_mean, savitzky_golay)  # of whole half-widths; what lies between serves a search
 
 
 def _quantity(channel: str, how: str, kernel: Kernel) -> InfluenceQuantity:
