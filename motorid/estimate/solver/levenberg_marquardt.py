@@ -40,6 +40,8 @@ DAMPING, LEAST_DAMPING = 1e-3, 1e-12  # at the start, and ever
 MOST_DAMPING = 1e12  # beyond which no step helps
 CREEPING = 10.0  # times the decrease that is enough: what undamped steps would still promise
 MAX_ITERATIONS = 100
+STALLED = 6  # derivatives in a row, of which each brings less than SLOW on average: a bent valley
+SLOW = 0.01  # of chi-square; or ten times the decrease that is enough, or that itself if more
 NEAR = 0.01  # distance, in search coordinates, over which derivatives are taken to stay the same
 EXACT = 1e-5  # the same of a search whose end must not depend on the way to it
 DEAR = 3  # times the responses that all iterations take: more only where each is worth many
@@ -128,8 +130,13 @@ def _descend(
         known = search.derivatives(at)
     normals = search.normals(at, known)
     most = search.worked + DEAR * max_iterations * search.width
+    least = STALLED * min(10.0 * enough, max(enough, SLOW))
+    ends = [at.objective]  # where derivatives were taken
     for _ in range(max_iterations):
-        if search.worked > most:
+        if known.at is at.shared and at.objective < ends[-1]:
+            ends.append(at.objective)
+        stalls = len(ends) > STALLED and ends[-1 - STALLED] - ends[-1] < least
+        if stalls or search.worked > most:
             break
         trial, promise = search.step(at, normals, damping)
         gain = at.objective - trial.objective
