@@ -28,6 +28,7 @@ Floats = NDArray[np.float64]
 FINDING = "finding: "  # begins the line of a fault that the fit has not allowed for
 SETTLING = "source iteration"  # of fit and source in turn, as far as it did not settle
 GRID = "grid of the fit"  # of a log with irregular stamps, whose readings lie between its ticks
+UNEVEN = "uneven residuals"  # of a capture: readings that tell a parameter are left the most
 UNSTATED = (
     "unstated lags and filters"  # of a log's channels, as far as the readings leave them open
 )
@@ -37,6 +38,7 @@ REST = {  # what is left when every influence quantity has its line
     SETTLING: "drive by higher or lower levels: at these the ripple turns the current",
     UNSTATED: "declare the delays and filters of the log's channels (--delay, --filter)",
     GRID: "log with even stamps",
+    UNEVEN: "declare what the chain does to readings after a step (delay, aperture, filter)",
     SCATTER: "log faster, with the moments of the voltage's steps",
 }
 

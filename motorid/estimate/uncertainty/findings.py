@@ -13,6 +13,7 @@ from motorid.estimate.uncertainty import (
     errors_in_variables,
     log_scatter,
     profile_likelihood,
+    uneven_residuals,
 )
 from motorid.estimate.uncertainty.covariance import SCATTER, Statistical, statistical
 from motorid.estimate.uncertainty.errors_in_variables import Hidden
@@ -58,6 +59,7 @@ def scattered(
     hidden = {
         VOLTAGE_NOISE.name: errors_in_variables.shifts(unseen),
         SCATTER: log_scatter.shifts(solution, records),
+        budget.UNEVEN: uneven_residuals.of_captures(solution, records),
         budget.UNSTATED: [shift for record in records for shift in record.left_open],
         budget.SETTLING: [one for one in (records[0].unsettled,) if one is not None],
         budget.GRID: [one for one in (records[0].between_ticks,) if one is not None],

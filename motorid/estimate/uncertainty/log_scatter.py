@@ -5,9 +5,7 @@ the model: both leave residuals in bursts, that no spectrum of the whole describ
 log stand in for runs: how their scores scatter is the scores' covariance, whatever made them.
 
 After every step the same may be left, so that no stretch pulls: a bridge that switches, a shape of
-the voltage that nobody knows. Few readings tell L then, and all others say how quiet the log is.
-Where those that tell a direction are left far more than the others, each counts by what it is left
-(the HC3 estimate of MacKinnon and White, 1985).
+the voltage that nobody knows. Then the readings that tell L count by what they are left.
 """
 
 from __future__ import annotations
@@ -19,13 +17,12 @@ from numpy.typing import NDArray
 
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.solver.problem import Linearised, Solution
+from motorid.estimate.uncertainty import uneven_residuals
 from motorid.estimate.uncertainty.covariance import covariance_of
 
 Floats = NDArray[np.float64]
 
 STRETCHES = 32  # of a log
-SURE = 3.0  # standard deviations by which the readings that tell a direction must be left more
-MOST = 0.9  # leverage of a reading; beyond, what it is left says nothing
 
 
 def shifts(solution: Solution, records: Sequence[MotorRecord]) -> list[Floats]:
@@ -43,37 +40,9 @@ def shifts(solution: Solution, records: Sequence[MotorRecord]) -> list[Floats]:
     inverse = covariance_of(solution.information)
     pulls = np.concatenate([_pulls(record, line) for record, line in logs])
     white = np.asarray(sum(line.orthogonal.T @ line.orthogonal for _, line in logs))
-    hidden = _ways(inverse @ (pulls.T @ pulls - white) @ inverse)
-    alone = _alone([line for _, line in logs], inverse, white, hidden)
+    hidden = uneven_residuals.ways(inverse @ (pulls.T @ pulls - white) @ inverse)
+    alone = uneven_residuals.shifts([line for _, line in logs], inverse, hidden)
     return [*hidden, *alone, *_rivals(solution, logs[0][0])]
-
-
-def _ways(excess: Floats) -> list[Floats]:
-    """Of a covariance (p, p), its independent shifts (p,) that are any."""
-    sizes, ways = np.linalg.eigh(excess)
-    return [way * np.sqrt(size) for size, way in zip(sizes, ways.T, strict=True) if size > 0]
-
-
-def _alone(
-    lines: Sequence[Linearised], inverse: Floats, white: Floats, known: Sequence[Floats]
-) -> list[Floats]:
-    """Shifts (p,) by what single readings are left, beyond those that are known."""
-    rows = np.concatenate([line.orthogonal for line in lines])
-    left = np.concatenate([line.residual for line in lines])
-    moves = rows @ inverse  # of the parameters, by a unit of each reading
-    leverage = np.minimum(np.einsum("np,np->n", moves, rows), MOST)
-    squares = (left / (1.0 - leverage)) ** 2
-    excess = moves.T @ (moves * squares[:, None]) - inverse @ white @ inverse
-    for shift in known:
-        excess = excess - np.outer(shift, shift)
-    return [shift for shift in _ways(excess) if _told(moves, squares, shift)]
-
-
-def _told(moves: Floats, squares: Floats, shift: Floats) -> bool:
-    """The readings that move the parameters that way are surely left more than is usual."""
-    weights = (moves @ (shift / np.linalg.norm(shift))) ** 2
-    more = float(weights @ (squares - 1.0))
-    return more > SURE * float(np.sqrt(2.0 * weights @ weights))
 
 
 def _rivals(solution: Solution, record: MotorRecord) -> list[Floats]:

@@ -16,7 +16,7 @@ from motorid.estimate.selection.evidence import MARGIN, Evidence, evidence, size
 from motorid.estimate.selection.score_derivatives import Probe
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Solution
-from motorid.estimate.uncertainty import log_scatter
+from motorid.estimate.uncertainty import log_scatter, uneven_residuals
 from motorid.estimate.uncertainty.covariance import statistical
 from tests.estimate.effects.benches import FAULHABER, POINT, measured, start
 from tests.estimate.uncertainty.test_budget import fitted
@@ -111,7 +111,7 @@ def test_a_log_scatters_as_its_stretches_do() -> None:
     assert pulls.sum(axis=0) == pytest.approx(line.orthogonal.T @ line.residual)
     inverse = np.linalg.inv(solution.information)
     white = line.orthogonal.T @ line.orthogonal
-    found = np.array(log_scatter._ways(inverse @ (pulls.T @ pulls - white) @ inverse))
+    found = np.array(uneven_residuals.ways(inverse @ (pulls.T @ pulls - white) @ inverse))
     assert len(log_scatter.shifts(solution, records)) >= len(found)
     products = found @ found.T
     assert products - np.diag(np.diag(products)) == pytest.approx(

@@ -12,7 +12,12 @@ from motorid.capture.model import CURRENT, POSITION, SPEED, TORQUE, VOLTAGE, Cha
 from motorid.estimate.results.estimate import Parameter
 from motorid.estimate.results.status import Status
 from motorid.estimate.solver.problem import Linearised
-from motorid.estimate.uncertainty import covariance, log_scatter, unstated_gains
+from motorid.estimate.uncertainty import (
+    covariance,
+    log_scatter,
+    uneven_residuals,
+    unstated_gains,
+)
 from motorid.estimate.uncertainty.between_run_variance import pull, spread_of
 from motorid.estimate.uncertainty.covariance import Known, Statistical, covariance_of, statistical
 from motorid.estimate.uncertainty.log_scatter import STRETCHES
@@ -226,11 +231,11 @@ def test_a_reading_that_tells_a_direction_alone_counts_by_at_most_ten_times_its_
     left = np.array([1.0, -1.0, 1.0, -1.0, 1.0])
     white = columns.T @ columns
     one = line(left, columns)
-    found = log_scatter._alone([one], np.linalg.inv(white), white, [])
+    found = uneven_residuals.shifts([one], np.linalg.inv(white), [])
     (shift,) = found
     assert abs(shift[1]) == pytest.approx(np.sqrt((100.0 - 1.0) / 4.0))
     assert shift[0] == pytest.approx(0.0)
-    known = log_scatter._alone([one], np.linalg.inv(white), white, [np.array([0.0, 3.0])])
+    known = uneven_residuals.shifts([one], np.linalg.inv(white), [np.array([0.0, 3.0])])
     assert abs(known[0][1]) == pytest.approx(np.sqrt(99.0 / 4.0 - 9.0))
 
 
@@ -241,8 +246,8 @@ def test_readings_are_surely_left_more_by_three_deviations_of_chi_squares(
     """One reading of weight 4: 4 (s² − 1) beside 3 √(2·16), of which s² is 5.24."""
     moves = np.array([[2.0, 0.0], [0.0, 5.0]])
     shift = np.array([0.3, 0.0])
-    assert log_scatter._told(moves, np.array([size, 1e6]), shift) == told
-    assert log_scatter._told(moves, np.array([size, 1e6]), 100.0 * shift) == told
+    assert uneven_residuals._told(moves, np.array([size, 1e6]), shift) == told
+    assert uneven_residuals._told(moves, np.array([size, 1e6]), 100.0 * shift) == told
 
 
 # ---------------------------------------------------------------- gains that nobody stated

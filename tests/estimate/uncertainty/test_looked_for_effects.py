@@ -164,6 +164,7 @@ def test_what_no_residual_shows_is_counted_by_cause(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(budget, "of_priors", lambda *_: known)
     monkeypatch.setattr(whole, "by_part", lambda *_: ("part",))
     monkeypatch.setattr(whole.log_scatter, "shifts", lambda *_: [four])
+    monkeypatch.setattr(whole.uneven_residuals, "of_captures", lambda *_: [three])
     monkeypatch.setattr(whole, "statistical", lambda *given: given)
     records: Any = [
         SimpleNamespace(left_open=[one], unsettled=two, between_ticks=None),
@@ -174,7 +175,7 @@ def test_what_no_residual_shows_is_counted_by_cause(monkeypatch: pytest.MonkeyPa
     assert (priors, pieces) == (known, ("part",))
     assert hidden == {
         VOLTAGE_NOISE.name: [three], SCATTER: [four], budget.UNSTATED: [one, two, three],
-        budget.SETTLING: [two], budget.GRID: [],
+        budget.SETTLING: [two], budget.GRID: [], budget.UNEVEN: [three],
     }  # fmt: skip
     records.reverse()
     _, _, hidden, _ = whole.scattered("solution", records, unseen)  # type: ignore[misc, arg-type]
