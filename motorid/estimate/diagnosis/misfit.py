@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.effects.reading.smoothing_around import hidden_noise
+from motorid.estimate.effects.reading.smoothing import smoothed_by
+from motorid.estimate.effects.reading.smoothing_kernels import hidden
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.measurements import Measured
 from motorid.estimate.solver.dense_products import square
@@ -31,8 +32,24 @@ def noise_variance(m: Measured, residual: Floats) -> float:
     return max(usual**2 / 2.0, m.block.floor**2 * _weight(m))
 
 
+def _smoothed(record: MotorRecord, m: Measured, usual: float) -> float:
+    """The same of readings that an unknown smoothed: neighbours hide some of it, and what the
+    channel declares was smoothed with them.
+    """
+    kernel = smoothed_by(record.instances, record.unknowns, m.block.name)
+    if kernel is None:
+        return usual
+    declared = (m.channel.noise**2 * square(kernel) + m.block.floor**2) * _weight(m)
+    return max(usual * hidden(kernel, 1), declared)
+
+
 def _weight(m: Measured) -> float:
     return 1.0 if m.root_weights is None else float(np.mean(m.root_weights**2))
+
+
+def of_fit(records: Sequence[MotorRecord], solution: Solution) -> float:
+    """``excess`` of a fit's residuals."""
+    return excess(records, residuals(records, solution))
 
 
 def excess(records: Sequence[MotorRecord], left: Sequence[Sequence[Floats]]) -> float:
@@ -43,9 +60,7 @@ def excess(records: Sequence[MotorRecord], left: Sequence[Sequence[Floats]]) -> 
     total = count = 0.0
     for record, blocks in zip(records, left, strict=True):
         for m, r in zip(record.measured, blocks, strict=True):
-            noise = noise_variance(m, r) * hidden_noise(
-                record.instances, record.unknowns, m.block.name
-            )
+            noise = _smoothed(record, m, noise_variance(m, r))
             ratio = square(r) / max(len(r), 1) / max(noise, 1e-300)
             total += m.block.count * max(float(np.log(max(ratio, 1e-300))), 0.0)
             count += m.block.count

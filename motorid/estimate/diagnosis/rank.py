@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.errors import DataError
-from motorid.estimate.diagnosis import misfit
+from motorid.estimate.diagnosis import misfit, reach
 from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.faults import (
     channel_delay,
@@ -64,6 +64,7 @@ CLEAR = 200.0  # or this much in all, of a misfit too small to matter but for wh
 NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
 SHARE = 0.3  # and this share of all that there is to explain,
 PART = 0.15  # the least share of a fault that explains so much surely
+MUCH = 0.5  # of the misfit, that a fault leaves: another may be the larger one
 MOSTLY = 0.75  # the least share of a vague one that explains a small misfit
 ODD = 2.0  # excess of one run over that of any other, which makes it the one to look at
 VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
@@ -133,9 +134,8 @@ def suspects(
     if trial is None or trial.hypothesis.code in {f.code for f in found}:
         return tuple(found), None
     where = "" if k is None else f" (run {k + 1})"
-    convicted = Convicted(
-        _said(trial, alone, where), tuple(range(len(records))) if k is None else (k,), trial
-    )
+    said = _said(trial, some, alone, where)
+    convicted = Convicted(said, tuple(range(len(records))) if k is None else (k,), trial)
     return (*found, convicted.suspect), convicted
 
 
@@ -152,7 +152,7 @@ def _odd_one_out(
     In the fit of all runs together, or where that has spread the misfit, each in its own.
     """
     alone = [_alone(solution, k) for k in range(len(records))]
-    together = misfit.excess(records, misfit.residuals(records, solution))
+    together = misfit.of_fit(records, solution)
     k = _odd(records, alone)
     if k is None and together > LIKELY and len(records) > 1:
         runs = zip(records, alone, strict=True)
@@ -166,8 +166,7 @@ def _odd_one_out(
 def _odd(records: Sequence[MotorRecord], alone: Sequence[Solution]) -> int | None:
     """Which run's residuals in its own solution stand out; None: no one's."""
     each = [
-        misfit.excess([record], misfit.residuals([record], solution))
-        for record, solution in zip(records, alone, strict=True)
+        misfit.of_fit([record], solution) for record, solution in zip(records, alone, strict=True)
     ]
     k = int(np.argmax(each))
     others = max(each[:k] + each[k + 1 :], default=np.inf)
@@ -208,22 +207,28 @@ def tried(records: Sequence[MotorRecord], solution: Solution) -> Trial | None:
     return found[0]
 
 
-def _said(best: Trial, solution: Solution, where: str) -> Suspect:
+def _said(best: Trial, records: Sequence[MotorRecord], solution: Solution, where: str) -> Suspect:
     words = best.hypothesis.words(best.found.size)
     name, most = max(best.shift.items(), key=lambda s: abs(s[1]))
     evidence = (
         f"{words.evidence}; that explains {min(best.share, 1.0):.0%} of the misfit, and "
         f"taken into account moves {name} by {most:+.1%}{where}"
     )
-    moves = _moves(best, solution)
+    moves = _moves(best, records, solution)
     return Suspect(best.hypothesis.code, words.where, evidence, words.action, "named", moves)
 
 
-def _moves(best: Trial, solution: Solution) -> dict[str, float]:
-    """SI, by parameter: how far the fault moved it, or what of it is the fault's own."""
+def _moves(best: Trial, records: Sequence[MotorRecord], solution: Solution) -> dict[str, float]:
+    """SI, by parameter: how far the fault moved it, or what of it is the fault's own; or how much
+    of it the rest of the misfit hides, where the fault leaves much.
+    """
     names = [u.name for u in solution.unknowns]
     moved = _moved(best.hypothesis, best.found, solution.values, names)
-    return dict(zip(names, moved, strict=True))
+    moves, rest = dict(zip(names, moved, strict=True)), 1.0 - best.share
+    if rest <= MUCH:
+        return moves
+    hidden = reach.hidden(records, solution, rest)
+    return {name: max(move, hidden[name]) for name, move in moves.items()}
 
 
 def _moved(h: Hypothesis, found: Refit, usual: Floats, names: Sequence[str]) -> list[float]:

@@ -64,8 +64,12 @@ def _pieces(blocks: Sequence[slice], count: int) -> NDArray[np.intp]:
     return out
 
 
-def hidden(records: Sequence[MotorRecord], solution: Solution) -> dict[str, float]:
-    """SI, by parameter: what a fault with the residuals' norm beyond noise could hide."""
+def hidden(
+    records: Sequence[MotorRecord], solution: Solution, share: float = 1.0
+) -> dict[str, float]:
+    """SI, by parameter: what a fault with the residuals' norm beyond noise could hide; ``share``
+    of its square is what nothing else explains.
+    """
     total = 0.0
     left = misfit.residuals(records, solution)
     for record, blocks in zip(records, left, strict=True):
@@ -73,7 +77,7 @@ def hidden(records: Sequence[MotorRecord], solution: Solution) -> dict[str, floa
             noise = misfit.noise_variance(m, r) * len(r)
             total += m.block.count * max(1.0 - noise / max(square(r), 1e-300), 0.0)
     deviations = np.sqrt(np.diag(covariance_of(solution.information)))
-    return _named(solution, HIDDEN * np.sqrt(total) * deviations)
+    return _named(solution, HIDDEN * np.sqrt(share * total) * deviations)
 
 
 def _named(solution: Solution, size: Floats) -> dict[str, float]:

@@ -27,6 +27,7 @@ Fit = tuple[list[MotorRecord], Solution]
 
 
 ZERO = "current_offset"
+REST = 0.15  # of a misfit, that its fault may leave
 
 
 @dataclass(frozen=True)
@@ -47,11 +48,11 @@ def repaired(
     without: Sequence[str],
 ) -> Repaired | None:
     """The first of ``found`` that can be estimated; None where none can, or where the fit with it
-    leaves as much to explain as a fault does.
+    leaves as much to explain as a fault does, and no small part of what was.
 
     ``fix`` and ``without`` as of a fit.
     """
-    held = held_values(fix, without)
+    held, was = held_values(fix, without), misfit.of_fit(records, solution)
     before = merged(held, solution)
     for suspect in found:
         if suspect.allowed or suspect.strength != "named":
@@ -65,14 +66,15 @@ def repaired(
                 fitted = _with_zero(records, held, before) if suspect.code == ZERO else None
         except DataError:
             continue  # the fault stays named, and what it may have moved stays doubtful
-        if fitted is not None and fitted[1].converged and _explains(*fitted):
+        if fitted is not None and fitted[1].converged and _explains(was, *fitted):
             return Repaired(*fitted, _allowed(suspect, before))
     return None
 
 
-def _explains(records: Sequence[MotorRecord], solution: Solution) -> bool:
-    """No other fault is called for."""
-    return misfit.excess(records, misfit.residuals(records, solution)) < rank.LIKELY
+def _explains(was: float, records: Sequence[MotorRecord], solution: Solution) -> bool:
+    """No other fault is called for; or what ``was`` misfit is all but gone, and others may be."""
+    now = misfit.of_fit(records, solution)
+    return now < rank.LIKELY or now < min(REST * was, rank.SURELY)
 
 
 def _with_time(

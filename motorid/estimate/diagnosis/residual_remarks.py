@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.estimate.diagnosis.localise import place
-from motorid.estimate.effects.reading.smoothing_around import hidden_noise
+from motorid.estimate.effects.reading.smoothing import hidden_noise
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic
 from motorid.estimate.signals.measurements import EMF, Measured

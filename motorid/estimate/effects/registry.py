@@ -21,7 +21,7 @@ from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.effects.reading.driven_current_offset import DRIVEN_CURRENT_OFFSET
 from motorid.estimate.effects.reading.motion_gain import MOTION_GAIN
 from motorid.estimate.effects.reading.position_origin import POSITION_ORIGIN
-from motorid.estimate.effects.reading.smoothing_around import SMOOTHING_AROUND
+from motorid.estimate.effects.reading.smoothing import SMOOTHED
 from motorid.estimate.effects.reading.speed_filter import SPEED_FILTER
 from motorid.estimate.effects.reference.temperature import (
     AMBIENT_TEMPERATURE,
@@ -135,7 +135,7 @@ ADDED = (
     FRICTION_RIPPLE,
     ENCODER_ERROR,
     SPEED_FILTER,
-    *(kind for kinds in SMOOTHING_AROUND.values() for kind in kinds.values()),
+    *(kind for kinds in SMOOTHED.values() for kind in kinds.values()),
     DRIVEN_CURRENT_OFFSET,
     QUADRATIC_FRICTION,
     FRICTION_BY_DIRECTION,

@@ -158,7 +158,7 @@ def _closed(
 
 
 def _left(records: Sequence[MotorRecord], solution: Solution) -> float:
-    return misfit.excess(records, misfit.residuals(records, solution))
+    return misfit.of_fit(records, solution)
 
 
 def looked_for(

@@ -52,6 +52,23 @@ def test_an_excess_is_the_mean_fall_of_f_by_readings() -> None:
     assert misfit.excess([], []) == 0.0
 
 
+@pytest.mark.parametrize("declared", [0.1, 0.5])
+def test_noise_that_was_smoothed_is_what_the_kernel_leaves_of_it(
+    declared: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of readings left .3 all alike: their differences show nothing, the declared noise does."""
+    kernel = np.array([0.0, 0.5, 0.5])
+    monkeypatch.setattr(misfit, "smoothed_by", lambda *_: kernel)
+    monkeypatch.setattr(misfit, "hidden", lambda given, order: 4.0 if given is kernel else 0.0)
+    one = measured(100.0, 0.05)
+    one.channel = SimpleNamespace(noise=declared)
+    record: Any = SimpleNamespace(measured=[one], instances=(), unknowns=())
+    left = np.full(400, 0.3 * np.sqrt(2.0))
+    found = misfit.excess([record], [[left]])  # type: ignore[list-item]
+    noise = max(4.0 * 0.05**2, declared**2 / 2.0 + 0.05**2)
+    assert found == pytest.approx(np.log(0.18 / noise))
+
+
 def test_residuals_are_weighed_and_not_whitened() -> None:
     asked: list[Any] = []
 

@@ -107,7 +107,7 @@ def test_some_findings_let_a_fit_go_on() -> None:
 
 
 def test_a_named_fault_says_what_it_explains_and_moves() -> None:
-    said = rank._said(trial(share=0.42), solution(), " (run 2)")
+    said = rank._said(trial(share=0.42), [], solution(), " (run 2)")
     assert said.evidence == (
         "it is 0.0003 s late; that explains 42 % of the misfit, and taken into account moves R by "
         "+10.0% (run 2)"
@@ -117,18 +117,36 @@ def test_a_named_fault_says_what_it_explains_and_moves() -> None:
     assert said.moves["L"] == 0.0
 
 
+@pytest.mark.parametrize(("share", "rest"), [(0.3, 0.7), (0.49, 0.51), (0.51, 0.0), (1.2, 0.0)])
+def test_the_rest_of_a_misfit_may_hide_more_than_its_fault(
+    share: float, rest: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def hidden(records: Any, solution: Any, left: float) -> dict[str, float]:
+        asked.append((records, left))
+        return {name: 0.2 * value * (name in {"R", "L"}) for name, value in MOTOR.items()}
+
+    monkeypatch.setattr(rank.reach, "hidden", hidden)
+    said = rank._said(trial(shift=0.1, share=share), ["a record"], solution(), "")  # type: ignore[list-item]
+    assert asked == ([(["a record"], pytest.approx(rest))] if rest else [])
+    assert said.moves["R"] == pytest.approx((0.2 if rest else 0.1) * MOTOR["R"])
+    assert said.moves["L"] == pytest.approx(0.2 * MOTOR["L"] if rest else 0.0)
+    assert said.moves["J"] == 0.0
+
+
 @pytest.mark.parametrize("share", [0.25, 0.05])
 def test_a_share_of_a_parameter_that_is_the_faults_own_may_be_missing_in_it(share: float) -> None:
     found = trial(shift=0.1)
     own = replace(found.hypothesis, belongs=lambda size: {"J": share, "R": share * size[0] / 3e-4})
     values = np.array([v * (1.0 + 0.1 * (n == "R")) for n, v in MOTOR.items()])
-    said = rank._said(replace(found, hypothesis=own), solution(), "")
+    said = rank._said(replace(found, hypothesis=own), [], solution(), "")
     assert said.moves["J"] == pytest.approx(share * MOTOR["J"])
     R = values[list(MOTOR).index("R")]
     assert said.moves["R"] == pytest.approx(max(share * R, 0.1 * MOTOR["R"]))
     assert said.moves["L"] == 0.0
     nowhere = replace(own, belongs=lambda size: {"no such": 0.5})
-    assert "no such" not in rank._said(replace(found, hypothesis=nowhere), solution(), "").moves
+    assert "no such" not in rank._said(replace(found, hypothesis=nowhere), [], solution(), "").moves
 
 
 def runs(monkeypatch: pytest.MonkeyPatch, *excesses: float) -> int | None:

@@ -91,6 +91,8 @@ def test_parts_of_a_good_run_agree_and_nothing_is_hidden(runs: Runs, good: Estim
     parts, norm = reach.disagreement(records, solution), reach.hidden(records, solution)
     for name, p in good.parameters.items():
         assert parts[name] < 0.5 * (p.total or 0.0) + norm[name]
+    half = reach.hidden(records, solution, 0.25)
+    assert half == {name: pytest.approx(0.5 * most) for name, most in norm.items()}
     assert not [s for s in suspects(records, solution, good.parameters)[0] if s.strength == "named"]
 
 

@@ -46,7 +46,7 @@ LOST, LAG, ZERO = suspect(missing_samples.CODE), suspect("current_lag"), suspect
 
 def mended(
     monkeypatch: pytest.MonkeyPatch, found: list[Suspect], guilty: Convicted | None = None,
-    left: float = 0.05, converged: bool = True, fails: str = "", none: str = "",
+    left: float = 0.05, was: float = 0.5, converged: bool = True, fails: str = "", none: str = "",
 ) -> tuple[repair.Repaired | None, list[str]]:  # fmt: skip
     """Which is repaired, and what was tried; ``fails`` and ``none``: of which nothing comes."""
     tried: list[str] = []
@@ -66,8 +66,8 @@ def mended(
 
     for name in ("_with_time", "_with_size", "_with_zero"):
         monkeypatch.setattr(repair, name, fit(name[6:]))
-    monkeypatch.setattr(repair.misfit, "residuals", lambda *_: [])
-    monkeypatch.setattr(repair.misfit, "excess", lambda *_: left)
+    misfits = iter([was, *[left] * len(found)])
+    monkeypatch.setattr(repair.misfit, "of_fit", lambda *_: next(misfits))
     return repair.repaired([], solution(), found, guilty, {"T0": 0.0}, ()), tried
 
 
@@ -96,6 +96,11 @@ def test_the_next_is_tried_where_one_does_not_explain_it(monkeypatch: pytest.Mon
         assert found.suspect.code == "current_offset"
     assert mended(monkeypatch, both, left=0.11) == (None, ["time", "zero"])
     assert mended(monkeypatch, both, left=0.09)[1] == ["time"]
+    for was, left, first in ((2.0, 0.29, True), (2.0, 0.31, False), (9.0, 0.69, True),
+                             (9.0, 0.71, False)):  # fmt: skip
+        found, tried = mended(monkeypatch, both, left=left, was=was)
+        assert (found is not None) is first
+        assert tried == (["time"] if first else ["time", "zero"])
     assert mended(monkeypatch, both, converged=False) == (None, ["time", "zero"])
 
 

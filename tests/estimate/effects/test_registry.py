@@ -15,7 +15,7 @@ from motorid.estimate.effects.influence_quantity import (
     Use,
     instances,
 )
-from motorid.estimate.effects.reading.smoothing_around import KERNELS, SMOOTHING_AROUND
+from motorid.estimate.effects.reading.smoothing import SMOOTHED
 from motorid.estimate.effects.registry import BY_NAME, CAPTURED, REGISTRY, SECOND_ORDER
 from motorid.estimate.model.capture_model import Floats, MotorRecord
 from motorid.estimate.model.extended_terms import TERMS
@@ -31,7 +31,7 @@ BY_OTHERS = {
     "speed filter", "quadratic friction", "friction by direction", "friction ripple",
     "voltage noise", "PWM ripple", "ambient temperature", "self-heating", "copper coefficient",
     "magnets' coefficient",
-    *(f"{channel} behind {how}" for channel in SMOOTHING_AROUND for how in KERNELS),
+    *(quantity.name for ways in SMOOTHED.values() for quantity in ways.values()),
 }  # fmt: skip
 
 

@@ -11,12 +11,8 @@ from motorid.capture.model import CURRENT, SPEED
 from motorid.estimate.diagnosis.fault import Hypothesis, Words, acting
 from motorid.estimate.effects.influence_quantity import InfluenceQuantity
 from motorid.estimate.effects.reading.current_filter import CURRENT_FILTER
-from motorid.estimate.effects.reading.smoothing_around import (
-    FARTHEST,
-    KERNELS,
-    SMOOTHING_AROUND,
-    WHOLE,
-)
+from motorid.estimate.effects.reading.smoothing import SMOOTHED
+from motorid.estimate.effects.reading.smoothing_kernels import Smoothing
 from motorid.estimate.effects.reading.speed_filter import SPEED_FILTER
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.time_grid import IRREGULAR
@@ -27,36 +23,36 @@ SAMPLES = (0.5, 2.0, 6.0, 20.0)  # time constants that are tried
 LONGEST = 500.0  # samples
 SHORTEST = 1e-3
 FILTERS = {CURRENT: CURRENT_FILTER, SPEED: SPEED_FILTER}
-HALF_WIDTHS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # readings that are tried
 
 
 def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
-    """One for the current, one for a measured speed; of logs also every way to smooth either."""
+    """For the current and for a measured speed: a circuit, and every way to smooth digitally.
+
+    What shows an edge before it comes is done to logs alone.
+    """
     period = min(r.timeline.period_s for r in records)
     names = {m.block.name for r in records for m in r.measured}
+    even = all(r.timeline.jitter <= IRREGULAR for r in records)
+    logged = all(r.sensed.waveform is not None for r in records)
     found = [_of(name, period) for name in FILTERS if name in names]
-    if all(r.sensed.waveform is not None and r.timeline.jitter <= IRREGULAR for r in records):
-        kinds = (
-            (name, *kind) for name in FILTERS if name in names
-            for kind in SMOOTHING_AROUND[name].items()
-        )  # fmt: skip
-        found += [_smoothed(*kind) for kind in kinds]
-    return found
+    ways = (
+        (name, *way) for name in FILTERS if name in names and even
+        for way in SMOOTHED[name].items() if logged or way[0].behind
+    )  # fmt: skip
+    return found + [_smoothed(*way) for way in ways]
 
 
-def _smoothed(name: str, how: str, quantity: InfluenceQuantity) -> Hypothesis:
+def _smoothed(name: str, way: Smoothing, quantity: InfluenceQuantity) -> Hypothesis:
+    shows = "reads" if way.behind else "shows its edges before they come,"
+
     def words(size: Floats) -> Words:
-        return Words(
-            name,
-            f"the {name} shows its edges before they come, as behind {how} "
-            f"({2.0 * size[0] + 1.0:.2g} readings wide)",
-            quantity.remedy,
-        )
+        evidence = f"the {name} {shows} as behind {way.how} ({way.wide(float(size[0]))})"
+        return Words(name, evidence, quantity.remedy)
 
     return Hypothesis(
-        f"{name}_smoothed", acting(quantity), tuple((w,) for w in HALF_WIDTHS), (1.0,), (0.0,),
-        (float(FARTHEST),), words, quantity=quantity, afterwards=True,
-        whole=KERNELS[how] in WHOLE,
+        f"{name}_smoothed", acting(quantity), tuple((w,) for w in way.sizes), (1.0,), (0.0,),
+        (float(way.most),), words, quantity=quantity, afterwards=True, whole=way.whole,
+        stepwise=way.behind,
     )  # fmt: skip
 
 

@@ -1,34 +1,41 @@
-"""Readings of a log that were smoothed afterwards, with as much of what follows as of what was.
+"""Kernels by which readings are smoothed digitally: around each reading, and behind it.
 
 A moving mean around each reading, a Gaussian, a Savitzky-Golay filter, a low-pass run forwards and
-backwards: no circuit does it, since a reading then shows an edge before it comes. All kernels are
-even and their sum is one; ``size`` is a half-width in readings.
+backwards are done to a log afterwards. They are even, and a reading then shows an edge before it
+comes, as behind no circuit. A recursive average and a mean of the last readings are done in
+firmware as well. All kernels (2m + 1,) have a sum of one, with what comes later first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import dataclass
 from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
-
-from motorid.capture.model import CURRENT, SPEED
-from motorid.estimate.effects.action import Reading
-from motorid.estimate.effects.influence_quantity import (
-    InfluenceQuantity,
-    Instance,
-    Scope,
-    Use,
-    undeclared,
-)
-from motorid.estimate.solver.problem import Unknown
 
 Floats = NDArray[np.float64]
 Kernel = Callable[[float], Floats]
 
 FARTHEST = 200  # readings on either side
 TRUNCATED = 4.0, 12.0  # of a Gaussian's standard deviation; of a low-pass's time constant
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """``kernel`` of a size up to ``most``, ``wide`` in words; of ``whole`` sizes alone, or any.
+
+    ``behind``: of readings that came before, which firmware can do.
+    """
+
+    how: str
+    kernel: Kernel
+    sizes: tuple[float, ...]  # that are tried
+    wide: Callable[[float], str]
+    whole: bool = False
+    behind: bool = False
+    most: float = FARTHEST
 
 
 def moving_mean(size: float) -> Floats:
@@ -59,6 +66,18 @@ def both_ways(size: float) -> Floats:
     return _of_sum_one(np.exp(-t) * (np.cos(t) + np.sin(t)))
 
 
+def recursive(size: float) -> Floats:
+    """(2m + 1,): y += (x - y) / (1 + size), whose time constant is ``size`` readings and more."""
+    size = max(size, 1e-3)
+    back = _around(TRUNCATED[1] * (1.0 + size))
+    return _of_sum_one(np.where(back >= 0.0, (size / (1.0 + size)) ** np.abs(back), 0.0))
+
+
+def of_the_last(size: float) -> Floats:
+    """(2m + 1,): the mean of a reading and of as many before it; between two a mixture of both."""
+    return _between(size, lambda m: (_around(m) >= 0.0) / (m + 1.0))
+
+
 def _quadratic(m: int) -> Floats:
     if m < 2:
         return np.ones(1)
@@ -87,56 +106,29 @@ def smoothed(series: Floats, kernel: Floats) -> Floats:
     return np.convolve(np.pad(series, m, mode="edge"), kernel, mode="valid")
 
 
-def _shown(kernel: Kernel) -> Callable[[Floats, Floats | float], Floats]:
-    return lambda series, size: smoothed(series, kernel(float(size))) if size else series
+def hidden(kernel: Floats, order: int) -> float:
+    """How many times the variance of smoothed noise is what differences of that ``order`` show."""
+    shown = (np.diff(np.pad(kernel, order), order) ** 2).sum() / comb(2 * order, order)
+    return float((kernel**2).sum() / shown)
 
 
-KERNELS: dict[str, Kernel] = {
-    "a moving mean around each reading": moving_mean,
-    "a Savitzky-Golay filter": savitzky_golay,
-    "a Gaussian around each reading": gaussian,
-    "a low-pass forwards and backwards": both_ways,
-}
-WHOLE = (moving_mean, savitzky_golay)  # of whole half-widths; what lies between serves a search
+def _around_it(size: float) -> str:
+    return f"{2.0 * size + 1.0:.2g} readings wide"
 
 
-def _quantity(channel: str, how: str, kernel: Kernel) -> InfluenceQuantity:
-    return InfluenceQuantity(
-        name=f"{channel} behind {how}",
-        unit="readings",
-        scope=Scope.MOTOR,
-        use=Use.TESTED,
-        acts=(Reading(channel, _shown(kernel)),),
-        prior=undeclared,
-        scale=lambda subject: 1.0,
-        remedy=f"fit the {channel} as it was recorded, before any smoothing",
-        bounds=lambda subject: (0.0, float(FARTHEST)),
-    )
-
-
-SMOOTHING_AROUND: dict[str, dict[str, InfluenceQuantity]] = {
-    channel: {how: _quantity(channel, how, kernel) for how, kernel in KERNELS.items()}
-    for channel in (CURRENT, SPEED)
-}
-
-
-_KERNEL = {
-    quantity: (channel, KERNELS[how])
-    for channel, kinds in SMOOTHING_AROUND.items()
-    for how, quantity in kinds.items()
-}
-
-
-def hidden_noise(
-    instances: Sequence[Instance], unknowns: Sequence[Unknown], block: str, order: int = 1
-) -> float:
-    """How many times the variance of noise in a block's readings is what differences of that
-    ``order`` show of it, where one of a capture's unknowns smoothed them; 1: as of white noise.
-    """
-    for one, unknown in zip(instances, unknowns, strict=True):
-        channel, kernel = _KERNEL.get(one.quantity, ("", moving_mean))
-        if channel == block and unknown.start:
-            h = kernel(unknown.start)
-            shown = (np.diff(np.pad(h, order), order) ** 2).sum() / comb(2 * order, order)
-            return float((h**2).sum() / shown)
-    return 1.0
+HALF_WIDTHS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+SMOOTHINGS = (
+    Smoothing("a moving mean around each reading", moving_mean, HALF_WIDTHS, _around_it, True),
+    Smoothing("a Savitzky-Golay filter", savitzky_golay, HALF_WIDTHS, _around_it, True),
+    Smoothing("a Gaussian around each reading", gaussian, HALF_WIDTHS, _around_it),
+    Smoothing("a low-pass forwards and backwards", both_ways, HALF_WIDTHS, _around_it),
+    Smoothing(
+        "a recursive average", recursive, (0.5, 1.0, 2.0, 4.0, 8.0),
+        lambda size: f"a new reading counts {1.0 / (1.0 + size):.2g}", behind=True,
+        most=FARTHEST / TRUNCATED[1] - 1.0,
+    ),
+    Smoothing(
+        "a mean of the last readings", of_the_last, (1.0, 2.0, 3.0, 7.0, 15.0, 31.0),
+        lambda size: f"of {size + 1.0:.2g}", whole=True, behind=True,
+    ),
+)  # fmt: skip

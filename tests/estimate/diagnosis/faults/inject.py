@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from motorid.capture.model import CURRENT, POSITION, Capture, Channel
 from motorid.program import StepKind
@@ -67,6 +68,20 @@ def low_pass(capture: Capture, tau_s: float, name: str = CURRENT) -> Capture:
         out[n] = a * out[n - 1] + late * values[n - 1] + now * values[n]
     noise = np.random.default_rng(6).standard_normal(len(out)) * capture.channels[name].noise
     return changed(capture, name, out + noise)
+
+
+def averaged(capture: Capture, counts: float, name: str = CURRENT) -> Capture:
+    """A recursive average in firmware, of which a new reading counts that share."""
+    values = capture.channels[name].values
+    out, _ = lfilter([counts], [1.0, counts - 1.0], values, zi=[values[0] * (1.0 - counts)])
+    return changed(capture, name, out)
+
+
+def mean_of_last(capture: Capture, count: int, name: str = CURRENT) -> Capture:
+    """The mean of so many last readings, in firmware."""
+    values = capture.channels[name].values
+    before = np.concatenate([np.full(count - 1, values[0]), values])
+    return changed(capture, name, np.convolve(before, np.full(count, 1.0 / count), "valid"))
 
 
 def clip(capture: Capture, limit: float, name: str = CURRENT) -> Capture:

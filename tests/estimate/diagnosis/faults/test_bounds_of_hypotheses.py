@@ -271,13 +271,15 @@ def test_a_zero_that_is_off_while_driven_is_tried_by_a_hundredth_of_the_largest_
 def test_lags_and_filters_are_tried_in_samples_of_the_finest_record() -> None:
     records: list[Any] = [
         SimpleNamespace(
-            timeline=SimpleNamespace(period_s=p), capture=SimpleNamespace(period_s=4.0 * p),
+            timeline=SimpleNamespace(period_s=p, jitter=0.0),
+            capture=SimpleNamespace(period_s=4.0 * p),
             sensed=SimpleNamespace(channel=None, shows_emf=True, waveform=None),
             measured=ranged(1.0)[0].measured, instances=(), block=lambda _: None,
         )
         for p in (2e-3, 1e-3)
     ]  # fmt: skip
-    current, speed = low_pass_filter.hypotheses(records)
+    current, speed, *smoothed = low_pass_filter.hypotheses(records)
+    assert {one.code for one in smoothed} == {"current_smoothed", "speed_smoothed"}
     assert [size for (size,) in current.sizes] == pytest.approx([0.5e-3, 2e-3, 6e-3, 20e-3])
     assert (current.lower[0], current.upper[0]) == pytest.approx((1e-6, 0.5))
     assert speed.code == "speed_filtered"

@@ -54,8 +54,19 @@ def test_one_hypothesis_for_each_channel_that_may_be_late_or_filtered() -> None:
         "current_filtered", "speed_filtered", "current_smoothed", "speed_smoothed",
     }  # fmt: skip
     assert {h.code for h in low_pass_filter.hypotheses([record("measured")])} == {
-        "current_filtered"
-    }
+        "current_filtered", "current_smoothed",
+    }  # fmt: skip
+
+
+def test_what_shows_an_edge_before_it_comes_is_done_to_logs_alone() -> None:
+    def names(which: str) -> list[str]:
+        found = low_pass_filter.hypotheses([record(which)])
+        return [h.quantity.name for h in found if h.quantity and h.code == "current_smoothed"]
+
+    behind = ["current behind a recursive average", "current behind a mean of the last readings"]
+    assert names("measured") == behind
+    assert len(names("moving")) == 6
+    assert names("moving")[-2:] == behind
 
 
 def test_the_lag_of_a_log_counts_its_own_samples() -> None:

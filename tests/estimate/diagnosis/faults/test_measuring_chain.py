@@ -23,7 +23,8 @@ SIGNS = [c for c in CHAIN if c.code.endswith("_sign")]
 SLOW = {"voltage lag", "filtered current"}  # fits that start from far away
 REPAIRED = {
     "current offset", "offset while driven", "current lag", "position lag", "voltage lag",
-    "filtered current", "current saturated", "samples dropped",
+    "filtered current", "current averaged", "mean of currents", "current saturated",
+    "samples dropped",
 }  # fmt: skip
 FITTED = [
     pytest.param(c, marks=[pytest.mark.slow] if c.name in SLOW else [], id=c.name)
