@@ -220,12 +220,12 @@ def _said(best: Trial, records: Sequence[MotorRecord], solution: Solution, where
 
 def _moves(best: Trial, records: Sequence[MotorRecord], solution: Solution) -> dict[str, float]:
     """SI, by parameter: how far the fault moved it, or what of it is the fault's own; or how much
-    of it the rest of the misfit hides, where the fault leaves much.
+    of it the rest of the misfit hides, where the fault leaves much: a log's is not repaired.
     """
     names = [u.name for u in solution.unknowns]
     moved = _moved(best.hypothesis, best.found, solution.values, names)
     moves, rest = dict(zip(names, moved, strict=True)), 1.0 - best.share
-    if rest <= MUCH:
+    if rest <= MUCH or all(record.sensed.waveform is None for record in records):
         return moves
     hidden = reach.hidden(records, solution, rest)
     return {name: max(move, hidden[name]) for name, move in moves.items()}

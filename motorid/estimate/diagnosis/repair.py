@@ -7,6 +7,7 @@ the fit that takes the channels as stated.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -66,15 +67,25 @@ def repaired(
                 fitted = _with_zero(records, held, before) if suspect.code == ZERO else None
         except DataError:
             continue  # the fault stays named, and what it may have moved stays doubtful
-        if fitted is not None and fitted[1].converged and _explains(was, *fitted):
-            return Repaired(*fitted, _allowed(suspect, before))
+        if fitted is None or not fitted[1].converged:
+            continue
+        rest = _rest(was, *fitted)
+        if rest <= REST:
+            after = merged(held, fitted[1])
+            moves = {name: math.sqrt(rest) * abs(after[name] - before[name]) for name in after}
+            said = _allowed(suspect, before)
+            return Repaired(*fitted, replace(said, moves=moves) if rest else said)
     return None
 
 
-def _explains(was: float, records: Sequence[MotorRecord], solution: Solution) -> bool:
-    """No other fault is called for; or what ``was`` misfit is all but gone, and others may be."""
+def _rest(was: float, records: Sequence[MotorRecord], solution: Solution) -> float:
+    """Share of what ``was`` misfit that a fault leaves: as much of what it does may be left; none
+    where no other fault is called for.
+    """
     now = misfit.of_fit(records, solution)
-    return now < rank.LIKELY or now < min(REST * was, rank.SURELY)
+    if now < rank.LIKELY:
+        return 0.0
+    return now / was if now < rank.SURELY else math.inf
 
 
 def _with_time(

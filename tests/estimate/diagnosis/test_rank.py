@@ -128,11 +128,15 @@ def test_the_rest_of_a_misfit_may_hide_more_than_its_fault(
         return {name: 0.2 * value * (name in {"R", "L"}) for name, value in MOTOR.items()}
 
     monkeypatch.setattr(rank.reach, "hidden", hidden)
-    said = rank._said(trial(shift=0.1, share=share), ["a record"], solution(), "")  # type: ignore[list-item]
-    assert asked == ([(["a record"], pytest.approx(rest))] if rest else [])
+    log: Any = SimpleNamespace(sensed=SimpleNamespace(waveform="of a log"))
+    said = rank._said(trial(shift=0.1, share=share), [log], solution(), "")
+    assert asked == ([([log], pytest.approx(rest))] if rest else [])
     assert said.moves["R"] == pytest.approx((0.2 if rest else 0.1) * MOTOR["R"])
     assert said.moves["L"] == pytest.approx(0.2 * MOTOR["L"] if rest else 0.0)
     assert said.moves["J"] == 0.0
+    log.sensed.waveform = None  # a capture's is repaired, or its lack of fit has a size
+    alone = rank._said(trial(shift=0.1, share=share), [log], solution(), "")
+    assert alone.moves["R"] == pytest.approx(0.1 * MOTOR["R"])
 
 
 @pytest.mark.parametrize("share", [0.25, 0.05])

@@ -61,7 +61,7 @@ _KERNEL = {
 def smoothed_by(
     instances: Sequence[Instance], unknowns: Sequence[Unknown], block: str
 ) -> Floats | None:
-    """The kernel (2m + 1,) by which one of a capture's unknowns smoothed a block; None: none did."""
+    """The kernel (2m + 1,) by which one of a capture's unknowns smoothed a block; None: none."""
     for one, unknown in zip(instances, unknowns, strict=True):
         channel, kernel = _KERNEL.get(one.quantity, ("", None))
         if kernel is not None and channel == block and unknown.start:

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Kernel = Callable[[float], Floats]
 
-FARTHEST = 200  # readings on either side
+FARTHEST = 800  # readings on either side
+LONG = 100  # beyond which spectra are faster
 TRUNCATED = 4.0, 12.0  # of a Gaussian's standard deviation; of a low-pass's time constant
 
 
@@ -103,7 +104,12 @@ def _of_sum_one(kernel: Floats) -> Floats:
 def smoothed(series: Floats, kernel: Floats) -> Floats:
     """A series (n,) behind a kernel (2m + 1,); the first and the last reading stand for more."""
     m = len(kernel) // 2
-    return np.convolve(np.pad(series, m, mode="edge"), kernel, mode="valid")
+    padded = np.pad(series, m, mode="edge")
+    if m <= LONG:
+        return np.convolve(padded, kernel, mode="valid")
+    count = len(padded)  # what wraps round falls on the first readings, which are padding
+    product = np.fft.rfft(padded) * np.fft.rfft(kernel, count)
+    return np.asarray(np.fft.irfft(product, count)[2 * m :])
 
 
 def hidden(kernel: Floats, order: int) -> float:
@@ -123,7 +129,7 @@ SMOOTHINGS = (
     Smoothing("a Gaussian around each reading", gaussian, HALF_WIDTHS, _around_it),
     Smoothing("a low-pass forwards and backwards", both_ways, HALF_WIDTHS, _around_it),
     Smoothing(
-        "a recursive average", recursive, (0.5, 1.0, 2.0, 4.0, 8.0),
+        "a recursive average", recursive, (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0),
         lambda size: f"a new reading counts {1.0 / (1.0 + size):.2g}", behind=True,
         most=FARTHEST / TRUNCATED[1] - 1.0,
     ),
