@@ -17,7 +17,7 @@ from motorid.estimate.assembly import doubt, plot_data, untold
 from motorid.estimate.assembly.measured_levels import brushes_of, measured_levels
 from motorid.estimate.assembly.refusal import refused
 from motorid.estimate.diagnosis import rank, reach, remarks, repeating_remarks, residual_remarks
-from motorid.estimate.diagnosis.facts import coasting_constant, steady_levels
+from motorid.estimate.diagnosis.facts import coasting_constant, cooling_winding, steady_levels
 from motorid.estimate.diagnosis.repair import repaired
 from motorid.estimate.diagnosis.suspects import suspects
 from motorid.estimate.fit.joint_fit import solved
@@ -195,24 +195,28 @@ def unjudged(
     chi_square, freedom = residual_remarks.chi_square(solution, records)
     named = [(capture, segment(capture)) for capture in captures]
     reached = steady_levels.levels(found, records, named)
+    nuisance = nuisance_parameters(found, records)
     brushes = brushes_of(solution, records) if profiled else None  # other methods leave them out
     curves = plot_data.curves(solution, records)
+    remarked = remarks.diagnostics(found, records, parameters, named)
+    cools = () if _lacks(remarked) else cooling_winding.findings(nuisance, parameters)
     return Estimate(
         model=MODEL,
         method=METHOD,
         parameters=parameters,
         combinations=intervals.combinations(found, parameters),
         derived=intervals.derived(found, voltage, brushes),
-        nuisance=nuisance_parameters(found, records),
+        nuisance=nuisance,
         free=found.names,
         correlation=correlation(found.statistical.covariance),
         chi_square=chi_square,
         degrees_of_freedom=freedom,
         evaluations=found.simulated,
         diagnostics=(
-            *remarks.diagnostics(found, records, parameters, named),
+            *remarked,
             *steady_levels.findings(reached, found.motor(), len(records)),
             *coasting_constant.findings(solution, records, parameters),
+            *cools,
         ),
         curves=curves,
         steady=plot_data.steady(found.motor(), [r.gear for r in records], named, reached),
@@ -228,6 +232,11 @@ def unjudged(
         repeating=repeating_remarks.repeating(records, solution),
         suspects=untold.suspects(found.undetected, solution),
     )
+
+
+def _lacks(said: Sequence[Diagnostic]) -> bool:
+    """What the model lacks may look like anything else."""
+    return any(one.code == reach.LACK for one in said)
 
 
 def nominal_voltage(records: Sequence[MotorRecord]) -> float:

@@ -45,6 +45,21 @@ def test_two_motors_in_one_fit_are_named_and_their_k_is_doubtful() -> None:
     assert k.interval_95[1] - k.interval_95[0] == pytest.approx(0.15 * K, rel=0.5)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("factor", "by"), [(1.1, "K by 10 %"), (1.01, "K by 1 %")])
+def test_two_motors_that_nobody_names_differ_by_what_each_run_says_alone(
+    factor: float, by: str
+) -> None:
+    estimate = fit([run(), run(K=factor * K)])
+    (said,) = [d for d in estimate.diagnostics if d.code == "runs_differ"]
+    assert f"they differ in {by}" in said.message
+    k = estimate.parameters["K"]
+    assert k.status is Status.DOUBTFUL
+    assert k.interval_95 is not None
+    assert k.interval_95[0] < 1.01 * K
+    assert k.interval_95[1] > 0.99 * factor * K
+
+
 def test_one_motor_twice_is_not_doubted() -> None:
     estimate = fit([run("M17"), run("M17")])
     assert [d.code for d in estimate.diagnostics if d.severity != "info"] == []
