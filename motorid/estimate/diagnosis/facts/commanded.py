@@ -43,9 +43,9 @@ def findings(
             yield Diagnostic(
                 "voltage_above_command", "warning",
                 f"the terminal voltage reads {read:.3g} V where the program commands "
-                f"{level:.3g} V{where}, and nothing adds to it: compare it with a meter, and the "
-                "supply's channel by which the board sets the level; or the board averages over "
-                "part of a PWM period",
+                f"{level:.3g} V{where}, and nothing adds to it: the voltage's scale is wrong, or "
+                "that of the supply's channel by which the board sets the level, so compare both "
+                "with a meter; or the board averages over part of a PWM period",
                 sized,
             )  # fmt: skip
             return
