@@ -16,7 +16,14 @@ from motorid.errors import DataError
 from motorid.estimate.assembly import doubt, plot_data, untold
 from motorid.estimate.assembly.measured_levels import brushes_of, measured_levels
 from motorid.estimate.assembly.refusal import refused
-from motorid.estimate.diagnosis import rank, reach, remarks, repeating_remarks, residual_remarks
+from motorid.estimate.diagnosis import (
+    rank,
+    reach,
+    remarks,
+    repeating_remarks,
+    residual_remarks,
+    unlike_runs,
+)
 from motorid.estimate.diagnosis.facts import coasting_constant, cooling_winding, steady_levels
 from motorid.estimate.diagnosis.repair import repaired
 from motorid.estimate.diagnosis.suspects import suspects
@@ -215,6 +222,7 @@ def unjudged(
         diagnostics=(
             *remarked,
             *steady_levels.findings(reached, found.motor(), len(records)),
+            *unlike_runs.findings(solution, records),
             *coasting_constant.findings(solution, records, parameters),
             *cools,
         ),

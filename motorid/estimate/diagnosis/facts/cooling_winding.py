@@ -13,7 +13,7 @@ from motorid.estimate.effects.brush_and_heating import WARMING
 from motorid.estimate.results.estimate import Diagnostic, Parameter
 
 SURE = 4.0  # standard uncertainties below nothing
-HARM = 0.005  # of R: less is worth no remark
+HARM = 0.015  # of R: less is what a motor cools that ran before
 
 
 def findings(

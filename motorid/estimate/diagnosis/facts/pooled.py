@@ -9,16 +9,12 @@ from itertools import pairwise
 
 from motorid.capture.model import CURRENT, SUPPLY, VOLTAGE, Capture
 from motorid.errors import DataError
-from motorid.estimate.diagnosis.reach import LACK
-from motorid.estimate.results.estimate import PARAMETERS, Diagnostic, Estimate
-from motorid.estimate.results.status import Status
+from motorid.estimate.results.estimate import Diagnostic, Estimate
 
 GEOMETRY = ("counts_per_turn", "gear_ratio")  # of wiring: one encoder on one shaft has one of each
 SURE = 5.0  # standard uncertainties of two gains, beyond which they are not of one sensor
 LEAST_GAIN = 1e-3  # relative, by which two gains may differ whatever is stated
 PLATE_OFF = 0.01  # relative, of two nameplates
-ALIKE = 0.005  # relative: parameters of runs that differ by less are the same
-MOST_ALONE, NAMED = 8, 3  # runs that are fitted by themselves; parameters in a sentence
 
 
 def findings(
@@ -30,15 +26,10 @@ def findings(
     """
     if len(captures) < 2:
         return
-    said = list(_motors(captures))
-    for one in said:
-        each = _groups(captures) if one.code == "serials_differ" else []
-        yield replace(one, moves=_moves(estimate, each, fit))
+    for said in _motors(captures):
+        each = _groups(captures) if said.code == "serials_differ" else []
+        yield replace(said, moves=_moves(estimate, each, fit))
     yield from _benches(captures)
-    doubted = any(p.status is Status.DOUBTFUL for p in estimate.parameters.values())
-    serials = any(one.code == "serials_differ" for one in said)
-    if not serials and (doubted or _lacks(estimate)):
-        yield from _runs_differ(captures, estimate, fit)
 
 
 def _groups(captures: Sequence[Capture]) -> list[list[Capture]]:
@@ -55,65 +46,17 @@ def _moves(
     fit: Callable[[Sequence[Capture]], Estimate],
 ) -> dict[str, float]:
     """By how much each parameter differs from that of the motor that is farthest off."""
-    try:
-        return _farthest(estimate, [fit(group) for group in groups])
-    except DataError:  # these runs of one motor tell too little by themselves
-        return dict.fromkeys(estimate.parameters, math.inf)
-
-
-def _farthest(estimate: Estimate, each: Sequence[Estimate]) -> dict[str, float]:
     moves: dict[str, float] = {}
-    for one in each:
+    for group in groups:
+        try:
+            alone = fit(group).parameters
+        except DataError:  # these runs of one motor tell too little by themselves
+            return dict.fromkeys(estimate.parameters, math.inf)
         for name, p in estimate.parameters.items():
-            own = one.parameters[name].value if name in one.parameters else None
+            own = alone[name].value if name in alone else None
             off = math.inf if own is None or p.value is None else abs(p.value - own)
             moves[name] = max(moves.get(name, 0.0), off)
     return moves
-
-
-def _lacks(estimate: Estimate) -> bool:
-    return any(said.code == LACK for said in estimate.diagnostics)
-
-
-def _runs_differ(
-    captures: Sequence[Capture], estimate: Estimate, fit: Callable[[Sequence[Capture]], Estimate]
-) -> Iterator[Diagnostic]:
-    """Each run is explained by itself, and all together are not: they are not alike.
-
-    Another motor, load, or temperature. Of many runs the first ones are asked.
-    """
-    try:
-        each = [fit([capture]) for capture in captures[:MOST_ALONE]]
-    except DataError:  # a run that tells too little by itself
-        return
-    if any(map(_lacks, each)):
-        return
-    shares = {name: share for name in PARAMETERS if (share := _apart(name, each))}
-    if not shares:
-        return
-    most = sorted(shares, key=lambda name: -shares[name])[:NAMED]
-    by = ", ".join(f"{name} by {100.0 * shares[name]:.2g} %" for name in most)
-    yield Diagnostic(
-        "runs_differ", "warning",
-        f"each of these runs is explained by itself, and together they are not: they differ in {by}"
-        ", as of another motor, load or temperature, or of a clamp that was moved; fit them by "
-        "themselves",
-        _farthest(estimate, each),
-    )  # fmt: skip
-
-
-def _apart(name: str, each: Sequence[Estimate]) -> float:
-    """Relative difference of the runs' values, beyond what scatters; else 0. Instruments are the
-    same in all of them.
-    """
-    known = [p for one in each if (p := one.parameters.get(name)) and p.value and p.statistical]
-    if len(known) < len(each):
-        return 0.0
-    low, *_, high = sorted(known, key=lambda p: p.value or 0.0)
-    apart = float(high.value or 0.0) - float(low.value or 0.0)
-    share = apart / abs(float(low.value or 1.0))
-    sure = apart > SURE * math.hypot(high.statistical or 0.0, low.statistical or 0.0)
-    return share if sure and share > ALIKE else 0.0
 
 
 def _serial(capture: Capture) -> str:

@@ -10,10 +10,8 @@ from typing import Any
 import pytest
 
 from motorid.capture.model import CURRENT, Capture, Stated
-from motorid.errors import DataError
 from motorid.estimate.diagnosis.facts import compare, pooled
 from motorid.estimate.results.estimate import Diagnostic
-from motorid.estimate.results.status import Status
 from tests.estimate.diagnosis.facts.test_bench_facts import MOTOR, run, together
 
 
@@ -91,57 +89,6 @@ def test_one_capture_agrees_with_itself_and_the_motor_farthest_off_counts() -> N
     assert said.moves["R"] == pytest.approx(1.0)  # of M18; M17 and M19 are .5 off
     assert said.moves["J"] == said.moves["L"] == math.inf  # no value, no such parameter
     assert said.moves["K"] == 0.0
-
-
-def asked(
-    sizes: Any, u: float = 0.001, alone: Any = (), together_: Any = ("lack_of_fit",), **known: Any
-) -> list[Diagnostic]:
-    """Of runs whose R is so large each; ``alone``: what is said of each, ``together_``: of all."""
-
-    def fitted(captures: Any) -> Any:
-        first = captures[0].provenance["note"]
-        whole = len(captures) > 1
-        values = {**MOTOR, "R": replace(MOTOR["R"], value=sizes[first], statistical=u)}
-        said = [Diagnostic(code, "info", "") for code in (together_ if whole else alone)]
-        status = known.get("status", "estimated") if whole else "estimated"
-        each = {n: replace(p, status=Status(status)) for n, p in values.items()}
-        return SimpleNamespace(parameters=each, diagnostics=said)
-
-    same = run(serial=known.get("serial", ""))
-    runs = [replace(same, provenance={**same.provenance, "note": k}) for k in range(len(sizes))]
-    return [d for d in pooled.findings(runs, fitted(runs), fitted) if d.code == "runs_differ"]
-
-
-def test_runs_that_are_explained_alone_and_not_together_differ() -> None:
-    (said,) = asked([2.0, 2.1, 2.04])
-    assert "they differ in R by 5 %, as of another motor" in said.message
-    assert said.moves["R"] == pytest.approx(0.1)  # of the first, whose values all have here
-    assert said.moves["K"] == 0.0
-    assert asked([2.0, 2.1], alone=("lack_of_fit",)) == []
-    assert asked([2.0, 2.1], together_=()) == []
-    assert asked([2.0, 2.1], together_=(), status="doubtful")
-    assert asked([2.0, None]) == []  # no value to compare
-
-
-@pytest.mark.parametrize(
-    ("other", "u", "named"),
-    [(2.0099, 1e-4, False), (2.0101, 1e-4, True), (2.1, 0.0142, False), (2.1, 0.0141, True)],
-)
-def test_runs_differ_by_five_uncertainties_and_half_a_hundredth(
-    other: float, u: float, named: bool
-) -> None:
-    assert bool(asked([2.0, other], u)) is named
-
-
-def test_a_run_that_tells_nothing_alone_accuses_nobody() -> None:
-    def fitted(captures: Any) -> Any:
-        if len(captures) == 1:
-            raise DataError("too short")
-        lack = Diagnostic("lack_of_fit", "warning", "")
-        return SimpleNamespace(parameters=MOTOR, diagnostics=[lack])
-
-    runs = [run(), run()]
-    assert list(pooled.findings(runs, fitted(runs), fitted)) == []
 
 
 def test_every_comparison_is_made_of_every_capture(monkeypatch: pytest.MonkeyPatch) -> None:
