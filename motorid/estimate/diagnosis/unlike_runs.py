@@ -65,10 +65,11 @@ def findings(solution: Solution, records: Sequence[MotorRecord]) -> Iterator[Dia
 
 
 def _runs(solution: Solution, records: Sequence[MotorRecord]) -> list[list[Linearised]]:
-    """The records of each capture: a log may be cut into several."""
+    """The records of each capture: a log may be cut into several, which its file tells."""
     groups: dict[object, list[Linearised]] = {}
     for record, line in zip(records, solution.records, strict=True):
-        groups.setdefault(record.capture.sha256 or id(record), []).append(line)
+        of_log = record.sensed.waveform is not None
+        groups.setdefault(record.capture.sha256 or of_log or id(record), []).append(line)
     return list(groups.values())
 
 

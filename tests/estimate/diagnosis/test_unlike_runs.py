@@ -17,7 +17,7 @@ NAMES, VALUES = ("R", "K"), np.array([2.0, 0.5])
 
 def of_lines(
     monkeypatch: pytest.MonkeyPatch, *slopes: float, noise: float = 1.0, bow: float = 0.0,
-    one_log: bool = False, fewer: bool = False,
+    sha256: str = "", waveform: str | None = None,
 ) -> list[Diagnostic]:  # fmt: skip
     """Readings of 1 and x; R is the height, K the slope that each run has by itself (in units of
     noise). ``bow``: what every run lacks alike.
@@ -34,8 +34,11 @@ def of_lines(
         for s in slopes
     )
     records: Any = [
-        SimpleNamespace(capture=SimpleNamespace(sha256="of one log" if one_log else ""))
-        for _ in lines
+        SimpleNamespace(
+            capture=SimpleNamespace(sha256=sha256 and sha256[k]),
+            sensed=SimpleNamespace(waveform=waveform),
+        )
+        for k, _ in enumerate(lines)
     ]
     white = SimpleNamespace(
         records=lines, unknowns=[SimpleNamespace(name=n) for n in NAMES], values=VALUES,
@@ -70,7 +73,9 @@ def test_runs_that_differ_little_are_alike(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_stretches_of_one_log_are_one_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert not of_lines(monkeypatch, 0.0, 0.1, noise=1e-3, one_log=True)
+    assert not of_lines(monkeypatch, 0.0, 0.1, noise=1e-3, sha256="aa")
+    assert of_lines(monkeypatch, 0.0, 0.1, noise=1e-3, sha256="ab", waveform="held")
+    assert not of_lines(monkeypatch, 0.0, 0.1, noise=1e-3, waveform="held")  # of no file
     assert not of_lines(monkeypatch, 0.0, noise=1e-3)
 
 
