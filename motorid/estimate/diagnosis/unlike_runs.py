@@ -49,9 +49,9 @@ def findings(solution: Solution, records: Sequence[MotorRecord]) -> Iterator[Dia
     if sum(run.taken for run in runs) < MOST * sum(run.left for run in runs):
         return
     names, values = [u.name for u in solution.unknowns], solution.values
-    shares = _apart(runs, values)
+    shares = np.where(solution.at_bound, 0.0, _apart(runs, values))
     order = np.argsort(-shares)[:NAMED]
-    by = ", ".join(f"{100.0 * shares[k]:.2g} % in {names[k]}" for k in order if shares[k] > ALIKE)
+    by = ", ".join(f"{_percent(shares[k])} in {names[k]}" for k in order if shares[k] > ALIKE)
     if not by:
         return
     farthest = np.abs([run.step for run in runs]).max(axis=0)
@@ -62,6 +62,10 @@ def findings(solution: Solution, records: Sequence[MotorRecord]) -> Iterator[Dia
         "fit them by themselves",
         dict(zip(names, farthest.tolist(), strict=True)),
     )  # fmt: skip
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g} %" if share < 1.0 else "100 % or more"
 
 
 def _runs(solution: Solution, records: Sequence[MotorRecord]) -> list[list[Linearised]]:
@@ -86,10 +90,14 @@ def _alone(lines: Sequence[Linearised], solution: Solution) -> Alone:
 
 
 def _apart(runs: Sequence[Alone], values: Floats) -> Floats:
-    """(p,): relative difference between the runs farthest apart, where it is sure; else 0."""
+    """(p,): relative difference between the runs farthest apart, where it is sure; else 0.
+
+    At most a whole: one step tells no more.
+    """
     steps, each = np.array([run.step for run in runs]), np.arange(len(values))
     low, high = steps.argmin(axis=0), steps.argmax(axis=0)
     u = np.array([run.u for run in runs])
     apart = steps[high, each] - steps[low, each]
     sure = apart > SURE * np.hypot(u[high, each], u[low, each])
-    return np.where(sure, apart / np.maximum(np.abs(values), 1e-300), 0.0)
+    share = apart / np.maximum(np.abs(values), 1e-300)
+    return np.where(sure, np.minimum(share, 1.0), 0.0)

@@ -17,7 +17,7 @@ NAMES, VALUES = ("R", "K"), np.array([2.0, 0.5])
 
 def of_lines(
     monkeypatch: pytest.MonkeyPatch, *slopes: float, noise: float = 1.0, bow: float = 0.0,
-    sha256: str = "", waveform: str | None = None,
+    sha256: str = "", waveform: str | None = None, at_bound: bool = False,
 ) -> list[Diagnostic]:  # fmt: skip
     """Readings of 1 and x; R is the height, K the slope that each run has by itself (in units of
     noise). ``bow``: what every run lacks alike.
@@ -44,7 +44,8 @@ def of_lines(
         records=lines, unknowns=[SimpleNamespace(name=n) for n in NAMES], values=VALUES,
         slopes=VALUES, information=len(lines) * rows.T @ rows,
     )  # fmt: skip
-    solution: Any = SimpleNamespace(**{**vars(white), "records": lines})
+    held = np.array([False, at_bound])
+    solution: Any = SimpleNamespace(**{**vars(white), "at_bound": held})
     monkeypatch.setattr(unlike_runs, "plain", lambda *_: white)
     return list(unlike_runs.findings(solution, records))
 
@@ -70,6 +71,15 @@ def test_runs_that_differ_little_are_alike(monkeypatch: pytest.MonkeyPatch) -> N
     assert not of_lines(monkeypatch, 0.0, 0.0049, noise=1e-5)
     assert of_lines(monkeypatch, 0.0, 0.0052, noise=1e-5)
     assert not of_lines(monkeypatch, 0.0, 0.0, noise=1.0)
+
+
+def test_what_is_at_its_bound_is_not_compared_and_steps_tell_a_whole_at_most(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert not of_lines(monkeypatch, 0.0, 0.1, noise=1e-3, at_bound=True)
+    for apart, words in ((0.98, "98 % in K"), (7.0, "100 % or more in K")):
+        (said,) = of_lines(monkeypatch, 0.0, apart, noise=1e-3)
+        assert f"they differ by about {words}, as of" in said.message
 
 
 def test_stretches_of_one_log_are_one_run(monkeypatch: pytest.MonkeyPatch) -> None:
