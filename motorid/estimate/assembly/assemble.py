@@ -220,9 +220,9 @@ def unjudged(
         degrees_of_freedom=freedom,
         evaluations=found.simulated,
         diagnostics=(
+            *unlike_runs.findings(solution, records),  # before what it makes of residuals
             *remarked,
             *steady_levels.findings(reached, found.motor(), len(records)),
-            *unlike_runs.findings(solution, records),
             *coasting_constant.findings(solution, records, parameters),
             *cools,
         ),
