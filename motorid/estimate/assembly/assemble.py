@@ -206,7 +206,7 @@ def unjudged(
     brushes = brushes_of(solution, records) if profiled else None  # other methods leave them out
     curves = plot_data.curves(solution, records)
     remarked = remarks.diagnostics(found, records, parameters, named)
-    cools = () if _lacks(remarked) else cooling_winding.findings(nuisance, parameters)
+    cools = () if reach.lacks(remarked) else cooling_winding.findings(nuisance, parameters)
     return Estimate(
         model=MODEL,
         method=METHOD,
@@ -240,11 +240,6 @@ def unjudged(
         repeating=repeating_remarks.repeating(records, solution),
         suspects=untold.suspects(found.undetected, solution),
     )
-
-
-def _lacks(said: Sequence[Diagnostic]) -> bool:
-    """What the model lacks may look like anything else."""
-    return any(one.code == reach.LACK for one in said)
 
 
 def nominal_voltage(records: Sequence[MotorRecord]) -> float:

@@ -153,6 +153,11 @@ MOVING = {
 }
 
 
+def lacks(said: Sequence[Diagnostic]) -> bool:
+    """Whether a lack of fit is said: what the model lacks may look like anything else."""
+    return any(one.code == LACK for one in said)
+
+
 def of_lack(
     said: Sequence[Diagnostic],
     found: Sequence[Suspect],
@@ -167,7 +172,7 @@ def of_lack(
     """
     if any(one.moves for one in found):
         return tuple(replace(d, moves={}) if d.code.startswith(STEADY) else d for d in said)
-    if not any(d.code == LACK for d in said):
+    if not lacks(said):
         return tuple(said)
     parts = disagreement(records, solution)
     words = _movable(parts, parameters)

@@ -147,18 +147,14 @@ def _closed(
             records, solution = joint_fit.solved(whole, fix, without)
         except DataError:  # neither a sign nor a start that suits: what is left may have one
             return cut, *joint_fit.solved(cut, fix, without)
-        left = _left(records, solution)
+        left = misfit.of_fit(records, solution)
         if left < rank.LIKELY:  # though a search may not have settled to its last digit
             return whole, records, solution
         others, other = joint_fit.solved(cut, fix, without)
-        if left < _left(others, other):
+        if left < misfit.of_fit(others, other):
             return whole, records, solution
         return cut, others, other
     return cut, *joint_fit.solved(cut, fix, without)
-
-
-def _left(records: Sequence[MotorRecord], solution: Solution) -> float:
-    return misfit.of_fit(records, solution)
 
 
 def looked_for(
