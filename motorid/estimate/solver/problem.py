@@ -15,6 +15,7 @@ from motorid.estimate.solver.dense_products import gram, square
 Floats = NDArray[np.float64]
 
 LEAST = 1e-250  # of an information: its inverse is still a number
+SINGULAR = 1e-14  # of the largest eigenvalue: less is rounding
 
 
 @dataclass(frozen=True)
@@ -174,16 +175,25 @@ class Solution:
 
 def bounded_inverse(information: Floats, at_bound: NDArray[np.bool_]) -> Floats:
     """Inverse over the parameters that are free; scaled first, pseudo where singular."""
+    if not at_bound.any():
+        return _inverse(information)
     free = np.flatnonzero(~at_bound)
     inverse = np.zeros_like(information)
-    if not len(free):
-        return inverse
-    part = information[np.ix_(free, free)]
-    diagonal = np.diag(part)
+    if len(free):
+        place = np.ix_(free, free)
+        inverse[place] = _inverse(information[place])
+    return inverse
+
+
+def _inverse(information: Floats) -> Floats:
+    """By its eigenvalues, as numpy's ``pinv`` of a symmetric matrix does it with more around it."""
+    diagonal = information.diagonal()
     # rounding may leave nothing, or less, of what nuisances explain: such a one stays where it is
     scale = np.where(diagonal > 0.0, np.maximum(diagonal, LEAST) ** -0.5, 0.0)
-    scaled = np.clip(part * scale[:, None] * scale, -1.0, 1.0)
-    inverse[np.ix_(free, free)] = np.linalg.pinv(scaled, rcond=1e-14, hermitian=True) * np.outer(
-        scale, scale
-    )
-    return inverse
+    scaled = np.clip(information * scale[:, None] * scale, -1.0, 1.0)
+    sizes, ways = np.linalg.eigh(scaled)
+    order = np.argsort(np.abs(sizes))[::-1]  # sums come out to their last digit as numpy's do
+    sizes, ways = sizes[order], ways[:, order]
+    least = SINGULAR * np.abs(sizes[:1]).max(initial=0.0)
+    back = np.divide(1.0, sizes, where=np.abs(sizes) > least, out=np.zeros_like(sizes))
+    return np.asarray(ways @ (back[:, None] * ways.T) * np.outer(scale, scale))
