@@ -11,13 +11,17 @@ from scipy.integrate import solve_ivp
 
 from bench.coverage.rigs import draw_bench
 from bench.coverage.runs import record
-from motorid.estimate.fit import discontinuous_current_inductance, multistart, subsample_inductance
+from motorid.estimate.fit import (
+    discontinuous_current_inductance,
+    joint_fit,
+    multistart,
+    subsample_inductance,
+)
+from motorid.estimate.fit.alternating_fit import vanished
 from motorid.estimate.fit.discontinuous_current_inductance import Pulses
 from motorid.estimate.results.estimate import Estimate
 from motorid.estimate.signals.source.pwm_bridge import DIODE_DROPS_V
 from motorid.identify import fit
-from tests.estimate.diagnosis.faults.cases import CHAIN, Runs
-from tests.estimate.diagnosis.faults.rigs import DUTIES, Bench
 
 SIX = ("R", "L", "K", "B", "J", "T0")
 
@@ -65,7 +69,8 @@ def test_ripple_tells_what_no_reading_shows(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """L/R is 0.08 of a sample; brushes drop 2 % of the voltage at a current that ripples 100 %."""
-    runs = record(draw_bench(1123), tmp_path)
+    drawn = draw_bench(1123)
+    runs = record(replace(drawn, rigs=drawn.rigs[:1]), tmp_path)
     found = fit(runs.captures, model="six")
     for name in SIX:
         p = found.parameters[name]
@@ -95,13 +100,13 @@ def test_pulses_tell_what_no_reading_shows(tmp_path: Path, monkeypatch: pytest.M
     lost to brushes.
     """
     drawn = draw_bench(12)
-    runs = record(replace(drawn, options=replace(drawn.options, brush_drop=0.2)), tmp_path)
-    one = runs.captures[:1]
-    found = fit(one, model="six")
+    options = replace(drawn.options, brush_drop=0.2)
+    runs = record(replace(drawn, rigs=drawn.rigs[:1], options=options), tmp_path)
+    found = fit(runs.captures, model="six")
     assert abs(off(found, runs.truth, "L")) < 0.05
     monkeypatch.setattr(discontinuous_current_inductance, "pulses_of", lambda *_: [])
     monkeypatch.setattr(subsample_inductance._Search, "by_ripple", lambda _: None)
-    blind = fit(one, model="six")
+    blind = fit(runs.captures, model="six")
     assert blind.parameters["L"].status == "not_identifiable"
 
 
@@ -117,18 +122,5 @@ def test_an_inductance_that_a_search_loses_is_found_again(
     assert not [d for d in found.diagnostics if d.code == "inductance_by_ripple"]  # readings do
     monkeypatch.setattr(multistart, "vanished", lambda *_: False)
     monkeypatch.setattr(subsample_inductance._Search, "by_ripple", lambda _: None)
-    blind = fit(runs.captures, model="six")
-    assert blind.parameters["L"].status == "not_identifiable"
-
-
-@pytest.mark.slow
-def test_a_voltage_that_comes_late_is_not_mended_by_ripple(tmp_path: Path) -> None:
-    """Readings that would tell L, and do not, have another fault: named, and allowed for."""
-    late = next(case for case in CHAIN if case.name == "voltage lag")
-    rig = Runs(Bench("maxon-re35", 3, DUTIES, tmp_path))
-    found = fit([late.capture(rig)])
-    assert "inductance_by_ripple" not in {d.code for d in found.diagnostics}
-    L = found.parameters["L"]
-    assert L.value == pytest.approx(rig.bench.preset.inductance_h, abs=4.0 * L.total)
-    assert "inductance_by_ripple" not in {d.code for d in found.diagnostics}
-    assert [s.code for s in found.suspects if s.strength == "named"] == ["voltage_lag"]
+    records, blind = joint_fit.solved(runs.captures, {}, ())
+    assert vanished(blind, records)

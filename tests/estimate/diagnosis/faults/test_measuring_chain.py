@@ -62,6 +62,8 @@ def test_a_fault_is_named(case: Case, runs: Runs, good: Estimate) -> None:
         assert set(first.without) == {*PARAMETERS}
         _agree(estimate, good)
         assert {p.status for p in estimate.parameters.values()} == {Status.ESTIMATED}
+        # ripple tells no inductance that readings would tell without the fault
+        assert "inductance_by_ripple" not in {d.code for d in estimate.diagnostics}
 
 
 @pytest.mark.slow
