@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED
+from motorid.estimate.effects.reading.smoothing import smoothed_by
 from motorid.estimate.effects.registry import WITHOUT_WORD
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.logs.unstated_channels import Told, heard
@@ -47,6 +48,8 @@ def moves(records: Sequence[MotorRecord], solution: Solution) -> dict[str, float
             USUAL * np.concatenate(parts) / np.repeat(line.sigmas, _lengths(line.slices))
             for parts in _changes(record, solution.values, own)
         ])  # fmt: skip
+        if not len(rows):
+            continue
         told = heard(rows, line, inverse)
         if told.gain > told.unknowns + SURE * (2.0 * told.unknowns) ** 0.5:
             found = np.maximum(found, _moved(told, inverse))
@@ -70,12 +73,20 @@ def _changes(record: MotorRecord, values: Floats, own: Floats) -> Iterator[list[
     shown = record.fitted(values, own)
     apart = _apart(record, own)
     for channel, m in enumerate(record.measured):
-        if m.block.name not in FILTERED:
+        if m.block.name not in FILTERED or _averaged(record, m.block.name):
             continue
         for k in range(1, TAPS + 1):
             parts = [np.zeros(len(y)) for y in shown]
             parts[channel] = _before(shown[channel], k * apart) - shown[channel]
             yield record.weighed(parts)
+
+
+def _averaged(record: MotorRecord, block: str) -> bool:
+    """Its readings were smoothed digitally and no more, and their noise with them: at what such a
+    kernel keeps out there is none, and chance is no measure.
+    """
+    alone = not any(one.quantity in WITHOUT_WORD for one in record.found)
+    return alone and smoothed_by(record.instances, record.unknowns, block) is not None
 
 
 def _before(series: Floats, samples: int) -> Floats:

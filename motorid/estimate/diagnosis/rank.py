@@ -28,7 +28,7 @@ from motorid.estimate.diagnosis.faults import (
     saturation,
     unstated_channels,
 )
-from motorid.estimate.diagnosis.refit import Refit, refit
+from motorid.estimate.diagnosis.refit import Refit, go_on, refit
 from motorid.estimate.diagnosis.score_test import Screen
 from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.fit.start_values import start_values
@@ -64,6 +64,7 @@ CLEAR = 200.0  # or this much in all, of a misfit too small to matter but for wh
 NEAR = 2e-3  # of all that there is to explain: not worth another step of a fit
 SHARE = 0.3  # and this share of all that there is to explain,
 PART = 0.15  # the least share of a fault that explains so much surely
+FEW, BETTER = 4, 2  # steps of a fit from every size, and how many go on to their end
 MUCH = 0.5  # of the misfit, that a fault leaves: another may be the larger one
 MOSTLY = 0.75  # the least share of a vague one that explains a small misfit
 ODD = 2.0  # excess of one run over that of any other, which makes it the one to look at
@@ -277,11 +278,18 @@ def _ended(
     size: Size,
     enough: float,
 ) -> Refit:
-    """The best fit from ``size``; from all that are tried of a fault that acts in whole samples:
-    on its way from one to another a search meets valleys.
+    """The best fit from ``size``; of a fault that acts in whole samples the better ones of few
+    steps each from all sizes: on its way from one to another a search meets valleys.
     """
-    sizes = (size, *(s for s in h.sizes if s != size)) if h.stepwise else (size,)
-    return min((refit(records, starts, h, s, enough) for s in sizes), key=lambda f: f.objective)
+    if not h.stepwise:
+        return refit(records, starts, h, size, enough)
+    sizes = dict.fromkeys((size, *h.sizes))
+    tried = [
+        (refit(records, [start], h, one, enough, FEW), start) for one in sizes for start in starts
+    ]
+    begun = sorted(tried, key=lambda each: each[0].objective)[:BETTER]
+    ended = [go_on(records, start, h, one, enough) for one, start in begun]
+    return min(ended, key=lambda one: one.objective)
 
 
 def _rivals(

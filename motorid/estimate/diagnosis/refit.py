@@ -66,12 +66,13 @@ def refit(
     hypothesis: Hypothesis | None = None,
     size: Size = (),
     enough: float = 1.0,
+    steps: int = STEPS,
 ) -> Refit:
     """The most likely motor and size, the best from all ``starts``; without a hypothesis, of six.
 
-    A fit ends when F would fall by less than ``enough``.
+    A fit ends when F would fall by less than ``enough``, or after so many ``steps``.
     """
-    found = [_from(records, start, hypothesis, size, enough) for start in starts]
+    found = [_from(records, start, hypothesis, size, enough, steps) for start in starts]
     return min(found, key=lambda f: f.objective)
 
 
@@ -91,6 +92,7 @@ def _from(
     hypothesis: Hypothesis | None,
     size: Size,
     enough: float,
+    steps: int,
 ) -> Refit:
     shared = [replace(u, start=float(v)) for u, v in zip(start.unknowns, start.values, strict=True)]
     more = []
@@ -99,6 +101,18 @@ def _from(
         bounds = zip(size, h.scale, h.lower, h.upper, strict=True)
         more = [Unknown(f"size {k}", a, b, c, scale=s) for k, (a, s, b, c) in enumerate(bounds)]
     widened = [Widened(r, own, hypothesis) for r, own in zip(records, start.own, strict=True)]
-    found = maximise([*shared, *more], widened, max_iterations=STEPS, enough=enough)
+    found = maximise([*shared, *more], widened, max_iterations=steps, enough=enough)
     p = len(shared)
     return Refit(found.values[:p], found.values[p:], found.objective, found)
+
+
+def go_on(
+    records: Sequence[MotorRecord],
+    start: Solution,
+    hypothesis: Hypothesis,
+    begun: Refit,
+    enough: float,
+) -> Refit:
+    """The same from where a fit after few steps was; ``start``: that one's."""
+    there = replace(start, values=begun.values, own=begun.search.own)
+    return _from(records, there, hypothesis, tuple(begun.size.tolist()), enough, STEPS)

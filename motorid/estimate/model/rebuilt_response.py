@@ -64,21 +64,24 @@ class Driven(Protocol):
 def rebuilt(record: Driven, setup: Setup, respond: Callable[..., Response]) -> Response:
     """With another clock, gain of the source, or other stretches; ``respond`` makes it."""
     clock, gain = setup.clock, setup.source_gain
-    outputs = [
-        replace(o, aperture_s=clock * o.aperture_s, delay_s=clock * o.delay_s)
-        for o in record.outputs
-    ]
+    outputs = list(record.outputs)
+    if clock != 1.0:
+        outputs = [
+            replace(o, aperture_s=clock * o.aperture_s, delay_s=clock * o.delay_s) for o in outputs
+        ]
     for m in record.measured:
-        late = setup.late_s.get(m.block.name, 0.0)
-        as_read = outputs[m.row].delayed(late, record.pwm_period_s)
-        filter_s = as_read.filter_s + setup.filter_s.get(m.block.name, 0.0)
-        if m.block.name in setup.second_s:
-            filter_s = 0.0  # it is part of the one of second order
-        outputs[m.row] = replace(as_read, filter_s=filter_s)
-    stretches = [
-        replace(s, swing_v=gain * s.swing_v, clamp_v=gain * s.clamp_v)
-        for s in restretched(record.stretches, record.timeline.parts, setup.stretched)
-    ]
+        name = m.block.name
+        late, slower = setup.late_s.get(name, 0.0), setup.filter_s.get(name, 0.0)
+        if late or slower or name in setup.second_s:
+            as_read = outputs[m.row].delayed(late, record.pwm_period_s)
+            # it is part of the one of second order, where there is one
+            filter_s = 0.0 if name in setup.second_s else as_read.filter_s + slower
+            outputs[m.row] = replace(as_read, filter_s=filter_s)
+    stretches = restretched(record.stretches, record.timeline.parts, setup.stretched)
+    if gain != 1.0:
+        stretches = [
+            replace(s, swing_v=gain * s.swing_v, clamp_v=gain * s.clamp_v) for s in stretches
+        ]
     for part, kick in setup.kicks.items():
         k = record.first[part]
         stretches[k] = replace(stretches[k], kick_rad_s=kick)

@@ -10,7 +10,9 @@ import pytest
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
 from motorid.estimate.diagnosis import filter_rest
+from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
+from motorid.estimate.effects.reading.smoothing import SMOOTHED
 from motorid.estimate.effects.registry import WITHOUT_WORD
 from motorid.estimate.fit.logs.unstated_channels import Told
 from motorid.estimate.solver.problem import Unknown
@@ -23,10 +25,11 @@ def log(found: bool = True, is_log: bool = True, shown: Any = (), names: Any = (
     """A log in whose fit a filter was found, or not; ``shown`` by channel."""
     waveform = SimpleNamespace(period_s=PERIOD_S) if is_log else None
     return SimpleNamespace(
-        found=frozenset({1}) if found else frozenset(), sensed=SimpleNamespace(waveform=waveform),
+        found=frozenset({Instance(LAG)}) if found else frozenset(),
+        sensed=SimpleNamespace(waveform=waveform),
         fitted=lambda *_: list(shown), weighed=lambda parts: [2.0 * part for part in parts],
         measured=[SimpleNamespace(block=SimpleNamespace(name=name)) for name in names],
-        instances=(),
+        instances=(), unknowns=(),
     )  # fmt: skip
 
 
@@ -48,6 +51,17 @@ def test_sums_reach_over_two_and_a_half_delays(sizes: tuple[float, ...], samples
     record.instances.append(SimpleNamespace(quantity=CURRENT_OFFSET))
     own = np.array([*sizes, 99.0])
     assert filter_rest._apart(record, own) == samples
+
+
+@pytest.mark.parametrize(("beside", "left_out"), [(False, True), (True, False)])
+def test_noise_that_was_averaged_alone_is_no_measure(beside: bool, left_out: bool) -> None:
+    """Of the channel that firmware averaged, where neither lag nor low-pass was found beside it."""
+    one = next(iter(SMOOTHED[CURRENT].values()))
+    record = log()
+    record.instances, record.unknowns = [Instance(one)], [Unknown(one.name, 2.0)]
+    record.found = frozenset({Instance(one), *([Instance(LAG)] if beside else [])})
+    assert filter_rest._averaged(record, CURRENT) is left_out
+    assert not filter_rest._averaged(record, SPEED)
 
 
 def test_a_channel_is_what_it_was_some_samples_before(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, SPEED
-from motorid.estimate.diagnosis import fault, refit
+from motorid.estimate.diagnosis import fault, rank, refit
 from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.refit import Widened
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
@@ -90,7 +90,8 @@ class Searched:
     def search(self, unknowns: Any, records: Any, **how: Any) -> Any:
         self.asked.append((unknowns, records, how))
         values = np.arange(len(unknowns)) + 10.0 * len(self.asked)
-        return SimpleNamespace(values=values, objective=self.left.pop(0))
+        own = (np.array([0.5 * len(self.asked), 7.0]),)
+        return SimpleNamespace(values=values, objective=self.left.pop(0), own=own)
 
 
 def test_a_trial_begins_at_each_start_and_the_likeliest_counts(
@@ -111,6 +112,28 @@ def test_a_trial_begins_at_each_start_and_the_likeliest_counts(
     assert how == {"max_iterations": 20, "enough": 0.3}
     assert wide.hypothesis is not None
     assert [u.start for u in wide.unknowns] == [0.25, 0.5]
+
+
+def test_a_fault_in_whole_samples_begins_at_every_size_and_the_better_ones_go_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """From two starts: (1, 1), of the screen, then (2, 1); few steps each, and the best two on."""
+    searched = Searched(monkeypatch, 9.0, 7.0, 8.0, 6.0, 5.5, 5.0)
+    starts = [solution(), solution(R=3.0)]
+    for start in starts:
+        object.__setattr__(start, "own", (np.array([0.25, 0.5]),))
+    stepwise = hypothesis(sizes=((1.0, 1.0), (2.0, 1.0)), stepwise=True)
+    found = rank._ended([record()], starts, stepwise, (1.0, 1.0), 0.3)
+    assert found.objective == 5.0
+    begun, ended = searched.asked[:4], searched.asked[4:]
+    sizes = [tuple(u.start for u in unknowns[6:]) for unknowns, _, _ in begun]
+    assert sizes == [(1.0, 1.0), (1.0, 1.0), (2.0, 1.0), (2.0, 1.0)]
+    assert {how["max_iterations"] for _, _, how in begun} == {rank.FEW}
+    assert {how["max_iterations"] for _, _, how in ended} == {20}
+    # where the fourth search and the second were, nuisances and all
+    for (unknowns, (wide,), _), place in zip(ended, (4, 2), strict=True):
+        assert [u.start for u in unknowns] == [10.0 * place + k for k in range(8)]
+        assert [u.start for u in wide.unknowns] == [0.5 * place, 7.0]
 
 
 def test_without_a_fault_a_trial_is_of_the_motor_alone(monkeypatch: pytest.MonkeyPatch) -> None:

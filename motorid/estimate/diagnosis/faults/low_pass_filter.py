@@ -43,17 +43,20 @@ def hypotheses(records: Sequence[MotorRecord]) -> list[Hypothesis]:
 
 
 def _smoothed(name: str, way: Smoothing, quantity: InfluenceQuantity) -> Hypothesis:
-    shows = "reads" if way.behind else "shows its edges before they come,"
-
     def words(size: Floats) -> Words:
-        evidence = f"the {name} {shows} as behind {way.how} ({way.wide(float(size[0]))})"
-        return Words(name, evidence, quantity.remedy)
+        return Words(name, shown(name, way, float(size[0])), quantity.remedy)
 
     return Hypothesis(
         f"{name}_smoothed", acting(quantity), tuple((w,) for w in way.sizes), (1.0,), (0.0,),
         (float(way.most),), words, quantity=quantity, afterwards=True, whole=way.whole,
-        stepwise=way.behind,
+        stepwise=way.behind > 0.0,
     )  # fmt: skip
+
+
+def shown(name: str, way: Smoothing, size: float) -> str:
+    """What the readings of a channel smoothed so show, in words."""
+    shows = "reads" if way.behind else "shows its edges before they come,"
+    return f"the {name} {shows} as behind {way.how} ({way.wide(size)})"
 
 
 def _of(name: str, period: float) -> Hypothesis:

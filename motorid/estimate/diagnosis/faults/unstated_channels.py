@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE
 from motorid.estimate.diagnosis import filter_rest
 from motorid.estimate.diagnosis.fault import short
+from motorid.estimate.diagnosis.faults.low_pass_filter import shown
+from motorid.estimate.effects.influence_quantity import Instance
+from motorid.estimate.effects.reading.smoothing import SMOOTHED
 from motorid.estimate.effects.registry import WITHOUT_WORD
 from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
 from motorid.estimate.effects.unstated import default
@@ -82,7 +85,8 @@ def suspects(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect
         del found["lag", VOLTAGE]
     before = records[0].as_stamped
     said = [_said(kind, size, period, before) for (kind, _), (size, period) in found.items()]
-    named = [*_averaged(records, before), *_taken_earlier(records, before), *said]
+    averaged = [*_averaged(records, before), *_kernels(records, solution, before)]
+    named = [*averaged, *_taken_earlier(records, before), *said]
     return _with_rest(named, records, solution)
 
 
@@ -134,6 +138,24 @@ def _averaged(records: Sequence[MotorRecord], before: Mapping[str, float]) -> It
                 "named", allowed=True, without=before,
             )  # fmt: skip
             return
+
+
+def _kernels(
+    records: Sequence[MotorRecord], solution: Solution, before: Mapping[str, float]
+) -> Iterator[Suspect]:
+    """Channels that the fit takes for averaged from reading to reading."""
+    for record, own in zip(records, solution.own, strict=True):
+        sizes = dict(zip(record.instances, own.tolist(), strict=True))
+        for channel, ways in SMOOTHED.items():
+            for way, quantity in ways.items():
+                size = sizes.get(Instance(quantity), 0.0)
+                if size * way.behind > WORTH_SAYING:
+                    evidence = f"{shown(channel, way, size)}; the fit allows for it"
+                    yield Suspect(
+                        f"{channel}_smoothed", channel, evidence, quantity.remedy, "named",
+                        allowed=True, without=before,
+                    )  # fmt: skip
+                    return
 
 
 def lags(record: MotorRecord, sizes: Mapping[str, tuple[float, float]]) -> Iterator[Size]:

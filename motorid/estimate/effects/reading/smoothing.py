@@ -51,6 +51,12 @@ SMOOTHED: dict[str, dict[Smoothing, InfluenceQuantity]] = {
 }
 
 
+def delaying(quantity: InfluenceQuantity, way: Smoothing, readings: float) -> Unknown:
+    """One that is there, late by so many readings (> 0)."""
+    size = min(readings / way.behind, way.most)
+    return Unknown(quantity.name, size, 0.0, way.most, scale=1.0, prior_sd=size)
+
+
 _KERNEL = {
     quantity: (channel, way.kernel)
     for channel, ways in SMOOTHED.items()

@@ -27,7 +27,8 @@ TRUNCATED = 4.0, 12.0  # of a Gaussian's standard deviation; of a low-pass's tim
 class Smoothing:
     """``kernel`` of a size up to ``most``, ``wide`` in words; of ``whole`` sizes alone, or any.
 
-    ``behind``: of readings that came before, which firmware can do.
+    ``behind``: of readings that came before, which firmware can do: late by so many readings for
+    each of its size.
     """
 
     how: str
@@ -35,7 +36,7 @@ class Smoothing:
     sizes: tuple[float, ...]  # that are tried
     wide: Callable[[float], str]
     whole: bool = False
-    behind: bool = False
+    behind: float = 0.0
     most: float = FARTHEST
 
 
@@ -129,12 +130,12 @@ SMOOTHINGS = (
     Smoothing("a Gaussian around each reading", gaussian, HALF_WIDTHS, _around_it),
     Smoothing("a low-pass forwards and backwards", both_ways, HALF_WIDTHS, _around_it),
     Smoothing(
-        "a recursive average", recursive, (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0),
-        lambda size: f"a new reading counts {1.0 / (1.0 + size):.2g}", behind=True,
+        "a recursive average", recursive, (0.5, 2.0, 8.0, 32.0),
+        lambda size: f"a new reading counts {1.0 / (1.0 + size):.2g}", behind=1.0,
         most=FARTHEST / TRUNCATED[1] - 1.0,
     ),
     Smoothing(
-        "a mean of the last readings", of_the_last, (1.0, 2.0, 3.0, 7.0, 15.0, 31.0),
-        lambda size: f"of {size + 1.0:.2g}", whole=True, behind=True,
+        "a mean of the last readings", of_the_last, (1.0, 3.0, 7.0, 31.0),
+        lambda size: f"of {size + 1.0:.2g}", whole=True, behind=0.5,
     ),
 )  # fmt: skip

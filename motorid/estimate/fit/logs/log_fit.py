@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.alternating_fit import vanished
 from motorid.estimate.fit.logs import (
+    log_averages,
     log_lags,
     log_means,
     log_one_filter,
@@ -78,8 +79,15 @@ def best(
 
     plain = _likeliest(_of_every_shape(first, solution, free, start, fresh))
     plain = log_readings.taken(*plain, free, start, fixed)
-    captures = [record.capture for record in plain[0]]
     heard = told(*plain)
+    averages: list[Fit] = []
+    if any(one.asked_for for one in heard):
+        averaged = log_averages.taken(plain, as_read, free, start, fixed)
+        averages = [averaged] if averaged is not plain else []
+        then = told(*averaged)
+        if not any(one.asked_for for one in then):  # it is all that there is
+            plain, heard = averaged, then
+    captures = [record.capture for record in plain[0]]
     for record, one in zip(plain[0], heard, strict=True):
         record.left_open = (*one.shifts, one.step)
     needed = sum(one.needed for one in heard)
@@ -119,7 +127,7 @@ def best(
         means = log_means.taken(wider, free, known, fixed)
         lagged = log_lags.taken(wider, as_read, free, known, fixed)
         alone = log_one_filter.taken(wider, as_read, free, known, fixed)
-        for other in (filtered, means, lagged, alone):
+        for other in (filtered, means, lagged, alone, *averages):
             wider = log_means.likelier(wider, other, price)
         wider = log_readings.reconsidered(wider, free, known, fixed)
         wider = log_second_order.without_vanished(wider, free, known, fixed)

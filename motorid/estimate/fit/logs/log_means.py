@@ -80,7 +80,7 @@ def _over(
     records = []
     for last, own in zip(before[0], before[1].own, strict=True):
         smoothed_s = _smoothed(last, own)
-        capture = _as_means(last.capture, width_s) if smoothed_s > 0.0 else last.capture
+        capture = as_means(last.capture, width_s) if smoothed_s > 0.0 else last.capture
         record = MotorRecord(capture, free, fixed, last.shape)
         sizes = {one: x for one, x in found_sizes(last, own, record).items() if one != SMOOTHING}
         lag = LAG.unknown(last) if LAG in last.instances else None
@@ -94,7 +94,7 @@ def _over(
     return records, widened(records, free, near, settled(records, free, near))
 
 
-def _as_means(capture: Capture, width_s: float) -> Capture:
+def as_means(capture: Capture, width_s: float) -> Capture:
     channel = replace(capture.channels[CURRENT], kind="mean", aperture_s=width_s)
     return replace(capture, channels={**capture.channels, CURRENT: channel})
 

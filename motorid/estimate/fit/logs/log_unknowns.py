@@ -74,9 +74,12 @@ def found_sizes(
         return {}
     known = zip(other.instances, other.unknowns, own.tolist(), strict=True)
     return {
-        one: replace(unknown, start=default.whole(record, size) if whole else size)
+        one: replace(
+            unknown,
+            start=default.whole(record, size) if whole and one.quantity in WITHOUT_WORD else size,
+        )
         for one, unknown, size in known
-        if one.quantity in WITHOUT_WORD
+        if one.quantity in WITHOUT_WORD or one in other.found
     }
 
 

@@ -29,6 +29,7 @@ class Handed:
         self.note(monkeypatch, log_fit, "_of_every_shape", [self.plain])
         self.note(monkeypatch, log_fit.log_readings, "taken", self.plain)
         self.note(monkeypatch, log_fit, "told", heard)
+        self.note(monkeypatch, log_fit.log_averages, "taken", self.plain, "averages")
         self.note(monkeypatch, log_fit, "vanished", False)
         self.note(monkeypatch, log_fit.smoothed_voltage, "begun", [])
         self.note(monkeypatch, log_fit, "unsupported", None)
@@ -105,6 +106,7 @@ def test_every_stage_is_handed_what_the_one_before_it_found(
     assert wider[1] is handed.wider
     for name in ("second", "means"):
         assert seen[name] == (wider, NAMES, known, FIXED)
+    assert seen["averages"] == (handed.plain, ["as read"], NAMES, START, FIXED)
     for name in ("lags", "alone"):  # from the captures as they were read
         assert seen[name] == (wider, ["as read"], NAMES, known, FIXED)
     assert seen["serves_few"] == (handed.plain, wider)

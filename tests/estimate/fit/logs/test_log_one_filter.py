@@ -22,7 +22,7 @@ from motorid.estimate.uncertainty.findings import findings
 from motorid.identify import fit
 
 RATE, TICKS, CLOCK_HZ = 10_000.0, 8, 1e9
-MOTOR = Motor(0.5, 0.5 * 1.5 / RATE, 0.038, 7e-5, 4e-5, 14e-3, 12.0)  # L/R of 1.5 samples
+MOTOR = Motor(0.5, 0.5 * 1.5 / RATE, 0.038, 7e-5, 1.5e-5, 14e-3, 12.0)  # L/R of 1.5 samples
 COLUMNS = ((VOLTAGE, "v", "V"), (CURRENT, "i", "A"), (SPEED, "w", "rad/s"))
 NOT_STATED = frozenset({"delay", "filter", "aperture"})
 

@@ -46,6 +46,7 @@ class Stages:
         for name, other in answers.items():
             monkeypatch.setattr(log_fit, name, other)
         monkeypatch.setattr(log_fit.log_readings, "taken", lambda *fit: fit[:2])
+        monkeypatch.setattr(log_fit.log_averages, "taken", lambda before, *_: before)
         monkeypatch.setattr(log_fit.log_readings, "reconsidered", self.reconsidered)
         monkeypatch.setattr(log_fit.smoothed_voltage, "begun", lambda *_: [self.fit(SMOOTHED)])
         monkeypatch.setattr(log_fit.log_second_order, "taken", lambda *_: self.way("second"))
