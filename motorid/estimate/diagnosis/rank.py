@@ -256,7 +256,7 @@ def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:
     deviations = solution.slopes * np.sqrt(np.diag(covariance_of(solution.information)))
     out = []
     for hypothesis, size, begin, seen in rivals:
-        found = _ended(records, begin or starts, hypothesis, size, enough)
+        found = _ended(records, begin or starts, hypothesis, size, enough, usual)
         gain = (usual.objective - found.objective) / readings
         moved = found.values / np.maximum(usual.values, 1e-300) - 1.0
         shift = {
@@ -277,9 +277,11 @@ def _ended(
     h: Hypothesis,
     size: Size,
     enough: float,
+    usual: Refit,
 ) -> Refit:
     """The best fit from ``size``; of a fault that acts in whole samples the better ones of few
-    steps each from all sizes: on its way from one to another a search meets valleys.
+    steps each from all sizes: on its way from one to another a search meets valleys. One that is
+    worse than the ``usual`` fit, without a fault, is in a wrong one.
     """
     if not h.stepwise:
         return refit(records, starts, h, size, enough)
@@ -288,8 +290,9 @@ def _ended(
         (refit(records, [start], h, one, enough, FEW), start) for one in sizes for start in starts
     ]
     begun = sorted(tried, key=lambda each: each[0].objective)[:BETTER]
-    ended = [go_on(records, start, h, one, enough) for one, start in begun]
-    return min(ended, key=lambda one: one.objective)
+    better = [each for each in begun if each[0].objective < usual.objective]
+    ended = [go_on(records, start, h, one, enough) for one, start in better]
+    return min(ended, key=lambda one: one.objective, default=begun[0][0])
 
 
 def _rivals(

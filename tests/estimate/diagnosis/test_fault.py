@@ -113,9 +113,10 @@ def test_the_report_says_it() -> None:
 def test_a_stored_capture_is_judged_alike(runs: Runs, tmp_path: Path) -> None:
     from motorid.capture import store
 
-    late = inject.clip(runs.good, 0.7 * runs.peak_a)
-    store.save(late, tmp_path / "late.h5")
-    stored, live = (fit([one]).suspects for one in (store.load(tmp_path / "late.h5"), late))
+    off = inject.offset(runs.good, 0.02 * runs.peak_a)
+    store.save(off, tmp_path / "off.h5")
+    stored, live = (fit([one]).suspects for one in (store.load(tmp_path / "off.h5"), off))
+    assert stored[0].code == "current_offset"
     assert [(s.code, s.where, s.strength) for s in stored] == [
         (s.code, s.where, s.strength) for s in live
     ]

@@ -123,7 +123,8 @@ def test_a_fault_in_whole_samples_begins_at_every_size_and_the_better_ones_go_on
     for start in starts:
         object.__setattr__(start, "own", (np.array([0.25, 0.5]),))
     stepwise = hypothesis(sizes=((1.0, 1.0), (2.0, 1.0)), stepwise=True)
-    found = rank._ended([record()], starts, stepwise, (1.0, 1.0), 0.3)
+    usual: Any = SimpleNamespace(objective=7.5)
+    found = rank._ended([record()], starts, stepwise, (1.0, 1.0), 0.3, usual)
     assert found.objective == 5.0
     begun, ended = searched.asked[:4], searched.asked[4:]
     sizes = [tuple(u.start for u in unknowns[6:]) for unknowns, _, _ in begun]
@@ -134,6 +135,20 @@ def test_a_fault_in_whole_samples_begins_at_every_size_and_the_better_ones_go_on
     for (unknowns, (wide,), _), place in zip(ended, (4, 2), strict=True):
         assert [u.start for u in unknowns] == [10.0 * place + k for k in range(8)]
         assert [u.start for u in wide.unknowns] == [0.5 * place, 7.0]
+
+
+@pytest.mark.parametrize(("usual", "ended"), [(6.5, 1), (5.5, 0)])
+def test_what_is_worse_than_no_fault_goes_on_no_more(
+    usual: float, ended: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searched = Searched(monkeypatch, 9.0, 7.0, 6.0, 5.0)
+    start = solution()
+    object.__setattr__(start, "own", (np.array([0.25, 0.5]),))
+    stepwise = hypothesis(sizes=((1.0, 1.0), (2.0, 1.0), (3.0, 1.0)), stepwise=True)
+    without: Any = SimpleNamespace(objective=usual)
+    found = rank._ended([record()], [start], stepwise, (1.0, 1.0), 0.3, without)
+    assert len(searched.asked) == 3 + ended
+    assert found.objective == (5.0 if ended else 6.0)
 
 
 def test_without_a_fault_a_trial_is_of_the_motor_alone(monkeypatch: pytest.MonkeyPatch) -> None:
