@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.estimate.diagnosis import misfit
 from motorid.estimate.diagnosis.refit import plain
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Diagnostic
@@ -21,6 +22,7 @@ from motorid.estimate.solver.problem import Linearised, Solution
 
 Floats = NDArray[np.float64]
 
+NOTHING = 0.03  # of misfit: readings that are left no more than noise
 MOST = 0.5  # of all squares that are left: what runs of their own parameters must take
 SURE = 5.0  # standard uncertainties of a difference
 ALIKE = 0.005  # relative: parameters of runs that differ by less are the same
@@ -42,7 +44,7 @@ class Alone:
 
 def findings(solution: Solution, records: Sequence[MotorRecord]) -> Iterator[Diagnostic]:
     """A warning with what the runs differ in; every parameter is moved by the run farthest off."""
-    if len(_runs(solution, records)) < 2:
+    if len(_runs(solution, records)) < 2 or misfit.of_fit(records, solution) < NOTHING:
         return
     white = plain(records, solution)  # a fit weighs down what all readings are left alike
     runs = [_alone(lines, white) for lines in _runs(white, records)]

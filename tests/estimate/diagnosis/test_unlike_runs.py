@@ -17,10 +17,10 @@ NAMES, VALUES = ("R", "K"), np.array([2.0, 0.5])
 
 def of_lines(
     monkeypatch: pytest.MonkeyPatch, *slopes: float, noise: float = 1.0, bow: float = 0.0,
-    sha256: str = "", waveform: str | None = None, at_bound: bool = False,
+    sha256: str = "", waveform: str | None = None, at_bound: bool = False, left: float = 1.0,
 ) -> list[Diagnostic]:  # fmt: skip
     """Readings of 1 and x; R is the height, K the slope that each run has by itself (in units of
-    noise). ``bow``: what every run lacks alike.
+    noise). ``bow``: what every run lacks alike; ``left``: of misfit, by all runs.
     """
     rng = np.random.default_rng(4)
     x = np.linspace(-1.0, 1.0, N)
@@ -47,6 +47,7 @@ def of_lines(
     held = np.array([False, at_bound])
     solution: Any = SimpleNamespace(**{**vars(white), "at_bound": held})
     monkeypatch.setattr(unlike_runs, "plain", lambda *_: white)
+    monkeypatch.setattr(unlike_runs.misfit, "of_fit", lambda *_: left)
     return list(unlike_runs.findings(solution, records))
 
 
@@ -71,6 +72,7 @@ def test_runs_that_differ_little_are_alike(monkeypatch: pytest.MonkeyPatch) -> N
     assert not of_lines(monkeypatch, 0.0, 0.0049, noise=1e-5)
     assert of_lines(monkeypatch, 0.0, 0.0052, noise=1e-5)
     assert not of_lines(monkeypatch, 0.0, 0.0, noise=1.0)
+    assert not of_lines(monkeypatch, 0.0, 0.1, noise=1e-3, left=0.02)  # readings left no misfit
 
 
 def test_what_is_at_its_bound_is_not_compared_and_steps_tell_a_whole_at_most(
