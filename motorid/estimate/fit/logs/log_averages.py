@@ -78,18 +78,21 @@ def taken(
     free: Sequence[str],
     known: Mapping[str, float],
     fixed: Mapping[str, float],
+    alike: float,
 ) -> Fit:
     """The likeliest such fit of the captures ``as_read``; ``before`` where none is likelier, where
     what is much like it is, where somebody states the current's filter, where readings are not
     evenly apart, or where the current is all that tells of it.
+
+    ``alike``: objective of the likeliest fit that takes them as they were read, so that an average
+    which is none is seen at once.
     """
     if any(not _may_be(record) for record in before[0]):
         return before
-    search = _Search(as_read, free, fixed)
-    found = _tried(before, search, merged(known, before[1]))
+    search, price = _Search(as_read, free, fixed), float(np.log(readings(before[0])))  # Schwarz
+    found = _tried(before, search, merged(known, before[1]), alike - price)
     best = min(found, key=_objective, default=before)
-    gain = _objective(before) - _objective(best)
-    if gain <= np.log(readings(before[0])) or _late(best) < LEAST:  # Schwarz
+    if _objective(before) - _objective(best) <= price or _late(best) < LEAST:
         return before
     beside = _beside(best, _shapes(before), search, merged(known, best[1]))
     if any(_objective(fit) < _objective(best) for fit in beside):
@@ -111,15 +114,17 @@ def _averaged(way: Smoothing, late: float) -> Found:
     return lambda record: {Instance(WAYS[way]): delaying(WAYS[way], way, late)}
 
 
-def _tried(before: Fit, search: _Search, near: Mapping[str, float]) -> list[Fit]:
-    """Every way and size under one shape of the voltage, then the likeliest under others."""
+def _tried(before: Fit, search: _Search, near: Mapping[str, float], enough: float) -> list[Fit]:
+    """Every way and size under one shape of the voltage, then the likeliest under others, if some
+    objective is below ``enough``.
+    """
     shape, *others = _shapes(before)
-    ways = [_averaged(way, late) for way, late in product(WAYS, LATE)]
-    begun = search.each([shape], ways, near)
-    if begun:
-        best = min(begun, key=_objective)
-        way, _ = _average(best)
-        ways = [_averaged(way, late) for late in (max(_late(best), LEAST), *LATE)]
+    begun = search.each([shape], [_averaged(way, late) for way in WAYS for late in LATE], near)
+    best = min(begun, key=_objective, default=None)
+    if best is None or _objective(best) >= enough:
+        return begun
+    way, _ = _average(best)
+    ways = [_averaged(way, late) for late in (max(_late(best), LEAST), *LATE)]
     return [*begun, *search.each(others, ways, near)]
 
 

@@ -78,11 +78,12 @@ def best(
         return [MotorRecord(capture, free, fixed, shape) for capture in captures]
 
     plain = _likeliest(_of_every_shape(first, solution, free, start, fresh))
+    alike = plain[1].objective
     plain = log_readings.taken(*plain, free, start, fixed)
     heard = told(*plain)
     averages: list[Fit] = []
     if any(one.asked_for for one in heard):
-        averaged = log_averages.taken(plain, as_read, free, start, fixed)
+        averaged = log_averages.taken(plain, as_read, free, start, fixed, alike)
         averages = [averaged] if averaged is not plain else []
         then = told(*averaged)
         if not any(one.asked_for for one in then):  # it is all that there is

@@ -72,7 +72,7 @@ def choosing(monkeypatch: pytest.MonkeyPatch, tried: list[Fit], beside: list[Fit
     monkeypatch.setattr(log_averages, "_tried", lambda *_: tried)
     monkeypatch.setattr(log_averages, "_beside", lambda *_: iter(beside))
     monkeypatch.setattr(log_averages, "readings", lambda _: 1000)
-    return [before, log_averages.taken(before, (), ("R", "L", "K"), {}, {})]
+    return [before, log_averages.taken(before, (), ("R", "L", "K"), {}, {}, 100.0)]
 
 
 @pytest.mark.parametrize(
@@ -99,6 +99,24 @@ def test_an_average_is_taken_where_it_pays_and_nothing_like_it_is_likelier(
 def test_without_any_such_fit_the_one_before_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     before, found = choosing(monkeypatch, [], [])
     assert found is before
+
+
+@pytest.mark.parametrize(("first", "asked"), [(80.0, 2), (95.0, 1)])
+def test_other_courses_of_the_voltage_are_tried_where_an_average_is_likelier_at_all(
+    first: float, asked: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Than the likeliest fit of what was read, by what an unknown costs: all ways under one course
+    of the voltage, and the likeliest way from its size under the others.
+    """
+    seen = list[tuple[list[str], int]]()
+
+    class Search:
+        def each(self, shapes: list[str], ways: list[object], near: object) -> list[Fit]:
+            seen.append((list(shapes), len(ways)))
+            return [averaged(99.0, MEAN, 2.0), averaged(first, RECURSIVE, 2.0)]
+
+    log_averages._tried(fit(100.0, "broken"), Search(), {}, 90.0)  # type: ignore[arg-type]
+    assert seen == [(["broken"], 4), (["held", "joined"], 3)][:asked]
 
 
 @pytest.mark.parametrize(

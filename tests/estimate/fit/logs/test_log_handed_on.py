@@ -106,7 +106,7 @@ def test_every_stage_is_handed_what_the_one_before_it_found(
     assert wider[1] is handed.wider
     for name in ("second", "means"):
         assert seen[name] == (wider, NAMES, known, FIXED)
-    assert seen["averages"] == (handed.plain, ["as read"], NAMES, START, FIXED)
+    assert seen["averages"] == (handed.plain, ["as read"], NAMES, START, FIXED, 100.0)
     for name in ("lags", "alone"):  # from the captures as they were read
         assert seen[name] == (wider, ["as read"], NAMES, known, FIXED)
     assert seen["serves_few"] == (handed.plain, wider)
