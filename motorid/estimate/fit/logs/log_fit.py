@@ -87,6 +87,8 @@ def best(
         averages = [averaged] if averaged is not plain else []
         then = told(*averaged)
         if not any(one.asked_for for one in then):  # it is all that there is
+            for record in averaged[0]:
+                record.as_stamped = merged(start, plain[1])
             plain, heard = averaged, then
     captures = [record.capture for record in plain[0]]
     for record, one in zip(plain[0], heard, strict=True):

@@ -51,6 +51,7 @@ def test_it_is_named_and_allowed_for(
     assert named.code == "current_smoothed"
     assert named.allowed
     assert words in named.evidence
+    assert abs(named.without["L"] / station.motor.L - 1.0) > 0.05  # as it would be without
     inductance = found.parameters["L"]
     assert inductance.status is Status.ESTIMATED
     assert inductance.value == pytest.approx(station.motor.L, rel=0.02)
