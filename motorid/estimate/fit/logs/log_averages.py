@@ -24,7 +24,7 @@ from motorid.estimate.effects.unstated.current_second_order import CURRENT_SECON
 from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
 from motorid.estimate.fit.alternating_fit import vanished
 from motorid.estimate.fit.logs import log_means
-from motorid.estimate.fit.logs.log_unknowns import Fit, readings, with_rivals_of
+from motorid.estimate.fit.logs.log_unknowns import Fit, of_sizes, readings, with_rivals_of
 from motorid.estimate.fit.multistart import MOST_TRIED, settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
@@ -163,12 +163,7 @@ def _circuit(late: float, bend: float) -> Found:
 
     def found(record: MotorRecord) -> dict[Instance, Unknown]:
         size = late * default.period_s(record)
-        usual = {SMOOTHING: SMOOTHING.unknown(record), SECOND: SECOND.unknown(record)}
-        sizes = {SMOOTHING: size, SECOND: bend * size}
-        return {
-            one: replace(unknown, start=sizes[one], prior_sd=sizes[one])
-            for one, unknown in usual.items()
-            if unknown is not None and sizes[one] > 0.0
-        }
+        sizes = {SMOOTHING: size, SECOND: bend * size} if bend else {SMOOTHING: size}
+        return of_sizes(record, sizes)
 
     return found

@@ -25,7 +25,7 @@ from motorid.estimate.effects.unstated.current_lag import CURRENT_LAG
 from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
 from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
 from motorid.estimate.effects.unstated.voltage_smoothing import VOLTAGE_SMOOTHING
-from motorid.estimate.fit.logs.log_unknowns import Fit, widened, with_rivals_of
+from motorid.estimate.fit.logs.log_unknowns import Fit, of_sizes, widened, with_rivals_of
 from motorid.estimate.fit.multistart import MOST_TRIED, settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
@@ -107,7 +107,7 @@ def _of(
 
     def filtered(bend: float) -> Found:
         pairs = zip(before[0], late, strict=True)
-        return [_known(record, {first: size, second: bend * size}) for record, size in pairs]
+        return [of_sizes(record, {first: size, second: bend * size}) for record, size in pairs]
 
     tried = [search(smooth, filtered(bend), near) for bend in BENDS]
     yield from tried
@@ -118,16 +118,6 @@ def _of(
             return
         tried.append(search(shape, goes_on, merged(near, best[1])))
         yield tried[-1]
-
-
-def _known(record: MotorRecord, sizes: Mapping[Instance, float]) -> dict[Instance, Unknown]:
-    """Quantities that are there, of such sizes (s)."""
-    usual = {one: one.unknown(record) for one in sizes}
-    return {
-        one: replace(unknown, start=sizes[one], prior_sd=sizes[one])
-        for one, unknown in usual.items()
-        if unknown is not None
-    }
 
 
 def _found(record: MotorRecord, own: Floats) -> dict[Instance, Unknown]:

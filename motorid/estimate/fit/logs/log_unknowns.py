@@ -83,6 +83,16 @@ def found_sizes(
     }
 
 
+def of_sizes(record: MotorRecord, sizes: Mapping[Instance, float]) -> dict[Instance, Unknown]:
+    """Quantities that are there, of such sizes (s)."""
+    usual = {one: one.unknown(record) for one in sizes}
+    return {
+        one: replace(unknown, start=sizes[one], prior_sd=sizes[one])
+        for one, unknown in usual.items()
+        if unknown is not None
+    }
+
+
 def widened(
     records: Sequence[MotorRecord],
     free: Sequence[str],

@@ -18,7 +18,7 @@ from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
 from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
 from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
 from motorid.estimate.effects.unstated.voltage_smoothing import VOLTAGE_SMOOTHING
-from motorid.estimate.fit.logs import log_one_filter
+from motorid.estimate.fit.logs import log_one_filter, log_unknowns
 from motorid.estimate.signals.intersample_voltage import BROKEN, JOINED, Rival
 from motorid.estimate.solver.problem import Unknown
 from tests.estimate.fit.made_fits import (
@@ -164,7 +164,7 @@ def test_no_more_shapes_where_responses_are_spent(spent: int, fits: int) -> None
 
 def test_a_size_is_known_as_well_as_it_is_large() -> None:
     one, _ = log(states=(SPEED_SMOOTHING,))
-    found = log_one_filter._known(one, {SMOOTHING: 3e-3, SPEED_SMOOTH: 1e-3})
+    found = log_unknowns.of_sizes(one, {SMOOTHING: 3e-3, SPEED_SMOOTH: 1e-3})
     assert {i: (u.start, u.prior_sd) for i, u in found.items()} == {SMOOTHING: (3e-3, 3e-3)}
 
 
