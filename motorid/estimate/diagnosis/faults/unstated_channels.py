@@ -143,19 +143,19 @@ def _averaged(records: Sequence[MotorRecord], before: Mapping[str, float]) -> It
 def _kernels(
     records: Sequence[MotorRecord], solution: Solution, before: Mapping[str, float]
 ) -> Iterator[Suspect]:
-    """Channels that the fit takes for averaged from reading to reading."""
+    """The first channel that the fit takes for averaged from reading to reading."""
+    kinds = [(name, *way) for name, ways in SMOOTHED.items() for way in ways.items()]
     for record, own in zip(records, solution.own, strict=True):
         sizes = dict(zip(record.instances, own.tolist(), strict=True))
-        for channel, ways in SMOOTHED.items():
-            for way, quantity in ways.items():
-                size = sizes.get(Instance(quantity), 0.0)
-                if size * way.behind > WORTH_SAYING:
-                    evidence = f"{shown(channel, way, size)}; the fit allows for it"
-                    yield Suspect(
-                        f"{channel}_smoothed", channel, evidence, quantity.remedy, "named",
-                        allowed=True, without=before,
-                    )  # fmt: skip
-                    return
+        for channel, way, quantity in kinds:
+            size = sizes.get(Instance(quantity), 0.0)
+            if size * way.behind > WORTH_SAYING:
+                yield Suspect(
+                    f"{channel}_smoothed", channel,
+                    f"{shown(channel, way, size)}; the fit allows for it", quantity.remedy,
+                    "named", allowed=True, without=before,
+                )  # fmt: skip
+                return
 
 
 def lags(record: MotorRecord, sizes: Mapping[str, tuple[float, float]]) -> Iterator[Size]:

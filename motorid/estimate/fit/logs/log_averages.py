@@ -9,7 +9,7 @@ circuit of the same delay in its place.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -24,7 +24,7 @@ from motorid.estimate.effects.unstated.current_second_order import CURRENT_SECON
 from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
 from motorid.estimate.fit.alternating_fit import vanished
 from motorid.estimate.fit.logs import log_means
-from motorid.estimate.fit.logs.log_unknowns import Fit, of_sizes, readings, with_rivals_of
+from motorid.estimate.fit.logs.log_unknowns import Fit, Search, of_sizes, readings, with_rivals_of
 from motorid.estimate.fit.multistart import MOST_TRIED, settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
@@ -43,17 +43,10 @@ WAYS = {way: quantity for way, quantity in SMOOTHED[CURRENT].items() if way.behi
 Found = Callable[[MotorRecord], dict[Instance, Unknown]]
 
 
-@dataclass(frozen=True)
-class _Search:
-    """Fits of the captures ``as_read``."""
-
-    as_read: Sequence[Capture]
-    free: Sequence[str]
-    fixed: Mapping[str, float]
-
+class _Search(Search):
     def __call__(self, shape: Shape, found: Found, near: Mapping[str, float]) -> Fit:
         """With these found."""
-        records = [MotorRecord(c, self.free, self.fixed, shape) for c in self.as_read]
+        records = self.records(shape)
         for record in records:
             record.find(found(record))
         return records, settled(records, self.free, near)

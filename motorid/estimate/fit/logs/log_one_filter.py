@@ -10,7 +10,7 @@ nothing of the others but what is usual.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,7 @@ from motorid.estimate.effects.unstated.current_lag import CURRENT_LAG
 from motorid.estimate.effects.unstated.current_smoothing import CURRENT_SMOOTHING
 from motorid.estimate.effects.unstated.speed_smoothing import SPEED_SMOOTHING
 from motorid.estimate.effects.unstated.voltage_smoothing import VOLTAGE_SMOOTHING
-from motorid.estimate.fit.logs.log_unknowns import Fit, of_sizes, widened, with_rivals_of
+from motorid.estimate.fit.logs.log_unknowns import Fit, Search, of_sizes, widened, with_rivals_of
 from motorid.estimate.fit.multistart import MOST_TRIED, settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
@@ -43,17 +43,10 @@ Floats = NDArray[np.float64]
 Found = list[dict[Instance, Unknown]]  # for each record
 
 
-@dataclass(frozen=True)
-class _Search:
-    """Fits of the captures ``as_read``."""
-
-    as_read: Sequence[Capture]
-    free: Sequence[str]
-    fixed: Mapping[str, float]
-
+class _Search(Search):
     def __call__(self, shape: Shape, found: Found, start: Mapping[str, float]) -> Fit:
         """With these found and the others as is usual."""
-        records = [MotorRecord(c, self.free, self.fixed, shape) for c in self.as_read]
+        records = self.records(shape)
         for record, known in zip(records, found, strict=True):
             record.estimate(*(Instance(quantity) for quantity in UNSTATED))
             record.find(known)

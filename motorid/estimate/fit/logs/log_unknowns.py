@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.capture.model import Capture
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.registry import UNSTATED, WITHOUT_WORD
 from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
@@ -16,7 +17,7 @@ from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.multistart import settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.intersample_voltage import Rival
+from motorid.estimate.signals.intersample_voltage import Rival, Shape
 from motorid.estimate.solver.problem import Solution, Unknown
 
 Floats = NDArray[np.float64]
@@ -25,6 +26,19 @@ Fit = tuple[list[MotorRecord], Solution]
 BEYOND = 2.0  # standard deviations of what is usual, that make a quantity found
 WORTH_IT = 0.5  # of them: less is a line of the budget
 ROUNDS = 4  # in which more are found
+
+
+@dataclass(frozen=True)
+class Search:
+    """Fits of the captures ``as_read``."""
+
+    as_read: Sequence[Capture]
+    free: Sequence[str]
+    fixed: Mapping[str, float]
+
+    def records(self, shape: Shape) -> list[MotorRecord]:
+        """Of a voltage of that shape, with no more unknowns than every fit has."""
+        return [MotorRecord(c, self.free, self.fixed, shape) for c in self.as_read]
 
 
 def like(before: Fit, records: list[MotorRecord], whole: bool = False) -> list[MotorRecord]:

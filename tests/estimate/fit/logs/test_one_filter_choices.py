@@ -222,7 +222,7 @@ def test_a_search_has_what_was_found_and_all_that_nobody_states(
     def noted(name: str) -> Any:
         return lambda *asked: seen.update({name: asked}) or name
 
-    monkeypatch.setattr(log_one_filter, "MotorRecord", Made)
+    monkeypatch.setattr(log_unknowns, "MotorRecord", Made)
     monkeypatch.setattr(log_one_filter, "settled", noted("settled"))
     monkeypatch.setattr(log_one_filter, "widened", noted("widened"))
     captures: Any = ["one", "two"]
