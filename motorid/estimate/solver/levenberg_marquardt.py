@@ -45,6 +45,7 @@ SLOW = 0.01  # of chi-square; or ten times the decrease that is enough, or that 
 NEAR = 0.01  # distance, in search coordinates, over which derivatives are taken to stay the same
 EXACT = 1e-5  # the same of a search whose end must not depend on the way to it
 DEAR = 3  # times the responses that all iterations take: more only where each is worth many
+RUGGED = 4  # places whose own derivatives did not keep their word: no end is finer than ENOUGH
 KEPT_WORD = 0.25  # of what a step promised: what it may miss before derivatives are taken anew
 
 
@@ -132,6 +133,7 @@ def _descend(
     most = search.worked + DEAR * max_iterations * search.width
     least = STALLED * min(10.0 * enough, max(enough, SLOW))
     ends = [at.objective]  # where derivatives were taken
+    failed = 0
     for _ in range(max_iterations):
         if known.at is at.shared and at.objective < ends[-1]:
             ends.append(at.objective)
@@ -163,6 +165,8 @@ def _descend(
             if not patient:
                 break
             damping *= 8.0
+            failed += not stopped
+            enough = max(enough, ENOUGH) if failed >= RUGGED else enough
             stopped = True  # the first step that gets through does not lift what let it
             if damping > MOST_DAMPING:
                 break
