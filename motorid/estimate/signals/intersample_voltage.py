@@ -104,13 +104,13 @@ class Waveform:
         straight = self.shape not in LEVEL or second_s2
         if filter_s and not straight:
             moved = replace(moved, volts=self._before_filter(filter_s))
-        flux = moved._flux(edges)
+        within = moved.within(edges)
+        flux = moved._flux(within)
         if filter_s and straight:  # v + filter_s dv/dt + filter_s2 d²v/dt²
-            inside = np.clip(edges, self.time_s[0], self.time_s[-1])
-            flux = flux + filter_s * moved._value(inside)
+            volts = moved._value(within)
+            flux = flux + filter_s * volts
             if second_s2:
-                slope = np.gradient(moved._value(inside), period_s)
-                flux = flux + second_s2 * slope
+                flux = flux + second_s2 * np.gradient(volts, period_s)
         return np.asarray(np.diff(flux) / period_s)
 
     def _before_filter(self, filter_s: float) -> Floats:
@@ -157,48 +157,54 @@ class Waveform:
         vars(moved).update(steps_off=self.steps_off, wanders=self.wanders)  # no time is in them
         return moved
 
-    def _flux(self, at_s: Floats) -> Floats:
-        """Integral (V·s) up to other times; before and after the log the voltage stays."""
-        inside = np.clip(at_s, self.time_s[0], self.time_s[-1])
-        outside = at_s - inside
-        beyond = np.where(outside < 0, self.volts[0], self.volts[-1])
-        flux = self._integral(inside) + outside * beyond
-        return np.asarray(flux + self._of_ramps(inside), dtype=np.float64)
+    def within(self, grid_s: Floats) -> Moments:
+        """The moments of a grid; those outside the log are moved to its ends."""
+        at_s = np.clip(grid_s, self.time_s[0], self.time_s[-1])
+        first = np.searchsorted(at_s, self.time_s)
+        return Moments(grid_s, at_s, np.diff(first, append=len(at_s)))
 
-    @cached_property
-    def _of_ramps(self) -> Callable[[Floats], Floats]:
+    def _flux(self, within: Moments) -> Floats:
+        """Integral (V·s) up to the grid's times; before and after the log the voltage stays."""
+        flux = self._integral(within)
+        first, last = self.time_s[0], self.time_s[-1]
+        grid_s = within.grid_s
+        begins, ends = np.searchsorted(grid_s, first), np.searchsorted(grid_s, last, side="right")
+        flux[:begins] += (grid_s[:begins] - first) * self.volts[0]
+        flux[ends:] += (grid_s[ends:] - last) * self.volts[-1]
+        self._add_ramps(flux, within.at_s)
+        return flux
+
+    def _add_ramps(self, flux: Floats, at_s: Floats) -> None:
         """V·s more at times, since no jump takes no time: it is a ramp about its moment.
 
         Jumps that lie at the stamps of the current would give the likelihood of their lag a corner,
         at which no derivative holds.
         """
         if self.shape == "curved":
-            return np.zeros_like
+            return
         half = (LOOSE_RAMP if self.shape == LOOSE else RAMP) * self.period_s
-        steps, slopes = np.diff(self.time_s), self._slopes
-        between = self.time_s[1:] - steps / 2
-        jumps = np.concatenate([[0.0], np.diff(self.volts) - slopes[:-1] * steps])
-
-        def more(at_s: Floats) -> Floats:
-            near = _before(between, at_s)
-            left = np.maximum(half - np.abs(at_s - self.time_s[near]), 0.0)
-            return np.asarray(jumps[near] * left**2 / (4.0 * half))
-
-        return more
+        steps = np.diff(self.time_s)
+        rises = np.concatenate([[0.0], np.diff(self.volts) - self._slopes[:-1] * steps])
+        begins = np.searchsorted(at_s, self.time_s - half)
+        many = np.searchsorted(at_s, self.time_s + half, side="right") - begins
+        some = np.repeat(begins - np.cumsum(many) + many, many) + np.arange(many.sum())
+        near = np.searchsorted(self.time_s[1:] - steps / 2, at_s[some], side="right")
+        left = np.maximum(half - np.abs(at_s[some] - self.time_s[near]), 0.0)
+        flux[some] += rises[near] * left**2 / (4.0 * half)
 
     @cached_property
-    def _value(self) -> Callable[[Floats], Floats]:
+    def _value(self) -> Callable[[Moments], Floats]:
         """V at times within the log, joined or curved."""
         if self.shape == "curved":
             from scipy.interpolate import CubicSpline
 
             curve = CubicSpline(self.time_s, self.volts)
-            return lambda at_s: np.asarray(curve(at_s), dtype=np.float64)
+            return lambda within: np.asarray(curve(within.at_s), dtype=np.float64)
         slopes = self._slopes
 
-        def value(at_s: Floats) -> Floats:
-            k = _before(self.time_s, at_s) - 1
-            return np.asarray(self.volts[k] + slopes[k] * (at_s - self.time_s[k]))
+        def value(within: Moments) -> Floats:
+            past = within.at_s - within.each(self.time_s)
+            return np.asarray(within.each(self.volts) + within.each(slopes) * past)
 
         return value
 
@@ -214,24 +220,42 @@ class Waveform:
         return slopes
 
     @cached_property
-    def _integral(self) -> Callable[[Floats], Floats]:
+    def _integral(self) -> Callable[[Moments], Floats]:
         """Integral (V·s) from the first stamp to times within the log."""
         time, volts = self.time_s, self.volts
         if self.shape == "curved":
             from scipy.interpolate import CubicSpline
 
             flux = CubicSpline(time, volts).antiderivative()
-            return lambda at_s: np.asarray(flux(at_s), dtype=np.float64)
+            return lambda within: np.asarray(flux(within.at_s), dtype=np.float64)
         steps, slopes = np.diff(time), self._slopes
         rises = steps * (volts[:-1] + slopes[:-1] * steps / 2)
         total = np.concatenate([[0.0], np.cumsum(rises)])
 
-        def so_far(at_s: Floats) -> Floats:
-            k = _before(time, at_s) - 1
-            past = at_s - time[k]
-            return np.asarray(total[k] + past * (volts[k] + slopes[k] * past / 2))
+        def so_far(within: Moments) -> Floats:
+            past = within.at_s - within.each(time)
+            flux = within.each(slopes)
+            for factor, more in ((past / 2, volts), (past, total)):
+                flux *= factor
+                flux += within.each(more)
+            return flux
 
         return so_far
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Times (m,) of a grid, in order: ``grid_s``, ``at_s`` within a log, and how many of those are
+    ``following`` each of its stamps (n,) until the next.
+    """
+
+    grid_s: Floats
+    at_s: Floats
+    following: NDArray[np.intp]
+
+    def each(self, values: Floats) -> Floats:
+        """Values (m,) of (n,) that belong to the stamps."""
+        return np.repeat(values, self.following)
 
 
 @dataclass(frozen=True)
@@ -277,16 +301,6 @@ def _of_means(capture: Capture, channel: Channel, window_s: float) -> Waveform:
     begun = ends - np.where(since < MISSING * capture.period_s, since, usual)
     begun, levels = jumps_in_means.split(begun, ends, channel.values[known])
     return Waveform(begun, levels, MEANS, capture.period_s, window_s=window_s)
-
-
-def _before(time_s: Floats, at_s: Floats) -> NDArray[np.intp]:
-    """How many of ``time_s`` are no later than each of ``at_s``; both in order.
-
-    As ``np.searchsorted``, which looks for each of many ticks among few stamps.
-    """
-    first = np.searchsorted(at_s, time_s, side="left")
-    ends = np.concatenate([[0], first, [len(at_s)]])
-    return np.repeat(np.arange(len(time_s) + 1), np.diff(ends))
 
 
 def quiet(volts: Floats) -> Floats:

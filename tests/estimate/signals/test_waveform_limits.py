@@ -38,10 +38,10 @@ def test_a_joined_voltage_reaches_from_its_first_reading_to_its_last() -> None:
     """Before it and after it the voltage stays; the last line counts."""
     shown = wave(np.array([1.0, 3.0, 9.0]), JOINED)
     assert shown._slopes.tolist() == [1.0, 3.0, 0.0]
-    assert shown._flux(np.array([-3.0, 0.0, 2.0, 4.0, 4.5])) == pytest.approx(
-        [-3.0, 0.0, 4.0, 16.0, 16.0 + 4.5]
-    )
-    assert shown._value(np.array([0.5, 3.0, 4.0])) == pytest.approx([1.5, 6.0, 9.0])
+    times = shown.within(np.array([-3.0, 0.0, 2.0, 4.0, 4.5]))
+    assert shown._flux(times) == pytest.approx([-3.0, 0.0, 4.0, 16.0, 16.0 + 4.5])
+    times = shown.within(np.array([0.5, 3.0, 4.0]))
+    assert shown._value(times) == pytest.approx([1.5, 6.0, 9.0])
     assert (shown.window_s, shown.ohms) == (0.0, 0.0)
 
 
