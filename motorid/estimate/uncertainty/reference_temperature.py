@@ -185,18 +185,19 @@ def at_25(
 def _cold(hot: Parameter, name: str, factor: float, doubt: float) -> Parameter:
     """``hot`` divided by ``factor``, which is known to ``doubt`` (relative, standard).
 
-    Half-widths of both parts add in squares on the logarithmic scale; the second has no degrees of
-    freedom to lose.
+    Half-widths of both parts add in squares on the logarithmic scale, on either side by itself: a
+    finding may widen one alone. The second part has no degrees of freedom to lose.
     """
     assert hot.value is not None
     assert hot.interval_95 is not None
     value = hot.value / factor
-    reach = math.hypot(math.log(hot.interval_95[1] / hot.value), NORMAL_95 * doubt)
+    low, high = (math.log(end / hot.value) if end > 0.0 else -math.inf for end in hot.interval_95)
+    below, above = (math.hypot(side, NORMAL_95 * doubt) for side in (low, high))
     instrument = math.hypot((hot.instrument or 0.0) / factor, doubt * value)
     return Parameter(
         name, UNITS[hot.name], value, (hot.statistical or 0.0) / factor, instrument,
         math.hypot((hot.total or 0.0) / factor, doubt * value),
-        (value * math.exp(-reach), value * math.exp(reach)), hot.status,
+        (value * math.exp(-below), value * math.exp(above)), hot.status,
     )  # fmt: skip
 
 

@@ -88,6 +88,18 @@ def test_at_25_is_the_copper_law_with_its_uncertainties() -> None:
     assert "K_25" not in cold
 
 
+def test_a_side_that_a_finding_widened_is_wide_at_25_degrees_too() -> None:
+    hot = resistance()
+    R = hot["R"]
+    assert R.value is not None
+    assert R.interval_95 is not None
+    hot["R"] = replace(R, interval_95=(0.8 * R.value, R.interval_95[1]))
+    room = warmth_of([{"ambient_c": 25.0, "ambient_uncertainty_c": 0.0}], Rise(0.0, 0.0, 0.0, ""))
+    low, high = at_25(hot, room, Coefficients())[0]["R_25"].interval_95 or (0.0, 0.0)
+    assert low == pytest.approx(0.8 * R.value)
+    assert high == pytest.approx(R.interval_95[1])
+
+
 def test_an_unknown_ambient_adds_its_own_width() -> None:
     width = warmth_of([{"ambient_c": None}], Rise(0.0, 0.0, 0.0, "")).ambient_uncertainty
     assert width == pytest.approx(25.0 / math.sqrt(12.0))
