@@ -7,6 +7,8 @@ named once, and several are independent. A move whose way is known counts on tha
 total uncertainty grows in proportion to the interval, so that both keep their factor. The part that
 it grows by is the finding's line of the budget.
 
+K and L at other currents and frequencies move as K and L do, by the same share.
+
 A move without a size (infinite) is bounded by what the residuals allow, or by the value itself
 where nothing bounds it.
 """
@@ -17,7 +19,14 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from motorid.estimate.results.estimate import PARAMETERS, Diagnostic, Estimate, Parameter, Suspect
+from motorid.estimate.results.estimate import (
+    ELSEWHERE,
+    PARAMETERS,
+    Diagnostic,
+    Estimate,
+    Parameter,
+    Suspect,
+)
 from motorid.estimate.results.status import DOUBT, Status
 from motorid.estimate.uncertainty.budget import FINDING
 from motorid.estimate.uncertainty.intervals import NORMAL_95, RATIOS
@@ -61,7 +70,7 @@ def settled(estimate: Estimate, findings: Iterable[Finding], allowed: Moves = NO
     again: they would widen twice.
     """
     moving = [
-        (line_of(one), _sized(one.moves, estimate, allowed), _sides(one))
+        (line_of(one), *_elsewhere(_sized(one.moves, estimate, allowed), _sides(one), estimate))
         for one in findings
         if one.moves
     ]
@@ -119,6 +128,22 @@ def _sized(moves: Moves, estimate: Estimate, allowed: Moves) -> dict[str, float]
             size = min(allowed.get(name, value), value)
         out[name] = size
     return out
+
+
+def _elsewhere(moves: Moves, sides: Sides, estimate: Estimate) -> tuple[Moves, Sides]:
+    """With those of what moves by the share that a parameter moves by."""
+    table = estimate.parameters
+    for name in table.keys() & ELSEWHERE.keys() - moves.keys():
+        at_none, other = table[ELSEWHERE[name]], table[name]
+        if not at_none.value or other.value is None:
+            continue
+        share = abs(other.value / at_none.value)
+        if at_none.name in moves:
+            moves = {**moves, name: share * moves[at_none.name]}
+        if at_none.name in sides:
+            below, above = sides[at_none.name]
+            sides = {**sides, name: (share * below, share * above)}
+    return moves, sides
 
 
 def _of(kind: str, name: str, moves: Moves, estimate: Estimate) -> float:

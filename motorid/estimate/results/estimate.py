@@ -19,6 +19,8 @@ Strength = Literal["named", "not excluded"]
 
 SIX, AUTO = "six", "auto"  # models: the six parameters; and a better one where the data ask for it
 PARAMETERS = ("R", "L", "K", "B", "J", "T0")
+ELSEWHERE = {"K_rated": "K", "L_rated": "L", "L_1kHz": "L", "L_pwm": "L"}
+"""Which of the six each is, at another current or frequency."""
 UNITS = {"R": "ohm", "L": "H", "K": "N·m/A", "B": "N·m·s/rad", "J": "kg·m²", "T0": "N·m"}
 MEANING = {
     "R": "resistance at the terminals, as run",

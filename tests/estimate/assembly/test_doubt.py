@@ -161,3 +161,22 @@ def test_figures_follow_their_parameters(estimate: Estimate) -> None:
         "stall_current": Status.ESTIMATED,
     }
     assert [p.name for p in doubtful(found)] == ["K", "J/K"]
+
+
+def test_an_inductance_at_another_frequency_moves_as_it_does_at_none(estimate: Estimate) -> None:
+    L = estimate.parameters["L"]
+    assert L.value is not None
+    assert L.interval_95 is not None
+    low, high = L.interval_95
+    metered = replace(
+        L, name="L_1kHz", value=L.value / 2, total=u(L) / 2, interval_95=(low / 2, high / 2)
+    )
+    wider = replace(estimate, parameters={**estimate.parameters, "L_1kHz": metered})
+    move = 3.0 * half(L)
+    finding = Diagnostic("model_unsettled", "warning", "", {"L": move}, {"L": (0.0, move)})
+    after = settled(wider, [finding]).parameters
+    assert after["L_1kHz"].status == Status.DOUBTFUL
+    assert after["L_1kHz"].interval_95 == pytest.approx(
+        [end / 2 for end in after["L"].interval_95 or ()]
+    )
+    assert after["K"] == estimate.parameters["K"]
