@@ -110,8 +110,10 @@ def select(
     kept = stages[-1].terms if stages else ()
     told = tuple(replace(t, taken=t.term in kept and t.goes_on) for t in trials)
     possible = [one for one in revision.possible if one.term not in kept]
-    half = (*unsettled, *possible)
-    return Selection(tuple(stages), told, tuple(search.left_out), half, harmless)
+    untried = [one for one in search.untried if one.term not in kept]
+    half = (*unsettled, *possible, *untried)
+    left_out = tuple(dict.fromkeys(one.term for one in untried))
+    return Selection(tuple(stages), told, left_out, half, harmless)
 
 
 def evaluations(records: Sequence[MotorRecord]) -> int:
@@ -145,7 +147,7 @@ class _Search:
 
     def __init__(self, reach: Mapping[str, float], but: Sequence[Term], most: float) -> None:
         self.reach, self.but, self.most, self.spent = reach, but, most, 0
-        self.left_out: list[Term] = []
+        self.untried: list[Unsettled] = []  # of the last round, where straight lines see them
 
     def round(self, now: _Model) -> list[tuple[Fitted, Trial]]:
         """The candidates that were fitted; the last earns its place, if one does.
@@ -154,10 +156,12 @@ class _Search:
         next round.
         """
         found: list[tuple[Fitted, Trial]] = []
+        self.untried = []
         waiting, white = _asked(now, self.reach, self.but)
         while waiting:
             if self.spent > self.most:
-                self.left_out += [c.term for c in waiting if _moves(c, self.reach) > HINT]
+                left = [c for c in waiting if _moves(c, self.reach) > HINT]
+                self.untried = [Unsettled(c.term, _shifted(now, c)) for c in left]
                 break
             first = waiting[0]
             behind = [c.term for c in waiting if _stands_for(first, c, white)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
@@ -283,10 +284,12 @@ def test_when_the_responses_are_spent_the_others_are_left_out(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     Fits(monkeypatch, direction=(300.0, BAD, 0.5))
-    waiting = [candidate(A, 100.0, R=1.0), candidate(C, 45.0, R=0.051), candidate(D, 40.0, R=0.04)]
+    next_one = replace(candidate(C, 45.0, R=0.051), changes=(np.ones((1, 2)),))
+    waiting = [candidate(A, 100.0, R=1.0), next_one, candidate(D, 40.0, R=0.04)]
     found, search = rounds(monkeypatch, waiting, most=14.0)
     assert [t.term for t in found] == [A]
-    assert search.left_out == [C]  # D moves too little to matter
+    assert [one.term for one in search.untried] == [C]  # D moves too little to matter
+    assert search.untried[0].values["R"] == pytest.approx(2.0 * math.exp(0.051 / 2.0))
 
 
 @pytest.mark.parametrize(("most", "begun"), [(14.9, 1), (15.0, 2)])
