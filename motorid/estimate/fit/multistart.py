@@ -52,11 +52,17 @@ def solve(
 
 
 def settled(
-    records: Sequence[MotorRecord], free: Sequence[str], start: Mapping[str, float]
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    worth: float = np.inf,
 ) -> Solution:
-    """The most likely parameters for white noise: other starts are tried where one misfits."""
+    """The most likely parameters for white noise: other starts are tried where one misfits, but for
+    one that leaves more of F than is ``worth`` it.
+    """
     solution = with_sources(records, free, start)
-    if not solution.converged or leaves_misfit(solution, records):
+    misfits = not solution.converged or leaves_misfit(solution, records)
+    if misfits and solution.objective < worth:
         for k, factors in enumerate(OTHER_STARTS):
             if _evaluations(records) > MOST_TRIED:
                 for record in records:

@@ -46,6 +46,15 @@ def test_a_good_answer_needs_no_other_start(monkeypatch: pytest.MonkeyPatch) -> 
     assert searches.began == [START]
 
 
+@pytest.mark.parametrize(("worth", "starts"), [(99.9, 1), (100.1, 6)])
+def test_what_leaves_more_than_it_is_worth_begins_nowhere_else(
+    worth: float, starts: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    searches = Searches(monkeypatch, *[solution(100.0)] * 6)
+    multistart.settled([record()], PARAMETERS, START, worth)
+    assert len(searches.began) == starts
+
+
 @pytest.mark.parametrize("converged", [True, False])
 def test_other_starts_are_tried_and_the_best_is_followed_to_its_end(
     converged: bool, monkeypatch: pytest.MonkeyPatch

@@ -49,7 +49,7 @@ class _Search(Search):
         records = self.records(shape)
         for record in records:
             record.find(found(record))
-        return records, settled(records, self.free, near)
+        return records, settled(records, self.free, near, self.worth)
 
     def each(self, shapes: Iterable[Shape], ways: Sequence[Found], near: Mapping[str, float]
     ) -> list[Fit]:  # fmt: skip
@@ -82,11 +82,13 @@ def taken(
     """
     if any(not _may_be(record) for record in before[0]):
         return before
-    search, price = _Search(as_read, free, fixed), float(np.log(readings(before[0])))  # Schwarz
+    search = _Search(as_read, free, fixed, _objective(before))
+    price = float(np.log(readings(before[0])))  # Schwarz
     found = _tried(before, search, merged(known, before[1]), alike - price)
     best = min(found, key=_objective, default=before)
     if _objective(before) - _objective(best) <= price or _late(best) < LEAST:
         return before
+    search = replace(search, worth=_objective(best))
     beside = _beside(best, _shapes(before), search, merged(known, best[1]))
     if any(_objective(fit) < _objective(best) for fit in beside):
         return before

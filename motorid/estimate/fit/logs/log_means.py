@@ -91,7 +91,9 @@ def _over(
         record.find(sizes)
         records.append(record)
     near = merged(known, before[1])
-    return records, widened(records, free, near, settled(records, free, near))
+    worth = before[1].objective
+    first = settled(records, free, near, worth)
+    return records, widened(records, free, near, first, worth)
 
 
 def as_means(capture: Capture, width_s: float) -> Capture:

@@ -50,7 +50,8 @@ class _Search(Search):
         for record, known in zip(records, found, strict=True):
             record.estimate(*(Instance(quantity) for quantity in UNSTATED))
             record.find(known)
-        return records, widened(records, self.free, start, settled(records, self.free, start))
+        first = settled(records, self.free, start, self.worth)
+        return records, widened(records, self.free, start, first, self.worth)
 
 
 def taken(
@@ -67,7 +68,8 @@ def taken(
     ``sought``: ``before`` leaves a misfit, so that what it says of lags may be wrong. Then every
     channel is tried, by some samples at least.
     """
-    search, near = _Search(as_read, free, fixed), merged(known, before[1])
+    search = _Search(as_read, free, fixed, before[1].objective)
+    near = merged(known, before[1])
     least = SOUGHT if sought else 0.0
     fits = [fit for channel in FIRST for fit in _finite(_of(channel, before, search, near, least))]
     best = min([before, *fits], key=lambda fit: fit[1].objective)

@@ -30,11 +30,12 @@ ROUNDS = 4  # in which more are found
 
 @dataclass(frozen=True)
 class Search:
-    """Fits of the captures ``as_read``."""
+    """Fits of the captures ``as_read``. ``worth``: F of the fit that they are held against."""
 
     as_read: Sequence[Capture]
     free: Sequence[str]
     fixed: Mapping[str, float]
+    worth: float = math.inf
 
     def records(self, shape: Shape) -> list[MotorRecord]:
         """Of a voltage of that shape, with no more unknowns than every fit has."""
@@ -112,12 +113,15 @@ def widened(
     free: Sequence[str],
     start: Mapping[str, float],
     solution: Solution,
+    worth: float = np.inf,
 ) -> Solution:
-    """With what was found given its size as its prior's deviation."""
+    """With what was found given its size as its prior's deviation; ``worth``: as ``settled``. One
+    that leaves much of F before may be a rival then.
+    """
     for _ in range(ROUNDS):
         if not _find(records, solution):
             break
-        solution = settled(records, free, merged(start, solution))
+        solution = settled(records, free, merged(start, solution), worth)
     return solution
 
 

@@ -225,7 +225,7 @@ def test_priors_are_widened_until_nothing_more_is_found(monkeypatch: pytest.Monk
     one, own = known((LAG, 3.0, 1.0))
     starts: list[Any] = []
 
-    def settled(_records: Any, _free: Any, start: Any) -> Solution:
+    def settled(_records: Any, _free: Any, start: Any, _worth: float) -> Solution:
         starts.append(start)
         one.unknowns = (Unknown(LAG.name, 0.0, prior_sd=3.0),)
         return replace(solution(77.0), own=(own,))

@@ -285,7 +285,7 @@ def test_a_mean_is_as_late_as_the_low_pass_was(monkeypatch: pytest.MonkeyPatch) 
     """A mean over T is late by T/2, a low-pass by its time constant: the lag has the rest."""
     monkeypatch.setattr(log_means, "MotorRecord", Found)
     monkeypatch.setattr(log_means, "settled", lambda *_: solution(5.0))
-    monkeypatch.setattr(log_means, "widened", lambda _r, _f, _s, found: found)
+    monkeypatch.setattr(log_means, "widened", lambda _r, _f, _s, found, _w: found)
     monkeypatch.setattr(type(LAG), "unknown", lambda one, _: Unknown(one.name, 0.0, prior_sd=1e-4))
     current = Channel(CURRENT, "A", np.zeros(4))
     capture = Capture(np.arange(4), 1e3, {CURRENT: current})

@@ -100,8 +100,8 @@ def test_means_take_the_place_of_the_low_pass_in_a_search_from_where_it_ended(
     # what another channel's low-pass had goes on; of the current's nothing is left
     assert {i: u.start for i, u in made.found.items()} == {SPEED_SMOOTH: 1e-3}
     near = {"R": 9.0, "L": 2.0, "K": 3.0, "J": 7.0}
-    assert seen["settled"] == [(records, NAMES, near)]
-    assert seen["widened"] == [(records, NAMES, near, "settled")]
+    assert seen["settled"] == [(records, NAMES, near, 9.0)]  # held against F of the one before
+    assert seen["widened"] == [(records, NAMES, near, "settled", 9.0)]
 
 
 @pytest.mark.parametrize(("late", "sd"), [(2.0, 1.0), (0.1, 0.7)])

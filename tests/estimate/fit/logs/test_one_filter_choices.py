@@ -226,11 +226,11 @@ def test_a_search_has_what_was_found_and_all_that_nobody_states(
     monkeypatch.setattr(log_one_filter, "settled", noted("settled"))
     monkeypatch.setattr(log_one_filter, "widened", noted("widened"))
     captures: Any = ["one", "two"]
-    search: Any = log_one_filter._Search(captures, NAMES, {"J": 7.0})
+    search: Any = log_one_filter._Search(captures, NAMES, {"J": 7.0}, 5.0)
     records, found = search("held", ["first", "second"], NEAR)
     assert [r.given for r in records] == [(c, NAMES, {"J": 7.0}, "held") for c in captures]
     assert [r.found for r in records] == ["first", "second"]
     assert [one.quantity for one in records[0].asked] == list(UNSTATED)
     assert found == "widened"
-    assert seen["settled"] == (records, NAMES, NEAR)
-    assert seen["widened"] == (records, NAMES, NEAR, "settled")
+    assert seen["settled"] == (records, NAMES, NEAR, 5.0)
+    assert seen["widened"] == (records, NAMES, NEAR, "settled", 5.0)
