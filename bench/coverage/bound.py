@@ -12,7 +12,7 @@ Derivatives are central differences of the exact response at the truth; no code 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -276,6 +276,51 @@ def relative_bound(
     uncertainty of the delays of current and voltage. ``added``: fields of ``motor.wide`` (SI) that
     the motor has besides the six.
     """
+    at = linearised(captures, truth, late_s, brush, added)
+    wide = _deviations(at.information())
+    narrow = _deviations(at.information(without=BRUSH))
+    six = range(len(NAMES))
+    return (
+        {NAMES[k]: float(narrow[k] * at.things[k].size) for k in six},
+        {NAMES[k]: float(wide[k] * at.things[k].size) for k in six},
+    )
+
+
+@dataclass(frozen=True)
+class AtTruth:
+    """A rig's readings at the truth: ``things`` that are unknown (the six first), and by how much
+    all weighed readings of each run follow a step of each, (p, n).
+    """
+
+    twins: Sequence[Twin]
+    things: Sequence[Unknown]
+    columns: Sequence[Floats]
+
+    def known(self, without: Container[str]) -> list[int]:
+        """Places of the things that are left."""
+        return [k for k, thing in enumerate(self.things) if thing.name not in without]
+
+    @property
+    def priors(self) -> Floats:
+        """Information (p,) of each thing by itself, before any reading."""
+        sizes = [0.0 if np.isinf(u.prior_sd) else u.size / u.prior_sd for u in self.things]
+        return np.square(sizes)
+
+    def information(self, without: Container[str] = ()) -> Floats:
+        """(q, q), priors among it, of what is left."""
+        whole = sum(r @ r.T for r in self.columns) + np.diag(self.priors)
+        left = self.known(without)
+        return np.asarray(whole[np.ix_(left, left)])
+
+
+def linearised(
+    captures: Sequence[Capture],
+    truth: Mapping[str, float],
+    late_s: float = 0.0,
+    brush: Brush = NO_DROP,
+    added: Mapping[str, float] | None = None,
+) -> AtTruth:
+    """As ``relative_bound`` needs it."""
     wiring = captures[0].wiring
     sensed = captures[0].get(VOLTAGE)
     where = sensed.sense if sensed is not None else "supply"
@@ -283,17 +328,8 @@ def relative_bound(
     series = {"terminals": 0.0, "bridge": wiring.lead_resistance_ohm}.get(str(where), both)
     twins = [Twin(capture, truth, series, brush, added or {}) for capture in captures]
     things = unknowns(captures, twins, late_s)
-    rows = [_columns(c, t, things, k) for k, (c, t) in enumerate(zip(captures, twins, strict=True))]
-    priors = np.array([0.0 if np.isinf(u.prior_sd) else (u.size / u.prior_sd) ** 2 for u in things])
-    information = sum(r @ r.T for r in rows) + np.diag(priors)
-    wide = _deviations(information)
-    known = [k for k, thing in enumerate(things) if thing.name not in BRUSH]
-    narrow = _deviations(information[np.ix_(known, known)])
-    six = range(len(NAMES))
-    return (
-        {NAMES[k]: float(narrow[k] * things[k].size) for k in six},
-        {NAMES[k]: float(wide[k] * things[k].size) for k in six},
-    )
+    each = enumerate(zip(captures, twins, strict=True))
+    return AtTruth(twins, things, [_columns(c, t, things, k) for k, (c, t) in each])
 
 
 def _deviations(information: Floats) -> Floats:

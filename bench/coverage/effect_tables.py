@@ -47,14 +47,21 @@ def strange(row: Row) -> set[str]:
     return offered(row) - there(row) - {t for t, name in DRAWN.items() if row["feature"][name] > 0}
 
 
+def matters(row: Row, effect: str) -> bool:
+    """It moves a parameter by more than half of the interval that no finding has widened."""
+    half = row["headline"].get("half", {})
+    found = row.get("moves", {}).get(effect, {})
+    return any(abs(found.get(name, 0.0)) > width for name, width in half.items())
+
+
 def _named(told: Sequence[Row]) -> str:
-    """How often each effect is named: in all motors that have it, and in those whose interval of
-    some parameter would miss the truth without a better model.
+    """How often each effect is named: in all motors that have it, and in those in which it moves
+    some parameter of the six beyond its interval.
     """
     lines = ["| effect | motors | named | it matters in | named |", "|---|---|---|---|---|"]
     for effect, term in TERMS.items():
         have = [row for row in told if effect in row["effects"]]
-        matter = [row for row in have if row["headline"].get("bare")]
+        matter = [row for row in have if matters(row, effect)]
         named = [sum(term in offered(row) for row in of) for of in (have, matter)]
         lines.append(f"| {effect} | {len(have)} | {named[0]} | {len(matter)} | {named[1]} |")
     matter = [row for row in told if there(row) and row["headline"].get("bare")]

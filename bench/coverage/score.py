@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bench.coverage.bound import NAMES, Brush, relative_bound
+from bench.coverage.bound import NAMES, Brush, linearised, relative_bound
 from bench.coverage.cost import counted
+from bench.coverage.moved import moves
 from bench.coverage.naive import forget_chain
 from bench.coverage.rigs import Bench, draw_bench
 from bench.coverage.runs import Runs, kept, record, save
@@ -54,8 +55,10 @@ def score(seed: int, how: How) -> Row:
         if "bound" in how.parts:
             late = bench.options.delay_uncertainty
             brush = Brush(bench.options.brush_drop, bench.drawn.brush_current_a)
-            found = relative_bound(runs.captures, runs.truth, late, brush, bench.added)
-            row["bound"], row["wide_bound"] = found
+            known = (runs.captures, runs.truth, late, brush, bench.added)
+            row["bound"], row["wide_bound"] = relative_bound(*known)
+            if bench.added:
+                row["moves"] = moves(runs.captures, linearised(*known), bench.added)
         if "fit" in how.parts:
             row["fit"] = _fitted(runs.captures, runs)
         if "auto" in how.parts:
@@ -123,24 +126,27 @@ def _estimate(captures: Sequence[Capture], model: str) -> tuple[Estimate | Row, 
 
 def _said(estimate: Estimate, runs: Runs) -> Row:
     """Values, remarks and budgets. ``bare``: those whose interval would miss the truth if no
-    finding had widened it.
+    finding had widened it; ``half``: half of that interval, relative.
     """
     values = _parameters({**estimate.parameters, **estimate.at_25}, runs, _by_ripple(estimate))
+    told = [name for name in NAMES if values.get(name, {}).get("off") is not None]
+    half = {name: _bare_half(estimate, name, values[name]) for name in told}
     return {
         "parameters": values,
-        "bare": [name for name in NAMES if _misses_bare(estimate, name, values.get(name, {}))],
+        "half": half,
+        "bare": [name for name in half if abs(values[name]["off"]) > half[name]],
         "diagnostics": [d.code for d in estimate.diagnostics],
         "budget": {name: dict(shares) for name, shares in estimate.budget.items()},
     }
 
 
-def _misses_bare(estimate: Estimate, name: str, value: Row) -> bool:
-    p = estimate.parameters[name]
-    if value.get("off") is None or p.interval_95 is None:
-        return False
-    half = (p.interval_95[1] - p.interval_95[0]) / 2.0 - grown(p, estimate.budget.get(name, {}))
-    assert p.value is not None
-    return bool(abs(value["off"]) * abs(p.value / (1.0 + value["off"])) > half)
+def _bare_half(estimate: Estimate, name: str, value: Row) -> float:
+    """Half of the interval before findings widened it, relative to the truth."""
+    p, (low, high) = estimate.parameters[name], value["interval"]
+    assert p.interval_95 is not None
+    half = (p.interval_95[1] - p.interval_95[0]) / 2.0
+    share = grown(p, estimate.budget.get(name, {})) / half if half else 0.0
+    return float((high - low) / 2.0 * (1.0 - share))
 
 
 def _by_ripple(estimate: Estimate) -> bool:

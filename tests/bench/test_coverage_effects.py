@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from bench.coverage.bound import NAMES, relative_bound
+from bench.coverage import moved
+from bench.coverage.bound import NAMES, AtTruth, Unknown, relative_bound
 from bench.coverage.cost import counted
 from bench.coverage.effect_tables import DRAWN, Row, effect_tables
 from bench.coverage.rigs import draw_bench
@@ -69,6 +71,34 @@ def test_an_effect_of_unknown_size_lets_no_more_be_known(tmp_path: Path) -> None
     assert all(with_it[name] > 0.999 * without[name] for name in NAMES)
 
 
+@pytest.mark.parametrize("spoilt", [0.0, 50.0])
+def test_what_looks_like_a_parameter_moves_that_one(
+    spoilt: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An effect that is .3 steps of L in the current; of the position, what nothing explains."""
+    rng = np.random.default_rng(3)
+    columns = rng.normal(size=(len(NAMES) + 2, 400))
+    things = [Unknown(name, 0.01) for name in NAMES]
+    things += [Unknown("current gain", 0.01, 0.001), Unknown("eddy", 0.01)]
+    unlike = spoilt * rng.normal(size=200)
+
+    class Twin:
+        def readings(self, change: dict[str, float]) -> dict[str, Any]:
+            here = 1.0 + change.get("eddy", 0.0)
+            like = 0.3 * columns[1]
+            return {"current": here * like[:200], "position": here * (like[200:] + unlike)}
+
+    monkeypatch.setattr(
+        moved, "weights", lambda _: {name: np.ones(200) for name in ("current", "position")}
+    )
+    capture: Any = None
+    twin: Any = Twin()
+    at = AtTruth([twin], things, [columns])
+    found = moved.moves([capture], at, {"eddy": 0.4, "eddy_time": 1e-4})
+    others = {name: 0.0 for name in NAMES if name != "L"}
+    assert found == {"eddy": pytest.approx({"L": 0.003, **others}, abs=1e-12 + 1e-6 * spoilt)}
+
+
 def row(effects: list[str], terms: list[str], bare: list[str], *, holds: bool = True) -> Row:
     """A record of a motor whose six-parameter fit took 100 responses and whose search took 300."""
     value = {"status": "estimated", "off": 0.0, "interval": [-1.0, 1.0], "holds": holds}
@@ -77,7 +107,13 @@ def row(effects: list[str], terms: list[str], bare: list[str], *, holds: bool = 
         "effects": effects,
         "feature": {figure: float(term == "ripple") for term, figure in DRAWN.items()},
         "fit": {"responses": 100},
-        "headline": {"parameters": {"B": value}, "bare": bare, "responses": 300},
+        "moves": {effect: {"B": -0.2 * len(bare)} for effect in effects},
+        "headline": {
+            "parameters": {"B": value},
+            "half": {"B": 0.1},
+            "bare": bare,
+            "responses": 300,
+        },
         "better": {"terms": terms},
     }
 
