@@ -57,11 +57,16 @@ class Evidence:
         return self.gain / self.inflation > BEYOND * self.needed
 
     @property
+    def possible(self) -> bool:
+        """The likelihood speaks for it, and its size is not nothing, though it may be open."""
+        return self.suffices and self.size > SURE / 2.0
+
+    @property
     def unsure(self) -> bool:
         """It explains much, but what is lacking beside it leaves its size open, or captures
         disagree.
         """
-        return self.exceeds and self.size > SURE / 2.0 and not self.supports
+        return self.exceeds and self.possible and not self.supports
 
     @property
     def supports(self) -> bool:

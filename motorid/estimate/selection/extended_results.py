@@ -32,7 +32,7 @@ UNTOLD = "these data do not determine it"
 SHARE, HEATED = "J2_share", "per_C_w"  # searched, and shown as what is known by other names
 CAPACITY = "C_w"
 EXPECTED = 3.0  # total uncertainties, of a size of what every brushed motor has
-SEARCHED = 5.0  # the same of what a motor may have: a dozen terms are tried beside faults unstated
+SEARCHED = 4.0  # the same of what a motor may have: a dozen terms are tried beside faults unstated
 
 
 def findings(fitted: Fitted, fix: Mapping[str, float], without: Sequence[str]) -> Findings:

@@ -28,6 +28,7 @@ GROSS = 1000.0  # of chi-square: fitted whatever it moves
 REFITTED = 3
 ROUNDS = 5
 MOST = 4.0  # times the responses of the six-parameter fit, after which no other fit begins
+UNFORESEEN = Evidence(np.inf, 1.0, 0.0)
 RIVAL = 0.5  # of a promise, from which another is tried beside it
 ALIKE = 0.2  # the same of what it moves
 LITTLE = 0.05  # of a term's size, from which a search begins that failed from the whole of it
@@ -94,7 +95,9 @@ def select(
         found = search.round(now)
         trials += [trial for _, trial in found]
         after = _next(found)
+        half_supported = [Unsettled(t.term, f.values) for f, t in found if t.evidence.possible]
         if after is None:
+            unsettled += half_supported
             break
         fitted, trial = after
         if len(fitted.terms) > 1:
@@ -104,7 +107,7 @@ def select(
             unsettled.clear()
             harmless = None
         else:
-            unsettled += [Unsettled(t.term, f.values) for f, t in found if t.goes_on]
+            unsettled += half_supported
             harmless = fitted if trial.evidence.supports else harmless
         now = _Model(fitted.records, fitted.solution, fitted.values, fitted.terms)
     kept = stages[-1].terms if stages else ()
@@ -112,7 +115,7 @@ def select(
     possible = [one for one in revision.possible if one.term not in kept]
     untried = [one for one in search.untried if one.term not in kept]
     half = (*unsettled, *possible, *untried)
-    left_out = tuple(dict.fromkeys(one.term for one in untried))
+    left_out = tuple(term for term in search.left_out if term not in kept)
     return Selection(tuple(stages), told, left_out, half, harmless)
 
 
@@ -147,7 +150,8 @@ class _Search:
 
     def __init__(self, reach: Mapping[str, float], but: Sequence[Term], most: float) -> None:
         self.reach, self.but, self.most, self.spent = reach, but, most, 0
-        self.untried: list[Unsettled] = []  # of the last round, where straight lines see them
+        self.left_out: list[Term] = []  # of the last round
+        self.untried: list[Unsettled] = []  # with what is half supported
 
     def round(self, now: _Model) -> list[tuple[Fitted, Trial]]:
         """The candidates that were fitted; the last earns its place, if one does.
@@ -156,12 +160,13 @@ class _Search:
         next round.
         """
         found: list[tuple[Fitted, Trial]] = []
-        self.untried = []
-        waiting, white = _asked(now, self.reach, self.but)
+        waiting, half, white = _asked(now, self.reach, self.but)
+        self.left_out, self.untried = [], _unsettled(now, half)
         while waiting:
             if self.spent > self.most:
-                left = [c for c in waiting if _moves(c, self.reach) > HINT]
-                self.untried = [Unsettled(c.term, _shifted(now, c)) for c in left]
+                left = [c for c in waiting if _matters(c, self.reach)]
+                self.left_out = [c.term for c in left]
+                self.untried += _unsettled(now, left)
                 break
             first = waiting[0]
             behind = [c.term for c in waiting if _stands_for(first, c, white)]
@@ -214,9 +219,9 @@ class _Search:
 
 def _asked(
     now: _Model, reach: Mapping[str, float], but: Sequence[Term]
-) -> tuple[list[Candidate], Solution]:
-    """What the residuals ask for and a fit is foreseen to support, first what moves most; and the
-    solution in white noise.
+) -> tuple[list[Candidate], list[Candidate], Solution]:
+    """What the residuals ask for and a fit is foreseen to support, first what moves most; what
+    matters and is half supported; and the solution in white noise.
 
     What moves nothing is asked for too where something that matters may only stand for it.
     """
@@ -225,26 +230,31 @@ def _asked(
     names = [name for name in SCREENED if TERMS[name] not in but]
     tried = screen(*bare, now.taken, names)
     tried += [] if TERMS["two-masses"] in but else springs(*bare, now.taken)
-    likely = [c for c in tried if c.gain > WORTH and _is_foreseen(now, white, c)]
-    hidden = any(_matters(c, reach) and c.gain > HIDING and c not in likely for c in tried)
-    matter = [c for c in likely if _matters(c, reach)]
-    asked = [
+    promising = [c for c in tried if c.gain > WORTH]
+    seen = {c.term: _foreseen(now, white, c) for c in promising if _matters(c, reach)}
+    likely = [c for c in promising if c.term in seen and _is_likely(seen[c.term])]
+    half = [c for c in promising if c.term in seen and seen[c.term].possible and c not in likely]
+    hidden = any(c.gain > HIDING for c in promising if c.term in seen and c not in likely)
+    harmless = [
         c
-        for c in likely
-        if hidden or c.gain > GROSS or c in matter or any(_stands_for(m, c, white) for m in matter)
+        for c in promising
+        if c.term not in seen
+        and (hidden or c.gain > GROSS or any(_stands_for(m, c, white) for m in likely))
+        and _is_likely(_foreseen(now, white, c))
     ]
-    return sorted(asked, key=lambda c: -_moves(c, reach)), white
+    return sorted([*likely, *harmless], key=lambda c: -_moves(c, reach)), half, white
 
 
-def _is_foreseen(now: _Model, white: Solution, candidate: Candidate) -> bool:
-    """A fit is foreseen to support it, as far as straight lines show that.
-
-    Where much is lacking, its size is unsure by what else is: the fit is asked.
+def _is_likely(found: Evidence) -> bool:
+    """A fit is foreseen to support it. Where much is lacking, its size is unsure by what else is:
+    the fit is asked.
     """
-    if not candidate.changes:
-        return True
-    found = foresee(now.records, white, candidate)
     return found.supports or found.unsure
+
+
+def _foreseen(now: _Model, white: Solution, candidate: Candidate) -> Evidence:
+    """What a fit would find, as far as straight lines show that; all, of one that has none."""
+    return foresee(now.records, white, candidate) if candidate.changes else UNFORESEEN
 
 
 def _stands_for(one: Candidate, other: Candidate, white: Solution) -> bool:
@@ -295,6 +305,11 @@ def _shifted(now: _Model, candidate: Candidate) -> dict[str, float]:
         if value > 0.0 and candidate.changes:
             out[name] = value * float(np.exp(np.clip(shift / value, -1.0, 1.0)))
     return out
+
+
+def _unsettled(now: _Model, candidates: Sequence[Candidate]) -> list[Unsettled]:
+    """What was not fitted, where straight lines see it."""
+    return [Unsettled(c.term, _shifted(now, c)) for c in candidates]
 
 
 def _little(candidate: Candidate) -> Candidate:

@@ -142,10 +142,10 @@ def asked(
     monkeypatch.setattr(forward, "plain", lambda *_: WHITE)
     monkeypatch.setattr(forward, "screen", screen)
     monkeypatch.setattr(forward, "springs", lambda *_: [])
-    monkeypatch.setattr(forward, "_is_foreseen", lambda _n, _w, c: c.term in foreseen)
+    monkeypatch.setattr(forward, "_foreseen", lambda _n, _w, c: GOOD if c.term in foreseen else BAD)
     now: Any = SimpleNamespace(records=(), solution=None, values={}, taken=())
-    found, white = forward._asked(now, REACH, but)
-    assert white is WHITE
+    found, half, white = forward._asked(now, REACH, but)
+    assert (half, white) == ([], WHITE)
     assert not {b.name for b in but} & set(names[0])
     return [c.term for c in found]
 
@@ -182,17 +182,29 @@ def test_what_a_harmless_one_may_hide_is_a_reason_to_fit_it(
 
 def test_what_has_no_straight_lines_cannot_be_foreseen() -> None:
     now: Any = None
-    assert forward._is_foreseen(now, now, candidate(A))
+    assert forward._foreseen(now, now, candidate(A)).supports
 
 
-@pytest.mark.parametrize(("evidence", "fitted"), [(GOOD, True), (BAD, False), (UNSURE, True)])
+@pytest.mark.parametrize(
+    ("evidence", "fitted", "half"),
+    [
+        (GOOD, True, False), (BAD, False, False), (UNSURE, True, False),
+        (replace(UNSURE, gain=63.0), False, True),  # enough, and two deviations, and no more
+        (replace(UNSURE, gain=63.0, size=1.9), False, False),
+    ],
+)  # fmt: skip
 def test_a_fit_is_asked_where_what_is_lacking_leaves_a_size_open(
-    evidence: Evidence, fitted: bool, monkeypatch: pytest.MonkeyPatch
+    evidence: Evidence, fitted: bool, half: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """One that is half supported has its say by straight lines."""
+    lines = replace(candidate(A, R=0.2), changes=(np.zeros((1, 2)),))
+    monkeypatch.setattr(forward, "plain", lambda *_: WHITE)
+    monkeypatch.setattr(forward, "screen", lambda *_: [lines])
+    monkeypatch.setattr(forward, "springs", lambda *_: [])
     monkeypatch.setattr(forward, "foresee", lambda *_: evidence)
-    now: Any = SimpleNamespace(records=())
-    lines = replace(candidate(A), changes=(np.zeros((1, 2)),))
-    assert forward._is_foreseen(now, now, lines) is fitted
+    now: Any = SimpleNamespace(records=(), solution=None, values={"R": 2.0}, taken=())
+    asked, possible, _ = forward._asked(now, REACH, ())
+    assert ([c.term for c in asked], [c.term for c in possible]) == ([A][:fitted], [A][:half])
 
 
 class Fits:
@@ -227,7 +239,7 @@ class Fits:
 def rounds(
     monkeypatch: pytest.MonkeyPatch, waiting: Sequence[Candidate], most: float = 1e9
 ) -> tuple[list[Trial], forward._Search]:
-    monkeypatch.setattr(forward, "_asked", lambda *_: (list(waiting), WHITE))
+    monkeypatch.setattr(forward, "_asked", lambda *_: (list(waiting), [], WHITE))
     search = forward._Search(REACH, (), most)
     now: Any = SimpleNamespace(values={"R": 2.0, "K": 1.0}, taken=(), solution=None)
     return [t for _, t in search.round(now)], search
@@ -288,7 +300,8 @@ def test_when_the_responses_are_spent_the_others_are_left_out(
     waiting = [candidate(A, 100.0, R=1.0), next_one, candidate(D, 40.0, R=0.04)]
     found, search = rounds(monkeypatch, waiting, most=14.0)
     assert [t.term for t in found] == [A]
-    assert [one.term for one in search.untried] == [C]  # D moves too little to matter
+    assert search.left_out == [C]  # D moves too little to matter
+    assert [one.term for one in search.untried] == [C]
     assert search.untried[0].values["R"] == pytest.approx(2.0 * math.exp(0.051 / 2.0))
 
 

@@ -41,7 +41,7 @@ def test_a_search_looks_beside_what_the_solution_has_within_four_times_its_cost(
     class Search:
         def __init__(self, *given: Any) -> None:
             seen.append(given)
-            self.left_out = [COGS]
+            self.left_out, self.untried = [COGS], [Unsettled(COGS, {"R": 4.0})]
 
         def round(self, now: Any) -> Any:
             seen.append((now.records, now.solution, now.values, now.taken))
@@ -53,7 +53,7 @@ def test_a_search_looks_beside_what_the_solution_has_within_four_times_its_cost(
     records: Any = [SimpleNamespace(simulated=5), SimpleNamespace(simulated=7)]
     found = forward.select(records, "solution", MOTOR, {"R": 0.1}, [SIDED], [LOAD])  # type: ignore[arg-type]
     assert (found.stages, found.trials, found.left_out) == ((), (), (COGS,))
-    assert found.unsettled == tuple(revised.possible)
+    assert found.unsettled == (*revised.possible, Unsettled(COGS, {"R": 4.0}))
     assert seen == [
         ({"R": 0.1}, [SIDED], 28.0), ((SIDED, LOAD), 28.0),
         (records, "solution", MOTOR, (LOAD,)),
@@ -97,9 +97,9 @@ def test_what_the_residuals_ask_for_is_seen_in_white_noise(
     asked = [candidate(SIDED, 100.0, R=1.0), candidate(TWO, 100.0, R=2.0)]
     noting(monkeypatch, forward, seen, plain=white, screen=asked[:1], springs=asked[1:])
     now: Any = forward._Model(["record"], "solution", MOTOR, (LOAD,))  # type: ignore[list-item,arg-type]
-    found, least = forward._asked(now, {"R": 0.1}, [COGS])
+    found, half, least = forward._asked(now, {"R": 0.1}, [COGS])
     assert [c.term for c in found] == [TWO, SIDED]
-    assert least is white
+    assert (half, least) == ([], white)
     names = [name for name in score_test.SCREENED if name != "cogging"]
     assert seen["plain"] == [(["record"], "solution")]
     assert seen["screen"] == [(["record"], white, MOTOR, (LOAD,), names)]
@@ -131,7 +131,7 @@ def test_a_fit_is_foreseen_by_the_same_lines(monkeypatch: pytest.MonkeyPatch) ->
     noting(monkeypatch, forward, seen, foresee=GOOD)
     one = replace(candidate(SIDED), changes=(np.zeros((1, 2)),))
     now: Any = SimpleNamespace(records=["record"])
-    assert forward._is_foreseen(now, "white", one)  # type: ignore[arg-type]
+    assert forward._foreseen(now, "white", one) is GOOD  # type: ignore[arg-type]
     assert seen["foresee"] == [(["record"], "white", one)]
 
 
@@ -221,10 +221,11 @@ def test_terms_that_move_half_of_what_matters_are_not_left_out_for_want_of_room(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     waiting = [candidate(SIDED, R=0.5), candidate(LOAD, R=0.50001)]
-    monkeypatch.setattr(forward, "_asked", lambda *_: (waiting, 1.0))
+    monkeypatch.setattr(forward, "_asked", lambda *_: (waiting, [], 1.0))
     search = forward._Search({"R": 1.0}, (), 1.0)
     search.spent = 2
-    assert search.round(None) == []  # type: ignore[arg-type]
+    now: Any = SimpleNamespace(values=MOTOR)
+    assert search.round(now) == []
     assert search.left_out == [LOAD]
 
 

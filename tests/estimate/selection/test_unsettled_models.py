@@ -18,7 +18,7 @@ from motorid.estimate.selection.forward_selection import Trial
 from motorid.estimate.selection.unsettled_models import Unsettled, with_unsettled
 from tests.report.example import estimate
 
-LOAD, SLOW = TERMS["quadratic-load"], TERMS["stribeck"]
+LOAD, SLOW, SIDED = (TERMS[name] for name in ("quadratic-load", "stribeck", "direction"))
 
 
 def values(given: Estimate, **factors: float) -> dict[str, float]:
@@ -94,6 +94,7 @@ def selected(monkeypatch: pytest.MonkeyPatch, *rounds: list[tuple[Any, Evidence,
 
     class Search:
         left_out: tuple[()] = ()
+        untried: tuple[()] = ()
 
         def __init__(self, *_: Any) -> None:
             pass
@@ -119,5 +120,6 @@ def test_what_half_supported_terms_say_counts_until_one_earns_its_place(
     later = selected(monkeypatch, [(LOAD, OPEN, 5.0)], [(SLOW, GOOD, 7.0)])
     assert [stage.terms for stage in later.stages] == [(SLOW,)]
     assert later.unsettled == ()  # what it leaves is screened anew
-    still = selected(monkeypatch, [(SLOW, GOOD, 7.0)], [(LOAD, OPEN, 5.0)])
-    assert still.unsettled == (Unsettled(LOAD, {"B": 5.0}),)
+    for size in (OPEN, replace(OPEN, gain=25.0)):
+        still = selected(monkeypatch, [(SLOW, GOOD, 7.0)], [(LOAD, size, 5.0), (SIDED, BAD, 2.0)])
+        assert still.unsettled == (Unsettled(LOAD, {"B": 5.0}),)
