@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.errors import DataError
 from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.solver.concentrated_likelihood import BEYOND
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Solution, Unknown
 
@@ -70,10 +73,14 @@ def refit(
 ) -> Refit:
     """The most likely motor and size, the best from all ``starts``; without a hypothesis, of six.
 
-    A fit ends when F would fall by less than ``enough``, or after so many ``steps``.
+    A fit ends when F would fall by less than ``enough``, or after so many ``steps``. Where no motor
+    with finite readings is, F is infinite. Raises DataError where a motor without a fault is there.
     """
     found = [_from(records, start, hypothesis, size, enough, steps) for start in starts]
-    return min(found, key=lambda f: f.objective)
+    best = min(found, key=lambda f: f.objective)
+    if hypothesis is None and not math.isfinite(best.objective):
+        raise DataError(BEYOND)
+    return best
 
 
 def plain(records: Sequence[MotorRecord], solution: Solution) -> Solution:
@@ -101,8 +108,11 @@ def _from(
         bounds = zip(size, h.scale, h.lower, h.upper, strict=True)
         more = [Unknown(f"size {k}", a, b, c, scale=s) for k, (a, s, b, c) in enumerate(bounds)]
     widened = [Widened(r, own, hypothesis) for r, own in zip(records, start.own, strict=True)]
-    found = maximise([*shared, *more], widened, max_iterations=steps, enough=enough)
     p = len(shared)
+    try:
+        found = maximise([*shared, *more], widened, max_iterations=steps, enough=enough)
+    except DataError:
+        return Refit(start.values, np.array(size, dtype=float), math.inf, start)
     return Refit(found.values[:p], found.values[p:], found.objective, found)
 
 

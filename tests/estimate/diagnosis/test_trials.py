@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from motorid.capture.model import CURRENT, SPEED
+from motorid.errors import DataError
 from motorid.estimate.diagnosis import fault, rank, refit
 from motorid.estimate.diagnosis.fault import Hypothesis
 from motorid.estimate.diagnosis.refit import Widened
@@ -91,7 +93,25 @@ class Searched:
         self.asked.append((unknowns, records, how))
         values = np.arange(len(unknowns)) + 10.0 * len(self.asked)
         own = (np.array([0.5 * len(self.asked), 7.0]),)
-        return SimpleNamespace(values=values, objective=self.left.pop(0), own=own)
+        objective = self.left.pop(0)
+        if math.isinf(objective):
+            raise DataError("no motor")
+        return SimpleNamespace(values=values, objective=objective, own=own)
+
+
+def test_a_start_without_finite_readings_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fault may lead there; the fit of the captures goes on. Without a fault nothing is left."""
+    searched = Searched(monkeypatch, math.inf, 3.0, math.inf, math.inf)
+    starts = [solution(), solution(R=3.0)]
+    for start in starts:
+        object.__setattr__(start, "own", (np.array([0.25, 0.5]),))
+    assert refit.refit([record()], starts, hypothesis(), (0.7, 0.8)).objective == 3.0
+    lost = refit.refit([record()], starts[:1], hypothesis(), (0.7, 0.8))
+    assert math.isinf(lost.objective)
+    assert (list(lost.values), list(lost.size)) == (list(starts[0].values), [0.7, 0.8])
+    with pytest.raises(DataError, match="no motor with finite"):
+        refit.refit([record()], starts[:1])
+    assert len(searched.asked) == 4
 
 
 def test_a_trial_begins_at_each_start_and_the_likeliest_counts(
