@@ -263,29 +263,6 @@ def unknowns(captures: Sequence[Capture], twins: Sequence[Twin], late_s: float) 
     return [u for u in found if u.prior_sd > 0]
 
 
-def relative_bound(
-    captures: Sequence[Capture],
-    truth: Mapping[str, float],
-    late_s: float = 0.0,
-    brush: Brush = NO_DROP,
-    added: Mapping[str, float] | None = None,
-) -> tuple[dict[str, float], dict[str, float]]:
-    """Smallest relative standard deviation of R, L, K, B, J and T0 that these data allow.
-
-    Twice: for brushes known to drop nothing, and for an unknown drop. ``late_s``: stated standard
-    uncertainty of the delays of current and voltage. ``added``: fields of ``motor.wide`` (SI) that
-    the motor has besides the six.
-    """
-    at = linearised(captures, truth, late_s, brush, added)
-    wide = _deviations(at.information())
-    narrow = _deviations(at.information(without=BRUSH))
-    six = range(len(NAMES))
-    return (
-        {NAMES[k]: float(narrow[k] * at.things[k].size) for k in six},
-        {NAMES[k]: float(wide[k] * at.things[k].size) for k in six},
-    )
-
-
 @dataclass(frozen=True)
 class AtTruth:
     """A rig's readings at the truth: ``things`` that are unknown (the six first), and by how much
@@ -312,6 +289,13 @@ class AtTruth:
         left = self.known(without)
         return np.asarray(whole[np.ix_(left, left)])
 
+    def bound(self, without: Container[str] = ()) -> dict[str, float]:
+        """Smallest relative standard deviations of R to T0 that these data allow; ``without``:
+        things that are known, such as ``BRUSH``, the drop over brushes.
+        """
+        found = _deviations(self.information(without))
+        return {n: float(found[k] * self.things[k].size) for k, n in enumerate(NAMES)}
+
 
 def linearised(
     captures: Sequence[Capture],
@@ -320,7 +304,9 @@ def linearised(
     brush: Brush = NO_DROP,
     added: Mapping[str, float] | None = None,
 ) -> AtTruth:
-    """As ``relative_bound`` needs it."""
+    """The rig at the truth. ``late_s``: stated standard uncertainty of the delays of current and
+    voltage. ``added``: fields of ``motor.wide`` (SI) that the motor has besides the six.
+    """
     wiring = captures[0].wiring
     sensed = captures[0].get(VOLTAGE)
     where = sensed.sense if sensed is not None else "supply"

@@ -33,7 +33,7 @@ def moves(
 ) -> dict[str, dict[str, float]]:
     """Relative moves of R to T0, by effect. ``added``: fields of ``motor.wide`` that it has."""
     found = {}
-    for field in FIELDS.keys() & added.keys():
+    for field in (one for one in FIELDS if one in added):
         changes = []
         for capture, twin in zip(captures, at.twins, strict=True):
             weight, whole, less = weights(capture), twin.readings({}), twin.readings({field: -1.0})

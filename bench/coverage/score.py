@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bench.coverage.bound import NAMES, Brush, linearised, relative_bound
+from bench.coverage.bound import BRUSH, NAMES, Brush, linearised
 from bench.coverage.cost import counted
 from bench.coverage.moved import moves
 from bench.coverage.naive import forget_chain
@@ -55,10 +55,10 @@ def score(seed: int, how: How) -> Row:
         if "bound" in how.parts:
             late = bench.options.delay_uncertainty
             brush = Brush(bench.options.brush_drop, bench.drawn.brush_current_a)
-            known = (runs.captures, runs.truth, late, brush, bench.added)
-            row["bound"], row["wide_bound"] = relative_bound(*known)
+            at = linearised(runs.captures, runs.truth, late, brush, bench.added)
+            row["bound"], row["wide_bound"] = at.bound(without=BRUSH), at.bound()
             if bench.added:
-                row["moves"] = moves(runs.captures, linearised(*known), bench.added)
+                row["moves"] = moves(runs.captures, at, bench.added)
         if "fit" in how.parts:
             row["fit"] = _fitted(runs.captures, runs)
         if "auto" in how.parts:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.coverage.bound import Brush, Twin, relative_bound
+from bench.coverage.bound import BRUSH, Brush, Twin, linearised
 from bench.coverage.rigs import NEUTRAL, Bench, draw_bench
 from bench.coverage.runs import record
 from bench.coverage.score import How, score
@@ -62,13 +62,14 @@ def test_the_bounds_derivatives_are_the_plants(name: str, tmp_path: Path) -> Non
 @pytest.mark.slow
 def test_a_prior_that_is_wider_never_narrows_the_bound(tmp_path: Path) -> None:
     runs = record(draw_bench(SEED), tmp_path)
-    sharp, _ = relative_bound(runs.captures, runs.truth)
+    sharp = linearised(runs.captures, runs.truth).bound(without=BRUSH)
     current = [replace(c.channels[CURRENT], gain_uncertainty=0.05) for c in runs.captures]
     loose_captures = [
         replace(c, channels={**c.channels, CURRENT: i})
         for c, i in zip(runs.captures, current, strict=True)
     ]
-    loose, with_drop = relative_bound(loose_captures, runs.truth)
+    at = linearised(loose_captures, runs.truth)
+    loose, with_drop = at.bound(without=BRUSH), at.bound()
     assert all(loose[name] >= sharp[name] * (1 - 1e-3) for name in sharp)
     assert all(with_drop[name] >= loose[name] * (1 - 1e-3) for name in loose)
     # torque, and so inertia and friction, scale with the current's gain as a whole

@@ -94,10 +94,9 @@ def select(
     for _ in range(ROUNDS):
         found = search.round(now)
         trials += [trial for _, trial in found]
+        unsettled += [Unsettled(t.term, f.values) for f, t in found if t.evidence.possible]
         after = _next(found)
-        half_supported = [Unsettled(t.term, f.values) for f, t in found if t.evidence.possible]
         if after is None:
-            unsettled += half_supported
             break
         fitted, trial = after
         if len(fitted.terms) > 1:
@@ -106,17 +105,15 @@ def select(
             stages.append(fitted)
             unsettled.clear()
             harmless = None
-        else:
-            unsettled += half_supported
-            harmless = fitted if trial.evidence.supports else harmless
+        elif trial.evidence.supports:
+            harmless = fitted
         now = _Model(fitted.records, fitted.solution, fitted.values, fitted.terms)
     kept = stages[-1].terms if stages else ()
     told = tuple(replace(t, taken=t.term in kept and t.goes_on) for t in trials)
     possible = [one for one in revision.possible if one.term not in kept]
     untried = [one for one in search.untried if one.term not in kept]
     half = (*unsettled, *possible, *untried)
-    left_out = tuple(term for term in search.left_out if term not in kept)
-    return Selection(tuple(stages), told, left_out, half, harmless)
+    return Selection(tuple(stages), told, tuple(search.left_out), half, harmless)
 
 
 def evaluations(records: Sequence[MotorRecord]) -> int:
@@ -231,14 +228,14 @@ def _asked(
     tried = screen(*bare, now.taken, names)
     tried += [] if TERMS["two-masses"] in but else springs(*bare, now.taken)
     promising = [c for c in tried if c.gain > WORTH]
-    seen = {c.term: _foreseen(now, white, c) for c in promising if _matters(c, reach)}
-    likely = [c for c in promising if c.term in seen and _is_likely(seen[c.term])]
-    half = [c for c in promising if c.term in seen and seen[c.term].possible and c not in likely]
-    hidden = any(c.gain > HIDING for c in promising if c.term in seen and c not in likely)
+    matter = [(c, _foreseen(now, white, c)) for c in promising if _matters(c, reach)]
+    likely = [c for c, found in matter if _is_likely(found)]
+    half = [c for c, found in matter if found.possible and not _is_likely(found)]
+    hidden = any(c.gain > HIDING and not _is_likely(found) for c, found in matter)
     harmless = [
         c
         for c in promising
-        if c.term not in seen
+        if not _matters(c, reach)
         and (hidden or c.gain > GROSS or any(_stands_for(m, c, white) for m in likely))
         and _is_likely(_foreseen(now, white, c))
     ]

@@ -234,7 +234,7 @@ class Waveform:
 
         def so_far(within: Moments) -> Floats:
             past = within.at_s - within.each(time)
-            flux = within.each(slopes)
+            flux = within.each(slopes)  # total + past (volts + slopes past / 2), in place
             for factor, more in ((past / 2, volts), (past, total)):
                 flux *= factor
                 flux += within.each(more)
