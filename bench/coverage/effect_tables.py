@@ -64,7 +64,7 @@ def _named(told: Sequence[Row]) -> str:
         matter = [row for row in have if matters(row, effect)]
         named = [sum(term in offered(row) for row in of) for of in (have, matter)]
         lines.append(f"| {effect} | {len(have)} | {named[0]} | {len(matter)} | {named[1]} |")
-    matter = [row for row in told if there(row) and row["headline"].get("bare")]
+    matter = [row for row in told if any(matters(row, effect) for effect in row["effects"])]
     found = sum(bool(there(row) & offered(row)) for row in matter)
     lines += ["", f"motors whose effects matter: {len(matter)}; an effect named in {found}"]
     return "\n".join(lines)

@@ -125,16 +125,13 @@ def _estimate(captures: Sequence[Capture], model: str) -> tuple[Estimate | Row, 
 
 
 def _said(estimate: Estimate, runs: Runs) -> Row:
-    """Values, remarks and budgets. ``bare``: those whose interval would miss the truth if no
-    finding had widened it; ``half``: half of that interval, relative.
-    """
+    """Values, remarks and budgets. ``half``: of each interval before findings widened it."""
     values = _parameters({**estimate.parameters, **estimate.at_25}, runs, _by_ripple(estimate))
     told = [name for name in NAMES if values.get(name, {}).get("off") is not None]
     half = {name: _bare_half(estimate, name, values[name]) for name in told}
     return {
         "parameters": values,
         "half": half,
-        "bare": [name for name in half if abs(values[name]["off"]) > half[name]],
         "diagnostics": [d.code for d in estimate.diagnostics],
         "budget": {name: dict(shares) for name, shares in estimate.budget.items()},
     }

@@ -100,7 +100,7 @@ def test_what_looks_like_a_parameter_moves_that_one(
     assert found == {"eddy": pytest.approx({"L": 0.003, **others}, abs=1e-12 + 1e-6 * spoilt)}
 
 
-def row(effects: list[str], terms: list[str], bare: list[str], *, holds: bool = True) -> Row:
+def row(effects: list[str], terms: list[str], moved: list[str], *, holds: bool = True) -> Row:
     """A record of a motor whose six-parameter fit took 100 responses and whose search took 300."""
     value = {"status": "estimated", "off": 0.0, "interval": [-1.0, 1.0], "holds": holds}
     return {
@@ -108,11 +108,10 @@ def row(effects: list[str], terms: list[str], bare: list[str], *, holds: bool = 
         "effects": effects,
         "feature": {figure: float(term == "ripple") for term, figure in DRAWN.items()},
         "fit": {"responses": 100},
-        "moves": {effect: {"B": -0.2 * len(bare)} for effect in effects},
+        "moves": {effect: dict.fromkeys(moved, -0.2) for effect in effects},
         "headline": {
             "parameters": {"B": value},
             "half": {"B": 0.1},
-            "bare": bare,
             "responses": 300,
         },
         "better": {"terms": terms},
