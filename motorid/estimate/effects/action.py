@@ -14,6 +14,8 @@ from motorid.motor.reading import Stretch
 
 Floats = NDArray[np.float64]
 Restretch = Callable[[Stretch, Part, float], Stretch]
+NEVER_NONE = ("R", "L", "J")  # of which a response needs some
+LEFT = 1e-3  # of it, whatever else takes from it
 
 
 @dataclass
@@ -49,6 +51,19 @@ class Setup:
             if not isinstance(self.volts, np.ndarray):
                 self.volts = np.full(self.count, self.volts)
             self.volts[where] += volts
+
+    def onto(self, motor: Floats, names: Sequence[str]) -> Floats:
+        """The parameters, to which is added in place what quantities add to them.
+
+        Of a resistance, an inductance or an inertia some is left, however much they take: no motor
+        is without it, and no response. A fit of readings that no motor gives may end where a
+        bridge's resistance is more than the winding's.
+        """
+        for name, more in self.motor.items():
+            k = names.index(name)
+            least = LEFT * motor[k] if name in NEVER_NONE else -np.inf
+            motor[k] = max(motor[k] + more, least)
+        return motor
 
     def early(self, jumps: int) -> list[float]:
         """How early every one of so many jumps of a log came, (jumps,)."""

@@ -321,7 +321,7 @@ class MotorRecord(Weighed):
             key = self._key(shared, own)
             if key not in runs and key not in at_hand:
                 setup = self.setup(own)
-                runs[key] = Run(setup, self._with(setup, self.motor(shared)), self.stamped(setup))
+                runs[key] = Run(setup, setup.onto(self.motor(shared), NAMES), self.stamped(setup))
         at_hand.expect(self.standing.several(runs, self.smoothed))
 
     def _simulate(self, shared: Floats, setup: Setup) -> Floats:
@@ -329,7 +329,7 @@ class MotorRecord(Weighed):
         if len(motor) == len(SIX) and not setup.motor.keys() <= set(SIX):
             self.simulated += 1
             return self.smoothed(extended(self, motor, setup), setup)
-        motor = self._with(setup, motor)
+        motor = setup.onto(motor, NAMES)
         if setup.rebuilt:
             response = rebuilt(self, setup, self.respond)
         else:
@@ -337,12 +337,6 @@ class MotorRecord(Weighed):
         readings = response(motor, setup.initial)
         self.simulated += response.worth
         return self.smoothed(readings, setup)
-
-    def _with(self, setup: Setup, motor: Floats) -> Floats:
-        """The motor with what its own unknowns add."""
-        for name, more in setup.motor.items():
-            motor[NAMES.index(name)] += more
-        return motor
 
     def smoothed(self, readings: Floats, setup: Setup) -> Floats:
         """Behind the low-passes of second order, declared or found."""

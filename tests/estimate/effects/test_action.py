@@ -79,3 +79,13 @@ def test_a_reading_leaves_the_run_alone() -> None:
     assert run == setup()
     assert not shown.simulated
     assert action.Kick().simulated
+
+
+def test_what_takes_from_a_motor_leaves_some_of_what_no_motor_is_without() -> None:
+    run, names = setup(), ("R", "K", "J")
+    for name, size in (("R", -9.0), ("K", -9.0), ("J", -0.5)):
+        action.MotorParameter(name)(run, None, 0, size)
+    assert run.onto(np.array([2.0, 1.0, 3.0]), names).tolist() == [0.002, -8.0, 2.5]
+    more = setup()
+    action.MotorParameter("R")(more, None, 0, 0.5)
+    assert more.onto(np.array([0.0]), ("R",)).tolist() == [0.5]

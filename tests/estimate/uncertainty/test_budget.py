@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from motorid.estimate.effects.registry import REGISTRY
+from motorid.estimate.effects.source.wiring_resistance import WIRING_RESISTANCE
 from motorid.estimate.fit.parameter_bounds import unknowns_of
 from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.model.tangent import tangent
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Solution
@@ -72,6 +74,17 @@ def test_a_gain_of_the_current_scales_what_it_must() -> None:
     assert np.sign(share["R"]) == -np.sign(share["J"])
     assert abs(share["R"]) == pytest.approx(1.0, abs=0.2)
     assert abs(share["J"]) == pytest.approx(1.0, abs=0.2)
+
+
+def test_a_winding_of_less_resistance_than_the_wiring_s_has_a_budget_too() -> None:
+    """A fit of readings that no motor gives may end there."""
+    records, solution = fitted("commanded")
+    values = np.where([u.name == "R" for u in solution.unknowns], 1e-15, solution.values)
+    told = [one for one, _ in records[0].propagated]
+    assert WIRING_RESISTANCE in [one.quantity for one in told]
+    for one in told:
+        for moved in tangent(records[0], values, solution.own[0], one):
+            assert np.isfinite(moved).all(), one.name
 
 
 def test_priors_only_widen() -> None:
