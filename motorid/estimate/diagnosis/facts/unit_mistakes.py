@@ -22,7 +22,7 @@ from motorid.estimate.diagnosis.faults.scale_errors import (
     VOLTS,
 )
 from motorid.estimate.diagnosis.faults.scale_errors import SPEED as SPEED_SCALE
-from motorid.estimate.results.estimate import Diagnostic, Parameter
+from motorid.estimate.results.estimate import PARAMETERS, Diagnostic, Parameter
 from motorid.program import StepKind
 
 UNUSUAL = 9.0  # distance from the catalogue, above which an explanation is looked for
@@ -116,7 +116,8 @@ def _by_themselves(capture: Capture, known: Mapping[str, Parameter]) -> Iterator
             if one.quantity == TIME and "/" in name and low <= value / one.factor <= high
         ]
         hint = "of the gains and of the gear"
-        moves = {name: np.inf} if name in known else {}
+        # whichever channel it is, others of them come from it too
+        moves = dict.fromkeys(values.keys() & set(PARAMETERS), np.inf) if name in known else {}
         if clocks:
             hint = f"perhaps {clocks[0].instead.replace(' were ', ' is ')}"
             factor = clocks[0].factor

@@ -257,6 +257,19 @@ def test_a_time_constant_alone_tells_of_its_unit() -> None:
     assert list(findings([capture], {}, {ratio.name: usual})) == []
 
 
+def test_a_constant_that_no_motor_has_makes_all_that_was_fitted_with_it_doubtful() -> None:
+    """Of swapped channels J may look usual: it goes with K all the same."""
+    one = Parameter("K", "N·m/A", 18.6, 0.0, 0.0, 0.1, None, Status.ESTIMATED)
+    known = {
+        "K": one, "J": replace(one, name="J", unit="kg·m²", value=0.34),
+        "R": replace(one, name="R", value=None, status=Status.NOT_IDENTIFIABLE),
+    }  # fmt: skip
+    (said,) = findings([log(MAPS)], known)
+    assert said.message.startswith("K is 18.6")
+    assert said.moves == {"K": math.inf, "J": math.inf}
+    assert list(findings([log(MAPS)], {**known, "K": replace(one, value=0.1)})) == []
+
+
 @pytest.mark.parametrize("name", ["R", "L", "K", "J", "L/R", "JR/K²"])
 def test_drawn_motors_lie_within_the_ranges(name: str) -> None:
     low, high = ranges()[name]
