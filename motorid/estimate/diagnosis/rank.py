@@ -71,7 +71,9 @@ ODD = 2.0  # excess of one run over that of any other, which makes it the one to
 VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
 HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: others are sought too
 HARM = 0.002  # relative shift of a parameter that makes a fault worth naming,
-BEYOND = 2.0  # or this many of its standard uncertainties
+BEYOND = 2.0  # or this many of its standard uncertainties by noise,
+PART_OF_ALL = 0.25  # of which none counts as less than this of all that is uncertain of it
+NOT_KNOWN: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True)
@@ -80,8 +82,8 @@ class Trial:
     is far beyond chance.
 
     ``share`` is that of all that there is to explain; ``shift`` how the fault moved each parameter,
-    as a share of it, the ``farthest`` in standard uncertainties; ``seen``: the plain laws show it
-    in blocks of the capture.
+    as a share of it, the ``farthest`` in ``_deviations``; ``seen``: the plain laws show it in
+    blocks of the capture.
     """
 
     hypothesis: Hypothesis
@@ -122,16 +124,16 @@ class Convicted:
 
 
 def suspects(
-    records: Sequence[MotorRecord], solution: Solution
+    records: Sequence[MotorRecord], solution: Solution, totals: Mapping[str, float] = NOT_KNOWN
 ) -> tuple[tuple[Suspect, ...], Convicted | None]:
     """What in the measuring chain spoils these captures, the surest first, and which of it was
-    convicted by a fit; empty: nothing seen.
+    convicted by a fit; empty: nothing seen. ``totals``: standard uncertainties (SI) by parameter.
     """
     found = direct(records) + unstated_channels.suspects(records, solution)
     if spoiling(found):
         return tuple(found), None
     some, alone, k = _odd_one_out(records, solution)
-    trial = tried(some, alone)
+    trial = tried(some, alone, totals)
     if trial is None or trial.hypothesis.code in {f.code for f in found}:
         return tuple(found), None
     where = "" if k is None else f" (run {k + 1})"
@@ -200,9 +202,11 @@ def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
     return found
 
 
-def tried(records: Sequence[MotorRecord], solution: Solution) -> Trial | None:
+def tried(
+    records: Sequence[MotorRecord], solution: Solution, totals: Mapping[str, float] = NOT_KNOWN
+) -> Trial | None:
     """What a fit with its size as an unknown convicts: the best of all, if it convinces."""
-    found = trials(records, solution)
+    found = trials(records, solution, totals)
     if not found or found[0].hypothesis.guard or not found[0].convincing:
         return None
     return found[0]
@@ -239,7 +243,9 @@ def _moved(h: Hypothesis, found: Refit, usual: Floats, names: Sequence[str]) -> 
     return [max(abs(v - u), own.get(name, 0.0) * abs(v)) for name, v, u in each]
 
 
-def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:
+def trials(
+    records: Sequence[MotorRecord], solution: Solution, totals: Mapping[str, float] = NOT_KNOWN
+) -> list[Trial]:
     """Every hypothesis that promises enough, after its own fit, the best first."""
     left = misfit.residuals(records, solution)
     readings = sum(m.block.count for r in records for m in r.measured)
@@ -253,7 +259,7 @@ def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:
     starts, enough = _starts(records, solution), max(NEAR * excess * readings, 1.0)
     usual = refit(records, starts, enough=enough)
     names = [u.name for u in solution.unknowns]
-    deviations = solution.slopes * np.sqrt(np.diag(covariance_of(solution.information)))
+    deviations = _deviations(solution, totals)
     out = []
     for hypothesis, size, begin, seen in rivals:
         found = _ended(records, begin or starts, hypothesis, size, enough, usual)
@@ -269,6 +275,15 @@ def trials(records: Sequence[MotorRecord], solution: Solution) -> list[Trial]:
         share, sure = gain / max(excess, 1e-9), gain * readings > clear
         out.append(Trial(hypothesis, found, gain, share, shift, far, sure, seen))
     return sorted(out, key=lambda t: -t.gain)
+
+
+def _deviations(solution: Solution, totals: Mapping[str, float]) -> list[float]:
+    """SI, by unknown: what noise leaves open of it, or a part of ``totals`` where that is more. A
+    shift far below what instruments leave open harms nobody.
+    """
+    noise = solution.slopes * np.sqrt(np.diag(covariance_of(solution.information)))
+    each = zip(solution.unknowns, noise.tolist(), strict=True)
+    return [max(sd, PART_OF_ALL * totals.get(u.name, 0.0)) if sd > 0.0 else sd for u, sd in each]
 
 
 def _ended(

@@ -249,6 +249,20 @@ def test_each_rival_is_fitted_and_the_one_that_explains_most_comes_first(
     assert fits.enough == pytest.approx([rank.NEAR * 2.0 * 1000.0] * 3)
 
 
+@pytest.mark.parametrize("total", [0.0, 2.0, 8.0])
+def test_how_far_a_shift_is_counts_in_what_noise_or_instruments_leave_open(
+    total: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fits = Fits(monkeypatch, 5000.0, late=(4000.0, 0.1))
+    fits.rivals = [(replace(hypothesis(), code="late"), (1.0,), None, False)]
+    (by_noise,) = rank.trials(readings(1000.0), solution())
+    (found,) = rank.trials(readings(1000.0), solution(), {"R": total, "T0": 1.0})
+    moved = 0.1 * MOTOR["R"]
+    expected = min(by_noise.farthest, moved / (rank.PART_OF_ALL * total) if total else math.inf)
+    assert found.farthest == pytest.approx(expected)
+    assert (found.farthest < by_noise.farthest) is (total == 8.0)
+
+
 def test_nothing_is_fitted_where_there_is_little_to_explain_or_no_rival(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
