@@ -28,6 +28,7 @@ Floats = NDArray[np.float64]
 MARGIN = 10.0  # beyond Schwarz's penalty: odds of exp(-5)
 SURE = 4.0  # of a size, in standard deviations
 BEYOND = 5.0  # times the gain that is needed, from which a shape may be open
+HALF = 2.0  # times it, from which a size may be: a search among many terms finds this much in noise
 COARSE = 100.0  # change of F that is near enough for a narrower fit which is out of the question
 SETTLED = 20.0  # of that, from which it is
 LEAST = 1e-8  # of a variance, that rounding leaves
@@ -58,8 +59,9 @@ class Evidence:
 
     @property
     def possible(self) -> bool:
-        """The likelihood speaks for it, and its size is not nothing, though it may be open."""
-        return self.suffices and self.size > SURE / 2.0
+        """The likelihood clearly speaks for it; its size is not nothing, though it may be open."""
+        clear = self.gain / self.inflation > HALF * self.needed
+        return clear and self.size > SURE / 2.0
 
     @property
     def unsure(self) -> bool:
@@ -67,6 +69,11 @@ class Evidence:
         disagree.
         """
         return self.exceeds and self.possible and not self.supports
+
+    def beats(self, other: Evidence) -> bool:
+        """It is clearly likelier than another in its place."""
+        mine, theirs = (e.gain / e.inflation - e.needed for e in (self, other))
+        return mine > theirs + MARGIN
 
     @property
     def supports(self) -> bool:

@@ -38,7 +38,8 @@ LITTLE = 0.05  # of a term's size, from which a search begins that failed from t
 class Trial:
     """A term that was fitted: beside which others, its evidence, and whether it was taken.
 
-    ``moves``: the largest move of a parameter that it makes, in units of what matters.
+    ``moves``: the largest move of a parameter that it makes, in units of what matters. ``stands``:
+    it may only stand for another, which is likelier though its size is open.
     """
 
     term: Term
@@ -46,11 +47,12 @@ class Trial:
     evidence: Evidence
     moves: float
     taken: bool = False
+    stands: bool = False
 
     @property
     def earns(self) -> bool:
         """The data support it, and it matters."""
-        return self.evidence.supports and self.moves > 1.0
+        return self.evidence.supports and self.moves > 1.0 and not self.stands
 
     @property
     def goes_on(self) -> bool:
@@ -168,7 +170,10 @@ class _Search:
             first = waiting[0]
             behind = [c.term for c in waiting if _stands_for(first, c, white)]
             rivals, waiting = _rivals(waiting, self.reach, behind)
-            for fitted, trial in self._compared(now, rivals, white.objective - WORTH):
+            for fitted, one in self._compared(now, rivals, white.objective - WORTH):
+                likelier = [t for _, t in found if t.term in behind and t.evidence.possible]
+                better = any(t.evidence.beats(one.evidence) for t in likelier)
+                trial = replace(one, stands=one.term is first.term and better)
                 found.append((fitted, trial))
                 if trial.earns or (trial.goes_on and trial.term in behind):
                     return found

@@ -47,6 +47,24 @@ def test_all_must_speak_for_a_term(
     assert Evidence(gain, 1.0, 20.0, size, left_out).supports is supported
 
 
+@pytest.mark.parametrize(
+    ("gain", "size", "possible"), [(41.0, 2.1, True), (39.0, 9.0, False), (41.0, 1.9, False)]
+)
+def test_a_term_is_possible_where_it_explains_twice_what_it_costs(
+    gain: float, size: float, possible: bool
+) -> None:
+    """Of many terms that are tried, one explains what it costs by chance."""
+    assert Evidence(gain, 1.0, 20.0, size).possible is possible
+    assert Evidence(2.0 * gain, 2.0, 20.0, size).possible is possible
+
+
+def test_what_is_likelier_explains_more_beyond_its_cost() -> None:
+    one, other = Evidence(90.0, 1.0, 20.0), Evidence(120.0, 2.0, 1.0)
+    assert one.beats(replace(other, gain=120.0 - 1.0))
+    assert not one.beats(replace(other, gain=120.0 + 3.0))
+    assert not one.beats(one)
+
+
 def test_a_size_in_its_own_deviations() -> None:
     _, solution = fitted("measured")
     deviation = float(statistical(solution).deviations[0])  # of ln R

@@ -20,6 +20,7 @@ from motorid.estimate.selection.score_test import Candidate
 NAMES = ("direction", "quadratic-load", "cogging", "brush-drop")
 A, B, C, D = (TERMS[name] for name in NAMES)
 GOOD, BAD = Evidence(99.0, 1.0, 20.0, 9.0), Evidence(9.0, 1.0, 20.0, 9.0)
+SMALL = replace(GOOD, gain=50.0)
 UNSURE = Evidence(303.0, 3.0, 20.0, 3.9)  # explains five times what it costs, of an open size
 REACH = {"R": 0.1, "K": 2.0}
 WHITE: Any = SimpleNamespace(objective=500.0)
@@ -189,8 +190,9 @@ def test_what_has_no_straight_lines_cannot_be_foreseen() -> None:
     ("evidence", "fitted", "half"),
     [
         (GOOD, True, False), (BAD, False, False), (UNSURE, True, False),
-        (replace(UNSURE, gain=63.0), False, True),  # enough, and two deviations, and no more
-        (replace(UNSURE, gain=63.0, size=1.9), False, False),
+        (replace(UNSURE, gain=121.0), False, True),  # twice enough, and two deviations
+        (replace(UNSURE, gain=119.0), False, False),
+        (replace(UNSURE, gain=121.0, size=1.9), False, False),
     ],
 )  # fmt: skip
 def test_a_fit_is_asked_where_what_is_lacking_leaves_a_size_open(
@@ -290,6 +292,26 @@ def test_beside_what_the_first_may_only_stand_for_the_rest_wait_too(
     Fits(monkeypatch, direction=(200.0, evidence, 0.0), cogging=(300.0, GOOD, 0.5))
     found, _ = rounds(monkeypatch, [candidate(C, 100.0, R=1.0), candidate(A, 110.0, R=0.9)])
     assert [t.term for t in found] == tried
+
+
+@pytest.mark.parametrize(
+    ("pair", "likelier", "earns"),
+    [
+        ((A, C), replace(GOOD, gain=90.0, size=3.9), False),
+        ((A, C), replace(GOOD, gain=55.0, size=3.9), True),  # no clearer than the first
+        ((A, C), replace(GOOD, gain=90.0, size=1.9), True),  # there may be none of it
+        ((C, A), replace(GOOD, gain=90.0, size=3.9), True),  # it explains something else
+    ],
+)
+def test_what_stands_for_a_likelier_one_of_an_open_size_is_not_offered(
+    pair: tuple[Term, Term], likelier: Evidence, earns: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Windage is not, where friction that is higher at low speed explains the same and more."""
+    standing(monkeypatch, pair)
+    Fits(monkeypatch, direction=(300.0, SMALL, 0.5), cogging=(200.0, likelier, 0.0))
+    found, _ = rounds(monkeypatch, [candidate(A, 100.0, R=1.0), candidate(C, 110.0, R=0.9)])
+    assert [(t.term, t.earns) for t in found] == [(C, False), (A, earns)]
+    assert found[1].goes_on
 
 
 def test_when_the_responses_are_spent_the_others_are_left_out(

@@ -120,6 +120,6 @@ def test_what_half_supported_terms_say_counts_until_one_earns_its_place(
     later = selected(monkeypatch, [(LOAD, OPEN, 5.0)], [(SLOW, GOOD, 7.0)])
     assert [stage.terms for stage in later.stages] == [(SLOW,)]
     assert later.unsettled == ()  # what it leaves is screened anew
-    for size in (OPEN, replace(OPEN, gain=25.0)):
+    for size in (OPEN, replace(OPEN, gain=45.0)):
         still = selected(monkeypatch, [(SLOW, GOOD, 7.0)], [(LOAD, size, 5.0), (SIDED, BAD, 2.0)])
         assert still.unsettled == (Unsettled(LOAD, {"B": 5.0}),)
