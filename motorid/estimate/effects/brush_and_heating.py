@@ -69,6 +69,12 @@ def lossless(capture: Capture) -> Capture:
     return replace(capture, wiring=none, stated=heavy)
 
 
+def undropped(capture: Capture) -> Capture:
+    """The capture as of a motor whose brushes drop nothing."""
+    none = replace(capture.wiring, brush_drop_v=0.0, brush_drop_uncertainty_v=0.0)
+    return replace(capture, wiring=none)
+
+
 def brushes_made_for(capture: Capture, top_v: float) -> float:
     """V that brushes are chosen by: the nameplate's, or the highest of a run above it.
 

@@ -6,7 +6,7 @@ model's too, and it is doubtful.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from motorid.capture.model import Capture
@@ -16,7 +16,7 @@ from motorid.estimate.assembly.doubt import settled
 from motorid.estimate.assembly.lack_of_fit import with_lack
 from motorid.estimate.diagnosis import misfit, rank
 from motorid.estimate.diagnosis.faults import spikes
-from motorid.estimate.effects.brush_and_heating import lossless
+from motorid.estimate.effects.brush_and_heating import lossless, undropped
 from motorid.estimate.fit import joint_fit, multistart, sign_check
 from motorid.estimate.fit.alternating_fit import vanished, with_inductance
 from motorid.estimate.fit.parameter_bounds import held_values, merged, searched
@@ -40,7 +40,7 @@ from motorid.estimate.selection.extended_results import alternative, findings, s
 from motorid.estimate.selection.forward_selection import Selection, Trial, select
 from motorid.estimate.selection.named_terms import asked_for
 from motorid.estimate.selection.seen_effects import with_seen
-from motorid.estimate.selection.trigger import ALLOWED, carry_loss, loss_stands_out
+from motorid.estimate.selection.trigger import ALLOWED, carry_loss, drop_gives, loss_stands_out
 from motorid.estimate.selection.unsettled_models import Unsettled, with_unsettled
 from motorid.estimate.signals.log_sections import pieces, unbroken
 from motorid.estimate.solver.problem import Solution
@@ -166,22 +166,30 @@ def looked_for(
     """The better model, if there is one, and the fit that it is held against.
 
     Every capture has unknowns of brushes and winding: other terms are looked for beside those. If
-    none is found and they take what stands out, the terms that describe them are looked for.
+    none is found and they take what stands out, the terms that describe them are looked for. If
+    brushes seem to give voltage, they stand in for another effect, which shows without them alone.
     """
     narrow: Narrow = (records, solution, merged(held, solution))
     loss, anew = carry_loss(records), is_heavy(records, solution)
     if anew:
         narrow = _bare(records, narrow[2], held, False, anew)
     found = select(*narrow, matters, ALLOWED if loss else ())
-    if not found.stages and loss and loss_stands_out(records, solution, matters):
+    if not found.stages and loss and drop_gives(records, solution):
+        narrow = _bare(records, narrow[2], held, True, anew, undropped)
+        found = _both(found, select(*narrow, matters, ALLOWED))
+    elif not found.stages and loss and loss_stands_out(records, solution, matters):
         narrow = _bare(records, narrow[2], held, True, anew)
         others = [term for term in TERMS.values() if term not in ALLOWED]
-        then = select(*narrow, matters, others)
-        trials, left_out = (*found.trials, *then.trials), (*found.left_out, *then.left_out)
-        unsettled = (*found.unsettled, *then.unsettled)
-        harmless = then.harmless or found.harmless
-        found = Selection(then.stages, trials, left_out, unsettled, harmless)
+        found = _both(found, select(*narrow, matters, others))
     return found, narrow
+
+
+def _both(found: Selection, then: Selection) -> Selection:
+    """What was found after nothing was, and all that was tried."""
+    return Selection(
+        then.stages, (*found.trials, *then.trials), (*found.left_out, *then.left_out),
+        (*found.unsettled, *then.unsettled), then.harmless or found.harmless,
+    )  # fmt: skip
 
 
 def _narrow(
@@ -208,12 +216,14 @@ def _bare(
     held: Mapping[str, float],
     lossy: bool,
     anew: bool,
+    less: Callable[[Capture], Capture] | None = None,
 ) -> Narrow:
-    """The fit without what brushes and winding take, where ``lossy``, and without what repeats with
-    the rotor, where ``anew``: terms explain it.
+    """The fit without what brushes and winding take (or ``less``), where ``lossy``, and without
+    what repeats with the rotor, where ``anew``: terms explain it.
     """
     free = searched(held)
-    captures = [lossless(r.capture) if lossy else r.capture for r in records]
+    spare = less or lossless
+    captures = [spare(r.capture) if lossy else r.capture for r in records]
     bare = [MotorRecord(capture, free, held) for capture in captures]
     for record, six in zip(bare, records, strict=True):
         record.foretold = six.foretold

@@ -21,6 +21,8 @@ from motorid.estimate.uncertainty.covariance import covariance_of
 ALLOWED = (TERMS["brush-drop"], TERMS["heating"])  # terms of which each capture has an unknown
 LOST = (DROP, BENT, BRIDGE, WARMING)
 STANDS_OUT = 15.0  # of chi-square: half of what a term must promise to be fitted
+GIVES = 0.5  # of the least that a drop may be, below none
+SURELY = 4.0  # of the mean's standard deviations
 HINT = 0.5  # of what matters, that it must move some parameter by
 
 
@@ -46,8 +48,27 @@ def loss_stands_out(
     )
 
 
-def _places(record: MotorRecord) -> list[int]:
-    return [j for j, u in enumerate(record.unknowns) if u.name in LOST]
+def drop_gives(records: Sequence[MotorRecord], solution: Solution) -> bool:
+    """Brushes seem to give voltage, on the mean over the captures: surely, and a good part of the
+    little that a drop below none may be.
+    """
+    shares, noise = [], []
+    each = zip(records, solution.own, solution.own_covariance, strict=True)
+    for record, own, covariance in each:
+        for j in _places(record, (DROP,)):
+            least = record.unknowns[j].lower
+            if least < 0.0:
+                shares.append(float(own[j]) / least)
+                noise.append(float(covariance[j, j]) / least**2)
+    if not shares:
+        return False
+    scatter = float(np.var(shares, ddof=1)) if len(shares) > 1 else 0.0
+    deviation = np.sqrt((np.mean(noise) + scatter) / len(shares))
+    return bool(np.mean(shares) > max(GIVES, SURELY * deviation))
+
+
+def _places(record: MotorRecord, names: Sequence[str] = LOST) -> list[int]:
+    return [j for j, u in enumerate(record.unknowns) if u.name in names]
 
 
 def _taken(record: MotorRecord, solution: Solution, k: int) -> float:

@@ -14,7 +14,7 @@ from motorid.acquire.record import capture as record
 from motorid.capture import store
 from motorid.capture.model import Capture, Wiring
 from motorid.estimate.assembly.assemble import fit
-from motorid.estimate.effects.brush_and_heating import Loss, expected_drop, lossless
+from motorid.estimate.effects.brush_and_heating import Loss, expected_drop, lossless, undropped
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.source.dead_time import dead_time_loss
@@ -24,7 +24,8 @@ from motorid.estimate.signals.time_grid import Part
 from motorid.program import Decay, Program, Step, StepKind
 from motorid.rig import Sampling, load_rig
 from motorid.sim import truth
-from tests.exact_capture import FAULHABER, clean_capture
+from tests.estimate.effects.benches import BENCHES
+from tests.exact_capture import FAULHABER, clean_capture, noisy
 
 SLOW = Decay.SYNCHRONOUS_SLOW
 BRIDGE = Wiring(pwm_hz=20e3, dead_time_s=5e-7, supply_voltage_v=12.0)
@@ -182,3 +183,13 @@ def test_what_diodes_drop_in_dead_times_is_found(tmp_path: Path) -> None:
     found = fit(runs.captures).parameters
     for name, most in {"K": 0.005, "B": 0.04, "T0": 0.01}.items():
         assert found[name].value == pytest.approx(runs.truth[name], rel=most)
+
+
+def test_a_capture_of_brushes_that_drop_nothing_warms_its_winding_still() -> None:
+    capture = noisy(BENCHES["measured"](), 7, 2e-3, 2e-4)
+    none = undropped(capture)
+    assert (none.wiring.brush_drop_v, none.wiring.brush_drop_uncertainty_v) == (0.0, 0.0)
+    assert none.stated == capture.stated
+    names = [one.name for one in MotorRecord(none, PARAMETERS, {}).unknowns]
+    assert "winding warming" in names
+    assert "brush drop" not in names

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from motorid.errors import DataError
+from motorid.estimate.effects.brush_and_heating import undropped
 from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.results.estimate import PARAMETERS, Parameter, TermTrial
 from motorid.estimate.results.status import Status
@@ -140,12 +141,13 @@ class Looked:
 
     def __init__(
         self, monkeypatch: pytest.MonkeyPatch, *selections: Selection, loss: bool = True,
-        stands_out: bool = True, heavy: bool = False,
+        stands_out: bool = True, heavy: bool = False, gives: bool = False,
     ) -> None:  # fmt: skip
         self.left, self.but, self.bare = list(selections), list[Any](), list[Any]()
         monkeypatch.setattr(entry, "carry_loss", lambda _: loss)
         monkeypatch.setattr(entry, "is_heavy", lambda *_: heavy)
         monkeypatch.setattr(entry, "loss_stands_out", lambda *_: stands_out)
+        monkeypatch.setattr(entry, "drop_gives", lambda *_: gives)
         monkeypatch.setattr(entry, "select", self.select)
         monkeypatch.setattr(entry, "_bare", self.without)
         self.found, self.narrow = entry.looked_for([], solution(R=9.0), {"T0": 0.0}, {"R": 1.0})
@@ -155,8 +157,8 @@ class Looked:
         self.but.append(tuple(but))
         return self.left.pop(0)
 
-    def without(self, _r: Any, values: Any, _h: Any, lossy: bool, anew: bool) -> Any:
-        self.bare.append((lossy, anew))
+    def without(self, _r: Any, values: Any, _h: Any, lossy: bool, anew: bool, *less: Any) -> Any:
+        self.bare.append((lossy, anew, *less))
         return ([], solution(), values)
 
 
@@ -192,6 +194,19 @@ def test_a_loss_that_stands_out_is_looked_for_by_its_own_terms(
     assert looked.found.left_out == (COGS, HEAT)
     assert Looked(monkeypatch, NONE, stands_out=False).bare == []
     assert Looked(monkeypatch, NONE, loss=False).bare == []
+
+
+def test_where_brushes_seem_to_give_voltage_others_are_looked_for_without_their_drop(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    first = replace(NONE, trials=chosen(SIDED).trials)
+    looked = Looked(monkeypatch, first, chosen(COGS), gives=True)
+    assert looked.but == [entry.ALLOWED, entry.ALLOWED]
+    assert looked.bare == [(True, False, undropped)]
+    assert [s.terms for s in looked.found.stages] == [(COGS,)]
+    assert [t.term for t in looked.found.trials] == [SIDED, COGS]
+    assert Looked(monkeypatch, chosen(SIDED), gives=True).bare == []
+    assert Looked(monkeypatch, NONE, gives=True, loss=False).bare == []
 
 
 def test_what_repeats_heavily_is_looked_for_anew(monkeypatch: pytest.MonkeyPatch) -> None:

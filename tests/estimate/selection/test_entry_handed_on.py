@@ -235,7 +235,7 @@ def test_both_looks_are_held_against_their_own_fits(monkeypatch: pytest.MonkeyPa
     none = entry.Selection((), (), ())
     noting(
         monkeypatch, entry, seen, carry_loss=True, is_heavy=True, loss_stands_out=True, select=none,
-        _bare=("bare", "solved", "values"),
+        drop_gives=False, _bare=("bare", "solved", "values"),
     )  # fmt: skip
     records, found = ["record"], solution(R=9.0)
     chosen, narrow = entry.looked_for(records, found, HELD, {"R": 0.5})  # type: ignore[arg-type]
@@ -247,6 +247,7 @@ def test_both_looks_are_held_against_their_own_fits(monkeypatch: pytest.MonkeyPa
     assert seen["_bare"] == [
         (records, values, HELD, False, True), (records, "values", HELD, True, True),
     ]  # fmt: skip
+    assert seen["drop_gives"] == [(records, found)]
     assert seen["loss_stands_out"] == [(records, found, {"R": 0.5})]
     first, second = seen["select"]
     assert first[:4] == second[:4] == ("bare", "solved", "values", {"R": 0.5})

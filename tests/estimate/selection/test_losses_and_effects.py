@@ -108,6 +108,38 @@ def test_a_loss_asks_where_it_is_no_noise_and_moves_half_of_what_matters(
     assert trigger.loss_stands_out(records, solution(), {"R": 1.0, "L": 1.0}) is stands
 
 
+def dropping(drops: tuple[float, ...], deviation: float) -> tuple[Any, Any]:
+    """Captures whose brushes drop so much (V), of which -50 mV is the least."""
+    drop = replace(solution().unknowns[0], name="brush drop", lower=-0.05, upper=2.0)
+    other = replace(drop, name="winding warming")
+    records = [SimpleNamespace(unknowns=(other, drop)) for _ in drops]
+    own = tuple(np.array([-9.0, v]) for v in drops)
+    covariance = tuple(np.diag([1.0, deviation**2]) for _ in drops)
+    return records, SimpleNamespace(own=own, own_covariance=covariance)
+
+
+@pytest.mark.parametrize(
+    ("drops", "deviation", "gives"),
+    [
+        ((-0.026,), 0.006, True), ((-0.026,), 0.007, False), ((-0.024,), 0.001, False),
+        ((0.05,), 0.001, False), ((-0.05, -0.048, -0.05), 0.001, True),
+        ((-0.05, -0.048, 0.02), 0.001, False), ((-0.05, -0.02, -0.03), 0.001, False),
+        ((), 1.0, False),
+    ],
+)  # fmt: skip
+def test_brushes_seem_to_give_voltage_where_every_capture_says_so(
+    drops: tuple[float, ...], deviation: float, gives: bool
+) -> None:
+    assert trigger.drop_gives(*dropping(drops, deviation)) is gives
+
+
+def test_a_drop_that_was_declared_above_none_gives_nothing() -> None:
+    records, found = dropping((0.0,), 0.001)
+    (record,) = records
+    above = tuple(replace(one, lower=0.1) for one in record.unknowns)
+    assert not trigger.drop_gives([SimpleNamespace(unknowns=above)], found)  # type: ignore[list-item]
+
+
 # effects that are seen
 
 
