@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import threading
+from pathlib import Path
+
 import pytest
 
 from tests.faults import table
@@ -15,9 +19,24 @@ def test_there_are_forty_faults_and_each_is_named_once() -> None:
     assert [name for name in names if f"\n| {name} |" not in page] == []
 
 
+def held() -> tuple[set[threading.Thread], int]:
+    """Threads of this process, and how many descriptors (only Linux lists them)."""
+    listed = Path("/proc/self/fd")
+    return set(threading.enumerate()), len(os.listdir(listed)) if listed.is_dir() else 0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("title", list(SCENARIOS))
-def test_the_page_says_what_happens(title: str) -> None:
+def test_the_page_says_what_happens_and_nothing_is_left_open(title: str) -> None:
+    """But where the host dies, of which a process of its own is left to the system."""
     page = table.comparable(table.PAGE.read_text(encoding="utf-8"))
+    before: tuple[set[threading.Thread], int] | None = None
     for scenario in SCENARIOS[title]:
         assert table.comparable(table.row(scenario))[0] in page
+        if scenario.schedule.host in ("kill -9", "power failure"):
+            continue
+        threads, descriptors = held()
+        if before is not None:  # the first one opens what stays open, such as a random source
+            assert threads <= before[0], scenario.what  # those of other tests may end meanwhile
+            assert descriptors <= before[1], scenario.what
+        before = threads, descriptors

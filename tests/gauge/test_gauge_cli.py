@@ -14,6 +14,7 @@ from motorid.capture import store
 from motorid.cli.main import run
 from motorid.errors import UsageError
 from motorid.workflow.gauge import plan
+from tests.acquire.rigs import program_text
 from tests.gauge.published import AIAG_GRR, LINEARITY, LINEARITY_AT, PISTON_RINGS
 
 
@@ -183,12 +184,12 @@ def test_a_study_on_the_simulated_rig(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 def rig_text(options: str) -> str:
-    """The packaged simulated rig with another measuring chain."""
+    """The packaged simulated rig with another measuring chain and a short program."""
     from importlib import resources
 
     here = resources.files("motorid").joinpath("rigs", "sim.toml")
     path = Path(str(here)) if here.is_file() else Path(__file__).parents[2] / "rigs" / "sim.toml"
-    lines = path.read_text(encoding="utf-8").splitlines()
+    lines = [*path.read_text(encoding="utf-8").splitlines(), program_text()]
     return "\n".join(
         f'port = "sim://?{options}"' if line.startswith("port") else line for line in lines
     )

@@ -23,7 +23,6 @@ from motorid.capture import store
 from motorid.errors import LinkError, MotoridError, RigError
 from motorid.rig import Rig
 from tests.acquire.rigs import sim_rig
-from tests.faults.scenarios import SCENARIOS
 from tests.load import day
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo terminals")
@@ -137,31 +136,6 @@ def test_a_disk_far_behind_slows_the_reader_and_loses_nothing(
     rig = sim_rig()
     kept = store.load(record.capture(rig, rig.program, tmp_path / "run.h5"))
     assert (len(kept), kept.gaps) == (3800, ())
-
-
-def descriptors() -> int:
-    return len(os.listdir("/proc/self/fd"))
-
-
-@pytest.mark.slow
-@pytest.mark.long
-@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="only Linux lists descriptors")
-def test_no_failure_leaves_a_thread_or_a_descriptor(tmp_path: Path) -> None:
-    """Every fault of docs/faults.md but a dead host, one after the other."""
-    from tests.faults.laws import Trial
-
-    before: tuple[set[threading.Thread], int] | None = None
-    for number, scenario in enumerate(s for group in SCENARIOS.values() for s in group):
-        if scenario.schedule.host in ("kill -9", "power failure"):
-            continue
-        folder = tmp_path / str(number)
-        folder.mkdir()
-        Trial(scenario.schedule, folder, change=scenario.change, other=scenario.other).run()
-        now = set(threading.enumerate()), descriptors()
-        if before is not None:  # the first one opens what stays open, such as a random source
-            assert now[0] <= before[0], scenario.what  # those of other tests may end meanwhile
-            assert now[1] <= before[1], scenario.what
-        before = now
 
 
 def test_no_failure_to_open_leaves_a_descriptor(tmp_path: Path) -> None:
