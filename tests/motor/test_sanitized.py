@@ -13,7 +13,7 @@ import pytest
 
 from motorid.motor.response_build import ROOM, SOURCES
 
-RUNS = 90  # a third of them sane, a third with a rare hostile value, a third with many
+RUNS = 300  # a third of them sane, a third with a rare hostile value, a third with many
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +34,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
+@pytest.mark.study
 def test_no_argument_reaches_beyond_the_buffers(built: Path) -> None:
     done = subprocess.run([str(built), "0", str(RUNS)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-2000:]

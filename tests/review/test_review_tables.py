@@ -84,7 +84,7 @@ def test_medians_of_table_9_are_the_recovered_ones(method, n):
 
 
 @pytest.mark.slow
-@pytest.mark.long
+@pytest.mark.study
 def test_nine_tenths_of_the_recovered_medians_are_within_a_factor_of_two():
     ratios = [
         np.median(misses(*key)[name]) / recovered
@@ -115,7 +115,7 @@ def test_at_weight_one_only_the_modified_searches_converge():
 
 
 @pytest.mark.slow
-@pytest.mark.long
+@pytest.mark.study
 def test_de_rand_1_exp_solves_the_staircase_of_table_4():
     of = experiment("4-staircase")
     found = errors(of, row(of, "DE/rand/1/exp"), 0.0, 5)
