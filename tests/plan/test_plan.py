@@ -45,7 +45,7 @@ def one_motor(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_simulated_rig_keeps_the_promise(tmp_path: Path) -> None:
     """Eight specimens: the median of what fits state, and the RMS error of what they find.
 
-    Of the motor on the nameplate; ``bench/bench_plan.py`` has the promise for the worst of its kind.
+    Of the nameplate's motor; ``bench/bench_plan.py`` has the promise for the worst of its kind.
     """
     usual = plan_run(rig_of(), ())
     assert usual.seconds < 0.2  # the packaged rig's own program takes 2.1 s

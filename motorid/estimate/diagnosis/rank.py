@@ -33,7 +33,7 @@ from motorid.estimate.diagnosis.score_test import Screen
 from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.fit.start_values import start_values
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.results.estimate import Suspect
+from motorid.estimate.results.estimate import Parameter, Suspect
 from motorid.estimate.solver.autoregression import inflation
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty.covariance import covariance_of
@@ -73,7 +73,7 @@ HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: oth
 HARM = 0.002  # relative shift of a parameter that makes a fault worth naming,
 BEYOND = 2.0  # or this many of its standard uncertainties by noise,
 PART_OF_ALL = 0.25  # of which none counts as less than this of all that is uncertain of it
-NOT_KNOWN: Mapping[str, float] = {}
+NOT_KNOWN: Mapping[str, Parameter] = {}
 
 
 @dataclass(frozen=True)
@@ -124,16 +124,18 @@ class Convicted:
 
 
 def suspects(
-    records: Sequence[MotorRecord], solution: Solution, totals: Mapping[str, float] = NOT_KNOWN
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    parameters: Mapping[str, Parameter] = NOT_KNOWN,
 ) -> tuple[tuple[Suspect, ...], Convicted | None]:
     """What in the measuring chain spoils these captures, the surest first, and which of it was
-    convicted by a fit; empty: nothing seen. ``totals``: standard uncertainties (SI) by parameter.
+    convicted by a fit; empty: nothing seen. ``parameters``: how well each is known.
     """
     found = direct(records) + unstated_channels.suspects(records, solution)
     if spoiling(found):
         return tuple(found), None
     some, alone, k = _odd_one_out(records, solution)
-    trial = tried(some, alone, totals)
+    trial = tried(some, alone, parameters)
     if trial is None or trial.hypothesis.code in {f.code for f in found}:
         return tuple(found), None
     where = "" if k is None else f" (run {k + 1})"
@@ -203,10 +205,12 @@ def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
 
 
 def tried(
-    records: Sequence[MotorRecord], solution: Solution, totals: Mapping[str, float] = NOT_KNOWN
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    parameters: Mapping[str, Parameter] = NOT_KNOWN,
 ) -> Trial | None:
     """What a fit with its size as an unknown convicts: the best of all, if it convinces."""
-    found = trials(records, solution, totals)
+    found = trials(records, solution, parameters)
     if not found or found[0].hypothesis.guard or not found[0].convincing:
         return None
     return found[0]
@@ -244,7 +248,9 @@ def _moved(h: Hypothesis, found: Refit, usual: Floats, names: Sequence[str]) -> 
 
 
 def trials(
-    records: Sequence[MotorRecord], solution: Solution, totals: Mapping[str, float] = NOT_KNOWN
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    parameters: Mapping[str, Parameter] = NOT_KNOWN,
 ) -> list[Trial]:
     """Every hypothesis that promises enough, after its own fit, the best first."""
     left = misfit.residuals(records, solution)
@@ -259,7 +265,7 @@ def trials(
     starts, enough = _starts(records, solution), max(NEAR * excess * readings, 1.0)
     usual = refit(records, starts, enough=enough)
     names = [u.name for u in solution.unknowns]
-    deviations = _deviations(solution, totals)
+    deviations = _deviations(solution, parameters)
     out = []
     for hypothesis, size, begin, seen in rivals:
         found = _ended(records, begin or starts, hypothesis, size, enough, usual)
@@ -277,10 +283,11 @@ def trials(
     return sorted(out, key=lambda t: -t.gain)
 
 
-def _deviations(solution: Solution, totals: Mapping[str, float]) -> list[float]:
-    """SI, by unknown: what noise leaves open of it, or a part of ``totals`` where that is more. A
+def _deviations(solution: Solution, parameters: Mapping[str, Parameter]) -> list[float]:
+    """SI, by unknown: what noise leaves open of it, or a part of all that is where that is more. A
     shift far below what instruments leave open harms nobody.
     """
+    totals = {name: p.total or 0.0 for name, p in parameters.items()}
     noise = solution.slopes * np.sqrt(np.diag(covariance_of(solution.information)))
     each = zip(solution.unknowns, noise.tolist(), strict=True)
     return [max(sd, PART_OF_ALL * totals.get(u.name, 0.0)) if sd > 0.0 else sd for u, sd in each]

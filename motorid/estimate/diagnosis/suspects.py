@@ -45,8 +45,7 @@ def suspects(
         return scales, None  # volts a thousand times too high misfit in every other way as well
     found, convicted = tuple(rank.direct(records)), None
     if tried:
-        totals = {name: p.total for name, p in parameters.items() if p.total is not None}
-        found, convicted = rank.suspects(records, solution, totals)
+        found, convicted = rank.suspects(records, solution, parameters)
     if rank.spoiling(found):  # then the parameters say nothing of scales
         scales = scale_errors.suspects(parameters, {}, turned=turned)
     return found + scales, convicted

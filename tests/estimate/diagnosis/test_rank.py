@@ -256,7 +256,8 @@ def test_how_far_a_shift_is_counts_in_what_noise_or_instruments_leave_open(
     fits = Fits(monkeypatch, 5000.0, late=(4000.0, 0.1))
     fits.rivals = [(replace(hypothesis(), code="late"), (1.0,), None, False)]
     (by_noise,) = rank.trials(readings(1000.0), solution())
-    (found,) = rank.trials(readings(1000.0), solution(), {"R": total, "T0": 1.0})
+    known: Any = {"R": SimpleNamespace(total=total), "T0": SimpleNamespace(total=None)}
+    (found,) = rank.trials(readings(1000.0), solution(), known)
     moved = 0.1 * MOTOR["R"]
     expected = min(by_noise.farthest, moved / (rank.PART_OF_ALL * total) if total else math.inf)
     assert found.farthest == pytest.approx(expected)
