@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,6 +22,8 @@ from motorid.estimate.signals.intersample_voltage import Rival
 from motorid.estimate.solver.problem import Solution, Unknown
 
 PERIOD_S = 1e-3
+STATED: Any = {"R": SimpleNamespace(value=4.0), "L": SimpleNamespace(value=None)}
+BARE: Any = {"R": SimpleNamespace(value=2.0), "L": SimpleNamespace(value=3.0)}
 
 
 def suspect(code: str, strength: str = "named", allowed: bool = False) -> Suspect:
@@ -44,14 +47,16 @@ class Given:
         monkeypatch.setattr(room.rank, "direct", lambda _: list(direct))
         monkeypatch.setattr(room.rank, "suspects", lambda *_: (found, "convicted"))
 
-    def without_loss(self, records: Any, parameters: Any) -> str:
+    def without_loss(self, records: Any, parameters: Any) -> Any:
         assert [list(record.volts) for record in records] == [[3.0, -9.0]]
-        assert parameters == "parameters"
-        return "without loss"
+        assert parameters == STATED
+        return BARE
 
     def scales(self, parameters: Any, plate: Any, *top: float, turned: Any = None) -> Any:
         self.asked.append((parameters, plate, *top, turned))
-        return (suspect("scale", "named" if self.named else "not excluded"),)
+        one = suspect("scale", "named" if self.named else "not excluded")
+        self.said = (replace(one, moves={"R": 0.5, "K": 1.0}),)
+        return self.said
 
     def of(self, channel: str = POSITION, tried: bool = True) -> Any:
         record = SimpleNamespace(
@@ -61,15 +66,16 @@ class Given:
         record.twin = lambda: record
         records: Any = [record]
         nothing: Any = None
-        parameters: Any = "parameters"
-        found, convicted = room.suspects(records, nothing, parameters, tried)
+        found, convicted = room.suspects(records, nothing, STATED, tried)
+        self.moves = [one.moves for one in found if one.code == "scale"][-1]
         return [one.code for one in found], convicted
 
 
 def test_faults_come_before_scales_that_nothing_excludes(monkeypatch: pytest.MonkeyPatch) -> None:
     given = Given(monkeypatch, found=(suspect("lag", allowed=True),), direct=(suspect("lost"),))
     assert given.of() == (["lag", "scale"], "convicted")
-    assert given.asked == [("parameters", {"R": 1.0}, 9.0, True, None)]
+    assert given.asked == [(STATED, {"R": 1.0}, 9.0, True, None)]
+    assert given.moves == {"R": 0.5, "K": 1.0}
     assert Given(monkeypatch, direct=(suspect("lost"),)).of(tried=False) == (
         ["lost", "scale"],
         None,
@@ -84,13 +90,14 @@ def test_a_fault_that_spoils_the_parameters_says_nothing_of_scales(
 ) -> None:
     given = Given(monkeypatch, found=(suspect("lost"),))
     assert given.of() == (["lost", "scale"], "convicted")
-    assert given.asked[1] == ("parameters", {}, True)
+    assert given.asked[1] == (STATED, {}, True)
 
 
 def test_an_absurd_motor_is_a_scale_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     given = Given(monkeypatch, (True, True), named=True, found=(suspect("lag"),))
     assert given.of() == (["scale"], None)
-    assert given.asked[0][0] == "without loss"
+    assert given.asked[0][0] == BARE
+    assert given.moves == {"R": 1.0}  # the same share of what is stated; K is no part of both
     vague = Given(monkeypatch, (True, True), found=(suspect("lag"),))
     assert vague.of()[0] == ["lag", "scale"]
     mended = Given(monkeypatch, (True, False), named=True, found=(suspect("lag"),))
