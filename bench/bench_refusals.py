@@ -1,4 +1,6 @@
-"""Captures that no motor gives, fitted: none of their parameters may be called estimated.
+"""Captures that no motor gives, fitted: none of their parameters may be called estimated, unless
+it is the one that the capture gives before it is spoilt (a sign that is put right; the resistance,
+where the motion alone is another's).
 
 python bench/bench_refusals.py --count 50 --seed 1     swapped, shuffled, foreign, reversed
 python bench/bench_refusals.py --scaled                in a wrong unit: what a nameplate can show
@@ -11,14 +13,15 @@ import os
 import sys
 import time
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from bench.spoilt import SCALED, SPOILS, Spoilt, drawn
+from bench.spoilt import CASE_OF, SCALED, SPOILS, Spoilt, drawn
 from motorid.errors import DataError
-from motorid.estimate.results.estimate import Estimate
+from motorid.estimate.results.estimate import Estimate, Parameter
 from motorid.estimate.results.status import Status
 from motorid.identify import fit
 
@@ -33,10 +36,27 @@ def outcome(spoilt: Spoilt) -> tuple[str, Estimate | None, str]:
         return "refused before", None, str(error)
     statuses = {p.status for p in found.parameters.values()}
     said = next((d.message for d in found.diagnostics if d.severity == "error"), "")
-    if Status.ESTIMATED in statuses:
-        return "estimated", found, said
+    known = [p for p in found.parameters.values() if p.status is Status.ESTIMATED]
+    if known:
+        usual = sound(spoilt.base)
+        wrong = [p.name for p in known if not agree(p, usual.parameters[p.name])]
+        return ("estimated" if wrong else "as before"), found, said or ", ".join(wrong)
     kinds = (Status.NOT_SUPPORTED, Status.DOUBTFUL, Status.NOT_IDENTIFIABLE)
     return next(str(s) for s in kinds if s in statuses), found, said
+
+
+@cache
+def sound(base: str) -> Estimate:
+    """What a capture gives before it is spoilt."""
+    return fit(list(CASE_OF[base].captures()[:1]), model="six")
+
+
+def agree(one: Parameter, other: Parameter) -> bool:
+    """Their intervals meet."""
+    if one.interval_95 is None or other.interval_95 is None:
+        return False
+    low, high = zip(one.interval_95, other.interval_95, strict=True)
+    return max(low) <= min(high)
 
 
 def main() -> int:
