@@ -60,7 +60,7 @@ def agree(one: Parameter, other: Parameter) -> bool:
 
 
 def main() -> int:
-    """1 where a parameter is estimated, or a fit had more than its share of evaluations."""
+    """1 where a parameter is estimated wrongly, or a fit had more than its share of evaluations."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=50)
     parser.add_argument("--seed", type=int, default=1)

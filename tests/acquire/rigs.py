@@ -15,19 +15,6 @@ SHORT = climbs(
 SAMPLES = 3800  # of SHORT at 10 kHz
 
 
-def program_text(program: Program = SHORT) -> str:
-    """The program as a rig file has it."""
-    levels = {StepKind.DRIVE_VOLTS: "volts", StepKind.DRIVE_DUTY: "duty"}
-    lines: list[str] = []
-    for step in program.steps:
-        lines += ["[[program.steps]]", f'kind = "{step.kind.name.lower()}"']
-        lines += [f"duration_s = {step.duration_s!r}"]
-        if step.kind in levels:
-            lines += [f"{levels[step.kind]} = {step.level!r}"]
-            lines += [f'decay = "{step.decay.name.lower()}"']
-    return "\n".join(lines) + "\n"
-
-
 def sim_rig(options: str = "", *, program: Program = SHORT, speed: str = "max") -> Rig:
     """The packaged simulated rig with URL options added, and a program of 0.38 s."""
     rig = load_rig("sim")

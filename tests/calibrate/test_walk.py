@@ -18,10 +18,12 @@ from motorid.sim import truth
 from motorid.workflow.calibrate import walk
 from motorid.workflow.calibrate.bench import Settings
 from motorid.workflow.calibrate.simulated import Simulated
-from tests.acquire.rigs import SHORT, program_text
+from motorid.workflow.plan_file import with_program
+from tests.acquire.rigs import SHORT
 from tests.calibrate.benches import rig_file
 
 QUICK = Settings(rest_s=2, zeros=6, hold_s=1.0, clock_s=5, clock_pairs=20, runs=1)
+BRIEF = with_program("", SHORT, "this test")
 GAINS = ("rest", "terminal_voltage", "current")
 
 
@@ -209,7 +211,7 @@ def test_a_known_resistor_needs_the_voltage_first_and_then_no_meter(tmp_path: Pa
 
 @pytest.mark.slow
 def test_the_disc_passes_a_calibrated_chain_and_catches_a_wrong_gain(tmp_path: Path) -> None:
-    file = rig_file(tmp_path, 3, more=program_text())
+    file = rig_file(tmp_path, 3, more=BRIEF)
     path, rig = walk.open_rig(str(file))
     person = told(3)
     walk.calibrate(path, rig, person, steps=(*GAINS, "disc"), settings=QUICK)
@@ -297,7 +299,7 @@ def test_a_shaft_that_is_not_clamped_stops_the_step(
 def test_a_disc_that_was_not_put_on_is_noticed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file = rig_file(tmp_path, more=program_text())
+    file = rig_file(tmp_path, more=BRIEF)
     lines = ["y", "0.0078", "1e-5", "0.02", "1e-5", "0", "0", "", "", "n"]
     assert typed(monkeypatch, lines, str(file), "--step", "disc") == 0
     assert "fails" in capsys.readouterr().out

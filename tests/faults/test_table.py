@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 from tests.faults import table
+from tests.faults.laws import run
 from tests.faults.scenarios import SCENARIOS
+from tests.faults.test_schedules import QUIET
 
 
 def test_there_are_forty_faults_and_each_is_named_once() -> None:
@@ -25,18 +27,24 @@ def held() -> tuple[set[threading.Thread], int]:
     return set(threading.enumerate()), len(os.listdir(listed)) if listed.is_dir() else 0
 
 
+@pytest.fixture(scope="module")
+def opened(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """A capture before: it opens what stays open, such as a random source."""
+    run(QUIET, tmp_path_factory.mktemp("quiet"))
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("opened")
 @pytest.mark.parametrize("title", list(SCENARIOS))
 def test_the_page_says_what_happens_and_nothing_is_left_open(title: str) -> None:
     """But where the host dies, of which a process of its own is left to the system."""
     page = table.comparable(table.PAGE.read_text(encoding="utf-8"))
-    before: tuple[set[threading.Thread], int] | None = None
+    before = held()
     for scenario in SCENARIOS[title]:
         assert table.comparable(table.row(scenario))[0] in page
         if scenario.schedule.host in ("kill -9", "power failure"):
             continue
-        threads, descriptors = held()
-        if before is not None:  # the first one opens what stays open, such as a random source
-            assert threads <= before[0], scenario.what  # those of other tests may end meanwhile
-            assert descriptors <= before[1], scenario.what
-        before = threads, descriptors
+        now = held()
+        assert now[0] <= before[0], scenario.what  # those of other tests may end meanwhile
+        assert now[1] <= before[1], scenario.what
+        before = now

@@ -14,7 +14,8 @@ from motorid.capture import store
 from motorid.cli.main import run
 from motorid.errors import UsageError
 from motorid.workflow.gauge import plan
-from tests.acquire.rigs import program_text
+from motorid.workflow.plan_file import with_program
+from tests.acquire.rigs import SHORT
 from tests.gauge.published import AIAG_GRR, LINEARITY, LINEARITY_AT, PISTON_RINGS
 
 
@@ -189,7 +190,7 @@ def rig_text(options: str) -> str:
 
     here = resources.files("motorid").joinpath("rigs", "sim.toml")
     path = Path(str(here)) if here.is_file() else Path(__file__).parents[2] / "rigs" / "sim.toml"
-    lines = [*path.read_text(encoding="utf-8").splitlines(), program_text()]
+    lines = with_program(path.read_text(encoding="utf-8"), SHORT, "this test").splitlines()
     return "\n".join(
         f'port = "sim://?{options}"' if line.startswith("port") else line for line in lines
     )

@@ -73,7 +73,6 @@ HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: oth
 HARM = 0.002  # relative shift of a parameter that makes a fault worth naming,
 BEYOND = 2.0  # or this many of its standard uncertainties by noise,
 PART_OF_ALL = 0.25  # of which none counts as less than this of all that is uncertain of it
-NOT_KNOWN: Mapping[str, Parameter] = {}
 
 
 @dataclass(frozen=True)
@@ -126,7 +125,7 @@ class Convicted:
 def suspects(
     records: Sequence[MotorRecord],
     solution: Solution,
-    parameters: Mapping[str, Parameter] = NOT_KNOWN,
+    parameters: Mapping[str, Parameter],
 ) -> tuple[tuple[Suspect, ...], Convicted | None]:
     """What in the measuring chain spoils these captures, the surest first, and which of it was
     convicted by a fit; empty: nothing seen. ``parameters``: how well each is known.
@@ -207,7 +206,7 @@ def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
 def tried(
     records: Sequence[MotorRecord],
     solution: Solution,
-    parameters: Mapping[str, Parameter] = NOT_KNOWN,
+    parameters: Mapping[str, Parameter],
 ) -> Trial | None:
     """What a fit with its size as an unknown convicts: the best of all, if it convinces."""
     found = trials(records, solution, parameters)
@@ -250,7 +249,7 @@ def _moved(h: Hypothesis, found: Refit, usual: Floats, names: Sequence[str]) -> 
 def trials(
     records: Sequence[MotorRecord],
     solution: Solution,
-    parameters: Mapping[str, Parameter] = NOT_KNOWN,
+    parameters: Mapping[str, Parameter],
 ) -> list[Trial]:
     """Every hypothesis that promises enough, after its own fit, the best first."""
     left = misfit.residuals(records, solution)

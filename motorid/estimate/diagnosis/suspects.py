@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -42,7 +41,7 @@ def suspects(
     ):  # brushes would take what they can of the misfit
         bare = without_loss(records, parameters)
     turned = any(POSITION in record.capture.channels for record in records)
-    scales = _moving(scale_errors.suspects(bare, plate, top, turned), bare, parameters)
+    scales = scale_errors.suspects(bare, plate, top, turned, parameters)
     if scale_errors.absurd(bare, plate, top) and scales[0].strength == "named":
         return scales, None  # volts a thousand times too high misfit in every other way as well
     found, convicted = tuple(rank.direct(records)), None
@@ -51,22 +50,6 @@ def suspects(
     if rank.spoiling(found):  # then the parameters say nothing of scales
         scales = scale_errors.suspects(parameters, {}, turned=turned)
     return found + scales, convicted
-
-
-def _moving(
-    found: tuple[Suspect, ...], bare: Mapping[str, Parameter], parameters: Mapping[str, Parameter]
-) -> tuple[Suspect, ...]:
-    """Scales that were found by ``bare`` values move those that are stated: by the same share."""
-    if bare is parameters:
-        return found
-    times = {
-        n: abs((p.value or 0.0) / b) for n, p in parameters.items()
-        if n in bare and (b := bare[n].value)
-    }  # fmt: skip
-    return tuple(
-        replace(one, moves={n: m * times[n] for n, m in one.moves.items() if n in times})
-        for one in found
-    )
 
 
 def without_loss(

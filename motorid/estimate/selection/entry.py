@@ -172,13 +172,15 @@ def looked_for(
     narrow: Narrow = (records, solution, merged(held, solution))
     loss, anew = carry_loss(records), is_heavy(records, solution)
     if anew:
-        narrow = _bare(records, narrow[2], held, False, anew)
+        narrow = _bare(records, narrow[2], held, None, anew)
     found = select(*narrow, matters, ALLOWED if loss else ())
-    if not found.stages and loss and drop_gives(records, solution):
-        narrow = _bare(records, narrow[2], held, True, anew, undropped)
+    if found.stages or not loss:
+        return found, narrow
+    if drop_gives(records, solution):
+        narrow = _bare(records, narrow[2], held, undropped, anew)
         found = _both(found, select(*narrow, matters, ALLOWED))
-    elif not found.stages and loss and loss_stands_out(records, solution, matters):
-        narrow = _bare(records, narrow[2], held, True, anew)
+    elif loss_stands_out(records, solution, matters):
+        narrow = _bare(records, narrow[2], held, lossless, anew)
         others = [term for term in TERMS.values() if term not in ALLOWED]
         found = _both(found, select(*narrow, matters, others))
     return found, narrow
@@ -207,23 +209,21 @@ def _narrow(
     anew = repeats and (any(term.per_turn for term in terms) or is_heavy(records, solution))
     if not (lossy or anew):
         return records, solution, values
-    return _bare(records, values, held, lossy, anew)
+    return _bare(records, values, held, lossless if lossy else None, anew)
 
 
 def _bare(
     records: Sequence[MotorRecord],
     values: Mapping[str, float],
     held: Mapping[str, float],
-    lossy: bool,
+    less: Callable[[Capture], Capture] | None,
     anew: bool,
-    less: Callable[[Capture], Capture] | None = None,
 ) -> Narrow:
-    """The fit without what brushes and winding take (or ``less``), where ``lossy``, and without
-    what repeats with the rotor, where ``anew``: terms explain it.
+    """The fit of captures as motors have them that lose ``less`` in brushes and winding (None: no
+    less), and without what repeats with the rotor, where ``anew``: terms explain it.
     """
     free = searched(held)
-    spare = less or lossless
-    captures = [spare(r.capture) if lossy else r.capture for r in records]
+    captures = [less(r.capture) if less else r.capture for r in records]
     bare = [MotorRecord(capture, free, held) for capture in captures]
     for record, six in zip(bare, records, strict=True):
         record.foretold = six.foretold
@@ -293,7 +293,7 @@ def _stated(trial: Trial) -> TermTrial:
     e = trial.evidence
     return TermTrial(
         trial.term.name, trial.term.title, tuple(t.name for t in trial.beside),
-        e.gain / e.inflation, e.needed, e.size, e.left_out, trial.moves, trial.taken,
+        e.counted, e.needed, e.size, e.left_out, trial.moves, trial.taken,
     )  # fmt: skip
 
 

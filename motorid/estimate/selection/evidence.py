@@ -48,20 +48,24 @@ class Evidence:
     evaluations: int = 0  # responses of a capture that weighing it took
 
     @property
+    def counted(self) -> float:
+        """The gain, as far as the colour that is left lets it count."""
+        return self.gain / self.inflation
+
+    @property
     def suffices(self) -> bool:
         """The likelihood rises by more than the unknowns cost."""
-        return self.gain / self.inflation > self.needed
+        return self.counted > self.needed
 
     @property
     def exceeds(self) -> bool:
         """It rises by several times as much."""
-        return self.gain / self.inflation > BEYOND * self.needed
+        return self.counted > BEYOND * self.needed
 
     @property
     def possible(self) -> bool:
         """The likelihood clearly speaks for it; its size is not nothing, though it may be open."""
-        clear = self.gain / self.inflation > HALF * self.needed
-        return clear and self.size > SURE / 2.0
+        return self.counted > HALF * self.needed and self.size > SURE / 2.0
 
     @property
     def unsure(self) -> bool:
@@ -72,8 +76,7 @@ class Evidence:
 
     def beats(self, other: Evidence) -> bool:
         """It is clearly likelier than another in its place."""
-        mine, theirs = (e.gain / e.inflation - e.needed for e in (self, other))
-        return mine > theirs + MARGIN
+        return self.counted - self.needed > other.counted - other.needed + MARGIN
 
     @property
     def supports(self) -> bool:

@@ -171,9 +171,9 @@ class _Search:
             behind = [c.term for c in waiting if _stands_for(first, c, white)]
             rivals, waiting = _rivals(waiting, self.reach, behind)
             for fitted, one in self._compared(now, rivals, white.objective - WORTH):
-                likelier = [t for _, t in found if t.term in behind and t.evidence.possible]
-                better = any(t.evidence.beats(one.evidence) for t in likelier)
-                trial = replace(one, stands=one.term is first.term and better)
+                likelier = (t.evidence for _, t in found if t.term in behind)
+                stands = any(e.possible and e.beats(one.evidence) for e in likelier)
+                trial = replace(one, stands=stands and one.term is first.term)
                 found.append((fitted, trial))
                 if trial.earns or (trial.goes_on and trial.term in behind):
                     return found

@@ -177,7 +177,7 @@ def _supported(fitted: Fitted, moves: _Moves) -> tuple[Fitted, tuple[TermTrial, 
         if not weak:
             trials += [_trial(fitted, term, e, moves, taken=True) for term, e in weighed]
             break
-        term, least = min(weak, key=lambda one: one[1].gain / one[1].inflation)
+        term, least = min(weak, key=lambda one: one[1].counted)
         trials.append(_trial(fitted, term, least, moves, taken=False))
         fitted = _refitted(fitted, _but(fitted.terms, term))
     return fitted, tuple(trials)
@@ -196,7 +196,7 @@ def _but(terms: Sequence[Term], term: Term) -> tuple[Term, ...]:
 def _trial(fitted: Fitted, term: Term, e: Evidence, moves: _Moves, taken: bool) -> TermTrial:
     beside = tuple(t.name for t in _but(fitted.terms, term))
     return TermTrial(
-        term.name, term.title, beside, e.gain / e.inflation, e.needed, e.size, e.left_out,
+        term.name, term.title, beside, e.counted, e.needed, e.size, e.left_out,
         moves.of(fitted), taken,
     )  # fmt: skip
 

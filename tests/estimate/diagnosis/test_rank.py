@@ -90,7 +90,7 @@ def test_a_vague_fault_explains_most_of_a_small_misfit() -> None:
 def test_what_the_model_lacks_is_no_fault(monkeypatch: pytest.MonkeyPatch) -> None:
     def first(*found: Trial) -> Trial | None:
         monkeypatch.setattr(rank, "trials", lambda *_: list(found))
-        return rank.tried([], solution())
+        return rank.tried([], solution(), {})
 
     best = trial(gain=2.0)
     assert first(best, trial()) is best
@@ -237,7 +237,7 @@ def test_each_rival_is_fitted_and_the_one_that_explains_most_comes_first(
     fits = Fits(monkeypatch, 5000.0, late=(4000.0, 0.1), slips=(3500.0, -0.2))
     late, slips = (replace(hypothesis(), code=code) for code in ("late", "slips"))
     fits.rivals = [(late, (1.0,), None, False), (slips, (2.0,), ["its own"], True)]
-    one, two = rank.trials(readings(600.0, 400.0), solution())
+    one, two = rank.trials(readings(600.0, 400.0), solution(), {})
     assert [t.hypothesis.code for t in (one, two)] == ["slips", "late"]
     assert (one.gain, two.gain) == pytest.approx((1.5, 1.0))
     assert (one.share, two.share) == pytest.approx((0.75, 0.5))
@@ -255,7 +255,7 @@ def test_how_far_a_shift_is_counts_in_what_noise_or_instruments_leave_open(
 ) -> None:
     fits = Fits(monkeypatch, 5000.0, late=(4000.0, 0.1))
     fits.rivals = [(replace(hypothesis(), code="late"), (1.0,), None, False)]
-    (by_noise,) = rank.trials(readings(1000.0), solution())
+    (by_noise,) = rank.trials(readings(1000.0), solution(), {})
     known: Any = {"R": SimpleNamespace(total=total), "T0": SimpleNamespace(total=None)}
     (found,) = rank.trials(readings(1000.0), solution(), known)
     moved = 0.1 * MOTOR["R"]
@@ -269,16 +269,16 @@ def test_nothing_is_fitted_where_there_is_little_to_explain_or_no_rival(
 ) -> None:
     calm = Fits(monkeypatch, 5000.0, excess=0.09, late=(4000.0, 0.1))
     calm.rivals = [(replace(hypothesis(), code="late"), (1.0,), None, False)]
-    assert rank.trials(readings(1000.0), solution()) == []
+    assert rank.trials(readings(1000.0), solution(), {}) == []
     assert calm.began == []
     many = readings(1.5 * rank.CLEAR / 0.04)  # enough readings show any misfit
-    assert len(rank.trials(many, solution())) == 1
+    assert len(rank.trials(many, solution(), {})) == 1
     assert calm.least == pytest.approx(1.5 * rank.CLEAR)
     more = Fits(monkeypatch, 5000.0, excess=0.11, late=(4000.0, 0.1))
     more.rivals = calm.rivals
-    assert len(rank.trials(readings(1000.0), solution())) == 1
+    assert len(rank.trials(readings(1000.0), solution(), {})) == 1
     none = Fits(monkeypatch, 5000.0)
-    assert rank.trials(readings(1000.0), solution()) == []
+    assert rank.trials(readings(1000.0), solution(), {}) == []
     assert none.began == []
 
 
@@ -288,7 +288,7 @@ def test_a_parameter_that_the_usual_fit_has_at_nothing_has_no_share(
     fits = Fits(monkeypatch, 5000.0, late=(4000.0, 0.1))
     fits.rivals = [(replace(hypothesis(), code="late"), (1.0,), None, False)]
     monkeypatch.setitem(MOTOR, "T0", 0.0)
-    (found,) = rank.trials(readings(1000.0), solution())
+    (found,) = rank.trials(readings(1000.0), solution(), {})
     assert "T0" not in found.shift
 
 
@@ -360,7 +360,7 @@ def accused(
     some = records if odd is None else records[odd : odd + 1]
     monkeypatch.setattr(rank, "_odd_one_out", lambda *_: (some, solution(), odd))
     monkeypatch.setattr(rank, "tried", lambda *_: found)
-    return rank.suspects(records, solution())
+    return rank.suspects(records, solution(), {})
 
 
 def test_a_convicted_fault_is_named_after_what_the_readings_show(

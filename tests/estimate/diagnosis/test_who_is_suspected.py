@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -54,9 +53,7 @@ class Given:
 
     def scales(self, parameters: Any, plate: Any, *top: float, turned: Any = None) -> Any:
         self.asked.append((parameters, plate, *top, turned))
-        one = suspect("scale", "named" if self.named else "not excluded")
-        self.said = (replace(one, moves={"R": 0.5, "K": 1.0}),)
-        return self.said
+        return (suspect("scale", "named" if self.named else "not excluded"),)
 
     def of(self, channel: str = POSITION, tried: bool = True) -> Any:
         record = SimpleNamespace(
@@ -67,15 +64,13 @@ class Given:
         records: Any = [record]
         nothing: Any = None
         found, convicted = room.suspects(records, nothing, STATED, tried)
-        self.moves = [one.moves for one in found if one.code == "scale"][-1]
         return [one.code for one in found], convicted
 
 
 def test_faults_come_before_scales_that_nothing_excludes(monkeypatch: pytest.MonkeyPatch) -> None:
     given = Given(monkeypatch, found=(suspect("lag", allowed=True),), direct=(suspect("lost"),))
     assert given.of() == (["lag", "scale"], "convicted")
-    assert given.asked == [(STATED, {"R": 1.0}, 9.0, True, None)]
-    assert given.moves == {"R": 0.5, "K": 1.0}
+    assert given.asked == [(STATED, {"R": 1.0}, 9.0, True, STATED, None)]
     assert Given(monkeypatch, direct=(suspect("lost"),)).of(tried=False) == (
         ["lost", "scale"],
         None,
@@ -97,7 +92,7 @@ def test_an_absurd_motor_is_a_scale_alone(monkeypatch: pytest.MonkeyPatch) -> No
     given = Given(monkeypatch, (True, True), named=True, found=(suspect("lag"),))
     assert given.of() == (["scale"], None)
     assert given.asked[0][0] == BARE
-    assert given.moves == {"R": 1.0}  # the same share of what is stated; K is no part of both
+    assert given.asked[0][4] == STATED  # which a scale that is seen without them moves
     vague = Given(monkeypatch, (True, True), found=(suspect("lag"),))
     assert vague.of()[0] == ["lag", "scale"]
     mended = Given(monkeypatch, (True, False), named=True, found=(suspect("lag"),))

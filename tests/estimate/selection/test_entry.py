@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from motorid.errors import DataError
-from motorid.estimate.effects.brush_and_heating import undropped
+from motorid.estimate.effects.brush_and_heating import lossless, undropped
 from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.results.estimate import PARAMETERS, Parameter, TermTrial
 from motorid.estimate.results.status import Status
@@ -157,8 +157,8 @@ class Looked:
         self.but.append(tuple(but))
         return self.left.pop(0)
 
-    def without(self, _r: Any, values: Any, _h: Any, lossy: bool, anew: bool, *less: Any) -> Any:
-        self.bare.append((lossy, anew, *less))
+    def without(self, _r: Any, values: Any, _h: Any, less: Any, anew: bool) -> Any:
+        self.bare.append((less, anew))
         return ([], solution(), values)
 
 
@@ -188,7 +188,7 @@ def test_a_loss_that_stands_out_is_looked_for_by_its_own_terms(
     first = replace(NONE, trials=chosen(SIDED).trials, left_out=(COGS,))
     looked = Looked(monkeypatch, first, chosen(DROP, left_out=(HEAT,)))
     assert looked.but[1] == tuple(t for t in TERMS.values() if t not in entry.ALLOWED)
-    assert looked.bare == [(True, False)]
+    assert looked.bare == [(lossless, False)]
     assert [s.terms for s in looked.found.stages] == [(DROP,)]
     assert [t.term for t in looked.found.trials] == [SIDED, DROP]
     assert looked.found.left_out == (COGS, HEAT)
@@ -202,7 +202,7 @@ def test_where_brushes_seem_to_give_voltage_others_are_looked_for_without_their_
     first = replace(NONE, trials=chosen(SIDED).trials)
     looked = Looked(monkeypatch, first, chosen(COGS), gives=True)
     assert looked.but == [entry.ALLOWED, entry.ALLOWED]
-    assert looked.bare == [(True, False, undropped)]
+    assert looked.bare == [(undropped, False)]
     assert [s.terms for s in looked.found.stages] == [(COGS,)]
     assert [t.term for t in looked.found.trials] == [SIDED, COGS]
     assert Looked(monkeypatch, chosen(SIDED), gives=True).bare == []
@@ -210,8 +210,8 @@ def test_where_brushes_seem_to_give_voltage_others_are_looked_for_without_their_
 
 
 def test_what_repeats_heavily_is_looked_for_anew(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert Looked(monkeypatch, chosen(SIDED), heavy=True).bare == [(False, True)]
-    assert Looked(monkeypatch, NONE, NONE, heavy=True).bare == [(False, True), (True, True)]
+    assert Looked(monkeypatch, chosen(SIDED), heavy=True).bare == [(None, True)]
+    assert Looked(monkeypatch, NONE, NONE, heavy=True).bare == [(None, True), (lossless, True)]
 
 
 @pytest.mark.parametrize(
@@ -233,7 +233,7 @@ def test_named_terms_begin_from_a_fit_that_leaves_them_what_they_explain(
     records: Any = [SimpleNamespace(repeating=SimpleNamespace(slopes="slopes" if repeats else ""))]
     monkeypatch.setattr(entry, "carry_loss", lambda _: loss)
     monkeypatch.setattr(entry, "is_heavy", lambda *_: heavy)
-    monkeypatch.setattr(entry, "_bare", lambda _r, _v, _h, lossy, anew: (lossy, anew))
+    monkeypatch.setattr(entry, "_bare", lambda _r, _v, _h, less, anew: (less is lossless, anew))
     now: Any = "solution"
     found = entry._narrow(records, now, MOTOR, {}, terms)
     assert found == (bare if bare is not None else (records, now, MOTOR))
@@ -254,7 +254,6 @@ def test_a_bare_fit_whose_inductance_goes_is_fitted_with_the_one_that_was_known(
         return solution(L=3e-3)
 
     monkeypatch.setattr(entry, "MotorRecord", record)
-    monkeypatch.setattr(entry, "lossless", lambda capture: f"lossless {capture}")
     monkeypatch.setattr(
         entry, "repeat_as", lambda bare, _: [vars(r).update(repeats=True) for r in bare]
     )
@@ -263,13 +262,13 @@ def test_a_bare_fit_whose_inductance_goes_is_fitted_with_the_one_that_was_known(
     monkeypatch.setattr(entry, "with_inductance", held)
     records: Any = [SimpleNamespace(capture="run", foretold="told")]
     values = {**MOTOR, "T_lc": 1.0}
-    bare, found, known = entry._bare(records, values, {"B": 0.0}, True, False)
+    bare, found, known = entry._bare(records, values, {"B": 0.0}, "lossless {}".format, False)
     assert bare[0].capture == "lossless run"
     assert bare[0].foretold == "told"
     assert bare[0].repeats
     assert asked == [(bare, ("R", "L", "K", "J", "T0"), MOTOR, MOTOR["L"])]
     assert known == {**MOTOR, "L": 3e-3}
-    bare, found, _ = entry._bare(records, values, {"L": 0.0}, False, True)
+    bare, found, _ = entry._bare(records, values, {"L": 0.0}, None, True)
     assert bare[0].capture == "run"
     assert not hasattr(bare[0], "repeats")
     assert dict(zip(PARAMETERS, found.values, strict=True))["R"] == 5.0  # a held one cannot go

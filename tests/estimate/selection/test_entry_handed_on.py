@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from motorid.errors import DataError
+from motorid.estimate.effects.brush_and_heating import lossless
 from motorid.estimate.model.extended_terms import TERMS
 from motorid.estimate.results.estimate import TermTrial
 from motorid.estimate.results.status import Status
@@ -245,7 +246,7 @@ def test_both_looks_are_held_against_their_own_fits(monkeypatch: pytest.MonkeyPa
     assert seen["carry_loss"] == [(records,)]
     assert seen["is_heavy"] == [(records, found)]
     assert seen["_bare"] == [
-        (records, values, HELD, False, True), (records, "values", HELD, True, True),
+        (records, values, HELD, None, True), (records, "values", HELD, lossless, True),
     ]  # fmt: skip
     assert seen["drop_gives"] == [(records, found)]
     assert seen["loss_stands_out"] == [(records, found, {"R": 0.5})]
@@ -265,7 +266,7 @@ def test_a_bare_fit_is_of_the_same_parameters(monkeypatch: pytest.MonkeyPatch) -
     records: Any = [SimpleNamespace(capture="one", foretold=1.0),
                     SimpleNamespace(capture="two", foretold=2.0)]  # fmt: skip
     bare: Any
-    bare, found, known = entry._bare(records, {**MOTOR, "T_lc": 1.0}, HELD, False, False)
+    bare, found, known = entry._bare(records, {**MOTOR, "T_lc": 1.0}, HELD, None, False)
     free = ["R", "L", "K", "J"]
     assert [r.given for r in bare] == [("one", free, HELD), ("two", free, HELD)]
     assert [r.foretold for r in bare] == [1.0, 2.0]

@@ -117,7 +117,7 @@ def _by_themselves(capture: Capture, known: Mapping[str, Parameter]) -> Iterator
         ]
         hint = "of the gains and of the gear"
         # whichever channel it is, others of them come from it too
-        moves = dict.fromkeys(values.keys() & set(PARAMETERS), np.inf) if name in known else {}
+        moves = {n: np.inf for n in PARAMETERS if n in values} if name in known else {}
         if clocks:
             hint = f"perhaps {clocks[0].instead.replace(' were ', ' is ')}"
             factor = clocks[0].factor

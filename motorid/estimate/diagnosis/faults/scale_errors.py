@@ -118,11 +118,13 @@ def suspects(
     nameplate: Mapping[str, float],
     highest_v: float = 0.0,
     turned: bool = True,
+    stated: Mapping[str, Parameter] | None = None,
 ) -> tuple[Suspect, ...]:
     """The wrong scale that a nameplate shows; else those that these data do not exclude.
 
     ``nameplate`` has R, L, K, J, I0 and V, as far as known (SI; ``read_nameplate``);
-    ``highest_v`` is the highest voltage that drove the motor; ``turned``: a position was read.
+    ``highest_v`` is the highest voltage that drove the motor; ``turned``: a position was read;
+    ``stated``: the values that such a scale moves, where they are others than those it is seen by.
     """
     known = departures(parameters, nameplate, highest_v)
     named = by_nameplate(known)
@@ -130,7 +132,8 @@ def suspects(
     either = f"; these figures do not separate {others}" if len(named) > 1 else ""
     if named:
         return tuple(
-            replace(_said(v, known, nameplate, either), moves=_moves(v, parameters)) for v in named
+            replace(_said(v, known, nameplate, either), moves=_moves(v, stated or parameters))
+            for v in named
         )
     return tuple(
         Suspect(c.code, c.where, _unseen(c, known), c.action, "not excluded")

@@ -78,3 +78,7 @@ def test_a_wrong_scale_of_the_voltage_is_no_other_winding(factor: float) -> None
     plate = scale_errors.read_nameplate(PLATE)
     found = scale_errors.suspects(parameters(**scaled), plate, 24.0)
     assert [s.code for s in found] == ["voltage_scale"]
+    moves = found[0].moves
+    stated = parameters(**{**scaled, "T0": 3.0 * factor})  # as of a fit with brushes
+    (again,) = scale_errors.suspects(parameters(**scaled), plate, 24.0, True, stated)
+    assert again.moves == pytest.approx({**moves, "T0": 3.0 * moves["T0"]})
