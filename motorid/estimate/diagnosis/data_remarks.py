@@ -50,7 +50,7 @@ def of_capture(record: MotorRecord, where: str) -> list[Diagnostic]:
     if record.timeline.coarser > COARSER:
         out.append(
             Diagnostic(
-                "coarse_grid", "warning",
+                "coarse_grid", "info",
                 f"some stamps follow each other {record.timeline.coarser:.0f} times more closely "
                 f"than the fit computes{where}, to bound its work: cut the log to where it is "
                 "sampled evenly",

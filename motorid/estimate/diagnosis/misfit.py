@@ -39,7 +39,7 @@ def _smoothed(record: MotorRecord, m: Measured, usual: float) -> float:
     kernel = smoothed_by(record.instances, record.unknowns, m.block.name)
     if kernel is None:
         return usual
-    declared = (m.channel.noise**2 * square(kernel) + m.block.floor**2) * _weight(m)
+    declared = (m.noise**2 * square(kernel) + m.block.floor**2) * _weight(m)
     return max(usual * hidden(kernel, 1), declared)
 
 
@@ -52,15 +52,20 @@ def of_fit(records: Sequence[MotorRecord], solution: Solution) -> float:
     return excess(records, residuals(records, solution))
 
 
-def excess(records: Sequence[MotorRecord], left: Sequence[Sequence[Floats]]) -> float:
+def excess(
+    records: Sequence[MotorRecord],
+    left: Sequence[Sequence[Floats]],
+    more: Sequence[Sequence[float]] = (),
+) -> float:
     """Fall of F, for each reading, if the residuals were but noise; about 0 when they are.
 
-    No hypothesis can explain more than this.
+    No hypothesis can explain more than this. ``more``: variance (SI) by record and channel, which
+    noise has besides.
     """
     total = count = 0.0
-    for record, blocks in zip(records, left, strict=True):
-        for m, r in zip(record.measured, blocks, strict=True):
-            noise = _smoothed(record, m, noise_variance(m, r))
+    for k, (record, blocks) in enumerate(zip(records, left, strict=True)):
+        for j, (m, r) in enumerate(zip(record.measured, blocks, strict=True)):
+            noise = _smoothed(record, m, noise_variance(m, r)) + (more[k][j] if more else 0.0)
             ratio = square(r) / max(len(r), 1) / max(noise, 1e-300)
             total += m.block.count * max(float(np.log(max(ratio, 1e-300))), 0.0)
             count += m.block.count

@@ -28,6 +28,7 @@ from motorid.estimate.diagnosis.faults import (
     saturation,
     unstated_channels,
 )
+from motorid.estimate.diagnosis.input_noise import InputNoise
 from motorid.estimate.diagnosis.refit import Refit, go_on, refit
 from motorid.estimate.diagnosis.score_test import Screen
 from motorid.estimate.fit.block_regression import Size
@@ -72,6 +73,7 @@ VANISHED, AGAIN = 0.05, 0.3  # L/R in sample periods
 HARMLESS = {"current_offset", "supply_limited"}  # a fit may allow for them: others are sought too
 HARM = 0.002  # relative shift of a parameter that makes a fault worth naming,
 BEYOND = 2.0  # or this many of its standard uncertainties by noise,
+SURE = 4.0  # standard deviations of what noise of a voltage makes of a fault's size
 PART_OF_ALL = 0.25  # of which none counts as less than this of all that is uncertain of it
 
 
@@ -82,7 +84,7 @@ class Trial:
 
     ``share`` is that of all that there is to explain; ``shift`` how the fault moved each parameter,
     as a share of it, the ``farthest`` in ``_deviations``; ``seen``: the plain laws show it in
-    blocks of the capture.
+    blocks of the capture; ``chance``: share of its size that noise of a voltage makes.
     """
 
     hypothesis: Hypothesis
@@ -93,6 +95,7 @@ class Trial:
     farthest: float
     clear: bool
     seen: bool = False
+    chance: float = 0.0
 
     @property
     def convincing(self) -> bool:
@@ -104,7 +107,7 @@ class Trial:
         most = MOSTLY if self.hypothesis.vague else SHARE
         enough = (much and harms) or (self.clear and self.share > most and far)
         told = abs(float(self.found.size[0])) >= self.hypothesis.least
-        return enough and told and not self.at_bound
+        return enough and told and not self.at_bound and self.chance * SURE < 1.0
 
     @property
     def at_bound(self) -> bool:
@@ -256,7 +259,11 @@ def trials(
     readings = sum(m.block.count for r in records for m in r.measured)
     excess = misfit.excess(records, left)
     clear = CLEAR * inflation(solution)
-    if excess * readings < min(LIKELY * readings, clear):
+    least = min(LIKELY * readings, clear)
+    if excess * readings < least:
+        return []
+    driven = InputNoise.of(records, solution)
+    if misfit.excess(records, left, driven.variances()) * readings < least:
         return []
     rivals = list(_rivals(records, solution, min(WORTH * readings, clear)))
     if not rivals:
@@ -278,7 +285,8 @@ def trials(
         moves = _moved(hypothesis, found, usual.values, names)
         far = max((m / sd for m, sd in zip(moves, deviations, strict=True) if sd > 0), default=0.0)
         share, sure = gain / max(excess, 1e-9), gain * readings > clear
-        out.append(Trial(hypothesis, found, gain, share, shift, far, sure, seen))
+        chance = driven.share(hypothesis, found.size)
+        out.append(Trial(hypothesis, found, gain, share, shift, far, sure, seen, chance))
     return sorted(out, key=lambda t: -t.gain)
 
 

@@ -33,8 +33,8 @@ def declared_noise(m: Measured) -> float:
 
     A declared noise is that of a reading as it comes, with the quantisation in it.
     """
-    step = m.channel.resolution / np.sqrt(12.0)
-    return float(max(m.channel.noise, step)) if m.channel.noise > 0 else 0.0
+    step = m.resolution / np.sqrt(12.0)
+    return float(max(m.noise, step)) if m.noise > 0 else 0.0
 
 
 def lacking(record: MotorRecord, m: Measured, residual: Floats) -> float:
@@ -48,7 +48,7 @@ def lacking(record: MotorRecord, m: Measured, residual: Floats) -> float:
     if record.sensed.waveform is None or record.timeline.jitter > IRREGULAR:
         return 0.0
     hidden = np.sqrt(hidden_noise(record.instances, record.unknowns, m.block.name, ORDER))
-    between = max(neighbour_noise(residual, ORDER) * hidden, m.channel.resolution / np.sqrt(12.0))
+    between = max(neighbour_noise(residual, ORDER) * hidden, m.resolution / np.sqrt(12.0))
     least = max(OF_NEIGHBOURS * between, VISIBLE * float(np.ptp(m.values)))
     return float(sigma / between) if between > 0.0 and sigma > least else 0.0
 

@@ -53,7 +53,7 @@ class Screen:
         return max((self._score(hypothesis, s) for s in hypothesis.sizes), key=lambda s: s.gain)
 
     def _score(self, hypothesis: Hypothesis, size: Size) -> Score:
-        changes = self._cleared(hypothesis, size)
+        changes = self.of(hypothesis, size)
         length = sum(square(d) for d in changes)
         along = sum(dot(d, r) for d, r in zip(changes, self._rest, strict=True))
         if not length > 0 or (along <= 0 and hypothesis.lower[0] >= 0):
@@ -69,14 +69,22 @@ class Screen:
         bounded = np.clip(scaled, hypothesis.lower, hypothesis.upper)
         return Score(hypothesis, tuple(bounded.tolist()), gain)
 
-    def _cleared(self, hypothesis: Hypothesis, size: Size) -> list[Floats]:
-        """Change of every record's readings, less what nuisances and parameters make of it."""
-        values, tried = self.solution.values, np.array(size)
-        lines, changes = self.solution.records, []
-        for k, record in enumerate(self.records):
-            effect = hypothesis.effect(record, values, self.solution.own[k], tried)
+    def of(self, hypothesis: Hypothesis, size: Size | Floats) -> list[Floats]:
+        """What a fault changes of every record's readings, ``cleared``."""
+        values, tried, own = self.solution.values, np.array(size), self.solution.own
+        return self.cleared(
+            [hypothesis.effect(r, values, own[k], tried) for k, r in enumerate(self.records)]
+        )
+
+    def cleared(self, effects: Sequence[Sequence[Floats]]) -> list[Floats]:
+        """Changes (n,) of every record, in standard deviations, less what nuisances and parameters
+        make of them; ``effects``: SI, by channel.
+        """
+        changes = []
+        for k, (record, effect) in enumerate(zip(self.records, effects, strict=True)):
             parts = record.weighed(effect, filtered=False)
-            change = np.concatenate([d / s for d, s in zip(parts, lines[k].sigmas, strict=True)])
+            sigmas = self.solution.records[k].sigmas
+            change = np.concatenate([d / s for d, s in zip(parts, sigmas, strict=True)])
             changes.append(self._less_own(k, change))
         return self._less_shared(changes)
 

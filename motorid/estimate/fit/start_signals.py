@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from motorid.capture.model import CURRENT, POSITION, SPEED
 from motorid.errors import DataError
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.signals.log_sections import MOVES
 
 Floats = NDArray[np.float64]
 
@@ -30,11 +32,13 @@ class Signals:
     step_rad: float = 0.0  # of the angle, as it was counted; 0: it was not
 
 
-def signals(record: MotorRecord) -> Signals:
-    """The record's readings made whole. Raises DataError when it lacks current or motion."""
+def signals(record: MotorRecord, others: Sequence[MotorRecord] = ()) -> Signals:
+    """The record's readings made whole. Raises DataError when it lacks current or motion, or one
+    never changes; of a piece of a log another piece among the ``others`` may have the change.
+    """
     line = record.timeline
     named = {m.block.name: m for m in record.measured}
-    _insist(record, set(named))
+    _insist(record, others)
     grid: dict[str, Floats] = {}
     for name, m in named.items():
         grid[name] = np.interp(np.arange(line.count), m.keep, m.values)
@@ -54,12 +58,14 @@ def signals(record: MotorRecord) -> Signals:
         (*(p.start for p in line.parts), line.count),
         tuple(p.open for p in line.parts),
         record.sensed.series_ohm,
-        named[POSITION].channel.resolution * record.gear if POSITION in named else 0.0,
+        named[POSITION].resolution if POSITION in named else 0.0,
     )
 
 
-def _insist(record: MotorRecord, named: set[str]) -> None:
+def _insist(record: MotorRecord, others: Sequence[MotorRecord]) -> None:
     """Raises DataError when the current or the motion is missing, unusable, or never changes."""
+    named = {m.block.name for m in record.measured}
+    pieces = [record, *(other for other in others if _of_one_log(record, other))]
     where = f" in {record.capture.path}" if record.capture.path else ""
     for names, what in (((CURRENT,), "current"), ((POSITION, SPEED), "position or speed")):
         if not named & set(names):
@@ -72,10 +78,17 @@ def _insist(record: MotorRecord, named: set[str]) -> None:
                 "voltage, current and motion"
             )
         used = next(name for name in names if name in named)
-        m = next(m for m in record.measured if m.block.name == used)
-        gear = record.gear if used != CURRENT else 1.0
-        if float(np.ptp(m.values)) <= 1.5 * m.channel.resolution * gear:
+        if not any(_changes(piece, used) for piece in pieces):
             raise DataError(
-                f"the {m.block.name} never changes{where}: check its sensor, and that the motor "
-                "moves"
+                f"the {used} never changes{where}: check its sensor, and that the motor moves"
             )
+
+
+def _of_one_log(record: MotorRecord, other: MotorRecord) -> bool:
+    logs = record.sensed.waveform is not None and other.sensed.waveform is not None
+    return logs and record.capture.path == other.capture.path
+
+
+def _changes(record: MotorRecord, name: str) -> bool:
+    m = next((m for m in record.measured if m.block.name == name), None)
+    return m is not None and float(np.ptp(m.values)) > MOVES * m.resolution

@@ -48,7 +48,8 @@ def begun(
     missing, or turned round.
     """
     moving = [record for record in records if shows_motion(record)]
-    data = [signals(record) for record in moving or records]
+    told = moving or records
+    data = [signals(record, told) for record in told]
     R, L, K = _electrical(data, fixed)
     doubt = None
     try:

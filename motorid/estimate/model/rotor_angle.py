@@ -33,12 +33,12 @@ def measured_angle(record: MotorRecord, fitted: Sequence[Floats]) -> Floats | No
     fine = [
         k
         for k, m in enumerate(record.measured)
-        if m.block.name == POSITION and 0.0 < m.channel.resolution * record.gear < FINE
+        if m.block.name == POSITION and 0.0 < m.resolution < FINE
     ]
     if not fine:
         return None
     m, model = record.measured[fine[0]], fitted[fine[0]]
-    rounded = m.channel.resolution * record.gear / math.sqrt(12.0) * MOST / EXACT
+    rounded = m.resolution / math.sqrt(12.0) * MOST / EXACT
     about = int(rounded**2 / 2.0)  # readings on either side that its rounding is smoothed over
     left = m.values - model
     shown = model + (smoothed(left, about) if about else left)

@@ -89,8 +89,8 @@ def _sums(record: MotorRecord, m: Measured, residual: Floats) -> Floats:
     whole = square(shown)
     if m.block.name == EMF and record.driven.any():  # of a motor at rest there is none to explain
         whole = max(whole, float(np.mean(record.volts[record.driven] ** 2)) * count)
-    declared = max(m.channel.noise, m.channel.resolution / np.sqrt(12.0)) ** 2 * count
-    noise = DECLARED**2 * declared if m.channel.noise > 0.0 else square(np.diff(residual)) / 2.0
+    declared = max(m.noise, m.resolution / np.sqrt(12.0)) ** 2 * count
+    noise = DECLARED**2 * declared if m.noise > 0.0 else square(np.diff(residual)) / 2.0
     return np.array([whole, square(residual), noise, declared, square(made)])
 
 

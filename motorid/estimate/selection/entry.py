@@ -51,6 +51,7 @@ Narrow = tuple[Sequence[MotorRecord], Solution, Mapping[str, float]]
 COUNTS = 0.02  # of a value: a move that matters, where the interval is wider
 VAGUE = 0.1  # the same, of an inductance that readings hardly tell
 OWN = ("R",)  # of such a model: without the drop of the brushes, or before the winding warms up
+LITTLE, FEW = 20.0, 0.02  # of chi-square; of the samples
 HALF = 0.5  # of that, from which a term is worth offering
 
 
@@ -148,13 +149,26 @@ def _closed(
         except DataError:  # neither a sign nor a start that suits: what is left may have one
             return cut, *joint_fit.solved(cut, fix, without)
         left = misfit.of_fit(records, solution)
-        if left < rank.LIKELY:  # though a search may not have settled to its last digit
+        if left < _least_left(whole, cut, records):
             return whole, records, solution
         others, other = joint_fit.solved(cut, fix, without)
         if left < misfit.of_fit(others, other):
             return whole, records, solution
         return cut, others, other
     return cut, *joint_fit.solved(cut, fix, without)
+
+
+def _least_left(
+    whole: Sequence[Capture], cut: Sequence[Capture], records: Sequence[MotorRecord]
+) -> float:
+    """What an open bridge leaves to explain, for each reading: no search settles to its last digit.
+    To leave out a few samples costs nothing, and they may matter all the same.
+    """
+    samples = sum(map(len, whole))
+    if samples - sum(map(len, cut)) > FEW * samples:
+        return rank.LIKELY
+    readings = sum(m.block.count for record in records for m in record.measured)
+    return min(rank.LIKELY, LITTLE / readings)
 
 
 def looked_for(

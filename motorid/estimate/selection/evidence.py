@@ -21,6 +21,7 @@ from motorid.estimate.selection.left_out_captures import foretold
 from motorid.estimate.solver.autoregression import inflation
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty import errors_in_variables
 from motorid.estimate.uncertainty.covariance import statistical
 
 Floats = NDArray[np.float64]
@@ -97,9 +98,21 @@ def weigh(wider: Fitted, narrower: Sequence[Term], before: Solution, added: Term
         size = size_of(wider.solution, k, shapes_of(wider.free, added))  # its shape alone is open
     cost = max(record.simulated for record in null.records)
     found = replace(found, size=size, evaluations=cost)
+    if found.suffices and found.size > 0.0:
+        found = _less_by_input_noise(found, wider, k)
     if len(wider.records) > 1 and found.suffices:
         return replace(found, left_out=foretold(found.gain, wider.solution, null.solution))
     return found
+
+
+def _less_by_input_noise(found: Evidence, wider: Fitted, k: int) -> Evidence:
+    """The evidence of a size that noise of the voltage moves too, which no residual shows."""
+    taken_in = errors_in_variables.hidden(wider.solution, wider.records, roughly=True)
+    moved = sum(shift[k] ** 2 for shift in errors_in_variables.shifts(taken_in))
+    one, value = wider.solution.unknowns[k], float(wider.solution.values[k])
+    deviation = (1.0 if one.log else abs(value)) / found.size
+    more = 1.0 + moved / max(deviation**2, 1e-300)
+    return replace(found, inflation=found.inflation * more, size=found.size / np.sqrt(more))
 
 
 @dataclass(frozen=True)

@@ -32,14 +32,14 @@ LOOSE: Shape = "loose"  # the same, and no stamp says when in its sample the vol
 SOURCED: Shape = "sourced"  # broken, of a source whose resistance the current shows
 MEANS: Shape = "means"  # each over the time since the one before
 HALF_WINDOWS = (4, 8, 16, 32, 64, 128)  # samples
-SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
+SMOOTH = 2.0  # variance about a parabola, in units of that between neighbours, still called noise
 BY_CHANCE = 3.0  # standard deviations of that variance: less is called noise of many readings
 SHORTEST = 0.1  # usual periods: two readings that lie closer tell no slope
 RAMP = 1e-4  # usual periods within which a jump is done, on either side of its time
 LOOSE_RAMP = 5e-3  # the same where no stamp tells that time: readings tell it no better
 REMEMBERED = 3  # means of it, of a search
 MISSING = 1.5  # usual periods between two readings, of which none is missing
-OFTEN, MOST_JUMPS = 0.5, 40  # share of stamps that makes a log irregular; unknowns for its jumps
+OFTEN, MOST_JUMPS = 0.5, 200  # share of stamps that makes a log irregular; unknowns for its jumps
 SHAPES: tuple[Shape, ...] = ("joined", "curved", "held", BROKEN, SOURCED, MEANS)  # of a log
 CONTINUOUS: tuple[Shape, ...] = (JOINED, "curved")  # that do not jump between two readings
 LEVEL: tuple[Shape, ...] = ("held", MEANS)  # that stay between two moments
@@ -52,7 +52,8 @@ class Waveform:
     ``shape``: they are joined by straight lines, or by a spline; or each is held until the next; or
     (broken) they are joined but where the voltage jumps, at its stamp or (loose) before it. Means
     are levels, which begin at ``time_s``. ``window_s``: of a mean, as declared; 0: nobody says so.
-    A source lies ``ohms`` before the terminals; else 0.
+    A source lies ``ohms`` before the terminals; else 0. ``windows`` (n,): over which readings were
+    freed of noise; None: they were not.
     ``filter_s``: first, and ``filter_s2`` second time constant of the declared low-pass that they
     passed, 1/(1 + filter_s s + filter_s2 s²); s and s².
     """
@@ -65,6 +66,7 @@ class Waveform:
     filter_s2: float = 0.0
     window_s: float = 0.0
     ohms: float = 0.0
+    windows: NDArray[np.intp] | None = None
 
     def means(
         self,
@@ -284,10 +286,16 @@ def of_log(capture: Capture, channel: Channel, shape: Shape) -> Waveform | None:
     read = Waveform(stamps, channel.values[known], shape, capture.period_s, filter_s, second)
     current = capture.get(CURRENT) if shape == SOURCED else None
     if current is None:
-        return replace(read, volts=quiet(read.volts))
+        return _quieted(read)
     ohms = source_ohms(read.volts, current.values[known], read.steps_off)
     drops = ohms * np.nan_to_num(current.values[known])
-    return replace(read, volts=quiet(read.volts + drops), ohms=ohms)
+    return _quieted(replace(read, volts=read.volts + drops, ohms=ohms))
+
+
+def _quieted(read: Waveform) -> Waveform:
+    """Freed of noise, over windows that it keeps."""
+    windows = calm_windows(read.volts)
+    return replace(read, volts=smoothed(read.volts, windows), windows=windows)
 
 
 def _of_means(capture: Capture, channel: Channel, window_s: float) -> Waveform:
@@ -310,19 +318,29 @@ def quiet(volts: Floats) -> Floats:
     readings leave a parabola by no more than they scatter; the parabola of its inner half, which
     bends a sixteenth as much, says what the voltage was.
     """
+    return smoothed(volts, calm_windows(volts))
+
+
+def calm_windows(volts: Floats) -> NDArray[np.intp]:
+    """Readings (n,) on either side of each that follow a parabola with it; 0: too few."""
     deviation = scatter(volts)
-    out = volts.copy()
-    if not deviation:
-        return out
-    for half in HALF_WINDOWS:  # the widest has the last word
+    out = np.zeros(len(volts), dtype=np.intp)
+    for half in HALF_WINDOWS if deviation else ():  # the widest has the last word
         if 2 * half >= len(volts):
             break
-        middle = slice(half, len(volts) - half)
         _, left = _parabolas(volts, half)
-        inner = half // 2
-        value = _parabolas(volts, inner)[0][half - inner : len(volts) - half - inner]
         most = min(SMOOTH, 1.0 + BY_CHANCE / math.sqrt(half - 1))
-        out[middle] = np.where(left <= most * deviation**2, value, out[middle])
+        middle = out[half : len(volts) - half]
+        middle[left <= most * deviation**2] = half
+    return out
+
+
+def smoothed(volts: Floats, windows: NDArray[np.intp]) -> Floats:
+    """Readings (n,) by the parabola of the inner half of each one's window (n,)."""
+    out = volts.copy()
+    for half in np.unique(windows[windows > 0]).tolist():
+        inner, here = half // 2, np.flatnonzero(windows == half)
+        out[here] = _parabolas(volts, inner)[0][here - inner]
     return out
 
 

@@ -23,6 +23,7 @@ PAUSE = 5.0  # usual periods between two samples, from which a log begins anew
 NEAR = 4  # samples on either side that tell the usual period there
 FEWEST = 64  # samples of a piece worth a beginning of its own
 DRIVEN = 24  # the same of one between two openings of the bridge
+MOVES = 1.5  # steps of a channel: a count that flickers is no motion
 LISTED = 4  # openings whose times a remark gives
 
 
@@ -63,12 +64,13 @@ def _worth(
     moved = motion(capture)
     if moved is None:
         return long
-    return [(a, b) for a, b in long if _changes(moved.values[a:b])] or long
+    least = MOVES * moved.resolution
+    return [(a, b) for a, b in long if _changes(moved.values[a:b], least)] or long
 
 
-def _changes(values: NDArray[np.float64]) -> bool:
+def _changes(values: NDArray[np.float64], least: float) -> bool:
     known = values[np.isfinite(values)]
-    return bool(len(known)) and bool(np.ptp(known))
+    return bool(len(known)) and float(np.ptp(known)) > least
 
 
 def driven(capture: Capture, opened: Sequence[Opening]) -> list[Capture]:

@@ -25,7 +25,10 @@ TINY = 1e-7  # of a channel's range: the floor of a noise level where no resolut
 
 @dataclass(frozen=True)
 class Measured:
-    """One block: its readings (SI), where they sit on the grid, and the roots of their weights."""
+    """One block: its readings (SI), where they sit on the grid, and the roots of their weights.
+
+    ``scale``: the model's unit in the channel's, which reads behind a gear.
+    """
 
     block: Block
     values: Floats
@@ -36,6 +39,17 @@ class Measured:
     channel: Channel
     unsigned: bool = False
     past: Floats | None = None  # share of a grid period by which each is later than its tick
+    scale: float = 1.0
+
+    @property
+    def resolution(self) -> float:
+        """Of a reading, in the model's unit."""
+        return self.channel.resolution * self.scale
+
+    @property
+    def noise(self) -> float:
+        """Declared of a reading, in the model's unit; 0: nothing."""
+        return self.channel.noise * self.scale
 
     def of(self, response: Floats) -> Floats:
         """What the response (outputs, count) shows at these readings."""
@@ -158,9 +172,10 @@ def _block(
     first, last = int(kept[0]), int(kept[-1]) + 1
     where = slice(first, last) if last - first == len(kept) else kept
     # readings of one kind have one noise
-    group = f"{name} {channel.resolution:g} {channel.noise:.3g}"
+    group = f"{name} {channel.resolution * scale:g} {channel.noise * scale:.3g}"
     block = Block(name, floor, count, group)
-    return Measured(block, values, kept, where, roots, row, channel, channel.unsigned)
+    unsigned = channel.unsigned
+    return Measured(block, values, kept, where, roots, row, channel, unsigned, scale=scale)
 
 
 def repeated_count_weights(values: Floats) -> Floats:

@@ -8,6 +8,7 @@ the current ends faster than the winding allows. Diodes may let it run out over 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -36,10 +37,12 @@ RUNS_OUT = 12  # samples, the most that diodes take
 LATEST = 24  # samples by which a channel may lag behind another
 RESTING = 16  # samples of a rest that a stretch under drive may begin with
 STILL = 0.02  # of the highest speed or voltage, below which the motor rests
+SLOWED = 0.02  # of the highest speed, by which a motor without a current slows down
 SLOWER = 4.0  # standard deviations by which a coasting motor gets slower
 EXPLAINED = 0.2  # of the current, rms, that voltage and speed may leave
 CLOSE, OFFSET = 0.02, 0.1  # of the highest current: what they leave, and an offset, as expected
 TRIMS, APART = 6, 4.0  # rounds of leaving out; times the median departure
+COUNTS, COUNTED = 20.0, 32  # of an encoder that tell a speed; samples on either side, at most
 SHORTEST = 32  # driven samples that tell a resistance and a back-EMF
 
 
@@ -48,6 +51,7 @@ class Opening:
     """Samples ``start`` to ``stop`` (exclusive) in which no current can flow.
 
     ``rests`` is the first sample of a standstill in which it ends; ``stop`` where there is none.
+    Where the terminals show the back-EMF of a motor that coasts, only the end of the current.
     """
 
     start: int
@@ -68,6 +72,9 @@ def openings(capture: Capture) -> list[Opening]:
                 begun = found.pop().start
             ended = min(run.stop + signals.blur, len(capture))
             found.append(Opening(begun, ended, min(_rest(signals, run), ended)))
+        elif _lets_go(signals, run):
+            begun = max(_decayed_from(signals, run.start) - 1, 0)
+            found.append(Opening(begun, run.start + QUICK, run.start + QUICK))
     return found
 
 
@@ -149,7 +156,19 @@ def _speed(capture: Capture) -> Floats | None:
     values = None if channel is None else _whole(channel.values)
     if channel is None or values is None:
         return None
-    return values if channel.name == SPEED else np.gradient(values, capture.time_s)
+    if channel.name == SPEED:
+        return values
+    return _turning(values, capture.time_s, channel.resolution)
+
+
+def _turning(angle: Floats, time_s: Floats, step: float) -> Floats:
+    """Speed (n,) over as many samples as a fast motor takes for some counts of its encoder."""
+    ahead = min(COUNTED, len(angle) - 1)
+    fast = float(np.percentile(np.abs(angle[ahead:] - angle[:-ahead]), HIGHEST)) / ahead
+    side = int(np.clip(np.ceil(COUNTS * step / max(2.0 * fast, 1e-300)), 1, COUNTED))
+    at = np.arange(len(angle))
+    last, first = np.minimum(at + side, len(angle) - 1), np.maximum(at - side, 0)
+    return np.asarray((angle[last] - angle[first]) / (time_s[last] - time_s[first]))
 
 
 def _motor(s: _Signals) -> Motor | None:
@@ -251,6 +270,27 @@ def _ends_at_once(s: _Signals, start: int) -> bool:
     last = max(start - QUICK - 2 * s.blur, 1)
     before = np.abs(s.current[last - 1 : last + 1] - level)
     return bool(before.max() > max(2 * DROP * s.peak, BAND * s.band))
+
+
+def _lets_go(s: _Signals, run: slice) -> bool:
+    """A current ends, however small, and none flows while the motor slows down by much: diodes took
+    its end, and what the terminals show then is the back-EMF. No voltage that drives a motor keeps
+    its current at nothing.
+    """
+    if s.motor is None or s.speed is None or s.blur or run.start <= 2 * QUICK:
+        return False
+    level = float(np.median(s.current[run]))
+    if abs(level - s.motor.offset_a) > max(s.band, CLOSE * s.peak):
+        return False
+    way = math.copysign(1.0, float(s.speed[run.start]))  # a current that drove the motor has it too
+    flowing = way * (s.current[run.start - 2 * QUICK : run.start - 1] - level)
+    ends = [run.start + QUICK, run.stop - 1]  # not while diodes hold the terminals
+    fall, volts = np.abs(s.speed[ends]), np.abs(s.volts[ends])
+    emf = s.motor.by_speed / s.motor.by_volts * (fall[0] - fall[1])
+    top = float(np.percentile(np.abs(s.speed), HIGHEST))
+    if flowing.min() <= 2.0 * s.band or fall[0] - fall[1] <= SLOWED * top:
+        return False  # it does not end at once, or the motor hardly slows down
+    return bool(volts[0] - volts[1] > emf / 2.0) and _slows(s, run)
 
 
 def _slows(s: _Signals, run: slice) -> bool:

@@ -6,6 +6,7 @@ knows T0 alone would let it creep: where the encoder shows no motion, it is told
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from motorid.estimate.signals.time_grid import Part, Timeline
 STIR = 1.5  # counts, by which the edge of one may flicker
 FEWEST = 24  # readings that tell
 HEAD = 8  # samples that show whether a record begins at rest
+COUNTS, LONGEST = 6.0, 16  # of an encoder that show a motion; times so many samples, at most
 
 
 def with_standstill(capture: Capture, timeline: Timeline) -> Timeline:
@@ -48,11 +50,24 @@ def starts_at_rest(capture: Capture, driven: NDArray[np.bool_]) -> bool:
 
 
 def _moves(position: Channel) -> bool:
-    early, late = position.values[:HEAD], position.values[HEAD : 2 * HEAD]
+    head = _head(position)
+    early, late = position.values[:head], position.values[head : 2 * head]
+    late = late[: len(early)]
+    early = early[: len(late)]
     if not (np.isfinite(np.diff(early)).any() and np.isfinite(late - early).any()):
         return False
     scatter = float(np.nanstd(np.diff(early)))
     return abs(float(np.nanmean(late - early))) > 2.0 * scatter + 1.5 * position.resolution
+
+
+def _head(position: Channel) -> int:
+    """``HEAD`` samples, or as many more as a fast motor takes for some counts of its encoder."""
+    moved = np.abs(position.values[HEAD:] - position.values[:-HEAD])
+    moved = moved[np.isfinite(moved)]
+    if not len(moved) or position.resolution <= 0.0:
+        return HEAD
+    fast = max(float(np.percentile(moved, 98)), position.resolution / LONGEST)
+    return HEAD * math.ceil(min(COUNTS * position.resolution / fast, LONGEST))
 
 
 def _is_near_zero(channel: Channel) -> bool:

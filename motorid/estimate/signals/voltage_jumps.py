@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +11,10 @@ from motorid.estimate.signals.neighbour_noise import of_differences
 
 Floats = NDArray[np.float64]
 
+QUARTER_BELOW = 0.3186  # standard deviations within which a quarter of normal readings lie
 CALM = 16  # stretches of a log, of which the calmer ones tell its noise
+ORDERS = (2, 4, 6)  # of differences that tell the noise
+SWINGS = 0.5  # of what a lower order tells: that is no noise
 ENOUGH = 64  # readings of each
 SAME = 1e-9  # of the range: readings that differ by less agree but for rounding
 COARSE = 0.02  # of the range: larger steps are levels of a command, and no converter's
@@ -22,23 +27,61 @@ def jumps(volts: Floats) -> NDArray[np.intp]:
 
 
 def least_jump(volts: Floats) -> float:
-    """V that readings (n,) differ by where the voltage jumped."""
-    return max(CLEAR * scatter(volts), SHARE * float(np.ptp(volts)))
+    """V that readings (n,) differ by where the voltage jumped.
+
+    Where it jumps every few readings no stretch is calm; many neighbours are of one level still.
+    """
+    noise = scatter(volts)
+    if noise:
+        alike = float(np.percentile(np.abs(np.diff(volts)), 25)) / QUARTER_BELOW
+        alike = max(alike, count_of(volts)) / math.sqrt(2.0)
+        noise = min(noise, alike) if alike else noise  # rows that stand twice tell nothing
+    return max(CLEAR * noise, SHARE * float(np.ptp(volts)))
 
 
 def scatter(volts: Floats) -> float:
-    """Standard deviation of a reading by its neighbours, in the calmer quarter of the log."""
+    """Standard deviation of a reading by its neighbours, in the calmer quarter of the log.
+
+    Differences of a higher order leave less of a voltage that swings within few readings. What a
+    converter's steps hide is there, whatever neighbours show.
+    """
     if len(volts) < CALM * 8:
         return 0.0
-    second = np.diff(volts, 2)
-    stretches = min(max(len(second) // ENOUGH, CALM // 4), CALM)
-    blocks = second[: len(second) // stretches * stretches].reshape(stretches, -1)
-    return float(np.percentile(of_differences(blocks, 2, _count_of(volts)), 25))
+    step = count_of(volts)
+    calm = _calm(np.diff(volts, ORDERS[0]), ORDERS[0], step)
+    for order in ORDERS[1:]:
+        less = _calm(np.diff(volts, order), order, step)
+        calm = less if less < SWINGS * calm else calm
+    return max(calm, step / math.sqrt(12.0)) if calm else 0.0
 
 
-def _count_of(volts: Floats) -> float:
-    """V by which readings in coarse steps differ at least; 0: they change by whole levels."""
-    apart, range_v = np.abs(np.diff(volts)), float(np.ptp(volts))
+def _calm(differences: Floats, order: int, step: float) -> float:
+    stretches = min(max(len(differences) // ENOUGH, CALM // 4), CALM)
+    size = len(differences) // stretches
+    blocks = differences[: size * stretches].reshape(stretches, size)
+    return float(np.percentile(of_differences(blocks, order, step), 25))
+
+
+def rounding(deviation: float, step: float) -> float:
+    """Standard deviation of what a converter's steps leave in the mean of many readings.
+
+    Noise of a ``deviation`` far below a ``step`` moves none of them; of half a step it smooths the
+    steps away (Widrow and Kollár, 2008: their first harmonic).
+    """
+    if not step > 0.0:
+        return 0.0
+    shown = math.exp(-2.0 * (math.pi * deviation / step) ** 2)
+    return float(step * min(shown / (math.pi * math.sqrt(2.0)), 12.0**-0.5))
+
+
+def count_of(volts: Floats) -> float:
+    """V of a converter's step: what readings that often agree differ by at least; 0: they change by
+    whole levels, or hardly ever agree.
+    """
+    range_v, distinct = float(np.ptp(volts)), np.unique(volts)
+    apart = np.diff(distinct)
     apart = apart[apart > SAME * range_v]
-    step = float(np.percentile(apart, 10)) if len(apart) else 0.0
+    if not len(apart) or len(distinct) > len(volts) / 2:
+        return 0.0
+    step = float(np.percentile(apart, 10))
     return step if step < COARSE * range_v else 0.0

@@ -37,12 +37,17 @@ class Hidden:
     change: Floats
 
 
-def hidden(solution: Solution, records: Sequence[MotorRecord]) -> tuple[Hidden, ...]:
-    """Every such error."""
+def hidden(
+    solution: Solution, records: Sequence[MotorRecord], roughly: bool = False
+) -> tuple[Hidden, ...]:
+    """Every such error; ``roughly``: noise of a log by straight lines alone."""
     inverse = covariance_of(solution.information)
-    return tuple(
-        one for k, record in enumerate(records) for one in _of_record(k, record, solution, inverse)
-    )
+    steps = log_voltage_noise.foreseen if roughly else log_voltage_noise.steps
+    found: list[Hidden] = []
+    for k, record in enumerate(records):
+        found += _of_record(k, record, solution, inverse)
+        found += [Hidden(k, s.shared, s.own, s.change) for s in steps(k, record, solution)]
+    return tuple(found)
 
 
 def shifts(errors: Sequence[Hidden]) -> list[Floats]:
@@ -70,8 +75,6 @@ def _of_record(
     for change in _changes(record, line, solution.values, solution.own[k]):
         shared = inverse @ project(line.orthogonal.T, change)
         yield Hidden(k, shared, own @ (change - line.shared @ shared), change)
-    for step in log_voltage_noise.steps(k, record, solution):
-        yield Hidden(k, step.shared, step.own, step.change)
 
 
 def _followed_by_own(line: Linearised) -> Floats:

@@ -9,6 +9,7 @@ and extrapolation: Cook and Stefanski, 1994, its first step).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -17,8 +18,8 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import VOLTAGE, Channel
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.intersample_voltage import MEANS, Waveform, of_log
-from motorid.estimate.signals.voltage_jumps import scatter
+from motorid.estimate.signals.intersample_voltage import Waveform, of_log, smoothed
+from motorid.estimate.signals.voltage_jumps import count_of, jumps, rounding, scatter
 from motorid.estimate.solver.dense_products import gram, project
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Linearised, Solution
@@ -27,7 +28,10 @@ from motorid.estimate.uncertainty.covariance import covariance_of
 Floats = NDArray[np.float64]
 
 DRAWS = 8  # of a log's noise
-LEAST_LEFT = 0.1  # share of an information that is the motor's own, at least
+MOST_MORE = 3.0  # times a step under more noise, that the noise itself may have made it
+FAR = 5.0  # standard deviations, of a step that no straight line foretells
+REFIT, NEAR = 20, 0.01  # steps of a search for it, which ends at so little of chi-square
+OPEN = 30.0  # standard deviation of a logarithm, from which a value may be any
 
 
 @dataclass(frozen=True)
@@ -45,42 +49,99 @@ def steps(k: int, record: MotorRecord, solution: Solution) -> Iterator[Step]:
     """By every draw, each a standard deviation over the root of their number; none: no log, or its
     voltage has no noise.
     """
-    others = list(_noisier(record))
+    others = list(noisier(record))
     if not others:
         return
-    usual = _at(k, record.twin(), solution)
-    lines = [_at(k, other, solution) for other in others]
-    inverse = _without_what_noise_tells(solution.information, usual, lines)
+    found = solution.records[k]
+    usual = _in_units_of(found, _at(k, record.twin(), solution))
+    lines = [_in_units_of(found, _at(k, other, solution)) for other in others]
+    told = _told(solution)
+    inverse = np.zeros_like(solution.information)
+    within = np.ix_(told, told)
+    inverse[within] = _without_what_noise_tells(solution.information, usual, lines, told)
     follows = covariance_of(usual.own_information)
     share = 1.0 / np.sqrt(len(others))
-    for line in lines:
+    for line, other in zip(lines, others, strict=True):
         pull = project(line.orthogonal.T, line.residual)
         shared = inverse @ (pull - project(usual.orthogonal.T, usual.residual))
         own = project(line.own.T, line.residual) - project(usual.own.T, usual.residual)
         own = follows @ (own - usual.own.T @ project(usual.shared, shared))
+        if len(solution.records) == 1 and shared @ solution.information @ shared > FAR**2:
+            moved, own_moved = _refitted(other, solution)
+            if moved.any():  # else the search found no way on
+                shared, own = moved, own_moved
         yield Step(share * shared, share * own, share * (usual.residual - line.residual))
 
 
+def foreseen(k: int, record: MotorRecord, solution: Solution) -> Iterator[Step]:
+    """The same by straight lines, the derivatives as they are: near enough for a choice."""
+    values, own = solution.values, solution.own[k]
+    line, told = solution.records[k], _told(solution)
+    inverse, within = np.zeros_like(solution.information), np.ix_(told, told)
+    inverse[within] = covariance_of(solution.information[within])
+    follows = covariance_of(line.own_information)
+    others, usual = list(noisier(record)), record.departures(values, own)
+    for other in others:
+        moved = zip(other.departures(values, own), usual, strict=True)
+        left = record.weighed([now - was for now, was in moved])
+        change = np.concatenate([d / s for d, s in zip(left, line.sigmas, strict=True)])
+        change /= np.sqrt(len(others))
+        shared = inverse @ project(line.orthogonal.T, change)
+        yield Step(shared, follows @ project(line.own.T, change - line.shared @ shared), -change)
+
+
+def _refitted(other: MotorRecord, solution: Solution) -> tuple[Floats, Floats]:
+    """The step of the answer (p,) of a lone record, and of its nuisances (m,), by a search."""
+    pairs = list(zip(solution.unknowns, solution.values.tolist(), strict=True))
+    found = maximise([replace(u, start=v) for u, v in pairs], [other], REFIT, NEAR)
+    moved = [
+        math.log(now / v) if u.log else now - v
+        for (u, v), now in zip(pairs, found.values.tolist(), strict=True)
+    ]
+    return np.array(moved), found.own[0] - solution.own[0]
+
+
+def _told(solution: Solution) -> NDArray[np.intp]:
+    """Unknowns that the readings tell: of others derivatives are rounding alone, and no noise moves
+    what nothing holds.
+    """
+    sizes = np.sqrt(np.diag(covariance_of(solution.information)))
+    factors = np.array([unknown.log for unknown in solution.unknowns])
+    return np.flatnonzero(~factors | (sizes < OPEN))
+
+
 def _without_what_noise_tells(
-    information: Floats, usual: Linearised, lines: Sequence[Linearised]
+    information: Floats, usual: Linearised, lines: Sequence[Linearised], k: NDArray[np.intp]
 ) -> Floats:
-    """The inverse (p, p) of the information that is left without that of the noise itself.
+    """The inverse, of the unknowns ``k``, of the information that is left without that of the noise
+    itself.
 
     Noise moves the model's readings as a voltage does, so that their derivatives seem to tell the
-    parameters. More noise tells as much again.
+    parameters. More noise tells as much again. Where that is nearly all, steps are bounded.
     """
-    moved = [_in_units_of(usual, line) - usual.orthogonal for line in lines]
+    moved = [(line.orthogonal - usual.orthogonal)[:, k] for line in lines]
     told = np.mean([gram(one.T, one.T) for one in moved], axis=0)
-    root = _root(covariance_of(information))
+    root = _root(covariance_of(information[np.ix_(k, k)]))
     shares, ways = np.linalg.eigh(root.T @ told @ root)
-    left = np.maximum(1.0 - shares, LEAST_LEFT)
+    left = np.maximum(1.0 - shares, (1.0 + shares) / MOST_MORE)
     return np.asarray(root @ (ways / left) @ ways.T @ root.T)
 
 
-def _in_units_of(usual: Linearised, line: Linearised) -> Floats:
-    """The derivatives (n, p) of one record in the standard deviations of another."""
+def _in_units_of(found: Linearised, line: Linearised) -> Linearised:
+    """A record's residuals and derivatives in the standard deviations of another.
+
+    By its own, which the draw itself makes larger, it would seem to pull less than it does.
+    """
     lengths = [part.stop - part.start for part in line.slices]
-    return line.orthogonal * np.repeat(line.sigmas / usual.sigmas, lengths)[:, None]
+    rows = np.repeat(line.sigmas / found.sigmas, lengths)
+    of = rows[:, None]
+    return replace(
+        line,
+        residual=line.residual * rows,
+        shared=line.shared * of,
+        own=line.own * of,
+        orthogonal=line.orthogonal * of,
+    )
 
 
 def _root(covariance: Floats) -> Floats:
@@ -102,12 +163,13 @@ def _at(k: int, record: MotorRecord, solution: Solution) -> Linearised:
     return maximise(shared, [record], max_iterations=0).records[0]
 
 
-def _noisier(record: MotorRecord) -> Iterator[MotorRecord]:
+def noisier(record: MotorRecord) -> Iterator[MotorRecord]:
     """The record, if its voltage had as much noise once more."""
     waveform, channel = record.sensed.waveform, record.capture.get(VOLTAGE)
     if waveform is None or channel is None:
         return
-    known = channel.values[np.isfinite(channel.values)]
+    there = np.flatnonzero(np.isfinite(channel.values))
+    known = channel.values[there]
     deviation = scatter(known)
     if not deviation:
         return
@@ -116,8 +178,13 @@ def _noisier(record: MotorRecord) -> Iterator[MotorRecord]:
         np.full(part.stop - part.start, source is None)
         for part, source in zip(record.timeline.parts, record.sources, strict=True)
     ])  # fmt: skip
+    step = count_of(known)
+    rounded = rounding(math.sqrt(max(deviation**2 - step**2 / 12.0, 0.0)), step)
+    level = np.searchsorted(jumps(known), np.arange(len(known)), side="right")
     for _ in range(DRAWS):
-        noise = deviation * rng.standard_normal(len(channel.values))
+        noise = np.zeros(len(channel.values))
+        each = deviation * rng.standard_normal(len(known))
+        noise[there] = each + rounded * rng.standard_normal(level[-1] + 1)[level]
         moved = _shaken(record, waveform, channel, noise)
         if moved is not None:
             yield _driven_by(record, moved, as_heard)
@@ -126,11 +193,15 @@ def _noisier(record: MotorRecord) -> Iterator[MotorRecord]:
 def _shaken(
     record: MotorRecord, waveform: Waveform, channel: Channel, noise: Floats
 ) -> Waveform | None:
-    """The waveform of readings with ``noise`` (n,) in V, which jumps where it did."""
-    raw = np.asarray(channel.raw, dtype=np.float64) + noise / channel.scale
-    moved = of_log(record.capture, replace(channel, raw=raw), record.shape)
-    if moved is not None and moved.shape != MEANS:
-        vars(moved).update(steps_off=waveform.steps_off, wanders=waveform.wanders)
+    """The waveform of readings with ``noise`` (n,) in V, which jumps where it did and is freed of
+    noise as it was: a noisier log would be less.
+    """
+    if waveform.windows is None:
+        raw = np.asarray(channel.raw, dtype=np.float64) + noise / channel.scale
+        return of_log(record.capture, replace(channel, raw=raw), record.shape)
+    known = np.isfinite(channel.values)
+    moved = replace(waveform, volts=waveform.volts + smoothed(noise[known], waveform.windows))
+    vars(moved).update(steps_off=waveform.steps_off, wanders=waveform.wanders)
     return moved
 
 

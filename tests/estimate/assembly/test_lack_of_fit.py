@@ -28,8 +28,8 @@ def told(
     for name, share in shares.items():
         low, high = one.parameters[name].interval_95 or (0.0, 0.0)
         moves[name] = share * (high - low) / 2.0
-    channels = [SimpleNamespace(noise=sd, resolution=0.0) for sd in (0.0, 0.3)]
-    measured = [SimpleNamespace(block=SimpleNamespace(count=4), channel=c) for c in channels]
+    block = SimpleNamespace(count=4)
+    measured = [SimpleNamespace(block=block, noise=sd, resolution=0.0) for sd in (0.0, 0.3)]
     left = [[np.full(4, 9.0), np.full(4, 0.3 * times)]]
     monkeypatch.setattr(lack_of_fit.misfit, "residuals", lambda *_: left)
     records: Any = [SimpleNamespace(measured=measured, sensed=SimpleNamespace(waveform=None))]

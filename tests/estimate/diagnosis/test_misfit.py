@@ -34,14 +34,14 @@ def test_noise_is_no_less_than_what_its_block_declares() -> None:
     assert misfit.noise_variance(measured(floor=0.2), np.array([7.0])) == pytest.approx(0.04)
 
 
-def excess(*blocks: tuple[float, float, float]) -> float:
+def excess(*blocks: tuple[float, float, float], more: Any = ()) -> float:
     """Of blocks of one record: worth, noise, and an offset that nothing explains."""
     rng = np.random.default_rng(2)
     record: Any = SimpleNamespace(
         measured=[measured(count, 1e-9) for count, _, _ in blocks], instances=(), unknowns=()
     )
     left = [noise * rng.standard_normal(4000) + off for _, noise, off in blocks]
-    return misfit.excess([record], [left])
+    return misfit.excess([record], [left], more)
 
 
 def test_an_excess_is_the_mean_fall_of_f_by_readings() -> None:
@@ -50,6 +50,19 @@ def test_an_excess_is_the_mean_fall_of_f_by_readings() -> None:
     both = excess((100.0, 0.1, 0.3), (300.0, 2.0, 0.0))
     assert both == pytest.approx(np.log(10.0) / 4.0, abs=0.05)
     assert misfit.excess([], []) == 0.0
+
+
+def test_what_noise_has_besides_leaves_less_to_explain() -> None:
+    """By channel: it adds to what neighbours show, and explains nothing of another channel."""
+    assert excess((100.0, 0.1, 0.3), more=[[0.03]]) == pytest.approx(np.log(2.5), abs=0.05)
+    assert excess((100.0, 0.1, 0.3), more=[[0.09]]) == pytest.approx(0.0, abs=0.05)
+    given = (100.0, 0.1, 0.3), (100.0, 0.2, 0.6)
+    first, second = (excess(*given, more=[more]) for more in ([0.09, 0.0], [0.0, 0.36]))
+    assert first == pytest.approx(np.log(10.0) / 2.0, abs=0.05)
+    assert second == pytest.approx(np.log(10.0) / 2.0, abs=0.05)
+    assert excess(*given, more=[[0.0, 0.09]]) == pytest.approx(
+        (np.log(10.0) + np.log(0.4 / 0.13)) / 2.0, abs=0.05
+    )
 
 
 @pytest.mark.parametrize("declared", [0.1, 0.5])
@@ -61,7 +74,7 @@ def test_noise_that_was_smoothed_is_what_the_kernel_leaves_of_it(
     monkeypatch.setattr(misfit, "smoothed_by", lambda *_: kernel)
     monkeypatch.setattr(misfit, "hidden", lambda given, order: 4.0 if given is kernel else 0.0)
     one = measured(100.0, 0.05)
-    one.channel = SimpleNamespace(noise=declared)
+    one.noise = declared
     record: Any = SimpleNamespace(measured=[one], instances=(), unknowns=())
     left = np.full(400, 0.3 * np.sqrt(2.0))
     found = misfit.excess([record], [[left]])  # type: ignore[list-item]

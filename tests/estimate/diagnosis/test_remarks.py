@@ -177,7 +177,7 @@ def test_stamps_that_are_not_as_they_should_be() -> None:
     assert stamped(jitter=0.01) == []
     assert stamped(lost=3, past=some, jitter=0.1) == ["info lost_samples", "info irregular_stamps"]
     assert stamped(past=some) == []
-    assert stamped(coarser=2.1) == ["warning coarse_grid"]
+    assert stamped(coarser=2.1) == ["info coarse_grid"]
     assert stamped(coarser=1.9) == []
 
 

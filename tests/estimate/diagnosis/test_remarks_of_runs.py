@@ -164,7 +164,7 @@ def test_a_lack_of_fit_is_half_as_much_again_as_the_declared_noise() -> None:
     channel = Channel(CURRENT, "A", np.zeros(50), noise=0.1)
     m: Any = SimpleNamespace(
         channel=channel, block=SimpleNamespace(name=CURRENT, count=40.0, floor=0.01),
-        root_weights=None, keep=np.arange(50),
+        root_weights=None, keep=np.arange(50), noise=channel.noise, resolution=channel.resolution,
     )  # fmt: skip
     record: Any = None
     for size, said in ((0.14, False), (0.16, True)):
@@ -208,10 +208,7 @@ def test_colour_is_one_sentence_of_all_runs() -> None:
 def test_a_chi_square_is_of_the_declared_noise_in_full() -> None:
     """Of a channel that declares none: as many as there are readings."""
     loud, silent = (
-        SimpleNamespace(
-            channel=Channel(CURRENT, "A", np.zeros(3), noise=noise),
-            block=SimpleNamespace(count=count),
-        )
+        SimpleNamespace(noise=noise, resolution=0.0, block=SimpleNamespace(count=count))
         for noise, count in ((0.5, 3.0), (0.0, 7.0))
     )
     record: Any = SimpleNamespace(

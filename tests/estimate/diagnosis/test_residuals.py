@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motorid.capture.model import CURRENT
+from motorid.capture.model import CURRENT, SPEED
 from motorid.estimate.diagnosis import data_remarks, localise, misfit, refit, residual_remarks
 from motorid.estimate.diagnosis.remarks import budget
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.segment.types import Segment, SegmentKind
-from tests.estimate.effects.benches import measured, record
+from tests.estimate.effects.benches import BENCHES, measured, record
 from tests.estimate.uncertainty.test_budget import fitted
 
 RNG = np.random.default_rng(6)
@@ -162,6 +162,26 @@ def test_a_single_reading_that_is_far_off_is_placed_too() -> None:
     time = one.capture.time_s[at]
     assert said.startswith("100% of it in the acceleration segment")
     assert said.endswith(f"from {time:.3g} to {time:.3g} s")  # no band of a single reading
+
+
+def test_a_geared_speed_that_is_only_rounded_lacks_nothing() -> None:
+    """A step of the wheel's is ten of the motor's: most neighbours agree, and rounding is all."""
+    gear, step = 10.0, 0.05  # rad/s of the wheel
+    capture = BENCHES["moving"]()
+    speed = capture.channels[SPEED]
+    read = step * np.round(speed.raw / gear / step)
+    channels = {**capture.channels, SPEED: replace(speed, raw=read, resolution=step)}
+    wiring = replace(capture.wiring, gear_ratio=gear)
+    one = MotorRecord(replace(capture, channels=channels, wiring=wiring), PARAMETERS, {})
+    m = one.block(SPEED)
+    assert m is not None
+    left = gear * (step * np.round(np.linspace(0.0, 1.0, len(m.values)) / step))
+    left -= gear * np.linspace(0.0, 1.0, len(m.values))
+    rounding = gear * step / 12.0**0.5
+    assert residual_remarks.rms(m, left) == pytest.approx(rounding, rel=0.05)
+    assert residual_remarks.lacking(one, m, left) == 0.0
+    assert residual_remarks.lacking(one, m, 3.9 * left) == 0.0
+    assert residual_remarks.lacking(one, m, 4.3 * left) == pytest.approx(4.3, rel=0.05)
 
 
 def test_a_log_lacks_what_is_far_more_than_its_neighbours_differ_by() -> None:

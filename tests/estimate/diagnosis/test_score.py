@@ -66,6 +66,18 @@ def cleared(residual: np.ndarray) -> np.ndarray:
     return residual - columns @ np.linalg.lstsq(columns, residual, rcond=None)[0]
 
 
+def test_what_a_fault_changes_is_cleared_of_what_others_explain(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    probe = screen(monkeypatch, left(0.5))
+    whole = np.r_[COURSE / SIGMAS[0], np.zeros(N)]
+    (change,) = probe.of(fault((1.0,)), (3.0,))
+    assert change == pytest.approx(3.0 * cleared(whole))
+    tilt = np.r_[np.zeros(N), np.arange(N) / 50.0]  # rad, and the parameter's own course there
+    (change,) = probe.cleared([[COURSE, tilt[N:]]])
+    assert change == pytest.approx(cleared(whole + tilt / SIGMAS[1]), abs=1e-9)
+
+
 @pytest.mark.parametrize("size", [0.5, -0.2])
 def test_a_unit_of_one_fault_is_scaled_to_what_is_there(
     size: float, monkeypatch: pytest.MonkeyPatch

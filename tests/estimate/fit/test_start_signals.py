@@ -7,10 +7,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from motorid.capture.model import Capture, Channel
 from motorid.errors import DataError
 from motorid.estimate.fit import lagging_start, start_values
 from motorid.estimate.fit.lagging_start import Doubt
 from motorid.estimate.fit.start_signals import Signals, signals
+from motorid.estimate.model.capture_model import MotorRecord
+from motorid.estimate.results.estimate import PARAMETERS
+from motorid.estimate.signals import log_sections
+from motorid.estimate.signals.opened_bridge import Opening
 from tests.estimate.fit.read_record import PERIOD_S, record
 
 EVERY = np.arange(200)
@@ -83,7 +88,6 @@ def test_a_channel_must_change_by_more_than_a_step(name: str, steps: float, move
     flat = (EVERY, np.where(EVERY < 100, 1.0, 1.0 + steps * gear * 1e-4))
     moving = {} if name == "position" else {"speed": SPEED}
     one = record(200, **{"current": CURRENT, **moving, name: flat})
-    one.gear = 3.0
     if moves:
         signals(one)
         return
@@ -99,13 +103,111 @@ def test_of_two_motions_the_one_that_is_used_must_change() -> None:
     signals(still)
 
 
+# pieces of a log
+
+
+FLAT = (EVERY, np.ones(200))
+
+
+def piece(path: str = "log.csv", waveform: Any = "by its readings", **series: Any) -> Any:
+    """A moving piece of a log, but for its ``series``."""
+    one = record(200, **{"current": CURRENT, "speed": SPEED, **series})
+    one.capture.path, one.sensed.waveform = path, waveform
+    return one
+
+
+@pytest.mark.parametrize("name", ["current", "speed"])
+def test_of_a_log_one_piece_may_stay_where_another_changes(name: str) -> None:
+    """Whichever of them begins, and whatever changes in which."""
+    flat, moving = piece(**{name: FLAT}), piece()
+    for others in ([flat, moving], [moving, flat], [piece(**{name: FLAT}), flat, moving]):
+        found = signals(flat, others)
+        assert np.ptp(found.current if name == "current" else found.speed) == 0.0
+        signals(moving, others)
+    other = "speed" if name == "current" else "current"
+    signals(flat, [flat, piece(**{other: FLAT})])
+    with pytest.raises(DataError, match=rf"the {name} never changes in log\.csv"):
+        signals(flat, [flat, piece(**{name: FLAT})])
+    with pytest.raises(DataError, match=rf"the {name} never changes"):
+        signals(flat)
+
+
+def test_a_change_is_one_beyond_a_step_in_other_pieces_too() -> None:
+    """A step and a half, of 3e-4 behind the gear."""
+    for steps in (1.4, 1.6):
+        flickers = piece(speed=(EVERY, 1.0 + steps * 3e-4 * (EVERY % 2)))
+        if steps > 1.5:
+            signals(piece(speed=FLAT), [flickers])
+            continue
+        with pytest.raises(DataError, match="the speed never changes"):
+            signals(piece(speed=FLAT), [flickers])
+
+
+@pytest.mark.parametrize(
+    ("flat", "moving"),
+    [
+        ({}, {"path": "other.csv"}),  # another log has a sensor of its own
+        ({"waveform": None}, {"waveform": None}),  # captures with a program
+        ({"waveform": None}, {}),
+        ({}, {"waveform": None}),
+    ],
+)
+def test_another_log_or_a_program_must_change_by_itself(
+    flat: dict[str, Any], moving: dict[str, Any]
+) -> None:
+    still, other = piece(speed=FLAT, **flat), piece(**moving)
+    with pytest.raises(DataError, match="the speed never changes"):
+        signals(still, [still, other])
+    signals(other, [still, other])
+
+
+def test_a_piece_that_lacks_the_channel_does_not_change_for_another() -> None:
+    lacking = piece()
+    del lacking.measured[1]
+    still = piece(speed=FLAT)
+    with pytest.raises(DataError, match="the speed never changes"):
+        signals(still, [still, lacking])
+    with pytest.raises(DataError, match="no usable reading"):
+        signals(lacking, [lacking, piece()])
+
+
+def log(moves: bool) -> list[MotorRecord]:
+    """Records of a log that pauses, and whose bridge opens while it coasts at 50 rad/s."""
+    at = np.arange(240)
+    speed = np.where(at < 120, 50.0 + moves * 0.1 * at, 50.0)
+    speed[160:200] -= np.linspace(0.0, 4.0, 40)
+    speed[200:] = 46.0
+    series = ("terminal_voltage", "V", 6.0 + 0.1 * (at % 7)), ("speed", "rad/s", speed)
+    channels = {name: Channel(name, unit, y) for name, unit, y in series}
+    channels["current"] = Channel("current", "A", 1.0 + 0.01 * (at % 5))
+    ticks = 1000 * (at + 1000 * (at >= 120))
+    capture = Capture(ticks, 1e6, channels, path="log.csv")
+    *others, last = log_sections.unbroken([capture])
+    parts = [*others, *log_sections.driven(last, [Opening(40, 80, 80)])]
+    assert [len(one) for one in parts] == [*([120] if moves else []), 40, 40]
+    return [MotorRecord(one, PARAMETERS, {}) for one in parts]
+
+
+def test_a_log_is_refused_where_its_motion_changes_in_no_piece(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """And not where it stays in some: two of three here, before and after a coast."""
+    seen = given(monkeypatch, real=True)
+    start_values.begun(log(moves=True), {})
+    ((data, _),) = seen
+    assert [np.ptp(one.speed) > 0.0 for one in data] == [True, False, False]
+    with pytest.raises(DataError, match=r"the speed never changes in log\.csv"):
+        start_values.begun(log(moves=False), {})
+
+
 # which records have a say
 
 
-def given(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """What the electrical part of a start is asked with."""
+def given(monkeypatch: pytest.MonkeyPatch, real: bool = False) -> list[Any]:
+    """What the electrical part of a start is asked with; ``real``: signals, and not records."""
     seen: list[Any] = []
-    monkeypatch.setattr(start_values, "signals", lambda one: one)
+    if not real:
+        monkeypatch.setattr(start_values, "signals", lambda one, _told: one)
     monkeypatch.setattr(
         start_values,
         "_electrical",

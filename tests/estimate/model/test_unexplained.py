@@ -36,8 +36,8 @@ def test_limits(one: Unexplained, contradicts: bool) -> None:
 def record(
     name: str, values: np.ndarray, noise: float = 0.0, resolution: float = 0.0, volts: float = 0.0
 ) -> Any:
-    channel = SimpleNamespace(noise=noise, resolution=resolution)
-    m = SimpleNamespace(block=SimpleNamespace(name=name), values=values, channel=channel)
+    block = SimpleNamespace(name=name)
+    m = SimpleNamespace(block=block, values=values, noise=noise, resolution=resolution)
     return SimpleNamespace(
         measured=[m], volts=np.full(10, volts), driven=np.ones(10, dtype=bool),
         departures=lambda _values, own: own, sensed=SimpleNamespace(waveform=None),

@@ -276,21 +276,26 @@ def test_a_bare_fit_whose_inductance_goes_is_fitted_with_the_one_that_was_known(
 
 def closed(
     monkeypatch: pytest.MonkeyPatch, whole: list[str], cut: list[str], left: float = 0.0,
-    left_cut: float = 0.0, converged: bool = True, fails: bool = False,
+    left_cut: float = 0.0, converged: bool = True, fails: bool = False, readings: float = 100.0,
 ) -> Any:  # fmt: skip
+    """The captures that are taken; ``left``: to explain, of each of so many ``readings``."""
+    half = SimpleNamespace(block=SimpleNamespace(count=readings / 2.0))
+
     def solved(captures: Any, *_: Any) -> Any:
         if fails and captures is whole:
             raise DataError("no start")
-        return f"records of {captures}", replace(solution(), converged=converged)
+        records = [SimpleNamespace(of=captures, measured=[half, half])]
+        return records, replace(solution(), converged=converged)
 
     monkeypatch.setattr(entry, "unbroken", lambda _: whole)
     monkeypatch.setattr(entry, "pieces", lambda _: cut)
     monkeypatch.setattr(entry.joint_fit, "solved", solved)
     monkeypatch.setattr(entry.misfit, "residuals", lambda *_: [])
-    excess = {f"records of {whole}": left, f"records of {cut}": left_cut}
-    monkeypatch.setattr(entry.misfit, "excess", lambda records, _: excess[records])
-    captures, records, _ = entry._closed([], {}, ())
-    assert records == f"records of {captures}"
+    monkeypatch.setattr(
+        entry.misfit, "excess", lambda records, _: left if records[0].of is whole else left_cut
+    )
+    captures, (record,), _ = entry._closed([], {}, ())
+    assert record.of is captures  # type: ignore[attr-defined]
     return captures
 
 
@@ -306,6 +311,17 @@ def test_stretches_with_an_open_bridge_are_cut_where_a_connected_motor_does_not_
     assert closed(monkeypatch, whole, shorter, left=0.09) is whole
     same = ["ghijkl"]
     assert closed(monkeypatch, whole, same, left=0.09) is same
+
+
+def test_a_cut_of_a_few_samples_is_tried_for_less(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For 20 of chi-square altogether; a cut of more costs what it leaves out."""
+    whole, more = [50 * "ab"], [50 * "a", 47 * "b"]
+    assert closed(monkeypatch, whole, more, left=0.021, readings=1000.0) is whole
+    cut = [50 * "a", 48 * "b"]
+    assert closed(monkeypatch, whole, cut, left=0.019, readings=1000.0) is whole
+    assert closed(monkeypatch, whole, cut, left=0.021, readings=1000.0) is cut
+    assert closed(monkeypatch, whole, cut, left=0.021, left_cut=0.022, readings=1000.0) is whole
+    assert closed(monkeypatch, whole, cut, left=0.11, readings=10.0) is cut
 
 
 def test_a_fit_that_explains_all_is_not_cut_for_a_search_that_did_not_settle(

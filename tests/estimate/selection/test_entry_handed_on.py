@@ -195,14 +195,15 @@ def test_whole_and_cut_captures_are_fitted_alike(monkeypatch: pytest.MonkeyPatch
     seen: dict[str, Any] = {}
     whole, cut = ["abcdef"], ["ab", "ef"]
     noting(monkeypatch, entry, seen, unbroken=whole, pieces=cut)
-    noting(monkeypatch, entry.joint_fit, seen, solved=("records", "solution"))
+    records = [SimpleNamespace(measured=[SimpleNamespace(block=SimpleNamespace(count=50.0))])]
+    noting(monkeypatch, entry.joint_fit, seen, solved=(records, "solution"))
     noting(monkeypatch, entry.misfit, seen, residuals="residuals", excess=1.0)
     captures: Any = ["run"]
-    assert entry._closed(captures, FIX, WITHOUT) == (cut, "records", "solution")
+    assert entry._closed(captures, FIX, WITHOUT) == (cut, records, "solution")
     assert seen["unbroken"] == seen["pieces"] == [(["run"],)]
     assert seen["solved"] == [(whole, FIX, WITHOUT), (cut, FIX, WITHOUT)]
-    assert seen["residuals"] == [("records", "solution")] * 2
-    assert seen["excess"] == [("records", "residuals")] * 2
+    assert seen["residuals"] == [(records, "solution")] * 2
+    assert seen["excess"] == [(records, "residuals")] * 2
 
 
 def test_captures_that_nothing_cuts_are_fitted_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -254,8 +255,9 @@ def test_a_price_is_f_and_schwarzs_cost_of_each_unknown(monkeypatch: pytest.Monk
 
 def weighed(
     monkeypatch: pytest.MonkeyPatch, gain: float, sizes: tuple[float, float], records: int = 1,
-    left_out: tuple[float, float] = (0.0, 0.0),
+    left_out: tuple[float, float] = (0.0, 0.0), moved: float = 0.0,
 ) -> Evidence:  # fmt: skip
+    """``moved``: variance that noise of the voltage adds to the size, of what it had."""
     wider = SimpleNamespace(
         solution=SimpleNamespace(own=[np.zeros(2)] * records), free=("R", *DROP.free),
         records=[SimpleNamespace(simulated=9)] * records,
@@ -275,6 +277,11 @@ def weighed(
         assert list(shapes) in ([], [2])
         return sizes[bool(len(shapes))]
 
+    def less(found: Evidence, of: Any, k: int) -> Evidence:
+        assert (of, k) == (wider, 1)
+        return replace(found, inflation=found.inflation * (1.0 + moved))
+
+    monkeypatch.setattr(evidence, "_less_by_input_noise", less)
     monkeypatch.setattr(evidence, "_nested", lambda *_: null)
     monkeypatch.setattr(evidence, "evidence", found)
     monkeypatch.setattr(evidence, "size_of", size_of)
@@ -303,3 +310,13 @@ def test_captures_are_left_out_where_there_are_several_and_it_suffices(
     several = weighed(monkeypatch, 300.0, (9.0, 9.0), 3, (70.0, 55.0))
     assert several.left_out == pytest.approx(315.0)  # of the gain, with what each gives up
     assert weighed(monkeypatch, 30.0, (9.0, 9.0), 3, (70.0, 55.0)).left_out is None
+
+
+def test_what_noise_of_the_voltage_moves_too_must_suffice_without_that(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of a gain of 300 in an inflation of 2 a seventh is left, and 20 are needed."""
+    for moved, suffices in ((6.4, True), (6.6, False)):
+        found = weighed(monkeypatch, 300.0, (9.0, 9.0), 3, (70.0, 55.0), moved)
+        assert found.counted == pytest.approx(150.0 / (1.0 + moved))
+        assert (found.suffices, found.left_out is not None) == (suffices, suffices)

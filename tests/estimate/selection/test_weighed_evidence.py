@@ -140,3 +140,78 @@ def test_a_term_is_weighed_by_its_gain_its_price_and_its_size() -> None:
     assert found.size == pytest.approx(module.size_of(wide.solution, wide.free.index("T_lc")))
     assert found.left_out is None
     assert found.evaluations > 0
+
+
+SIZE = 12.0  # of a load in its deviations, such as they are at the shape that was found
+
+
+def moved_by(
+    monkeypatch: pytest.MonkeyPatch, *shares: float, name: str = "T_lc"
+) -> tuple[Evidence, Evidence]:
+    """Of a parameter, before and after, where errors move it by such shares of its deviation, and
+    all else by far more.
+    """
+    wide = wider()
+    k = wide.free.index(name)
+    value = 1.0 if wide.solution.unknowns[k].log else wide.solution.values[k]
+    errors = [np.full(len(wide.free), 1e6) for _ in shares]
+    for shift, share in zip(errors, shares, strict=True):
+        shift[k] = share * value / SIZE
+    asked: list[Any] = []
+    hidden: Any = [SimpleNamespace(shared=shift) for shift in errors]
+    monkeypatch.setattr(
+        module.errors_in_variables, "hidden",
+        lambda *of, roughly=False: asked.append((*of, roughly)) or hidden,
+    )  # fmt: skip
+    before = Evidence(80.0, 2.0, 20.0, SIZE, None, 7)
+    after = module._less_by_input_noise(before, wide, k)
+    assert asked == [(wide.solution, wide.records, True)]
+    return before, after
+
+
+def test_where_no_error_is_hidden_evidence_is_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    before, after = moved_by(monkeypatch)
+    assert after == before
+    before, after = moved_by(monkeypatch, 0.0, 0.0)
+    assert after == before
+
+
+@pytest.mark.parametrize("name", ["T_lc", "J"])  # a distance from 0, and a factor
+@pytest.mark.parametrize("shares", [(1.0,), (-0.6, 0.8)])
+def test_errors_as_large_as_the_deviation_of_a_size_halve_its_evidence(
+    shares: tuple[float, ...], name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The deviation by which it has that size, not the larger one with its shape open."""
+    wide = wider()
+    k = wide.free.index(name)
+    assert wide.solution.unknowns[k].log is (name == "J")
+    assert module.size_of(wide.solution, k) != pytest.approx(SIZE, rel=0.2)
+    before, after = moved_by(monkeypatch, *shares, name=name)
+    assert after.counted == pytest.approx(before.counted / 2.0)
+    assert after.size == pytest.approx(before.size / 2.0**0.5)
+    assert (after.gain, after.needed, after.evaluations) == (80.0, 20.0, 7)
+    assert before.supports
+    assert not after.suffices  # a counted gain of 40 was twice what is needed
+
+
+@pytest.mark.parametrize(
+    ("gain", "size", "less"), [(60.0, 5.0, True), (60.0, 0.0, False), (40.0, 5.0, False)]
+)
+def test_only_a_size_that_suffices_is_held_against_noise_of_the_voltage(
+    gain: float, size: float, less: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of no size there is no deviation, and what does not suffice needs none."""
+    wide, asked = wider(), list[Any]()
+
+    def less_by(found: Evidence, *given: Any) -> Evidence:
+        asked.append((found.gain, found.size, *given))
+        return replace(found, size=1.0)
+
+    monkeypatch.setattr(module, "_nested", lambda *_: replace(wide, free=wide.free[:-1]))
+    monkeypatch.setattr(module, "evidence", lambda *_: Evidence(gain, 2.0, 20.0))
+    monkeypatch.setattr(module, "size_of", lambda *_: size)
+    monkeypatch.setattr(module, "_less_by_input_noise", less_by)
+    found = module.weigh(wide, (), narrow(), LOAD)
+    k = wide.free.index("T_lc")
+    assert asked == ([(gain, size, wide, k)] if less else [])
+    assert found.size == (1.0 if less else size)

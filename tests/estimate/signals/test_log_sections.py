@@ -58,6 +58,29 @@ def test_a_rest_between_pauses_tells_nothing_beside_a_motion() -> None:
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize(("steps", "kept"), [(1.0, 1), (1.5, 1), (1.6, 2)])
+def test_a_count_that_flickers_is_at_rest(steps: float, kept: int) -> None:
+    """A step of its channel, or half of one more, is no motion; without a step any change is."""
+    capture = moving(True, False)
+    speed = capture.channels["speed"]
+    raw = speed.raw + np.where(np.arange(200) > 150, 0.5 * steps, 0.0)
+
+    def log_of(resolution: float) -> Capture:
+        channel = replace(speed, raw=raw, resolution=resolution)
+        return replace(capture, channels={**capture.channels, "speed": channel})
+
+    assert len(unbroken([log_of(0.5)])) == kept
+    assert len(driven(log_of(0.5), [Opening(90, 110, 110)])) == kept
+    assert len(unbroken([log_of(0.0)])) == 2
+
+
+def test_a_motor_that_flickers_throughout_is_left_whole() -> None:
+    capture = moving(False, False)
+    flickers = replace(capture.channels["speed"], raw=np.arange(200) % 2 * 1.0, resolution=1.0)
+    whole = replace(capture, channels={**capture.channels, "speed": flickers})
+    assert [len(piece) for piece in unbroken([whole])] == [100, 100]
+
+
 def test_a_motor_that_rests_throughout_is_left_whole() -> None:
     assert [len(piece) for piece in unbroken([moving(False, False)])] == [100, 100]
 

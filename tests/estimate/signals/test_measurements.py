@@ -100,6 +100,20 @@ def test_behind_a_gear_the_motor_turns_faster() -> None:
     assert found[CURRENT].values == pytest.approx(RAMP[1:])
 
 
+def test_what_a_channel_declares_of_a_reading_is_in_the_models_unit() -> None:
+    """Of the wheel's speed, and of a current, which no gear changes."""
+    facts = {SPEED: {"resolution": 0.6, "noise": 0.2}, CURRENT: {"resolution": 1e-3, "noise": 0.02}}
+    found, _ = blocks(log(gear=4.0, **facts))
+    speed, current = found[SPEED], found[CURRENT]
+    assert (speed.resolution, speed.noise) == pytest.approx((2.4, 0.8))
+    assert (current.resolution, current.noise) == pytest.approx((1e-3, 0.02))
+    assert (speed.channel.resolution, speed.channel.noise) == (0.6, 0.2)
+    angle, _ = blocks(log({POSITION: RAMP}, gear=4.0, **{POSITION: facts[SPEED]}))
+    assert (angle[POSITION].resolution, angle[POSITION].noise) == pytest.approx((2.4, 0.8))
+    nothing, _ = blocks(log(gear=4.0))
+    assert (nothing[SPEED].resolution, nothing[SPEED].noise) == (0.0, 0.0)
+
+
 @pytest.mark.parametrize(
     ("values", "resolution", "floor"),
     [
@@ -125,6 +139,21 @@ def test_blocks_of_one_kind_of_readings_share_their_noise() -> None:
     assert group() == group(delay_s=1e-4)
     assert len({group(), group(resolution=1e-3), group(noise=0.02)}) == 3
     assert group().startswith(CURRENT)
+
+
+def test_a_geared_run_shares_its_noise_with_one_that_reads_as_finely_at_the_motor() -> None:
+    """A wheel's sensor behind a gear of 4 is that many times as coarse, and as noisy."""
+
+    def groups(gear: float, resolution: float, noise: float) -> list[str]:
+        facts = {"resolution": resolution, "noise": noise}
+        found, _ = blocks(log(gear=gear, **{SPEED: facts, CURRENT: facts}))
+        return [found[name].block.group for name in (CURRENT, SPEED)]
+
+    plain, geared = groups(1.0, 0.6, 0.2), groups(4.0, 0.6, 0.2)
+    assert geared[0] == plain[0]  # no gear changes a current
+    assert geared[1] != plain[1]
+    assert groups(4.0, 0.15, 0.05)[1] == plain[1]
+    assert groups(4.0, 0.15, 0.2)[1] != plain[1] != groups(4.0, 0.6, 0.05)[1]
 
 
 def test_equal_counts_of_an_encoder_are_worth_one_reading() -> None:

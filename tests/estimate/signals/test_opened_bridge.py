@@ -11,7 +11,7 @@ import pytest
 
 from bench.foreign.cases import closed_loop, steps, trace
 from bench.foreign.plant import Drive, Motor, Trace, turn
-from motorid.capture.model import CURRENT, SPEED, VOLTAGE, Capture, Channel
+from motorid.capture.model import CURRENT, POSITION, SPEED, VOLTAGE, Capture, Channel
 from motorid.estimate.signals.log_sections import left_out, pieces
 from motorid.estimate.signals.opened_bridge import openings
 from motorid.identify import fit
@@ -79,6 +79,93 @@ def test_an_opening_is_found_in_noise_beside_an_offset_and_without_a_motion() ->
     whole = logged(run(), "zero")
     without = {n: c for n, c in whole.channels.items() if n != SPEED}
     assert len(openings(Capture(whole.ticks, whole.clock_hz, without))) == 1
+
+
+LOOSE_S, DRIVEN_S = 0.3, 0.45  # of a motor that had run up: .13 A of 3.3 A flow
+
+
+@cache
+def run_up(after: Callable[[float], float | None]) -> Trace:
+    """What comes ``after`` it, and a reversal."""
+
+    def drive(t: float, w: float) -> float | None:
+        if t < LOOSE_S:
+            return 6.0 if t > 0.03 else 0.0
+        return after(t - LOOSE_S) if t < DRIVEN_S else -4.0
+
+    return turn(MOTOR, drive, 0.6)
+
+
+def twelve_bits(true: Trace, kick: float | None = None, counts: int = 0) -> Capture:
+    """A log by converters of 12 bits.
+
+    ``kick``: V that diodes show at one reading as the current runs out; ``counts``: of an encoder,
+    in the place of a speed.
+    """
+    stamps, rng = np.arange(0.4e-3, 0.599, PERIOD_S), np.random.default_rng(3)
+    volts, current, speed, angle = (
+        true.at(y, stamps) for y in (true.volts, true.current, true.speed, true.angle)
+    )
+    if kick is not None:
+        volts[np.searchsorted(stamps, LOOSE_S)] = kick
+    columns = [
+        (VOLTAGE, "V", volts + 0.01 * rng.standard_normal(len(stamps)), 32.0 / 4096),
+        (CURRENT, "A", current + 3e-3 * rng.standard_normal(len(stamps)), 20.0 / 4096),
+        (POSITION, "rad", angle, 2.0 * np.pi / counts) if counts else
+        (SPEED, "rad/s", speed + 0.1 * rng.standard_normal(len(stamps)), 0.1),
+    ]  # fmt: skip
+    channels = {
+        name: Channel(name, unit, step * np.floor(y / step + 0.5), resolution=step)
+        for name, unit, y, step in columns
+    }
+    return Capture(np.rint(stamps * 1e6).astype(np.int64), 1e6, channels)
+
+
+def opened(_: float) -> None:
+    """Nothing drives the motor."""
+
+
+def down(volts: float, per_s: float = 0.0) -> Callable[[float], float]:
+    """To a lower voltage, and further down."""
+    return lambda since_s: volts - per_s * since_s
+
+
+DRIVEN = {
+    "a ramp": down(5.87, 2.0),
+    "a faster ramp": down(5.87, 10.0),
+    "a step to the back-EMF": down(5.74),
+    "a step": down(3.0),
+}
+
+
+@pytest.mark.parametrize("kick", [-0.7, 12.7, None])
+@pytest.mark.parametrize("counts", [0, 60, 2000])
+def test_a_bridge_that_opens_at_a_small_current_is_told_by_what_ends(
+    kick: float | None, counts: int
+) -> None:
+    """One reading of the voltage is clamped, to either side, or none was taken then. The others
+    show the back-EMF: the end of the current alone is left out.
+    """
+    capture = twelve_bits(run_up(opened), kick, counts)
+    (found,) = openings(capture)
+    time = capture.ticks / capture.clock_hz
+    assert LOOSE_S - 3 * PERIOD_S <= time[found.start] <= LOOSE_S
+    assert LOOSE_S + PERIOD_S <= time[found.stop] <= LOOSE_S + 3 * PERIOD_S
+    driven = [len(piece) for piece in pieces([capture])]
+    assert driven == [found.start, len(capture) - found.stop]
+
+
+@pytest.mark.parametrize("counts", [0, 60])
+@pytest.mark.parametrize("after", DRIVEN)
+def test_a_ramp_or_a_step_to_a_small_current_opens_nothing(after: str, counts: int) -> None:
+    """The motor slows down with a small current, as it does with none behind an open bridge."""
+    assert openings(twelve_bits(run_up(DRIVEN[after]), counts=counts)) == []
+
+
+def test_a_ramp_about_as_fast_as_it_slows_by_itself_loses_a_few_samples() -> None:
+    """.05 A drive it still: that looks like none, and all of the ramp stays."""
+    found = openings(twelve_bits(run_up(down(5.87, 4.0))))
+    assert sum(one.stop - one.start for one in found) <= 5
 
 
 @pytest.mark.slow

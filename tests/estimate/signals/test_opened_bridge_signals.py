@@ -148,6 +148,48 @@ def test_a_position_shows_the_speed_by_its_slope() -> None:
     assert module._speed(Capture(np.arange(100), 1000.0, {})) is None
 
 
+def test_an_encoder_of_few_counts_tells_a_smooth_speed() -> None:
+    """40 counts a turn, from rest to .5 count a sample: neighbours tell it to 250 rad/s alone."""
+    step, at = 2.0 * np.pi / 40.0, np.arange(2000)
+    true = step * 1e3 * 0.5 * (1.0 - np.exp(-at / 300.0))  # rad/s, of a sample a millisecond
+    angle = step * np.floor(np.cumsum(true) * 1e-3 / step)
+    capture = Capture(at, 1000.0, {POSITION: Channel(POSITION, "rad", angle, resolution=step)})
+    found = module._speed(capture)
+    assert found is not None
+    side = 21  # samples in which a fast motor takes ten counts
+    off = found[side:-side] - true[side:-side]
+    assert np.abs(off).max() < 1.1 * step / (2 * side * 1e-3)  # one count over them
+    assert np.abs(np.gradient(angle, 1e-3) - true).max() > 10.0 * np.abs(off).max()
+
+
+@pytest.mark.parametrize(
+    ("counts", "side"),
+    [(0.0, 1), (0.099, 1), (0.11, 2), (1.01, 11), (1.09, 11), (3.1, 31), (3.3, 32), (90.0, 32)],
+)
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_speed_is_that_over_twenty_counts_of_a_fast_motor(
+    counts: float, side: int, way: float
+) -> None:
+    """``counts``: a step of the encoder in what it turns by in a sample; 32 samples at most."""
+    at = np.arange(400)
+    angle = way * 0.03 * np.maximum(at - 200.0, 0.0)
+    found = module._turning(angle, 1e-3 * at, counts * 0.03)
+    assert np.flatnonzero(np.abs(found) > 1e-9)[0] == 201 - side
+    assert found[200 + side :] == pytest.approx(np.full(200 - side, way * 30.0))
+    assert found[200] == pytest.approx(way * 15.0)
+
+
+def test_a_speed_is_by_the_stamps_and_one_sided_at_the_ends() -> None:
+    time_s = np.cumsum(np.where(np.arange(100) % 3 == 0, 3e-3, 1e-3))
+    assert module._turning(7.0 * time_s, time_s, 0.05) == pytest.approx(np.full(100, 7.0))
+    square = np.arange(100.0) ** 2  # a fast one turns by 163 a sample: ten steps in 5.8
+    found = module._turning(square, np.arange(100.0), 95.0)
+    assert found[0] == pytest.approx(6.0)
+    assert found[50] == pytest.approx(100.0)
+    assert found[99] == pytest.approx((99.0**2 - 93.0**2) / 6.0)
+    assert module._turning(np.ones(100), time_s, 0.05).tolist() == [0.0] * 100
+
+
 def test_a_stretch_at_one_level_near_zero_is_idle() -> None:
     s = signals()
     assert list(module._idle(s)) == [GONE]

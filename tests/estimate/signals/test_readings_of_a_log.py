@@ -18,6 +18,7 @@ from motorid.estimate.signals.intersample_voltage import (
     JOINED,
     LOOSE,
     MEANS,
+    MOST_JUMPS,
     RAMP,
     SOURCED,
     Shape,
@@ -206,12 +207,13 @@ def test_where_most_stamps_are_irregular_every_jump_is_unsure() -> None:
 
 
 def test_the_largest_jumps_are_unknowns_up_to_a_number() -> None:
-    levels = np.tile([0.0, 6.0], 30)
-    levels[1::2] += 0.1 * np.arange(30)  # each pulse higher than the last
+    count = MOST_JUMPS + 20  # levels, with a jump less between them
+    levels = np.tile([0.0, 6.0], count // 2)
+    levels[1::2] += 0.1 * np.arange(count // 2)  # each pulse higher than the last
     found = waveform(LOOSE, np.repeat(levels, 4)).jumps
-    assert len(found) == 40
+    assert len(found) == MOST_JUMPS
     assert list(found) == sorted(found)
-    assert found[-1] == 4 * 59
+    assert found[-1] == 4 * (count - 1)
     assert found[0] == 4 * 20 or found[0] == 4 * 19
 
 

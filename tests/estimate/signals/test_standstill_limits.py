@@ -11,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from motorid.capture.model import CURRENT, POSITION, SPEED, Capture, Channel
+from motorid.estimate.signals import standstill as module
 from motorid.estimate.signals.standstill import starts_at_rest, with_standstill
 from motorid.estimate.signals.time_grid import Part, lay
 from motorid.program import StepKind
@@ -19,6 +20,7 @@ from tests.estimate.signals.test_time_grid import COAST, capture, drive
 Floats = NDArray[np.float64]
 DRIVEN, OPEN = np.ones(100, dtype=bool), np.zeros(100, dtype=bool)
 BY_TURNS = (-1.0) ** np.arange(100)
+LATER = 5.0 * np.maximum(np.arange(100.0) - 50.0, 0.0)
 
 
 def run(place: Floats, resolution: float = 0.5, level: float = 0.5) -> Capture:
@@ -92,9 +94,32 @@ def at_rest(driven: NDArray[np.bool_] = DRIVEN, **channels: Any) -> bool:
 def test_a_position_moves_by_more_than_it_scatters(
     offset: float, by_turns: float, shift: float, rests: bool
 ) -> None:
-    """The second eight readings beside the first."""
+    """The second eight readings beside the first, of a motor that is fast for its encoder later."""
     read = offset + by_turns * BY_TURNS + np.where(np.arange(100) < 8, 0.0, shift)
-    assert at_rest(position=read) is rests
+    assert at_rest(position=read + LATER) is rests
+
+
+@pytest.mark.parametrize(
+    ("counts", "head"),
+    [(0.0, 128), (0.04, 128), (0.05, 120), (0.25, 24), (0.3, 24), (0.7, 16), (0.8, 8), (9.0, 8)],
+)
+def test_a_slow_motor_shows_its_motion_over_six_counts(counts: float, head: int) -> None:
+    """``counts`` in a sample, of .1 rad. What eight samples show of so slow a one is a flicker."""
+    at = np.arange(400.0)
+    read = Channel(POSITION, "rad", 0.1 * counts * at, resolution=0.1)
+    assert module._head(read) == head
+    assert module._head(replace(read, resolution=0.0)) == 8
+    turns = replace(read, raw=0.1 * np.floor(counts * at), resolution=0.1)
+    assert module._moves(turns) is (counts > 0.0)
+
+
+def test_a_short_log_of_a_slow_motor_shows_as_much_as_it_has() -> None:
+    """Of 100 readings the last are fewer than the first; of 8 there are none."""
+    slow = 0.1 * np.floor(0.05 * np.arange(100.0))
+    assert at_rest(position=slow) is False
+    for count in (8, 9):
+        short = Channel(POSITION, "rad", slow[:count], resolution=0.1)
+        assert module._moves(short) is False
 
 
 @pytest.mark.parametrize("unknown", [slice(0, 8), slice(8, 16)])

@@ -22,6 +22,7 @@ from motorid.estimate.signals.intersample_voltage import (
     quiet,
     scatter,
 )
+from motorid.estimate.signals.voltage_jumps import least_jump
 from motorid.program import Program, Step, StepKind
 from tests.estimate.signals.test_readings_of_a_log import grid, log
 
@@ -74,11 +75,14 @@ def test_a_voltage_wanders_by_more_than_a_twentieth_of_its_range(
     assert wave(np.linspace(0.0, 10.0, 60)).wanders is False  # without a jump
 
 
-@pytest.mark.parametrize(("by_turns", "found"), [(0.05, [100]), (0.2, [])])
+@pytest.mark.parametrize(("by_turns", "found"), [(0.05, [100]), (0.18, [100]), (0.19, [])])
 def test_a_jump_is_eight_deviations_high(by_turns: float, found: list[int]) -> None:
-    """Readings that are a off by turns scatter by 1.63 a; of 2 V, a twentieth is less than that."""
+    """Readings that are a off by turns scatter by 1.63 a; a quarter of normal ones that differ by
+    2 a would by 4.4 a: the less counts. They jump by 2 V + 2 a, which is noise from .181 V on.
+    """
     volts = np.where(np.arange(200) < 100, 0.0, 2.0) + by_turns * (-1.0) ** np.arange(200)
     assert scatter(volts) == pytest.approx(by_turns * 4.0 / np.sqrt(6.0))
+    assert least_jump(volts) == pytest.approx(8.0 * by_turns * 4.0 / np.sqrt(6.0))
     assert wave(volts).steps_off.tolist() == found
 
 

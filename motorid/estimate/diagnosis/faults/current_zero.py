@@ -47,7 +47,7 @@ def seen(record: MotorRecord) -> float | None:
     zero = float(np.median(m.values[still]))
     running = float(np.median(np.abs(m.values[~still] - zero)))
     beyond = abs(zero) / m.channel.offset_uncertainty
-    if beyond < BEYOND or abs(zero) < max(OF_RUNNING * running, m.channel.resolution):
+    if beyond < BEYOND or abs(zero) < max(OF_RUNNING * running, m.resolution):
         return None
     return zero
 

@@ -35,7 +35,7 @@ def seen(records: Sequence[MotorRecord]) -> tuple[Hypothesis, Start] | None:
         return None
     slow = np.abs(b.speed) < BELOW * peak
     begin = Start((TOP * peak,), {"R": R, "K": K, **mechanical(b, K, slow)})
-    return _hypothesis(peak, positions[0].channel.resolution), begin
+    return _hypothesis(peak, positions[0].resolution), begin
 
 
 def _hypothesis(peak: float, step: float) -> Hypothesis:

@@ -18,6 +18,7 @@ from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.alternating_fit import vanished
 from motorid.estimate.fit.logs import (
     log_averages,
+    log_grid,
     log_lags,
     log_means,
     log_one_filter,
@@ -34,7 +35,7 @@ from motorid.estimate.fit.logs.log_unknowns import (
     widened,
     with_rivals_of,
 )
-from motorid.estimate.fit.logs.unstated_channels import told
+from motorid.estimate.fit.logs.unstated_channels import Told, told
 from motorid.estimate.fit.multistart import GROSS, MOST_TRIED, settled
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
@@ -80,7 +81,7 @@ def best(
     plain = _likeliest(_of_every_shape(first, solution, free, start, fresh))
     alike = plain[1].objective
     plain = log_readings.taken(*plain, free, start, fixed)
-    heard = told(*plain)
+    plain, heard = _on_its_grid(plain, free, start, fixed)
     averages: list[Fit] = []
     if any(one.asked_for for one in heard):
         averaged = log_averages.taken(plain, as_read, free, start, fixed, alike)
@@ -145,6 +146,20 @@ def best(
     return plain
 
 
+def _on_its_grid(
+    plain: Fit, free: Sequence[str], start: Mapping[str, float], fixed: Mapping[str, float]
+) -> tuple[Fit, list[Told]]:
+    """The fit, on a finer grid where that answers what its residuals ask; and what they ask for."""
+    heard = told(*plain)
+    if not any(one.asked_for for one in heard):
+        return plain, heard
+    finer = log_grid.settled(plain, free, start, fixed)
+    if finer is plain:
+        return plain, heard
+    then = told(*finer)
+    return (plain, heard) if any(one.asked_for for one in then) else (finer, then)
+
+
 def serves_few(before: Fit, after: Fit) -> bool:
     """What explains a few readings that lie far off has most of the others off by more."""
     was, now = _typical(before), _typical(after)
@@ -203,9 +218,15 @@ def _of_every_shape(
     start: Mapping[str, float],
     fresh: Callable[[Shape], list[MotorRecord]],
 ) -> list[Fit]:
-    """A voltage that jumps makes bad ground for a search: each begins where the smoothest ended."""
+    """A voltage that jumps makes bad ground for a search: each begins where the smoothest ended.
+
+    Where an inductance vanished there, from one that rows tell as well: no search finds back.
+    """
     near = merged(start, solution)
-    found = [(first, solution)]
+    found, elsewhere = [(first, solution)], []
+    if "L" in free and vanished(solution, first):
+        rise_s = RISES[0] * max(default.period_s(record) for record in first)
+        elsewhere = [{**near, "L": rise_s * near["R"]}]
     for shape in _shapes(first)[1:]:
         records = fresh(shape)
         if shape == BROKEN and not any(_wanders(record) for record in records):
@@ -214,7 +235,11 @@ def _of_every_shape(
             continue  # it is broken
         if shape == MEANS and all(unsupported(*one) is not None for one in found):
             continue  # rows in any order are each a mean: a current of its own voltage alone
-        found.append((records, settled(records, free, near)))
+        tried = [(records, settled(records, free, near))]
+        for other in elsewhere:
+            records = fresh(shape)
+            tried.append((records, settled(records, free, other)))
+        found.append(min(tried, key=lambda one: one[1].objective))
     return found
 
 

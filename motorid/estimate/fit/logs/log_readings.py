@@ -29,6 +29,7 @@ from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.intersample_voltage import LOOSE, MEANS, Shape
 from motorid.estimate.signals.measurements import motion
+from motorid.estimate.solver.autoregression import inflation
 from motorid.estimate.solver.problem import Solution
 
 Floats = NDArray[np.float64]
@@ -37,6 +38,7 @@ Search = Callable[[Sequence[Capture], Shape, Fit], Fit]  # readings, a shape, wh
 TURNING = {"K", "B", "J", "T0"}  # one of them is searched where a rotor turns
 STRONG = 2.0  # times Schwarz's price, of a current of means: it is much like an inductance
 AFTER = 3  # samples after a jump in which its moment shows
+COLOURED = 4.0  # times white noise, at some frequency: the residuals are asked as well
 LARGER = 1.5  # variance there, of that elsewhere, from which the moments are asked for
 
 
@@ -112,27 +114,38 @@ def _otherwise(record: MotorRecord, name: str) -> Capture | None:
 
 
 def _loosened(before: Fit, again: Search) -> Fit:
-    """With the moment of every jump as an unknown, where the residuals ask for it."""
+    """With the moment of every jump as an unknown, where the residuals ask for it, or where it
+    explains all that they leave.
+    """
     records, solution = before
-    if not any(
+    if not any(_jumps(record) for record in records):
+        return before
+    asked = any(
         _asks(r, solution.values, own) for r, own in zip(records, solution.own, strict=True)
-    ):
+    )
+    if not asked and inflation(solution) < COLOURED:
         return before
     found = again([record.capture for record in records], LOOSE, before)
     more = sum(len(r.unknowns) for r in found[0]) - sum(len(r.unknowns) for r in records)
     if solution.objective - found[1].objective < more * np.log(readings(records)):  # Schwarz
         return before
-    return found
+    return found if asked or inflation(found[1]) < COLOURED else before
+
+
+def _jumps(record: MotorRecord) -> bool:
+    """Its voltage jumps, at moments that are no unknowns yet; stated means have no other shape."""
+    waveform = record.sensed.waveform
+    if waveform is None or waveform.shape == LOOSE or waveform.window_s:
+        return False
+    return len(waveform.steps_off) > 0
 
 
 def _asks(record: MotorRecord, values: Floats, own: Floats) -> bool:
     """After jumps of the voltage the current is left far larger residuals than elsewhere."""
     waveform, current = record.sensed.waveform, record.block(CURRENT)
-    if waveform is None or current is None or waveform.shape in (LOOSE, MEANS):
+    if waveform is None or current is None or not _jumps(record) or waveform.shape == MEANS:
         return False
     jumped = waveform.time_s[waveform.steps_off]
-    if not len(jumped):
-        return False
     left = record.departures(values, own)[record.measured.index(current)]
     at_s = current.keep * record.timeline.period_s
     since = at_s - jumped[np.maximum(np.searchsorted(jumped, at_s, side="right") - 1, 0)]

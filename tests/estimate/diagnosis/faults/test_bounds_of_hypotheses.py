@@ -342,8 +342,7 @@ def test_an_encoder_is_outrun_where_the_back_emf_is_a_fiftieth_more(
 ) -> None:
     """At the highest speeds, by R and K of those surely below."""
     speed = np.r_[np.linspace(10.0, 84.0, 20), np.full(10, 90.0), np.full(10, 100.0)]
-    position = SimpleNamespace(block=SimpleNamespace(name="position"),
-                               channel=SimpleNamespace(resolution=1e-2))  # fmt: skip
+    position = SimpleNamespace(block=SimpleNamespace(name="position"), resolution=1e-2)
     records: Any = [SimpleNamespace(measured=[position])]
     n = len(speed)
     for more, named in ((1.019, False), (1.021, True)):

@@ -76,8 +76,7 @@ def shown(monkeypatch: pytest.MonkeyPatch) -> Callable[[Blocks], list[Any]]:
     def use(b: Blocks) -> list[Any]:
         for module in (saturation, encoder_bandwidth, current_limited_supply, load_slip):
             monkeypatch.setattr(module, "blocks", lambda _: b)
-        channel = SimpleNamespace(resolution=1e-3)
-        position = SimpleNamespace(block=SimpleNamespace(name=POSITION), channel=channel)
+        position = SimpleNamespace(block=SimpleNamespace(name=POSITION), resolution=1e-3)
         sensed = SimpleNamespace(channel="read", shows_emf=True)
         return [SimpleNamespace(measured=[position], sensed=sensed)]
 
@@ -282,7 +281,7 @@ def rested(zero: float, declared: float = 1e-3, resolution: float = 1e-4) -> Any
     channel = Channel(CURRENT, "A", values, offset_uncertainty=declared, resolution=resolution)
     measured = SimpleNamespace(
         block=SimpleNamespace(name=CURRENT), unsigned=False, channel=channel,
-        keep=np.arange(180), values=values,
+        resolution=resolution, keep=np.arange(180), values=values,
     )  # fmt: skip
     capture = Capture(np.arange(180), 1e3, {CURRENT: channel})
     return SimpleNamespace(measured=[measured], driven=driven, capture=capture)
@@ -329,7 +328,7 @@ def test_a_current_may_flow_for_eight_samples_after_the_bridge_opened() -> None:
     record.driven, record.capture = driven, Capture(np.arange(560), 1e3, {CURRENT: channel})
     record.measured = [
         SimpleNamespace(block=SimpleNamespace(name=CURRENT), unsigned=False, channel=channel,
-                        keep=np.arange(560), values=values)
+                        resolution=channel.resolution, keep=np.arange(560), values=values)
     ]  # fmt: skip
     assert current_zero.seen(record) == pytest.approx(0.05)
 

@@ -4,7 +4,7 @@ objective is given.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -102,14 +102,20 @@ def test_stated_means_have_no_other_shape() -> None:
 
 
 def shapes_tried(
-    monkeypatch: pytest.MonkeyPatch, supported: bool = True, **facts: Any
-) -> tuple[list[str], list[Any]]:
-    """Shapes that are searched after the first one, and where each begins."""
+    monkeypatch: pytest.MonkeyPatch, supported: bool = True, first_L: float = 2.0,
+    free: Sequence[str] = NAMES, ends: Callable[[str, float], float] = lambda *_: 50.0,
+    **facts: Any,
+) -> tuple[list[Any], list[Any]]:  # fmt: skip
+    """Fits by shape, the first one with R = 40 and ``first_L``, and where each other begins.
+
+    ``ends``: the objective of a search, by its shape and the L it begins with.
+    """
     begun: list[Any] = []
 
     def settled(records: Any, _free: Any, start: Any) -> Solution:
         begun.append((records[0].shape, dict(start)))
-        return solution(50.0)
+        records[0].begun_at = start["L"]
+        return solution(ends(records[0].shape, start["L"]))
 
     monkeypatch.setattr(log_fit, "settled", settled)
     monkeypatch.setattr(log_fit, "unsupported", lambda *_: None if supported else "so")
@@ -119,10 +125,15 @@ def shapes_tried(
         vars(one.sensed.waveform).update(facts)
         return [one]
 
-    first = [record()]
-    found = log_fit._of_every_shape(first, solution(40.0), NAMES, {"J": 7.0}, fresh)
+    first = [record(motor=lambda values: values, timeline=SimpleNamespace(period_s=PERIOD_S))]
+    ended = replace(solution(40.0), values=np.array([40.0, first_L, 3.0]))
+    found = log_fit._of_every_shape(first, ended, free, {"J": 7.0}, fresh)
     assert found[0][0] is first
-    return [one[0][0].shape for one in found], begun
+    return found, begun
+
+
+def shapes(found: Sequence[Any]) -> set[str]:
+    return {one[0][0].shape for one in found}
 
 
 def test_each_shape_begins_where_the_smoothest_ended(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -134,11 +145,40 @@ def test_each_shape_begins_where_the_smoothest_ended(monkeypatch: pytest.MonkeyP
 
 def test_a_shape_that_is_another_one_is_not_searched(monkeypatch: pytest.MonkeyPatch) -> None:
     level, _ = shapes_tried(monkeypatch, wanders=False, ohms=0.0)
-    assert set(SHAPES) - set(level) == {"broken", "sourced"}
+    assert set(SHAPES) - shapes(level) == {"broken", "sourced"}
     wandering, _ = shapes_tried(monkeypatch, wanders=True, ohms=0.0)
-    assert set(SHAPES) - set(wandering) == {"sourced"}
+    assert set(SHAPES) - shapes(wandering) == {"sourced"}
     unordered, _ = shapes_tried(monkeypatch, supported=False, wanders=True, ohms=0.2)
-    assert set(SHAPES) - set(unordered) == {MEANS}
+    assert set(SHAPES) - shapes(unordered) == {MEANS}
+
+
+GONE = 0.01 * 40.0 * PERIOD_S  # H, of which readings tell nothing
+
+
+def test_where_an_inductance_vanished_each_shape_begins_from_another_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The better of both is kept: of a curved voltage the first, of all others the second."""
+    again = log_fit.RISES[0] * PERIOD_S * 40.0
+
+    def ends(shape: str, L: float) -> float:
+        return 30.0 + 5.0 * ((L == GONE) is (shape != "curved"))
+
+    found, begun = shapes_tried(monkeypatch, first_L=GONE, ends=ends, wanders=True, ohms=0.2)
+    assert [shape for shape, _ in begun] == [s for s in SHAPES[1:] for _ in range(2)]
+    assert [start["L"] for _, start in begun] == pytest.approx([GONE, again] * len(SHAPES[1:]))
+    assert all({**start, "L": 0.0} == {"J": 7.0, "R": 40.0, "L": 0.0, "K": 3.0}
+               for _, start in begun)  # fmt: skip
+    assert [one[1].objective for one in found] == [40.0] + [30.0] * len(SHAPES[1:])
+    assert [one[0][0].shape for one in found] == list(SHAPES)
+    kept = [again if shape != "curved" else GONE for shape in SHAPES[1:]]
+    assert [one[0][0].begun_at for one in found[1:]] == kept  # records of its own
+
+
+def test_an_inductance_that_is_told_or_held_begins_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    for facts in ({"first_L": 0.03 * 40.0 * PERIOD_S}, {"first_L": GONE, "free": ("R", "K")}):
+        _, begun = shapes_tried(monkeypatch, wanders=True, ohms=0.2, **facts)
+        assert [shape for shape, _ in begun] == list(SHAPES[1:])
 
 
 # other places to begin

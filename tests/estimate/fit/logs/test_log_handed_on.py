@@ -29,6 +29,7 @@ class Handed:
         self.note(monkeypatch, log_fit, "_of_every_shape", [self.plain])
         self.note(monkeypatch, log_fit.log_readings, "taken", self.plain)
         self.note(monkeypatch, log_fit, "told", heard)
+        self.note(monkeypatch, log_fit.log_grid, "settled", self.plain, "grid")
         self.note(monkeypatch, log_fit.log_averages, "taken", self.plain, "averages")
         self.note(monkeypatch, log_fit, "vanished", False)
         self.note(monkeypatch, log_fit.smoothed_voltage, "begun", [])
@@ -90,6 +91,7 @@ def test_every_stage_is_handed_what_the_one_before_it_found(
     assert (first, joined.objective, free, start) == (handed.first, 200.0, NAMES, START)
     assert seen["begun"] == (first, joined, NAMES, {"R": 200.0, **SOLVED}, FIXED)
     assert seen["told"] == handed.plain
+    assert seen["grid"] == (handed.plain, NAMES, START, FIXED)
     assert seen["vanished"] == (handed.wider, seen["widened"][0])
     assert seen["unsupported"] == seen["_leaves_much"] == handed.plain
     (plain, records), known = seen["like"], {"R": 100.0, **SOLVED}

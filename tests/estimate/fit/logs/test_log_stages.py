@@ -14,7 +14,7 @@ from scipy.signal import lfilter
 from motorid.estimate.fit.logs import log_fit
 from tests.estimate.fit.made_fits import NAMES, record, solution
 
-FIRST, PLAIN, AGAIN, WIDER, ELSEWHERE, SMOOTHED = (f"fit {name}" for name in "ABCDEF")
+FIRST, PLAIN, AGAIN, WIDER, ELSEWHERE, SMOOTHED, FINER = (f"fit {name}" for name in "ABCDEFG")
 STEP = np.array([1.0])
 
 
@@ -25,12 +25,13 @@ class Stages:
         self.objectives = {PLAIN: 100.0, AGAIN: 100.0, WIDER: 80.0, ELSEWHERE: 81.0, SMOOTHED: 99.0}
         self.asked_for, self.needed, self.moved = False, 10.0, True
         self.found, self.lost, self.much, self.few = False, set[str](), False, False
+        self.finer, self.answered = 0.0, False  # F on a finer grid, 0: none; it asks for no more
         vars(self).update(facts)
         self.asked = list[str]()
         self.ways = {"second": 1.0, "means": 2.0, "lags": 3.0, "alone": 4.0}
         answers = {
             "_of_every_shape": lambda *_: [self.fit(PLAIN)],
-            "told": lambda *_: [self.heard()],
+            "told": lambda records, _: [self.heard(records[0].capture)],
             "vanished": lambda found, _: float(found.objective) in self.gone(),
             "MotorRecord": lambda capture, _free, _fixed, shape: record(shape, capture=capture),
             "like": lambda _, records: records,
@@ -47,6 +48,7 @@ class Stages:
             monkeypatch.setattr(log_fit, name, other)
         monkeypatch.setattr(log_fit.log_readings, "taken", lambda *fit: fit[:2])
         monkeypatch.setattr(log_fit.log_averages, "taken", lambda before, *_: before)
+        monkeypatch.setattr(log_fit.log_grid, "settled", self.on_grid)
         monkeypatch.setattr(log_fit.log_readings, "reconsidered", self.reconsidered)
         monkeypatch.setattr(log_fit.smoothed_voltage, "begun", lambda *_: [self.fit(SMOOTHED)])
         monkeypatch.setattr(log_fit.log_second_order, "taken", lambda *_: self.way("second"))
@@ -63,10 +65,17 @@ class Stages:
     def gone(self) -> set[float]:
         return {self.objectives[name] for name in self.lost}
 
-    def heard(self) -> Any:
-        return SimpleNamespace(
-            shifts=(2.0 * STEP,), step=STEP, needed=self.needed, asked_for=self.asked_for
-        )
+    def heard(self, of: str) -> Any:
+        asks = self.asked_for and not (of == FINER and self.answered)
+        step = 5.0 * STEP if of == FINER else STEP
+        return SimpleNamespace(shifts=(2.0 * STEP,), step=step, needed=self.needed, asked_for=asks)
+
+    def on_grid(self, before: Any, *_: Any) -> Any:
+        self.asked.append("grid")
+        if not self.finer:
+            return before
+        self.objectives[FINER] = self.finer
+        return self.fit(FINER)
 
     def widened(self, records: Any, _free: Any, _start: Any, _solution: Any) -> Any:
         self.asked.append("widened")
@@ -112,6 +121,24 @@ def test_lags_are_unknowns_where_something_asks_for_them(
     stages = Stages(monkeypatch, **asks)
     stages.best()
     assert ("widened" in stages.asked) is (asks.get("needed") != 1.1)
+
+
+def test_a_finer_grid_that_answers_what_is_asked_is_all_that_is_needed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    stages = Stages(monkeypatch, asked_for=True, finer=95.0, answered=True)
+    (one,), found = stages.best()
+    assert (found.objective, one.capture) == (95.0, FINER)
+    assert not hasattr(one, "as_stamped")  # its channels are as they were stamped
+    assert stages.asked == ["grid"]
+    assert [step.tolist() for step in one.left_open] == [[2.0], [5.0]]
+
+
+def test_a_finer_grid_that_leaves_it_asked_is_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    stages = Stages(monkeypatch, asked_for=True, finer=95.0, needed=21.0)
+    _, found = stages.best()
+    assert found.objective == 100.0
+    assert stages.asked == ["grid", "widened"]
 
 
 @pytest.mark.parametrize(("needed", "taken"), [(19.0, True), (21.0, False)])
