@@ -29,6 +29,7 @@ Floats = NDArray[np.float64]
 
 DRAWS = 8  # of a log's noise
 MOST_MORE = 3.0  # times a step under more noise, that the noise itself may have made it
+MOST_GROWN = 2.0  # the same of a search's: it ends where a straight line does not
 FAR = 5.0  # standard deviations, of a step that no straight line foretells
 REFIT, NEAR = 20, 0.01  # steps of a search for it, which ends at so little of chi-square
 OPEN = 30.0  # standard deviation of a logarithm, from which a value may be any
@@ -56,9 +57,11 @@ def steps(k: int, record: MotorRecord, solution: Solution) -> Iterator[Step]:
     usual = _in_units_of(found, _at(k, record.twin(), solution))
     lines = [_in_units_of(found, _at(k, other, solution)) for other in others]
     told = _told(solution)
-    inverse = np.zeros_like(solution.information)
+    inverse, more = np.zeros_like(solution.information), np.eye(len(solution.information))
     within = np.ix_(told, told)
-    inverse[within] = _without_what_noise_tells(solution.information, usual, lines, told)
+    inverse[within], more[within] = _without_what_noise_tells(
+        solution.information, usual, lines, told
+    )
     follows = covariance_of(usual.own_information)
     share = 1.0 / np.sqrt(len(others))
     for line, other in zip(lines, others, strict=True):
@@ -69,7 +72,7 @@ def steps(k: int, record: MotorRecord, solution: Solution) -> Iterator[Step]:
         if len(solution.records) == 1 and shared @ solution.information @ shared > FAR**2:
             moved, own_moved = _refitted(other, solution)
             if moved.any():  # else the search found no way on
-                shared, own = moved, own_moved
+                shared, own = more @ moved, own_moved
         yield Step(share * shared, share * own, share * (usual.residual - line.residual))
 
 
@@ -112,9 +115,9 @@ def _told(solution: Solution) -> NDArray[np.intp]:
 
 def _without_what_noise_tells(
     information: Floats, usual: Linearised, lines: Sequence[Linearised], k: NDArray[np.intp]
-) -> Floats:
+) -> tuple[Floats, Floats]:
     """The inverse, of the unknowns ``k``, of the information that is left without that of the noise
-    itself.
+    itself; and by how much a step under more noise is less than under none (q, q).
 
     Noise moves the model's readings as a voltage does, so that their derivatives seem to tell the
     parameters. More noise tells as much again. Where that is nearly all, steps are bounded.
@@ -124,7 +127,9 @@ def _without_what_noise_tells(
     root = _root(covariance_of(information[np.ix_(k, k)]))
     shares, ways = np.linalg.eigh(root.T @ told @ root)
     left = np.maximum(1.0 - shares, (1.0 + shares) / MOST_MORE)
-    return np.asarray(root @ (ways / left) @ ways.T @ root.T)
+    basis = root @ ways
+    more = basis * np.minimum((1.0 + shares) / left, MOST_GROWN) @ np.linalg.pinv(basis)
+    return np.asarray(basis / left @ basis.T), np.asarray(more)
 
 
 def _in_units_of(found: Linearised, line: Linearised) -> Linearised:

@@ -132,13 +132,15 @@ def test_a_step_is_at_most_three_times_that_under_more_noise(share: float) -> No
     usual = linearised(rows, 1.0)
     more = np.eye(4)[:, 2:] * [0.0, 3.0 * share**0.5]
     line = log_voltage_noise._in_units_of(usual, linearised((rows + more) / 2.0, 2.0))
-    inverse = log_voltage_noise._without_what_noise_tells(
+    inverse, grown = log_voltage_noise._without_what_noise_tells(
         rows.T @ rows, usual, [line, line], np.arange(2)
     )
     most = 3.0 / (9.0 + 9.0 * share)
     expected = 1.0 / (9.0 - 9.0 * share) if share < 0.5 else most
     assert expected <= most
     np.testing.assert_allclose(inverse, np.diag([1.0 / 4.0, expected]), atol=1e-12)
+    growth = min((1.0 + share) / (1.0 - share), 2.0) if share < 1.0 else 2.0  # of a search's
+    np.testing.assert_allclose(grown, np.diag([1.0, growth]), atol=1e-12)
 
 
 def test_an_unknown_that_is_held_has_no_part_in_what_noise_tells() -> None:
@@ -147,7 +149,7 @@ def test_an_unknown_that_is_held_has_no_part_in_what_noise_tells() -> None:
     noisy = rows + np.eye(6)[:, [4, 5, 5]] * [1e3, 0.0, 0.1]
     usual, line = linearised(rows, 1.0), linearised(noisy, 1.0)
     information = rows.T @ rows
-    inverse = log_voltage_noise._without_what_noise_tells(
+    inverse, _ = log_voltage_noise._without_what_noise_tells(
         information, usual, [line], np.array([1, 2])
     )
     told = information[1:, 1:] - np.diag([0.0, 0.01])
