@@ -32,10 +32,10 @@ def least_jump(volts: Floats) -> float:
     Where it jumps every few readings no stretch is calm; many neighbours are of one level still.
     """
     noise = scatter(volts)
-    if noise:
+    if len(volts) >= ENOUGH:  # which may be too few for the noise of calm stretches
         alike = float(np.percentile(np.abs(np.diff(volts)), 25)) / QUARTER_BELOW
         alike = max(alike, count_of(volts)) / math.sqrt(2.0)
-        noise = min(noise, alike) if alike else noise  # rows that stand twice tell nothing
+        noise = min(noise or alike, alike or noise)  # rows that stand twice tell nothing
     return max(CLEAR * noise, SHARE * float(np.ptp(volts)))
 
 

@@ -22,7 +22,7 @@ from motorid.identify import fit
 from tests.report.example import estimate
 
 HELD = replace(cases.MOTOR, T0=10.0)
-MOST = 30_000  # evaluations: where L vanishes first, each course of the voltage is begun twice
+MOST = 20_000  # evaluations; a fit of all six takes more
 
 
 def log(folder: Path, drive: Callable[[], Drive], columns: str = "viw") -> Capture:

@@ -123,3 +123,12 @@ def test_a_mean_keeps_of_rounding_what_noise_does_not_smooth(deviation: float) -
     expected = np.sqrt(np.mean(left**2) - deviation**2 / 3000)
     assert rounding(0.1 * deviation, 0.1) == pytest.approx(0.1 * expected, rel=0.25, abs=1e-3)
     assert rounding(deviation, 0.0) == 0.0
+
+
+@pytest.mark.parametrize("count", [64, 100, 127])
+def test_a_short_piece_at_rest_has_no_jumps_but_its_own(count: int) -> None:
+    """Too short for calm stretches: its noise was taken for dozens of jumps, an unknown each."""
+    rest = NOISE[:count]
+    assert scatter(rest) == 0.0
+    assert not len(jumps(rest))
+    assert jumps(rest + 3.0 * (PLACE[:count] >= 40)).tolist() == [40]
