@@ -13,10 +13,11 @@ from bench.foreign.cases import CASES, LENGTH_S, Case, prbs, regular, steps
 from motorid.capture.model import VOLTAGE, Capture, Channel
 from motorid.errors import UsageError
 from motorid.estimate.results.estimate import Estimate
-from motorid.estimate.signals.intersample_voltage import Waveform, quiet
+from motorid.estimate.signals.intersample_voltage import Waveform
 from motorid.estimate.signals.log_sections import pieces
 from motorid.estimate.signals.time_grid import lay
 from motorid.estimate.signals.voltage_jumps import scatter
+from tests.estimate.signals.quieted import quiet
 
 UNTOLD = "no motion, stamps at random"
 QUICK = (  # one for each set of columns
@@ -27,6 +28,7 @@ QUICK = (  # one for each set of columns
     "a coast-down, speed alone",
     "a coast-down, voltage as tachometer",
 )
+
 (LATE,) = (case.name for case in CASES if case.late_s)
 SLOW = [case.name for case in CASES if case.name not in (*QUICK, UNTOLD, LATE)]
 # s; fits of whole logs cost ten times as much and say the same; bench_foreign fits those

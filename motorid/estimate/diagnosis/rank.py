@@ -265,7 +265,8 @@ def trials(
     driven = InputNoise.of(records, solution)
     if misfit.excess(records, left, driven.variances()) * readings < least:
         return []
-    rivals = list(_rivals(records, solution, min(WORTH * readings, clear)))
+    promise = min(WORTH * readings, clear)
+    rivals = list(_rivals(records, solution, promise, driven.screen))
     if not rivals:
         return []
     starts, enough = _starts(records, solution), max(NEAR * excess * readings, 1.0)
@@ -325,9 +326,15 @@ def _ended(
 
 
 def _rivals(
-    records: Sequence[MotorRecord], solution: Solution, least: float
+    records: Sequence[MotorRecord],
+    solution: Solution,
+    least: float,
+    screen: Screen | None = None,
 ) -> Iterator[tuple[Hypothesis, Size, list[Solution] | None, bool]]:
-    """Hypotheses worth a fit, with the size and the motors to begin with (None: the usual)."""
+    """Hypotheses worth a fit, with the size and the motors to begin with (None: the usual).
+
+    ``screen``: of this fit, where one was made.
+    """
     some = False
     period = min(r.timeline.period_s for r in records)
     for module in SEEN:
@@ -336,7 +343,7 @@ def _rivals(
             some = True
             hypothesis, start = seen
             yield hypothesis, start.size, [_at(solution, start.motor, period), solution], True
-    screen = Screen(records, solution)
+    screen = screen or Screen(records, solution)
     scores = [screen.best(h) for module in SCREENED for h in module.hypotheses(records)]
     scores.sort(key=lambda s: -s.gain)
     for s in scores[:MOST]:

@@ -12,7 +12,7 @@ from motorid.capture.model import CURRENT, POSITION, SPEED
 from motorid.errors import DataError
 from motorid.estimate.effects.reading.current_offset import CURRENT_OFFSET
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.log_sections import MOVES
+from motorid.estimate.signals.standstill import STIR
 
 Floats = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def signals(record: MotorRecord, others: Sequence[MotorRecord] = ()) -> Signals:
     """
     line = record.timeline
     named = {m.block.name: m for m in record.measured}
-    _insist(record, others)
+    _insist(record, set(named), others)
     grid: dict[str, Floats] = {}
     for name, m in named.items():
         grid[name] = np.interp(np.arange(line.count), m.keep, m.values)
@@ -62,9 +62,8 @@ def signals(record: MotorRecord, others: Sequence[MotorRecord] = ()) -> Signals:
     )
 
 
-def _insist(record: MotorRecord, others: Sequence[MotorRecord]) -> None:
+def _insist(record: MotorRecord, named: set[str], others: Sequence[MotorRecord]) -> None:
     """Raises DataError when the current or the motion is missing, unusable, or never changes."""
-    named = {m.block.name for m in record.measured}
     pieces = [record, *(other for other in others if _of_one_log(record, other))]
     where = f" in {record.capture.path}" if record.capture.path else ""
     for names, what in (((CURRENT,), "current"), ((POSITION, SPEED), "position or speed")):
@@ -91,4 +90,4 @@ def _of_one_log(record: MotorRecord, other: MotorRecord) -> bool:
 
 def _changes(record: MotorRecord, name: str) -> bool:
     m = next((m for m in record.measured if m.block.name == name), None)
-    return m is not None and float(np.ptp(m.values)) > MOVES * m.resolution
+    return m is not None and float(np.ptp(m.values)) > STIR * m.resolution

@@ -311,18 +311,12 @@ def _of_means(capture: Capture, channel: Channel, window_s: float) -> Waveform:
     return Waveform(begun, levels, MEANS, capture.period_s, window_s=window_s)
 
 
-def quiet(volts: Floats) -> Floats:
-    """Readings (n,) freed of noise where they follow a parabola for a while; jumps stay.
+def calm_windows(volts: Floats) -> NDArray[np.intp]:
+    """Readings (n,) on either side of each that follow a parabola with it; 0: too few.
 
     Noise of the readings would drive the model. About each the widest window is sought in which the
-    readings leave a parabola by no more than they scatter; the parabola of its inner half, which
-    bends a sixteenth as much, says what the voltage was.
+    readings leave a parabola by no more than they scatter; jumps stay.
     """
-    return smoothed(volts, calm_windows(volts))
-
-
-def calm_windows(volts: Floats) -> NDArray[np.intp]:
-    """Readings (n,) on either side of each that follow a parabola with it; 0: too few."""
     deviation = scatter(volts)
     out = np.zeros(len(volts), dtype=np.intp)
     for half in HALF_WINDOWS if deviation else ():  # the widest has the last word
@@ -336,7 +330,9 @@ def calm_windows(volts: Floats) -> NDArray[np.intp]:
 
 
 def smoothed(volts: Floats, windows: NDArray[np.intp]) -> Floats:
-    """Readings (n,) by the parabola of the inner half of each one's window (n,)."""
+    """Readings (n,) by the parabola of the inner half of each one's window (n,), which bends a
+    sixteenth as much as that of the whole.
+    """
     out = volts.copy()
     for half in np.unique(windows[windows > 0]).tolist():
         inner, here = half // 2, np.flatnonzero(windows == half)

@@ -18,12 +18,12 @@ from motorid.estimate.results.estimate import PARAMETERS, Diagnostic
 from motorid.estimate.signals.measurements import motion
 from motorid.estimate.signals.neighbour_noise import running_median
 from motorid.estimate.signals.opened_bridge import Opening, openings
+from motorid.estimate.signals.standstill import STIR
 
 PAUSE = 5.0  # usual periods between two samples, from which a log begins anew
 NEAR = 4  # samples on either side that tell the usual period there
 FEWEST = 64  # samples of a piece worth a beginning of its own
 DRIVEN = 24  # the same of one between two openings of the bridge
-MOVES = 1.5  # steps of a channel: a count that flickers is no motion
 LISTED = 4  # openings whose times a remark gives
 
 
@@ -64,7 +64,7 @@ def _worth(
     moved = motion(capture)
     if moved is None:
         return long
-    least = MOVES * moved.resolution
+    least = STIR * moved.resolution
     return [(a, b) for a, b in long if _changes(moved.values[a:b], least)] or long
 
 

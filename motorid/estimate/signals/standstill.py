@@ -16,7 +16,7 @@ from motorid.capture.model import CURRENT, POSITION, SPEED, Capture, Channel
 from motorid.estimate.signals.measurements import motion
 from motorid.estimate.signals.time_grid import Part, Timeline
 
-STIR = 1.5  # counts, by which the edge of one may flicker
+STIR = 1.5  # steps of a channel, such as counts, by which the edge of one may flicker
 FEWEST = 24  # readings that tell
 HEAD = 8  # samples that show whether a record begins at rest
 COUNTS, LONGEST = 6.0, 16  # of an encoder that show a motion; times so many samples, at most
@@ -57,7 +57,7 @@ def _moves(position: Channel) -> bool:
     if not (np.isfinite(np.diff(early)).any() and np.isfinite(late - early).any()):
         return False
     scatter = float(np.nanstd(np.diff(early)))
-    return abs(float(np.nanmean(late - early))) > 2.0 * scatter + 1.5 * position.resolution
+    return abs(float(np.nanmean(late - early))) > 2.0 * scatter + STIR * position.resolution
 
 
 def _head(position: Channel) -> int:

@@ -57,11 +57,9 @@ def steps(k: int, record: MotorRecord, solution: Solution) -> Iterator[Step]:
     usual = _in_units_of(found, _at(k, record.twin(), solution))
     lines = [_in_units_of(found, _at(k, other, solution)) for other in others]
     told = _told(solution)
-    inverse, more = np.zeros_like(solution.information), np.eye(len(solution.information))
-    within = np.ix_(told, told)
-    inverse[within], more[within] = _without_what_noise_tells(
-        solution.information, usual, lines, told
-    )
+    left, grown = _without_what_noise_tells(solution.information, usual, lines, told)
+    inverse = _among(solution, told, left, 0.0)
+    more = _among(solution, told, grown, 1.0)
     follows = covariance_of(usual.own_information)
     share = 1.0 / np.sqrt(len(others))
     for line, other in zip(lines, others, strict=True):
@@ -80,8 +78,7 @@ def foreseen(k: int, record: MotorRecord, solution: Solution) -> Iterator[Step]:
     """The same by straight lines, the derivatives as they are: near enough for a choice."""
     values, own = solution.values, solution.own[k]
     line, told = solution.records[k], _told(solution)
-    inverse, within = np.zeros_like(solution.information), np.ix_(told, told)
-    inverse[within] = covariance_of(solution.information[within])
+    inverse = _among(solution, told, covariance_of(solution.information[np.ix_(told, told)]), 0.0)
     follows = covariance_of(line.own_information)
     others, usual = list(noisier(record)), record.departures(values, own)
     for other in others:
@@ -111,6 +108,13 @@ def _told(solution: Solution) -> NDArray[np.intp]:
     sizes = np.sqrt(np.diag(covariance_of(solution.information)))
     factors = np.array([unknown.log for unknown in solution.unknowns])
     return np.flatnonzero(~factors | (sizes < OPEN))
+
+
+def _among(solution: Solution, told: NDArray[np.intp], matrix: Floats, held: float) -> Floats:
+    """A ``matrix`` of the unknowns that are told, among all; ``held``: the diagonal's others."""
+    out = held * np.eye(len(solution.unknowns))
+    out[np.ix_(told, told)] = matrix
+    return out
 
 
 def _without_what_noise_tells(

@@ -34,6 +34,7 @@ class Fits:
         variances = () if driven is None else "variances"
         left = {(): excess, "variances": driven}
         noise = SimpleNamespace(
+            screen="screen",
             variances=lambda: variances,
             share=lambda h, size: chance * float(size[0]) * (h.code != "certain"),
         )
@@ -45,7 +46,8 @@ class Fits:
         monkeypatch.setattr(rank, "inflation", lambda _: 1.5)
         self.least = 0.0
 
-    def asked(self, _records: Any, _solution: Any, least: float) -> list[Any]:
+    def asked(self, _records: Any, _solution: Any, least: float, screen: Any) -> list[Any]:
+        assert screen == "screen"  # that of the noise: one for both
         self.least = least
         return self.rivals
 

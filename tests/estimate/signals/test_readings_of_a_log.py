@@ -24,11 +24,11 @@ from motorid.estimate.signals.intersample_voltage import (
     Shape,
     Waveform,
     of_log,
-    quiet,
     scatter,
 )
 from motorid.estimate.signals.time_grid import Part, Timeline
 from motorid.program import Decay, Program, Step, StepKind
+from tests.estimate.signals.quieted import quiet
 
 Floats = NDArray[np.float64]
 RNG = np.random.default_rng(5)

@@ -19,11 +19,11 @@ from motorid.estimate.signals.intersample_voltage import (
     Shape,
     Waveform,
     of_log,
-    quiet,
     scatter,
 )
 from motorid.estimate.signals.voltage_jumps import least_jump
 from motorid.program import Program, Step, StepKind
+from tests.estimate.signals.quieted import quiet
 from tests.estimate.signals.test_readings_of_a_log import grid, log
 
 Floats = NDArray[np.float64]

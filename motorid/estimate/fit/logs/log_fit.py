@@ -58,7 +58,6 @@ PLAIN = SHAPES[:4]  # that need nothing but the readings of the voltage
 RISES = (0.4, 1.0, 4.0)  # L/R in samples of a log, to begin with as well
 RESTARTED = 3  # shapes whose answer is where a search begins once more, its lags in whole samples
 ALIKE = 1.5  # variance of residuals, of that between neighbours: those are off alike
-COLOURED = 4.0  # times white noise, at some frequency: a search may have ended short of a filter
 WORSE = 1.5  # times: what an explanation may leave most readings off by
 BETTER = 1.0  # of chi-square, by which another start is worth taking
 
@@ -102,7 +101,7 @@ def best(
     coloured = not (asked or better or misfit)
     if coloured:
         colour = inflation(plain[1])
-        if colour < COLOURED:
+        if colour < log_readings.COLOURED:
             return plain
         needed *= colour
     known = merged(start, plain[1])

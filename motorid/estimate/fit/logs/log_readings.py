@@ -38,7 +38,7 @@ Search = Callable[[Sequence[Capture], Shape, Fit], Fit]  # readings, a shape, wh
 TURNING = {"K", "B", "J", "T0"}  # one of them is searched where a rotor turns
 STRONG = 2.0  # times Schwarz's price, of a current of means: it is much like an inductance
 AFTER = 3  # samples after a jump in which its moment shows
-COLOURED = 4.0  # times white noise, at some frequency: the residuals are asked as well
+COLOURED = 4.0  # times white noise, at some frequency: a search may have ended short of a cause
 LARGER = 1.5  # variance there, of that elsewhere, from which the moments are asked for
 
 
