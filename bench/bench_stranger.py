@@ -2,6 +2,7 @@
 
 python bench/bench_stranger.py             every log, a motor each; writes the results
 python bench/bench_stranger.py --short     a few
+python bench/bench_stranger.py --drawn 40  so many good ones and spoilt ones, everything drawn
 python bench/bench_stranger.py --kept out/stranger.jsonl   goes on where an earlier run stopped
 
 Each log is a line of the file ``--kept`` once it is done. A later run of the same commit takes
@@ -31,11 +32,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from bench.bench_mistakes import commit
 from bench.mistakes.command import Answer
+from bench.stranger import drawn
 from bench.stranger.cases import BAD, GOOD
 from bench.stranger.logs import Maker, answer
 from bench.stranger.plant import draw
 
-RESULTS = Path(__file__).resolve().parent / "results" / "stranger.json"
+RESULTS = Path(__file__).resolve().parent / "results"
 BEYOND_U, NORMAL_95 = 4.0, 1.96
 SHORT = ("board, steps", "converter, steps", "w late, converter")
 SAYS_NOTHING = ("rotor_held",)  # of a rotor that is held, a fact and no accusation
@@ -128,17 +130,23 @@ def row_of(name: str, maker: Maker, words: str, seed: int, folder: Path) -> dict
     return {**row, "evaluations": counted, "cpu_s": round(time.process_time() - began, 1)}
 
 
+def _listed() -> dict[str, tuple[Maker, str]]:
+    """Every log of the lists by name, with the words that name its mistake."""
+    good = {f"good: {n}": (m, "") for n, m in GOOD.items()}
+    return good | {f"bad: {n}": pair for n, pair in BAD.items()}
+
+
 def main() -> int:
     """Prints each log that did not end well; 1 where one was silent."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--short", action="store_true", help="a few logs")
+    parser.add_argument("--drawn", type=int, default=0, help="draw so many logs instead")
     parser.add_argument("--only", default="", help="logs with that in their name")
     parser.add_argument("--seeds", type=int, nargs="*", default=[0])
     parser.add_argument("--out", type=Path, help="results file; default: of a full run")
     parser.add_argument("--kept", type=Path, help="file of a JSON line for each log that is done")
     chosen = parser.parse_args()
-    cases = {f"good: {n}": (m, "") for n, m in GOOD.items()}
-    cases |= {f"bad: {n}": pair for n, pair in BAD.items()}
+    cases = drawn.cases(chosen.drawn) if chosen.drawn else _listed()
     kept, rows = Kept(chosen.kept, commit()), {}
     with tempfile.TemporaryDirectory() as folder:
         for name, (maker, words) in cases.items():
@@ -157,7 +165,8 @@ def main() -> int:
     for kind, counts in ends.items():
         print(f"{kind}: " + ", ".join(f"{k} {v}" for k, v in counts.most_common()))
     full = not (chosen.short or chosen.only) and chosen.seeds == [0]
-    if out := chosen.out or (RESULTS if full else None):
+    kept_in = RESULTS / ("drawn_logs.json" if chosen.drawn else "stranger.json")
+    if out := chosen.out or (kept_in if full else None):
         results = {"commit": kept.commit, "ends": ends, "logs": rows}
         out.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     return 1 if any(counts["SILENT"] for counts in ends.values()) else 0

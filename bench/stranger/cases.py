@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
+from bench.stranger import edits
 from bench.stranger.logs import (
-    Edit,
     Maker,
     behind,
     board,
@@ -20,40 +18,6 @@ from bench.stranger.plant import Source
 FILTER, LATE = r"low-pass|filter", r"late|lag|delay"
 SUPPLY = r"supply|limit|foreign|sags"
 LOST, CLIPPED = r"rows|samples|lost", r"satur|stop at|limit"
-
-
-def _clipped(share: float) -> Edit:
-    return lambda table, m: {
-        **table,
-        "i": np.clip(table["i"], -share * m.stall_a, share * m.stall_a),
-    }
-
-
-def _offset(share: float) -> Edit:
-    return lambda table, m: {**table, "i": table["i"] + share * m.stall_a}
-
-
-def _held(column: str, rows: int) -> Edit:
-    def edit(table: dict[str, np.ndarray], m: object) -> dict[str, np.ndarray]:
-        at = np.arange(len(table["t"]))
-        return {**table, column: table[column][at - at % rows]}
-
-    return edit
-
-
-def _smoothed(column: str, rows: int) -> Edit:
-    def edit(table: dict[str, np.ndarray], m: object) -> dict[str, np.ndarray]:
-        padded = np.concatenate([np.full(rows - 1, table[column][0]), table[column]])
-        return {**table, column: np.convolve(padded, np.full(rows, 1.0 / rows), "valid")}
-
-    return edit
-
-
-def _gone(table: dict[str, np.ndarray], m: object) -> dict[str, np.ndarray]:
-    """A tenth of the rows in ten pieces, and the stamps written anew."""
-    at = np.arange(len(table["t"]))
-    kept = at % max(len(at) // 10, 10) > max(len(at) // 100, 2)
-    return {name: x[: kept.sum()] if name == "t" else x[kept] for name, x in table.items()}
 
 
 def _said(channel: str, fact: str, samples: float) -> Maker:
@@ -145,7 +109,7 @@ BAD: dict[str, tuple[Maker, str]] = {
         f"{LATE}|{FILTER}|mean",
     ),
     "running mean of the current": (
-        spoilt(_STEPS, lambda log, m: replace(log, edit=_smoothed("i", 8))),
+        spoilt(_STEPS, lambda log, m: replace(log, edit=edits.smoothed("i", 8))),
         f"{LATE}|{FILTER}|mean",
     ),
     **{
@@ -166,22 +130,25 @@ BAD: dict[str, tuple[Maker, str]] = {
     },
     "0 V logged in a coast": (converter("coast at the end", asked=True), r"bridge|open"),
     "0 V logged in a coast, board": (board("coast at the end", asked=True), r"bridge|open"),
-    "current clipped": (spoilt(_STEPS, lambda log, m: replace(log, edit=_clipped(0.5))), CLIPPED),
+    "current clipped": (
+        spoilt(_STEPS, lambda log, m: replace(log, edit=edits.clipped(0.5))),
+        CLIPPED,
+    ),
     "current offset 3 %": (
-        spoilt(_STEPS, lambda log, m: replace(log, edit=_offset(0.03))),
+        spoilt(_STEPS, lambda log, m: replace(log, edit=edits.offset(0.03))),
         r"offset|zero",
     ),
     "current offset 10 %, board": (
-        spoilt(_BOARD, lambda log, m: replace(log, edit=_offset(0.1))),
+        spoilt(_BOARD, lambda log, m: replace(log, edit=edits.offset(0.1))),
         r"offset|zero",
     ),
     **{
         f"{c} held for 8 rows": (
-            spoilt(_STEPS, lambda log, m, c=c: replace(log, edit=_held(c, 8))),
+            spoilt(_STEPS, lambda log, m, c=c: replace(log, edit=edits.held(c, 8))),
             f"held|repeat|{LATE}",
         )
         for c in "viw"
     },
-    "rows lost": (spoilt(_STEPS, lambda log, m: replace(log, edit=_gone)), LOST),
-    "rows lost, board": (spoilt(_BOARD, lambda log, m: replace(log, edit=_gone)), LOST),
+    "rows lost": (spoilt(_STEPS, lambda log, m: replace(log, edit=edits.gone)), LOST),
+    "rows lost, board": (spoilt(_BOARD, lambda log, m: replace(log, edit=edits.gone)), LOST),
 }
