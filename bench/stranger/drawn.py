@@ -16,6 +16,8 @@ from bench.stranger.plant import Source
 DRIVES = (
     "steps", "random", "stairs", "one way", "ramp", "sweep", "up and down", "coast at the end",
 )  # fmt: skip
+CHANGING = ("ramp", "sweep")  # each row: what is read between two changes is late, and no good log
+CLOCKS = ("exact", "exact", "jitter", "4 us", "busy PC")
 ROWS = 8.0, 400.0  # in a motor's time constant
 SENSORS = (("viw", False), ("viw", False), ("vip", True), ("viw", True))  # and whether they count
 Mistake = Callable[[Log, Motor, Rng], Log]
@@ -24,17 +26,18 @@ Mistake = Callable[[Log, Motor, Rng], Log]
 def good(m: Motor, rng: Rng) -> Log:
     """A log without a mistake."""
     columns, counts = SENSORS[rng.integers(len(SENSORS))]
-    moment = rng.random()
+    drive, moment = str(rng.choice(DRIVES)), rng.random()
+    changes = drive in CHANGING
     return Log(
-        drive=str(rng.choice(DRIVES)),
+        drive=drive,
         rate=float(f"{_between(rng, *ROWS) / m.tau_s:.2g}"),
         bits=int(rng.choice((8, 10, 12, 14, 16))),
         noise=float(rng.choice((0.3, 0.7, 1.5, 3.0))),
         columns=columns,
         counts=int(rng.choice((400, 1440, 2000, 4096, 10_000))) if counts else 0,
         gear=float(rng.choice((1.0, 1.0, 1.0, 19.2, 50.0))),
-        clock=str(rng.choice(("exact", "exact", "jitter", "4 us", "busy PC"))),
-        phase=0.0 if moment < 0.6 else None if moment < 0.8 else float(rng.random()),
+        clock=str(rng.choice(("exact", "4 us") if changes else CLOCKS)),
+        phase=0.0 if moment < 0.6 or changes else None if moment < 0.8 else float(rng.random()),
     )
 
 

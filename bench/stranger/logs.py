@@ -21,6 +21,7 @@ UNITS = {"t": "time=t:s", "v": "voltage=v:V", "i": "current=i:A", "w": "speed=w:
          "p": "position=p:counts"}  # fmt: skip
 IDEAL = Source()
 TICKS, MOST_TICKS = 8, 700_000  # in L/R or in a sample; of a log
+FINE = 64  # where readings lie between ticks: straight lines there are off by less than 16 bits
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,8 @@ def spoilt(base: Maker, change: Callable[[Log, Motor], Log]) -> Maker:
 def table(log: Log, m: Motor, rng: chain.Rng) -> Table:
     """The columns of the file."""
     wave, period_s = chain.wave(log.drive, m.volts, m.tau_s, log.rate, rng), 1.0 / log.rate
-    ticks = min(max(TICKS, math.ceil(TICKS * period_s * m.R / m.L)), MOST_TICKS // len(wave))
+    most = TICKS if log.clock in ("exact", "4 us") and not log.means else FINE
+    ticks = min(max(most, math.ceil(most * period_s * m.R / m.L)), MOST_TICKS // len(wave))
     dt = period_s / ticks
     true = turn(m, chain.driven(wave, ticks, log.phase, rng), dt, log.source)
     real, stamps = chain.clock(log.clock, len(wave), period_s, rng)

@@ -157,9 +157,10 @@ def _steady(volts: Floats, late: int, side: int) -> Bools:
 
 
 def _even(time_s: Floats, side: int) -> Bools:
-    """Places at which the stamps show no pause."""
+    """Places with no pause in the stamps among the rows of both lines."""
     steps = np.diff(time_s)
-    return np.asarray(np.abs(steps / np.median(steps) - 1.0) < 0.5)[side - 1 : -side + 1]
+    pauses = np.abs(steps / np.median(steps) - 1.0) >= 0.5
+    return np.asarray(np.convolve(pauses, np.ones(2 * side - 1), "valid") < 0.5)
 
 
 def _beside(values: Floats, side: int) -> Floats:
