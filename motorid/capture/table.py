@@ -211,14 +211,14 @@ def _of_stamps(clock: Clock, mapped: Mapping[str, ChannelMap]) -> dict[str, Any]
 
 
 def _channel(one: ChannelMap, raw: Floats, chosen: TableOptions) -> Channel:
+    step = checks.quantum(raw[np.isfinite(raw)], counted=one.quantity == POSITION)
     return as_stated(
         Channel(
             name=one.quantity,
             unit=one.unit.si,
             raw=raw,
             scale=one.unit.scale,
-            resolution=(1.0 if one.unit.counts else checks.quantum(raw[np.isfinite(raw)]))
-            * one.unit.scale,
+            resolution=(1.0 if one.unit.counts else step) * one.unit.scale,
             sense=cast(Sense, chosen.sense) if one.quantity == VOLTAGE else None,
             unsigned=one.quantity in chosen.unsigned,
         ),
