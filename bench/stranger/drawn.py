@@ -73,17 +73,12 @@ def _clipped(log: Log, m: Motor, rng: Rng) -> Log:
     return replace(log, drive="steps", edit=edits.clipped(rng.uniform(0.25, 0.45)))
 
 
-def _sags(log: Log, m: Motor, rng: Rng) -> Log:
-    return replace(log, asked=True, source=Source(ohms=rng.uniform(0.1, 0.4) * m.R))
-
-
 MISTAKES: dict[str, tuple[Mistake, str]] = {
     "a low-pass": (_filtered, FILTER),
     "a channel is late": (_late, LATE),
     "means of the current": (_means, f"{LATE}|{FILTER}|mean"),
     "a channel is held": (_held, f"held|repeat|{LATE}"),
     "the supply limits": (_limited, SUPPLY),
-    "a weak supply's voltage": (_sags, rf"{SUPPLY}|series|wiring"),
     "the supply's current": (lambda log, m, rng: replace(log, drawn=True), SUPPLY),
     "the current is clipped": (_clipped, CLIPPED),
     "the current's zero": (

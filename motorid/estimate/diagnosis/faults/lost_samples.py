@@ -94,7 +94,8 @@ def find(capture: Capture, timeline: Timeline) -> Jumps | None:
     for k in places.tolist():
         middle = _usual(np.r_[steps[k - AROUND : k], steps[k + 1 : k + AROUND + 1]])
         more = (steps[k] - middle) * (np.sign(middle) or 1.0)
-        if abs(more) <= least:
+        between = abs(steps[k + 1] - steps[k - 1])  # a motor that starts moves on both sides
+        if abs(more) <= max(least, between):
             continue
         multiple = more / max(abs(middle), 1e-9)
         whole = round(multiple) >= 1 and abs(multiple - round(multiple)) < WHOLE

@@ -97,6 +97,15 @@ def test_jumps_stand_out_of_what_steps_scatter_by() -> None:
     assert not len(found.places)
 
 
+def test_a_motor_that_is_up_to_speed_within_a_few_samples_loses_no_counts() -> None:
+    """One of the packaged rigs at 1 kHz: its mechanical time constant is 7 samples."""
+    rise = [1, 10, 21, 34, 47, 58, 69, 79, 86, 94, 98, 104, 107, 111, 113]
+    steps = np.r_[np.zeros(COUNT // 2), rise, np.full(COUNT // 2 - len(rise), 115)]
+    found = module.find(capture(np.cumsum(steps)), timeline())
+    assert found is not None
+    assert not len(found.places)
+
+
 @pytest.mark.parametrize("k", [1, 2, COUNT - 1])
 def test_ends_have_no_neighbours_to_judge_by(k: int) -> None:
     found = module.find(capture(turned({k: PER_SAMPLE})), timeline())
