@@ -29,7 +29,7 @@ from motorid.estimate.diagnosis.faults import (
     unstated_channels,
 )
 from motorid.estimate.diagnosis.input_noise import InputNoise
-from motorid.estimate.diagnosis.refit import Refit, go_on, refit
+from motorid.estimate.diagnosis.refit import Refit, go_on, refit, residuals
 from motorid.estimate.diagnosis.score_test import Screen
 from motorid.estimate.fit.block_regression import Size
 from motorid.estimate.fit.start_values import start_values
@@ -57,7 +57,9 @@ SEEN = (
     current_limited_supply,
 )  # in blocks: they mislead a fit too far for its derivatives
 WORTH = 0.08  # fall of F for each reading that a hypothesis must promise, to be fitted; or CLEAR
-RIVAL = 0.1  # of the best promise, that makes a rival
+RIVAL = 0.1  # of the best promise, that makes a rival,
+PEER = 0.5  # and that makes one of what a motor does: it stands at the same linear laws
+REST = 0.01  # of all that there is to explain: a fault that leaves less has no rival
 MOST = 4  # rivals
 SURELY = 0.7  # fall of F for each reading that names a suspect,
 LIKELY = 0.1  # or this much,
@@ -288,6 +290,9 @@ def trials(
         share, sure = gain / max(excess, 1e-9), gain * readings > clear
         chance = driven.share(hypothesis, found.size)
         out.append(Trial(hypothesis, found, gain, share, shift, far, sure, seen, chance))
+        rest = misfit.excess(records, residuals(records, found, hypothesis))
+        if out[-1].convincing and rest < min(REST * excess, clear / readings):
+            break
     return sorted(out, key=lambda t: -t.gain)
 
 
@@ -346,13 +351,14 @@ def _rivals(
     screen = screen or Screen(records, solution)
     scores = [screen.best(h) for module in SCREENED for h in module.hypotheses(records)]
     scores.sort(key=lambda s: -s.gain)
+    best = scores[0].gain if scores else 0.0
     for s in scores[:MOST]:
-        if s.gain > max(least, RIVAL * scores[0].gain):
+        if s.gain > max(least, RIVAL * best):
             some = True
             yield s.hypothesis, s.size, None, False
     for h in model_alternatives.hypotheses(records) if some else ():
         s = screen.best(h)
-        if s.gain > least:
+        if s.gain > max(least, PEER * best):
             yield s.hypothesis, s.size, [solution], False
 
 

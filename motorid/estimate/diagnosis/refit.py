@@ -83,6 +83,15 @@ def refit(
     return best
 
 
+def residuals(
+    records: Sequence[MotorRecord], found: Refit, hypothesis: Hypothesis
+) -> list[list[Floats]]:
+    """What a fit with a fault leaves of every record, by channel; weighed, in SI units."""
+    search = found.search
+    each = zip(records, search.own, strict=True)
+    return [Widened(r, own, hypothesis).residuals(search.values, own) for r, own in each]
+
+
 def plain(records: Sequence[MotorRecord], solution: Solution) -> Solution:
     """The derivatives at ``solution`` in white noise: what a fit weighs down is seen again."""
     shared = [

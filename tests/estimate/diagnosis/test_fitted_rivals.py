@@ -23,9 +23,12 @@ class Fits:
 
     def __init__(
         self, monkeypatch: pytest.MonkeyPatch, usual: float, excess: float = 2.0,
-        driven: float | None = None, chance: float = 0.0, **each: tuple[float, float],
+        driven: float | None = None, chance: float = 0.0, rest: float = 1.0,
+        **each: tuple[float, float],
     ) -> None:  # fmt: skip
-        """``driven``: the excess beyond noise of a voltage as well; None: none has any."""
+        """``driven``: the excess beyond noise of a voltage as well; None: none has any. ``rest``:
+        what every fault leaves of it.
+        """
         self.usual, self.each = usual, each
         self.rivals: list[Any] = []
         self.began: list[Any] = []
@@ -33,12 +36,15 @@ class Fits:
         monkeypatch.setattr(misfit, "residuals", lambda *_: [])
         variances = () if driven is None else "variances"
         left = {(): excess, "variances": driven}
+        monkeypatch.setattr(rank, "residuals", lambda *_: ["rest"])
         noise = SimpleNamespace(
             screen="screen",
             variances=lambda: variances,
             share=lambda h, size: chance * float(size[0]) * (h.code != "certain"),
         )
-        monkeypatch.setattr(misfit, "excess", lambda _records, _left, more=(): left[more])
+        monkeypatch.setattr(
+            misfit, "excess", lambda _, of, more=(): rest if of == ["rest"] else left[more]
+        )
         monkeypatch.setattr(rank, "InputNoise", SimpleNamespace(of=lambda *_: noise))
         monkeypatch.setattr(rank, "refit", self.refit)
         monkeypatch.setattr(rank, "_rivals", lambda *given: self.asked(*given))
@@ -82,6 +88,24 @@ def test_each_rival_is_fitted_and_the_one_that_explains_most_comes_first(
     assert fits.began == [["usual starts"], ["usual starts"], ["its own"]]
     assert fits.least == pytest.approx(rank.WORTH * 1000.0)
     assert fits.enough == pytest.approx([rank.NEAR * 2.0 * 1000.0] * 3)
+
+
+@pytest.mark.parametrize(
+    ("rest", "moves", "tried"),
+    [
+        (0.019, 0.1, 1),  # less than a hundredth of 2 for each reading, and than 300 in all
+        (0.021, 0.1, 2),
+        (0.019, 1e-4, 2),  # it convinces nobody
+    ],
+)
+def test_a_fault_that_leaves_nothing_has_no_rival(
+    rest: float, moves: float, tried: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fits = Fits(monkeypatch, 5000.0, rest=rest, late=(4000.0, moves), slips=(3500.0, -0.2))
+    late, slips = (replace(hypothesis(), code=code) for code in ("late", "slips"))
+    fits.rivals = [(late, (1.0,), None, False), (slips, (2.0,), None, False)]
+    known: Any = {"R": SimpleNamespace(total=100.0)}
+    assert len(rank.trials(readings(600.0, 400.0), solution(), known)) == tried
 
 
 def test_a_trial_knows_what_noise_of_a_voltage_makes_of_its_size(

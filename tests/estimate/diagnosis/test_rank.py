@@ -243,6 +243,8 @@ def test_what_the_model_lacks_is_tried_where_a_fault_is(monkeypatch: pytest.Monk
     assert [r[0] for r in found] == [0, "model"]
     assert len(found[1][2]) == 1
     assert [r[0] for r in rivals(monkeypatch, [20.0], lacks=9.0)] == [0]
+    assert [r[0] for r in rivals(monkeypatch, [100.0], lacks=49.0)] == [0]  # half of the best
+    assert [r[0] for r in rivals(monkeypatch, [100.0], lacks=51.0)] == [0, "model"]
 
 
 def test_each_runs_readings_say_of_which_run_they_are(monkeypatch: pytest.MonkeyPatch) -> None:

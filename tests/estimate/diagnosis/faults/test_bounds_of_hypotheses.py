@@ -219,13 +219,13 @@ def test_a_peak_is_most_for_as_many_rows_as_a_line_has() -> None:
 
 
 def test_a_pause_in_the_stamps_is_no_loss() -> None:
-    """More than half of a period more than the others, or less."""
-    steps = np.ones(40)
-    steps[[10, 20, 30]] = [1.4, 1.6, 0.4]
+    """More than half of a period more than the others, or less, in lines of 5 on either side."""
+    steps = np.ones(50)
+    steps[[10, 20, 35]] = [1.4, 1.6, 0.4]
     time_s = np.concatenate([[0.0], np.cumsum(steps)])
     even = _even(time_s, 5)
-    assert len(even) == 32
-    assert [int(k) + 4 for k in np.flatnonzero(~even)] == [20, 30]
+    assert len(even) == 42
+    assert [int(k) + 4 for k in np.flatnonzero(~even)] == [*range(16, 25), *range(31, 40)]
 
 
 # ---------------------------------------------------------------- what the model lacks
