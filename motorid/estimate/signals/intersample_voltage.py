@@ -134,8 +134,6 @@ class Waveform:
 
         Where it does not, readings that are joined only mean their noise, which looks likelier.
         """
-        if not len(self.steps_off):
-            return False
         least = least_jump(self.volts)
         return any(np.ptp(piece) > least for piece in np.split(self.volts, self.steps_off))
 

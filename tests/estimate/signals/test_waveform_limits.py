@@ -72,7 +72,14 @@ def test_a_voltage_wanders_by_more_than_a_twentieth_of_its_range(
     shown = wave(volts)
     assert shown.steps_off.tolist() == [20]
     assert shown.wanders is wanders
-    assert wave(np.linspace(0.0, 10.0, 60)).wanders is False  # without a jump
+
+
+def test_a_voltage_without_a_jump_wanders_where_it_is_no_constant() -> None:
+    """As of a motor that coasts: what is held between readings is half a sample late."""
+    assert wave(np.linspace(0.0, 10.0, 60)).wanders is True
+    noise = 0.01 * np.random.default_rng(0).standard_normal(400)
+    assert wave(10.0 + noise).wanders is False
+    assert wave(np.linspace(0.0, 10.0, 400) + noise).wanders is True
 
 
 @pytest.mark.parametrize(("by_turns", "found"), [(0.05, [100]), (0.18, [100]), (0.19, [])])
