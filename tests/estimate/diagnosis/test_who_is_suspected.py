@@ -102,6 +102,22 @@ def test_an_absurd_motor_is_a_scale_alone(monkeypatch: pytest.MonkeyPatch) -> No
 # channels of a log
 
 
+@pytest.fixture(autouse=True)
+def _no_noise_of_a_voltage(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(unstated_channels, "foreseen", lambda *_: iter(()))
+
+
+@pytest.mark.parametrize(("moved_s", "said"), [(1e-4, 1), (2e-4, 0)])
+def test_noise_of_the_voltage_makes_a_lag_less_sure(
+    moved_s: float, said: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of .5 ms, by .01 of its own and by what two draws move it."""
+    steps = [SimpleNamespace(own=np.array([moved_s / 2**0.5])) for _ in range(2)]
+    monkeypatch.setattr(unstated_channels, "foreseen", lambda *_: iter(steps))
+    lag = log(Instance(CURRENT_LAG))
+    assert len(unstated_channels.suspects([lag], solution([5e-4]))) == said
+
+
 def solution(*own: list[float], sd: float = 1e-5) -> Solution:
     covariance = tuple(np.eye(len(one)) * sd**2 for one in own)
     return Solution(

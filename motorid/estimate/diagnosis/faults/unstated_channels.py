@@ -30,6 +30,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import Suspect
 from motorid.estimate.signals.intersample_voltage import CONTINUOUS, MEANS
 from motorid.estimate.solver.problem import Solution
+from motorid.estimate.uncertainty.log_voltage_noise import foreseen
 
 Floats = NDArray[np.float64]
 
@@ -60,10 +61,11 @@ class Size:
 def suspects(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect]:
     """Every channel that is late or smoothed, each once, of the record where it is most."""
     found: dict[tuple[str, str], tuple[Size, float]] = {}
-    for record, own, covariance in zip(records, solution.own, solution.own_covariance, strict=True):
+    for k, (record, own) in enumerate(zip(records, solution.own, strict=True)):
         period = default.period_s(record)
         if not period:
             continue
+        covariance = _covariance(k, record, solution)
         deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         sizes = {
             one.quantity.name: (float(size), float(sd))
@@ -88,6 +90,12 @@ def suspects(records: Sequence[MotorRecord], solution: Solution) -> list[Suspect
     averaged = [*_averaged(records, before), *_kernels(records, solution, before)]
     named = [*averaged, *_taken_earlier(records, before), *said]
     return _with_rest(named, records, solution)
+
+
+def _covariance(k: int, record: MotorRecord, solution: Solution) -> Floats:
+    """Of a record's own unknowns (m, m): by noise of its readings, and by that of its voltage."""
+    moved = [step.own for step in foreseen(k, record, solution)]
+    return np.asarray(solution.own_covariance[k] + sum(np.outer(own, own) for own in moved))
 
 
 def _as_likely_without(records: Sequence[MotorRecord], least_s: float) -> bool:
