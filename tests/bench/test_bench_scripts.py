@@ -170,6 +170,7 @@ def test_gauge_foretells_what_the_study_finds() -> None:
         assert fixtures < 2 * most, name
 
 
+@pytest.mark.study
 @pytest.mark.skipif(platform.machine() not in X86, reason="no second kernel for this processor")
 def test_kernels_give_one_answer(tmp_path: Path) -> None:
     """The oldest kernel runs on every such processor."""
@@ -272,6 +273,7 @@ def test_search_ends_at_the_noise() -> None:
     assert cost == pytest.approx(0.01, rel=0.05)
 
 
+@pytest.mark.study
 def test_startup_compares_both_commands() -> None:
     text = run("startup", "1")
     assert len(re.findall(r"ms / \d+ ms = \d+\.\d+ \(at most 2\)", text)) == 2

@@ -73,7 +73,7 @@ def test_a_filter_off_by_its_tolerance_is_found(unfiltered: float, tmp_path: Pat
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("tau_s", [30e-6, 100e-6])
+@pytest.mark.parametrize("tau_s", [30e-6, pytest.param(100e-6, marks=pytest.mark.study)])
 def test_a_filter_that_nobody_declared_is_named(tau_s: float, tmp_path: Path) -> None:
     estimate, true = captured(tmp_path, f"&hidden_filter={tau_s}")
     found = estimate.parameters["L"]

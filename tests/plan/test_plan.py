@@ -55,8 +55,7 @@ def test_the_simulated_rig_keeps_the_promise(tmp_path: Path) -> None:
     assert [row for row in rows if not row.kept] == []
 
 
-@pytest.mark.slow
-@pytest.mark.long
+@pytest.mark.study
 @pytest.mark.usefixtures("one_motor")
 def test_a_tighter_want_takes_longer() -> None:
     tight = plan_run(rig_of(), ("B=10%",))

@@ -31,7 +31,7 @@ def spoilt(base: str, spoil: str) -> Estimate:
 @pytest.mark.parametrize(
     ("base", "spoil"),
     [
-        ("diode-decay", "voltage and current swapped"),
+        pytest.param("diode-decay", "voltage and current swapped", marks=pytest.mark.study),
         ("log-steps", "all shuffled"),
         ("log-drop-outs", "voltage shuffled"),
         ("fast-decay", "current of another run"),

@@ -62,7 +62,7 @@ def test_lost_counts_are_sized_by_the_travel(runs: Runs) -> None:
     assert found.parameters["L"].status == "estimated"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_saturated_voltage_is_covered(runs: Runs) -> None:
     found = fit([inject.clip(runs.good, 0.9 * runs.peak_v, VOLTAGE)], model="six")
     for name in ("R", "L", "J", "B", "K"):

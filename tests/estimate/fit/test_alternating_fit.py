@@ -120,7 +120,7 @@ def test_the_last_digits_of_readings_move_nothing(turning: Capture) -> None:
     assert total < STAYS
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_bend_that_goes_too_far_comes_to_rest(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

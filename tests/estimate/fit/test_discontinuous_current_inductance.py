@@ -110,7 +110,7 @@ def test_pulses_tell_what_no_reading_shows(tmp_path: Path, monkeypatch: pytest.M
     assert blind.parameters["L"].status == "not_identifiable"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_an_inductance_that_a_search_loses_is_found_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

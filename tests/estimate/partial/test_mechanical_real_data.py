@@ -52,7 +52,7 @@ def test_emps_agrees_with_its_published_values(shared_data: Path) -> None:
     assert estimate.parameters["K"].status == "not_identifiable"
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_emps_with_pulses_gives_the_same_axis(shared_data: Path) -> None:
     plain, pulsed = (
         mechanical_fit.fit([emps(shared_data, name)]).parameters

@@ -20,14 +20,14 @@ from tests.estimate.diagnosis.faults.cases import CHAIN, COMMANDED, Case, Runs
 from tests.estimate.diagnosis.faults.rigs import DIRECTIONS, DUTIES, Bench
 
 SIGNS = [c for c in CHAIN if c.code.endswith("_sign")]
-SLOW = {"voltage lag", "filtered current"}  # fits that start from far away
+FAR = {"voltage lag"}  # its fit starts from far away
 REPAIRED = {
     "current offset", "offset while driven", "current lag", "position lag", "voltage lag",
     "filtered current", "current averaged", "mean of currents", "current saturated",
     "samples dropped",
 }  # fmt: skip
 FITTED = [
-    pytest.param(c, marks=[pytest.mark.slow] if c.name in SLOW else [], id=c.name)
+    pytest.param(c, marks=[pytest.mark.study] if c.name in FAR else [], id=c.name)
     for c in CHAIN
     if c not in SIGNS
 ]

@@ -39,7 +39,12 @@ def of_the_last(y: Floats, count: int) -> Floats:
     ("station", "averaged", "words"),
     [
         (SMALL, partial(recursive, counts=0.5), "a new reading counts 0.5)"),
-        (SMALL, partial(of_the_last, count=3), "a mean of the last readings (of 3)"),
+        pytest.param(
+            SMALL,
+            partial(of_the_last, count=3),
+            "a mean of the last readings (of 3)",
+            marks=pytest.mark.study,
+        ),
         (MEDIUM, partial(recursive, counts=0.25), "a new reading counts 0.25)"),
     ],
 )

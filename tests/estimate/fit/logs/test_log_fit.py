@@ -72,7 +72,7 @@ def named(found: Estimate) -> set[str]:
         ("w", smoothed(20.0), "speed_filtered"),
         ("v", smoothed(5.0), "voltage_filtered"),
         ("i", late(10), "current_lag"),
-        ("w", late(10), "speed_lag"),
+        pytest.param("w", late(10), "speed_lag", marks=pytest.mark.study),
         ("v", late(10), "voltage_lag"),
     ],
 )

@@ -65,8 +65,7 @@ def test_a_filter_of_second_order_is_repaired(column: str, kind: str, samples: f
         assert not filter_rest.moves(records, solution)
 
 
-@pytest.mark.slow
-@pytest.mark.long
+@pytest.mark.study
 def test_what_a_filter_of_third_order_may_move_is_doubtful_or_allowed_for() -> None:
     """By filters of lower order, or by one of those and a kernel, which may do as much."""
     estimate = fit([logged("i", "RC", 4.0, stages=3)])

@@ -59,7 +59,7 @@ def over_samples(count: int) -> Callable[[Floats], Floats]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [3, 7])
+@pytest.mark.parametrize("count", [3, pytest.param(7, marks=pytest.mark.study)])
 def test_a_current_that_is_a_mean_over_several_samples_is_known_as_one(
     tmp_path: Path, count: int
 ) -> None:
@@ -77,7 +77,7 @@ def test_a_current_that_is_a_mean_over_several_samples_is_known_as_one(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [1, 4])
+@pytest.mark.parametrize("count", [1, pytest.param(4, marks=pytest.mark.study)])
 def test_a_current_that_is_late_by_whole_samples_is_taken_earlier(
     tmp_path: Path, count: int
 ) -> None:

@@ -29,7 +29,7 @@ def speed_control(station: Station) -> Drive:
     return drive
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_controlled_speed_with_a_current_some_samples_late(tmp_path: Path) -> None:
     """Jumps of the voltage then pass readings at once; R ended .5 %, 28 u, beside the truth."""
     station = STATIONS[0]

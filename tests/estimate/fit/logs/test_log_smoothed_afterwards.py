@@ -64,7 +64,7 @@ def test_a_savitzky_golay_filter_is_repaired(tmp_path: Path, window: int) -> Non
 @pytest.mark.parametrize(
     ("column", "smoothing"),
     [
-        ("i", lambda y: filtfilt(*BUTTERWORTH, y)),
+        pytest.param("i", lambda y: filtfilt(*BUTTERWORTH, y), marks=pytest.mark.study),
         ("w", lambda y: filtfilt(*BUTTERWORTH, y)),
         ("w", lambda y: uniform_filter1d(y, 15, mode="nearest")),
     ],

@@ -59,7 +59,7 @@ def test_the_likeliest_start_ends_at_the_low_pass_and_the_motor(tmp_path: Path) 
         assert merged(start, ended)[name] == pytest.approx(getattr(MOTOR, name), rel=0.01), name
 
 
-@pytest.mark.slow
+@pytest.mark.study
 def test_a_voltage_as_slow_as_the_winding(tmp_path: Path) -> None:
     """Two low-passes of 1 ms beside L/R of 4 ms: R was .8 %, 3 half-widths, and L 7 % off."""
     station = STATIONS[2]
