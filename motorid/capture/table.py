@@ -20,6 +20,7 @@ from motorid.capture.mapping import ROW, ChannelMap, Formula, parse_maps
 from motorid.capture.model import HELD as HELD
 from motorid.capture.model import NOTES as NOTES
 from motorid.capture.model import POSITION, VOLTAGE, Capture, Channel, Sense, Wiring
+from motorid.capture.reading_step import reading_step
 from motorid.capture.stamps import CLOCK_HZ as CLOCK_HZ
 from motorid.capture.stamps import Clock, clock_of
 from motorid.capture.table_options import (
@@ -211,14 +212,14 @@ def _of_stamps(clock: Clock, mapped: Mapping[str, ChannelMap]) -> dict[str, Any]
 
 
 def _channel(one: ChannelMap, raw: Floats, chosen: TableOptions) -> Channel:
-    step = checks.quantum(raw[np.isfinite(raw)], counted=one.quantity == POSITION)
     return as_stated(
         Channel(
             name=one.quantity,
             unit=one.unit.si,
             raw=raw,
             scale=one.unit.scale,
-            resolution=(1.0 if one.unit.counts else step) * one.unit.scale,
+            resolution=(1.0 if one.unit.counts else reading_step(raw[np.isfinite(raw)]))
+            * one.unit.scale,
             sense=cast(Sense, chosen.sense) if one.quantity == VOLTAGE else None,
             unsigned=one.quantity in chosen.unsigned,
         ),

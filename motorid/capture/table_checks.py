@@ -24,9 +24,6 @@ FAR = 20  # a sentinel lies this many times farther out than the rest of its col
 GAP = 2.5  # a pause of so many usual periods is a gap in the record
 IRREGULAR = 0.02  # relative spread of the periods that is worth saying
 FEW = 0.05  # of the rows: where more repeat a stamp, stamps were rounded
-LEVELS = 4096  # a column of no more distinct values than this may be quantised
-EXACT = 1e-3  # of a step, by which no value misses the grid of counts
-ROUNDED = 1e-9  # of the largest value: what arithmetic leaves of equal readings
 SLOW_S = 1.0  # a period beyond this hardly shows a motor's dynamics
 FEWEST_ONE_WAY = 5  # readings
 FAST = 0.2  # of the largest voltage or speed: the motor is driven, or turns, that way
@@ -180,26 +177,6 @@ def gaps(ticks: NDArray[np.int64], notes: list[str]) -> tuple[Gap, ...]:
             "is the time column's unit right?"
         )
     return found
-
-
-def quantum(values: Floats, counted: bool = False) -> float:
-    """The step of which all values are multiples, or 0 where they look continuous.
-
-    Levels that differ by rounding alone are one: a speed may be a difference of angles. What was
-    ``counted`` may come back to none of its levels: an angle goes on, and all must lie ``EXACT``.
-    """
-    levels = np.unique(values)
-    apart = np.diff(levels) > ROUNDED * float(np.abs(levels).max(initial=0.0))
-    levels = levels[np.r_[True, apart]] if len(levels) else levels
-    repeats = len(levels) <= min(LEVELS, len(values) // 4)
-    if len(levels) < 2 or not (repeats or counted):
-        return 0.0
-    steps = np.diff(levels)
-    step = float(steps.min())
-    counts = np.r_[0.0, np.cumsum(np.rint(steps / step))]
-    step = float(np.ptp(levels) / counts[-1])  # finer than one difference can tell
-    off = np.abs((levels - levels[0]) / step - counts)
-    return step if off.max() < (0.1 if repeats else EXACT) else 0.0
 
 
 def held_samples(channels: Mapping[str, Channel]) -> dict[str, int]:

@@ -213,47 +213,7 @@ def test_a_period_of_more_than_a_second_shows_no_start(period_s: float, slow: bo
     assert notes == [said + "is the time column's unit right?"] * slow
 
 
-# -- levels and repeated readings
-@pytest.mark.parametrize(
-    ("levels", "each", "step"),
-    [
-        ([0.0, 0.5], 4, 0.5),
-        ([3.0], 9, 0.0),
-        ([-7.0, -5.0, -1.0, 5.0], 4, 2.0),
-        ([5.0, 6.0, 7.2], 4, 1.1),  # the middle is .09 steps off the grid of both ends
-        ([5.0, 6.0, 7.24], 4, 0.0),  # .11
-        ([5.0, 6.0, 8.2, 9.2], 4, 1.05),
-        ([1e9, 1e9 + 0.5], 4, 0.0),  # no more than a double's own grain
-        ([-1e9, 2.0 - 1e9], 4, 2.0),
-    ],
-)
-def test_the_step_that_all_readings_share(levels: list[float], each: int, step: float) -> None:
-    assert checks.quantum(np.tile(levels, each)) == pytest.approx(step, rel=1e-9)
-
-
-def test_a_difference_of_angles_has_the_step_of_its_counts() -> None:
-    angle = 2 * np.pi / 2048 * np.cumsum(np.tile([0.0, 3.0, 4.0, 7.0], 400))
-    speed = np.diff(angle) / 2e-4
-    assert len(np.unique(speed)) > 4  # by the last digits
-    assert checks.quantum(speed) == pytest.approx(2 * np.pi / 2048 / 2e-4, rel=1e-9)
-
-
-def test_an_angle_of_counts_that_never_come_back_has_their_step() -> None:
-    rng = np.random.default_rng(0)
-    counts = np.cumsum(rng.integers(1, 9, 3000))
-    angle = 2 * np.pi / 2048 * counts
-    assert checks.quantum(angle) == 0.0  # of another quantity: it looks continuous
-    assert checks.quantum(angle, counted=True) == pytest.approx(2 * np.pi / 2048, rel=1e-9)
-    noisy = angle + 1e-5 * rng.standard_normal(len(angle))
-    assert checks.quantum(noisy, counted=True) == 0.0
-
-
-def test_readings_of_few_repetitions_or_many_levels_look_continuous() -> None:
-    assert checks.quantum(np.tile([0.0, 1.0], 4)[:7]) == 0.0  # three and a half of each level
-    assert checks.quantum(np.tile(np.arange(4096.0), 4)) == 1.0
-    assert checks.quantum(np.tile(np.arange(4097.0), 4)) == 0.0
-
-
+# -- repeated readings
 def stairs(runs: list[int]) -> list[float]:
     """Readings that stay for so many samples each."""
     return [float(level) for level, run in enumerate(runs) for _ in range(run)]

@@ -18,7 +18,7 @@ from motorid.acquire.scpi.recorder import Clock, Recording, Trace
 from motorid.acquire.scpi.scan import WITHIN
 from motorid.acquire.scpi.supply import Supply
 from motorid.capture.model import CURRENT, SPEED
-from motorid.capture.table_checks import quantum
+from motorid.capture.reading_step import reading_step
 from motorid.errors import LinkError
 
 CLOCK_UNCERTAINTY = 1e-4  # of a computer's clock: standard, relative
@@ -86,7 +86,7 @@ class Poller:
                 raw,
                 one.scale,
                 one.zero,
-                quantum(raw[np.isfinite(raw)]) * abs(one.scale),
+                reading_step(raw[np.isfinite(raw)]) * abs(one.scale),
                 late=(float(late[n]), row_s / WITHIN),
             )
             for n, (one, raw) in enumerate(zip(self._sources, columns, strict=True))

@@ -20,7 +20,7 @@ from motorid.acquire.scpi.dialect import Dialect
 from motorid.acquire.scpi.link import Instrument, number_of, written
 from motorid.acquire.scpi.scan import scans_of
 from motorid.capture import quadrature
-from motorid.capture.table_checks import quantum
+from motorid.capture.reading_step import reading_step
 from motorid.errors import DataError, LinkError
 
 SLICE_S = 0.02
@@ -147,7 +147,7 @@ class Recorder:
         for one in self._sources:
             (name,) = one.sources
             raw, late = found.readings[name], (found.late_s[name], found.late_uncertainty_s)
-            step = quantum(raw[np.isfinite(raw)])
+            step = reading_step(raw[np.isfinite(raw)])
             trace = self._trace(one, [Trace(Source(name), raw, 1.0, 0.0, step)])
             traces.append(replace(trace, late=late))
         doubt = math.hypot(self._doubt, found.period_uncertainty)

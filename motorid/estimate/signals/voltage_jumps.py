@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.capture.reading_step import reading_step
 from motorid.estimate.signals.neighbour_noise import of_differences
 
 Floats = NDArray[np.float64]
@@ -75,13 +76,14 @@ def rounding(deviation: float, step: float) -> float:
 
 
 def count_of(volts: Floats) -> float:
-    """V of a converter's step: what readings that often agree differ by at least; 0: they change by
-    whole levels, or hardly ever agree.
+    """V of a converter's step: what readings that often agree differ by at least, or of which all
+    are multiples, as of a slow ramp; 0: they change by whole levels, or by any size.
     """
     range_v, distinct = float(np.ptp(volts)), np.unique(volts)
     apart = np.diff(distinct)
     apart = apart[apart > SAME * range_v]
-    if not len(apart) or len(distinct) > len(volts) / 2:
+    if not len(apart):
         return 0.0
-    step = float(np.percentile(apart, 10))
+    often = len(distinct) <= len(volts) / 2
+    step = float(np.percentile(apart, 10)) if often else reading_step(volts)
     return step if step < COARSE * range_v else 0.0
