@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
 
 from motorid.capture.reading_step import reading_step
 
@@ -55,3 +59,30 @@ def test_readings_of_few_repetitions_or_many_levels_look_continuous() -> None:
     rough = np.arange(4097.0) + 0.02 * (np.arange(4097) % 2)
     assert reading_step(np.tile(rough[:4096], 4)) > 0.0
     assert reading_step(np.tile(rough, 4)) == 0.0
+
+
+@given(
+    st.lists(st.integers(-(2**15), 2**15), min_size=32, max_size=400),
+    st.floats(1e-9, 1e6),
+    st.floats(-1e3, 1e3),
+)
+def test_multiples_of_a_step_have_it_or_a_multiple_of_it(
+    counts: list[int], step: float, zero: float
+) -> None:
+    found = reading_step(step * (np.array(counts) + round(zero)))
+    if found:
+        assert found / step == pytest.approx(round(found / step), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "extremes", [[1.7e308, -1.7e308], [5e-324, 1e-323, 0.0], [0.0, 5e-324, 1e-300], [1e300, 1e-300]]
+)
+def test_extremes_have_an_answer(extremes: list[float]) -> None:
+    with np.errstate(over="raise", invalid="raise", divide="raise"):
+        assert reading_step(np.tile(extremes, 8)) >= 0.0
+
+
+@given(arrays(np.float64, st.integers(0, 64), elements=st.floats(allow_nan=False)))
+def test_any_finite_readings_have_an_answer(values: NDArray[np.float64]) -> None:
+    with np.errstate(over="raise", invalid="raise", divide="raise"):
+        assert reading_step(values[np.isfinite(values)]) >= 0.0
