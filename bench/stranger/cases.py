@@ -17,7 +17,7 @@ from bench.stranger.plant import Source
 
 FILTER, LATE = r"low-pass|filter", r"late|lag|delay"
 SUPPLY = r"supply|limit|foreign|sags"
-LOST, CLIPPED = r"rows|samples|lost", r"satur|stop at|limit"
+LOST, CLIPPED = r"(rows are|stretch is) missing", r"satur|stop at|limit"
 
 
 def _said(channel: str, fact: str, samples: float) -> Maker:

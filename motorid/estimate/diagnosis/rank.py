@@ -198,7 +198,7 @@ def direct(records: Sequence[MotorRecord]) -> list[Suspect]:
     for k, record in enumerate(records):
         run = [
             *lost_samples.suspects(record.capture, record.timeline),
-            *lost_rows.suspects(record.capture),
+            *lost_rows.suspects(record.capture, record.judged_at),
             *repeated_readings.suspects(record.capture),
             *current_zero.suspects(record),
             *current_limited_supply.suspects(record),

@@ -252,7 +252,7 @@ def test_each_runs_readings_say_of_which_run_they_are(monkeypatch: pytest.Monkey
                  "current_limited_supply"):  # fmt: skip
         module = SimpleNamespace(suspects=lambda *_, code=name: [suspect(code)])
         monkeypatch.setattr(rank, name, module)
-    one: Any = SimpleNamespace(capture=None, timeline=None)
+    one: Any = SimpleNamespace(capture=None, timeline=None, judged_at=None)
     alone, both = rank.direct([one]), rank.direct([one, one])
     assert [s.evidence for s in alone] == ["so"] * 5
     assert [s.evidence for s in both] == ["so (run 1)"] * 5 + ["so (run 2)"] * 5

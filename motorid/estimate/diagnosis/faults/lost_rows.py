@@ -46,8 +46,8 @@ class Lost:
     rows: Floats
 
 
-def suspects(capture: Capture) -> list[Suspect]:
-    """Rows that a log lacks."""
+def suspects(capture: Capture, motor: Floats | None = None) -> list[Suspect]:
+    """Rows that a log lacks; ``motor``: R, L, K, B, J, T0 as they seem with the others."""
     lost = find(capture)
     if lost is None:
         return []
@@ -66,6 +66,9 @@ def suspects(capture: Capture) -> list[Suspect]:
         )
     action = "log with the logger's own stamps, and import the file before anybody cut it"
     moves = dict.fromkeys(("L", "J"), math.inf)
+    if motor is not None and capture.get(POSITION) is not None:  # it turns farther in the time left
+        share = float(lost.rows.sum()) / len(capture)
+        moves |= {"K": share * motor[2], "B": 2.0 * share * motor[3], "T0": share * motor[5]}
     return [Suspect("samples_dropped", "time", evidence, action, "named", moves)]
 
 
