@@ -70,6 +70,7 @@ def command(
     address = live.Listen(listen, allow_remote, certificate, key)
     controls = Controls()
     with contextlib.ExitStack() as stack:
+        stop = stack.enter_context(interruptible())  # first: else it may leave a port half open
         shown = (
             live.page(rig, address, controls if allow_drive else None, command="scope")
             if where == live.PAGE
@@ -77,7 +78,6 @@ def command(
         )
         view = stack.enter_context(shown)
         link = stack.enter_context(contextlib.closing(open_port(rig.port)))
-        stop = stack.enter_context(interruptible())
         scope = Scope(link, rig, view.watch, controls, view.say)
         until = time.monotonic() + seconds if seconds is not None else None
         scope.run(stop, lambda: until is not None and time.monotonic() >= until)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from motorid.acquire import port
 from motorid.acquire.tap import RunFacts, Scale, Tap
 from motorid.capture import store
 from motorid.cli import live, main
@@ -120,6 +121,25 @@ def test_a_scope_ends_by_ctrl_c_with_the_bridge_open() -> None:
         scope.kill()
     assert scope.returncode == 130
     assert "Traceback" not in said
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no SIGINT to a child alone")
+def test_ctrl_c_while_the_port_opens_ends_a_scope_as_any_other(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    opened = []
+
+    def opening(name: str, *more: Any, **options: Any) -> Any:
+        signal.raise_signal(signal.SIGINT)
+        opened.append(real(name, *more, **options))
+        return opened[-1]
+
+    real = port.open_port
+    monkeypatch.setattr(port, "open_port", opening)
+    assert main.run(["scope", "--rig", "sim", "--listen", "0", "--seconds", "30"]) == 130
+    assert len(opened) == 1  # and closed, by the one who asked for it
+    assert "the bridge is open" in capsys.readouterr().err
 
 
 def test_a_terminal_shows_the_latest_seconds() -> None:
