@@ -165,8 +165,8 @@ def main() -> int:
     for kind, counts in ends.items():
         print(f"{kind}: " + ", ".join(f"{k} {v}" for k, v in counts.most_common()))
     full = not (chosen.short or chosen.only) and chosen.seeds == [0]
-    kept_in = RESULTS / ("drawn_logs.json" if chosen.drawn else "stranger.json")
-    if out := chosen.out or (kept_in if full else None):
+    usual = RESULTS / ("drawn_logs.json" if chosen.drawn else "stranger.json")
+    if out := chosen.out or (usual if full else None):
         results = {"commit": kept.commit, "ends": ends, "logs": rows}
         out.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     return 1 if any(counts["SILENT"] for counts in ends.values()) else 0

@@ -104,8 +104,8 @@ def spoilt(base: Maker, change: Callable[[Log, Motor], Log]) -> Maker:
 def table(log: Log, m: Motor, rng: chain.Rng) -> Table:
     """The columns of the file."""
     wave, period_s = chain.wave(log.drive, m.volts, m.tau_s, log.rate, rng), 1.0 / log.rate
-    most = TICKS if log.clock in ("exact", "4 us") and not log.means else FINE
-    ticks = min(max(most, math.ceil(most * period_s * m.R / m.L)), MOST_TICKS // len(wave))
+    fine = TICKS if log.clock in ("exact", "4 us") and not log.means else FINE
+    ticks = min(max(fine, math.ceil(fine * period_s * m.R / m.L)), MOST_TICKS // len(wave))
     dt = period_s / ticks
     true = turn(m, chain.driven(wave, ticks, log.phase, rng), dt, log.source)
     real, stamps = chain.clock(log.clock, len(wave), period_s, rng)

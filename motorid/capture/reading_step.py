@@ -17,11 +17,12 @@ ROUNDED = 1e-9  # of the largest value: what arithmetic leaves of equal readings
 
 
 def reading_step(values: Floats) -> float:
-    """The step of which all values (n,) are multiples, or 0 where they look continuous.
+    """The step of which all finite values (n,) are multiples, or 0 where they look continuous.
 
     Levels that differ by rounding alone are one: a speed may be a difference of angles. Where most
     readings come back to none, as of an angle that goes on or of many bits, all must lie exactly.
     """
+    values = values[np.isfinite(values)]
     largest = float(np.abs(values).max(initial=0.0))
     if len(values) < FEWEST or not largest > 0.0:
         return 0.0

@@ -218,8 +218,7 @@ def _channel(one: ChannelMap, raw: Floats, chosen: TableOptions) -> Channel:
             unit=one.unit.si,
             raw=raw,
             scale=one.unit.scale,
-            resolution=(1.0 if one.unit.counts else reading_step(raw[np.isfinite(raw)]))
-            * one.unit.scale,
+            resolution=(1.0 if one.unit.counts else reading_step(raw)) * one.unit.scale,
             sense=cast(Sense, chosen.sense) if one.quantity == VOLTAGE else None,
             unsigned=one.quantity in chosen.unsigned,
         ),

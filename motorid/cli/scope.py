@@ -70,7 +70,7 @@ def command(
     address = live.Listen(listen, allow_remote, certificate, key)
     controls = Controls()
     with contextlib.ExitStack() as stack:
-        stop = stack.enter_context(interruptible())  # first: else it may leave a port half open
+        stop = stack.enter_context(interruptible())  # first: a Ctrl-C while a port opens counts
         shown = (
             live.page(rig, address, controls if allow_drive else None, command="scope")
             if where == live.PAGE

@@ -28,7 +28,6 @@ QUICK = (  # one for each set of columns
     "a coast-down, speed alone",
     "a coast-down, voltage as tachometer",
 )
-
 (LATE,) = (case.name for case in CASES if case.late_s)
 SLOW = [case.name for case in CASES if case.name not in (*QUICK, UNTOLD, LATE)]
 # s; fits of whole logs cost ten times as much and say the same; bench_foreign fits those

@@ -86,7 +86,7 @@ class Poller:
                 raw,
                 one.scale,
                 one.zero,
-                reading_step(raw[np.isfinite(raw)]) * abs(one.scale),
+                reading_step(raw) * abs(one.scale),
                 late=(float(late[n]), row_s / WITHIN),
             )
             for n, (one, raw) in enumerate(zip(self._sources, columns, strict=True))

@@ -147,7 +147,7 @@ class Recorder:
         for one in self._sources:
             (name,) = one.sources
             raw, late = found.readings[name], (found.late_s[name], found.late_uncertainty_s)
-            step = reading_step(raw[np.isfinite(raw)])
+            step = reading_step(raw)
             trace = self._trace(one, [Trace(Source(name), raw, 1.0, 0.0, step)])
             traces.append(replace(trace, late=late))
         doubt = math.hypot(self._doubt, found.period_uncertainty)

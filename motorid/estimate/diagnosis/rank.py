@@ -290,9 +290,10 @@ def trials(
         share, sure = gain / max(excess, 1e-9), gain * readings > clear
         chance = driven.share(hypothesis, found.size)
         out.append(Trial(hypothesis, found, gain, share, shift, far, sure, seen, chance))
-        rest = misfit.excess(records, residuals(records, found, hypothesis))
-        if out[-1].convincing and rest < min(REST * excess, clear / readings):
-            break
+        if out[-1].convincing:
+            rest = misfit.excess(records, residuals(records, found, hypothesis))
+            if rest < min(REST * excess, clear / readings):
+                break
     return sorted(out, key=lambda t: -t.gain)
 
 
