@@ -1,7 +1,7 @@
 #!/bin/sh
 # Makes .venv ready: tools/setup.sh run | test
 #   run    what motorid needs, with its compiled parts
-#   test   that, and what its tests and checks need
+#   test   after it, what its tests and checks need
 # Asks apt-get only for what is missing, and only as root or with password-free sudo;
 # otherwise it says which command to give. Where there is no C compiler, the compiled parts are
 # built with ziglang from the package index, as locked in locks/zig.txt.
@@ -91,25 +91,41 @@ if [ "$what" = test ] && [ -n "$(wanted_packages)" ]; then
     install_packages $(wanted_packages) || say "going on without: the tests that need them skip"
 fi
 
-[ -x $venv/bin/python ] || { say "creating $venv with $python"; "$python" -m venv $venv; }
-say "installing motorid for $what, as locked in locks/$what.txt"
+pip() { $venv/bin/python -m pip "$@"; }
 export PIP_DISABLE_PIP_VERSION_CHECK=1
-# Each file must have a hash of the lock. Sources are built with the setuptools that the first installs.
-$venv/bin/python -m pip install -q --require-hashes -r locks/run.txt
-[ "$what" = run ] ||
-    $venv/bin/python -m pip install -q --require-hashes --no-build-isolation -r locks/test.txt
-if ! has_compiler $venv/bin/python && [ ! -e $zig/ziglang/__main__.py ]; then
-    say "no C compiler with Python's headers is here: installing ziglang, as locked in locks/zig.txt"
-    $venv/bin/python -m pip install -q --require-hashes --no-deps --target $zig -r locks/zig.txt
-fi
-PYTHONPATH=$zig${PYTHONPATH:+:$PYTHONPATH} \
-    $venv/bin/python -m pip install -q --no-deps --no-index --no-build-isolation -e .
-if [ "$what" = test ] && has npm; then
-    say "installing the emulator of the Pico's processor, as locked in firmware/emulator/pico"
-    npm ci --silent --no-audit --no-fund --prefix firmware/emulator/pico ||
-        say "going on without: the tests that need it skip"
-fi
-if [ "$what" = test ]; then
-    # so that not each worker compiles every test module for itself
-    PYTHONDONTWRITEBYTECODE='' $venv/bin/python -m pytest -q --collect-only >/dev/null 2>&1 || :
-fi
+
+# What motorid needs, and motorid with its compiled parts. Each file must have a hash of the lock.
+make_run() {
+    [ -x $venv/bin/python ] || { say "creating $venv with $python"; "$python" -m venv $venv; }
+    say "installing motorid, as locked in locks/run.txt"
+    pip install -q --require-hashes -r locks/run.txt
+    if ! has_compiler $venv/bin/python && [ ! -e $zig/ziglang/__main__.py ]; then
+        say "no C compiler with Python's headers is here: installing ziglang, as locked in locks/zig.txt"
+        pip install -q --require-hashes --no-deps --target $zig -r locks/zig.txt
+    fi
+    PYTHONPATH=$zig${PYTHONPATH:+:$PYTHONPATH} \
+        pip install -q --no-deps --no-index --no-build-isolation -e .
+}
+
+# What its tests and checks need. Sources are built with the setuptools that make_run installed.
+make_test() {
+    if has npm; then
+        say "installing the emulator of the Pico's processor, as locked in firmware/emulator/pico"
+        npm ci --silent --no-audit --no-fund --prefix firmware/emulator/pico ||
+            say "going on without: the tests that need it skip"
+    fi
+    say "installing what the tests need, as locked in locks/test.txt"
+    pip install -q --require-hashes --no-build-isolation --no-compile -r locks/test.txt
+    compile_all
+}
+
+# Byte code, on all cores: otherwise each worker of the tests compiles every module for itself.
+compile_all() {
+    export PYTHONDONTWRITEBYTECODE=''
+    cores=$(nproc 2>/dev/null || echo 2)
+    $venv/bin/python -m compileall -q -j "$cores" $venv/lib >/dev/null || :
+    find tests -name 'test_*.py' | sort |
+        xargs -P "$cores" -n 170 $venv/bin/python -m pytest -q --collect-only >/dev/null 2>&1 || :
+}
+
+make_"$what"

@@ -14,7 +14,7 @@ from motorid.sim.motor import Motor
 from motorid.sim.options import parse_url
 
 FINE_HZ, RATE_HZ = 20_000.0, 10_000.0  # faults in time are put in at the finer rate
-LONGEST_DRIVE, LONGEST_COAST = 0.25, 0.6
+LONGEST_DRIVE, LONGEST_COAST = 0.1, 0.25
 DIRECTIONS, DUTIES = "directions", "duties"
 CHANNELS = (CURRENT, VOLTAGE, POSITION)
 
