@@ -164,7 +164,8 @@ def test_noise_of_a_voltage_is_averaged_and_its_jumps_stay() -> None:
     assert scatter(read) == pytest.approx(0.05, rel=0.3)
     left = (calm - true).reshape(4, 100)
     assert np.std(left[:, 40:60]) < 1.6 * 0.05 * np.sqrt(9 / 4 / 33)  # parabolas through 33
-    assert np.array_equal(calm[96:104], read[96:104])  # and none over a jump
+    beside = np.r_[96:104, 196:204, 296:304]  # and none over a jump
+    assert np.std((calm - true)[beside]) < 0.8 * np.std((read - true)[beside])
     assert np.std(left) < 0.05
     exact = quiet(true)
     assert np.array_equal(exact, true)

@@ -31,7 +31,7 @@ from motorid.estimate.fit import (
 )
 from motorid.estimate.fit.logs import log_fit, log_lags, log_second_order, smoothed_voltage
 from motorid.estimate.selection import shaft_resonance
-from motorid.estimate.signals import intersample_voltage
+from motorid.estimate.signals import voltage_smoothing
 from motorid.estimate.signals.source import smoothing
 
 GRIDS = {  # values; the span to cover; the largest ratio between neighbours
@@ -51,7 +51,7 @@ GRIDS = {  # values; the span to cover; the largest ratio between neighbours
     "a wrong PWM frequency": (pwm_frequency.FACTORS, 0.25, 4.0, 4.0),
     "share of an inertia behind a shaft": (shaft_resonance.SHARES, 0.3, 0.85, 2.0),
     "windows of a smooth voltage": (smoothing.WINDOWS, 4.0, 64.0, 2.0),
-    "windows beside a jump": (intersample_voltage.HALF_WINDOWS, 4.0, 128.0, 2.0),
+    "windows beside a jump": (voltage_smoothing.HALF_WINDOWS, 4.0, 128.0, 2.0),
 }
 
 

@@ -21,7 +21,8 @@ from motorid.capture.model import CURRENT, Capture, Channel
 from motorid.estimate.signals import jumps_in_means
 from motorid.estimate.signals.log_source import source_ohms
 from motorid.estimate.signals.time_grid import IRREGULAR, Timeline
-from motorid.estimate.signals.voltage_jumps import jumps, least_jump, scatter
+from motorid.estimate.signals.voltage_jumps import jumps, least_jump
+from motorid.estimate.signals.voltage_smoothing import Windows, calm_windows, smoothed
 
 Floats = NDArray[np.float64]
 Shape = Literal["joined", "curved", "held", "broken", "loose", "means", "sourced"]
@@ -31,9 +32,6 @@ BROKEN: Shape = "broken"  # joined, but for jumps, before which a reading is hel
 LOOSE: Shape = "loose"  # the same, and no stamp says when in its sample the voltage jumped
 SOURCED: Shape = "sourced"  # broken, of a source whose resistance the current shows
 MEANS: Shape = "means"  # each over the time since the one before
-HALF_WINDOWS = (4, 8, 16, 32, 64, 128)  # samples
-SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
-BY_CHANCE = 3.0  # standard deviations of that variance: less is called noise of many readings
 SHORTEST = 0.1  # usual periods: two readings that lie closer tell no slope
 RAMP = 1e-4  # usual periods within which a jump is done, on either side of its time
 LOOSE_RAMP = 5e-3  # the same where no stamp tells that time: readings tell it no better
@@ -52,7 +50,7 @@ class Waveform:
     ``shape``: they are joined by straight lines, or by a spline; or each is held until the next; or
     (broken) they are joined but where the voltage jumps, at its stamp or (loose) before it. Means
     are levels, which begin at ``time_s``. ``window_s``: of a mean, as declared; 0: nobody says so.
-    A source lies ``ohms`` before the terminals; else 0. ``windows`` (n,): over which readings were
+    A source lies ``ohms`` before the terminals; else 0. ``windows``: over which readings were
     freed of noise; None: they were not.
     ``filter_s``: first, and ``filter_s2`` second time constant of the declared low-pass that they
     passed, 1/(1 + filter_s s + filter_s2 s²); s and s².
@@ -66,7 +64,7 @@ class Waveform:
     filter_s2: float = 0.0
     window_s: float = 0.0
     ohms: float = 0.0
-    windows: NDArray[np.intp] | None = None
+    windows: Windows | None = None
 
     def means(
         self,
@@ -307,46 +305,3 @@ def _of_means(capture: Capture, channel: Channel, window_s: float) -> Waveform:
     begun = ends - np.where(since < MISSING * capture.period_s, since, usual)
     begun, levels = jumps_in_means.split(begun, ends, channel.values[known])
     return Waveform(begun, levels, MEANS, capture.period_s, window_s=window_s)
-
-
-def calm_windows(volts: Floats) -> NDArray[np.intp]:
-    """Readings (n,) on either side of each that follow a parabola with it; 0: too few.
-
-    Noise of the readings would drive the model. About each the widest window is sought in which the
-    readings leave a parabola by no more than they scatter; jumps stay.
-    """
-    deviation = scatter(volts)
-    out = np.zeros(len(volts), dtype=np.intp)
-    for half in HALF_WINDOWS if deviation else ():  # the widest has the last word
-        if 2 * half >= len(volts):
-            break
-        _, left = _parabolas(volts, half)
-        most = min(SMOOTH, 1.0 + BY_CHANCE / math.sqrt(half - 1))
-        middle = out[half : len(volts) - half]
-        middle[left <= most * deviation**2] = half
-    return out
-
-
-def smoothed(volts: Floats, windows: NDArray[np.intp]) -> Floats:
-    """Readings (n,) by the parabola of the inner half of each one's window (n,), which bends a
-    sixteenth as much as that of the whole.
-    """
-    out = volts.copy()
-    for half in np.unique(windows[windows > 0]).tolist():
-        inner, here = half // 2, np.flatnonzero(windows == half)
-        out[here] = _parabolas(volts, inner)[0][here - inner]
-    return out
-
-
-def _parabolas(volts: Floats, half: int) -> tuple[Floats, Floats]:
-    """Through every window of 2·half + 1 readings a parabola: its middle, and the variance left."""
-    size = 2 * half + 1
-    place = np.arange(-half, half + 1.0)
-    bend = place**2 - (place**2).mean()
-    windows = np.lib.stride_tricks.sliding_window_view(volts - volts.mean(), size)
-    mean = windows.mean(axis=1)
-    first, second = windows @ place, windows @ bend
-    total = np.einsum("nk,nk->n", windows, windows) - size * mean**2
-    squares = float(place @ place), float(bend @ bend)
-    left = (total - first**2 / squares[0] - second**2 / squares[1]) / (size - 3)
-    return mean + volts.mean() + second / squares[1] * bend[half], left

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from motorid.capture.model import VOLTAGE, Channel
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.intersample_voltage import Waveform, of_log, smoothed
+from motorid.estimate.signals.intersample_voltage import Waveform, of_log
 from motorid.estimate.signals.voltage_jumps import count_of, jumps, rounding, scatter
+from motorid.estimate.signals.voltage_smoothing import smoothed
 from motorid.estimate.solver.dense_products import gram, project
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Linearised, Solution

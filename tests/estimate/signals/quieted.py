@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.estimate.signals.intersample_voltage import calm_windows, smoothed
+from motorid.estimate.signals.voltage_smoothing import calm_windows, smoothed
 
 
 def quiet(volts: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -24,9 +24,9 @@ from motorid.estimate.signals.intersample_voltage import (
     Shape,
     Waveform,
     of_log,
-    scatter,
 )
 from motorid.estimate.signals.time_grid import Part, Timeline
+from motorid.estimate.signals.voltage_jumps import scatter
 from motorid.program import Decay, Program, Step, StepKind
 from tests.estimate.signals.quieted import quiet
 

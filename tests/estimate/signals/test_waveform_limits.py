@@ -9,21 +9,17 @@ import pytest
 from numpy.typing import NDArray
 
 from motorid.capture.model import VOLTAGE
-from motorid.estimate.signals import intersample_voltage as module
 from motorid.estimate.signals.intersample_voltage import (
     BROKEN,
-    HALF_WINDOWS,
     JOINED,
     LOOSE,
     MOST_JUMPS,
     Shape,
     Waveform,
     of_log,
-    scatter,
 )
-from motorid.estimate.signals.voltage_jumps import least_jump
+from motorid.estimate.signals.voltage_jumps import least_jump, scatter
 from motorid.program import Program, Step, StepKind
-from tests.estimate.signals.quieted import quiet
 from tests.estimate.signals.test_readings_of_a_log import grid, log
 
 Floats = NDArray[np.float64]
@@ -122,35 +118,3 @@ def test_a_program_without_its_phases_is_a_log() -> None:
     found = of_log(twice, twice.channels[VOLTAGE], JOINED)
     assert found is not None
     assert found.volts.tolist() == [1.0, 2.0]
-
-
-@pytest.mark.parametrize("half", HALF_WINDOWS)
-def test_a_window_s_parabola_is_that_of_least_squares(half: int) -> None:
-    volts = 5.0 + np.random.default_rng(3).standard_normal(2 * half + 8)
-    values, left = module._parabolas(volts, half)
-    place = np.arange(-half, half + 1.0)
-    assert len(values) == 8
-    for k in range(8):
-        here = volts[k : k + 2 * half + 1]
-        fitted = np.polynomial.Polynomial.fit(place, here, 2)
-        off = here - fitted(place)
-        assert values[k] == pytest.approx(fitted(0.0))
-        assert left[k] == pytest.approx(float(off @ off) / (2 * half + 1 - 3))
-
-
-def test_small_noise_hides_no_small_jump() -> None:
-    """One of .2 V beside .01 V of noise stays as sharp as it was read."""
-    rng = np.random.default_rng(4)
-    true = np.where(np.arange(400) < 200, 0.0, 0.2)
-    read = true + 0.01 * rng.standard_normal(400)
-    left = quiet(read) - true
-    assert np.abs(left[190:210]).max() < 0.05
-    assert np.std(left[50:150]) < 0.005
-
-
-def test_a_bend_that_noise_does_not_explain_is_kept() -> None:
-    """A wave of 24 readings, .3 V high, beside .01 V of noise: no wide parabola follows it."""
-    rng = np.random.default_rng(6)
-    true = 0.3 * np.sin(2.0 * np.pi * np.arange(600) / 24.0)
-    left = quiet(true + 0.01 * rng.standard_normal(600)) - true
-    assert np.abs(left).max() < 0.06

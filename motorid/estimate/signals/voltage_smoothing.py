@@ -1,0 +1,122 @@
+"""A log's voltage freed of noise, which would drive the model, but not of its jumps and bends.
+
+About each reading the widest window is sought in which the readings leave a parabola by no more
+than they scatter; the parabola of its inner half, which bends a sixteenth as much, takes the
+reading's place. Beside a jump no window about a reading is wide. There it is taken from one that
+lies to its side: what follows a jump tells the inductance.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorid.estimate.signals.voltage_jumps import jumps, scatter
+
+Floats = NDArray[np.float64]
+Places = NDArray[np.intp]
+
+HALF_WINDOWS = (4, 8, 16, 32, 64, 128)  # samples
+SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
+BY_CHANCE = 3.0  # standard deviations of that variance: less is called noise of many readings
+WORTH = 0.5  # of a reading's variance: a window to its side must leave less
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Of each reading (n,): ``half`` so many are on either side of the middle of its parabola, 0:
+    it stays as it is; the middle lies ``ahead`` of it by so many.
+    """
+
+    half: Places
+    ahead: Places
+
+
+def calm_windows(volts: Floats) -> Windows:
+    """Windows of readings (n,) in which they follow a parabola."""
+    deviation, count = scatter(volts), len(volts)
+    halves = [half for half in HALF_WINDOWS if deviation and 2 * half < count]
+    calm = {half: _calm(volts, half, deviation) for half in halves}
+    found = Windows(np.zeros(count, dtype=np.intp), np.zeros(count, dtype=np.intp))
+    left = np.ones(count)  # of each reading's variance
+    for half in halves:  # the widest has the last word
+        found.half[calm[half]] = half // 2
+        left[calm[half]] = _share(half // 2, np.zeros(1))
+    room = _room(volts)
+    for half in halves:
+        ahead, inside = _beside(calm[half], half)
+        share = _share(half // 2, ahead)
+        take = inside & (room < half) & (share < WORTH * left)
+        found.half[take], found.ahead[take], left[take] = half // 2, ahead[take], share[take]
+    return found
+
+
+def smoothed(volts: Floats, windows: Windows) -> Floats:
+    """Readings (n,) by the parabola of each one's window."""
+    out = volts.copy()
+    for half in np.unique(windows.half[windows.half > 0]).tolist():
+        here = np.flatnonzero(windows.half == half)
+        ahead = windows.ahead[here]
+        each = np.array(_parabolas(volts, half)[:3])[:, here + ahead - half]
+        out[here] = each[0] - each[1] * ahead + each[2] * ahead**2
+    return out
+
+
+def _calm(volts: Floats, half: int, deviation: float) -> NDArray[np.bool_]:
+    """Readings (n,) about which so many on either side leave a parabola by no more than noise."""
+    out = np.zeros(len(volts), dtype=np.bool_)
+    most = min(SMOOTH, 1.0 + BY_CHANCE / math.sqrt(half - 1))
+    out[half : len(volts) - half] = _parabolas(volts, half)[3] <= most * deviation**2
+    return out
+
+
+def _room(volts: Floats) -> Places:
+    """How many readings lie between each (n,) and the next jump on either side."""
+    at, edges = np.arange(len(volts)), np.r_[-len(volts), jumps(volts), 2 * len(volts)]
+    after = np.searchsorted(edges, at, side="right")
+    return np.asarray(np.minimum(at - edges[after - 1], edges[after] - 1 - at), dtype=np.intp)
+
+
+def _beside(calm: NDArray[np.bool_], half: int) -> tuple[Places, NDArray[np.bool_]]:
+    """Of readings (n,): by how much the middle of half the nearest calm window lies ahead, where
+    that is moved towards it as far as the window reaches; and whether it is in the window.
+    """
+    at, middles = np.arange(len(calm)), np.flatnonzero(calm)
+    if not len(middles):
+        return np.zeros(len(calm), dtype=np.intp), calm
+    after = np.searchsorted(middles, at)
+    before = middles[np.maximum(after - 1, 0)]
+    after = middles[np.minimum(after, len(middles) - 1)]
+    far = np.where(np.abs(before - at) <= np.abs(after - at), before, after) - at
+    ahead = np.sign(far) * np.maximum(np.abs(far) - half // 2, 0)
+    return ahead.astype(np.intp), np.abs(far) <= half
+
+
+def _share(half: int, ahead: Places | Floats) -> Floats:
+    """Of a reading's variance, that of the parabola's value so far from its middle."""
+    place = np.arange(-half, half + 1.0)
+    mean = float((place**2).mean())
+    bend = place**2 - mean
+    at = np.asarray(ahead, dtype=np.float64)
+    slopes, bends = at**2 / (place @ place), (at**2 - mean) ** 2 / (bend @ bend)
+    return np.asarray(1.0 / len(place) + slopes + bends)
+
+
+def _parabolas(volts: Floats, half: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Through every window of 2·half + 1 readings a parabola: its value, slope and bend in the
+    middle, and the variance left.
+    """
+    size = 2 * half + 1
+    place = np.arange(-half, half + 1.0)
+    bend = place**2 - (place**2).mean()
+    windows = np.lib.stride_tricks.sliding_window_view(volts - volts.mean(), size)
+    mean = windows.mean(axis=1)
+    first, second = windows @ place, windows @ bend
+    total = np.einsum("nk,nk->n", windows, windows) - size * mean**2
+    squares = float(place @ place), float(bend @ bend)
+    left = (total - first**2 / squares[0] - second**2 / squares[1]) / (size - 3)
+    middle = mean + volts.mean() + second / squares[1] * bend[half]
+    return middle, first / squares[0], second / squares[1], left
