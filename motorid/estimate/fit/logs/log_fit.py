@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from motorid.capture.model import SPEED, Capture
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.alternating_fit import vanished
 from motorid.estimate.fit.logs import (
@@ -42,6 +43,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.unexplained import unsupported
 from motorid.estimate.signals.intersample_voltage import (
     BROKEN,
+    JOINED,
     MEANS,
     SHAPES,
     SOURCED,
@@ -80,6 +82,8 @@ def best(
     plain = _likeliest(_of_every_shape(first, solution, free, start, fresh))
     alike = plain[1].objective
     plain = log_readings.taken(*plain, free, start, fixed)
+    if _turns_otherwise(plain, as_read):
+        plain = _shaped_again(plain, free, start, fixed)
     plain, heard = _on_its_grid(plain, free, start, fixed)
     averages: list[Fit] = []
     if any(one.asked_for for one in heard):
@@ -143,6 +147,30 @@ def best(
         record.left_open = ()
     plain[0][0].left_open = _less_known(plain[1], solution)  # larger steps are not worth it
     return plain
+
+
+def _turns_otherwise(fit: Fit, as_read: Sequence[Capture]) -> bool:
+    """Its speed turned out to be means, or instants, with which no other shape was tried."""
+    each = [(record.capture, read) for record, read in zip(fit[0], as_read, strict=True)]
+    return any(now is not read and now.get(SPEED) is not read.get(SPEED) for now, read in each)
+
+
+def _shaped_again(
+    before: Fit, free: Sequence[str], start: Mapping[str, float], fixed: Mapping[str, float]
+) -> Fit:
+    """The likeliest shape of the voltage for a speed as it turned out to be: one that is late by
+    half a sample speaks for a voltage that is.
+    """
+
+    def fresh(shape: Shape) -> list[MotorRecord]:
+        return [MotorRecord(record.capture, free, fixed, shape) for record in before[0]]
+
+    near, first = merged(start, before[1]), fresh(JOINED)
+    found = _of_every_shape(first, settled(first, free, near), free, start, fresh)
+    best = min(found, key=lambda one: one[1].objective)
+    if best[1].objective > before[1].objective - BETTER:
+        return before
+    return _likeliest([*found, before])
 
 
 def _on_its_grid(

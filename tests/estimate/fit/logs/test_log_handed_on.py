@@ -26,6 +26,7 @@ class Handed:
         self.wider = solution(60.0, None, (0.2,))
         self.ways = {n: ([record(n)], solution(61.0)) for n in ("second", "means", "lags", "alone")}
         heard = [SimpleNamespace(shifts=(), step=0.0, needed=5.0, asked_for=True)]
+        monkeypatch.setattr(log_fit, "_turns_otherwise", lambda *_: False)
         self.note(monkeypatch, log_fit, "_of_every_shape", [self.plain])
         self.note(monkeypatch, log_fit.log_readings, "taken", self.plain)
         self.note(monkeypatch, log_fit, "told", heard)

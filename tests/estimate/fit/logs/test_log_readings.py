@@ -11,6 +11,8 @@ import pytest
 from scipy.signal import bilinear, butter, lfilter
 
 from bench.foreign.plant import STEP_S
+from bench.stranger.logs import Log, answer
+from bench.stranger.plant import draw
 from motorid.capture.model import SPEED
 from motorid.estimate.fit.joint_fit import solved
 from motorid.identify import fit
@@ -35,6 +37,21 @@ def behind_butterworth(current: Floats) -> Floats:
 def test_a_speed_of_counted_edges_is_a_mean(tmp_path: Path) -> None:
     records, _ = solved([logged(tmp_path, w=counted)], {}, ())
     assert records[0].capture.channels[SPEED].window_s == pytest.approx(PERIOD_S, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_behind_a_counted_speed_a_ramp_is_held_from_row_to_row(tmp_path: Path) -> None:
+    """A speed that is late by half a row speaks for a voltage that is: J was .8 % off at 10 u."""
+    rng = np.random.default_rng(2)
+    motor = draw(rng)
+    log = Log("ramp", rate=40.0 / motor.tau_s, bits=14, noise=0.3, counts=4096)
+    found = answer(log, motor, rng, tmp_path)
+    assert found.estimate is not None
+    assert not [s for s in found.estimate["suspects"] if s["strength"] == "named"]
+    inertia = found.estimate["parameters"]["J"]
+    low, high = inertia["interval_95"]
+    assert low < motor.truth["J"] < high
+    assert inertia["value"] == pytest.approx(motor.truth["J"], rel=2e-3)
 
 
 @pytest.mark.slow

@@ -14,7 +14,9 @@ from scipy.signal import lfilter
 from motorid.estimate.fit.logs import log_fit
 from tests.estimate.fit.made_fits import NAMES, record, solution
 
-FIRST, PLAIN, AGAIN, WIDER, ELSEWHERE, SMOOTHED, FINER = (f"fit {name}" for name in "ABCDEFG")
+FIRST, PLAIN, AGAIN, WIDER, ELSEWHERE, SMOOTHED, FINER, RESHAPED = (
+    f"fit {name}" for name in "ABCDEFGH"
+)
 STEP = np.array([1.0])
 
 
@@ -22,15 +24,24 @@ class Stages:
     """A log's fit whose stages end at given objectives, and note how they were asked."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **facts: Any) -> None:
-        self.objectives = {PLAIN: 100.0, AGAIN: 100.0, WIDER: 80.0, ELSEWHERE: 81.0, SMOOTHED: 99.0}
+        self.objectives = {
+            PLAIN: 100.0,
+            AGAIN: 100.0,
+            WIDER: 80.0,
+            ELSEWHERE: 81.0,
+            SMOOTHED: 99.0,
+            RESHAPED: 90.0,
+        }
         self.asked_for, self.needed, self.moved = False, 10.0, True
         self.found, self.lost, self.much, self.few = False, set[str](), False, False
         self.finer, self.answered = 0.0, False  # F on a finer grid, 0: none; it asks for no more
+        self.turned, self.shaped = False, [PLAIN, RESHAPED]  # the speed's way, and shapes for it
         vars(self).update(facts)
         self.asked = list[str]()
         self.ways = {"second": 1.0, "means": 2.0, "lags": 3.0, "alone": 4.0}
         answers = {
-            "_of_every_shape": lambda *_: [self.fit(PLAIN)],
+            "_of_every_shape": lambda *_: [self.fit(self.shaped.pop(0))],
+            "_turns_otherwise": lambda *_: self.turned,
             "told": lambda records, _: [self.heard(records[0].capture)],
             "vanished": lambda found, _: float(found.objective) in self.gone(),
             "MotorRecord": lambda capture, _free, _fixed, shape: record(shape, capture=capture),
@@ -100,6 +111,31 @@ class Stages:
     def best(self) -> Any:
         start = {"R": 2.0, "L": 3.0, "K": 4.0}
         return log_fit.best([record(capture="first")], solution(200.0), NAMES, start, {})
+
+
+@pytest.mark.parametrize(
+    ("turned", "objective", "ended"),
+    [(True, 90.0, 90.0), (True, 98.9, 98.9), (True, 99.1, 100.0), (False, 90.0, 100.0)],
+)
+def test_another_way_of_the_speed_has_shapes_of_its_own(
+    monkeypatch: pytest.MonkeyPatch, turned: bool, objective: float, ended: float
+) -> None:
+    """One that is likelier by more than a little answers, and what there was is its rival."""
+    stages = Stages(monkeypatch, turned=turned)
+    stages.objectives[RESHAPED] = objective
+    (one,), found = stages.best()
+    assert found.objective == ended
+    assert bool(one.rivals) is (ended < 100.0)
+
+
+def test_a_speed_that_is_read_otherwise_asks_for_them() -> None:
+    speed, means = ({"speed": object()} for _ in range(2))
+    other = {**speed, "current": object()}
+    for now, was, asks in (
+        (speed, speed, False), (means, speed, True), (other, speed, False),
+        ({}, {}, False), (means, {}, True),
+    ):  # fmt: skip
+        assert log_fit._turns_otherwise(([record(capture=now)], None), [was]) is asks
 
 
 def test_most_logs_need_no_more_than_the_plain_shapes(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -233,6 +269,13 @@ def test_what_is_as_likely_without_lags_has_none(
     moved: bool, again: float, objective: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The plain shape, begun anew where the lags ended, is 15 likelier: they gain 5 of 10."""
-    likely = {PLAIN: 100.0, AGAIN: again, WIDER: 80.0, ELSEWHERE: 81.0, SMOOTHED: 99.0}
+    likely = {
+        PLAIN: 100.0,
+        AGAIN: again,
+        WIDER: 80.0,
+        ELSEWHERE: 81.0,
+        SMOOTHED: 99.0,
+        RESHAPED: 90.0,
+    }
     stages = Stages(monkeypatch, asked_for=True, moved=moved, objectives=likely)
     assert stages.best()[1].objective == objective
