@@ -44,7 +44,7 @@ def calm_windows(volts: Floats) -> Windows:
     left = np.ones(count)  # of each reading's variance
     for half in halves:  # the widest has the last word
         found.half[calm[half]] = half // 2
-        left[calm[half]] = _share(half // 2, np.zeros(1))
+        left[calm[half]] = _share(half // 2, 0)
     room = _room(volts)
     for half in halves:
         ahead, inside = _beside(calm[half], half)
@@ -95,7 +95,7 @@ def _beside(calm: NDArray[np.bool_], half: int) -> tuple[Places, NDArray[np.bool
     return ahead.astype(np.intp), np.abs(far) <= half
 
 
-def _share(half: int, ahead: Places | Floats) -> Floats:
+def _share(half: int, ahead: Places | int) -> Floats:
     """Of a reading's variance, that of the parabola's value so far from its middle."""
     place = np.arange(-half, half + 1.0)
     mean = float((place**2).mean())

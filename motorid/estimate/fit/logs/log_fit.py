@@ -83,7 +83,8 @@ def best(
     alike = plain[1].objective
     plain = log_readings.taken(*plain, free, start, fixed)
     if _turns_otherwise(plain, as_read):
-        plain = _shaped_again(plain, free, start, fixed)
+        captures = [record.capture for record in plain[0]]
+        plain = _shaped_again(plain, free, start, fresh)
     plain, heard = _on_its_grid(plain, free, start, fixed)
     averages: list[Fit] = []
     if any(one.asked_for for one in heard):
@@ -152,19 +153,18 @@ def best(
 def _turns_otherwise(fit: Fit, as_read: Sequence[Capture]) -> bool:
     """Its speed turned out to be means, or instants, with which no other shape was tried."""
     each = [(record.capture, read) for record, read in zip(fit[0], as_read, strict=True)]
-    return any(now is not read and now.get(SPEED) is not read.get(SPEED) for now, read in each)
+    return any(now.get(SPEED) is not read.get(SPEED) for now, read in each)
 
 
 def _shaped_again(
-    before: Fit, free: Sequence[str], start: Mapping[str, float], fixed: Mapping[str, float]
+    before: Fit,
+    free: Sequence[str],
+    start: Mapping[str, float],
+    fresh: Callable[[Shape], list[MotorRecord]],
 ) -> Fit:
     """The likeliest shape of the voltage for a speed as it turned out to be: one that is late by
     half a sample speaks for a voltage that is.
     """
-
-    def fresh(shape: Shape) -> list[MotorRecord]:
-        return [MotorRecord(record.capture, free, fixed, shape) for record in before[0]]
-
     near, first = merged(start, before[1]), fresh(JOINED)
     found = _of_every_shape(first, settled(first, free, near), free, start, fresh)
     best = min(found, key=lambda one: one[1].objective)

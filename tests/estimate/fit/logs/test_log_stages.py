@@ -25,13 +25,9 @@ class Stages:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, **facts: Any) -> None:
         self.objectives = {
-            PLAIN: 100.0,
-            AGAIN: 100.0,
-            WIDER: 80.0,
-            ELSEWHERE: 81.0,
-            SMOOTHED: 99.0,
+            PLAIN: 100.0, AGAIN: 100.0, WIDER: 80.0, ELSEWHERE: 81.0, SMOOTHED: 99.0,
             RESHAPED: 90.0,
-        }
+        }  # fmt: skip
         self.asked_for, self.needed, self.moved = False, 10.0, True
         self.found, self.lost, self.much, self.few = False, set[str](), False, False
         self.finer, self.answered = 0.0, False  # F on a finer grid, 0: none; it asks for no more
@@ -269,13 +265,6 @@ def test_what_is_as_likely_without_lags_has_none(
     moved: bool, again: float, objective: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The plain shape, begun anew where the lags ended, is 15 likelier: they gain 5 of 10."""
-    likely = {
-        PLAIN: 100.0,
-        AGAIN: again,
-        WIDER: 80.0,
-        ELSEWHERE: 81.0,
-        SMOOTHED: 99.0,
-        RESHAPED: 90.0,
-    }
+    likely = {PLAIN: 100.0, AGAIN: again, WIDER: 80.0, ELSEWHERE: 81.0, SMOOTHED: 99.0}
     stages = Stages(monkeypatch, asked_for=True, moved=moved, objectives=likely)
     assert stages.best()[1].objective == objective
