@@ -17,7 +17,7 @@ from motorid.estimate.diagnosis.score_test import Screen
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.solver.dense_products import dot, square
 from motorid.estimate.solver.problem import Solution
-from motorid.estimate.uncertainty.log_voltage_noise import noisier
+from motorid.estimate.uncertainty.added_noise import noisier
 
 Floats = NDArray[np.float64]
 

@@ -29,6 +29,7 @@ from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.solver.dense_products import misfits
 from motorid.estimate.solver.levenberg_marquardt import ENOUGH, MAX_ITERATIONS
 from motorid.estimate.solver.problem import Derivatives, Solution
+from motorid.estimate.uncertainty import added_noise
 
 COLOUR_PASSES = 2  # of noise model and fit in turn
 RISES = (0.3, 0.1)  # L/R in sample periods to begin with instead
@@ -58,8 +59,17 @@ def settled(
     worth: float = np.inf,
 ) -> Solution:
     """The most likely parameters for white noise: other starts are tried where one misfits, but for
-    one that leaves more of F than is ``worth`` it.
+    one that leaves more of F than is ``worth`` it. With what of F is the voltage's noise.
     """
+    return added_noise.judged(records, _settled(records, free, start, worth))
+
+
+def _settled(
+    records: Sequence[MotorRecord],
+    free: Sequence[str],
+    start: Mapping[str, float],
+    worth: float,
+) -> Solution:
     solution = with_sources(records, free, start)
     misfits = not solution.converged or leaves_misfit(solution, records)
     if misfits and solution.objective < worth:

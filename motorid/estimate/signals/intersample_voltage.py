@@ -267,15 +267,20 @@ class Rival:
     late_s: float = math.nan
 
 
-def of_log(capture: Capture, channel: Channel, shape: Shape) -> Waveform | None:
-    """The waveform of a capture without a program. That of declared means has no other shape."""
+def of_log(
+    capture: Capture, channel: Channel, shape: Shape, windows: Windows | None = None
+) -> Waveform | None:
+    """The waveform of a capture without a program. That of declared means has no other shape.
+
+    ``windows``: over which means are freed of noise; None: as they are found to be calm.
+    """
     known = np.isfinite(channel.values)
     if (capture.program is not None and capture.phases) or known.sum() < 2:
         return None
     aperture = channel.window_s
     averaged = aperture > capture.period_s / 2
     if averaged or shape == MEANS:
-        return _of_means(capture, channel, aperture if averaged else 0.0)
+        return _of_means(capture, channel, aperture if averaged else 0.0, windows)
     filter_s = min(channel.filter_delay_s, channel.delay_s)
     stamps = capture.time_s[known] - (channel.delay_s - filter_s) - aperture / 2
     second = channel.filter_s**2 if channel.filter_order == 2 else 0.0
@@ -294,7 +299,9 @@ def _quieted(read: Waveform) -> Waveform:
     return replace(read, volts=smoothed(read.volts, windows), windows=windows)
 
 
-def _of_means(capture: Capture, channel: Channel, window_s: float) -> Waveform:
+def _of_means(
+    capture: Capture, channel: Channel, window_s: float, windows: Windows | None
+) -> Waveform:
     """Readings that are means over the time since the one before each; after a reading that is
     missing, over the channel's own window. Where it jumped in that time, its mean says when.
     """
@@ -303,5 +310,7 @@ def _of_means(capture: Capture, channel: Channel, window_s: float) -> Waveform:
     since = np.diff(ends, prepend=ends[0] - (window_s or capture.period_s))
     usual = window_s or capture.period_s
     begun = ends - np.where(since < MISSING * capture.period_s, since, usual)
-    begun, levels = jumps_in_means.split(begun, ends, channel.values[known])
-    return Waveform(begun, levels, MEANS, capture.period_s, window_s=window_s)
+    volts = channel.values[known]
+    windows = windows or calm_windows(volts)
+    begun, levels = jumps_in_means.split(begun, ends, volts, smoothed(volts, windows))
+    return Waveform(begun, levels, MEANS, capture.period_s, window_s=window_s, windows=windows)

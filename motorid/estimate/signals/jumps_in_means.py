@@ -34,16 +34,16 @@ def within(volts: Floats) -> NDArray[np.intp]:
     return np.flatnonzero(far & between & inside & (flat <= FLAT * np.abs(rise))) + 2
 
 
-def split(begun: Floats, ends: Floats, volts: Floats) -> tuple[Floats, Floats]:
+def split(begun: Floats, ends: Floats, volts: Floats, quiet: Floats) -> tuple[Floats, Floats]:
     """When every level begins, and the levels (m,): means (n,) over ``begun`` to ``ends``, those
-    that hold a jump as the two levels about it.
+    that hold a jump as the two levels about it. ``quiet`` (n,): means freed of noise.
     """
     at = within(volts)
     if not len(at):
-        return begun, volts
-    before, after = volts[at - 1], volts[at + 1]
+        return begun, quiet
+    before, after = quiet[at - 1], quiet[at + 1]
     share = (volts[at] - after) / (before - after)
     moments = begun[at] + share * (ends[at] - begun[at])
-    levels = volts.copy()
+    levels = quiet.copy()
     levels[at] = before
     return np.insert(begun, at + 1, moments), np.insert(levels, at + 1, after)

@@ -14,6 +14,7 @@ Floats = NDArray[np.float64]
 
 QUARTER_BELOW = 0.3186  # standard deviations within which a quarter of normal readings lie
 CALM = 16  # stretches of a log, of which the calmer ones tell its noise
+CHANCE = 3.5  # standard deviations of a stretch's noise, by which it may exceed the calm ones'
 ORDERS = (2, 4, 6)  # of differences that tell the noise
 SWINGS = 0.5  # of what a lower order tells: that is no noise
 ENOUGH = 64  # readings of each
@@ -41,7 +42,7 @@ def least_jump(volts: Floats) -> float:
 
 
 def scatter(volts: Floats) -> float:
-    """Standard deviation of a reading by its neighbours, in the calmer quarter of the log.
+    """Standard deviation of a reading by its neighbours, in the calmer stretches of the log.
 
     Differences of a higher order leave less of a voltage that swings within few readings. What a
     converter's steps hide is there, whatever neighbours show.
@@ -57,10 +58,18 @@ def scatter(volts: Floats) -> float:
 
 
 def _calm(differences: Floats, order: int, step: float) -> float:
+    """Of all stretches that are as calm as the calmer quarter, but for chance: a quarter alone is
+    that of which chance makes little.
+    """
     stretches = min(max(len(differences) // ENOUGH, CALM // 4), CALM)
     size = len(differences) // stretches
     blocks = differences[: size * stretches].reshape(stretches, size)
-    return float(np.percentile(of_differences(blocks, order, step), 25))
+    each = of_differences(blocks, order, step)
+    # squares of neighbouring differences are correlated, the more the higher their order
+    alike = math.comb(4 * order, 2 * order) / math.comb(2 * order, order) ** 2
+    calm = float(np.percentile(each, 25))
+    usual = calm * (1.0 + CHANCE * math.sqrt(alike / (2.0 * size)))
+    return max(calm, float(np.sqrt(np.mean(each[each <= usual] ** 2))))
 
 
 def rounding(deviation: float, step: float) -> float:

@@ -3,7 +3,7 @@
 About each reading the widest window is sought in which the readings leave a parabola by no more
 than they scatter; the parabola of its inner half, which bends a sixteenth as much, takes the
 reading's place. Beside a jump no window about a reading is wide. There it is taken from one that
-lies to its side: what follows a jump tells the inductance.
+lies to its side and agrees with it: what follows a jump tells the inductance.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ Floats = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 HALF_WINDOWS = (4, 8, 16, 32, 64, 128)  # samples
-SMOOTH = 1.5  # variance about a parabola, in units of that between neighbours, still called noise
-BY_CHANCE = 3.0  # standard deviations of that variance: less is called noise of many readings
+BY_CHANCE = 3.0  # standard deviations of noise's variance about a parabola: more is a bend
+STRAIGHT = 1.5  # of that variance: no more about one that a reading lies to the side of
 WORTH = 0.5  # of a reading's variance: a window to its side must leave less
 
 
@@ -47,9 +47,11 @@ def calm_windows(volts: Floats) -> Windows:
         left[calm[half]] = _share(half // 2, 0)
     room = _room(volts)
     for half in halves:
-        ahead, inside = _beside(calm[half], half)
+        ahead, inside = _beside(_calm(volts, half, deviation, STRAIGHT), half)
         share = _share(half // 2, ahead)
-        take = inside & (room < half) & (share < WORTH * left)
+        take = np.flatnonzero(inside & (room < half) & (share < WORTH * left))
+        off = volts[take] - _at(volts, half // 2, take, ahead[take])
+        take = take[np.abs(off) < BY_CHANCE * deviation * np.sqrt(1.0 + share[take])]
         found.half[take], found.ahead[take], left[take] = half // 2, ahead[take], share[take]
     return found
 
@@ -59,16 +61,22 @@ def smoothed(volts: Floats, windows: Windows) -> Floats:
     out = volts.copy()
     for half in np.unique(windows.half[windows.half > 0]).tolist():
         here = np.flatnonzero(windows.half == half)
-        ahead = windows.ahead[here]
-        each = np.array(_parabolas(volts, half)[:3])[:, here + ahead - half]
-        out[here] = each[0] - each[1] * ahead + each[2] * ahead**2
+        out[here] = _at(volts, half, here, windows.ahead[here])
     return out
 
 
-def _calm(volts: Floats, half: int, deviation: float) -> NDArray[np.bool_]:
-    """Readings (n,) about which so many on either side leave a parabola by no more than noise."""
+def _at(volts: Floats, half: int, here: Places, ahead: Places) -> Floats:
+    """What parabolas say of readings (k,) whose middles lie so many ahead of them."""
+    each = np.array(_parabolas(volts, half)[:3])[:, here + ahead - half]
+    return np.asarray(each[0] - each[1] * ahead + each[2] * ahead**2)
+
+
+def _calm(volts: Floats, half: int, deviation: float, most: float = math.inf) -> NDArray[np.bool_]:
+    """Readings (n,) about which so many on either side leave a parabola by no more than noise, and
+    no more than ``most`` times its variance.
+    """
     out = np.zeros(len(volts), dtype=np.bool_)
-    most = min(SMOOTH, 1.0 + BY_CHANCE / math.sqrt(half - 1))
+    most = min(most, 1.0 + BY_CHANCE / math.sqrt(half - 1))
     out[half : len(volts) - half] = _parabolas(volts, half)[3] <= most * deviation**2
     return out
 

@@ -138,6 +138,12 @@ class Solution:
     evaluations: int  # of all records together
     converged: bool
     derivatives: Derivatives | None = None  # as far as another search may lend them
+    noise: float = 0.0  # of F, by noise of what drives the model: other models may pass less
+
+    @property
+    def fair(self) -> float:
+        """F as it is held against that of other models."""
+        return self.objective - self.noise
 
     @cached_property
     def records(self) -> tuple[Linearised, ...]:

@@ -16,19 +16,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import VOLTAGE, Channel
 from motorid.estimate.model.capture_model import MotorRecord
-from motorid.estimate.signals.intersample_voltage import Waveform, of_log
-from motorid.estimate.signals.voltage_jumps import count_of, jumps, rounding, scatter
-from motorid.estimate.signals.voltage_smoothing import smoothed
 from motorid.estimate.solver.dense_products import gram, project
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Linearised, Solution
+from motorid.estimate.uncertainty.added_noise import noisier
 from motorid.estimate.uncertainty.covariance import covariance_of
 
 Floats = NDArray[np.float64]
 
-DRAWS = 8  # of a log's noise
 MOST_MORE = 3.0  # times a step under more noise, that the noise itself may have made it
 MOST_GROWN = 2.0  # the same of a search's: it ends where a straight line does not
 FAR = 5.0  # standard deviations, of a step that no straight line foretells
@@ -171,55 +167,3 @@ def _at(k: int, record: MotorRecord, solution: Solution) -> Linearised:
         for unknown, size in zip(record.unknowns, solution.own[k], strict=True)
     )
     return maximise(shared, [record], max_iterations=0).records[0]
-
-
-def noisier(record: MotorRecord) -> Iterator[MotorRecord]:
-    """The record, if its voltage had as much noise once more."""
-    waveform, channel = record.sensed.waveform, record.capture.get(VOLTAGE)
-    if waveform is None or channel is None:
-        return
-    there = np.flatnonzero(np.isfinite(channel.values))
-    known = channel.values[there]
-    deviation = scatter(known)
-    if not deviation:
-        return
-    rng = np.random.default_rng(len(known))
-    as_heard = np.concatenate([
-        np.full(part.stop - part.start, source is None)
-        for part, source in zip(record.timeline.parts, record.sources, strict=True)
-    ])  # fmt: skip
-    step = count_of(known)
-    rounded = rounding(math.sqrt(max(deviation**2 - step**2 / 12.0, 0.0)), step)
-    level = np.searchsorted(jumps(known), np.arange(len(known)), side="right")
-    for _ in range(DRAWS):
-        noise = np.zeros(len(channel.values))
-        each = deviation * rng.standard_normal(len(known))
-        noise[there] = each + rounded * rng.standard_normal(level[-1] + 1)[level]
-        moved = _shaken(record, waveform, channel, noise)
-        if moved is not None:
-            yield _driven_by(record, moved, as_heard)
-
-
-def _shaken(
-    record: MotorRecord, waveform: Waveform, channel: Channel, noise: Floats
-) -> Waveform | None:
-    """The waveform of readings with ``noise`` (n,) in V, which jumps where it did and is freed of
-    noise as it was: a noisier log would be less.
-    """
-    if waveform.windows is None:
-        raw = np.asarray(channel.raw, dtype=np.float64) + noise / channel.scale
-        return of_log(record.capture, replace(channel, raw=raw), record.shape)
-    known = np.isfinite(channel.values)
-    moved = replace(waveform, volts=waveform.volts + smoothed(noise[known], waveform.windows))
-    vars(moved).update(steps_off=waveform.steps_off, wanders=waveform.wanders)
-    return moved
-
-
-def _driven_by(record: MotorRecord, waveform: Waveform, as_heard: NDArray[np.bool_]) -> MotorRecord:
-    """The record under another waveform, where no source was fitted to its readings."""
-    twin = record.twin()
-    volts = waveform.means(record.timeline)
-    twin.volts = record.volts + np.where(as_heard, volts - record.sensed.volts, 0.0)
-    twin.sensed = replace(record.sensed, waveform=waveform, volts=volts)
-    twin.standing.excite(twin.volts, twin.stretches, twin.first)
-    return twin

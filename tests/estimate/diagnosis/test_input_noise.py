@@ -19,7 +19,7 @@ from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Solution
-from motorid.estimate.uncertainty.log_voltage_noise import DRAWS
+from motorid.estimate.uncertainty.added_noise import DRAWS
 from tests.estimate.diagnosis.test_score import COURSE, OWN, SHARED, SIGMAS, N, cleared, fault, line
 from tests.estimate.effects.benches import BENCHES, FAULHABER
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from motorid.estimate.solver.problem import Solution, Unknown
+from motorid.estimate.uncertainty import added_noise
 
 START = {"R": 2.0, "L": 4e-3, "K": 0.05, "B": 4e-5, "J": 2e-5, "T0": 6e-3}
 
@@ -28,6 +29,11 @@ def record(simulated: int = 10, period_s: float = 1e-4) -> Any:
         simulated=simulated, untried=0, timeline=SimpleNamespace(period_s=period_s), shape="joined",
         capture="capture", driving=SimpleNamespace(decided=True),
     )  # fmt: skip
+
+
+def without_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No answer is judged by noise of the voltage: records that are given have none."""
+    monkeypatch.setattr(added_noise, "judged", lambda _, found: found)
 
 
 def note(

@@ -14,7 +14,7 @@ from motorid.estimate.fit import joint_fit, multistart
 from motorid.estimate.fit.lagging_start import Doubt
 from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.solver.problem import Derivatives, Solution
-from tests.estimate.fit.given_answers import START, record, solution
+from tests.estimate.fit.given_answers import START, record, solution, without_noise
 
 
 class Searches:
@@ -30,6 +30,7 @@ class Searches:
         monkeypatch.setattr(multistart, "unsupported", lambda *_: None if supported else "so")
         monkeypatch.setattr(multistart, "vanished", lambda *_: lost)
         monkeypatch.setattr(multistart, "with_promoted", lambda _r, _f, _s, found: found)
+        without_noise(monkeypatch)
 
     def search(self, _records: Any, _free: Any, start: Mapping[str, float]) -> Solution:
         self.began.append(dict(start))

@@ -63,9 +63,10 @@ def test_starts_are_searched_in_the_same_records(monkeypatch: pytest.MonkeyPatch
     note(monkeypatch, multistart, "vanished", seen, True)
     note(monkeypatch, multistart, "_begun_again", seen, "again")
     note(monkeypatch, multistart, "with_promoted", seen, "promoted")
+    note(monkeypatch, multistart.added_noise, "judged", seen, "judged")
     records: Any = [record()]
     found: Any = multistart.settled(records, PARAMETERS, START)
-    assert found == "promoted"
+    assert found == "judged"
     calls = {name: rest for name, *rest in seen}
     assert calls["with_sources"] == [records, PARAMETERS, START]
     assert calls["leaves_misfit"] == [answers[0], records]
@@ -73,6 +74,7 @@ def test_starts_are_searched_in_the_same_records(monkeypatch: pytest.MonkeyPatch
     assert calls["vanished"] == [answers[-1], records]
     assert calls["_begun_again"] == [records, PARAMETERS, START, answers[-1]]
     assert calls["with_promoted"] == [records, PARAMETERS, START, "again"]
+    assert calls["judged"] == [records, "promoted"]
 
 
 @pytest.mark.parametrize(("misfit", "slow"), [(0.19, False), (0.21, True)])

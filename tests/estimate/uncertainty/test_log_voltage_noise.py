@@ -16,7 +16,7 @@ from motorid.estimate.results.estimate import PARAMETERS
 from motorid.estimate.signals.voltage_jumps import scatter
 from motorid.estimate.solver.levenberg_marquardt import maximise
 from motorid.estimate.solver.problem import Block, Linearised, Solution, Unknown
-from motorid.estimate.uncertainty import log_voltage_noise
+from motorid.estimate.uncertainty import added_noise, log_voltage_noise
 from motorid.estimate.uncertainty.covariance import covariance_of
 from motorid.estimate.uncertainty.errors_in_variables import hidden, with_errors
 from tests.estimate.effects.benches import measured
@@ -96,7 +96,7 @@ def test_steps_are_as_large_as_those_of_fits_with_more_noise() -> None:
 def test_what_they_do_stands_in_the_budget_and_in_the_lags() -> None:
     record, usual = fitted(log(NOISE_V))
     errors = hidden(usual, [record])
-    assert len(errors) == log_voltage_noise.DRAWS
+    assert len(errors) == added_noise.DRAWS
     place = [one.name for one in record.instances].index("voltage late")
     before, after = (s.own_covariance[0][place, place] for s in (usual, with_errors(usual, errors)))
     assert after == pytest.approx(before + sum(one.own[place] ** 2 for one in errors))

@@ -77,26 +77,26 @@ def taken(
     what is much like it is, where somebody states the current's filter, where readings are not
     evenly apart, or where the current is all that tells of it.
 
-    ``alike``: objective of the likeliest fit that takes them as they were read, so that an average
-    which is none is seen at once.
+    ``alike``: what is left by the likeliest fit that takes them as they were read, so that an
+    average which is none is seen at once.
     """
     if any(not _may_be(record) for record in before[0]):
         return before
-    search = _Search(as_read, free, fixed, _objective(before))
+    search = _Search(as_read, free, fixed, before[1].objective)
     price = float(np.log(readings(before[0])))  # Schwarz
     found = _tried(before, search, merged(known, before[1]), alike - price)
-    best = min(found, key=_objective, default=before)
-    if _objective(before) - _objective(best) <= price or _late(best) < LEAST:
+    best = min(found, key=_cost, default=before)
+    if _cost(before) - _cost(best) <= price or _late(best) < LEAST:
         return before
-    search = replace(search, worth=_objective(best))
+    search = replace(search, worth=best[1].objective)
     beside = _beside(best, _shapes(before), search, merged(known, best[1]))
-    if any(_objective(fit) < _objective(best) for fit in beside):
+    if any(_cost(fit) < _cost(best) for fit in beside):
         return before
     return with_rivals_of(before, best)
 
 
-def _objective(fit: Fit) -> float:
-    return fit[1].objective
+def _cost(fit: Fit) -> float:
+    return fit[1].fair
 
 
 def _may_be(record: MotorRecord) -> bool:
@@ -115,8 +115,8 @@ def _tried(before: Fit, search: _Search, near: Mapping[str, float], enough: floa
     """
     shape, *others = _shapes(before)
     begun = search.each([shape], [_averaged(way, late) for way in WAYS for late in LATE], near)
-    best = min(begun, key=_objective, default=None)
-    if best is None or _objective(best) >= enough:
+    best = min(begun, key=_cost, default=None)
+    if best is None or _cost(best) >= enough:
         return begun
     way, _ = _average(best)
     ways = [_averaged(way, late) for late in (max(_late(best), LEAST), *LATE)]

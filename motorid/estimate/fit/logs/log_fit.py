@@ -37,7 +37,7 @@ from motorid.estimate.fit.logs.log_unknowns import (
     with_rivals_of,
 )
 from motorid.estimate.fit.logs.unstated_channels import Told, told
-from motorid.estimate.fit.multistart import GROSS, MOST_TRIED, settled
+from motorid.estimate.fit.multistart import GROSS, MOST_TRIED, settled, whitened
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.unexplained import unsupported
@@ -58,6 +58,8 @@ from motorid.estimate.uncertainty.covariance import covariance_of
 Floats = NDArray[np.float64]
 PLAIN = SHAPES[:4]  # that need nothing but the readings of the voltage
 RISES = (0.4, 1.0, 4.0)  # L/R in samples of a log, to begin with as well
+QUICK = 0.1  # the same of a winding that rows hardly tell
+HARDLY = 0.1  # standard deviation of a logarithm
 RESTARTED = 3  # shapes whose answer is where a search begins once more, its lags in whole samples
 ALIKE = 1.5  # variance of residuals, of that between neighbours: those are off alike
 WORSE = 1.5  # times: what an explanation may leave most readings off by
@@ -80,7 +82,7 @@ def best(
         return [MotorRecord(capture, free, fixed, shape) for capture in captures]
 
     plain = _likeliest(_of_every_shape(first, solution, free, start, fresh))
-    alike = plain[1].objective
+    alike = plain[1].fair
     plain = log_readings.taken(*plain, free, start, fixed)
     if _turns_otherwise(plain, as_read):
         captures = [record.capture for record in plain[0]]
@@ -100,7 +102,7 @@ def best(
         record.left_open = (*one.shifts, one.step)
     needed = sum(one.needed for one in heard)
     smoothed = smoothed_voltage.begun(first, joined, free, joined_at, fixed)
-    better = any(plain[1].objective - fit[1].objective > needed for fit in smoothed)
+    better = any(plain[1].fair - fit[1].fair > needed for fit in smoothed)
     asked = any(one.asked_for for one in heard) or vanished(plain[1], plain[0])
     misfit = unsupported(*plain) is None and _leaves_much(*plain)
     coloured = not (asked or better or misfit)
@@ -125,7 +127,9 @@ def best(
     if misfit:
         alone = log_one_filter.taken(wider, as_read, free, known, fixed, sought=True)
         wider = log_means.likelier(wider, alone, price)
-    gain = plain[1].objective - wider[1].objective
+    gain = plain[1].fair - wider[1].fair
+    if gain > needed and coloured and _white_alone(plain, wider, free, start):
+        return plain
     if gain > needed and serves_few(plain, wider):
         for record in plain[0]:
             record.outlying = True
@@ -167,8 +171,8 @@ def _shaped_again(
     """
     near, first = merged(start, before[1]), fresh(JOINED)
     found = _of_every_shape(first, settled(first, free, near), free, start, fresh)
-    best = min(found, key=lambda one: one[1].objective)
-    if best[1].objective > before[1].objective - BETTER:
+    best = min(found, key=lambda one: one[1].fair)
+    if best[1].fair > before[1].fair - BETTER:
         return before
     return _likeliest([*found, before])
 
@@ -185,6 +189,17 @@ def _on_its_grid(
         return plain, heard
     then = told(*finer)
     return (plain, heard) if any(one.asked_for for one in then) else (finer, then)
+
+
+def _white_alone(before: Fit, after: Fit, free: Sequence[str], start: Mapping[str, float]) -> bool:
+    """The second is the likelier for white residuals alone: with their memory in the weights, as an
+    answer is given at last, it is not. A position adds up noise of the voltage, which lags fit.
+    """
+    ends = []
+    for records, solution in (before, after):
+        twins = [record.twin() for record in records]
+        ends.append(whitened(twins, free, merged(start, solution), solution).objective)
+    return ends[0] <= ends[1]
 
 
 def serves_few(before: Fit, after: Fit) -> bool:
@@ -222,7 +237,7 @@ def _leaves_much(records: Sequence[MotorRecord], solution: Solution) -> bool:
 
 def _instead(before: Fit, other: Fit) -> Fit:
     """The likelier of two fits of the same readings; with the rivals of the first."""
-    gain = before[1].objective - other[1].objective
+    gain = before[1].fair - other[1].fair
     if gain <= 0.0:
         return before
     for record, last in zip(other[0], before[0], strict=True):
@@ -247,12 +262,14 @@ def _of_every_shape(
 ) -> list[Fit]:
     """A voltage that jumps makes bad ground for a search: each begins where the smoothest ended.
 
-    Where an inductance vanished there, from one that rows tell as well: no search finds back.
+    Where an inductance vanished there, from one that rows tell as well: no search finds back. Where
+    it is hardly told, a lag of the voltage stands in for it, or the reverse: from next to none too.
     """
     near = merged(start, solution)
     found, elsewhere = [(first, solution)], []
-    if "L" in free and vanished(solution, first):
-        rise_s = RISES[0] * max(default.period_s(record) for record in first)
+    rise = RISES[0] if vanished(solution, first) else QUICK if _hardly_told(solution) else None
+    if "L" in free and rise:
+        rise_s = rise * max(default.period_s(record) for record in first)
         elsewhere = [{**near, "L": rise_s * near["R"]}]
     for shape in _shapes(first)[1:]:
         records = fresh(shape)
@@ -266,8 +283,15 @@ def _of_every_shape(
         for other in elsewhere:
             records = fresh(shape)
             tried.append((records, settled(records, free, other)))
-        found.append(min(tried, key=lambda one: one[1].objective))
+        found.append(min(tried, key=lambda one: one[1].fair))
     return found
+
+
+def _hardly_told(solution: Solution) -> bool:
+    """The inductance."""
+    deviations = np.sqrt(np.diag(covariance_of(solution.information)))
+    named = zip(solution.unknowns, deviations, strict=True)
+    return any(u.name == "L" and deviation > HARDLY for u, deviation in named)
 
 
 def _shapes(records: Sequence[MotorRecord]) -> Sequence[Shape]:
@@ -289,7 +313,7 @@ def _has_source(record: MotorRecord) -> bool:
 
 def _likeliest(found: Sequence[Fit]) -> Fit:
     """And the others are its rivals."""
-    best = min(found, key=lambda one: one[1].objective)
+    best = min(found, key=lambda one: one[1].fair)
     for k, record in enumerate(best[0]):
         record.rivals = tuple(as_rival(one, best, k) for one in found if one[1] is not best[1])
     return best
@@ -318,7 +342,7 @@ def _begun_elsewhere(
             break
         start = {**near, "L": rise * period_s * near["R"]}
         found.append(began(before, shape, False, start))
-    best = min(found, key=lambda one: one[1].objective - (BETTER if one is before else 0.0))
+    best = min(found, key=lambda one: one[1].fair - (BETTER if one is before else 0.0))
     near, shape = merged(known, best[1]), best[0][0].shape
     shapes = dict.fromkeys((*PLAIN, shape))
     ways = [(other, whole) for other in shapes for whole in (False, True)]
@@ -341,7 +365,7 @@ def _best_of_each_shape(found: Sequence[Fit]) -> list[Fit]:
     of whole samples, as software makes it, puts every jump there.
     """
     best: dict[Shape, Fit] = {}
-    for one in sorted(found, key=lambda fit: fit[1].objective):
+    for one in sorted(found, key=lambda fit: fit[1].fair):
         best.setdefault(one[0][0].shape, one)
     return list(best.values())
 

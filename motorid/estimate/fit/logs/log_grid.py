@@ -24,6 +24,7 @@ from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.signals.intersample_voltage import CONTINUOUS
 from motorid.estimate.signals.time_grid import FINER_GRID, IRREGULAR
+from motorid.estimate.uncertainty import added_noise
 
 Floats = NDArray[np.float64]
 
@@ -78,7 +79,7 @@ def _gone_on(
             record.go_on(last, own)
         solution = with_sources(records, free, start)
         if solution.objective < before[1].objective + WORSE * _telling(before):
-            return records, solution
+            return records, added_noise.judged(records, solution)
     return None
 
 

@@ -57,7 +57,7 @@ def taken(
             fits = list(_of_shapes(captures, free, known, fixed))
         except DataError:  # readings that belong together even less
             continue
-        best = min(best, *fits, key=lambda fit: fit[1].objective)
+        best = min(best, *fits, key=lambda fit: fit[1].fair)
     if best is not before:
         with_rivals_of(before, best)
         for record, heard in zip(best[0], told(*best), strict=True):

@@ -48,13 +48,13 @@ def taken(
     first = max(2, round(ALIKE * longest_s / period_s))
     tried = {first: _over(before, first * period_s, free, known, fixed)}
     while len(tried) < MOST:
-        best = min(tried, key=lambda count: tried[count][1].objective)
+        best = min(tried, key=lambda count: tried[count][1].fair)
         beside = [count for count in (best - 1, best + 1) if count > 1 and count not in tried]
         if not beside:
             break
         tried[beside[0]] = _over(before, beside[0] * period_s, free, known, fixed)
-    means = min(tried.values(), key=lambda fit: fit[1].objective)
-    if means[1].objective >= before[1].objective or vanished(means[1], means[0]):
+    means = min(tried.values(), key=lambda fit: fit[1].fair)
+    if means[1].fair >= before[1].fair or vanished(means[1], means[0]):
         return before
     return with_rivals_of(before, means)
 
@@ -108,12 +108,12 @@ def likelier(one: Fit, other: Fit, price: float) -> Fit:
     """
 
     def cost(fit: Fit) -> float:
-        return fit[1].objective + price * sum(len(record.found) for record in fit[0])
+        return fit[1].fair + price * sum(len(record.found) for record in fit[0])
 
     if one is other:
         return one
     best, rest = sorted((one, other), key=cost)
-    behind = max(rest[1].objective - best[1].objective, 0.0)
+    behind = max(rest[1].fair - best[1].fair, 0.0)
     for record in best[0]:
         record.rivals = (*record.rivals, Rival(rest[1].values, behind))
     return best

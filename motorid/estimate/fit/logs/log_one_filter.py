@@ -72,7 +72,7 @@ def taken(
     near = merged(known, before[1])
     least = SOUGHT if sought else 0.0
     fits = [fit for channel in FIRST for fit in _finite(_of(channel, before, search, near, least))]
-    best = min([before, *fits], key=lambda fit: fit[1].objective)
+    best = min([before, *fits], key=lambda fit: fit[1].fair)
     return best if best is before else with_rivals_of(before, best)
 
 
@@ -106,7 +106,7 @@ def _of(
 
     tried = [search(smooth, filtered(bend), near) for bend in BENDS]
     yield from tried
-    best = min(tried, key=lambda fit: fit[1].objective)
+    best = min(tried, key=lambda fit: fit[1].fair)
     goes_on = [_found(record, own) for record, own in zip(*_each(best), strict=True)]
     for shape in others:
         if sum(r.simulated for records, _ in tried for r in records) > MOST_TRIED:

@@ -86,7 +86,7 @@ def _averaged(before: Fit, name: str, again: Search) -> Fit:
     changed = [c or record.capture for c, record in zip(captures, before[0], strict=True)]
     other = again(changed, before[0][0].shape, before)
     others = other[0]
-    gain = before[1].objective - other[1].objective
+    gain = before[1].fair - other[1].fair
     if name == CURRENT and vanished(other[1], others):
         return before  # the mean has taken the winding's time constant for its own
     if gain <= (STRONG * np.log(readings(others)) if name == CURRENT else 0.0):
@@ -127,7 +127,7 @@ def _loosened(before: Fit, again: Search) -> Fit:
         return before
     found = again([record.capture for record in records], LOOSE, before)
     more = sum(len(r.unknowns) for r in found[0]) - sum(len(r.unknowns) for r in records)
-    if solution.objective - found[1].objective < more * np.log(readings(records)):  # Schwarz
+    if solution.fair - found[1].fair < more * np.log(readings(records)):  # Schwarz
         return before
     return found if asked or inflation(found[1]) < COLOURED else before
 

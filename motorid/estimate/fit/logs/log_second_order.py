@@ -73,7 +73,7 @@ def without_vanished(
         record.propagate(*nothing)
         record.found -= nothing
     solution = settled(records, free, merged(known, before[1]))
-    behind = solution.objective - before[1].objective
+    behind = solution.fair - before[1].fair
     if behind > np.log(readings(records)):
         return before
     return with_rivals_of(before, (records, solution))
@@ -88,7 +88,7 @@ def _vanished(record: MotorRecord, own: Floats) -> Iterator[Instance]:
 
 def _better(before: Fit, other: Fit) -> Fit:
     """The other fit where it is worth an unknown more (Schwarz)."""
-    gain = before[1].objective - other[1].objective
+    gain = before[1].fair - other[1].fair
     return with_rivals_of(before, other) if gain > np.log(readings(before[0])) else before
 
 

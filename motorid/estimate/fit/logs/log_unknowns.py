@@ -52,7 +52,7 @@ def like(before: Fit, records: list[MotorRecord], whole: bool = False) -> list[M
 
 def with_rivals_of(before: Fit, other: Fit) -> Fit:
     """Another fit of the same readings, with the rivals that the one before it had."""
-    gain = before[1].objective - other[1].objective
+    gain = before[1].fair - other[1].fair
     for record, last in zip(other[0], before[0], strict=True):
         record.rivals = tuple(replace(r, behind=r.behind + gain) for r in last.rivals)
     return other
@@ -61,7 +61,7 @@ def with_rivals_of(before: Fit, other: Fit) -> Fit:
 def as_rival(other: Fit, best: Fit, k: int) -> Rival:
     """Another fit of the same readings, as the record of that number has it for a rival."""
     records, solution = other
-    behind = solution.objective - best[1].objective
+    behind = solution.fair - best[1].fair
     return Rival(solution.values, behind, _late_s(records[k], solution.own[k]))
 
 

@@ -77,7 +77,7 @@ def begun(
     if not rises:
         return []
     tried = {rise_s: began(rise_s, SMOOTH, 1) for rise_s in rises}
-    best = min(tried, key=lambda rise_s: tried[rise_s][1].objective)
+    best = min(tried, key=lambda rise_s: tried[rise_s][1].fair)
     ways = [(shape, order) for shape in (SMOOTH, *OTHERS) for order in (1, 2)][1:]
     return [*tried.values(), *(began(best, shape, order) for shape, order in ways)]
 

@@ -22,7 +22,8 @@ FREE = ("R", "L", "K", "B", "J", "T0")
 def fitted(objective: float, found: int) -> Any:
     """A fit of two records with so many quantities found in each."""
     records = [SimpleNamespace(found=frozenset(range(found)), rivals=()) for _ in range(2)]
-    return records, SimpleNamespace(objective=objective, values=np.array([objective]))
+    values = np.array([objective])
+    return records, SimpleNamespace(objective=objective, fair=objective, values=values)
 
 
 @pytest.mark.parametrize(("price", "kept"), [(0.0, 90.0), (4.9, 90.0), (5.1, 100.0)])

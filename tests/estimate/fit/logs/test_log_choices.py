@@ -61,6 +61,25 @@ def test_a_fit_takes_another_ones_place_where_it_is_likelier() -> None:
     assert [r.behind for r in records[0].rivals] == [7.0]
 
 
+def test_what_noise_of_the_voltage_leaves_speaks_against_no_fit() -> None:
+    """Of 30 that one is left, noise makes 15: it is likelier than one of 20 without any."""
+
+    def noisy() -> Any:
+        return [record()], replace(solution(30.0), noise=15.0)
+
+    one, other = noisy(), fit(20.0, "held")
+    records, found = log_fit._likeliest([other, one])
+    assert found is one[1]
+    assert [r.behind for r in records[0].rivals] == [5.0]
+    assert log_fit._instead(fit(20.0), noisy())[1].objective == 30.0
+    kept = fit(14.0)
+    assert log_fit._instead(kept, noisy()) is kept
+    assert log_fit._best_of_each_shape([fit(20.0), one])[0] is one
+    before = [record(rivals=(Rival(np.zeros(3), 3.0),))], solution(20.0)
+    records, _ = log_unknowns.with_rivals_of(before, noisy())
+    assert [r.behind for r in records[0].rivals] == [8.0]
+
+
 def test_what_larger_priors_leave_open_is_the_difference_of_the_covariances() -> None:
     narrow = np.diag([1.0, 4.0, 2.0])
     turned = np.linalg.qr(np.arange(9.0).reshape(3, 3) + np.eye(3))[0]
@@ -104,11 +123,12 @@ def test_stated_means_have_no_other_shape() -> None:
 def shapes_tried(
     monkeypatch: pytest.MonkeyPatch, supported: bool = True, first_L: float = 2.0,
     free: Sequence[str] = NAMES, ends: Callable[[str, float], float] = lambda *_: 50.0,
-    **facts: Any,
+    deviation: float = 0.5 * log_fit.HARDLY, **facts: Any,
 ) -> tuple[list[Any], list[Any]]:  # fmt: skip
     """Fits by shape, the first one with R = 40 and ``first_L``, and where each other begins.
 
-    ``ends``: the objective of a search, by its shape and the L it begins with.
+    ``ends``: the objective of a search, by its shape and the L it begins with. ``deviation``: of
+    the first one's ln L.
     """
     begun: list[Any] = []
 
@@ -126,7 +146,8 @@ def shapes_tried(
         return [one]
 
     first = [record(motor=lambda values: values, timeline=SimpleNamespace(period_s=PERIOD_S))]
-    ended = replace(solution(40.0), values=np.array([40.0, first_L, 3.0]))
+    told = np.diag([1.0, deviation**-2, 1.0])
+    ended = replace(solution(40.0, told), values=np.array([40.0, first_L, 3.0]))
     found = log_fit._of_every_shape(first, ended, free, {"J": 7.0}, fresh)
     assert found[0][0] is first
     return found, begun
@@ -176,9 +197,40 @@ def test_where_an_inductance_vanished_each_shape_begins_from_another_too(
 
 
 def test_an_inductance_that_is_told_or_held_begins_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    for facts in ({"first_L": 0.03 * 40.0 * PERIOD_S}, {"first_L": GONE, "free": ("R", "K")}):
+    held, hardly = {"free": ("R", "K")}, {"deviation": 2.0 * log_fit.HARDLY}
+    told = {"first_L": 0.03 * 40.0 * PERIOD_S, "deviation": 0.99 * log_fit.HARDLY}
+    for facts in (told, {"first_L": GONE, **held}, {**hardly, **held}):
         _, begun = shapes_tried(monkeypatch, wanders=True, ohms=0.2, **facts)
         assert [shape for shape, _ in begun] == list(SHAPES[1:])
+
+
+def test_where_an_inductance_is_hardly_told_each_shape_begins_from_next_to_none_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The better of both is kept: of a curved voltage the first, of all others the second."""
+    none = log_fit.QUICK * PERIOD_S * 40.0
+
+    def ends(shape: str, L: float) -> float:
+        return 30.0 + 5.0 * ((L == 2.0) is (shape != "curved"))
+
+    found, begun = shapes_tried(
+        monkeypatch, ends=ends, deviation=1.01 * log_fit.HARDLY, wanders=True, ohms=0.2
+    )
+    assert [shape for shape, _ in begun] == [s for s in SHAPES[1:] for _ in range(2)]
+    assert [start["L"] for _, start in begun] == pytest.approx([2.0, none] * len(SHAPES[1:]))
+    assert all({**start, "L": 0.0} == {"J": 7.0, "R": 40.0, "L": 0.0, "K": 3.0}
+               for _, start in begun)  # fmt: skip
+    assert [one[1].objective for one in found] == [40.0] + [30.0] * len(SHAPES[1:])
+    kept = pytest.approx([none if shape != "curved" else 2.0 for shape in SHAPES[1:]])
+    assert [one[0][0].begun_at for one in found[1:]] == kept
+
+
+def test_one_that_vanished_is_no_quicker_for_being_hardly_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    _, begun = shapes_tried(monkeypatch, first_L=GONE, deviation=9.0, wanders=True, ohms=0.2)
+    again = log_fit.RISES[0] * PERIOD_S * 40.0
+    assert [start["L"] for _, start in begun] == pytest.approx([GONE, again] * len(SHAPES[1:]))
 
 
 # other places to begin

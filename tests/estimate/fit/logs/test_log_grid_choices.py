@@ -13,6 +13,7 @@ from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
 from motorid.estimate.fit.logs import log_grid
 from motorid.estimate.signals.time_grid import FINER_GRID, IRREGULAR
+from tests.estimate.fit.given_answers import without_noise
 from tests.estimate.fit.made_fits import NAMES, record, solution
 
 KNOWN = {"R": 2.0, "L": 4e-3, "K": 3.0}
@@ -93,6 +94,7 @@ class Grids:
         monkeypatch.setattr(log_grid, "with_sources", self.search)
         monkeypatch.setattr(log_grid.default, "period_s", lambda _: 1e-3)
         monkeypatch.setattr(log_grid, "readings", lambda _: 100)
+        without_noise(monkeypatch)
 
     def finer(self) -> Any:
         one = record("finer")

@@ -191,19 +191,50 @@ def test_they_are_taken_where_they_gain_enough(
 
 
 @pytest.mark.parametrize(
-    ("colour", "asked", "taken"),
-    [(3.9, False, False), (4.0, True, True), (5.1, True, False)],
+    ("colour", "white", "asked", "taken"),
+    [
+        (3.9, False, False, False),
+        (4.0, False, True, True),
+        (4.0, True, True, False),
+        (5.1, False, True, False),
+    ],
 )
 def test_residuals_of_one_colour_ask_too_and_make_them_dearer(
-    colour: float, asked: bool, taken: bool, monkeypatch: pytest.MonkeyPatch
+    colour: float, white: bool, asked: bool, taken: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """20 likelier here, where each unknown that needs 4 of white readings needs 4 times as much."""
+    """20 likelier here, where each unknown that needs 4 of white readings needs 4 times as much.
+    What is likelier for white residuals alone is not taken.
+    """
     monkeypatch.setattr(log_fit, "inflation", lambda _: colour)
+    monkeypatch.setattr(log_fit, "_white_alone", lambda *_: white)
     stages = Stages(monkeypatch, needed=4.0)
     stages.objectives[SMOOTHED] = 100.0
     _, found = stages.best()
     assert ("widened" in stages.asked) is asked
     assert found.objective == (1.0 if taken else 100.0)
+
+
+@pytest.mark.parametrize(("ends", "alone"), [((5.0, 4.9), False), ((5.0, 5.1), True)])
+def test_fits_are_held_against_each_other_with_the_memory_of_their_residuals(
+    ends: tuple[float, float], alone: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In twins of their records, each from where it ended: those of the fits stay as they are."""
+    begun = []
+
+    def whitened(records: Any, free: Any, start: Any, solution: Any) -> Any:
+        begun.append((records, start, solution))
+        return SimpleNamespace(objective=solution.ends)
+
+    def fit(name: str, value: float, end: float) -> Any:
+        record = SimpleNamespace(twin=lambda: f"twin of {name}")
+        unknowns = [SimpleNamespace(name="R")]
+        return [record], SimpleNamespace(unknowns=unknowns, values=np.array([value]), ends=end)
+
+    monkeypatch.setattr(log_fit, "whitened", whitened)
+    before, after = fit("a", 2.0, ends[0]), fit("b", 3.0, ends[1])
+    assert log_fit._white_alone(before, after, ("R",), {"R": 1.0, "L": 5.0}) is alone
+    assert [records for records, *_ in begun] == [["twin of a"], ["twin of b"]]
+    assert [start for _, start, _ in begun] == [{"R": 2.0, "L": 5.0}, {"R": 3.0, "L": 5.0}]
 
 
 def test_a_colour_is_that_of_the_most_coloured_channel() -> None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -203,7 +204,10 @@ def test_each_low_pass_that_was_found_is_bent_beside_what_was_found(
 
 
 def test_a_finer_grid_goes_on_from_each_record(monkeypatch: pytest.MonkeyPatch) -> None:
-    seen = searches(monkeypatch, log_grid, solution(20.0), "with_sources")
+    ended = solution(20.0)
+    seen = searches(monkeypatch, log_grid, ended, "with_sources")
+    judged = replace(ended, noise=3.0)
+    monkeypatch.setattr(log_grid.added_noise, "judged", noted(seen, "judged", judged))
     captures = [Capture(np.arange(9), 1e3, {}, provenance={"n": k}) for k in (1, 2)]
     last = [
         record(shape, capture=c, timeline=SimpleNamespace(period_s=9.0))
@@ -215,11 +219,13 @@ def test_a_finer_grid_goes_on_from_each_record(monkeypatch: pytest.MonkeyPatch) 
     assert found is not None
     records, answer = found
     assert answer.objective == 20.0
+    assert answer.fair == 17.0
     assert [r.shape for r in records] == ["held", "curved"]
     assert [r.capture.provenance["n"] for r in records] == [1, 2]
     assert [r.how for r in records] == [(NAMES, FIXED)] * 2
     assert [r.from_ for r in records] == [(last[0], [1.5]), (last[1], [2.5])]
     assert seen["with_sources"] == [(records, NAMES, START)]
+    assert seen["judged"] == [(records, ended)]
 
 
 def test_a_grid_is_settled_from_the_values_of_the_fit_before(

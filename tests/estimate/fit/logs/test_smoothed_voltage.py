@@ -103,7 +103,7 @@ class Begun:
 
     def widened(self, records: Any, _free: Any, start: Any, _solution: Any) -> Any:
         rise = start["L"] / start["R"] / PERIOD_S
-        return SimpleNamespace(objective=abs(rise - self.likely), rise=rise)
+        return SimpleNamespace(fair=abs(rise - self.likely), rise=rise)
 
     def found(self, likely: float = 1.0, jitter: float = 0.0) -> list[Any]:
         self.likely = likely
