@@ -29,6 +29,7 @@ FINDING = "finding: "  # begins the line of a fault that the fit has not allowed
 SETTLING = "source iteration"  # of fit and source in turn, as far as it did not settle
 GRID = "grid of the fit"  # of a log with irregular stamps, whose readings lie between its ticks
 UNEVEN = "uneven residuals"  # of a capture: readings that tell a parameter are left the most
+BENT = "inductance hardly told"  # what hangs on it by no straight line
 UNSTATED = (
     "unstated lags and filters"  # of a log's channels, as far as the readings leave them open
 )
@@ -37,6 +38,7 @@ REST = {  # what is left when every influence quantity has its line
     SPREAD: "clamp motor and sensors alike in every run, and take more runs",
     SETTLING: "drive by higher or lower levels: at these the ripple turns the current",
     UNSTATED: "declare the delays and filters of the log's channels (--delay, --filter)",
+    BENT: "log faster than L/R, with steps of the voltage",
     GRID: "log with even stamps",
     UNEVEN: "declare what the chain does to readings after a step (delay, aperture, filter)",
     SCATTER: "log faster, with the moments of the voltage's steps",

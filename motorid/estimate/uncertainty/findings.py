@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+from numpy.typing import NDArray
+
 from motorid.estimate.effects.source.voltage_noise import VOLTAGE_NOISE
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.program_parts import by_part
 from motorid.estimate.solver.problem import Solution
 from motorid.estimate.uncertainty import (
+    bent_valley,
     budget,
     errors_in_variables,
     log_scatter,
@@ -19,6 +23,8 @@ from motorid.estimate.uncertainty.covariance import SCATTER, Statistical, statis
 from motorid.estimate.uncertainty.errors_in_variables import Hidden
 from motorid.estimate.uncertainty.intervals import Findings
 from motorid.estimate.uncertainty.undetected import told, undetected
+
+Floats = NDArray[np.float64]
 
 
 def findings(
@@ -39,6 +45,8 @@ def findings(
     lines = undetected(solution, records, unseen) if answers else ()
     carried = budget.carried(solution, records)
     leaning = profiled and solution.converged
+    if leaning and (bent := bent_valley.shifts(solution, records, scatter)):
+        scatter = scattered(solution, records, unseen, bent)
     return Findings(
         solution,
         scatter,
@@ -53,12 +61,16 @@ def findings(
 
 
 def scattered(
-    solution: Solution, records: Sequence[MotorRecord], unseen: Sequence[Hidden]
+    solution: Solution,
+    records: Sequence[MotorRecord],
+    unseen: Sequence[Hidden],
+    bent: Sequence[Floats] = (),
 ) -> Statistical:
-    """Covariance of any model's fit, cause by cause."""
+    """Covariance of any model's fit, cause by cause; ``bent``: shifts (p,) by no straight line."""
     hidden = {
         VOLTAGE_NOISE.name: errors_in_variables.shifts(unseen),
         SCATTER: log_scatter.shifts(solution, records),
+        budget.BENT: bent,
         budget.UNEVEN: uneven_residuals.of_captures(solution, records),
         budget.UNSTATED: [shift for record in records for shift in record.left_open],
         budget.SETTLING: [one for one in (records[0].unsettled,) if one is not None],

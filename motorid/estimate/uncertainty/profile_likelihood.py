@@ -41,23 +41,29 @@ class Profile:
         """The estimate."""
         return float(self.solution.values[self.place])
 
+    def held(self, value: float) -> Solution:
+        """The most likely everything else where the parameter has that value.
+
+        Raises DataError where no finite motor remains.
+        """
+        pairs = zip(self.solution.unknowns, self.solution.values.tolist(), strict=True)
+        held = [replace(unknown, start=start) for unknown, start in pairs]
+        held[self.place] = replace(held[self.place], start=value, lower=value, upper=value)
+        return maximise(held, self.records, before=self.solution)
+
     def root(self, value: float) -> float:
         """Root of how far the likelihood falls when the parameter is held there; infinite where no
         finite motor remains.
         """
-        held = [
-            replace(u, start=float(v), lower=value, upper=value) if k == self.place
-            else replace(u, start=float(v))
-            for k, (u, v) in enumerate(
-                zip(self.solution.unknowns, self.solution.values, strict=True)
-            )
-        ]  # fmt: skip
-        held[self.place] = replace(held[self.place], start=value)
         try:
-            found = maximise(held, self.records, before=self.solution)
+            found = self.held(value)
         except DataError:
             return math.inf
-        return math.sqrt(max(found.objective - self.solution.objective, 0.0))
+        return math.sqrt(max(self.fall(found), 0.0))
+
+    def fall(self, found: Solution) -> float:
+        """Of the likelihood, in chi-square, from the estimate to what was found elsewhere."""
+        return found.objective - self.solution.objective
 
     def end(self, first: float, wanted: float, least: float = 0.0) -> float:
         """Where the root of the fall is ``wanted``, from ``first`` on; no less than ``least``.

@@ -135,6 +135,7 @@ def parts(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     monkeypatch.setattr(budget, "carried", lambda *_: SimpleNamespace(shared={"gain": shift}))
     monkeypatch.setattr(budget, "lines_of", lambda shared, *_: {**shared, "held": shift})
     monkeypatch.setattr(whole.profile_likelihood, "intervals", lambda *_: {"B": (0.0, 1.0)})
+    monkeypatch.setattr(whole.bent_valley, "shifts", lambda *_: [])
     return {"line": line}
 
 
@@ -157,6 +158,26 @@ def test_an_answer_has_every_cause_and_profiles_unless_asked(parts: dict[str, An
     assert whole.findings(records, solution, {}, ()).profiles == {}
 
 
+@pytest.mark.parametrize(
+    ("converged", "profiled", "counts"),
+    [(True, True, True), (True, False, False), (False, True, False)],
+)
+def test_what_follows_by_no_straight_line_counts_where_likelihoods_are_followed(
+    converged: bool, profiled: bool, counts: bool, parts: dict[str, Any],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """It is asked for by the covariance that lacks it."""
+    solution: Any = SimpleNamespace(converged=converged)
+    records: Any = ("run",)
+    asked, bent = list[Any](), [np.array([2.0])]
+    monkeypatch.setattr(whole.bent_valley, "shifts", lambda *a: asked.append(a) or bent)
+    found = whole.findings(records, solution, {}, (), profiled=profiled)
+    lacking = ("scattered", solution, records, ("hidden",))
+    assert found.statistical == ((*lacking, bent) if counts else lacking)
+    assert asked == ([(solution, records, lacking)] if counts else [])
+    assert found.undetected == (parts["line"],)
+
+
 def test_what_no_residual_shows_is_counted_by_cause(monkeypatch: pytest.MonkeyPatch) -> None:
     """The first record has what all were settled by; every record has its own lags."""
     one, two, three, four = (np.array([float(k)]) for k in range(1, 5))
@@ -175,8 +196,10 @@ def test_what_no_residual_shows_is_counted_by_cause(monkeypatch: pytest.MonkeyPa
     assert (priors, pieces) == (known, ("part",))
     assert hidden == {
         VOLTAGE_NOISE.name: [three], SCATTER: [four], budget.UNSTATED: [one, two, three],
-        budget.SETTLING: [two], budget.GRID: [], budget.UNEVEN: [three],
+        budget.SETTLING: [two], budget.GRID: [], budget.UNEVEN: [three], budget.BENT: (),
     }  # fmt: skip
     records.reverse()
-    _, _, hidden, _ = whole.scattered("solution", records, unseen)  # type: ignore[misc, arg-type]
+    bent = [two, four]
+    _, _, hidden, _ = whole.scattered("solution", records, unseen, bent)  # type: ignore[misc, arg-type]
     assert (hidden[budget.SETTLING], hidden[budget.GRID]) == ([], [one])
+    assert hidden[budget.BENT] == bent
