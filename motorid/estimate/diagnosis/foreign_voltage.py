@@ -23,6 +23,7 @@ FEWEST = 24  # blocks
 LAGS = (0, 3, -3, 8, -8, 20, -20, 50, -50)  # samples of the voltage
 FAR = 0.25  # of the highest voltage, by which a block departs
 MANY = 0.13  # of the blocks, that must
+CHANCE = 4.0  # standard deviations of a block's mean, that it departs by besides
 STILL = 0.1  # of the highest voltage, within which one that is a supply's stays
 
 
@@ -85,15 +86,29 @@ def _departs(parts: Sequence[tuple[Floats, Floats, Floats]], lag: int) -> float:
     scale = np.sqrt((rows[:, 1:] ** 2).sum(axis=0)) + 1e-300
     found = np.linalg.lstsq(rows[:, 1:] / scale, rows[:, 0], rcond=1e-9)[0] / scale
     left = np.abs(rows[:, 0] - rows[:, 1:] @ found)
-    return float(np.mean(left > FAR * np.percentile(np.abs(rows[:, 0]), 98)))
+    chance = np.concatenate([_chance(_cut(part, lag, width), found) for part in parts])
+    least = FAR * float(np.percentile(np.abs(rows[:, 0]), 98))
+    return float(np.mean(left > np.maximum(least, CHANCE * chance)))
 
 
 def _blocks(part: tuple[Floats, Floats, Floats], lag: int, width: int) -> Floats:
     """(m, 4): means over blocks of voltage, current, speed, and how much the current rises."""
+    return np.asarray(_cut(part, lag, width).mean(axis=2).T)
+
+
+def _cut(part: tuple[Floats, Floats, Floats], lag: int, width: int) -> Floats:
+    """(4, m, width): the readings of each block, and how much the current rises at them."""
     volts, current, speed = part
     place = np.clip(np.arange(len(volts)) + lag, 0, len(volts) - 1)
     count = len(volts) // width
-    cut = [y[: count * width] for y in (volts[place], current, speed)]
-    means = [y.reshape(count, width).mean(axis=1) for y in cut]
-    rises = np.gradient(current)[: count * width].reshape(count, width).mean(axis=1)
-    return np.column_stack([*means, rises])
+    each = volts[place], current, speed, np.gradient(current)
+    return np.array([y[: count * width].reshape(count, width) for y in each])
+
+
+def _chance(cut: Floats, found: Floats) -> Floats:
+    """(m,): standard deviation of what a block departs by because of its speed, as neighbouring
+    readings differ there, or usually do: one that counts few edges from row to row says little.
+    """
+    emf = found[1] * cut[2]
+    each = (np.diff(emf, axis=1) ** 2).mean(axis=1) / 2.0 / emf.shape[1]
+    return np.asarray(np.sqrt(np.maximum(each, each.mean())))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,26 +56,20 @@ def diagnostics(
                 "the search did not settle: the values are not the most likely ones",
             )
         )  # fmt: skip
-    untried = max(record.untried for record in records)
-    if untried:
-        out.append(
-            Diagnostic(
-                "search_bounded", "warning",
-                f"the model misfits from every start that was tried; {untried} other "
-                f"start{'s were' if untried > 1 else ' was'} left out to bound the work, so a "
-                "better fit may exist: check the wiring, the units and what --fix holds",
-            )
-        )  # fmt: skip
+    misfits, first = list(out), len(out)
     for k, (record, own) in enumerate(zip(records, found.solution.own, strict=True)):
         where = f" in run {k + 1}" if len(records) > 1 else ""
         left = record.weighed(record.departures(found.solution.values, own), filtered=False)
         segments = named[k][1] if named else ()
         for m, residual in zip(record.measured, left, strict=True):
-            out += residual_remarks.lack_of_fit(record, m, residual, segments, where)
+            lacks = residual_remarks.lack_of_fit(record, m, residual, segments, where)
+            misfits += lacks
+            out += lacks
             coloured.setdefault(m.block.name, []).extend(
                 residual_remarks.neighbour_correlation(residual)
             )
         out += data_remarks.of_capture(record, where)
+    out[first:first] = _bounded(records, misfits)
     out += lagging_start.remarks([record.capture for record in records])
     out += sampling_remarks.of_logs(found, records)
     out += [residual_remarks.coloured(name, rhos) for name, rhos in coloured.items() if rhos]
@@ -94,6 +88,18 @@ def diagnostics(
     out += _run_to_add([n for n in parameters if n in doubtful], found.motor(), records)
     order = {"error": 0, "warning": 1, "info": 2}
     return tuple(sorted(out, key=lambda d: order[d.severity]))
+
+
+def _bounded(records: Sequence[MotorRecord], misfits: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
+    """Starts that were left out, where something is left that another might explain."""
+    untried = max(record.untried for record in records)
+    if untried and misfits:
+        yield Diagnostic(
+            "search_bounded", "warning",
+            f"the model misfits from every start that was tried; {untried} other "
+            f"start{'s were' if untried > 1 else ' was'} left out to bound the work, so a "
+            "better fit may exist: check the wiring, the units and what --fix holds",
+        )  # fmt: skip
 
 
 def _brushes(found: Findings, records: Sequence[MotorRecord]) -> list[Diagnostic]:

@@ -90,3 +90,61 @@ def test_what_swings_more_than_a_tenth_is_no_supply(swing: float, supply: bool) 
     volts = 12.0 * (1.0 - swing * np.linspace(0.0, 1.0, len(capture)))
     (said,) = remarks([with_volts(capture, volts)])
     assert ("as a supply does" in said.message) is supply
+
+
+# a speed that counts edges
+
+
+def counted(edge_rad: float) -> Capture:
+    """V = R i + K ω at every row, of a speed that counts edges since the row before."""
+    at_s = np.arange(1920) * 1e-3
+    current, speed = 0.3 * np.sin(8.2 * np.pi * at_s), 300.0 * np.sin(3.0 * np.pi * at_s)
+    counts = np.floor(np.cumsum(speed) * 1e-3 / edge_rad + 0.3)
+    read = np.diff(counts, prepend=counts[0]) * edge_rad / 1e-3
+    series = {VOLTAGE: current + 0.02 * speed, CURRENT: current, SPEED: read}
+    units = ("V", "A", "rad/s")
+    channels = {
+        name: Channel(name, unit, y) for (name, y), unit in zip(series.items(), units, strict=True)
+    }
+    return Capture(np.arange(1920) * 1000, 1e6, channels)
+
+
+def departing(capture: Capture) -> float:
+    """The least share of blocks that depart."""
+    columns = foreign_voltage._columns(capture)
+    assert columns is not None
+    return min(foreign_voltage._departs([columns], lag) for lag in foreign_voltage.LAGS)
+
+
+def test_a_speed_that_counts_few_edges_makes_no_voltage_foreign(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A block of 16 rows has one edge or two: a third of them is far off, by chance."""
+    coarse = counted(3.0)
+    assert np.abs(coarse.channels[SPEED].values).max() == pytest.approx(3000.0)  # of 300 in truth
+    assert remarks([coarse]) == []
+    assert departing(coarse) < foreign_voltage.MANY
+    monkeypatch.setattr(foreign_voltage, "CHANCE", 0.0)
+    assert departing(coarse) > 2.0 * foreign_voltage.MANY
+
+
+@pytest.mark.parametrize("edge_rad", [0.1, 3.0])
+def test_a_supply_beside_a_speed_of_few_edges_is_named(edge_rad: float) -> None:
+    capture = counted(edge_rad)
+    (said,) = remarks([with_volts(capture, np.full(len(capture), 12.0))])
+    assert "as a supply does" in said.message
+
+
+def test_chance_is_how_much_neighbours_differ_in_speed() -> None:
+    """Of blocks of 16: a speed that stands, one of ±.5 by turns, and a slope of .1; each counts
+    with K = 3. A block is as uncertain as is usual at least, whatever voltage and current do.
+    """
+    speed = np.array([np.zeros(16), 0.5 * (-1.0) ** np.arange(16), 0.1 * np.arange(16)])
+    others = np.random.default_rng(6).standard_normal((3, 3, 16))
+    cut = np.array([others[0], others[1], speed, others[2]])
+    found = foreign_voltage._chance(cut, np.array([2.0, 3.0, 5.0]))
+    usual = 3.0 * np.sqrt((0.0 + 1.0 + 0.1**2) / 3.0 / 32.0)
+    assert found == pytest.approx([usual, 3.0 / np.sqrt(32.0), usual], abs=1e-12)
+    noise = np.random.default_rng(7).standard_normal((1, 4000))
+    cut = np.array([*np.zeros((2, 1, 4000)), noise, np.zeros((1, 4000))])
+    assert foreign_voltage._chance(cut, np.ones(3)) == pytest.approx(1.0 / np.sqrt(4000.0), rel=0.1)

@@ -255,6 +255,7 @@ def test_only_the_voltage_of_a_log_is_unknown_between_stamps() -> None:
 
 def test_all_that_is_found_is_said_the_gravest_first(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[str, str]] = []
+    lacks = True
 
     def remark(code: str, severity: str) -> Diagnostic:
         return Diagnostic(code, severity, "")  # type: ignore[arg-type]
@@ -262,7 +263,7 @@ def test_all_that_is_found_is_said_the_gravest_first(monkeypatch: pytest.MonkeyP
     def lack(run: Any, m: Any, _residual: Any, segments: Any, where: str) -> list[Diagnostic]:
         asked.append((m.block.name, where))
         assert segments == (["segments of it"] if where in ("", " in run 1") else ["others"])
-        return [remark(f"lack of {m.block.name}", "warning")]
+        return [remark(f"lack of {m.block.name}", "warning")] if lacks else []
 
     def said(code: str) -> Any:
         return lambda *_: [remark(code, "info")]
@@ -316,6 +317,11 @@ def test_all_that_is_found_is_said_the_gravest_first(monkeypatch: pytest.MonkeyP
     assert "1 other start was left out" in next(
         d.message for d in alone if d.code == "search_bounded"
     )
+    lacks = False  # there is nothing that another start might explain
+    told = {d.code for d in remarks.diagnostics(settled, [run(1)], parameters, named[:1])}
+    assert "search_bounded" not in told
+    told = {d.code for d in remarks.diagnostics(answer, [run(1), run()], parameters, named)}
+    assert "search_bounded" in told
 
 
 @pytest.mark.parametrize(
