@@ -29,7 +29,7 @@ from motorid.estimate.fit import (
     start_values_without_motion,
     subsample_inductance,
 )
-from motorid.estimate.fit.logs import log_fit, log_lags, log_second_order, smoothed_voltage
+from motorid.estimate.fit.logs import log_lags, log_second_order, log_shapes, smoothed_voltage
 from motorid.estimate.selection import shaft_resonance
 from motorid.estimate.signals import voltage_smoothing
 from motorid.estimate.signals.source import smoothing
@@ -38,7 +38,7 @@ GRIDS = {  # values; the span to cover; the largest ratio between neighbours
     "lag of a motion over its guess": (joint_fit.TRIED, 0.5, 2.0, 1.5),
     "samples of a motion's lag": (lagging_start.LAGS, 1.0, 84.0, 2.0),
     "L/R in samples behind a low-pass": (smoothed_voltage.RISES, 0.3, 3.0, 3.5),
-    "L/R in samples of a log": (log_fit.RISES, 0.4, 4.0, 4.0),
+    "L/R in samples of a log": (log_shapes.RISES, 0.4, 4.0, 4.0),
     "L/R in samples without a motion": (start_values_without_motion.TIMES, 0.1, 10.0, 10.0),
     "R of the most that it can be": (start_values_without_motion.SHARES, 0.3, 1.0, 1.4),
     "L/R where the usual start fails": (multistart.RISES, 0.1, 0.3, 3.1),

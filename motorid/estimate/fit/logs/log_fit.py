@@ -14,7 +14,6 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motorid.capture.model import SPEED, Capture
 from motorid.estimate.effects.unstated import default
 from motorid.estimate.fit.alternating_fit import vanished
 from motorid.estimate.fit.logs import (
@@ -25,11 +24,12 @@ from motorid.estimate.fit.logs import (
     log_one_filter,
     log_readings,
     log_second_order,
+    log_shapes,
     smoothed_voltage,
 )
+from motorid.estimate.fit.logs.log_shapes import BETTER, RISES
 from motorid.estimate.fit.logs.log_unknowns import (
     Fit,
-    as_rival,
     like,
     moved,
     readings,
@@ -41,14 +41,7 @@ from motorid.estimate.fit.multistart import GROSS, MOST_TRIED, settled, whitened
 from motorid.estimate.fit.parameter_bounds import merged
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.model.unexplained import unsupported
-from motorid.estimate.signals.intersample_voltage import (
-    BROKEN,
-    JOINED,
-    MEANS,
-    SHAPES,
-    SOURCED,
-    Shape,
-)
+from motorid.estimate.signals.intersample_voltage import SHAPES, Shape
 from motorid.estimate.signals.measurements import motion
 from motorid.estimate.signals.time_grid import IRREGULAR
 from motorid.estimate.solver.autoregression import inflation
@@ -57,13 +50,9 @@ from motorid.estimate.uncertainty.covariance import covariance_of
 
 Floats = NDArray[np.float64]
 PLAIN = SHAPES[:4]  # that need nothing but the readings of the voltage
-RISES = (0.4, 1.0, 4.0)  # L/R in samples of a log, to begin with as well
-QUICK = 0.1  # the same of a winding that rows hardly tell
-HARDLY = 0.1  # standard deviation of a logarithm
 RESTARTED = 3  # shapes whose answer is where a search begins once more, its lags in whole samples
 ALIKE = 1.5  # variance of residuals, of that between neighbours: those are off alike
 WORSE = 1.5  # times: what an explanation may leave most readings off by
-BETTER = 1.0  # of chi-square, by which another start is worth taking
 
 
 def best(
@@ -81,13 +70,16 @@ def best(
     def fresh(shape: Shape) -> list[MotorRecord]:
         return [MotorRecord(capture, free, fixed, shape) for capture in captures]
 
-    plain = _likeliest(_of_every_shape(first, solution, free, start, fresh))
+    plain = log_shapes.likeliest(log_shapes.of_every_shape(first, solution, free, start, fresh))
     alike = plain[1].fair
     plain = log_readings.taken(*plain, free, start, fixed)
-    if _turns_otherwise(plain, as_read):
+    if log_shapes.turns_otherwise(plain, as_read):
         captures = [record.capture for record in plain[0]]
-        plain = _shaped_again(plain, free, start, fresh)
+        plain = log_shapes.shaped_again(plain, free, start, fresh)
     plain, heard = _on_its_grid(plain, free, start, fixed)
+    if any(one.asked_for for one in heard):
+        other = log_shapes.otherwise_shaped(plain, free, start, fixed)
+        plain, heard = (plain, heard) if other is plain else (other, told(*other))
     averages: list[Fit] = []
     if any(one.asked_for for one in heard):
         averaged = log_averages.taken(plain, as_read, free, start, fixed, alike)
@@ -115,10 +107,10 @@ def best(
     records = like(plain, fresh(plain[0][0].shape))
     solution = widened(records, free, known, settled(records, free, known))
     found = [(records, solution), *smoothed]
-    records, solution = _likeliest(found)
+    records, solution = log_shapes.likeliest(found)
     if any(record.found for record in records) or vanished(solution, records):
         found += _begun_elsewhere((records, solution), free, known, fresh)[1:]
-    wider = _likeliest(found)
+    wider = log_shapes.likeliest(found)
     if not any(moved(record, own) for record, own in zip(wider[0], wider[1].own, strict=True)):
         records = [MotorRecord(r.capture, free, fixed, r.shape) for r in plain[0]]
         again = settled(records, free, merged(start, wider[1]))  # as likely without them
@@ -152,29 +144,6 @@ def best(
         record.left_open = ()
     plain[0][0].left_open = _less_known(plain[1], solution)  # larger steps are not worth it
     return plain
-
-
-def _turns_otherwise(fit: Fit, as_read: Sequence[Capture]) -> bool:
-    """Its speed turned out to be means, or instants, with which no other shape was tried."""
-    each = [(record.capture, read) for record, read in zip(fit[0], as_read, strict=True)]
-    return any(now.get(SPEED) is not read.get(SPEED) for now, read in each)
-
-
-def _shaped_again(
-    before: Fit,
-    free: Sequence[str],
-    start: Mapping[str, float],
-    fresh: Callable[[Shape], list[MotorRecord]],
-) -> Fit:
-    """The likeliest shape of the voltage for a speed as it turned out to be: one that is late by
-    half a sample speaks for a voltage that is.
-    """
-    near, first = merged(start, before[1]), fresh(JOINED)
-    found = _of_every_shape(first, settled(first, free, near), free, start, fresh)
-    best = min(found, key=lambda one: one[1].fair)
-    if best[1].fair > before[1].fair - BETTER:
-        return before
-    return _likeliest([*found, before])
 
 
 def _on_its_grid(
@@ -251,72 +220,6 @@ def _less_known(narrow: Solution, wide: Solution) -> tuple[Floats, ...]:
     sizes, ways = np.linalg.eigh(more)
     pairs = zip(sizes, ways.T, strict=True)
     return tuple(way * np.sqrt(size) for size, way in pairs if size > 0)
-
-
-def _of_every_shape(
-    first: list[MotorRecord],
-    solution: Solution,
-    free: Sequence[str],
-    start: Mapping[str, float],
-    fresh: Callable[[Shape], list[MotorRecord]],
-) -> list[Fit]:
-    """A voltage that jumps makes bad ground for a search: each begins where the smoothest ended.
-
-    Where an inductance vanished there, from one that rows tell as well: no search finds back. Where
-    it is hardly told, a lag of the voltage stands in for it, or the reverse: from next to none too.
-    """
-    near = merged(start, solution)
-    found, elsewhere = [(first, solution)], []
-    rise = RISES[0] if vanished(solution, first) else QUICK if _hardly_told(solution) else None
-    if "L" in free and rise:
-        rise_s = rise * max(default.period_s(record) for record in first)
-        elsewhere = [{**near, "L": rise_s * near["R"]}]
-    for shape in _shapes(first)[1:]:
-        records = fresh(shape)
-        if shape == BROKEN and not any(_wanders(record) for record in records):
-            continue  # it is joined, or held
-        if shape == SOURCED and not any(_has_source(record) for record in records):
-            continue  # it is broken
-        if shape == MEANS and all(unsupported(*one) is not None for one in found):
-            continue  # rows in any order are each a mean: a current of its own voltage alone
-        tried = [(records, settled(records, free, near))]
-        for other in elsewhere:
-            records = fresh(shape)
-            tried.append((records, settled(records, free, other)))
-        found.append(min(tried, key=lambda one: one[1].fair))
-    return found
-
-
-def _hardly_told(solution: Solution) -> bool:
-    """The inductance."""
-    deviations = np.sqrt(np.diag(covariance_of(solution.information)))
-    named = zip(solution.unknowns, deviations, strict=True)
-    return any(u.name == "L" and deviation > HARDLY for u, deviation in named)
-
-
-def _shapes(records: Sequence[MotorRecord]) -> Sequence[Shape]:
-    """That a voltage may have: means are means where somebody says so."""
-    waveforms = [record.sensed.waveform for record in records]
-    stated = all(waveform is not None and waveform.window_s for waveform in waveforms)
-    return (MEANS,) if stated else SHAPES
-
-
-def _wanders(record: MotorRecord) -> bool:
-    waveform = record.sensed.waveform
-    return waveform is not None and waveform.wanders
-
-
-def _has_source(record: MotorRecord) -> bool:
-    waveform = record.sensed.waveform
-    return waveform is not None and waveform.ohms > 0.0
-
-
-def _likeliest(found: Sequence[Fit]) -> Fit:
-    """And the others are its rivals."""
-    best = min(found, key=lambda one: one[1].fair)
-    for k, record in enumerate(best[0]):
-        record.rivals = tuple(as_rival(one, best, k) for one in found if one[1] is not best[1])
-    return best
 
 
 def _begun_elsewhere(

@@ -80,7 +80,7 @@ def reconsidered(
 
 def _averaged(before: Fit, name: str, again: Search) -> Fit:
     """The likelier of readings of an instant, and of means since the reading before."""
-    captures = [_otherwise(record, name) for record in before[0]]
+    captures = [otherwise(record, name) for record in before[0]]
     if not any(captures):
         return before
     changed = [c or record.capture for c, record in zip(captures, before[0], strict=True)]
@@ -98,7 +98,7 @@ def _averaged(before: Fit, name: str, again: Search) -> Fit:
     return best
 
 
-def _otherwise(record: MotorRecord, name: str) -> Capture | None:
+def otherwise(record: MotorRecord, name: str) -> Capture | None:
     """The capture with a channel of means over the usual period in place of instants, or the
     reverse; None: somebody states which, or it is no log.
     """

@@ -4,7 +4,7 @@ objective is given.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -15,8 +15,8 @@ import pytest
 from motorid.estimate.effects.influence_quantity import Instance
 from motorid.estimate.effects.registry import SECOND_ORDER, WITHOUT_WORD
 from motorid.estimate.effects.timing.voltage_late import VOLTAGE_LATE
-from motorid.estimate.fit.logs import log_fit, log_unknowns
-from motorid.estimate.signals.intersample_voltage import MEANS, SHAPES, Rival
+from motorid.estimate.fit.logs import log_fit, log_shapes, log_unknowns
+from motorid.estimate.signals.intersample_voltage import Rival
 from motorid.estimate.solver.problem import Solution, Unknown
 from tests.estimate.fit.made_fits import (
     LAG,
@@ -34,7 +34,7 @@ from tests.estimate.fit.made_fits import (
 
 def test_the_likeliest_has_the_others_as_rivals_by_how_much_they_are_behind() -> None:
     one, best, other = fit(30.0), fit(10.0, "held"), fit(25.0, "curved")
-    records, found = log_fit._likeliest([one, best, other])
+    records, found = log_shapes.likeliest([one, best, other])
     assert found.objective == 10.0
     assert records is best[0]
     assert [(float(r.values[0]), r.behind) for r in records[0].rivals] == [
@@ -47,7 +47,7 @@ def test_the_likeliest_has_the_others_as_rivals_by_how_much_they_are_behind() ->
 def test_a_rival_says_how_late_its_voltage_is() -> None:
     late = Instance(VOLTAGE_LATE)
     best, other = fit(10.0), ([record(instances=(LAG, late))], solution(12.0, None, (3.0, -2e-3)))
-    records, _ = log_fit._likeliest([best, other])
+    records, _ = log_shapes.likeliest([best, other])
     assert [r.late_s for r in records[0].rivals] == [2e-3]
 
 
@@ -68,7 +68,7 @@ def test_what_noise_of_the_voltage_leaves_speaks_against_no_fit() -> None:
         return [record()], replace(solution(30.0), noise=15.0)
 
     one, other = noisy(), fit(20.0, "held")
-    records, found = log_fit._likeliest([other, one])
+    records, found = log_shapes.likeliest([other, one])
     assert found is one[1]
     assert [r.behind for r in records[0].rivals] == [5.0]
     assert log_fit._instead(fit(20.0), noisy())[1].objective == 30.0
@@ -111,128 +111,6 @@ def test_searches_are_exhausted_by_all_their_responses(each: tuple[int, int], ov
     assert log_fit._exhausted(fits) is over
 
 
-def test_stated_means_have_no_other_shape() -> None:
-    stated = record()
-    stated.sensed.waveform.window_s = PERIOD_S
-    assert log_fit._shapes([stated]) == (MEANS,)
-    assert log_fit._shapes([stated, record()]) == SHAPES
-    none = record(sensed=SimpleNamespace(waveform=None))
-    assert log_fit._shapes([none]) == SHAPES
-
-
-def shapes_tried(
-    monkeypatch: pytest.MonkeyPatch, supported: bool = True, first_L: float = 2.0,
-    free: Sequence[str] = NAMES, ends: Callable[[str, float], float] = lambda *_: 50.0,
-    deviation: float = 0.5 * log_fit.HARDLY, **facts: Any,
-) -> tuple[list[Any], list[Any]]:  # fmt: skip
-    """Fits by shape, the first one with R = 40 and ``first_L``, and where each other begins.
-
-    ``ends``: the objective of a search, by its shape and the L it begins with. ``deviation``: of
-    the first one's ln L.
-    """
-    begun: list[Any] = []
-
-    def settled(records: Any, _free: Any, start: Any) -> Solution:
-        begun.append((records[0].shape, dict(start)))
-        records[0].begun_at = start["L"]
-        return solution(ends(records[0].shape, start["L"]))
-
-    monkeypatch.setattr(log_fit, "settled", settled)
-    monkeypatch.setattr(log_fit, "unsupported", lambda *_: None if supported else "so")
-
-    def fresh(shape: Any) -> list[Any]:
-        one = record(shape)
-        vars(one.sensed.waveform).update(facts)
-        return [one]
-
-    first = [record(motor=lambda values: values, timeline=SimpleNamespace(period_s=PERIOD_S))]
-    told = np.diag([1.0, deviation**-2, 1.0])
-    ended = replace(solution(40.0, told), values=np.array([40.0, first_L, 3.0]))
-    found = log_fit._of_every_shape(first, ended, free, {"J": 7.0}, fresh)
-    assert found[0][0] is first
-    return found, begun
-
-
-def shapes(found: Sequence[Any]) -> set[str]:
-    return {one[0][0].shape for one in found}
-
-
-def test_each_shape_begins_where_the_smoothest_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    _, begun = shapes_tried(monkeypatch, wanders=True, ohms=0.2)
-    assert [shape for shape, _ in begun] == list(SHAPES[1:])
-    for _, start in begun:
-        assert start == {"J": 7.0, "R": 40.0, "L": 2.0, "K": 3.0}
-
-
-def test_a_shape_that_is_another_one_is_not_searched(monkeypatch: pytest.MonkeyPatch) -> None:
-    level, _ = shapes_tried(monkeypatch, wanders=False, ohms=0.0)
-    assert set(SHAPES) - shapes(level) == {"broken", "sourced"}
-    wandering, _ = shapes_tried(monkeypatch, wanders=True, ohms=0.0)
-    assert set(SHAPES) - shapes(wandering) == {"sourced"}
-    unordered, _ = shapes_tried(monkeypatch, supported=False, wanders=True, ohms=0.2)
-    assert set(SHAPES) - shapes(unordered) == {MEANS}
-
-
-GONE = 0.01 * 40.0 * PERIOD_S  # H, of which readings tell nothing
-
-
-def test_where_an_inductance_vanished_each_shape_begins_from_another_too(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """The better of both is kept: of a curved voltage the first, of all others the second."""
-    again = log_fit.RISES[0] * PERIOD_S * 40.0
-
-    def ends(shape: str, L: float) -> float:
-        return 30.0 + 5.0 * ((L == GONE) is (shape != "curved"))
-
-    found, begun = shapes_tried(monkeypatch, first_L=GONE, ends=ends, wanders=True, ohms=0.2)
-    assert [shape for shape, _ in begun] == [s for s in SHAPES[1:] for _ in range(2)]
-    assert [start["L"] for _, start in begun] == pytest.approx([GONE, again] * len(SHAPES[1:]))
-    assert all({**start, "L": 0.0} == {"J": 7.0, "R": 40.0, "L": 0.0, "K": 3.0}
-               for _, start in begun)  # fmt: skip
-    assert [one[1].objective for one in found] == [40.0] + [30.0] * len(SHAPES[1:])
-    assert [one[0][0].shape for one in found] == list(SHAPES)
-    kept = [again if shape != "curved" else GONE for shape in SHAPES[1:]]
-    assert [one[0][0].begun_at for one in found[1:]] == kept  # records of its own
-
-
-def test_an_inductance_that_is_told_or_held_begins_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    held, hardly = {"free": ("R", "K")}, {"deviation": 2.0 * log_fit.HARDLY}
-    told = {"first_L": 0.03 * 40.0 * PERIOD_S, "deviation": 0.99 * log_fit.HARDLY}
-    for facts in (told, {"first_L": GONE, **held}, {**hardly, **held}):
-        _, begun = shapes_tried(monkeypatch, wanders=True, ohms=0.2, **facts)
-        assert [shape for shape, _ in begun] == list(SHAPES[1:])
-
-
-def test_where_an_inductance_is_hardly_told_each_shape_begins_from_next_to_none_too(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """The better of both is kept: of a curved voltage the first, of all others the second."""
-    none = log_fit.QUICK * PERIOD_S * 40.0
-
-    def ends(shape: str, L: float) -> float:
-        return 30.0 + 5.0 * ((L == 2.0) is (shape != "curved"))
-
-    found, begun = shapes_tried(
-        monkeypatch, ends=ends, deviation=1.01 * log_fit.HARDLY, wanders=True, ohms=0.2
-    )
-    assert [shape for shape, _ in begun] == [s for s in SHAPES[1:] for _ in range(2)]
-    assert [start["L"] for _, start in begun] == pytest.approx([2.0, none] * len(SHAPES[1:]))
-    assert all({**start, "L": 0.0} == {"J": 7.0, "R": 40.0, "L": 0.0, "K": 3.0}
-               for _, start in begun)  # fmt: skip
-    assert [one[1].objective for one in found] == [40.0] + [30.0] * len(SHAPES[1:])
-    kept = pytest.approx([none if shape != "curved" else 2.0 for shape in SHAPES[1:]])
-    assert [one[0][0].begun_at for one in found[1:]] == kept
-
-
-def test_one_that_vanished_is_no_quicker_for_being_hardly_told(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    _, begun = shapes_tried(monkeypatch, first_L=GONE, deviation=9.0, wanders=True, ohms=0.2)
-    again = log_fit.RISES[0] * PERIOD_S * 40.0
-    assert [start["L"] for _, start in begun] == pytest.approx([GONE, again] * len(SHAPES[1:]))
-
-
 # other places to begin
 
 
@@ -269,7 +147,7 @@ def test_other_inductances_are_tried_first_then_other_shapes_and_whole_samples(
 ) -> None:
     seen, found = begun_elsewhere(monkeypatch)
     inductances = [L for _, _, L, _ in seen[:3]]
-    assert inductances == pytest.approx([rise * PERIOD_S * 2.0 for rise in log_fit.RISES])
+    assert inductances == pytest.approx([rise * PERIOD_S * 2.0 for rise in log_shapes.RISES])
     assert {(shape, whole) for shape, whole, *_ in seen[:3]} == {("held", False)}
     ways = [(shape, whole) for shape, whole, *_ in seen[3:]]
     expected = [(s, w) for s in log_fit.PLAIN for w in (False, True) if (s, w) != ("held", False)]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from motorid.estimate.fit.logs import log_fit, log_lags, log_readings
+from motorid.estimate.fit.logs import log_fit, log_lags, log_readings, log_shapes
 from motorid.estimate.signals.intersample_voltage import Rival
 from motorid.estimate.signals.time_grid import IRREGULAR
 from tests.estimate.fit.made_fits import LAG, NAMES, PERIOD_S, known, record, solution
@@ -26,8 +26,9 @@ class Handed:
         self.wider = solution(60.0, None, (0.2,))
         self.ways = {n: ([record(n)], solution(61.0)) for n in ("second", "means", "lags", "alone")}
         heard = [SimpleNamespace(shifts=(), step=0.0, needed=5.0, asked_for=True)]
-        monkeypatch.setattr(log_fit, "_turns_otherwise", lambda *_: False)
-        self.note(monkeypatch, log_fit, "_of_every_shape", [self.plain])
+        monkeypatch.setattr(log_shapes, "turns_otherwise", lambda *_: False)
+        self.note(monkeypatch, log_shapes, "of_every_shape", [self.plain])
+        self.note(monkeypatch, log_shapes, "otherwise_shaped", self.plain)
         self.note(monkeypatch, log_fit.log_readings, "taken", self.plain)
         self.note(monkeypatch, log_fit, "told", heard)
         self.note(monkeypatch, log_fit.log_grid, "settled", self.plain, "grid")
@@ -88,11 +89,12 @@ def test_every_stage_is_handed_what_the_one_before_it_found(
 ) -> None:
     handed = Handed(monkeypatch)
     seen = handed.seen
-    first, joined, free, start, fresh = seen["_of_every_shape"]
+    first, joined, free, start, fresh = seen["of_every_shape"]
     assert (first, joined.objective, free, start) == (handed.first, 200.0, NAMES, START)
     assert seen["begun"] == (first, joined, NAMES, {"R": 200.0, **SOLVED}, FIXED)
     assert seen["told"] == handed.plain
     assert seen["grid"] == (handed.plain, NAMES, START, FIXED)
+    assert seen["otherwise_shaped"] == (handed.plain, NAMES, START, FIXED)
     assert seen["vanished"] == (handed.wider, seen["widened"][0])
     assert seen["unsupported"] == seen["_leaves_much"] == handed.plain
     (plain, records), known = seen["like"], {"R": 100.0, **SOLVED}

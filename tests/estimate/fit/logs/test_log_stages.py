@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from motorid.estimate.fit.logs import log_fit
+from motorid.estimate.fit.logs import log_fit, log_shapes
 from tests.estimate.fit.made_fits import NAMES, record, solution
 
-FIRST, PLAIN, AGAIN, WIDER, ELSEWHERE, SMOOTHED, FINER, RESHAPED = (
-    f"fit {name}" for name in "ABCDEFGH"
+FIRST, PLAIN, AGAIN, WIDER, ELSEWHERE, SMOOTHED, FINER, RESHAPED, OTHER = (
+    f"fit {name}" for name in "ABCDEFGHI"
 )
 STEP = np.array([1.0])
 
@@ -32,12 +32,11 @@ class Stages:
         self.found, self.lost, self.much, self.few = False, set[str](), False, False
         self.finer, self.answered = 0.0, False  # F on a finer grid, 0: none; it asks for no more
         self.turned, self.shaped = False, [PLAIN, RESHAPED]  # the speed's way, and shapes for it
+        self.other, self.content = 0.0, False  # I of the other speed, 0: none; it asks for no more
         vars(self).update(facts)
         self.asked = list[str]()
         self.ways = {"second": 1.0, "means": 2.0, "lags": 3.0, "alone": 4.0}
         answers = {
-            "_of_every_shape": lambda *_: [self.fit(self.shaped.pop(0))],
-            "_turns_otherwise": lambda *_: self.turned,
             "told": lambda records, _: [self.heard(records[0].capture)],
             "vanished": lambda found, _: float(found.objective) in self.gone(),
             "MotorRecord": lambda capture, _free, _fixed, shape: record(shape, capture=capture),
@@ -53,6 +52,14 @@ class Stages:
         }
         for name, other in answers.items():
             monkeypatch.setattr(log_fit, name, other)
+        shapes = {
+            "of_every_shape": lambda *_: [self.fit(self.shaped.pop(0))],
+            "turns_otherwise": lambda *_: self.turned,
+            "settled": answers["settled"],
+            "otherwise_shaped": self.otherwise,
+        }
+        for name, other in shapes.items():
+            monkeypatch.setattr(log_shapes, name, other)
         monkeypatch.setattr(log_fit.log_readings, "taken", lambda *fit: fit[:2])
         monkeypatch.setattr(log_fit.log_averages, "taken", lambda before, *_: before)
         monkeypatch.setattr(log_fit.log_grid, "settled", self.on_grid)
@@ -73,8 +80,9 @@ class Stages:
         return {self.objectives[name] for name in self.lost}
 
     def heard(self, of: str) -> Any:
-        asks = self.asked_for and not (of == FINER and self.answered)
-        step = 5.0 * STEP if of == FINER else STEP
+        answered = {FINER: self.answered, OTHER: self.content}
+        asks = self.asked_for and not answered.get(of, False)
+        step = {FINER: 5.0, OTHER: 7.0}.get(of, 1.0) * STEP
         return SimpleNamespace(shifts=(2.0 * STEP,), step=step, needed=self.needed, asked_for=asks)
 
     def on_grid(self, before: Any, *_: Any) -> Any:
@@ -83,6 +91,13 @@ class Stages:
             return before
         self.objectives[FINER] = self.finer
         return self.fit(FINER)
+
+    def otherwise(self, before: Any, *_: Any) -> Any:
+        self.asked.append("otherwise")
+        if not self.other:
+            return before
+        self.objectives[OTHER] = self.other
+        return self.fit(OTHER)
 
     def widened(self, records: Any, _free: Any, _start: Any, _solution: Any) -> Any:
         self.asked.append("widened")
@@ -124,16 +139,6 @@ def test_another_way_of_the_speed_has_shapes_of_its_own(
     assert bool(one.rivals) is (ended < 100.0)
 
 
-def test_a_speed_that_is_read_otherwise_asks_for_them() -> None:
-    speed, means = ({"speed": object()} for _ in range(2))
-    other = {**speed, "current": object()}
-    for now, was, asks in (
-        (speed, speed, False), (means, speed, True), (other, speed, False),
-        ({}, {}, False), (means, {}, True),
-    ):  # fmt: skip
-        assert log_fit._turns_otherwise(([record(capture=now)], None), [was]) is asks
-
-
 def test_most_logs_need_no_more_than_the_plain_shapes(monkeypatch: pytest.MonkeyPatch) -> None:
     stages = Stages(monkeypatch)
     (one,), found = stages.best()
@@ -170,7 +175,51 @@ def test_a_finer_grid_that_leaves_it_asked_is_not_taken(monkeypatch: pytest.Monk
     stages = Stages(monkeypatch, asked_for=True, finer=95.0, needed=21.0)
     _, found = stages.best()
     assert found.objective == 100.0
-    assert stages.asked == ["grid", "widened"]
+    assert stages.asked == ["grid", "otherwise", "widened"]
+
+
+@pytest.mark.parametrize(
+    ("asks", "searched"),
+    [
+        ({"asked_for": True}, True),
+        ({"asked_for": True, "finer": 95.0}, True),
+        ({"asked_for": True, "finer": 95.0, "answered": True}, False),  # nothing is asked any more
+        ({"lost": {PLAIN}}, False),
+        ({"much": True}, False),
+        ({"needed": 0.9}, False),
+        ({}, False),
+    ],
+)
+def test_shapes_for_another_speed_are_searched_where_residuals_ask_alone(
+    asks: dict[str, Any], searched: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After the finer grid, which may answer it."""
+    stages = Stages(monkeypatch, **asks)
+    stages.best()
+    assert stages.asked.count("otherwise") == searched
+    if searched:
+        assert stages.asked[:2] == ["grid", "otherwise"]
+
+
+def test_what_another_speed_answers_is_told_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    stages = Stages(monkeypatch, asked_for=True, other=94.0, content=True)
+    (one,), found = stages.best()
+    assert (found.objective, one.capture) == (94.0, OTHER)
+    assert stages.asked == ["grid", "otherwise"]  # it asks for no more
+    assert [step.tolist() for step in one.left_open] == [[2.0], [7.0]]
+
+
+def test_another_speed_that_leaves_it_asked_is_taken_and_asks_itself(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Lags are compared with it, and begin where it ended: 15 likelier is not enough of 16."""
+    stages = Stages(monkeypatch, asked_for=True, other=95.0, needed=16.0)
+    (one,), found = stages.best()
+    assert (found.objective, one.capture) == (95.0, OTHER)
+    assert stages.asked == ["grid", "otherwise", "widened"]
+    stages = Stages(monkeypatch, asked_for=True, other=95.0, needed=14.0)
+    (one,), _ = stages.best()
+    assert one.as_stamped == {"R": 95.0, "L": 2.0, "K": 3.0}
 
 
 @pytest.mark.parametrize(("needed", "taken"), [(19.0, True), (21.0, False)])

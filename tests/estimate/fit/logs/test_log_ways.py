@@ -97,15 +97,15 @@ def log(kind: Any = "instant", aperture_s: float = 0.0, undeclared: Any = ("aper
 
 
 def test_a_channel_may_be_of_instants_or_of_means() -> None:
-    other = log_readings._otherwise(log(), SPEED)
+    other = log_readings.otherwise(log(), SPEED)
     assert other is not None
     assert other.channels[SPEED].window_s == PERIOD_S
-    back = log_readings._otherwise(log("mean", 2e-3), SPEED)
+    back = log_readings.otherwise(log("mean", 2e-3), SPEED)
     assert back is not None
     assert back.channels[SPEED].kind == "instant"
     assert back.channels[SPEED].window_s == 0.0
-    assert log_readings._otherwise(log(undeclared=()), SPEED) is None
-    assert log_readings._otherwise(log(), CURRENT) is None
+    assert log_readings.otherwise(log(undeclared=()), SPEED) is None
+    assert log_readings.otherwise(log(), CURRENT) is None
 
 
 @pytest.mark.parametrize(
@@ -117,7 +117,7 @@ def test_the_likelier_of_both_is_taken_and_the_other_is_its_rival(
     name: str, gain: float, changed: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A current of means costs twice ln 1000; a speed of means nothing."""
-    monkeypatch.setattr(log_readings, "_otherwise", lambda *_: "other capture")
+    monkeypatch.setattr(log_readings, "otherwise", lambda *_: "other capture")
     monkeypatch.setattr(log_readings, "vanished", lambda *_: False)
     before = [log()], solution(100.0)
     before[0][0].rivals = (Rival(np.array([7.0]), 4.0),)
@@ -133,12 +133,12 @@ def test_the_likelier_of_both_is_taken_and_the_other_is_its_rival(
 def test_a_mean_that_takes_the_windings_time_constant_is_none(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(log_readings, "_otherwise", lambda *_: "other capture")
+    monkeypatch.setattr(log_readings, "otherwise", lambda *_: "other capture")
     monkeypatch.setattr(log_readings, "vanished", lambda *_: True)
     before, other = ([log()], solution(100.0)), ([log()], solution(10.0))
     assert log_readings._averaged(before, CURRENT, lambda *_: other) is before
     assert log_readings._averaged(before, SPEED, lambda *_: other) is other
-    monkeypatch.setattr(log_readings, "_otherwise", lambda *_: None)
+    monkeypatch.setattr(log_readings, "otherwise", lambda *_: None)
     assert log_readings._averaged(before, SPEED, lambda *_: other) is before
 
 
