@@ -39,15 +39,16 @@ def calm_windows(volts: Floats) -> Windows:
     """Windows of readings (n,) in which they follow a parabola."""
     deviation, count = scatter(volts), len(volts)
     halves = [half for half in HALF_WINDOWS if deviation and 2 * half < count]
-    calm = {half: _calm(volts, half, deviation) for half in halves}
+    spread = {half: _parabolas(volts, half)[3] for half in halves}
     found = Windows(np.zeros(count, dtype=np.intp), np.zeros(count, dtype=np.intp))
     left = np.ones(count)  # of each reading's variance
     for half in halves:  # the widest has the last word
-        found.half[calm[half]] = half // 2
-        left[calm[half]] = _share(half // 2, 0)
+        calm = _calm(spread[half], half, deviation)
+        found.half[calm] = half // 2
+        left[calm] = _share(half // 2, 0)
     room = _room(volts)
     for half in halves:
-        ahead, inside = _beside(_calm(volts, half, deviation, STRAIGHT), half)
+        ahead, inside = _beside(_calm(spread[half], half, deviation, STRAIGHT), half)
         share = _share(half // 2, ahead)
         take = np.flatnonzero(inside & (room < half) & (share < WORTH * left))
         off = volts[take] - _at(volts, half // 2, take, ahead[take])
@@ -71,14 +72,12 @@ def _at(volts: Floats, half: int, here: Places, ahead: Places) -> Floats:
     return np.asarray(each[0] - each[1] * ahead + each[2] * ahead**2)
 
 
-def _calm(volts: Floats, half: int, deviation: float, most: float = math.inf) -> NDArray[np.bool_]:
+def _calm(spread: Floats, half: int, deviation: float, most: float = math.inf) -> NDArray[np.bool_]:
     """Readings (n,) about which so many on either side leave a parabola by no more than noise, and
-    no more than ``most`` times its variance.
+    no more than ``most`` times its variance; ``spread`` (n - 2 half,): what they leave.
     """
-    out = np.zeros(len(volts), dtype=np.bool_)
     most = min(most, 1.0 + BY_CHANCE / math.sqrt(half - 1))
-    out[half : len(volts) - half] = _parabolas(volts, half)[3] <= most * deviation**2
-    return out
+    return np.pad(spread <= most * deviation**2, half)
 
 
 def _room(volts: Floats) -> Places:

@@ -41,16 +41,16 @@ def _left(record: MotorRecord, values: Floats, own: Floats) -> float:
     A motion adds noise up, so that a draw says little of another. Nor is more left than there is.
     """
     current = record.block(CURRENT)
-    if current is None:
+    if current is None or record.sensed.waveform is None:
         return 0.0
     place, found = record.measured.index(current), list[float]()
 
     def total(one: MotorRecord) -> float:
         return square(one.residuals(values, own)[place])
 
+    block, usual = record.blocks[place], total(record)
+    variance = max(usual / max(block.count, 1.0), block.floor**2)
     for noise in _noises(record, PAIRS, levels=False):
-        block, usual = record.blocks[place], total(record)
-        variance = max(usual / max(block.count, 1.0), block.floor**2)
         moved = [one for sign in (1.0, -1.0) if (one := _with(record, sign * noise)) is not None]
         more = sum((total(one) - usual) / len(moved) for one in moved)
         found.append(min(more / variance, block.count))

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from motorid.errors import DataError
 from motorid.estimate.model.capture_model import MotorRecord
 from motorid.estimate.solver.problem import Solution
+from motorid.estimate.solver.search_coordinates import Coordinates
 from motorid.estimate.uncertainty import added_noise
 from motorid.estimate.uncertainty.covariance import NOISE, Statistical, covariance_of
 from motorid.estimate.uncertainty.intervals import student
@@ -81,13 +82,11 @@ def _moved(
     variance = max(float(statistical.lines[NOISE][place]), white)
     wanted = factor * math.sqrt(variance / white)
     reach = min(factor * math.sqrt(variance), FARTHEST)
-    slopes = solution.slopes
+    frame = Coordinates(solution.unknowns)
     least = profile.best * math.exp(-FARTHEST * NEAREST)
     for first in (profile.best * math.exp(-reach), profile.best * math.exp(reach)):
         try:
             values = profile.held(profile.end(first, wanted, least)).values
         except DataError:
             continue
-        logs = np.array([unknown.log for unknown in solution.unknowns])
-        ratios = np.divide(values, solution.values, where=logs, out=np.ones_like(values))
-        yield np.where(logs, np.log(ratios), (values - solution.values) / slopes) / factor
+        yield (frame.inward(values) - frame.inward(solution.values)) / factor

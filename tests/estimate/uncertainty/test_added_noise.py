@@ -136,7 +136,7 @@ class Made:
 
     def __init__(self, gain: float, floor: float = 1e-9, volts: float = 0.0) -> None:
         self.gain, self.floor, self.volts = gain, floor, volts
-        self.current = "readings of the current"
+        self.current, self.sensed = "readings of the current", SimpleNamespace(waveform="a log's")
         self.measured = ["readings of the speed", self.current]
         self.blocks = Block("speed", 1e-9, COUNT), Block(CURRENT, floor, COUNT)
 

@@ -86,18 +86,17 @@ class Stages:
         return SimpleNamespace(shifts=(2.0 * STEP,), step=step, needed=self.needed, asked_for=asks)
 
     def on_grid(self, before: Any, *_: Any) -> Any:
-        self.asked.append("grid")
-        if not self.finer:
-            return before
-        self.objectives[FINER] = self.finer
-        return self.fit(FINER)
+        return self.instead("grid", FINER, self.finer, before)
 
     def otherwise(self, before: Any, *_: Any) -> Any:
-        self.asked.append("otherwise")
-        if not self.other:
+        return self.instead("otherwise", OTHER, self.other, before)
+
+    def instead(self, asked: str, name: str, objective: float | None, before: Any) -> Any:
+        self.asked.append(asked)
+        if not objective:
             return before
-        self.objectives[OTHER] = self.other
-        return self.fit(OTHER)
+        self.objectives[name] = objective
+        return self.fit(name)
 
     def widened(self, records: Any, _free: Any, _start: Any, _solution: Any) -> Any:
         self.asked.append("widened")
