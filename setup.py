@@ -52,6 +52,10 @@ class BuildOne(build_ext):
     With a TARGET, zig compiles.
     """
 
+    def finalize_options(self) -> None:
+        super().finalize_options()
+        self.parallel = self.parallel or os.cpu_count()
+
     def run(self) -> None:
         super().run()
         for part in self.extensions if self.inplace else ():

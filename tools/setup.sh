@@ -97,8 +97,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK=1
 # What motorid needs, and motorid with its compiled parts. Each file must have a hash of the lock.
 make_run() {
     [ -x $venv/bin/python ] || { say "creating $venv with $python"; "$python" -m venv $venv; }
-    say "installing motorid, as locked in locks/run.txt"
-    pip install -q --require-hashes -r locks/run.txt
+    install run
     if ! has_compiler $venv/bin/python && [ ! -e $zig/ziglang/__main__.py ]; then
         say "no C compiler with Python's headers is here: installing ziglang, as locked in locks/zig.txt"
         pip install -q --require-hashes --no-deps --target $zig -r locks/zig.txt
@@ -114,16 +113,35 @@ make_test() {
         npm ci --silent --no-audit --no-fund --prefix firmware/emulator/pico ||
             say "going on without: the tests that need it skip"
     fi
-    say "installing what the tests need, as locked in locks/test.txt"
-    pip install -q --require-hashes --no-build-isolation --no-compile -r locks/test.txt
+    install test --no-build-isolation --no-compile
     compile_all
+}
+
+# What locks/$1.txt names; the rest of the words are for the installer.
+install() {
+    lock=locks/$1.txt
+    say "installing what is locked in $lock"
+    shift
+    if [ "$for" = test ] && fast_install "$lock"; then return; fi
+    pip install -q --require-hashes "$@" -r "$lock"
+}
+
+# By uv, in a tenth of pip's time: the same files, held against the same hashes. The tests' lock has
+# it. Where uv cannot, as behind an index that only pip is told of, pip goes on.
+fast_install() {
+    mkdir -p build
+    awk '/^uv==/ { on = 1 } on { print } on && !/\\$/ { exit }' locks/test.txt >build/uv.txt
+    [ -x $venv/bin/uv ] || pip install -q --require-hashes --no-deps -r build/uv.txt || return 1
+    index=${PIP_INDEX_URL:-$(pip config get global.index-url 2>/dev/null || :)}
+    [ -z "${PIP_CERT:-}" ] || export SSL_CERT_FILE="${SSL_CERT_FILE:-$PIP_CERT}"
+    VIRTUAL_ENV=$PWD/$venv $venv/bin/uv pip install -q ${index:+--index-url "$index"} \
+        --require-hashes --no-build-isolation -r "$1" || { say "uv cannot: going on with pip"; return 1; }
 }
 
 # Byte code, on all cores: otherwise each worker of the tests compiles every module for itself.
 compile_all() {
     export PYTHONDONTWRITEBYTECODE=''
     cores=$(nproc 2>/dev/null || echo 2)
-    $venv/bin/python -m compileall -q -j "$cores" $venv/lib >/dev/null || :
     find tests -name 'test_*.py' | sort |
         xargs -P "$cores" -n 170 $venv/bin/python -m pytest -q --collect-only >/dev/null 2>&1 || :
 }
