@@ -77,13 +77,23 @@ class Change:
         """What is left to come. Passes that hover end somewhere among where they have been."""
         left = self.left(before[-1] if before else None)
         onward = replace(self, shift=self.shift * (left / self.size if self.size else 0.0))
-        passes = [*before, self][-HOVERING:]
-        shifts = np.cumsum([one.shift for one in reversed(passes)], axis=0)
-        reached = [replace(self, shift=shift) for shift in shifts]
-        if len(passes) < HOVERING or reached[-1].size > ASTRAY * sum(p.size for p in passes):
+        passes = [*before, self]
+        if not hovers(passes):
             return onward
         size = attrgetter("size")
-        return min(onward, max(reached, key=size), key=size)
+        return min(onward, max(self._reached(passes), key=size), key=size)
+
+    def _reached(self, passes: Sequence[Change]) -> list[Change]:
+        """From where each of the last passes began to here."""
+        shifts = np.cumsum([one.shift for one in reversed(passes[-HOVERING:])], axis=0)
+        return [replace(self, shift=shift) for shift in shifts]
+
+
+def hovers(passes: Sequence[Change]) -> bool:
+    """So many passes have stayed near where they began."""
+    last = passes[-HOVERING:]
+    away = replace(last[-1], shift=np.sum([one.shift for one in last], axis=0))
+    return len(last) == HOVERING and away.size <= ASTRAY * sum(one.size for one in last)
 
 
 def with_sources(
@@ -126,7 +136,8 @@ def in_turn(
     calm = 0
     bare = any(record.loss is None for record in records)
     most = max(record.simulated for record in records) + MOST_SIMULATED
-    wide = not thorough and any(len(record.names) > len(PARAMETERS) for record in records)
+    more = any(len(record.names) > len(PARAMETERS) for record in records)
+    wide = more and not thorough
     for n in range(1, BARE_PASSES if bare or wide else MOST_PASSES):  # to be judged, no more
         lost = vanished(solution, records)
         if (lost and n >= LOST_PASSES) or max(record.simulated for record in records) > most:
@@ -144,7 +155,7 @@ def in_turn(
         solution, left = found, change.left(changes[-1] if changes else None)
         changes.append(change)
         calm = calm + 1 if decided and left < SETTLED else 0
-        if calm == CALM:
+        if calm == CALM or (more and _in_vain(changes)):
             break
         decided = decided or (not bare and (left < DECIDED or n >= LATEST))
         for record in records:
@@ -153,6 +164,11 @@ def in_turn(
     for record in records:
         record.unsettled = ahead.shift if ahead is not None and ahead.size > SAID else None
     return solution
+
+
+def _in_vain(passes: Sequence[Change]) -> bool:
+    """They hover, and become no smaller: where events make a likelihood rough, none will."""
+    return hovers(passes) and passes[-1].size >= passes[-HOVERING].size
 
 
 def _same(volts: Floats, record: MotorRecord) -> bool:

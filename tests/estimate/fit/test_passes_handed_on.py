@@ -146,6 +146,38 @@ def test_a_capture_that_spent_its_responses_ends_all(monkeypatch: pytest.MonkeyP
     assert len(calls) == 3
 
 
+@pytest.mark.parametrize(
+    ("names", "last", "count"),
+    [
+        ((*PARAMETERS, "T_q"), 2.0, 6),  # as far as ever: in vain
+        ((*PARAMETERS, "T_q"), 0.5, 7),  # less, and seen to be none with the next
+        (PARAMETERS, 2.0, alternating_fit.MOST_PASSES - 1),  # the six parameters are given all
+    ],
+)
+def test_passes_to_the_end_of_a_wider_model_stop_where_they_swing_in_vain(
+    names: tuple[str, ...], last: float, count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The sixth is as large as the first, or smaller; what is left is said of every record."""
+    one = record()
+    vars(one).update(
+        loss="loss", names=names, volts=np.zeros(3), decide=lambda _: None,
+        retake_sources=lambda *_: None,
+    )  # fmt: skip
+    monkeypatch.setattr(alternating_fit, "vanished", lambda *_: False)
+    before = replace(solution(0.0), own=(np.zeros(0),))
+    sizes = iter([1.0, -1.0, 1.0, -1.0, 1.0, -last, *[2.0, -2.0] * 20])
+    calls: list[Any] = []
+
+    def again(*of: Any) -> Any:
+        calls.append(of)
+        return replace(of[3], values=of[3].values + next(sizes))
+
+    monkeypatch.setattr(alternating_fit, "again", again)
+    alternating_fit.in_turn([one], names, START, before, thorough=True)
+    assert len(calls) == count
+    assert one.unsettled is not None
+
+
 def test_a_search_goes_on_from_a_solution_in_as_many_steps_as_are_given(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
